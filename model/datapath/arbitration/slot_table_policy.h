@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "datapath/arbitration/arbitration_policy.h"
+
+namespace metabuffer {
+
+/// A cyclic slot table, with or without recovery of slots that their owner cannot use. Proportional slots with
+/// recovery are IRSA, without it plain slot allocation; equal slots with recovery are round robin.
+class SlotTablePolicy final : public ArbitrationPolicy {
+  public:
+    enum class Slots : std::uint8_t { kProportional, kEqual };
+    enum class IdleSlots : std::uint8_t { kRecovered, kLost };
+
+    SlotTablePolicy(Slots slots, IdleSlots idle_slots) : slots_(slots), idle_slots_(idle_slots) {}
+
+    void start_frame(const std::vector<Segment>& segments) override;
+    BusGrant pick(const std::vector<BusRequest>& requests) override;
+    int slot() const override { return static_cast<int>(next_); }
+
+  private:
+    void step() { next_ = next_ + 1 == table_.size() ? 0 : next_ + 1; }
+
+    Slots slots_;
+    IdleSlots idle_slots_;
+    std::vector<int> table_;
+    std::size_t next_ = 0;
+};
+
+}  // namespace metabuffer

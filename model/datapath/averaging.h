@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "formats/pixel.h"
+
+namespace metabuffer {
+
+/// Supersampling's end (section 7 of the paper): averages each block of s x s raster pixels to one display
+/// pixel, each channel (sum + s*s/2) >> (2 log2 s). Raster pixels arrive in raster order; the display pixel
+/// is complete with the last pixel of its block. State: one row of channel sums.
+class Averager {
+  public:
+    /// supersample is 1, 2 or 4.
+    Averager(int display_width_pixels, int supersample);
+
+    /// Takes the next raster pixel. True when it completes a display pixel, which `colour` then holds as
+    /// 0xRRGGBB.
+    bool push(Pixel pixel, std::uint32_t& colour);
+
+    /// Starts a new frame.
+    void restart();
+
+  private:
+    int raster_width_;
+    int supersample_;
+    int shift_;
+    int x_ = 0;
+    int y_in_block_ = 0;
+    std::vector<std::uint32_t> red_;
+    std::vector<std::uint32_t> green_;
+    std::vector<std::uint32_t> blue_;
+};
+
+}  // namespace metabuffer

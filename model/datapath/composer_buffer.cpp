@@ -1,0 +1,98 @@
+#include "datapath/composer_buffer.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace metabuffer {
+
+ComposerBuffer::ComposerBuffer(int capacity_pixels, int raster_width_pixels, int raster_height_pixels)
+    : capacity_(capacity_pixels),
+      raster_width_(raster_width_pixels),
+      raster_height_(raster_height_pixels),
+      storage_(static_cast<std::size_t>(capacity_pixels)) {}
+
+void ComposerBuffer::begin_frame() {
+    if (!can_begin_frame()) {
+        throw std::logic_error("a third frame's table was broadcast");
+    }
+    ++frames_;
+    receiving_ended_frame_ = false;
+    newest() = Frame{};
+    newest().base_address = write_address_;
+}
+
+void ComposerBuffer::set_row(const ViewportRow& row) {
+    newest().segment = Segment(row, raster_width_, raster_height_);
+    newest().has_segment = true;
+}
+
+void ComposerBuffer::end_table() { newest().table_complete = true; }
+
+bool ComposerBuffer::push(Pixel pixel) {
+    const int address = write_address_;
+    write_address_ = write_address_ + 1 == capacity_ ? 0 : write_address_ + 1;
+    if (receiving_ended_frame_) {
+        return false;
+    }
+    Frame& frame = newest();
+    const std::int64_t k = frame.arrived++;
+    if (k < frame.released) {
+        return false;
+    }
+    if (held_ == capacity_) {
+        throw std::logic_error("a pixel arrived at a full buffer");
+    }
+    storage_[static_cast<std::size_t>(address)] = pixel;
+    ++held_;
+    return true;
+}
+
+void ComposerBuffer::release_through(std::int64_t k) {
+    Frame& frame = head();
+    if (frame.arrived > frame.released) {
+        held_ -= static_cast<int>(std::min(frame.arrived, k + 1) - frame.released);
+    }
+    frame.released = k + 1;
+}
+
+void ComposerBuffer::end_frame() {
+    if (has_segment()) {
+        // The last pixel's last use is behind the raster: nothing of this frame is held any more.
+        receiving_ended_frame_ = frames_ == 1 && !segment_complete();
+    }
+    head_ = (head_ + 1) % kFrames;
+    --frames_;
+}
+
+SegmentWalker::SegmentWalker(const Segment& segment, bool has_segment, int raster_width_pixels,
+                             int raster_height_pixels)
+    : raster_width_(raster_width_pixels), raster_height_(raster_height_pixels) {
+    if (has_segment) {
+        const ViewportRow& row = segment.row();
+        left_ = segment.left();
+        right_ = segment.right();
+        top_ = segment.top();
+        bottom_ = segment.bottom();
+        multiple_ = row.dmultiple;
+        source_width_ = row.sdx;
+        start_column_phase_ = left_ - row.dx;
+        first_row_phase_ = top_ - row.dy;
+    }
+    start_row();
+}
+
+void SegmentWalker::start_row() {
+    if (y_ == top_) {
+        row_phase_ = first_row_phase_;
+    } else if (row_covered_ && ++row_phase_ == multiple_) {
+        row_phase_ = 0;
+        first_row_phase_ = 0;
+        row_first_pixel_ += source_width_;
+    }
+    row_covered_ = y_ >= top_ && y_ < bottom_;
+    last_repetition_ = row_phase_ == multiple_ - 1 || y_ == bottom_ - 1;
+    column_ = 0;
+    column_phase_ = start_column_phase_;
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,151 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "datapath/segment.h"
+#include "formats/pixel.h"
+
+namespace metabuffer {
+
+/// A composer's local memory (section 5.2 of the paper): a queue of the segment's pixels with a moving window,
+/// since a replicated source row is read again until its last repetition. It keeps up to two frames apart, the
+/// one that is being composited (or is next to be) and the one behind it that the bus may already carry.
+///
+/// Pixels arrive in the order of their index k and are addressed by it; pixel k is held from its arrival until
+/// it is released, and one that arrives after its release is dropped. What is held never exceeds the capacity:
+/// push() on a full buffer throws std::logic_error, for that is the bus protocol broken.
+class ComposerBuffer {
+  public:
+    static constexpr int kFrames = 2;
+
+    /// capacity_pixels: 1 or more. The raster is that of the composer's display.
+    ComposerBuffer(int capacity_pixels, int raster_width_pixels, int raster_height_pixels);
+
+    // ---- the bus side -------------------------------------------------------------------------------------
+
+    /// True if another frame's table can be taken.
+    bool can_begin_frame() const { return frames_ < kFrames; }
+    /// A new table starts: until a row comes, the frame has no segment here.
+    void begin_frame();
+    /// The table's row for this composer.
+    void set_row(const ViewportRow& row);
+    /// The table is complete.
+    void end_table();
+    /// The next pixel of the segment. False if it came too late and was dropped.
+    bool push(Pixel pixel);
+
+    // ---- the pipeline side: the oldest frame --------------------------------------------------------------
+
+    bool has_frame() const { return frames_ > 0; }
+    /// The oldest frame's table is known to its end.
+    bool table_complete() const { return frames_ > 0 && head().table_complete; }
+    bool has_segment() const { return frames_ > 0 && head().has_segment; }
+    const Segment& segment() const { return head().segment; }
+    /// Every pixel of the oldest frame's segment has arrived.
+    bool segment_complete() const { return !has_segment() || head().arrived == head().segment.pixels(); }
+    bool has_arrived(std::int64_t k) const { return k < head().arrived; }
+    /// The storage address of pixel k, for has_arrived(k) pixels that are not released.
+    int address_of(std::int64_t k) const {
+        return static_cast<int>(static_cast<std::uint32_t>(head().base_address + k) %
+                                static_cast<std::uint32_t>(capacity_));
+    }
+    Pixel at_address(int address) const { return storage_[static_cast<std::size_t>(address)]; }
+    /// Pixel k has been used for the last time: it and all before it are let go.
+    void release_through(std::int64_t k);
+    /// The oldest frame has been composited.
+    void end_frame();
+
+    int capacity_pixels() const { return capacity_; }
+    const int& held_pixels() const { return held_; }
+    int free_pixels() const { return capacity_ - held_; }
+
+  private:
+    struct Frame {
+        bool table_complete = false;
+        bool has_segment = false;
+        Segment segment;
+        std::int64_t arrived = 0;
+        std::int64_t released = 0;
+        std::int64_t base_address = 0;  ///< of pixel 0
+    };
+
+    const Frame& head() const { return frame_[head_]; }
+    Frame& head() { return frame_[head_]; }
+    Frame& newest() { return frame_[(head_ + frames_ - 1) % kFrames]; }
+
+    int capacity_;
+    int raster_width_;
+    int raster_height_;
+    std::vector<Pixel> storage_;
+    Frame frame_[kFrames];
+    int head_ = 0;
+    int frames_ = 0;
+    bool receiving_ended_frame_ = false;  ///< pixels of a frame that is over may still arrive
+    int held_ = 0;
+    int write_address_ = 0;
+};
+
+/// Walks a display's raster in raster order and tells, for each position, whether the segment covers it, which
+/// of its pixels shows there, and whether that is the pixel's last use: increments only, as in the hardware.
+class SegmentWalker {
+  public:
+    SegmentWalker() = default;
+    /// Starts at the raster's top left. With has_segment = false nothing is ever covered.
+    SegmentWalker(const Segment& segment, bool has_segment, int raster_width_pixels, int raster_height_pixels);
+
+    bool done() const { return y_ >= raster_height_; }
+    // References, so that a waveform can follow the registers behind them.
+    const int& x() const { return x_; }
+    const int& y() const { return y_; }
+    bool covered() const { return row_covered_ && x_ >= left_ && x_ < right_; }
+    /// The segment pixel that shows here; only where covered().
+    std::int64_t pixel() const { return row_first_pixel_ + column_; }
+    /// Pixels since the start of the source row; only where covered().
+    const int& column() const { return column_; }
+    /// First pixel of the source row that this raster row shows.
+    const std::int64_t& row_first_pixel() const { return row_first_pixel_; }
+    /// Which repetition of the source row this raster row is, from 0.
+    const int& row_phase() const { return row_phase_; }
+    /// The pixel is not needed at any later position; only where covered().
+    bool last_use() const { return last_repetition_ && (column_phase_ == multiple_ - 1 || x_ == right_ - 1); }
+    /// The raster row shows its source row for the second time or a later one.
+    bool replayed() const { return row_covered_ && row_phase_ > first_row_phase_; }
+    void advance();
+
+  private:
+    void start_row();
+
+    int raster_width_ = 0;
+    int raster_height_ = 0;
+    int left_ = 0;
+    int right_ = 0;
+    int top_ = 0;
+    int bottom_ = 0;
+    int multiple_ = 1;
+    int source_width_ = 0;
+    int start_column_phase_ = 0;  ///< repetitions of the leftmost source column that lie left of the raster
+    int first_row_phase_ = 0;     ///< the same for the current source row and the raster's top
+    int x_ = 0;
+    int y_ = 0;
+    int column_ = 0;
+    int column_phase_ = 0;
+    int row_phase_ = 0;
+    std::int64_t row_first_pixel_ = 0;
+    bool row_covered_ = false;
+    bool last_repetition_ = false;
+};
+
+inline void SegmentWalker::advance() {
+    if (covered() && ++column_phase_ == multiple_) {
+        column_phase_ = 0;
+        ++column_;
+    }
+    if (++x_ == raster_width_) {
+        x_ = 0;
+        ++y_;
+        start_row();
+    }
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,72 @@
+#include "datapath/slot_table.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+
+namespace metabuffer {
+namespace {
+
+constexpr int kWeightFractionBits = 20;
+
+/// What each composer needs a raster row, C_i / T_i, in fixed point. The rows are valid: no weight is zero,
+/// and no sum of them leaves 64 bits.
+std::vector<std::int64_t> weights(const ViewportTable& rows) {
+    std::vector<std::int64_t> result;
+    result.reserve(rows.size());
+    for (const ViewportRow& row : rows) {
+        result.push_back((std::int64_t{row.sdx} << kWeightFractionBits) / row.dmultiple);
+    }
+    return result;
+}
+
+std::int64_t sum_of(const std::vector<std::int64_t>& values) {
+    return std::accumulate(values.begin(), values.end(), std::int64_t{0});
+}
+
+/// The shortest table in exact proportion, or, if that is too long, one of about kSlotTableLimit slots.
+std::vector<std::int64_t> slot_counts(std::vector<std::int64_t> counts) {
+    std::int64_t divisor = counts.front();
+    for (const std::int64_t count : counts) divisor = std::gcd(divisor, count);
+    for (std::int64_t& count : counts) count /= divisor;
+
+    const std::int64_t sum = sum_of(counts);
+    if (sum <= kSlotTableLimit) return counts;
+    for (std::int64_t& count : counts) {
+        const std::int64_t rounded = (2 * count * kSlotTableLimit + sum) / (2 * sum);
+        count = std::max<std::int64_t>(1, rounded);
+    }
+    return counts;
+}
+
+/// Smooth weighted round robin: a composer earns its share in every slot and pays the whole table for one, so
+/// that its slots lie as evenly as the others allow.
+std::vector<int> spread(const std::vector<std::int64_t>& counts) {
+    const std::int64_t total = sum_of(counts);
+    std::vector<std::int64_t> credits(counts.size(), 0);
+    std::vector<int> table;
+    table.reserve(static_cast<std::size_t>(total));
+    for (std::int64_t slot = 0; slot < total; ++slot) {
+        for (std::size_t i = 0; i < counts.size(); ++i) credits[i] += counts[i];
+        const auto richest = std::max_element(credits.begin(), credits.end());
+        *richest -= total;
+        table.push_back(static_cast<int>(richest - credits.begin()));
+    }
+    return table;
+}
+
+}  // namespace
+
+std::vector<int> slot_table(const ViewportTable& rows) {
+    if (rows.empty()) return {};
+    return spread(slot_counts(weights(rows)));
+}
+
+std::vector<int> equal_slot_table(const ViewportTable& rows) {
+    std::vector<int> table(rows.size());
+    std::iota(table.begin(), table.end(), 0);
+    return table;
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "formats/viewport_table.h"
+
+namespace metabuffer {
+
+/// The first scanline of every frame: never displayed, it carries the viewport table and whatever else the
+/// host wants to tell (section 4 of the paper). Its pixels' bytes, in the order R, G, B, hold a little-endian
+/// record: magic, version, kind, row count, frame number, CRC-32, the rows, and a payload.
+enum class FrameKind : std::uint8_t { kColour = 0, kDepth = 1 };
+
+struct ControlScanline {
+    FrameKind kind = FrameKind::kColour;
+    std::uint32_t frame_number = 0;
+    ViewportTable table;
+    std::vector<std::uint8_t> payload;
+};
+
+/// Why a control scanline is rejected, in the order of the checks. A row count or payload length that leaves
+/// the scanline makes the CRC uncheckable and counts as kCrc. kKind is only told of a scanline whose CRC holds.
+enum class ScanlineDefect : std::uint8_t { kNone, kMagic, kVersion, kCrc, kKind };
+
+struct DecodedScanline {
+    ScanlineDefect defect = ScanlineDefect::kNone;
+    ControlScanline content;  ///< meaningful when defect is kNone
+};
+
+constexpr std::uint8_t kControlScanlineVersion = 1;
+constexpr int kControlHeaderBytes = 16;
+constexpr int kControlRowBytes = 16;
+constexpr int kControlPayloadLengthBytes = 2;
+constexpr int kLinkBytesPerPixel = 3;
+constexpr int kControlCrcOffset = 12;
+
+/// The host's error: the content needs more bytes than the scanline has.
+class ScanlineOverflow : public std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// Bytes that the content takes in the scanline.
+std::size_t control_scanline_bytes(const ControlScanline& content);
+
+/// The scanline as link pixels (0xRRGGBB), zero behind the content. Throws ScanlineOverflow with a message
+/// that names the bytes needed and the bytes there are.
+std::vector<std::uint32_t> encode_control_scanline(const ControlScanline& content, int width_pixels);
+
+/// Raises nothing: what is wrong is told in the result.
+DecodedScanline decode_control_scanline(const std::vector<std::uint32_t>& link_pixels);
+
+}  // namespace metabuffer

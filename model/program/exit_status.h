@@ -1,0 +1,14 @@
+#pragma once
+
+namespace metabuffer {
+
+/// What the program tells its caller.
+enum ExitStatus : int {
+    kExitDone = 0,
+    kExitModelError = 1,  ///< a block found its protocol broken: a bug in the model, or output not writable
+    kExitBadInput = 2,
+    kExitStrict = 3,    ///< --strict, and something starved or was rejected
+    kExitWatchdog = 4,  ///< nothing moved any more
+};
+
+}  // namespace metabuffer

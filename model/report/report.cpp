@@ -1,0 +1,63 @@
+#include "report/report.h"
+
+#include <numeric>
+
+namespace metabuffer {
+
+const char* reject_cause_key(RejectCause cause) {
+    switch (cause) {
+        case RejectCause::kGeometry:
+            return "geometry";
+        case RejectCause::kMagic:
+            return "magic";
+        case RejectCause::kVersion:
+            return "version";
+        case RejectCause::kKind:
+            return "kind";
+        case RejectCause::kCrc:
+            return "crc";
+        case RejectCause::kPair:
+            return "pair";
+    }
+    return "unknown";
+}
+
+double BusCounters::utilization() const {
+    const std::int64_t wanted = busy_cycles + table_cycles + page_miss_cycles + poll_cycles + lost_cycles;
+    return wanted == 0 ? 0.0 : static_cast<double>(busy_cycles) / static_cast<double>(wanted);
+}
+
+std::int64_t RunReport::total_starved_pixels() const {
+    return std::accumulate(
+        composers.begin(), composers.end(), std::int64_t{0},
+        [](std::int64_t sum, const ComposerCounters& composer) { return sum + composer.starved_pixels; });
+}
+
+std::int64_t RunReport::total_rejected() const {
+    std::int64_t sum = 0;
+    for (const RendererCounters& renderer : renderers) {
+        sum = std::accumulate(renderer.rejected_frames.begin(), renderer.rejected_frames.end(), sum);
+        sum = std::accumulate(renderer.rejected_rows.begin(), renderer.rejected_rows.end(), sum);
+    }
+    return sum;
+}
+
+BusCounters RunReport::total_bus() const {
+    BusCounters total;
+    for (const RendererCounters& renderer : renderers) {
+        const BusCounters& bus = renderer.bus;
+        total.busy_cycles += bus.busy_cycles;
+        total.table_cycles += bus.table_cycles;
+        total.page_miss_cycles += bus.page_miss_cycles;
+        total.poll_cycles += bus.poll_cycles;
+        total.lost_cycles += bus.lost_cycles;
+        total.idle_cycles += bus.idle_cycles;
+        total.page_misses += bus.page_misses;
+        total.pixels_sent += bus.pixels_sent;
+        total.bursts += bus.bursts;
+        total.recovered_slots += bus.recovered_slots;
+    }
+    return total;
+}
+
+}  // namespace metabuffer

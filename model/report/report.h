@@ -1,0 +1,105 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/viewport_table.h"
+
+namespace metabuffer {
+
+/// Why a frame or a pair was rejected at the link (section 4).
+enum class RejectCause : std::uint8_t { kGeometry, kMagic, kVersion, kKind, kCrc, kPair };
+constexpr int kRejectCauseCount = 6;
+/// "geometry", "magic", "version", "kind", "crc", "pair".
+const char* reject_cause_key(RejectCause cause);
+
+/// What one bus did, in core cycles. Every cycle of the run is exactly one of busy, table, page miss, poll,
+/// lost or idle.
+struct BusCounters {
+    std::int64_t busy_cycles = 0;       ///< a pixel, or a part of one, moves
+    std::int64_t table_cycles = 0;      ///< the viewport table is broadcast
+    std::int64_t page_miss_cycles = 0;  ///< a burst waits for the memory to open a page
+    std::int64_t poll_cycles = 0;       ///< there is something to send and no composer that takes it
+    std::int64_t lost_cycles = 0;       ///< slot-allocation only: a slot whose composer cannot use it
+    std::int64_t idle_cycles = 0;       ///< nothing to send
+    std::int64_t page_misses = 0;
+    std::int64_t pixels_sent = 0;
+    std::int64_t bursts = 0;
+    std::int64_t recovered_slots = 0;   ///< slots passed over and used by the next composer in the table
+
+    /// Share of the cycles with something to send in which pixels moved; 0 when there were none.
+    double utilization() const;
+};
+
+struct RendererCounters {
+    std::string name;
+    BusCounters bus;
+    std::array<std::int64_t, kRejectCauseCount> rejected_frames{};
+    std::array<std::int64_t, kRowDefectCount> rejected_rows{};  ///< [kNone] stays 0
+    std::vector<std::string> rejected_row_messages;             ///< "pair 0, row 2: ...", the first few
+    std::int64_t repeated_frames = 0;
+    std::int64_t dropped_frames = 0;
+};
+
+/// Where a raster pixel starved.
+struct Glitch {
+    int frame = 0;
+    int x = 0;
+    int y = 0;
+    friend bool operator==(const Glitch& a, const Glitch& b) {
+        return a.frame == b.frame && a.x == b.x && a.y == b.y;
+    }
+};
+
+struct ComposerCounters {
+    int renderer = 0;  ///< from 1
+    int display = 0;   ///< from 1
+    std::int64_t starved_pixels = 0;
+    std::int64_t stalled_cycles = 0;  ///< clocks this composer made its column wait
+    std::int64_t buffer_high_water = 0;
+    std::int64_t busready_drops = 0;  ///< bursts it cut short
+    std::int64_t late_pixels = 0;     ///< arrived after their last use and were dropped
+    std::int64_t replayed_pixels = 0; ///< local pixels read again from the moving window
+    std::optional<Glitch> first_glitch;
+};
+
+struct DisplayCounters {
+    std::int64_t frames_shown = 0;
+    std::int64_t stalled_cycles = 0;  ///< clocks its column stood still
+};
+
+struct FrameRecord {
+    int index = 0;
+    std::int64_t start_cycle = 0;  ///< core cycle of the first pixel composited in any column
+    std::int64_t end_cycle = 0;    ///< core cycle of the last pixel composited in any column
+    std::optional<std::int64_t> latency_cycles;  ///< from the pairs' last DVI pixel; none if no pair is new
+    std::vector<int> pairs;        ///< the pair each renderer contributed, -1: none
+};
+
+/// Everything report.json tells of a run.
+struct RunReport {
+    std::string scenario;
+    std::string level;
+    double core_mhz = 0.0;
+    std::int64_t core_cycles = 0;
+    std::vector<FrameRecord> frames;
+    std::vector<RendererCounters> renderers;
+    std::vector<ComposerCounters> composers;
+    std::vector<DisplayCounters> displays;
+    int buffer_pixels = 0;
+
+    std::int64_t total_starved_pixels() const;
+    std::int64_t total_rejected() const;  ///< frames and rows
+    BusCounters total_bus() const;        ///< the sums over all renderers
+};
+
+/// The report as JSON text, keys in a fixed order.
+std::string report_json(const RunReport& report);
+
+/// The summary a run prints.
+std::string report_summary(const RunReport& report);
+
+}  // namespace metabuffer

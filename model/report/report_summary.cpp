@@ -1,0 +1,380 @@
+#include <algorithm>
+#include <iomanip>
+#include <locale>
+#include <map>
+#include <sstream>
+#include <utility>
+
+#include "report/report.h"
+
+namespace metabuffer {
+
+namespace {
+
+// The machine may have thousands of composers and the terminal has 100 columns: past these counts the summary
+// tells of the whole and of the worst, and leaves the rest to report.json.
+constexpr std::size_t kDisplaysAcross = 8;
+constexpr std::size_t kRenderersDown = 16;
+constexpr std::size_t kListedLines = 8;
+constexpr std::size_t kNameCharacters = 16;
+
+constexpr double kPercent = 100.0;
+
+/// Characters a UTF-8 text takes on the screen: its bytes without those that continue a character.
+std::size_t screen_width(const std::string& text) {
+    return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char byte) {
+        return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
+    }));
+}
+
+std::string shortened(const std::string& name) {
+    if (screen_width(name) <= kNameCharacters) return name;
+    const std::string ellipsis = "...";
+    std::string result = name;
+    while (screen_width(result) + ellipsis.size() > kNameCharacters) {
+        while ((static_cast<unsigned char>(result.back()) & 0xC0U) == 0x80U && result.size() > 1) {
+            result.pop_back();
+        }
+        result.pop_back();
+    }
+    return result + ellipsis;
+}
+
+std::string decimal(double value, int digits) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << std::fixed << std::setprecision(digits) << value;
+    return text.str();
+}
+
+/// A number with as many digits as it needs: "100", "33.33".
+std::string plain(double value) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << value;
+    return text.str();
+}
+
+std::string counted(std::int64_t count, const std::string& thing) {
+    return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
+}
+
+/// Columns as wide as their widest cell; the first is left-aligned, the others are numbers.
+class TextTable {
+  public:
+    void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
+
+    std::string text() const {
+        std::vector<std::size_t> widths;
+        for (const auto& row : rows_) {
+            widths.resize(std::max(widths.size(), row.size()));
+            for (std::size_t n = 0; n < row.size(); ++n)
+                widths[n] = std::max(widths[n], screen_width(row[n]));
+        }
+        std::string result;
+        for (const auto& row : rows_) {
+            for (std::size_t n = 0; n < row.size(); ++n) {
+                const std::string padding(widths[n] - screen_width(row[n]), ' ');
+                result += "  ";
+                result += n == 0 ? row[n] + padding : padding + row[n];
+            }
+            result += '\n';
+        }
+        return result;
+    }
+
+  private:
+    std::vector<std::vector<std::string>> rows_;
+};
+
+/// Lines of a list that may be long: the first few, then how many more there are.
+std::string listed(const std::vector<std::string>& lines) {
+    std::string result;
+    const std::size_t shown = std::min(lines.size(), kListedLines);
+    for (std::size_t n = 0; n < shown; ++n) result += "  " + lines[n] + "\n";
+    if (shown < lines.size()) {
+        result += "  ... and " + std::to_string(lines.size() - shown) + " more in the report\n";
+    }
+    return result;
+}
+
+std::int64_t rejected_frames(const RendererCounters& renderer) {
+    std::int64_t sum = 0;
+    for (const std::int64_t count : renderer.rejected_frames) sum += count;
+    return sum;
+}
+
+std::int64_t rejected_rows(const RendererCounters& renderer) {
+    std::int64_t sum = 0;
+    for (const std::int64_t count : renderer.rejected_rows) sum += count;
+    return sum;
+}
+
+/// The frames that every display has shown.
+std::int64_t frames_shown(const RunReport& report) {
+    if (report.displays.empty()) return 0;
+    return std::min_element(report.displays.begin(), report.displays.end(),
+                            [](const DisplayCounters& a, const DisplayCounters& b) {
+                                return a.frames_shown < b.frames_shown;
+                            })
+        ->frames_shown;
+}
+
+std::string machine(const RunReport& report) {
+    return counted(static_cast<std::int64_t>(report.renderers.size()), "renderer") + ", " +
+           counted(static_cast<std::int64_t>(report.displays.size()), "display");
+}
+
+std::string timing_lines(const RunReport& report) {
+    const std::string mhz = plain(report.core_mhz) + " MHz";
+    std::string text = "frames      " + std::to_string(frames_shown(report)) + " shown on every display, " +
+                       std::to_string(report.frames.size()) + " composited\n" + "clocks      " +
+                       std::to_string(report.core_cycles) + " core clocks at " + mhz + "\n";
+    if (report.frames.empty()) return text;
+
+    // Both ends count: the last pixel is composited in the clock end_cycle.
+    const std::int64_t clocks = report.frames.back().end_cycle - report.frames.front().start_cycle + 1;
+    const auto frames = static_cast<double>(report.frames.size());
+    if (clocks > 0) {
+        text += "frame rate  " + decimal(report.core_mhz * 1.0e6 * frames / static_cast<double>(clocks), 2) +
+                " frames/s: " + counted(static_cast<std::int64_t>(report.frames.size()), "frame") + " in " +
+                counted(clocks, "clock") + ", first pixel to last\n";
+    }
+
+    std::vector<std::int64_t> latencies;
+    for (const FrameRecord& frame : report.frames) {
+        if (frame.latency_cycles) latencies.push_back(*frame.latency_cycles);
+    }
+    if (latencies.empty()) return text + "latency     none: no frame showed a new pair\n";
+    const auto [least, most] = std::minmax_element(latencies.begin(), latencies.end());
+    const auto microseconds = [&report](std::int64_t cycles) {
+        return decimal(static_cast<double>(cycles) / report.core_mhz, 2);
+    };
+    const bool alike = *least == *most;
+    return text + "latency     " + std::to_string(*least) + (alike ? "" : " to " + std::to_string(*most)) +
+           " clocks (" + microseconds(*least) + (alike ? "" : " to " + microseconds(*most)) +
+           " us), last DVI pixel to last composited pixel\n";
+}
+
+std::vector<std::string> bus_cells(const std::string& name, const BusCounters& bus, std::int64_t repeated,
+                                   std::int64_t dropped, std::int64_t rejected) {
+    const std::int64_t wanted =
+        bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.poll_cycles + bus.lost_cycles;
+    const double poll =
+        wanted == 0 ? 0.0 : static_cast<double>(bus.poll_cycles) / static_cast<double>(wanted);
+    return {name,
+            decimal(kPercent * bus.utilization(), 1),
+            decimal(kPercent * poll, 1),
+            std::to_string(bus.pixels_sent),
+            std::to_string(bus.page_misses),
+            std::to_string(bus.recovered_slots),
+            std::to_string(repeated),
+            std::to_string(dropped),
+            std::to_string(rejected)};
+}
+
+std::string bus_table(const RunReport& report) {
+    TextTable table;
+    table.add({"bus", "used %", "poll %", "pixels sent", "page misses", "recovered", "repeated", "dropped",
+               "rejected"});
+    std::int64_t repeated = 0;
+    std::int64_t dropped = 0;
+    for (const RendererCounters& renderer : report.renderers) {
+        repeated += renderer.repeated_frames;
+        dropped += renderer.dropped_frames;
+        if (report.renderers.size() > kRenderersDown) continue;
+        table.add(bus_cells(shortened(renderer.name), renderer.bus, renderer.repeated_frames,
+                            renderer.dropped_frames, rejected_frames(renderer) + rejected_rows(renderer)));
+    }
+    if (report.renderers.size() != 1) {
+        table.add(bus_cells("all", report.total_bus(), repeated, dropped, report.total_rejected()));
+    }
+
+    std::string text = "\nbuses, in % of the clocks with something to send:\n" + table.text();
+    if (report.renderers.size() > kRenderersDown) {
+        const auto [least, most] =
+            std::minmax_element(report.renderers.begin(), report.renderers.end(),
+                                [](const RendererCounters& a, const RendererCounters& b) {
+                                    return a.bus.utilization() < b.bus.utilization();
+                                });
+        text += "  used least: " + least->name + ", " + decimal(kPercent * least->bus.utilization(), 1) +
+                " %; most: " + most->name + ", " + decimal(kPercent * most->bus.utilization(), 1) + " %\n";
+    }
+    return text;
+}
+
+std::string renderer_name(const RunReport& report, int renderer) {
+    const auto index = static_cast<std::size_t>(renderer) - 1;
+    return index < report.renderers.size() ? report.renderers[index].name
+                                           : "renderer " + std::to_string(renderer);
+}
+
+std::string composer_name(const RunReport& report, const ComposerCounters& composer) {
+    return renderer_name(report, composer.renderer) + " on display " + std::to_string(composer.display);
+}
+
+std::string high_water(const RunReport& report) {
+    if (report.composers.empty()) return "";
+    const std::string title = "\nbuffer high water of " + counted(report.buffer_pixels, "pixel");
+
+    if (report.displays.size() > kDisplaysAcross || report.renderers.size() > kRenderersDown) {
+        const auto fuller = [](const ComposerCounters& a, const ComposerCounters& b) {
+            return a.buffer_high_water < b.buffer_high_water;
+        };
+        const auto most = std::max_element(report.composers.begin(), report.composers.end(), fuller);
+        double sum = 0.0;
+        for (const ComposerCounters& composer : report.composers) {
+            sum += static_cast<double>(composer.buffer_high_water);
+        }
+        return title + ", over " + counted(static_cast<std::int64_t>(report.composers.size()), "composer") +
+               ":\n  mean " + decimal(sum / static_cast<double>(report.composers.size()), 1) + ", highest " +
+               std::to_string(most->buffer_high_water) + " (" + composer_name(report, *most) + ")\n";
+    }
+
+    std::map<std::pair<int, int>, std::int64_t> marks;
+    for (const ComposerCounters& composer : report.composers) {
+        marks[{composer.renderer, composer.display}] = composer.buffer_high_water;
+    }
+    const auto displays = static_cast<int>(report.displays.size());
+    TextTable table;
+    std::vector<std::string> header{"display"};
+    for (int display = 1; display <= displays; ++display) header.push_back(std::to_string(display));
+    table.add(std::move(header));
+    for (int renderer = 1; renderer <= static_cast<int>(report.renderers.size()); ++renderer) {
+        std::vector<std::string> cells{shortened(renderer_name(report, renderer))};
+        for (int display = 1; display <= displays; ++display) {
+            const auto mark = marks.find({renderer, display});
+            cells.push_back(mark == marks.end() ? "-" : std::to_string(mark->second));
+        }
+        table.add(std::move(cells));
+    }
+    return title + ", by composer:\n" + table.text();
+}
+
+/// The composers that have a count at all, the worst first.
+std::vector<const ComposerCounters*> worst_first(const RunReport& report,
+                                                 std::int64_t ComposerCounters::*counter) {
+    std::vector<const ComposerCounters*> result;
+    for (const ComposerCounters& composer : report.composers) {
+        if (composer.*counter != 0) result.push_back(&composer);
+    }
+    std::stable_sort(result.begin(), result.end(),
+                     [counter](const ComposerCounters* a, const ComposerCounters* b) {
+                         return a->*counter > b->*counter;
+                     });
+    return result;
+}
+
+std::string starved_list(const RunReport& report) {
+    std::vector<std::string> lines;
+    for (const ComposerCounters* composer : worst_first(report, &ComposerCounters::starved_pixels)) {
+        std::string line =
+            composer_name(report, *composer) + ": " + counted(composer->starved_pixels, "pixel");
+        if (composer->first_glitch) {
+            const Glitch& glitch = *composer->first_glitch;
+            line += ", first in frame " + std::to_string(glitch.frame) + " at x " + std::to_string(glitch.x) +
+                    ", y " + std::to_string(glitch.y);
+        }
+        lines.push_back(std::move(line));
+    }
+    return lines.empty() ? "" : "\nstarved:\n" + listed(lines);
+}
+
+std::string stalled_list(const RunReport& report) {
+    std::vector<std::string> lines;
+    for (const ComposerCounters* composer : worst_first(report, &ComposerCounters::stalled_cycles)) {
+        lines.push_back(composer_name(report, *composer) + ": " + counted(composer->stalled_cycles, "clock"));
+    }
+    return lines.empty() ? "" : "\nstalled their column:\n" + listed(lines);
+}
+
+std::string rejected_lists(const RunReport& report) {
+    std::vector<std::string> frames;
+    std::vector<std::string> rows;
+    for (const RendererCounters& renderer : report.renderers) {
+        std::string causes;
+        for (int cause = 0; cause < kRejectCauseCount; ++cause) {
+            const std::int64_t count = renderer.rejected_frames[static_cast<std::size_t>(cause)];
+            if (count == 0) continue;
+            causes += (causes.empty() ? "" : ", ") +
+                      std::string(reject_cause_key(static_cast<RejectCause>(cause))) + " " +
+                      std::to_string(count);
+        }
+        if (!causes.empty()) frames.push_back(renderer.name + ": " + causes);
+
+        for (const std::string& message : renderer.rejected_row_messages) {
+            rows.push_back(renderer.name + ": " + message);
+        }
+        const std::int64_t untold =
+            rejected_rows(renderer) - static_cast<std::int64_t>(renderer.rejected_row_messages.size());
+        if (untold > 0) rows.push_back(renderer.name + ": " + counted(untold, "further row"));
+    }
+    return (frames.empty() ? "" : "\nrejected frames:\n" + listed(frames)) +
+           (rows.empty() ? "" : "\nrejected table rows:\n" + listed(rows));
+}
+
+std::string starved_verdict(const RunReport& report) {
+    const std::int64_t starved = report.total_starved_pixels();
+    if (starved == 0) return "no pixel starved";
+
+    std::vector<int> displays;
+    for (const ComposerCounters& composer : report.composers) {
+        if (composer.starved_pixels != 0) displays.push_back(composer.display);
+    }
+    std::sort(displays.begin(), displays.end());
+    displays.erase(std::unique(displays.begin(), displays.end()), displays.end());
+
+    std::string text =
+        counted(starved, "pixel") + " starved on display" + (displays.size() == 1 ? " " : "s ");
+    const std::size_t shown = std::min(displays.size(), kListedLines);
+    for (std::size_t n = 0; n < shown; ++n) text += (n == 0 ? "" : ", ") + std::to_string(displays[n]);
+    if (shown < displays.size()) text += " and " + std::to_string(displays.size() - shown) + " more";
+    return text;
+}
+
+std::string stalled_verdict(const RunReport& report) {
+    std::int64_t clocks = 0;
+    for (const DisplayCounters& display : report.displays) clocks += display.stalled_cycles;
+    return clocks == 0 ? "" : "columns stalled for " + counted(clocks, "clock");
+}
+
+std::string rejected_verdict(const RunReport& report) {
+    std::int64_t frames = 0;
+    std::int64_t rows = 0;
+    for (const RendererCounters& renderer : report.renderers) {
+        frames += rejected_frames(renderer);
+        rows += rejected_rows(renderer);
+    }
+    std::string text;
+    if (frames != 0) text += counted(frames, "frame");
+    if (rows != 0) text += (text.empty() ? "" : " and ") + counted(rows, "table row");
+    return text.empty() ? "" : text + " rejected";
+}
+
+std::string joined(const std::vector<std::string>& parts) {
+    std::string text;
+    for (const std::string& part : parts) {
+        if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
+    }
+    return text;
+}
+
+/// The functional level has no clock and so no buses, buffers or starvation to tell of.
+std::string functional_summary(const RunReport& report) {
+    const std::string rejected = rejected_verdict(report);
+    return report.scenario + " (functional: " + machine(report) + ", no clock)\n" + "frames      " +
+           std::to_string(frames_shown(report)) + " shown on every display\n" + rejected_lists(report) +
+           "\n" + (rejected.empty() ? "nothing rejected" : rejected) + "\n";
+}
+
+}  // namespace
+
+std::string report_summary(const RunReport& report) {
+    if (report.level == "functional") return functional_summary(report);
+    return report.scenario + " (" + report.level + ": " + machine(report) + ")\n" + timing_lines(report) +
+           bus_table(report) + high_water(report) + starved_list(report) + stalled_list(report) +
+           rejected_lists(report) + "\n" +
+           joined({starved_verdict(report), stalled_verdict(report), rejected_verdict(report)}) + "\n";
+}
+
+}  // namespace metabuffer

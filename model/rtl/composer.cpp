@@ -1,0 +1,264 @@
+#include "rtl/composer.h"
+
+#include <algorithm>
+
+namespace metabuffer::rtl {
+
+Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display)
+    : Block(name),
+      display_(static_cast<std::uint16_t>(display)),
+      composition_(scenario.composition),
+      on_starvation_(scenario.composer.on_starvation),
+      background_(scenario.background_pixel()),
+      raster_width_(scenario.displays.raster_width_pixels()),
+      raster_height_(scenario.displays.raster_height_pixels()),
+      ready_space_pixels_(scenario.composer.ready_space_pixels),
+      pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_) {
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+}
+
+void Composer::reset() {
+    buffer_ = ComposerBuffer(buffer_.capacity_pixels(), raster_width_, raster_height_);
+    running_ = startframe_ = pipeready_ = busready_ = stall_ = pipe_valid_ = false;
+    announced_ = 0;
+    burst_cut_ = false;
+    frame_ = -1;
+    busready_o.write(false);
+    tableready_o.write(false);
+    startframe_o.write(false);
+    pipeready_o.write(false);
+    stall_o.write(false);
+    pipe_o.write(PipePixel{});
+}
+
+void Composer::clock_edge() {
+    if (reset_i.read()) {
+        reset();
+        return;
+    }
+    const bool was_running = running_;
+    if (!column_stall_i.read()) {
+        pipeline_edge();
+    } else if (stall_) {
+        ++counters_.stalled_cycles;
+    }
+    bus_edge();
+    drive_handshakes(was_running);
+}
+
+// ---- the pipeline side ----------------------------------------------------------------------------------------
+
+void Composer::pipeline_edge() {
+    if (running_) {
+        composite(pipemaster_i.read() ? background_ : pipe_i.read().pixel);
+    } else if (pipe_valid_) {
+        pipe_valid_ = false;
+        pipe_o.write(PipePixel{});
+    }
+    const bool start = pipemaster_i.read() ? pipeready_ : startframe_i.read();
+    if (start) {
+        start_frame();
+    }
+    if (start != startframe_) {
+        startframe_ = start;
+        startframe_o.write(start);
+    }
+}
+
+void Composer::start_frame() {
+    running_ = true;
+    walker_ = SegmentWalker(buffer_.segment(), buffer_.has_segment(), raster_width_, raster_height_);
+    ++frame_;
+    frame_spans_.emplace_back();
+    frame_spans_.back().startframe_cycle = clock_edge_number(core_period_picoseconds_);
+}
+
+void Composer::composite(Pixel upstream) {
+    if (walker_.x() == 0 && walker_.y() == 0) {
+        frame_spans_.back().start_cycle = clock_edge_number(core_period_picoseconds_);
+    }
+    PipePixel out{upstream, true};
+    local_starved_ = false;
+    if (walker_.covered()) {
+        const std::int64_t k = walker_.pixel();
+        local_starved_ = !buffer_.has_arrived(k);
+        if (local_starved_) {
+            note_first(first_starved_cycle_);
+            if (counters_.starved_pixels++ == 0) {
+                counters_.first_glitch = Glitch{frame_, walker_.x(), walker_.y()};
+            }
+        } else {
+            const Pixel local = buffer_.at_address(buffer_.address_of(k));
+            out.pixel = compose(composition_, local, upstream);
+            counters_.replayed_pixels += walker_.replayed() ? 1 : 0;
+        }
+        if (walker_.last_use()) {
+            buffer_.release_through(k);
+        }
+    }
+    pipe_o.write(out);
+    pipe_valid_ = true;
+    walker_.advance();
+    if (walker_.done()) {
+        end_frame();
+    }
+}
+
+void Composer::end_frame() {
+    running_ = false;
+    local_starved_ = false;
+    frame_spans_.back().end_cycle = clock_edge_number(core_period_picoseconds_);
+    buffer_.end_frame();
+}
+
+void Composer::note_first(std::int64_t& cycle) const {
+    if (cycle == kNever) {
+        cycle = clock_edge_number(core_period_picoseconds_);
+    }
+}
+
+bool Composer::next_pixel_missing() const {
+    return running_ && walker_.covered() && !buffer_.has_arrived(walker_.pixel());
+}
+
+// ---- the bus side ---------------------------------------------------------------------------------------------
+
+void Composer::bus_edge() {
+    const BusBeat& beat = bus_i.read();
+    switch (beat.kind) {
+        case BusBeat::Kind::kNone: break;
+        case BusBeat::Kind::kPixels:
+            if (beat.destination == display_) {
+                take_beat(beat);
+            }
+            break;
+        case BusBeat::Kind::kFrameStart:
+            if (!buffer_.can_begin_frame()) {
+                SC_REPORT_ERROR("/metabuffer/composer/protocol",
+                                (std::string(name()) + " was sent a third frame's table").c_str());
+                return;
+            }
+            buffer_.begin_frame();
+            if (beat.last) {
+                buffer_.end_table();
+            }
+            break;
+        case BusBeat::Kind::kTableRow:
+            if (beat.destination == display_) {
+                buffer_.set_row(beat.row());
+            }
+            if (beat.last) {
+                buffer_.end_table();
+            }
+            break;
+    }
+}
+
+void Composer::take_beat(const BusBeat& beat) {
+    for (int i = 0; i < beat.count; ++i) {
+        if (buffer_.free_pixels() == 0) {
+            SC_REPORT_ERROR("/metabuffer/composer/protocol",
+                            (std::string(name()) + " was sent a pixel for a full buffer").c_str());
+            return;
+        }
+        if (!buffer_.push(Pixel(beat.words[static_cast<std::size_t>(i)]))) {
+            ++counters_.late_pixels;
+        }
+    }
+    announced_ = static_cast<int>(beat.remaining);
+    counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, buffer_.held_pixels());
+}
+
+// ---- the handshakes -------------------------------------------------------------------------------------------
+
+bool Composer::slot_ready() const { return buffer_.free_pixels() - announced_ >= ready_space_pixels_; }
+
+bool Composer::prefetched() const {
+    return !running_ && buffer_.table_complete() &&
+           (buffer_.segment_complete() || buffer_.free_pixels() < ready_space_pixels_);
+}
+
+void Composer::drive_handshakes(bool was_running) {
+    if (burst_cut_) {
+        burst_cut_ = false;
+        announced_ = 0;
+    }
+    bool busready = false;
+    if (announced_ > pixels_per_beat_) {
+        busready = buffer_.free_pixels() >= std::min(announced_, kBeatsInFlight * pixels_per_beat_);
+        if (!busready) {
+            burst_cut_ = true;
+            note_first(first_busready_drop_cycle_);
+            ++counters_.busready_drops;
+        }
+    } else {
+        busready = slot_ready();
+    }
+    if (busready != busready_) {
+        busready_ = busready;
+        busready_o.write(busready);
+    }
+    tableready_o.write(buffer_.can_begin_frame());
+
+    // A PIPEREADY from below that belongs to the frame just composited may still stand at the frame's last edge.
+    const bool pipeready =
+        !running_ && !was_running && !startframe_ && (pipeready_ || (pipeready_i.read() && prefetched()));
+    if (pipeready != pipeready_) {
+        pipeready_ = pipeready;
+        pipeready_o.write(pipeready);
+    }
+    if (on_starvation_ == StarvationMode::kStall) {
+        stall_ = next_pixel_missing();
+        if (stall_) {
+            note_first(first_starved_cycle_);
+        }
+        stall_o.write(stall_);
+    }
+}
+
+void Composer::trace(sc_core::sc_trace_file* file) const {
+    sc_core::sc_trace(file, pipemaster_i, path("PIPEMASTER"));
+    sc_core::sc_trace(file, pipeready_i, path("PIPEREADY_in"));
+    sc_core::sc_trace(file, pipeready_o, path("PIPEREADY"));
+    sc_core::sc_trace(file, startframe_i, path("STARTFRAME_in"));
+    sc_core::sc_trace(file, startframe_o, path("STARTFRAME"));
+    sc_core::sc_trace(file, busready_o, path("BUSREADY"));
+    sc_core::sc_trace(file, tableready_o, path("TABLEREADY"));
+    sc_core::sc_trace(file, stall_o, path("STALL"));
+    sc_trace(file, pipe_i.read(), path("PIPE_in"));
+    sc_trace(file, pipe_o.read(), path("PIPE"));
+    sc_core::sc_trace(file, running_, path("running"));
+    sc_core::sc_trace(file, frame_, path("frame"));
+    sc_core::sc_trace(file, walker_.x(), path("x"));
+    sc_core::sc_trace(file, walker_.y(), path("y"));
+    sc_core::sc_trace(file, walker_.row_first_pixel(), path("window_row_pixel"));
+    sc_core::sc_trace(file, walker_.column(), path("window_column"));
+    sc_core::sc_trace(file, walker_.row_phase(), path("window_repetition"));
+    sc_core::sc_trace(file, buffer_.held_pixels(), path("buffer_held"));
+    sc_core::sc_trace(file, announced_, path("announced"));
+    sc_core::sc_trace(file, local_starved_, path("starved"));
+}
+
+std::string Composer::waiting_for() const {
+    if (running_) {
+        return stall_ ? "waits for pixel " + std::to_string(walker_.pixel()) + " of its segment in frame " +
+                            std::to_string(frame_) + " at raster position " + std::to_string(walker_.x()) + ", " +
+                            std::to_string(walker_.y())
+                      : "waits for its column to move on";
+    }
+    const std::string next = std::to_string(frame_ + 1);
+    if (!buffer_.table_complete()) {
+        return "waits for the table of frame " + next;
+    }
+    if (!prefetched()) {
+        return "waits for its buffer to be prefetched with frame " + next;
+    }
+    return !pipeready_ ? "waits for PIPEREADY from below for frame " + next
+                                              : "waits for STARTFRAME of frame " + next;
+}
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "datapath/composer_buffer.h"
+#include "rtl/block.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// A composer, box C of the paper's Figure 1 (sections 4, 5.2 to 5.4): takes its segment's pixels from its
+/// renderer's bus into its buffer and merges them with the pixels that come down its display's pipeline.
+///
+/// Timing, in core clocks; all outputs are registered:
+/// - pipeline: the pixel on pipe_i at an edge leaves, composited, on pipe_o after it. STARTFRAME is relayed the
+///   same way, one clock ahead of pixel 0. The composer strapped PIPEMASTER makes the upstream pixel itself
+///   (background, A = 0, far) and answers its own PIPEREADY with STARTFRAME one clock later.
+/// - buffer: a pixel sampled from the bus at an edge can be composited at the next one.
+/// - BUSREADY: with no burst for this composer under way, or with the rest of it fitting one beat, high while
+///   ready_space_pixels are free beside that rest: a slot would be taken. Earlier in a burst, high while the
+///   beat on its way and one more fit; the first low clock ends the burst, and the beat sampled after it is its
+///   last.
+/// - PIPEREADY rises after the edge that sees PIPEREADY from below while this composer is prefetched, and falls
+///   after the edge that sees STARTFRAME. Prefetched: the next frame's table is complete and its segment is
+///   empty, wholly in the buffer, or the buffer takes no further slot.
+/// - starvation: a covered raster pixel whose segment pixel is not there. `glitch`: the upstream pixel passes
+///   and is counted. `stall`: STALL is raised one clock ahead, and the column stands still at the next edge;
+///   while COLUMNSTALL is high no register of the pipeline side changes.
+///
+/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a third table.
+class Composer final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<bool> pipemaster_i{"pipemaster_i"};
+    sc_core::sc_in<BusBeat> bus_i{"bus_i"};
+    sc_core::sc_out<bool> busready_o{"busready_o"};
+    sc_core::sc_out<bool> tableready_o{"tableready_o"};  ///< another frame's table can be taken
+    sc_core::sc_in<bool> startframe_i{"startframe_i"};
+    sc_core::sc_out<bool> startframe_o{"startframe_o"};
+    sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
+    sc_core::sc_out<PipePixel> pipe_o{"pipe_o"};
+    sc_core::sc_in<bool> pipeready_i{"pipeready_i"};    ///< from below
+    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};   ///< to above
+    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
+    sc_core::sc_out<bool> stall_o{"stall_o"};
+
+    /// display: from 1. The scenario gives raster, composition, background, buffer and bus parameters.
+    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display);
+    SC_HAS_PROCESS(Composer);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    std::string waiting_for() const override;
+
+    /// Counters; renderer and display are left to the machine that wires the composer.
+    const ComposerCounters& counters() const { return counters_; }
+
+    /// Core cycles of STARTFRAME and of the first and last pixel composited, for each frame that has started.
+    static constexpr std::int64_t kNever = -1;
+    struct FrameSpan {
+        std::int64_t startframe_cycle = kNever;
+        std::int64_t start_cycle = kNever;
+        std::int64_t end_cycle = kNever;
+    };
+    const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
+
+    /// Core cycle of the first BUSREADY drop in a burst, and of the first starved pixel or stalled clock.
+    std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
+    std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
+
+  private:
+    void clock_edge();
+    void reset();
+    void pipeline_edge();
+    void start_frame();
+    void composite(Pixel upstream);
+    void end_frame();
+    void bus_edge();
+    void take_beat(const BusBeat& beat);
+    void drive_handshakes(bool was_running);
+    bool slot_ready() const;
+    bool prefetched() const;
+    bool next_pixel_missing() const;
+    void note_first(std::int64_t& cycle) const;
+
+    // Configuration, constant after elaboration.
+    std::uint16_t display_;
+    Composition composition_;
+    StarvationMode on_starvation_;
+    Pixel background_;
+    int raster_width_;
+    int raster_height_;
+    int ready_space_pixels_;
+    int pixels_per_beat_;
+    std::int64_t core_period_picoseconds_;
+
+    // Registers.
+    ComposerBuffer buffer_;
+    SegmentWalker walker_;
+    bool running_ = false;
+    bool startframe_ = false;
+    bool pipeready_ = false;
+    bool busready_ = false;
+    bool stall_ = false;
+    bool pipe_valid_ = false;
+    bool local_starved_ = false;
+    int announced_ = 0;         ///< pixels of the burst under way that are still to come
+    bool burst_cut_ = false;    ///< BUSREADY has just been dropped: the beat sampled now is the burst's last
+    int frame_ = -1;            ///< number of the frame composited, from 0
+    ComposerCounters counters_;
+    std::vector<FrameSpan> frame_spans_;
+    std::int64_t first_busready_drop_cycle_ = kNever;
+    std::int64_t first_starved_cycle_ = kNever;
+};
+
+}  // namespace metabuffer::rtl

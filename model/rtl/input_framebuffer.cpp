@@ -1,0 +1,447 @@
+#include "rtl/input_framebuffer.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace metabuffer::rtl {
+namespace {
+
+constexpr int kFramesPerPair = 2;
+constexpr std::size_t kRowMessagesKept = 16;
+
+int divide_up(int value, int divisor) { return (value + divisor - 1) / divisor; }
+
+}  // namespace
+
+InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer)
+    : Block(name),
+      busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
+      tableready_i("tableready_i", static_cast<std::size_t>(scenario.displays.count())),
+      scenario_(scenario),
+      renderer_(scenario.renderers[static_cast<std::size_t>(renderer)]),
+      limits_(scenario.limits(renderer_)),
+      pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
+      cycles_per_beat_(cycles_per_beat(scenario.bus)),
+      cycles_per_table_row_(divide_up(8 * kControlRowBytes, scenario.bus.width_bits)),
+      lost_slot_cycles_(divide_up(scenario.bus.burst_pixels, pixels_per_beat_) * cycles_per_beat_),
+      // A link that comes up shows one vertical sync before its first pair: a whole pair time is granted to it.
+      timeout_clocks_(std::int64_t{kFramesPerPair} * renderer_.timing().frame_clocks() *
+                          scenario.link_timeout_pairs +
+                      std::int64_t{DviTiming::kVerticalSyncLines} * renderer_.timing().line_clocks()),
+      frame_memory_("frame_memory", scenario.memory, scenario.depth_format,
+                    std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels),
+      bus_arbiter_("bus_arbiter", scenario.bus.arbitration) {
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+    SC_METHOD(link_clock_edge);
+    sensitive << dvi_clk_i.pos();
+    dont_initialize();
+}
+
+// ---- the link's side ------------------------------------------------------------------------------------------
+
+void InputFramebuffer::link_reset() {
+    back_bank_ = BackBank::kFree;
+    front_valid_ = false;
+    lost_valid_ = false;
+    wanted_pair_ = 0;
+    request_seen_ = false;
+    request_open_ = false;
+    clocks_since_answer_ = 0;
+    answer_now_ = Answer{};
+    request_synchronizer_.reset();
+    answer_.write(answer_now_);
+    pair_request_o.write(false);
+}
+
+void InputFramebuffer::link_clock_edge() {
+    ++link_edge_;
+    if (reset_i.read()) {
+        link_reset();
+        return;
+    }
+    ++clocks_since_answer_;
+    const DecodedPixel& pixel = pixel_i.read();
+    if (pixel.valid) {
+        frame_memory_.write_half(pixel.kind, pixel.address, pixel.data);
+        // link_edge_ counts this edge; the decoder took the pixel from the link at the one before.
+        last_pixel_edge_ = link_edge_ - 2;
+        ++link_pixels_;
+    }
+    take_event(event_i.read());
+    const bool request = request_synchronizer_.sample(request_.read());
+    if (request != request_seen_) {
+        request_seen_ = request;
+        request_open_ = true;
+    }
+    if (request_open_) {
+        if (const std::optional<bool> fresh = answer_to_request()) {
+            answer_now_ = {!answer_now_.toggle, *fresh};
+            answer_.write(answer_now_);
+            request_open_ = false;
+            ++wanted_pair_;
+            clocks_since_answer_ = 0;
+        }
+    }
+    pair_request_o.write(back_bank_ != BackBank::kWhole);
+}
+
+void InputFramebuffer::take_event(const DecoderEvent& event) {
+    if (event.rejected && back_bank_ == BackBank::kFilling) {
+        back_bank_ = BackBank::kFree;
+    }
+    if (event.pair_lost) {
+        lost_valid_ = true;
+        lost_number_ = event.lost_number;
+    }
+    if (event.colour_start) {
+        if (back_bank_ == BackBank::kWhole) {
+            ++dropped_frames_;
+        }
+        back_bank_ = BackBank::kFilling;
+        back_table_.clear();
+    }
+    if (event.row) {
+        back_table_.push_back(event.table_row);
+    }
+    if (event.pair_good) {
+        accept_pair(event.number);
+    }
+}
+
+void InputFramebuffer::accept_pair(std::uint32_t number) {
+    back_bank_ = BackBank::kWhole;
+    back_number_ = number;
+    ValidatedTable table = validate_table(back_table_, limits_);
+    for (const RejectedRow& row : table.rejected) {
+        ++rejected_rows_[static_cast<std::size_t>(row.defect)];
+        if (rejected_row_messages_.size() < kRowMessagesKept) {
+            rejected_row_messages_.push_back("pair " + std::to_string(number) + ", row " +
+                                             std::to_string(row.index) + ": " + row.message);
+        }
+    }
+    back_table_ = std::move(table.rows);
+}
+
+/// True: the banks are swapped, the pair is fresh. False: the front pair again. Nothing: not yet.
+std::optional<bool> InputFramebuffer::answer_to_request() {
+    if (scenario_.pacing == Pacing::kFreeRunning) {
+        if (back_bank_ == BackBank::kWhole) {
+            swap_banks();
+            return true;
+        }
+        return front_valid_ || timed_out() ? std::optional<bool>(false) : std::nullopt;
+    }
+    if (back_bank_ == BackBank::kWhole) {
+        const auto ahead = static_cast<std::int32_t>(back_number_ - wanted_pair_);
+        if (ahead == 0) {
+            swap_banks();
+            return true;
+        }
+        if (ahead > 0) {
+            return false;  // the wanted pair will not come any more
+        }
+        ++dropped_frames_;  // it came too late
+        back_bank_ = BackBank::kFree;
+    }
+    const bool lost = lost_valid_ && lost_number_ == wanted_pair_;
+    return lost || timed_out() ? std::optional<bool>(false) : std::nullopt;
+}
+
+void InputFramebuffer::swap_banks() {
+    frame_memory_.swap_banks();
+    front_rows_ = back_table_;
+    front_source_ = {static_cast<int>(back_number_), true,
+                     last_pixel_edge_ * clock_period_picoseconds(scenario_.clocks.dvi_in_mhz)};
+    front_valid_ = true;
+    back_bank_ = BackBank::kFree;
+}
+
+// ---- the bus side ---------------------------------------------------------------------------------------------
+
+void InputFramebuffer::reset() {
+    state_ = State::kRequest;
+    answer_synchronizer_.reset();
+    answer_toggle_ = false;
+    frames_started_ = 0;
+    burst_row_ = kNoRow;
+    request_.write(false);
+    bus_driven_ = true;
+    drive_nothing();
+}
+
+void InputFramebuffer::clock_edge() {
+    if (reset_i.read()) {
+        reset();
+        ++counters_.idle_cycles;
+        return;
+    }
+    const Answer& answer = answer_synchronizer_.sample(answer_.read());
+    switch (state_) {
+        case State::kRequest:
+            ++counters_.idle_cycles;
+            ask_for_frame();
+            break;
+        case State::kWait:
+            ++counters_.idle_cycles;
+            if (answer.toggle != answer_toggle_) {
+                answer_toggle_ = answer.toggle;
+                start_frame(answer.fresh);
+            }
+            break;
+        case State::kTable: table_clock(); break;
+        case State::kSend: send_clock(); break;
+        case State::kDone: ++counters_.idle_cycles; break;
+    }
+}
+
+void InputFramebuffer::ask_for_frame() {
+    if (frames_started_ == scenario_.frames) {
+        state_ = State::kDone;
+        return;
+    }
+    request_.write(!request_.read());
+    state_ = State::kWait;
+}
+
+void InputFramebuffer::start_frame(bool fresh) {
+    ++frames_started_;
+    if (!fresh) {
+        ++repeated_frames_;
+    }
+    frame_sources_.push_back(front_source_);
+    frame_sources_.back().fresh = fresh;
+
+    rows_.clear();
+    pixels_left_ = 0;
+    std::vector<Segment> segments;
+    for (const ViewportRow& row : front_rows_) {
+        Row state;
+        state.segment = Segment(row, limits_.raster_width_pixels, limits_.raster_height_pixels);
+        state.composer = row.dcomp - std::size_t{1};
+        state.left = state.segment.pixels();
+        state.address = std::int64_t{row.sy} * renderer_.image_width_pixels + row.sx;
+        pixels_left_ += state.left;
+        segments.push_back(state.segment);
+        rows_.push_back(state);
+    }
+    requests_.assign(rows_.size(), BusRequest{});
+    bus_arbiter_.start_frame(segments);
+    frame_memory_.close_page();
+    table_started_ = false;
+    table_row_ = 0;
+    table_wait_ = cycles_per_table_row_;
+    state_ = State::kTable;
+}
+
+bool InputFramebuffer::composers_take_table() const {
+    return std::all_of(tableready_i.begin(), tableready_i.end(),
+                       [](const sc_core::sc_in<bool>& tableready) { return tableready.read(); });
+}
+
+void InputFramebuffer::table_clock() {
+    drive_nothing();
+    if (!table_started_) {
+        if (!composers_take_table()) {
+            ++counters_.poll_cycles;
+            return;
+        }
+        table_started_ = true;
+        drive(BusBeat::frame_start(rows_.empty()));
+    } else if (--table_wait_ == 0) {
+        const ViewportRow& row = rows_[table_row_++].segment.row();
+        drive(BusBeat::table_row(row, table_row_ == rows_.size()));
+        table_wait_ = cycles_per_table_row_;
+    }
+    ++counters_.table_cycles;
+    if (table_row_ == rows_.size()) {
+        state_ = State::kSend;
+    }
+}
+
+void InputFramebuffer::send_clock() {
+    drive_nothing();
+    announced_seen_ = announced_before_;
+    announced_before_ = announced_;
+    const int passed_over_row = std::exchange(unseen_row_, kNoRow);
+    stop_burst_on_busready();
+    if (beat_wait_ > 0) {
+        ++counters_.busy_cycles;
+        if (--beat_wait_ == 0) {
+            drive_beat();
+        }
+        return;
+    }
+    if (lost_wait_ > 0) {
+        ++counters_.lost_cycles;
+        --lost_wait_;
+        return;
+    }
+    if (burst_row_ == kNoRow) {
+        if (pixels_left_ == 0) {
+            ++counters_.idle_cycles;
+            ask_for_frame();
+            return;
+        }
+        if (!arbitrate(passed_over_row)) {
+            return;
+        }
+    }
+    Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+    if (!page_ready(row.address)) {
+        ++counters_.page_miss_cycles;
+        return;
+    }
+    ++counters_.busy_cycles;
+    fill_beat(row);
+    beat_wait_ = cycles_per_beat_ - 1;
+    if (beat_wait_ == 0) {
+        drive_beat();
+    }
+}
+
+/// A low BUSREADY stops a burst, unless it is the answer to the question whether a further slot would be
+/// taken: that is what a composer answers once the rest of the burst fits one beat.
+void InputFramebuffer::stop_burst_on_busready() {
+    if (burst_row_ == kNoRow || announced_seen_ <= pixels_per_beat_ ||
+        busready_i[rows_[static_cast<std::size_t>(burst_row_)].composer].read()) {
+        return;
+    }
+    stopped_row_ = beat_wait_ > 0 ? burst_row_ : kNoRow;
+    burst_row_ = kNoRow;
+    burst_left_ = 0;
+    page_wait_ = 0;
+    announced_ = 0;
+}
+
+/// False if no burst starts in this clock.
+bool InputFramebuffer::arbitrate(int passed_over_row) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        requests_[i].pending = rows_[i].left > 0;
+        requests_[i].ready =
+            static_cast<int>(i) != passed_over_row && busready_i[rows_[i].composer].read();
+        requests_[i].next_pixel = rows_[i].segment.pixels() - rows_[i].left;
+    }
+    const BusGrant grant = bus_arbiter_.pick(requests_);
+    switch (grant.kind) {
+        case BusGrant::Kind::kPoll: ++counters_.poll_cycles; return false;
+        case BusGrant::Kind::kLost:
+            ++counters_.lost_cycles;
+            lost_wait_ = lost_slot_cycles_ - 1;
+            return false;
+        case BusGrant::Kind::kBurst: break;
+    }
+    counters_.recovered_slots += grant.recovered_slots;
+    ++counters_.bursts;
+    burst_row_ = grant.row;
+    burst_left_ = static_cast<int>(std::min<std::int64_t>(
+        scenario_.bus.burst_pixels, rows_[static_cast<std::size_t>(grant.row)].left));
+    burst_started_ = false;
+    return true;
+}
+
+/// False while the page of the next word is being opened.
+bool InputFramebuffer::page_ready(std::int64_t address) {
+    if (page_wait_ > 0) {
+        --page_wait_;
+        return false;
+    }
+    if (frame_memory_.page_is_open(address)) {
+        return true;
+    }
+    frame_memory_.open_page(address);
+    ++counters_.page_misses;
+    if (frame_memory_.page_miss_cycles() == 0) {
+        return true;
+    }
+    page_wait_ = frame_memory_.page_miss_cycles() - 1;
+    return false;
+}
+
+/// Reads the next words of the open page, as many as fit one beat.
+void InputFramebuffer::fill_beat(Row& row) {
+    const ViewportRow& table_row = row.segment.row();
+    beat_.kind = BusBeat::Kind::kPixels;
+    beat_.last = false;
+    beat_.destination = table_row.dcomp;
+    beat_.count = 0;
+    do {
+        beat_.words[beat_.count++] = frame_memory_.read(row.address).word();
+        --row.left;
+        --burst_left_;
+        ++row.address;
+        if (++row.column == table_row.sdx) {
+            row.column = 0;
+            row.address += renderer_.image_width_pixels - table_row.sdx;
+        }
+    } while (beat_.count < pixels_per_beat_ && burst_left_ > 0 && frame_memory_.page_is_open(row.address));
+    pixels_left_ -= beat_.count;
+    counters_.pixels_sent += beat_.count;
+}
+
+void InputFramebuffer::drive_beat() {
+    beat_.remaining = static_cast<std::uint32_t>(burst_left_);
+    drive(beat_);
+    announced_ = burst_left_;
+    if (burst_left_ == 0) {
+        unseen_row_ = burst_started_ ? std::exchange(stopped_row_, kNoRow) : burst_row_;
+        burst_row_ = kNoRow;
+    }
+    burst_started_ = true;
+}
+
+void InputFramebuffer::drive(const BusBeat& beat) {
+    bus_o.write(beat);
+    bus_driven_ = true;
+}
+
+void InputFramebuffer::drive_nothing() {
+    if (bus_driven_) {
+        bus_o.write(BusBeat{});
+        bus_driven_ = false;
+    }
+}
+
+void InputFramebuffer::trace(sc_core::sc_trace_file* file) const {
+    sc_core::sc_trace(file, pair_request_o, path("pair_request"));
+    sc_trace(file, bus_o.read(), path("BUS"));
+    for (std::size_t d = 0; d < busready_i.size(); ++d) {
+        const std::string display = "_" + std::to_string(d + 1);
+        sc_core::sc_trace(file, busready_i[d], path(("BUSREADY" + display).c_str()));
+        sc_core::sc_trace(file, tableready_i[d], path(("TABLEREADY" + display).c_str()));
+    }
+    sc_core::sc_trace(file, request_, path("request"));
+    sc_trace(file, answer_.read(), path("answer"));
+    sc_core::sc_trace(file, burst_row_, path("burst_row"));
+    sc_core::sc_trace(file, burst_left_, path("burst_left"));
+    sc_core::sc_trace(file, page_wait_, path("page_wait"));
+    sc_core::sc_trace(file, pixels_left_, path("pixels_left"));
+    sc_core::sc_trace(file, frames_started_, path("frames_started"));
+    frame_memory_.trace(file);
+    bus_arbiter_.trace(file);
+}
+
+std::string InputFramebuffer::waiting_for() const {
+    const std::string frame = std::to_string(frames_started_ - 1);
+    switch (state_) {
+        case State::kRequest:
+        case State::kWait: return "waits for pair " + std::to_string(frames_started_) + " from the link";
+        case State::kTable:
+            return table_started_ ? "" : "waits for TABLEREADY of every composer to broadcast the table of frame " + frame;
+        case State::kSend: {
+            std::string composers;
+            for (const Row& row : rows_) {
+                if (row.left > 0) {
+                    composers += (composers.empty() ? "" : ", ") + std::to_string(row.segment.row().dcomp);
+                }
+            }
+            return "waits for BUSREADY of the composers of display " + composers + " with " +
+                   std::to_string(pixels_left_) + " pixels of frame " + frame + " to send";
+        }
+        case State::kDone: return {};
+    }
+    return {};
+}
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,468 @@
+#include "rtl/metabuffer.h"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace metabuffer::rtl {
+namespace {
+
+constexpr int kResetCycles = 2;
+
+std::string numbered(const char* stem, std::size_t index) { return stem + ("_" + std::to_string(index + 1)); }
+
+std::string numbered(const char* stem, std::size_t renderer, std::size_t display) {
+    return numbered(numbered(stem, renderer).c_str(), display);
+}
+
+sc_core::sc_time picoseconds(std::int64_t count) {
+    return sc_core::sc_time(static_cast<double>(count), sc_core::SC_PS);
+}
+
+/// The earlier of two events, either of which may never have happened.
+std::int64_t earlier(std::int64_t a, std::int64_t b) {
+    if (a == Composer::kNever || b == Composer::kNever) {
+        return std::max(a, b);
+    }
+    return std::min(a, b);
+}
+
+template <typename Value>
+class SignalBank {
+  public:
+    /// One signal, named by its place, for each of `count` places.
+    template <typename NameOf>
+    SignalBank(std::size_t count, NameOf name_of) {
+        for (std::size_t i = 0; i < count; ++i) {
+            signals_.push_back(std::make_unique<sc_core::sc_signal<Value>>(name_of(i).c_str()));
+        }
+    }
+    sc_core::sc_signal<Value>& operator[](std::size_t i) { return *signals_[i]; }
+
+  private:
+    std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
+};
+
+}  // namespace
+
+/// Every wire between two blocks, by the paper's names where it has one. The pipeline wires of display d run
+/// from PIPE_0_d (above the top composer) to PIPE_M_d; wire r leaves composer r.
+struct Metabuffer::Wires {
+    Wires(std::size_t renderers, std::size_t displays)
+        : link_in(renderers, [](std::size_t r) { return numbered("DVI_IN", r); }),
+          pixel(renderers, [](std::size_t r) { return numbered("PIXEL", r); }),
+          event(renderers, [](std::size_t r) { return numbered("EVENT", r); }),
+          pair_request(renderers, [](std::size_t r) { return numbered("PAIR_REQUEST", r); }),
+          bus(renderers, [](std::size_t r) { return numbered("BUS", r); }),
+          pipemaster(renderers, [](std::size_t r) { return numbered("PIPEMASTER", r); }),
+          busready(renderers * displays, name_of("BUSREADY", displays)),
+          tableready(renderers * displays, name_of("TABLEREADY", displays)),
+          stall(renderers * displays, name_of("STALL", displays)),
+          pipe((renderers + 1) * displays, name_of("PIPE", displays)),
+          startframe((renderers + 1) * displays, name_of("STARTFRAME", displays)),
+          pipeready((renderers + 1) * displays, name_of("PIPEREADY", displays)),
+          column_stall(displays, [](std::size_t d) { return numbered("COLUMNSTALL", d); }),
+          framedone(displays, [](std::size_t d) { return numbered("FRAMEDONE", d); }),
+          link_out(displays, [](std::size_t d) { return numbered("DVI_OUT", d); }) {}
+
+    static std::function<std::string(std::size_t)> name_of(const char* stem, std::size_t displays) {
+        return [stem, displays](std::size_t i) { return numbered(stem, i / displays, i % displays); };
+    }
+
+    SignalBank<DviLink> link_in;
+    SignalBank<DecodedPixel> pixel;
+    SignalBank<DecoderEvent> event;
+    SignalBank<bool> pair_request;
+    SignalBank<BusBeat> bus;
+    SignalBank<bool> pipemaster;
+    SignalBank<bool> busready;
+    SignalBank<bool> tableready;
+    SignalBank<bool> stall;
+    SignalBank<PipePixel> pipe;
+    SignalBank<bool> startframe;
+    SignalBank<bool> pipeready;  ///< wire r is raised by composer r, the last one by the output framebuffer
+    SignalBank<bool> column_stall;
+    SignalBank<bool> framedone;
+    SignalBank<DviLink> link_out;
+    sc_core::sc_signal<bool> swaplock{"SWAPLOCK"};
+};
+
+Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario)
+    : Block(name),
+      scenario_(scenario),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      dvi_in_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
+      dvi_out_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
+      wires_(std::make_unique<Wires>(renderers(), displays())),
+      last_frame_shown_(displays(), -1) {
+    make_clocks();
+    make_renderer_side();
+    make_composers();
+    make_display_side();
+    watchdog_ = std::make_unique<Watchdog>(
+        "watchdog", picoseconds(watchdog_interval_cycles() * core_period_picoseconds_),
+        [this] { return progress(); }, [this] { watchdog_timeout(); });
+    SC_METHOD(release_reset);
+    SC_METHOD(finish);
+    sensitive << finish_event_;
+    dont_initialize();
+}
+
+Metabuffer::~Metabuffer() = default;
+
+void Metabuffer::make_clocks() {
+    const auto make_clock = [](const char* name, std::int64_t period) {
+        return std::make_unique<sc_core::sc_clock>(name, picoseconds(period));
+    };
+    core_clk_ = make_clock("core_clk", core_period_picoseconds_);
+    dvi_in_clk_ = core_clk_.get();
+    if (dvi_in_period_picoseconds_ != core_period_picoseconds_) {
+        own_dvi_in_clk_ = make_clock("dvi_in_clk", dvi_in_period_picoseconds_);
+        dvi_in_clk_ = own_dvi_in_clk_.get();
+    }
+    dvi_out_clk_ = core_clk_.get();
+    if (dvi_out_period_picoseconds_ == dvi_in_period_picoseconds_) {
+        dvi_out_clk_ = dvi_in_clk_;
+    } else if (dvi_out_period_picoseconds_ != core_period_picoseconds_) {
+        own_dvi_out_clk_ = make_clock("dvi_out_clk", dvi_out_period_picoseconds_);
+        dvi_out_clk_ = own_dvi_out_clk_.get();
+    }
+}
+
+void Metabuffer::make_renderer_side() {
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        auto source =
+            std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_, static_cast<int>(r));
+        source->clk_i(*dvi_in_clk_);
+        source->reset_i(reset_);
+        source->pair_request_i(wires_->pair_request[r]);
+        source->link_o(wires_->link_in[r]);
+        blocks_.push_back(source.get());
+
+        auto decoder = std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(),
+                                                    scenario_.renderers[r].timing());
+        decoder->clk_i(*dvi_in_clk_);
+        decoder->reset_i(reset_);
+        decoder->link_i(wires_->link_in[r]);
+        decoder->pixel_o(wires_->pixel[r]);
+        decoder->event_o(wires_->event[r]);
+        blocks_.push_back(decoder.get());
+
+        auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(), scenario_,
+                                                              static_cast<int>(r));
+        framebuffer->clk_i(*core_clk_);
+        framebuffer->reset_i(reset_);
+        framebuffer->dvi_clk_i(*dvi_in_clk_);
+        framebuffer->pixel_i(wires_->pixel[r]);
+        framebuffer->event_i(wires_->event[r]);
+        framebuffer->pair_request_o(wires_->pair_request[r]);
+        framebuffer->bus_o(wires_->bus[r]);
+        for (std::size_t d = 0; d < displays(); ++d) {
+            framebuffer->busready_i[d](wires_->busready[r * displays() + d]);
+            framebuffer->tableready_i[d](wires_->tableready[r * displays() + d]);
+        }
+        blocks_.push_back(framebuffer.get());
+
+        dvi_sources_.push_back(std::move(source));
+        dvi_decoders_.push_back(std::move(decoder));
+        input_framebuffers_.push_back(std::move(framebuffer));
+        wires_->pipemaster[r].write(r == 0);
+    }
+}
+
+void Metabuffer::make_composers() {
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        for (std::size_t d = 0; d < displays(); ++d) {
+            auto composer = std::make_unique<Composer>(numbered("composer", r, d).c_str(), scenario_,
+                                                       static_cast<int>(d) + 1);
+            const std::size_t above = r * displays() + d;
+            const std::size_t below = above + displays();
+            composer->clk_i(*core_clk_);
+            composer->reset_i(reset_);
+            composer->pipemaster_i(wires_->pipemaster[r]);
+            composer->bus_i(wires_->bus[r]);
+            composer->busready_o(wires_->busready[above]);
+            composer->tableready_o(wires_->tableready[above]);
+            composer->startframe_i(wires_->startframe[above]);
+            composer->startframe_o(wires_->startframe[below]);
+            composer->pipe_i(wires_->pipe[above]);
+            composer->pipe_o(wires_->pipe[below]);
+            composer->pipeready_i(wires_->pipeready[below]);
+            composer->pipeready_o(wires_->pipeready[above]);
+            composer->column_stall_i(wires_->column_stall[d]);
+            composer->stall_o(wires_->stall[above]);
+            blocks_.push_back(composer.get());
+            composers_.push_back(std::move(composer));
+        }
+    }
+}
+
+void Metabuffer::make_display_side() {
+    swap_lock_ = std::make_unique<SwapLock>("swap_lock", static_cast<int>(displays()));
+    swap_lock_->swaplock_o(wires_->swaplock);
+    blocks_.push_back(swap_lock_.get());
+    const std::size_t bottom = renderers() * displays();
+    for (std::size_t d = 0; d < displays(); ++d) {
+        auto stall =
+            std::make_unique<ColumnStall>(numbered("column_stall", d).c_str(), static_cast<int>(renderers()));
+        for (std::size_t r = 0; r < renderers(); ++r) {
+            stall->stall_i[r](wires_->stall[r * displays() + d]);
+        }
+        stall->column_stall_o(wires_->column_stall[d]);
+        blocks_.push_back(stall.get());
+
+        auto framebuffer =
+            std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(), scenario_);
+        framebuffer->clk_i(*core_clk_);
+        framebuffer->reset_i(reset_);
+        framebuffer->dvi_clk_i(*dvi_out_clk_);
+        framebuffer->startframe_i(wires_->startframe[bottom + d]);
+        framebuffer->pipe_i(wires_->pipe[bottom + d]);
+        framebuffer->column_stall_i(wires_->column_stall[d]);
+        framebuffer->pipeready_o(wires_->pipeready[bottom + d]);
+        framebuffer->framedone_o(wires_->framedone[d]);
+        framebuffer->swaplock_i(wires_->swaplock);
+        framebuffer->link_o(wires_->link_out[d]);
+        swap_lock_->framedone_i[d](wires_->framedone[d]);
+        blocks_.push_back(framebuffer.get());
+
+        auto display = std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str());
+        display->clk_i(*dvi_out_clk_);
+        display->reset_i(reset_);
+        display->link_i(wires_->link_out[d]);
+        display->on_frame([this, d](const ColourImage& image) { frame_captured(d, image); });
+        blocks_.push_back(display.get());
+
+        column_stalls_.push_back(std::move(stall));
+        output_framebuffers_.push_back(std::move(framebuffer));
+        dvi_displays_.push_back(std::move(display));
+    }
+}
+
+void Metabuffer::release_reset() {
+    if (sc_core::sc_time_stamp() == sc_core::SC_ZERO_TIME) {
+        next_trigger(picoseconds(kResetCycles * core_period_picoseconds_ - core_period_picoseconds_ / 2));
+        return;
+    }
+    reset_.write(false);
+}
+
+void Metabuffer::frame_captured(std::size_t display, const ColourImage& image) {
+    const int frame = output_framebuffers_[display]->front_frame();
+    if (frame == last_frame_shown_[display]) {
+        return;  // nothing new was on the screen
+    }
+    last_frame_shown_[display] = frame;
+    if (on_frame_shown_) {
+        on_frame_shown_(frame, static_cast<int>(display) + 1, image);
+    }
+    const int shown = *std::min_element(last_frame_shown_.begin(), last_frame_shown_.end()) + 1;
+    if (shown > frames_shown_) {
+        frames_shown_ = shown;
+        if (shown == scenario_.frames) {
+            // In a delta cycle of its own: every block has then done the clock that is being executed.
+            finish_event_.notify(sc_core::SC_ZERO_TIME);
+        }
+    }
+}
+
+void Metabuffer::finish() {
+    if (finished_) {
+        return;
+    }
+    finished_ = true;
+    if (on_finished_) {
+        on_finished_();
+    }
+}
+
+// ---- the watchdog ---------------------------------------------------------------------------------------------
+
+std::int64_t Metabuffer::progress() const {
+    std::int64_t count = raster_pixels_taken();
+    for (const auto& framebuffer : input_framebuffers_) {
+        const BusCounters& bus = framebuffer->counters();
+        count += bus.pixels_sent + bus.table_cycles + framebuffer->link_pixels();
+    }
+    for (const auto& framebuffer : output_framebuffers_) {
+        count += framebuffer->front_frame();
+    }
+    return count;
+}
+
+/// Nothing may move while a link is waited for, or the next frame of the DVI outputs; twice the longest such
+/// silence, and some for what is short, is safe.
+std::int64_t Metabuffer::watchdog_interval_cycles() const {
+    if (scenario_.watchdog_cycles > 0) {
+        return scenario_.watchdog_cycles;
+    }
+    constexpr std::int64_t kShortWaitsCycles = 10'000;
+    std::int64_t quiet_picoseconds = 0;
+    for (const auto& framebuffer : input_framebuffers_) {
+        quiet_picoseconds =
+            std::max(quiet_picoseconds, framebuffer->timeout_clocks() * dvi_in_period_picoseconds_);
+    }
+    const DviTiming out{scenario_.displays.width_pixels, scenario_.displays.height_pixels};
+    quiet_picoseconds += 2 * out.frame_clocks() * dvi_out_period_picoseconds_;
+    return 2 * quiet_picoseconds / core_period_picoseconds_ + static_cast<std::int64_t>(renderers()) +
+           kShortWaitsCycles;
+}
+
+void Metabuffer::watchdog_timeout() {
+    if (finished_) {
+        return;
+    }
+    const std::string own_prefix = std::string(name()) + ".";
+    for (const Block* block : blocks_) {
+        const std::string waiting = block->waiting_for();
+        if (!waiting.empty()) {
+            watchdog_findings_.push_back(std::string(block->name()).substr(own_prefix.size()) + " " + waiting);
+        }
+    }
+    finish_event_.notify(sc_core::SC_ZERO_TIME);
+}
+
+// ---- what a run tells -----------------------------------------------------------------------------------------
+
+std::int64_t Metabuffer::raster_pixels_taken() const {
+    std::int64_t count = 0;
+    for (const auto& framebuffer : output_framebuffers_) {
+        count += framebuffer->pixels_taken();
+    }
+    return count;
+}
+
+std::int64_t Metabuffer::raster_pixels_to_take() const {
+    return std::int64_t{scenario_.displays.raster_width_pixels()} * scenario_.displays.raster_height_pixels() *
+           scenario_.displays.count() * scenario_.frames;
+}
+
+std::vector<FrameRecord> Metabuffer::frame_records() const {
+    std::vector<FrameRecord> records;
+    for (int frame = 0; frame < frames_shown_; ++frame) {
+        const auto f = static_cast<std::size_t>(frame);
+        FrameRecord record;
+        record.index = frame;
+        record.start_cycle = std::numeric_limits<std::int64_t>::max();
+        for (std::size_t d = 0; d < displays(); ++d) {
+            record.start_cycle = std::min(record.start_cycle, composer(0, d).frame_spans()[f].start_cycle);
+            record.end_cycle =
+                std::max(record.end_cycle, composer(renderers() - 1, d).frame_spans()[f].end_cycle);
+        }
+        std::int64_t last_pixel_picoseconds = -1;
+        for (const auto& framebuffer : input_framebuffers_) {
+            const InputFramebuffer::FrameSource& source = framebuffer->frame_sources()[f];
+            record.pairs.push_back(source.pair);
+            if (source.fresh) {
+                last_pixel_picoseconds = std::max(last_pixel_picoseconds, source.last_pixel_picoseconds);
+            }
+        }
+        if (last_pixel_picoseconds >= 0) {
+            record.latency_cycles = record.end_cycle - last_pixel_picoseconds / core_period_picoseconds_;
+        }
+        records.push_back(std::move(record));
+    }
+    return records;
+}
+
+RunReport Metabuffer::report() const {
+    RunReport report;
+    report.scenario = scenario_.name;
+    report.level = "rtl";
+    report.core_mhz = scenario_.clocks.core_mhz;
+    report.core_cycles = core_cycle() + 1;
+    report.buffer_pixels = scenario_.composer.buffer_pixels;
+    report.frames = frame_records();
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        const InputFramebuffer& framebuffer = *input_framebuffers_[r];
+        RendererCounters counters;
+        counters.name = scenario_.renderers[r].name;
+        counters.bus = framebuffer.counters();
+        counters.rejected_frames = dvi_decoders_[r]->rejected_frames();
+        counters.rejected_rows = framebuffer.rejected_rows();
+        counters.rejected_row_messages = framebuffer.rejected_row_messages();
+        counters.repeated_frames = framebuffer.repeated_frames();
+        counters.dropped_frames = framebuffer.dropped_frames();
+        report.renderers.push_back(std::move(counters));
+        for (std::size_t d = 0; d < displays(); ++d) {
+            report.composers.push_back(composer(r, d).counters());
+            report.composers.back().renderer = static_cast<int>(r) + 1;
+            report.composers.back().display = static_cast<int>(d) + 1;
+        }
+    }
+    for (std::size_t d = 0; d < displays(); ++d) {
+        DisplayCounters counters;
+        counters.frames_shown = last_frame_shown_[d] + 1;
+        counters.stalled_cycles = output_framebuffers_[d]->stalled_cycles();
+        report.displays.push_back(counters);
+    }
+    return report;
+}
+
+std::int64_t Metabuffer::first_busready_drop_cycle() const {
+    return std::accumulate(composers_.begin(), composers_.end(), Composer::kNever,
+                           [](std::int64_t cycle, const std::unique_ptr<Composer>& composer) {
+                               return earlier(cycle, composer->first_busready_drop_cycle());
+                           });
+}
+
+std::int64_t Metabuffer::first_starved_cycle() const {
+    return std::accumulate(composers_.begin(), composers_.end(), Composer::kNever,
+                           [](std::int64_t cycle, const std::unique_ptr<Composer>& composer) {
+                               return earlier(cycle, composer->first_starved_cycle());
+                           });
+}
+
+std::int64_t Metabuffer::startframe_cycle(int frame) const {
+    std::int64_t cycle = Composer::kNever;
+    for (std::size_t d = 0; d < displays(); ++d) {
+        const auto& spans = composer(0, d).frame_spans();
+        if (spans.size() > static_cast<std::size_t>(frame)) {
+            cycle = earlier(cycle, spans[static_cast<std::size_t>(frame)].startframe_cycle);
+        }
+    }
+    return cycle;
+}
+
+std::int64_t Metabuffer::frame_end_cycle(int frame) const {
+    std::int64_t cycle = Composer::kNever;
+    for (std::size_t d = 0; d < displays(); ++d) {
+        const auto& spans = composer(renderers() - 1, d).frame_spans();
+        if (spans.size() <= static_cast<std::size_t>(frame) ||
+            spans[static_cast<std::size_t>(frame)].end_cycle == Composer::kNever) {
+            return Composer::kNever;
+        }
+        cycle = std::max(cycle, spans[static_cast<std::size_t>(frame)].end_cycle);
+    }
+    return cycle;
+}
+
+int Metabuffer::trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const {
+    const std::string own_prefix = std::string(name()) + ".";
+    const auto wanted = [&](const Block* block) {
+        const std::string child = std::string(block->name()).substr(own_prefix.size());
+        return patterns.empty() ||
+               std::any_of(patterns.begin(), patterns.end(), [&](const std::string& pattern) {
+                   return fnmatch(pattern.c_str(), child.c_str(), 0) == 0;
+               });
+    };
+    int matched = 0;
+    sc_core::sc_trace(file, *core_clk_, path("core_clk"));
+    sc_core::sc_trace(file, *dvi_in_clk_, path("dvi_in_clk"));
+    sc_core::sc_trace(file, *dvi_out_clk_, path("dvi_out_clk"));
+    sc_core::sc_trace(file, reset_, path("reset"));
+    for (const Block* block : blocks_) {
+        if (wanted(block)) {
+            block->trace(file);
+            ++matched;
+        }
+    }
+    return matched;
+}
+
+void Metabuffer::trace(sc_core::sc_trace_file* file) const { trace_blocks(file, {}); }
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "report/report.h"
+#include "rtl/block.h"
+#include "rtl/composer.h"
+#include "rtl/dvi_decoder.h"
+#include "rtl/dvi_display.h"
+#include "rtl/dvi_source.h"
+#include "rtl/input_framebuffer.h"
+#include "rtl/output_framebuffer.h"
+#include "rtl/swap_lock.h"
+#include "rtl/watchdog.h"
+
+namespace metabuffer::rtl {
+
+/// The whole machine of the paper's Figure 1, from the renderers' graphics cards to the displays: M renderers,
+/// N displays, M x N composers, wired and clocked. Renderer r, display d and their composer are the children
+/// dvi_source_r, dvi_decoder_r, input_framebuffer_r, composer_r_d, output_framebuffer_d and dvi_display_d, all
+/// counted from 1.
+///
+/// Each clock domain has its clock; domains of equal period share one, since their edges are the same. All
+/// clocks rise at time 0; reset is high for the first two core clocks.
+///
+/// Only the blocks' own errors are raised; see their headers.
+class Metabuffer final : public Block {
+  public:
+    /// The scenario must have passed check_scenario and must outlive the machine.
+    Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario);
+    ~Metabuffer() override;
+    SC_HAS_PROCESS(Metabuffer);
+
+    /// Called when a composited frame (from 0) has been shown in full for the first time on a display (from 1).
+    using FrameShown = std::function<void(int frame, int display, const ColourImage&)>;
+    void on_frame_shown(FrameShown callback) { on_frame_shown_ = std::move(callback); }
+
+    /// Called once, after the clock in which the scenario's last frame has been shown on every display or the
+    /// watchdog has found that nothing moves.
+    void on_finished(std::function<void()> callback) { on_finished_ = std::move(callback); }
+
+    /// What the watchdog found, one line a block that waits; empty if it has not tripped.
+    const std::vector<std::string>& watchdog_findings() const { return watchdog_findings_; }
+    bool finished() const { return finished_; }
+
+    /// The run so far. Call it between clocks, best from on_finished.
+    RunReport report() const;
+
+    /// Adds the blocks whose names below the machine match one of the shell patterns (all blocks if there is
+    /// none), and the clocks. Returns how many blocks matched.
+    int trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const;
+    void trace(sc_core::sc_trace_file* file) const override;
+
+    /// The events that a trace window can start at, as core cycles; Composer::kNever if not yet.
+    std::int64_t first_busready_drop_cycle() const;
+    std::int64_t first_starved_cycle() const;
+    std::int64_t startframe_cycle(int frame) const;
+    /// Core cycle of a frame's last pixel in the last column to end it, once every column has.
+    std::int64_t frame_end_cycle(int frame) const;
+
+    std::int64_t core_cycle() const { return clock_edge_number(core_period_picoseconds_); }
+    int frames_shown() const { return frames_shown_; }
+    /// Raster pixels that have left the pipelines, of raster_pixels_to_take() in the whole run: for a progress
+    /// display.
+    std::int64_t raster_pixels_taken() const;
+    std::int64_t raster_pixels_to_take() const;
+
+  private:
+    struct Wires;
+
+    std::size_t displays() const { return static_cast<std::size_t>(scenario_.displays.count()); }
+    std::size_t renderers() const { return scenario_.renderers.size(); }
+    const Composer& composer(std::size_t renderer, std::size_t display) const {
+        return *composers_[renderer * displays() + display];
+    }
+
+    void make_clocks();
+    void make_renderer_side();
+    void make_composers();
+    void make_display_side();
+    void release_reset();
+    void frame_captured(std::size_t display, const ColourImage& image);
+    void finish();
+    std::int64_t progress() const;
+    std::int64_t watchdog_interval_cycles() const;
+    void watchdog_timeout();
+    std::vector<FrameRecord> frame_records() const;
+
+    const Scenario& scenario_;
+    std::int64_t core_period_picoseconds_;
+    std::int64_t dvi_in_period_picoseconds_;
+    std::int64_t dvi_out_period_picoseconds_;
+
+    std::unique_ptr<sc_core::sc_clock> core_clk_;
+    std::unique_ptr<sc_core::sc_clock> own_dvi_in_clk_;
+    std::unique_ptr<sc_core::sc_clock> own_dvi_out_clk_;
+    sc_core::sc_clock* dvi_in_clk_ = nullptr;
+    sc_core::sc_clock* dvi_out_clk_ = nullptr;
+    sc_core::sc_signal<bool> reset_{"reset", true};
+    std::unique_ptr<Wires> wires_;
+
+    std::vector<std::unique_ptr<DviSource>> dvi_sources_;
+    std::vector<std::unique_ptr<DviDecoder>> dvi_decoders_;
+    std::vector<std::unique_ptr<InputFramebuffer>> input_framebuffers_;
+    std::vector<std::unique_ptr<Composer>> composers_;  ///< renderer by renderer
+    std::vector<std::unique_ptr<ColumnStall>> column_stalls_;
+    std::vector<std::unique_ptr<OutputFramebuffer>> output_framebuffers_;
+    std::vector<std::unique_ptr<DviDisplay>> dvi_displays_;
+    std::unique_ptr<SwapLock> swap_lock_;
+    std::unique_ptr<Watchdog> watchdog_;
+    std::vector<const Block*> blocks_;
+
+    FrameShown on_frame_shown_;
+    std::function<void()> on_finished_;
+    std::vector<int> last_frame_shown_;  ///< per display
+    int frames_shown_ = 0;
+    std::vector<std::string> watchdog_findings_;
+    sc_core::sc_event finish_event_;
+    bool finished_ = false;
+};
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,162 @@
+#include "rtl/output_framebuffer.h"
+
+namespace metabuffer::rtl {
+
+OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario)
+    : Block(name),
+      display_(scenario.displays),
+      timing_{display_.width_pixels, display_.height_pixels},
+      raster_pixels_(std::int64_t{display_.raster_width_pixels()} * display_.raster_height_pixels()),
+      averager_(display_.width_pixels, display_.supersample) {
+    for (std::vector<std::uint32_t>& bank : banks_) {
+        bank.resize(static_cast<std::size_t>(display_.width_pixels) *
+                    static_cast<std::size_t>(display_.height_pixels));
+    }
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+    SC_METHOD(dvi_clock_edge);
+    sensitive << dvi_clk_i.pos();
+    dont_initialize();
+}
+
+// ---- core clock -----------------------------------------------------------------------------------------------
+
+void OutputFramebuffer::reset() {
+    swapped_synchronizer_.reset();
+    swapped_seen_ = receiving_ = frame_done_ = pipeready_ = false;
+    back_ = 0;
+    frames_taken_ = 0;
+    averager_.restart();
+    pipeready_o.write(false);
+    framedone_o.write(false);
+}
+
+void OutputFramebuffer::clock_edge() {
+    if (reset_i.read()) {
+        reset();
+        return;
+    }
+    const bool swapped = swapped_synchronizer_.sample(swapped_.read());
+    if (swapped != swapped_seen_) {
+        swapped_seen_ = swapped;
+        frame_done_ = false;
+        framedone_o.write(false);
+        back_ = 1 - back_;
+    }
+    if (column_stall_i.read()) {
+        ++stalled_cycles_;
+    } else if (receiving_) {
+        take_pixel(pipe_i.read());
+    } else if (startframe_i.read()) {
+        receiving_ = true;
+        raster_position_ = 0;
+        next_word_ = 0;
+        averager_.restart();
+    }
+    const bool pipeready = !receiving_ && !frame_done_;
+    if (pipeready != pipeready_) {
+        pipeready_ = pipeready;
+        pipeready_o.write(pipeready);
+    }
+}
+
+void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
+    if (!pixel.valid) {
+        SC_REPORT_ERROR("/metabuffer/output_framebuffer/bubble",
+                        (std::string(name()) + " found no pixel at raster position " +
+                         std::to_string(raster_position_))
+                            .c_str());
+        return;
+    }
+    ++pixels_taken_;
+    if (averager_.push(pixel.pixel, banks_[back_][next_word_])) {
+        ++next_word_;
+    }
+    if (++raster_position_ == raster_pixels_) {
+        receiving_ = false;
+        frame_done_ = true;
+        ++frames_taken_;
+        framedone_o.write(true);
+    }
+}
+
+// ---- DVI output clock -----------------------------------------------------------------------------------------
+
+void OutputFramebuffer::dvi_reset() {
+    swaplock_synchronizer_.reset();
+    swaplock_seen_ = swap_pending_ = false;
+    front_ = 1;
+    front_frame_ = -1;
+    x_ = 0;
+    // The first frame is preceded by its vertical sync.
+    line_ = timing_.frame_lines() - DviTiming::kVerticalSyncLines;
+    link_ = DviLink{};
+    swapped_.write(false);
+    link_o.write(link_);
+}
+
+void OutputFramebuffer::start_dvi_frame() {
+    next_shown_ = 0;
+    if (!swap_pending_) {
+        return;
+    }
+    swap_pending_ = false;
+    front_ = 1 - front_;
+    ++front_frame_;
+    swapped_.write(!swapped_.read());
+}
+
+void OutputFramebuffer::dvi_clock_edge() {
+    if (reset_i.read()) {
+        dvi_reset();
+        return;
+    }
+    const bool swaplock = swaplock_synchronizer_.sample(swaplock_i.read());
+    swap_pending_ = swap_pending_ || (swaplock && !swaplock_seen_);
+    swaplock_seen_ = swaplock;
+
+    if (x_ == 0) {
+        if (line_ == timing_.frame_lines()) {
+            line_ = 0;
+        }
+        if (line_ == 0) {
+            start_dvi_frame();
+        }
+        link_.vsync = line_ >= timing_.frame_lines() - DviTiming::kVerticalSyncLines;
+        active_line_ = line_ >= DviTiming::kVerticalBackLines &&
+                       line_ < DviTiming::kVerticalBackLines + timing_.active_lines;
+    }
+    link_.de = active_line_ && x_ < timing_.active_pixels;
+    link_.data = link_.de && front_frame_ >= 0 ? banks_[front_][next_shown_++] : 0;
+    const int sync_start = timing_.active_pixels + DviTiming::kHorizontalFrontPixels;
+    link_.hsync = x_ >= sync_start && x_ < sync_start + DviTiming::kHorizontalSyncPixels;
+    link_o.write(link_);
+    if (++x_ == timing_.line_clocks()) {
+        x_ = 0;
+        ++line_;
+    }
+}
+
+void OutputFramebuffer::trace(sc_core::sc_trace_file* file) const {
+    sc_core::sc_trace(file, startframe_i, path("STARTFRAME_in"));
+    sc_core::sc_trace(file, pipeready_o, path("PIPEREADY"));
+    sc_core::sc_trace(file, framedone_o, path("FRAMEDONE"));
+    sc_core::sc_trace(file, swaplock_i, path("SWAPLOCK"));
+    sc_core::sc_trace(file, swapped_, path("swapped"));
+    sc_trace(file, pipe_i.read(), path("PIPE_in"));
+    sc_trace(file, link_o.read(), path("DVI"));
+    sc_core::sc_trace(file, raster_position_, path("raster_position"));
+    sc_core::sc_trace(file, front_frame_, path("front_frame"));
+}
+
+std::string OutputFramebuffer::waiting_for() const {
+    if (receiving_) {
+        return "waits for raster pixel " + std::to_string(raster_position_) + " of frame " +
+               std::to_string(frames_taken_);
+    }
+    return frame_done_ ? "waits for SWAPLOCK to show frame " + std::to_string(frames_taken_ - 1)
+                       : "waits for STARTFRAME of frame " + std::to_string(frames_taken_);
+}
+
+}  // namespace metabuffer::rtl

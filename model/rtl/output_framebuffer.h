@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "datapath/averaging.h"
+#include "formats/dvi_timing.h"
+#include "formats/image.h"
+#include "rtl/block.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// An output framebuffer, box D of the paper's Figure 1 (sections 4, 5.4 and 7): takes the pixels that leave
+/// its pipeline, averages them, keeps two banks, and drives its display over DVI.
+///
+/// Timing: in the core clock, the raster's first pixel is taken at the second edge after the one that sees
+/// STARTFRAME fall behind the last composer, that is one clock behind STARTFRAME; a display pixel is stored with
+/// its block's last raster pixel. FRAMEDONE rises after the edge that takes the raster's last pixel and falls
+/// once the swap has come back. PIPEREADY is high while a bank is free and no frame is under way.
+/// In the DVI output clock, frame follows frame of DviTiming from reset on, in step on all displays. SWAPLOCK
+/// (every FRAMEDONE) crosses through two registers; if its rise has been seen by the first clock of a DVI
+/// frame, the banks swap there. Before the first swap the display is shown black.
+class OutputFramebuffer final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};          ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};      ///< synchronous in both domains, active high
+    sc_core::sc_in<bool> dvi_clk_i{"dvi_clk_i"};  ///< DVI output clock
+    sc_core::sc_in<bool> startframe_i{"startframe_i"};
+    sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
+    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
+    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};
+    sc_core::sc_out<bool> framedone_o{"framedone_o"};
+    sc_core::sc_in<bool> swaplock_i{"swaplock_i"};
+    sc_core::sc_out<DviLink> link_o{"link_o"};
+
+    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario);
+    SC_HAS_PROCESS(OutputFramebuffer);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    std::string waiting_for() const override;
+
+    /// Number of the composited frame that is on the display, -1: none yet.
+    int front_frame() const { return front_frame_; }
+    std::int64_t stalled_cycles() const { return stalled_cycles_; }
+    /// Raster pixels taken so far, for the watchdog.
+    std::int64_t pixels_taken() const { return pixels_taken_; }
+
+  private:
+    void clock_edge();
+    void reset();
+    void take_pixel(const PipePixel& pixel);
+    void dvi_clock_edge();
+    void dvi_reset();
+    void start_dvi_frame();
+
+    DisplayConfig display_;
+    DviTiming timing_;
+    std::int64_t raster_pixels_;
+
+    std::array<std::vector<std::uint32_t>, 2> banks_;
+    sc_core::sc_signal<bool> swapped_{"swapped"};  ///< toggles with each swap (DVI output clock)
+
+    // Core registers.
+    Averager averager_;
+    Synchronizer<bool> swapped_synchronizer_;
+    bool swapped_seen_ = false;
+    bool receiving_ = false;
+    bool frame_done_ = false;
+    bool pipeready_ = false;
+    std::size_t back_ = 0;
+    std::int64_t raster_position_ = 0;
+    std::size_t next_word_ = 0;
+    std::int64_t stalled_cycles_ = 0;
+    std::int64_t pixels_taken_ = 0;
+    int frames_taken_ = 0;
+
+    // DVI output registers.
+    Synchronizer<bool> swaplock_synchronizer_;
+    bool swaplock_seen_ = false;
+    bool swap_pending_ = false;
+    std::size_t front_ = 1;
+    int front_frame_ = -1;
+    int x_ = 0;
+    int line_ = 0;
+    bool active_line_ = false;
+    std::size_t next_shown_ = 0;
+    DviLink link_;
+};
+
+}  // namespace metabuffer::rtl

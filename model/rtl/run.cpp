@@ -1,0 +1,194 @@
+#include "rtl/run.h"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <memory>
+
+#include "rtl/metabuffer.h"
+#include "scenario/scenario_loader.h"
+
+namespace metabuffer::rtl {
+namespace {
+
+/// Core clocks between two looks at the machine from outside.
+constexpr std::int64_t kChunkCycles = 20'000;
+constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
+
+sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
+    return sc_core::sc_time(
+        static_cast<double>(cycles * clock_period_picoseconds(scenario.clocks.core_mhz)), sc_core::SC_PS);
+}
+
+/// The waveform of a run: open between its first and last cycle.
+class Waveform {
+  public:
+    Waveform(const TraceRequest& request, const Metabuffer& machine) {
+        // The stock writer adds the extension itself.
+        std::filesystem::path stem = request.file;
+        stem.replace_extension();
+        file_ = sc_core::sc_create_vcd_trace_file(stem.c_str());
+        file_->set_time_unit(1.0, sc_core::SC_PS);
+        matched_ = machine.trace_blocks(file_, request.blocks);
+    }
+    Waveform(const Waveform&) = delete;
+    Waveform& operator=(const Waveform&) = delete;
+    ~Waveform() { sc_core::sc_close_vcd_trace_file(file_); }
+
+    int matched() const { return matched_; }
+
+  private:
+    sc_core::sc_trace_file* file_ = nullptr;
+    int matched_ = 0;
+};
+
+/// The window as core cycles, if what it depends on has happened yet.
+std::optional<CycleRange> locate(const TraceWindow& window, const Metabuffer& machine) {
+    using Kind = TraceWindow::Kind;
+    std::int64_t first = Composer::kNever;
+    std::int64_t last = Composer::kNever;
+    switch (window.kind) {
+        case Kind::kAll: return CycleRange{0, kForever};
+        case Kind::kCycles: return CycleRange{window.first, window.last};
+        case Kind::kFrames:
+            first = machine.startframe_cycle(static_cast<int>(window.first));
+            last = machine.frame_end_cycle(static_cast<int>(window.last));
+            break;
+        case Kind::kStartFrame: first = last = machine.startframe_cycle(static_cast<int>(window.first)); break;
+        case Kind::kFirstBusreadyDrop: first = last = machine.first_busready_drop_cycle(); break;
+        case Kind::kFirstStarvedPixel: first = last = machine.first_starved_cycle(); break;
+    }
+    if (first == Composer::kNever || last == Composer::kNever) {
+        return std::nullopt;
+    }
+    return CycleRange{std::max<std::int64_t>(0, first - window.before_cycles), last + window.after_cycles};
+}
+
+/// Runs the machine in a process of its own until the window can be located: only the first clocks before an
+/// event can tell when to start a waveform that shows them, and a run is the same each time. The machine runs
+/// on for a chunk, so of several events the earliest is found.
+std::optional<CycleRange> scout(const Scenario& scenario, const TraceWindow& window) {
+    std::array<int, 2> ends{};
+    if (pipe(ends.data()) != 0) {
+        throw InputError(std::string("--trace: no pipe for the scouting run: ") + std::strerror(errno));
+    }
+    const pid_t child = fork();
+    if (child < 0) {
+        throw InputError(std::string("--trace: no process for the scouting run: ") + std::strerror(errno));
+    }
+    if (child == 0) {
+        CycleRange range{0, -1};
+        try {
+            Metabuffer machine("metabuffer", scenario);
+            std::optional<CycleRange> found;
+            machine.on_finished([] { sc_core::sc_pause(); });
+            while (!(found = locate(window, machine)) && !machine.finished()) {
+                sc_core::sc_start(cycles_to_time(scenario, kChunkCycles));
+            }
+            range = found.value_or(range);
+        } catch (const std::exception&) {
+            // The run proper meets the same error and reports it.
+        }
+        const ssize_t written = write(ends[1], &range, sizeof range);
+        _exit(written == sizeof range ? 0 : 1);
+    }
+    close(ends[1]);
+    CycleRange range{0, -1};
+    const ssize_t got = read(ends[0], &range, sizeof range);
+    close(ends[0]);
+    waitpid(child, nullptr, 0);
+    if (got != sizeof range || range.last < range.first) {
+        return std::nullopt;
+    }
+    return range;
+}
+
+/// Fails early and clearly where the stock writer would not.
+void check_trace_file(const std::filesystem::path& file) {
+    if (file.extension() != ".vcd") {
+        throw InputError("--trace " + file.string() + ": a waveform file must end in .vcd");
+    }
+    if (!std::ofstream(file)) {
+        throw InputError("--trace " + file.string() + ": cannot be written: " + std::strerror(errno));
+    }
+}
+
+}  // namespace
+
+RunResult run(const Scenario& scenario, const RunOptions& options) {
+    RunResult result;
+    std::optional<CycleRange> window;
+    if (options.trace) {
+        check_trace_file(options.trace->file);
+        const TraceWindow::Kind kind = options.trace->window.kind;
+        if (kind == TraceWindow::Kind::kAll) {
+            window = CycleRange{0, kForever};
+        } else if (kind == TraceWindow::Kind::kCycles) {
+            window = CycleRange{options.trace->window.first, options.trace->window.last};
+        } else {
+            window = scout(scenario, options.trace->window);
+        }
+        if (!window) {
+            result.trace_note = "what the waveform should show does not happen in this run";
+        }
+    }
+
+    Metabuffer machine("metabuffer", scenario);
+    if (options.on_frame_shown) {
+        machine.on_frame_shown(options.on_frame_shown);
+    }
+    machine.on_finished([&] {
+        result.report = machine.report();
+        sc_core::sc_pause();
+    });
+    std::unique_ptr<Waveform> waveform;
+    std::int64_t cycle = 0;  // the next to run
+    while (!machine.finished()) {
+        std::int64_t next = cycle + kChunkCycles;
+        if (window) {
+            if (cycle < window->first) {
+                next = std::min(next, window->first);
+            } else if (cycle <= window->last) {
+                if (!waveform) {
+                    waveform = std::make_unique<Waveform>(*options.trace, machine);
+                    if (waveform->matched() == 0) {
+                        throw InputError(
+                            "--trace-modules: no block matches; blocks are named like input_framebuffer_1, "
+                            "composer_1_2 or output_framebuffer_1");
+                    }
+                    result.traced = CycleRange{cycle, cycle};
+                }
+                next = std::min(next, window->last < kForever ? window->last + 1 : kForever);
+            } else {
+                waveform.reset();
+            }
+        }
+        sc_core::sc_start(cycles_to_time(scenario, next - cycle));
+        if (waveform) {
+            result.traced->last = machine.finished() ? machine.core_cycle() : next - 1;
+        }
+        cycle = next;
+        if (options.on_progress) {
+            options.on_progress(machine.core_cycle(),
+                                static_cast<double>(machine.raster_pixels_taken()) /
+                                    static_cast<double>(machine.raster_pixels_to_take()));
+        }
+    }
+    waveform.reset();
+    if (options.trace && !result.traced && result.trace_note.empty()) {
+        result.trace_note = "the run ended before the window began";
+    }
+    if (options.trace && !result.traced) {
+        std::filesystem::remove(options.trace->file);  // the empty file of check_trace_file
+    }
+    result.watchdog_findings = machine.watchdog_findings();
+    return result;
+}
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/image.h"
+#include "report/report.h"
+#include "rtl/trace_window.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::rtl {
+
+/// A waveform that a run is asked for.
+struct TraceRequest {
+    std::filesystem::path file;  ///< must end in .vcd
+    TraceWindow window;
+    std::vector<std::string> blocks;  ///< shell patterns for block names such as composer_1_*; all if empty
+};
+
+struct RunOptions {
+    std::optional<TraceRequest> trace;
+    /// Each composited frame (from 0) on each display (from 1), once it has been shown in full.
+    std::function<void(int frame, int display, const ColourImage&)> on_frame_shown;
+    /// Now and then while the run lasts: core clocks done, share of the run's raster pixels composited.
+    std::function<void(std::int64_t core_cycles, double share)> on_progress;
+};
+
+struct RunResult {
+    RunReport report;
+    std::vector<std::string> watchdog_findings;  ///< empty if the run came to its end
+    std::optional<CycleRange> traced;            ///< what the waveform holds, if one was written
+    std::string trace_note;                      ///< why there is no waveform although one was asked for
+};
+
+/// Builds the machine and runs the scenario to its end, at level rtl. SystemC elaborates once in a process, so
+/// this can be called once. Throws InputError for a trace that cannot be made as asked, and lets the blocks'
+/// sc_report errors through.
+RunResult run(const Scenario& scenario, const RunOptions& options);
+
+}  // namespace metabuffer::rtl

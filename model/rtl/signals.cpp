@@ -1,0 +1,160 @@
+#include "rtl/signals.h"
+
+#include <algorithm>
+
+namespace metabuffer::rtl {
+namespace {
+
+constexpr int kFieldBits = 16;
+
+std::uint64_t pack(std::uint16_t a, std::uint16_t b, std::uint16_t c, std::uint16_t d) {
+    return std::uint64_t{a} | (std::uint64_t{b} << kFieldBits) | (std::uint64_t{c} << (2 * kFieldBits)) |
+           (std::uint64_t{d} << (3 * kFieldBits));
+}
+
+std::uint16_t field(std::uint64_t word, int position) {
+    return static_cast<std::uint16_t>(word >> (position * kFieldBits));
+}
+
+// The SystemC tracer keeps a reference to what it traces, so an enumeration is traced as the byte it is.
+template <typename Enum>
+const unsigned char& byte_of(const Enum& value) {
+    static_assert(sizeof(Enum) == 1);
+    return reinterpret_cast<const unsigned char&>(value);
+}
+
+}  // namespace
+
+bool operator==(const DviLink& a, const DviLink& b) {
+    return a.data == b.data && a.de == b.de && a.hsync == b.hsync && a.vsync == b.vsync;
+}
+
+std::ostream& operator<<(std::ostream& out, const DviLink& value) {
+    return out << (value.de ? "DE " : "") << (value.hsync ? "HSYNC " : "") << (value.vsync ? "VSYNC " : "")
+               << value.data;
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const DviLink& value, const std::string& name) {
+    sc_core::sc_trace(file, value.de, name + ".DE");
+    sc_core::sc_trace(file, value.hsync, name + ".HSYNC");
+    sc_core::sc_trace(file, value.vsync, name + ".VSYNC");
+    sc_core::sc_trace(file, value.data, name + ".DATA", kColourBits);
+}
+
+bool operator==(const DecodedPixel& a, const DecodedPixel& b) {
+    return a.valid == b.valid && a.kind == b.kind && a.address == b.address && a.data == b.data;
+}
+
+std::ostream& operator<<(std::ostream& out, const DecodedPixel& value) {
+    return out << (value.valid ? "pixel " : "no pixel ") << value.address << ' ' << value.data;
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std::string& name) {
+    sc_core::sc_trace(file, value.valid, name + ".valid");
+    sc_core::sc_trace(file, byte_of(value.kind), name + ".kind");
+    sc_core::sc_trace(file, value.address, name + ".address");
+    sc_core::sc_trace(file, value.data, name + ".data", kColourBits);
+}
+
+bool operator==(const DecoderEvent& a, const DecoderEvent& b) {
+    return a.rejected == b.rejected && a.cause == b.cause && a.pair_lost == b.pair_lost &&
+           a.lost_number == b.lost_number && a.colour_start == b.colour_start && a.pair_good == b.pair_good &&
+           a.number == b.number && a.row == b.row && a.table_row == b.table_row;
+}
+
+std::ostream& operator<<(std::ostream& out, const DecoderEvent& value) {
+    if (value.rejected) {
+        out << "rejected(" << reject_cause_key(value.cause) << ") ";
+    }
+    if (value.pair_lost) {
+        out << "lost " << value.lost_number << ' ';
+    }
+    if (value.colour_start) {
+        out << "colour ";
+    }
+    if (value.row) {
+        out << "row ";
+    }
+    return out << (value.pair_good ? "good " : "") << value.number;
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const DecoderEvent& value, const std::string& name) {
+    sc_core::sc_trace(file, value.rejected, name + ".rejected");
+    sc_core::sc_trace(file, byte_of(value.cause), name + ".cause");
+    sc_core::sc_trace(file, value.pair_lost, name + ".pair_lost");
+    sc_core::sc_trace(file, value.colour_start, name + ".colour_start");
+    sc_core::sc_trace(file, value.pair_good, name + ".pair_good");
+    sc_core::sc_trace(file, value.number, name + ".number");
+    sc_core::sc_trace(file, value.row, name + ".row");
+}
+
+BusBeat BusBeat::frame_start(bool last) {
+    BusBeat beat;
+    beat.kind = Kind::kFrameStart;
+    beat.last = last;
+    return beat;
+}
+
+BusBeat BusBeat::table_row(const ViewportRow& row, bool last) {
+    BusBeat beat;
+    beat.kind = Kind::kTableRow;
+    beat.last = last;
+    beat.count = 2;
+    beat.destination = row.dcomp;
+    beat.words[0] = pack(row.dcomp, row.sx, row.sy, row.sdx);
+    beat.words[1] = pack(row.sdy, static_cast<std::uint16_t>(row.dx), static_cast<std::uint16_t>(row.dy),
+                         row.dmultiple);
+    return beat;
+}
+
+ViewportRow BusBeat::row() const {
+    ViewportRow row;
+    row.dcomp = field(words[0], 0);
+    row.sx = field(words[0], 1);
+    row.sy = field(words[0], 2);
+    row.sdx = field(words[0], 3);
+    row.sdy = field(words[1], 0);
+    row.dx = static_cast<std::int16_t>(field(words[1], 1));
+    row.dy = static_cast<std::int16_t>(field(words[1], 2));
+    row.dmultiple = field(words[1], 3);
+    return row;
+}
+
+bool operator==(const BusBeat& a, const BusBeat& b) {
+    return a.kind == b.kind && a.last == b.last && a.count == b.count && a.destination == b.destination &&
+           a.remaining == b.remaining && std::equal(a.words.begin(), a.words.begin() + a.count, b.words.begin());
+}
+
+std::ostream& operator<<(std::ostream& out, const BusBeat& value) {
+    switch (value.kind) {
+        case BusBeat::Kind::kNone: return out << "none";
+        case BusBeat::Kind::kFrameStart: return out << "frame start";
+        case BusBeat::Kind::kTableRow: return out << "row for " << value.destination;
+        case BusBeat::Kind::kPixels:
+            return out << int{value.count} << " pixels to " << value.destination << ", " << value.remaining
+                       << " to come";
+    }
+    return out;
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name) {
+    sc_core::sc_trace(file, byte_of(value.kind), name + ".kind");
+    sc_core::sc_trace(file, value.last, name + ".last");
+    sc_core::sc_trace(file, value.destination, name + ".destination");
+    sc_core::sc_trace(file, value.count, name + ".count");
+    sc_core::sc_trace(file, value.remaining, name + ".remaining");
+    sc_core::sc_trace(file, value.words[0], name + ".word_0");
+}
+
+std::ostream& operator<<(std::ostream& out, const PipePixel& value) {
+    return out << (value.valid ? "pixel " : "no pixel ") << value.pixel.word();
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const PipePixel& value, const std::string& name) {
+    sc_core::sc_trace(file, value.valid, name + ".valid");
+    // A Pixel is one 64-bit word; the tracer wants a reference to the word itself.
+    static_assert(sizeof(Pixel) == sizeof(std::uint64_t));
+    sc_core::sc_trace(file, reinterpret_cast<const std::uint64_t&>(value.pixel), name + ".pixel");
+}
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <systemc>
+
+#include "formats/control_scanline.h"
+#include "formats/pixel.h"
+#include "formats/viewport_table.h"
+#include "report/report.h"
+
+/// The values that the machine's signals carry. Each has operator==, operator<< and sc_trace, as sc_signal needs.
+namespace metabuffer::rtl {
+
+/// What a DVI receiver chip gives at each pixel clock.
+struct DviLink {
+    std::uint32_t data = 0;  ///< 24 bits, meaningful while de is high
+    bool de = false;
+    bool hsync = false;
+    bool vsync = false;
+};
+bool operator==(const DviLink& a, const DviLink& b);
+std::ostream& operator<<(std::ostream& out, const DviLink& value);
+void sc_trace(sc_core::sc_trace_file* file, const DviLink& value, const std::string& name);
+
+/// A pixel that the decoder has found: half a memory word.
+struct DecodedPixel {
+    bool valid = false;
+    FrameKind kind = FrameKind::kColour;
+    std::uint32_t address = 0;  ///< word in the bank: y * image width + x
+    std::uint32_t data = 0;
+};
+bool operator==(const DecodedPixel& a, const DecodedPixel& b);
+std::ostream& operator<<(std::ostream& out, const DecodedPixel& value);
+void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std::string& name);
+
+/// What the decoder has learnt in a clock about frames and pairs.
+struct DecoderEvent {
+    bool rejected = false;  ///< a frame or a pair was rejected for `cause`
+    RejectCause cause = RejectCause::kGeometry;
+    bool pair_lost = false;  ///< pair `lost_number` will not come
+    std::uint32_t lost_number = 0;
+    bool colour_start = false;  ///< the pixels of a colour frame follow: what the back bank held is gone
+    bool pair_good = false;     ///< pair `number` is whole
+    std::uint32_t number = 0;
+    bool row = false;  ///< a row of the colour frame's table, one a clock
+    ViewportRow table_row;
+};
+bool operator==(const DecoderEvent& a, const DecoderEvent& b);
+std::ostream& operator<<(std::ostream& out, const DecoderEvent& value);
+void sc_trace(sc_core::sc_trace_file* file, const DecoderEvent& value, const std::string& name);
+
+/// The widest bus, in pixels a beat.
+constexpr int kMaximumBeatPixels = 8;
+
+/// What a renderer's bus carries in a core clock.
+struct BusBeat {
+    enum class Kind : std::uint8_t {
+        kNone,
+        kFrameStart,  ///< a new frame's table follows, or ends here if `last`
+        kTableRow,    ///< one row in words [0] and [1]; `last` with the table's last
+        kPixels,      ///< `count` pixels of a burst
+    };
+    Kind kind = Kind::kNone;
+    bool last = false;
+    std::uint8_t count = 0;
+    std::uint16_t destination = 0;  ///< display of the composer addressed, from 1
+    std::uint32_t remaining = 0;    ///< pixels of the burst behind this beat
+    std::array<std::uint64_t, kMaximumBeatPixels> words{};
+
+    static BusBeat frame_start(bool last);
+    static BusBeat table_row(const ViewportRow& row, bool last);
+    ViewportRow row() const;
+};
+bool operator==(const BusBeat& a, const BusBeat& b);
+std::ostream& operator<<(std::ostream& out, const BusBeat& value);
+void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name);
+
+/// One stage of a pipeline: a raster pixel, or none.
+struct PipePixel {
+    Pixel pixel;
+    bool valid = false;
+};
+inline bool operator==(const PipePixel& a, const PipePixel& b) {
+    return a.pixel == b.pixel && a.valid == b.valid;
+}
+std::ostream& operator<<(std::ostream& out, const PipePixel& value);
+void sc_trace(sc_core::sc_trace_file* file, const PipePixel& value, const std::string& name);
+
+}  // namespace metabuffer::rtl

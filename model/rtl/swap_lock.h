@@ -1,0 +1,38 @@
+#pragma once
+
+#include "rtl/block.h"
+
+namespace metabuffer::rtl {
+
+/// The swap lock between the output framebuffers: SWAPLOCK is high while every column has composited its frame.
+/// Combinational.
+class SwapLock final : public Block {
+  public:
+    sc_core::sc_vector<sc_core::sc_in<bool>> framedone_i;
+    sc_core::sc_out<bool> swaplock_o{"swaplock_o"};
+
+    SwapLock(const sc_core::sc_module_name& name, int displays);
+    SC_HAS_PROCESS(SwapLock);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+
+  private:
+    void update();
+};
+
+/// One column's stall wire: COLUMNSTALL is high while any composer of the column raises STALL. Combinational.
+class ColumnStall final : public Block {
+  public:
+    sc_core::sc_vector<sc_core::sc_in<bool>> stall_i;
+    sc_core::sc_out<bool> column_stall_o{"column_stall_o"};
+
+    ColumnStall(const sc_core::sc_module_name& name, int renderers);
+    SC_HAS_PROCESS(ColumnStall);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+
+  private:
+    void update();
+};
+
+}  // namespace metabuffer::rtl

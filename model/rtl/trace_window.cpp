@@ -1,0 +1,75 @@
+#include "rtl/trace_window.h"
+
+#include <charconv>
+#include <optional>
+#include <string_view>
+
+#include "scenario/scenario_loader.h"
+
+namespace metabuffer::rtl {
+namespace {
+
+std::optional<std::int64_t> parse_count(std::string_view text) {
+    std::int64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || value < 0) {
+        return std::nullopt;
+    }
+    return value;
+}
+
+/// "A-B", or "A" for A-A where that is allowed.
+bool parse_range(std::string_view text, bool single_allowed, TraceWindow& window) {
+    const std::size_t dash = text.find('-');
+    if (dash == std::string_view::npos && !single_allowed) {
+        return false;
+    }
+    const auto first = parse_count(text.substr(0, dash));
+    const auto last = dash == std::string_view::npos ? first : parse_count(text.substr(dash + 1));
+    if (!first || !last || *last < *first) {
+        return false;
+    }
+    window.first = *first;
+    window.last = *last;
+    return true;
+}
+
+}  // namespace
+
+TraceWindow parse_trace_window(const std::string& text) {
+    using Kind = TraceWindow::Kind;
+    TraceWindow window;
+    const std::size_t colon = text.find(':');
+    const std::string kind = text.substr(0, colon);
+    const std::string rest = colon == std::string::npos ? "" : text.substr(colon + 1);
+    bool good = false;
+    if (kind == "cycles") {
+        window.kind = Kind::kCycles;
+        good = parse_range(rest, false, window);
+    } else if (kind == "frames") {
+        window.kind = Kind::kFrames;
+        good = parse_range(rest, true, window);
+    } else if (kind == "startframe") {
+        window.kind = Kind::kStartFrame;
+        good = rest.find('-') == std::string::npos && parse_range(rest, true, window);
+    } else if (colon == std::string::npos) {
+        good = true;
+        if (kind == "all") {
+            window.kind = Kind::kAll;
+        } else if (kind == "first-busready-drop") {
+            window.kind = Kind::kFirstBusreadyDrop;
+        } else if (kind == "first-starved-pixel") {
+            window.kind = Kind::kFirstStarvedPixel;
+        } else {
+            good = false;
+        }
+    }
+    if (!good) {
+        throw InputError("--trace-window " + text +
+                         ": not a window; use all, cycles:A-B, frames:A-B, startframe:K, first-busready-drop or "
+                         "first-starved-pixel");
+    }
+    return window;
+}
+
+}  // namespace metabuffer::rtl

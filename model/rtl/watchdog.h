@@ -1,0 +1,28 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "rtl/block.h"
+
+namespace metabuffer::rtl {
+
+/// Ends a run in which nothing moves: looks at a progress count every `interval` and calls `on_timeout` when it
+/// has not changed since the last look. It is no part of the machine and costs nothing between two looks.
+class Watchdog final : public sc_core::sc_module {
+  public:
+    Watchdog(const sc_core::sc_module_name& name, const sc_core::sc_time& interval,
+             std::function<std::int64_t()> progress, std::function<void()> on_timeout);
+    SC_HAS_PROCESS(Watchdog);
+
+  private:
+    void look();
+
+    sc_core::sc_time interval_;
+    std::function<std::int64_t()> progress_;
+    std::function<void()> on_timeout_;
+    std::int64_t last_progress_ = -1;
+};
+
+}  // namespace metabuffer::rtl

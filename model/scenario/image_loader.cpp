@@ -1,0 +1,277 @@
+#include "scenario/image_loader.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <system_error>
+#include <type_traits>
+#include <vector>
+
+#include "scenario/limits.h"
+#include "scenario/scenario_loader.h"
+#include "scenario/text.h"
+
+namespace metabuffer {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& message) {
+    throw InputError(text::one_line(file.string() + ": " + message));
+}
+
+constexpr int kNoChannel = -1;
+
+/// A half as its file has it; the standard library has no type for it.
+struct Half {
+    std::uint16_t bits = 0;
+};
+
+double to_double(Half half) {
+    constexpr int kMantissaBits = 10;
+    constexpr int kExponentBias = 15;
+    const int exponent = (half.bits >> kMantissaBits) & 0x1F;
+    const int mantissa = half.bits & 0x3FF;
+    double magnitude = 0.0;
+    if (exponent == 0x1F) {
+        magnitude = mantissa == 0 ? std::numeric_limits<double>::infinity()
+                                  : std::numeric_limits<double>::quiet_NaN();
+    } else if (exponent == 0) {
+        magnitude = std::ldexp(mantissa, 1 - kExponentBias - kMantissaBits);
+    } else {
+        magnitude = std::ldexp(mantissa + (1 << kMantissaBits), exponent - kExponentBias - kMantissaBits);
+    }
+    return (half.bits & 0x8000U) != 0 ? -magnitude : magnitude;
+}
+
+double to_double(float value) { return value; }
+double to_double(double value) { return value; }
+
+/// clamp(value, 0, 1) * maximum to the nearest whole number, halves up. The product of a float's 24 bits and
+/// a maximum of at most 24 is exact in a double.
+std::uint32_t scaled(double value, std::uint32_t maximum) {
+    return static_cast<std::uint32_t>(std::floor(std::clamp(value, 0.0, 1.0) * maximum + 0.5));
+}
+
+/// What reads a channel's samples needs: the file as it is, unconverted.
+class NativeImage {
+  public:
+    /// Opens the file and checks what can be told before its pixels are read.
+    explicit NativeImage(const std::filesystem::path& file) : file_(file) {
+        // OpenImageIO's own words for a file that is not there differ from format to format.
+        std::error_code error;
+        if (std::filesystem::is_directory(file, error)) fail(file, "cannot be read: Is a directory");
+        errno = 0;
+        if (!std::ifstream(file)) {
+            fail(file, "cannot be read: " + std::generic_category().message(errno == 0 ? EIO : errno));
+        }
+        input_ = OIIO::ImageInput::open(file.string());
+        if (input_ == nullptr) fail_unreadable(OIIO::geterror());
+        spec_ = input_->spec();
+        if (spec_.deep || spec_.depth > 1) fail(file, "is a deep or volume image; use one with flat pixels");
+        if (!limits::kImagePixels.contains(spec_.width) || !limits::kImagePixels.contains(spec_.height)) {
+            fail(file, "has " + std::to_string(spec_.width) + " x " + std::to_string(spec_.height) +
+                           " pixels; use " + text::range(limits::kImagePixels) + " per side");
+        }
+    }
+
+    int width() const { return spec_.width; }
+    int height() const { return spec_.height; }
+    int channel_count() const { return spec_.nchannels; }
+
+    int channels_named(const std::string& name) const {
+        return static_cast<int>(std::count(spec_.channelnames.begin(), spec_.channelnames.end(), name));
+    }
+    /// The first channel of that name, kNoChannel if there is none.
+    int find_channel(const std::string& name) const {
+        const auto found = std::find(spec_.channelnames.begin(), spec_.channelnames.end(), name);
+        return found == spec_.channelnames.end() ? kNoChannel
+                                                 : static_cast<int>(found - spec_.channelnames.begin());
+    }
+    std::string channel_list() const { return text::joined(spec_.channelnames, "and"); }
+
+    /// Reads the channels first..last, both included, in the types the file has them in.
+    void read(int first, int last) {
+        first_channel_ = first;
+        pixel_bytes_ = offset_of(last + 1);
+        samples_.resize(pixel_bytes_ * static_cast<std::size_t>(width()) *
+                        static_cast<std::size_t>(height()));
+        const bool whole = input_->read_image(0, 0, first, last + 1, OIIO::TypeUnknown, samples_.data());
+        if (!whole) fail_unreadable(input_->geterror());
+        input_->close();
+    }
+
+    /// Calls convert(sample, index) for every pixel of a channel that has been read. Sample is double for the
+    /// floating types, never NaN, and the unsigned type itself for the others.
+    template <typename Convert>
+    void for_each_sample(int channel, Convert convert) const {
+        switch (spec_.channelformat(channel).basetype) {
+            case OIIO::TypeDesc::UINT8:
+                return visit<std::uint8_t>(channel, convert);
+            case OIIO::TypeDesc::UINT16:
+                return visit<std::uint16_t>(channel, convert);
+            case OIIO::TypeDesc::UINT32:
+                return visit<std::uint32_t>(channel, convert);
+            case OIIO::TypeDesc::UINT64:
+                return visit<std::uint64_t>(channel, convert);
+            case OIIO::TypeDesc::HALF:
+                return visit<Half>(channel, convert);
+            case OIIO::TypeDesc::FLOAT:
+                return visit<float>(channel, convert);
+            case OIIO::TypeDesc::DOUBLE:
+                return visit<double>(channel, convert);
+            default:
+                fail(file_, "channel " + name(channel) + " holds " + spec_.channelformat(channel).c_str() +
+                                " values; use unsigned integers, half, float or double");
+        }
+    }
+
+    [[noreturn]] void fail_at_pixel(int channel, std::size_t index, const std::string& message) const {
+        const std::size_t row = static_cast<std::size_t>(width());
+        fail(file_, "channel " + name(channel) + " at x " + std::to_string(index % row) + ", y " +
+                        std::to_string(index / row) + ": " + message);
+    }
+
+  private:
+    [[noreturn]] void fail_unreadable(const std::string& why) const {
+        fail(file_, "is not a readable image: " + (why.empty() ? std::string("no reason given") : why) +
+                        "; use an intact file in a format that OpenImageIO reads");
+    }
+
+    const std::string& name(int channel) const {
+        return spec_.channelnames[static_cast<std::size_t>(channel)];
+    }
+
+    std::size_t offset_of(int channel) const {
+        std::size_t offset = 0;
+        for (int c = first_channel_; c < channel; ++c) offset += spec_.channelformat(c).size();
+        return offset;
+    }
+
+    template <typename Sample, typename Convert>
+    void visit(int channel, Convert& convert) const {
+        const std::size_t count = samples_.size() / pixel_bytes_;
+        const unsigned char* at = samples_.data() + offset_of(channel);
+        for (std::size_t index = 0; index < count; ++index, at += pixel_bytes_) {
+            Sample sample{};
+            std::memcpy(&sample, at, sizeof sample);
+            if constexpr (std::is_integral_v<Sample>) {
+                convert(sample, index);
+            } else {
+                const double value = to_double(sample);
+                if (std::isnan(value)) fail_at_pixel(channel, index, "is not a number; use finite values");
+                convert(value, index);
+            }
+        }
+    }
+
+    std::filesystem::path file_;
+    std::unique_ptr<OIIO::ImageInput> input_;
+    OIIO::ImageSpec spec_;
+    int first_channel_ = 0;
+    std::size_t pixel_bytes_ = 1;
+    std::vector<unsigned char> samples_;
+};
+
+std::vector<std::uint8_t> colour_channel(const NativeImage& image, int channel) {
+    std::vector<std::uint8_t> values(static_cast<std::size_t>(image.width()) *
+                                     static_cast<std::size_t>(image.height()));
+    image.for_each_sample(channel, [&values](auto sample, std::size_t index) {
+        using Sample = decltype(sample);
+        if constexpr (std::is_integral_v<Sample>) {
+            values[index] = static_cast<std::uint8_t>(sample >> (8 * (sizeof(Sample) - 1)));
+        } else {
+            values[index] = static_cast<std::uint8_t>(scaled(sample, 255));
+        }
+    });
+    return values;
+}
+
+std::vector<std::uint32_t> depth_channel(const NativeImage& image, int channel, DepthFormat format,
+                                         const DepthRange& range) {
+    const std::uint32_t far = far_z(format);
+    std::vector<std::uint32_t> values(static_cast<std::size_t>(image.width()) *
+                                      static_cast<std::size_t>(image.height()));
+    image.for_each_sample(channel, [&](auto sample, std::size_t index) {
+        if constexpr (std::is_integral_v<decltype(sample)>) {
+            if (sample > far) {
+                image.fail_at_pixel(channel, index,
+                                    "Z " + std::to_string(sample) +
+                                        " is beyond the far plane of the depth format; use 0 to " +
+                                        std::to_string(far) + ", or floats and depth_range");
+            }
+            values[index] = static_cast<std::uint32_t>(sample);
+        } else {
+            values[index] = scaled((sample - range.near) / (range.far - range.near), far);
+        }
+    });
+    return values;
+}
+
+/// Z from a file of its own.
+std::vector<std::uint32_t> depth_of_file(const std::filesystem::path& file, int width, int height,
+                                         DepthFormat format, const DepthRange& range) {
+    NativeImage image(file);
+    if (image.width() != width || image.height() != height) {
+        fail(file, "has " + std::to_string(image.width()) + " x " + std::to_string(image.height()) +
+                       " pixels; use " + std::to_string(width) + " x " + std::to_string(height) +
+                       ", the size of the image it belongs to");
+    }
+    int channel = 0;
+    if (image.channel_count() > 1) {
+        if (image.channels_named("Z") != 1) {
+            fail(file, "has the channels " + image.channel_list() +
+                           "; use one channel, or several with exactly one Z among them");
+        }
+        channel = image.find_channel("Z");
+    }
+    image.read(channel, channel);
+    return depth_channel(image, channel, format, range);
+}
+
+}  // namespace
+
+PixelImage load_image(const std::filesystem::path& colour_file,
+                      const std::optional<std::filesystem::path>& depth_file, DepthFormat format,
+                      const DepthRange& range) {
+    NativeImage image(colour_file);
+    const int red = image.find_channel("R");
+    const int green = image.find_channel("G");
+    const int blue = image.find_channel("B");
+    if (red == kNoChannel || green == kNoChannel || blue == kNoChannel) {
+        fail(colour_file,
+             "has the channels " + image.channel_list() + "; use R, G and B, and A and Z if need be");
+    }
+    // The Z24 link has no alpha: every receiver takes it as opaque.
+    const int alpha = format == DepthFormat::kZ24 ? kNoChannel : image.find_channel("A");
+    const int depth = depth_file.has_value() ? kNoChannel : image.find_channel("Z");
+
+    int first = std::min({red, green, blue});
+    if (alpha != kNoChannel) first = std::min(first, alpha);
+    if (depth != kNoChannel) first = std::min(first, depth);
+    image.read(first, std::max({red, green, blue, alpha, depth}));
+
+    PixelImage pixels(image.width(), image.height());
+    const std::vector<std::uint8_t> r = colour_channel(image, red);
+    const std::vector<std::uint8_t> g = colour_channel(image, green);
+    const std::vector<std::uint8_t> b = colour_channel(image, blue);
+    const std::vector<std::uint8_t> a = alpha != kNoChannel
+                                            ? colour_channel(image, alpha)
+                                            : std::vector<std::uint8_t>(pixels.values.size(), 255);
+    std::vector<std::uint32_t> z(pixels.values.size(), 0);
+    if (depth_file.has_value()) {
+        z = depth_of_file(*depth_file, image.width(), image.height(), format, range);
+    } else if (depth != kNoChannel) {
+        z = depth_channel(image, depth, format, range);
+    }
+    for (std::size_t i = 0; i < pixels.values.size(); ++i) {
+        pixels.values[i] = Pixel(r[i], g[i], b[i], a[i], z[i]);
+    }
+    return pixels;
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "formats/viewport_table.h"
+
+namespace metabuffer {
+
+/// The whole numbers a scenario key takes, both ends included. Bounds that the hardware does not set keep
+/// products of cycles and pixels far inside 64 bits.
+struct IntegerRange {
+    std::int64_t low = 0;
+    std::int64_t high = 0;
+
+    constexpr bool contains(std::int64_t value) const { return low <= value && value <= high; }
+};
+
+struct NumberRange {
+    double low = 0.0;
+    double high = 0.0;
+
+    constexpr bool contains(double value) const { return low <= value && value <= high; }
+};
+
+namespace limits {
+
+constexpr IntegerRange kGridDisplays{1, 64};
+constexpr IntegerRange kDisplayPixels{1, 4096};
+constexpr std::array<int, 3> kSupersamples{1, 2, 4};
+constexpr IntegerRange kChannel{0, 255};
+constexpr IntegerRange kRasterPixels{1, std::numeric_limits<std::int16_t>::max()};  ///< dx, dy are int16
+constexpr NumberRange kClockMhz{0.001, 10000.0};
+constexpr NumberRange kDepth{-1e30, 1e30};
+constexpr IntegerRange kPageWords{1, 1 << 24};
+constexpr IntegerRange kPageMissCycles{0, 1'000'000};
+constexpr IntegerRange kWordsPerCycle{1, 8};
+constexpr std::array<int, 6> kBusWidthsBits{16, 32, 64, 128, 256, 512};
+constexpr IntegerRange kBurstPixels{1, 65535};
+constexpr IntegerRange kBufferPixels{1, 1 << 24};
+constexpr IntegerRange kReadySpacePixels{1, 1 << 24};
+constexpr IntegerRange kLinkTimeoutPairs{1, 1'000'000};
+constexpr IntegerRange kWatchdogCycles{0, 1'000'000'000'000'000};
+constexpr IntegerRange kFrames{1, 1'000'000};
+constexpr IntegerRange kViewportPosition{-1'000'000'000, 1'000'000'000};
+constexpr IntegerRange kViewportMultiple{1, kMaximumMultiple};
+constexpr IntegerRange kUnsignedField{0, std::numeric_limits<std::uint16_t>::max()};
+constexpr IntegerRange kSignedField{std::numeric_limits<std::int16_t>::min(),
+                                    std::numeric_limits<std::int16_t>::max()};
+constexpr IntegerRange kFaultPair{0, std::numeric_limits<std::uint32_t>::max()};
+constexpr IntegerRange kDelayPairs{1, 1'000'000};
+constexpr IntegerRange kImagePixels{1, 8192};  ///< per side
+constexpr std::int64_t kComposers = 65536;     ///< displays times renderers
+
+}  // namespace limits
+}  // namespace metabuffer

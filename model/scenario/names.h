@@ -1,0 +1,110 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scenario/scenario.h"
+
+namespace metabuffer {
+
+/// How an enumerator is written in scenario files, reports and on the command line.
+template <typename Enum>
+struct EnumName {
+    Enum value;
+    const char* name;
+};
+
+/// The names of one enumeration, in the order in which messages list them.
+template <typename Enum>
+struct EnumNames;
+
+template <>
+struct EnumNames<Composition> {
+    static constexpr const char* kWhat = "a composition";
+    static constexpr std::array<EnumName<Composition>, 3> kTable{
+        {{Composition::kZ, "z"}, {Composition::kZAlphaKey, "z-alpha-key"}, {Composition::kOver, "over"}}};
+};
+
+template <>
+struct EnumNames<DepthFormat> {
+    static constexpr const char* kWhat = "a depth format";
+    static constexpr std::array<EnumName<DepthFormat>, 2> kTable{
+        {{DepthFormat::kA8Z16, "a8z16"}, {DepthFormat::kZ24, "z24"}}};
+};
+
+template <>
+struct EnumNames<Arbitration> {
+    static constexpr const char* kWhat = "an arbitration";
+    static constexpr std::array<EnumName<Arbitration>, 4> kTable{
+        {{Arbitration::kIrsa, "irsa"},
+         {Arbitration::kSlotAllocation, "slot-allocation"},
+         {Arbitration::kRoundRobin, "round-robin"},
+         {Arbitration::kEdf, "edf"}}};
+};
+
+template <>
+struct EnumNames<StarvationMode> {
+    static constexpr const char* kWhat = "a starvation mode";
+    static constexpr std::array<EnumName<StarvationMode>, 2> kTable{
+        {{StarvationMode::kGlitch, "glitch"}, {StarvationMode::kStall, "stall"}}};
+};
+
+template <>
+struct EnumNames<Pacing> {
+    static constexpr const char* kWhat = "a pacing";
+    static constexpr std::array<EnumName<Pacing>, 2> kTable{
+        {{Pacing::kLockstep, "lockstep"}, {Pacing::kFreeRunning, "free-running"}}};
+};
+
+template <>
+struct EnumNames<FaultKind> {
+    static constexpr const char* kWhat = "a kind of fault";
+    static constexpr std::array<EnumName<FaultKind>, 11> kTable{{{FaultKind::kMagic, "magic"},
+                                                                 {FaultKind::kVersion, "version"},
+                                                                 {FaultKind::kKind, "kind"},
+                                                                 {FaultKind::kCrc, "crc"},
+                                                                 {FaultKind::kNumber, "number"},
+                                                                 {FaultKind::kShortLine, "short_line"},
+                                                                 {FaultKind::kLongLine, "long_line"},
+                                                                 {FaultKind::kShortFrame, "short_frame"},
+                                                                 {FaultKind::kLongFrame, "long_frame"},
+                                                                 {FaultKind::kMissing, "missing"},
+                                                                 {FaultKind::kDelay, "delay"}}};
+};
+
+template <>
+struct EnumNames<FrameKind> {
+    static constexpr const char* kWhat = "a frame of a pair";
+    static constexpr std::array<EnumName<FrameKind>, 2> kTable{
+        {{FrameKind::kColour, "colour"}, {FrameKind::kDepth, "depth"}}};
+};
+
+/// The enumerator's name; "?" for a value that is no enumerator.
+template <typename Enum>
+constexpr const char* to_string(Enum value) {
+    for (const auto& entry : EnumNames<Enum>::kTable) {
+        if (entry.value == value) return entry.name;
+    }
+    return "?";
+}
+
+/// The enumerator of that name, if there is one.
+template <typename Enum>
+constexpr std::optional<Enum> from_name(std::string_view name) {
+    for (const auto& entry : EnumNames<Enum>::kTable) {
+        if (name == entry.name) return entry.value;
+    }
+    return std::nullopt;
+}
+
+template <typename Enum>
+std::vector<std::string> enum_names() {
+    std::vector<std::string> names;
+    for (const auto& entry : EnumNames<Enum>::kTable) names.emplace_back(entry.name);
+    return names;
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,163 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "datapath/composition.h"
+#include "formats/control_scanline.h"
+#include "formats/dvi_timing.h"
+#include "formats/image.h"
+#include "formats/pixel.h"
+#include "formats/viewport_splitter.h"
+#include "formats/viewport_table.h"
+
+namespace metabuffer {
+
+enum class Arbitration : std::uint8_t { kIrsa, kSlotAllocation, kRoundRobin, kEdf };
+enum class StarvationMode : std::uint8_t { kGlitch, kStall };
+enum class Pacing : std::uint8_t { kLockstep, kFreeRunning };
+
+/// What a renderer can be told to do wrong with one pair, to see the machine cope.
+enum class FaultKind : std::uint8_t {
+    kMagic,       ///< the control scanline's magic is not MBUF
+    kVersion,     ///< its version is not 1
+    kKind,        ///< its kind is neither 0 nor 1 (and its CRC holds)
+    kCrc,         ///< its CRC-32 does not match
+    kNumber,      ///< its frame number is one more than the pair's (and its CRC holds)
+    kShortLine,   ///< the last image scanline is a pixel short
+    kLongLine,    ///< the last image scanline is a pixel long
+    kShortFrame,  ///< the last image scanline is missing
+    kLongFrame,   ///< there is one image scanline too many
+    kMissing,     ///< the frame is not sent
+    kDelay,       ///< the link is silent for delay_pairs pair times before the frame
+};
+
+struct Fault {
+    int renderer = 0;        ///< index into Scenario::renderers
+    std::uint32_t pair = 0;  ///< the pair's number, from 0
+    FaultKind kind = FaultKind::kCrc;
+    FrameKind frame = FrameKind::kColour;  ///< which frame of the pair
+    int delay_pairs = 0;                   ///< kDelay only: pair times, >= 1
+};
+
+struct DisplayConfig {
+    int columns = 1;       ///< 1..64
+    int rows = 1;          ///< 1..64
+    int width_pixels = 0;  ///< of one display, 1..4096
+    int height_pixels = 0;
+    int supersample = 1;  ///< 1, 2 or 4 per axis
+    std::uint8_t background[3] = {0, 0, 0};
+
+    int count() const { return columns * rows; }
+    int raster_width_pixels() const { return width_pixels * supersample; }
+    int raster_height_pixels() const { return height_pixels * supersample; }
+    DisplayWall wall() const { return {columns, rows, raster_width_pixels(), raster_height_pixels()}; }
+};
+
+struct ClockConfig {
+    double core_mhz = 100.0;  ///< 0.001..10000, as the others
+    double dvi_in_mhz = 100.0;
+    double dvi_out_mhz = 100.0;
+};
+
+/// A clock's period in whole picoseconds, rounded to nearest: the one place where MHz become time.
+constexpr std::int64_t clock_period_picoseconds(double mhz) {
+    return static_cast<std::int64_t>(1.0e6 / mhz + 0.5);
+}
+
+struct MemoryConfig {
+    int page_words = 512;      ///< >= 1
+    int page_miss_cycles = 6;  ///< >= 0
+    int words_per_cycle = 1;   ///< 1..8
+};
+
+struct BusConfig {
+    int width_bits = 64;    ///< 16, 32, 64, 128, 256 or 512
+    int burst_pixels = 32;  ///< 1..65535
+    Arbitration arbitration = Arbitration::kIrsa;
+};
+
+struct ComposerConfig {
+    int buffer_pixels = 1024;     ///< 1..2^24
+    int ready_space_pixels = 32;  ///< default: one burst, but at least what can be in flight
+    StarvationMode on_starvation = StarvationMode::kGlitch;
+};
+
+/// Pixels that the bus moves in one beat: the lesser of bus and memory, at least one.
+constexpr int pixels_per_beat(const BusConfig& bus, const MemoryConfig& memory) {
+    const int bus_pixels = bus.width_bits < kPixelBits ? 1 : bus.width_bits / kPixelBits;
+    return bus_pixels < memory.words_per_cycle ? bus_pixels : memory.words_per_cycle;
+}
+/// Core clocks that one beat takes: more than one on a bus narrower than a pixel.
+constexpr int cycles_per_beat(const BusConfig& bus) {
+    return bus.width_bits < kPixelBits ? kPixelBits / bus.width_bits : 1;
+}
+/// Beats that may be on their way when a composer drops BUSREADY: the one it has not seen yet and the one
+/// that goes out before the input framebuffer has read the drop.
+constexpr int kBeatsInFlight = 2;
+/// The least legal ready space.
+constexpr int in_flight_pixels(const BusConfig& bus, const MemoryConfig& memory) {
+    return kBeatsInFlight * pixels_per_beat(bus, memory);
+}
+
+/// One entry of a renderer's list: the image, and the table its control scanline carries.
+struct RendererFrame {
+    std::size_t image = 0;  ///< index into Renderer::images
+    ViewportTable table;    ///< from the viewport (split by the host side) or as the scenario gives it
+    std::optional<Viewport> viewport;
+    int table_line = 0;  ///< line of the scenario file, 0 if there is none
+};
+
+struct Renderer {
+    std::string name;
+    int image_width_pixels = 0;
+    int image_height_pixels = 0;
+    std::vector<PixelImage> images;     ///< each different image once, converted to pixels
+    std::vector<RendererFrame> frames;  ///< at least one; the last repeats
+
+    const RendererFrame& frame_of_pair(std::uint32_t pair) const {
+        return frames[std::min<std::size_t>(pair, frames.size() - 1)];
+    }
+    const PixelImage& image_of_pair(std::uint32_t pair) const { return images[frame_of_pair(pair).image]; }
+    DviTiming timing() const { return renderer_dvi_timing(image_width_pixels, image_height_pixels); }
+};
+
+/// A scenario with every default filled in, every key checked and every image read. Levels are built from it.
+struct Scenario {
+    std::string name;
+    DisplayConfig displays;
+    Composition composition = Composition::kZ;
+    DepthFormat depth_format = DepthFormat::kA8Z16;
+    double depth_near = 0.0;
+    double depth_far = 1.0;
+    ClockConfig clocks;
+    MemoryConfig memory;
+    BusConfig bus;
+    ComposerConfig composer;
+    Pacing pacing = Pacing::kLockstep;
+    int link_timeout_pairs = 2;        ///< >= 1
+    std::int64_t watchdog_cycles = 0;  ///< 0: the machine derives a safe value from the scenario
+    int frames = 1;                    ///< composited frames to show
+    std::vector<Renderer> renderers;   ///< at least one
+    std::vector<Fault> faults;
+
+    Pixel background_pixel() const {
+        return {displays.background[0], displays.background[1], displays.background[2], 0,
+                far_z(depth_format)};
+    }
+    ViewportLimits limits(const Renderer& renderer) const {
+        return {displays.count(),
+                renderer.image_width_pixels,
+                renderer.image_height_pixels,
+                displays.raster_width_pixels(),
+                displays.raster_height_pixels(),
+                composer.buffer_pixels,
+                composer.ready_space_pixels};
+    }
+};
+
+}  // namespace metabuffer

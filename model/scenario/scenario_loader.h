@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "scenario/scenario.h"
+
+namespace metabuffer {
+
+/// Bad input of any kind. what() is one line: where (file:line), what is wrong, what would be right.
+class InputError : public std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// One --set: a dotted path of scenario keys, list entries by their index
+/// (`renderers.0.frames.1.viewport.x`), and a YAML value.
+struct ScenarioOverride {
+    std::string path;
+    std::string value;
+};
+
+/// Splits "PATH=VALUE". Throws InputError.
+ScenarioOverride parse_override(const std::string& text);
+
+/// Reads, checks and resolves a scenario file with its images. Image paths are relative to the file.
+/// Overrides are applied before anything is checked. Throws InputError.
+Scenario load_scenario(const std::filesystem::path& file,
+                       const std::vector<ScenarioOverride>& overrides = {});
+
+/// The same from text; `origin` names it in messages and `base` is what image paths are relative to.
+Scenario parse_scenario(const std::string& text, const std::string& origin, const std::filesystem::path& base,
+                        const std::vector<ScenarioOverride>& overrides = {});
+
+/// Every key a scenario may have, maps and lists included, in the order of the documentation; a list's
+/// entries are written "[]": `renderers[].frames[].viewport.x`.
+std::vector<std::string> scenario_key_paths();
+
+/// The rules between keys that hold for any scenario, however it was made (also for one built in C++ by a
+/// testbench): widths, ready space, tables that fit their control scanline, images of one size. Throws
+/// InputError.
+void check_scenario(const Scenario& scenario);
+
+}  // namespace metabuffer

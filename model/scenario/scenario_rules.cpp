@@ -1,0 +1,200 @@
+#include "scenario/scenario_rules.h"
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "scenario/limits.h"
+#include "scenario/names.h"
+#include "scenario/scenario_loader.h"
+#include "scenario/text.h"
+
+namespace metabuffer {
+namespace {
+
+/// Collects the first violation; the checks after it do nothing.
+class RuleCheck {
+  public:
+    void require(bool holds, const std::string& path, const std::string& message) {
+        if (!holds && !violation_.has_value()) violation_ = RuleViolation{path, message};
+    }
+    void integer(const std::string& path, std::int64_t value, const IntegerRange& allowed) {
+        if (!allowed.contains(value)) require(false, path, text::out_of_range(value, allowed));
+    }
+    void number(const std::string& path, double value, const NumberRange& allowed) {
+        if (!allowed.contains(value)) require(false, path, text::out_of_range(value, allowed));
+    }
+    template <std::size_t Count>
+    void one_of(const std::string& path, int value, const std::array<int, Count>& allowed,
+                const std::string& what) {
+        if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return;
+        std::vector<std::string> names;
+        for (const int candidate : allowed) names.push_back(std::to_string(candidate));
+        require(false, path,
+                std::to_string(value) + " is not " + what + "; use " + text::joined(names, "or"));
+    }
+
+    /// Whether a rule is broken, so that what follows from its values need not be computed.
+    bool failed() const { return violation_.has_value(); }
+    std::optional<RuleViolation> result() && { return std::move(violation_); }
+
+  private:
+    std::optional<RuleViolation> violation_;
+};
+
+void check_displays(RuleCheck& check, const Scenario& scenario) {
+    const DisplayConfig& displays = scenario.displays;
+    check.integer("displays.columns", displays.columns, limits::kGridDisplays);
+    check.integer("displays.rows", displays.rows, limits::kGridDisplays);
+    check.integer("displays.width", displays.width_pixels, limits::kDisplayPixels);
+    check.integer("displays.height", displays.height_pixels, limits::kDisplayPixels);
+    check.one_of("displays.supersample", displays.supersample, limits::kSupersamples, "a supersampling");
+    if (check.failed()) return;
+    check.integer("displays.width", displays.raster_width_pixels(), limits::kRasterPixels);
+    check.integer("displays.height", displays.raster_height_pixels(), limits::kRasterPixels);
+}
+
+void check_machine(RuleCheck& check, const Scenario& scenario) {
+    check.number("depth_range", scenario.depth_near, limits::kDepth);
+    check.number("depth_range", scenario.depth_far, limits::kDepth);
+    check.require(scenario.depth_near < scenario.depth_far, "depth_range",
+                  "near " + text::number(scenario.depth_near) + " is not below far " +
+                      text::number(scenario.depth_far) + "; use [near, far] with near < far");
+    check.number("clocks.core_mhz", scenario.clocks.core_mhz, limits::kClockMhz);
+    check.number("clocks.dvi_in_mhz", scenario.clocks.dvi_in_mhz, limits::kClockMhz);
+    check.number("clocks.dvi_out_mhz", scenario.clocks.dvi_out_mhz, limits::kClockMhz);
+    check.integer("memory.page_words", scenario.memory.page_words, limits::kPageWords);
+    check.integer("memory.page_miss_cycles", scenario.memory.page_miss_cycles, limits::kPageMissCycles);
+    check.integer("memory.words_per_cycle", scenario.memory.words_per_cycle, limits::kWordsPerCycle);
+    check.one_of("bus.width_bits", scenario.bus.width_bits, limits::kBusWidthsBits, "a bus width");
+    check.integer("bus.burst_pixels", scenario.bus.burst_pixels, limits::kBurstPixels);
+    check.integer("composer.buffer_pixels", scenario.composer.buffer_pixels, limits::kBufferPixels);
+    check.integer("composer.ready_space_pixels", scenario.composer.ready_space_pixels,
+                  limits::kReadySpacePixels);
+    const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
+    check.require(scenario.composer.ready_space_pixels >= in_flight, "composer.ready_space_pixels",
+                  std::to_string(scenario.composer.ready_space_pixels) + " is less than the " +
+                      std::to_string(in_flight) + " pixels that can be in flight; use " +
+                      std::to_string(in_flight) + " or more");
+    check.integer("link_timeout_pairs", scenario.link_timeout_pairs, limits::kLinkTimeoutPairs);
+    check.integer("watchdog_cycles", scenario.watchdog_cycles, limits::kWatchdogCycles);
+    check.integer("frames", scenario.frames, limits::kFrames);
+}
+
+void check_names_and_faults(RuleCheck& check, const Scenario& scenario) {
+    if (check.failed()) return;
+    const auto renderers = static_cast<std::int64_t>(scenario.renderers.size());
+    check.require(renderers > 0, "renderers", "has no entries; use at least one renderer");
+    const std::int64_t displays = scenario.displays.count();
+    check.require(displays * renderers <= limits::kComposers, "renderers",
+                  std::to_string(renderers) + " renderers on " + std::to_string(displays) +
+                      " displays need " + std::to_string(displays * renderers) + " composers; use at most " +
+                      std::to_string(limits::kComposers));
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < scenario.renderers.size(); ++i) {
+        const std::string path = "renderers[" + std::to_string(i) + "]";
+        const Renderer& renderer = scenario.renderers[i];
+        check.require(!renderer.name.empty(), path + ".name", "is empty; use a name");
+        check.require(
+            names.insert(renderer.name).second, path + ".name",
+            text::quoted(renderer.name) + " is taken by an earlier renderer; use a name of its own");
+        check.require(!renderer.frames.empty(), path + ".frames", "has no entries; use at least one frame");
+    }
+    for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
+        const std::string path = "faults[" + std::to_string(i) + "]";
+        const Fault& fault = scenario.faults[i];
+        check.require(fault.renderer >= 0 && fault.renderer < renderers, path + ".renderer",
+                      std::to_string(fault.renderer) + " is not a renderer's index; use 0 to " +
+                          std::to_string(renderers - 1));
+        if (fault.kind == FaultKind::kDelay) {
+            check.integer(path + ".delay_pairs", fault.delay_pairs, limits::kDelayPairs);
+        } else {
+            check.require(fault.delay_pairs == 0, path + ".delay_pairs",
+                          std::string("does not go with kind ") + to_string(fault.kind) +
+                              "; use it with kind delay only");
+        }
+    }
+}
+
+void check_image(RuleCheck& check, const Scenario& scenario, const Renderer& renderer,
+                 const PixelImage& image, const std::string& path) {
+    const auto size = [](int width, int height) {
+        return std::to_string(width) + " x " + std::to_string(height) + " pixels";
+    };
+    check.require(image.width_pixels == renderer.image_width_pixels &&
+                      image.height_pixels == renderer.image_height_pixels,
+                  path,
+                  "the image has " + size(image.width_pixels, image.height_pixels) +
+                      ", and the renderer's first " +
+                      size(renderer.image_width_pixels, renderer.image_height_pixels) +
+                      "; use images of one size, the renderer's DVI mode");
+    const std::uint64_t pixels =
+        static_cast<std::uint64_t>(image.width_pixels) * static_cast<std::uint64_t>(image.height_pixels);
+    check.require(image.values.size() == pixels, path,
+                  "the image holds " + std::to_string(image.values.size()) + " pixels; use width x height");
+    const std::uint32_t far = far_z(scenario.depth_format);
+    const bool fits = std::all_of(image.values.begin(), image.values.end(),
+                                  [far](const Pixel& pixel) { return pixel.z() <= far; });
+    check.require(fits, path,
+                  "the image has a Z beyond the far plane of " +
+                      std::string(to_string(scenario.depth_format)) + "; use 0 to " + std::to_string(far));
+}
+
+void check_table(RuleCheck& check, const Renderer& renderer, const RendererFrame& frame,
+                 const std::string& path) {
+    ControlScanline content;
+    content.table = frame.table;
+    const std::size_t needed = control_scanline_bytes(content);
+    const std::size_t available =
+        static_cast<std::size_t>(renderer.image_width_pixels) * std::size_t{kLinkBytesPerPixel};
+    check.require(
+        needed <= available, path + (frame.viewport.has_value() ? ".viewport" : ".table"),
+        "the table of " + std::to_string(frame.table.size()) + " rows needs " + std::to_string(needed) +
+            " bytes and the control scanline of an image " + std::to_string(renderer.image_width_pixels) +
+            " pixels wide has " + std::to_string(available) + "; use fewer rows or an image at least " +
+            std::to_string((needed + kLinkBytesPerPixel - 1) / kLinkBytesPerPixel) + " pixels wide");
+}
+
+}  // namespace
+
+std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
+    RuleCheck check;
+    check_displays(check, scenario);
+    check_machine(check, scenario);
+    check_names_and_faults(check, scenario);
+    return std::move(check).result();
+}
+
+std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
+    RuleCheck check;
+    for (std::size_t i = 0; i < scenario.renderers.size(); ++i) {
+        const Renderer& renderer = scenario.renderers[i];
+        const std::string path = "renderers[" + std::to_string(i) + "]";
+        check.integer(path + ".frames", renderer.image_width_pixels, limits::kImagePixels);
+        check.integer(path + ".frames", renderer.image_height_pixels, limits::kImagePixels);
+        std::set<std::size_t> seen;
+        for (std::size_t j = 0; j < renderer.frames.size(); ++j) {
+            const RendererFrame& frame = renderer.frames[j];
+            const std::string frame_path = path + ".frames[" + std::to_string(j) + "]";
+            if (frame.image >= renderer.images.size()) {
+                check.require(false, frame_path + ".image",
+                              std::to_string(frame.image) + " is not an image's index; use 0 to " +
+                                  std::to_string(renderer.images.size()) + ", exclusive");
+                continue;
+            }
+            if (seen.insert(frame.image).second) {
+                check_image(check, scenario, renderer, renderer.images[frame.image], frame_path + ".image");
+            }
+            check_table(check, renderer, frame, frame_path);
+        }
+    }
+    return std::move(check).result();
+}
+
+void check_scenario(const Scenario& scenario) {
+    std::optional<RuleViolation> violation = settings_violation(scenario);
+    if (!violation.has_value()) violation = renderers_violation(scenario);
+    if (violation.has_value()) throw InputError(text::one_line(violation->path + ": " + violation->message));
+}
+
+}  // namespace metabuffer

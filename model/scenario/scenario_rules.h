@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "scenario/scenario.h"
+
+namespace metabuffer {
+
+/// What a scenario does not keep to: the key path, and what is wrong and what would be right.
+struct RuleViolation {
+    std::string path;
+    std::string message;
+};
+
+/// The first rule that a scenario breaks, leaving out its images and what has to fit them.
+std::optional<RuleViolation> settings_violation(const Scenario& scenario);
+
+/// The first rule that its images, tables and viewports break.
+std::optional<RuleViolation> renderers_violation(const Scenario& scenario);
+
+}  // namespace metabuffer

@@ -1,0 +1,445 @@
+#include "scenario/yaml_reader.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "scenario/scenario_keys.h"
+
+namespace metabuffer::input {
+namespace {
+
+// Aliases are written out, so that a few lines can ask for an endless tree.
+constexpr int kDeepestNesting = 64;
+constexpr std::size_t kMostValues = 4'000'000;
+
+[[noreturn]] void fail_at(const Place& place, const std::string& path, const std::string& message) {
+    throw InputError(text::one_line(place.describe() + ": " + (path.empty() ? "" : path + ": ") + message));
+}
+
+std::string item_path(const std::string& list_path, std::size_t index) {
+    return list_path + "[" + std::to_string(index) + "]";
+}
+
+/// Copies yaml-cpp's nodes into values.
+class TreeBuilder {
+  public:
+    TreeBuilder(std::shared_ptr<const std::string> origin, bool has_lines)
+        : origin_(std::move(origin)), has_lines_(has_lines) {}
+
+    Place place(const YAML::Mark& mark) const {
+        return {origin_, has_lines_ ? std::max(mark.line, 0) + 1 : 0};
+    }
+
+    Value build(const YAML::Node& node, const Place& key_place, int depth) {
+        if (depth > kDeepestNesting || ++values_ > kMostValues) {
+            fail_at(key_place, "", "is nested without end; use aliases only for what they do not contain");
+        }
+        Value value;
+        value.place = key_place;
+        switch (node.Type()) {
+            case YAML::NodeType::Undefined:
+            case YAML::NodeType::Null:
+                break;
+            case YAML::NodeType::Scalar:
+                value.kind = ValueKind::kScalar;
+                value.place = place(node.Mark());
+                value.text = node.Scalar();
+                value.quoted = node.Tag() == "!";
+                break;
+            case YAML::NodeType::Sequence:
+                value.kind = ValueKind::kList;
+                for (const YAML::Node& item : node) {
+                    value.items.push_back(build(item, place(item.Mark()), depth + 1));
+                }
+                break;
+            case YAML::NodeType::Map:
+                value.kind = ValueKind::kMap;
+                for (const auto& member : node) add_member(value, member.first, member.second, depth);
+                break;
+        }
+        return value;
+    }
+
+  private:
+    void add_member(Value& map, const YAML::Node& key, const YAML::Node& value, int depth) {
+        const Place key_place = place(key.Mark());
+        if (!key.IsScalar()) fail_at(key_place, "", "a key is not plain text; use the name of a key");
+        const std::string& name = key.Scalar();
+        const auto earlier = std::find_if(map.members.begin(), map.members.end(),
+                                          [&name](const Member& member) { return member.key == name; });
+        if (earlier != map.members.end()) {
+            const std::string where =
+                has_lines_ ? " on line " + std::to_string(earlier->place.line) : std::string(" already");
+            fail_at(key_place, name, "is here twice, first" + where + "; use each key once in a map");
+        }
+        map.members.push_back({key_place, name, build(value, key_place, depth + 1)});
+    }
+
+    std::shared_ptr<const std::string> origin_;
+    bool has_lines_;
+    std::size_t values_ = 0;
+};
+
+/// One step of a key path as it is written: `frames`, `0` or `[0]`.
+struct Step {
+    std::string word;
+    bool bracketed = false;
+};
+
+/// The steps of "renderers[0].frames.1.image"; nothing if the brackets do not match or a step is empty.
+std::optional<std::vector<Step>> split_path(const std::string& path) {
+    std::vector<Step> steps;
+    std::size_t at = 0;
+    while (at <= path.size()) {
+        const bool bracketed = at < path.size() && path[at] == '[';
+        std::size_t end = 0;
+        if (bracketed) {
+            end = path.find(']', ++at);
+            if (end == std::string::npos || steps.empty()) return std::nullopt;
+        } else {
+            end = std::min(path.find_first_of(".[", at), path.size());
+        }
+        if (end == at) return std::nullopt;
+        steps.push_back({path.substr(at, end - at), bracketed});
+        at = bracketed ? end + 1 : end;
+        if (at == path.size()) return steps;
+        if (path[at] == '.') {
+            ++at;
+        } else if (path[at] != '[') {
+            return std::nullopt;
+        }
+    }
+    return std::nullopt;
+}
+
+std::optional<std::size_t> index_of(const std::string& word) {
+    std::size_t index = 0;
+    const char* end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data(), end, index);
+    if (error != std::errc() || stop != end) return std::nullopt;
+    return index;
+}
+
+[[noreturn]] void fail_shape(const Value& value, const std::string& path, const ScenarioKey& key) {
+    std::string use = key.meaning;
+    if (key.shape == KeyShape::kMap) use += " with the keys " + text::joined(keys_of(key.pattern), "and");
+    if (path.empty() && value.kind == ValueKind::kNothing) {
+        fail_at(value.place, path, "the scenario is empty; use at least the keys displays and renderers");
+    }
+    fail_at(value.place, path, "is " + described(value) + "; use " + use);
+}
+
+[[noreturn]] void fail_unknown_key(const Place& place, const ScenarioKey& map, const std::string& map_path,
+                                   const std::string& key) {
+    fail_at(place, key_pattern(map_path, key),
+            "is not a known key; the nearest is " + nearest_key(map.pattern, map_path, key));
+}
+
+void check_structure_of(const Value& value, const std::string& pattern, const std::string& path) {
+    const ScenarioKey& key = *find_scenario_key(pattern);
+    switch (key.shape) {
+        case KeyShape::kScalar:
+            break;  // the reader of the value says better what it should be
+        case KeyShape::kMap:
+            if (value.kind != ValueKind::kMap) fail_shape(value, path, key);
+            for (const Member& member : value.members) {
+                const std::string member_pattern = key_pattern(pattern, member.key);
+                if (find_scenario_key(member_pattern) == nullptr || member.key.empty()) {
+                    fail_unknown_key(member.place, key, path, member.key);
+                }
+                check_structure_of(member.value, member_pattern, key_pattern(path, member.key));
+            }
+            break;
+        case KeyShape::kList:
+            if (value.kind != ValueKind::kList) fail_shape(value, path, key);
+            for (std::size_t i = 0; i < value.items.size(); ++i) {
+                check_structure_of(value.items[i], pattern + "[]", item_path(path, i));
+            }
+            break;
+    }
+}
+
+/// Walks an override's path down the tree and makes the maps on the way.
+class OverrideWalk {
+  public:
+    OverrideWalk(Value& root, Place place) : current_(&root), place_(std::move(place)) {}
+
+    void step(const Step& step) {
+        const ScenarioKey& key = *find_scenario_key(pattern_);
+        switch (key.shape) {
+            case KeyShape::kScalar:
+                fail_at(place_, path_, "has nothing inside; use --set " + path_ + "=VALUE");
+            case KeyShape::kMap:
+                into_map(key, step);
+                break;
+            case KeyShape::kList:
+                into_list(key, step);
+                break;
+        }
+    }
+
+    Value& target() { return *current_; }
+
+  private:
+    void into_map(const ScenarioKey& map, const Step& step) {
+        const std::string member_pattern = key_pattern(pattern_, step.word);
+        if (step.bracketed || find_scenario_key(member_pattern) == nullptr) {
+            fail_unknown_key(place_, map, path_, step.word);
+        }
+        if (current_->kind == ValueKind::kNothing) current_->kind = ValueKind::kMap;
+        if (current_->kind != ValueKind::kMap) fail_shape(*current_, path_, map);
+        Value* member = current_->find(step.word);
+        if (member == nullptr) {
+            Value made;
+            made.place = place_;
+            current_->members.push_back({place_, step.word, made});
+            member = &current_->members.back().value;
+        }
+        current_ = member;
+        pattern_ = member_pattern;
+        path_ = key_pattern(path_, step.word);
+    }
+
+    void into_list(const ScenarioKey& list, const Step& step) {
+        if (current_->kind != ValueKind::kList && current_->kind != ValueKind::kNothing) {
+            fail_shape(*current_, path_, list);
+        }
+        const std::size_t count = current_->items.size();
+        const std::string use = count == 0
+                                    ? path_ + " has no entries to override; use the whole list as the value"
+                                    : "use an index of " + path_ + ", 0 to " + std::to_string(count - 1);
+        const std::optional<std::size_t> index = index_of(step.word);
+        if (!index.has_value()) fail_at(place_, path_, text::quoted(step.word) + " is not an index; " + use);
+        if (*index >= count) fail_at(place_, item_path(path_, *index), "is out of range; " + use);
+        current_ = &current_->items[*index];
+        pattern_ += "[]";
+        path_ = item_path(path_, *index);
+    }
+
+    Value* current_;
+    Place place_;
+    std::string pattern_;
+    std::string path_;
+};
+
+bool is_digit(char character) { return character >= '0' && character <= '9'; }
+
+/// Whether the text is a sign and decimal digits and nothing else.
+bool looks_whole(const std::string& text) {
+    const std::size_t first = !text.empty() && (text[0] == '-' || text[0] == '+') ? 1 : 0;
+    return first < text.size() &&
+           std::all_of(text.begin() + static_cast<std::ptrdiff_t>(first), text.end(), is_digit);
+}
+
+bool has_leading_zero(const std::string& text) {
+    const std::size_t first = text[0] == '-' || text[0] == '+' ? 1 : 0;
+    return text.size() > first + 1 && text[first] == '0';
+}
+
+/// from_chars takes no plus sign.
+const char* after_plus(const std::string& text) { return text.data() + (text[0] == '+' ? 1 : 0); }
+
+/// A decimal number, also `.5`, `5.` and `1e3`; not hexadecimal, not inf or nan.
+std::optional<double> decimal_number(const std::string& text) {
+    const bool allowed = !text.empty() && std::all_of(text.begin(), text.end(), [](char character) {
+        return is_digit(character) || std::string_view("+-.eE").find(character) != std::string_view::npos;
+    });
+    if (!allowed) return std::nullopt;
+    const char* begin = after_plus(text);
+    const char* end = text.data() + text.size();
+    double value = 0.0;
+    const auto [stop, error] = std::from_chars(begin, end, value);
+    const bool signs_twice = begin != text.data() && begin != end && *begin == '-';
+    if (stop != end || signs_twice || error != std::errc()) return std::nullopt;
+    return value;
+}
+
+}  // namespace
+
+std::string Place::describe() const { return line > 0 ? *origin + ":" + std::to_string(line) : *origin; }
+
+const Value* Value::find(const std::string& key) const {
+    const auto found = std::find_if(members.begin(), members.end(),
+                                    [&key](const Member& member) { return member.key == key; });
+    return found == members.end() ? nullptr : &found->value;
+}
+
+Value* Value::find(const std::string& key) {
+    const auto found = std::find_if(members.begin(), members.end(),
+                                    [&key](const Member& member) { return member.key == key; });
+    return found == members.end() ? nullptr : &found->value;
+}
+
+std::string described(const Value& value) {
+    switch (value.kind) {
+        case ValueKind::kNothing:
+            return "nothing";
+        case ValueKind::kScalar:
+            return text::quoted(value.text);
+        case ValueKind::kList:
+            return "a list";
+        case ValueKind::kMap:
+            return "a map";
+    }
+    return "";
+}
+
+Value parse_yaml(const std::string& text, const std::shared_ptr<const std::string>& origin, bool has_lines) {
+    TreeBuilder builder(origin, has_lines);
+    const Place start = builder.place(YAML::Mark());
+    try {
+        const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+        if (documents.empty()) {
+            Value nothing;
+            nothing.place = start;
+            return nothing;
+        }
+        if (documents.size() > 1) {
+            fail_at(builder.place(documents[1].Mark()), "", "a second YAML document; use one in a file");
+        }
+        return builder.build(documents[0], start, 0);
+    } catch (const YAML::Exception& error) {
+        fail_at(
+            builder.place(error.mark), "",
+            "not valid YAML: " + error.msg +
+                "; look for the indentation, colon, quotation mark or bracket that is wrong here or above");
+    }
+}
+
+void apply_override(Value& root, const ScenarioOverride& override_) {
+    const auto origin = std::make_shared<const std::string>(
+        text::one_line("--set " + override_.path + "=" + override_.value));
+    const Place place{origin, 0};
+    const std::optional<std::vector<Step>> steps = split_path(override_.path);
+    if (!steps.has_value()) {
+        fail_at(
+            place, "",
+            text::quoted(override_.path) +
+                " is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x");
+    }
+    Value value = parse_yaml(override_.value, origin, false);
+    OverrideWalk walk(root, place);
+    for (const Step& step : *steps) walk.step(step);
+    walk.target() = std::move(value);
+}
+
+void check_structure(const Value& root) { check_structure_of(root, "", ""); }
+
+Place find_place(const Value& root, const std::string& path) {
+    const Value* value = &root;
+    const std::optional<std::vector<Step>> steps = split_path(path);
+    if (!steps.has_value()) return root.place;
+    for (const Step& step : *steps) {
+        const Value* inner = nullptr;
+        if (!step.bracketed) {
+            inner = value->find(step.word);
+        } else if (const auto index = index_of(step.word);
+                   index.has_value() && *index < value->items.size()) {
+            inner = &value->items[*index];
+        }
+        if (inner == nullptr) break;
+        value = inner;
+    }
+    return value->place;
+}
+
+Entry Entry::child(const std::string& key) const {
+    std::string pattern = key_pattern(pattern_, key);
+    if (find_scenario_key(pattern) == nullptr) {
+        throw std::logic_error("no such scenario key: " + pattern);
+    }
+    const Value* value = value_ == nullptr ? nullptr : value_->find(key);
+    return {value, key_pattern(path_, key), std::move(pattern), value == nullptr ? place_ : value->place};
+}
+
+std::vector<Entry> Entry::items() const {
+    std::vector<Entry> entries;
+    if (value_ == nullptr) return entries;
+    entries.reserve(value_->items.size());
+    for (std::size_t i = 0; i < value_->items.size(); ++i) {
+        const Value& item = value_->items[i];
+        entries.push_back(Entry(&item, item_path(path_, i), pattern_ + "[]", item.place));
+    }
+    return entries;
+}
+
+void Entry::fail(const std::string& message) const { fail_at(place_, path_, message); }
+
+const std::string& Entry::scalar(const std::string& use) const {
+    if (value_ == nullptr) fail("is missing; use " + use);
+    if (value_->kind != ValueKind::kScalar) fail("is " + described(*value_) + "; use " + use);
+    return value_->text;
+}
+
+std::int64_t Entry::whole_number(const std::string& use) const {
+    const std::string& digits = scalar(use);
+    if (!looks_whole(digits) || value_->quoted) {
+        const char* without = value_->quoted && looks_whole(digits) ? " without quotation marks" : "";
+        fail(described(*value_) + " is not a whole number; use " + use + without);
+    }
+    if (has_leading_zero(digits)) {
+        fail(described(*value_) + " has a leading zero; use " + use + ", in decimal digits");
+    }
+    std::int64_t value = 0;
+    const auto [stop, error] = std::from_chars(after_plus(digits), digits.data() + digits.size(), value);
+    if (error != std::errc()) fail(text::one_line(digits) + " is out of range; use " + use);
+    return value;
+}
+
+std::int64_t Entry::integer(const IntegerRange& allowed) const {
+    const std::int64_t value = whole_number(text::range(allowed));
+    if (!allowed.contains(value)) fail(text::out_of_range(value, allowed));
+    return value;
+}
+
+double Entry::number(const NumberRange& allowed) const {
+    const std::string use = text::range(allowed);
+    const std::string& digits = scalar(use);
+    const std::optional<double> value = decimal_number(digits);
+    if (!value.has_value() || value_->quoted) {
+        fail(described(*value_) + " is not a finite decimal number; use " + use);
+    }
+    if (!allowed.contains(*value)) fail(text::one_line(digits) + " is out of range; use " + use);
+    return *value;
+}
+
+std::string Entry::name() const {
+    const std::string use = std::string(find_scenario_key(pattern_)->meaning) + ", on one line";
+    const std::string& words = scalar(use);
+    if (words.empty()) fail("is empty; use " + use);
+    const bool has_control = std::any_of(words.begin(), words.end(), [](char character) {
+        return static_cast<unsigned char>(character) < 0x20U || character == 0x7F;
+    });
+    if (has_control) fail(described(*value_) + " has control characters; use " + use);
+    return words;
+}
+
+int Entry::one_of(const std::vector<int>& allowed, const std::string& what) const {
+    std::vector<std::string> names;
+    names.reserve(allowed.size());
+    for (const int value : allowed) names.push_back(std::to_string(value));
+    const std::string use = text::joined(names, "or");
+    const std::int64_t value = whole_number(use);
+    if (std::find(allowed.begin(), allowed.end(), value) == allowed.end()) {
+        fail(std::to_string(value) + " is not " + what + "; use " + use);
+    }
+    return static_cast<int>(value);
+}
+
+std::string Entry::choice(const std::vector<std::string>& allowed, const std::string& what) const {
+    const std::string use = text::joined(allowed, "or");
+    const std::string& word = scalar(use);
+    if (std::find(allowed.begin(), allowed.end(), word) == allowed.end()) {
+        fail(described(*value_) + " is not " + what + "; use " + use);
+    }
+    return word;
+}
+
+}  // namespace metabuffer::input

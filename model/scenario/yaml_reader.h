@@ -1,0 +1,113 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scenario/limits.h"
+#include "scenario/names.h"
+#include "scenario/scenario_loader.h"
+#include "scenario/text.h"
+
+/// The scenario's YAML as a tree whose every value knows where it came from, and typed reading of it.
+namespace metabuffer::input {
+
+/// Where a value stands: a line of a file, or an override.
+struct Place {
+    std::shared_ptr<const std::string> origin;
+    int line = 0;  ///< from 1; 0 for an override
+
+    std::string describe() const;
+};
+
+enum class ValueKind : std::uint8_t { kNothing, kScalar, kList, kMap };
+
+struct Member;
+
+/// One value, aliases written out.
+struct Value {
+    Place place;  ///< of a scalar its own, of all else its key's
+    ValueKind kind = ValueKind::kNothing;
+    std::string text;     ///< scalar
+    bool quoted = false;  ///< scalar
+    std::vector<Value> items;
+    std::vector<Member> members;
+
+    const Value* find(const std::string& key) const;
+    Value* find(const std::string& key);
+};
+
+struct Member {
+    Place place;
+    std::string key;
+    Value value;
+};
+
+/// "'abc'", "a list", "a map" or "nothing".
+std::string described(const Value& value);
+
+/// Parses text that stands in a file (lines count) or in an override (they do not). Throws InputError on what
+/// is not YAML, on a second document, on a key twice in a map and on endless nesting.
+Value parse_yaml(const std::string& text, const std::shared_ptr<const std::string>& origin, bool has_lines);
+
+/// Puts an override's value into the tree. Throws InputError.
+void apply_override(Value& root, const ScenarioOverride& override_);
+
+/// Throws InputError at the first unknown key and at the first value that is a map, a list or a scalar where
+/// it should be something else.
+void check_structure(const Value& root);
+
+/// The place of what the path names ("renderers[0].frames[1].table"), or of the innermost thing around it
+/// that the tree has.
+Place find_place(const Value& root, const std::string& path);
+
+/// A place of the scenario while it is read: the value there, if any, and the key path for messages.
+class Entry {
+  public:
+    explicit Entry(const Value& root) : value_(&root), place_(root.place) {}
+
+    bool present() const { return value_ != nullptr; }
+    const Place& place() const { return place_; }
+    const std::string& path() const { return path_; }
+
+    /// The key of a map. Asking for a key that the list of scenario keys does not have is a programming
+    /// error.
+    Entry child(const std::string& key) const;
+    /// A list's entries, none if there is no list.
+    std::vector<Entry> items() const;
+
+    /// Throws InputError: place, path, message.
+    [[noreturn]] void fail(const std::string& message) const;
+
+    std::int64_t integer(const IntegerRange& allowed) const;
+    double number(const NumberRange& allowed) const;
+    std::string name() const;
+    /// A whole number out of a list of allowed ones, which `what` names ("a bus width").
+    template <std::size_t Count>
+    int one_of(const std::array<int, Count>& allowed, const std::string& what) const {
+        return one_of(std::vector<int>(allowed.begin(), allowed.end()), what);
+    }
+    int one_of(const std::vector<int>& allowed, const std::string& what) const;
+    template <typename Enum>
+    Enum choice() const {
+        const std::vector<std::string> names = enum_names<Enum>();
+        return *from_name<Enum>(choice(names, EnumNames<Enum>::kWhat));
+    }
+    std::string choice(const std::vector<std::string>& allowed, const std::string& what) const;
+
+  private:
+    Entry(const Value* value, std::string path, std::string pattern, Place place)
+        : value_(value), path_(std::move(path)), pattern_(std::move(pattern)), place_(std::move(place)) {}
+
+    /// The scalar's text; fails if there is none. `use` is what would be right.
+    const std::string& scalar(const std::string& use) const;
+    std::int64_t whole_number(const std::string& use) const;
+
+    const Value* value_;
+    std::string path_;
+    std::string pattern_;
+    Place place_;
+};
+
+}  // namespace metabuffer::input

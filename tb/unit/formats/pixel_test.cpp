@@ -1,0 +1,118 @@
+#include "formats/pixel.h"
+
+#include <catch2/catch.hpp>
+
+#include "formats/image.h"
+#include "random_seed.h"
+
+namespace metabuffer {
+namespace {
+
+TEST_CASE("pixel: the memory word holds RGB in [23:0], A in [31:24], Z in [55:32] and zero above") {
+    const Pixel pixel(0x12, 0x34, 0x56, 0x78, 0x9ABCDE);
+    CHECK(pixel.word() == 0x009ABCDE'78123456U);
+    CHECK(pixel.r() == 0x12);
+    CHECK(pixel.g() == 0x34);
+    CHECK(pixel.b() == 0x56);
+    CHECK(pixel.a() == 0x78);
+    CHECK(pixel.z() == 0x9ABCDE);
+    CHECK(pixel.rgb() == 0x123456);
+    CHECK(Pixel().word() == 0);
+}
+
+TEST_CASE("pixel: each field of the memory word takes its own bits and no others") {
+    CHECK(Pixel(0xFF, 0, 0, 0, 0).word() == 0x00000000'00FF0000U);
+    CHECK(Pixel(0, 0xFF, 0, 0, 0).word() == 0x00000000'0000FF00U);
+    CHECK(Pixel(0, 0, 0xFF, 0, 0).word() == 0x00000000'000000FFU);
+    CHECK(Pixel(0, 0, 0, 0xFF, 0).word() == 0x00000000'FF000000U);
+    CHECK(Pixel(0, 0, 0, 0, 0xFFFFFF).word() == 0x00FFFFFF'00000000U);
+    CHECK(Pixel(0, 0, 0, 0, 0xFFFFFFFF).word() == 0x00FFFFFF'00000000U);
+}
+
+TEST_CASE("pixel: words compare bit for bit") {
+    const Pixel pixel(1, 2, 3, 4, 5);
+    CHECK(pixel == Pixel(0x00000005'04010203U));
+    CHECK_FALSE(pixel != Pixel(0x00000005'04010203U));
+    for (int bit = 0; bit < 64; ++bit) {
+        INFO("bit " << bit);
+        const Pixel other(pixel.word() ^ (std::uint64_t{1} << bit));
+        CHECK(pixel != other);
+        CHECK_FALSE(pixel == other);
+    }
+}
+
+TEST_CASE("pixel: the far plane is all ones in the depth format's Z width") {
+    CHECK(far_z(DepthFormat::kA8Z16) == 0xFFFF);
+    CHECK(far_z(DepthFormat::kZ24) == 0xFFFFFF);
+}
+
+TEST_CASE("colour frame: the link carries R[23:16] G[15:8] B[7:0]") {
+    CHECK(colour_link_bits(Pixel(0xAB, 0xCD, 0xEF, 0xFF, 0xFFFFFF)) == 0xABCDEF);
+    CHECK(colour_link_bits(Pixel(0, 0, 0, 0xFF, 0xFFFFFF)) == 0);
+}
+
+TEST_CASE("depth frame a8z16: the link carries A[23:16] Z[15:0]") {
+    CHECK(depth_link_bits(Pixel(0xFF, 0xFF, 0xFF, 0x12, 0x3456), DepthFormat::kA8Z16) == 0x123456);
+    CHECK(depth_link_bits(Pixel(0, 0, 0, 0, 0xAB1234), DepthFormat::kA8Z16) == 0x001234);
+}
+
+TEST_CASE("depth frame z24: the link carries Z[23:0] and no alpha") {
+    CHECK(depth_link_bits(Pixel(0xFF, 0xFF, 0xFF, 0x12, 0x3456AB), DepthFormat::kZ24) == 0x3456AB);
+    CHECK(depth_link_bits(Pixel(0, 0, 0, 0xFF, 0), DepthFormat::kZ24) == 0);
+}
+
+TEST_CASE("input framebuffer word: a colour frame replaces RGB and leaves A and Z") {
+    const Pixel old(0x11, 0x22, 0x33, 0x44, 0x556677);
+    CHECK(with_colour_half(old, 0xABCDEF) == Pixel(0xAB, 0xCD, 0xEF, 0x44, 0x556677));
+    CHECK(with_colour_half(old, 0xFFABCDEF) == Pixel(0xAB, 0xCD, 0xEF, 0x44, 0x556677));
+    CHECK(with_colour_half(old, 0) == Pixel(0, 0, 0, 0x44, 0x556677));
+}
+
+TEST_CASE("input framebuffer word: an a8z16 depth frame replaces A and Z and leaves RGB") {
+    const Pixel old(0x11, 0x22, 0x33, 0x44, 0x556677);
+    CHECK(with_depth_half(old, 0xABCDEF, DepthFormat::kA8Z16).word() == 0x0000CDEF'AB112233U);
+    CHECK(with_depth_half(old, 0, DepthFormat::kA8Z16).word() == 0x00000000'00112233U);
+    CHECK(with_depth_half(old, 0xFFFFFFFF, DepthFormat::kA8Z16).word() == 0x0000FFFF'FF112233U);
+}
+
+TEST_CASE("input framebuffer word: a z24 depth frame replaces Z, sets A to 255 and leaves RGB") {
+    const Pixel old(0x11, 0x22, 0x33, 0x44, 0x556677);
+    CHECK(with_depth_half(old, 0xABCDEF, DepthFormat::kZ24).word() == 0x00ABCDEF'FF112233U);
+    CHECK(with_depth_half(old, 0, DepthFormat::kZ24).word() == 0x00000000'FF112233U);
+    CHECK(with_depth_half(old, 0xFFFFFFFF, DepthFormat::kZ24).word() == 0x00FFFFFF'FF112233U);
+}
+
+TEST_CASE("input framebuffer word: a pair over the link restores the pixel in either order of its halves") {
+    const auto seed = test::random_seed(101);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    for (int trial = 0; trial < 20000; ++trial) {
+        const Pixel stale(random.bits() & 0x00FFFFFF'FFFFFFFFU);
+        const bool z24 = random.one_in(2);
+        const DepthFormat format = z24 ? DepthFormat::kZ24 : DepthFormat::kA8Z16;
+        // What the format can carry: 16 bits of Z, or no alpha.
+        const std::uint64_t word =
+            z24 ? (random.bits() & 0x00FFFFFF'00FFFFFFU) | 0xFF000000U : random.bits() & 0x0000FFFF'FFFFFFFFU;
+        const Pixel sent(word);
+        const std::uint32_t colour = colour_link_bits(sent);
+        const std::uint32_t depth = depth_link_bits(sent, format);
+        REQUIRE(colour <= 0xFFFFFF);
+        REQUIRE(depth <= 0xFFFFFF);
+        REQUIRE(with_depth_half(with_colour_half(stale, colour), depth, format) == sent);
+        REQUIRE(with_colour_half(with_depth_half(stale, depth, format), colour) == sent);
+    }
+}
+
+TEST_CASE("raster: values lie row by row from the top left") {
+    Raster<int> raster(3, 2, 7);
+    REQUIRE(raster.values == std::vector<int>(6, 7));
+    raster.at(2, 0) = 20;
+    raster.at(1, 1) = 11;
+    CHECK(raster.values == std::vector<int>{7, 7, 20, 7, 11, 7});
+    CHECK_FALSE(raster == Raster<int>(3, 2, 7));
+    CHECK_FALSE(Raster<int>(3, 2, 7) == Raster<int>(2, 3, 7));
+    CHECK(Raster<int>(3, 2, 7) == Raster<int>(3, 2, 7));
+}
+
+}  // namespace
+}  // namespace metabuffer

@@ -1,0 +1,413 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "functional/functional_compositor.h"
+#include "random_seed.h"
+
+// The functional compositor paints forwards; the reference in this file asks backwards, position by position,
+// which source pixel shows there, and blends in floating point.
+
+using namespace metabuffer;
+using functional::composite_display;
+using functional::composite_raster;
+using functional::Contribution;
+
+namespace {
+
+int floor_div(int dividend, int divisor) {
+    return static_cast<int>(std::floor(static_cast<double>(dividend) / divisor));
+}
+
+/// The renderer's pixel at a raster position, if it shows there.
+bool find_source(const Contribution& contribution, int display, int x, int y, DepthFormat format,
+                 Pixel& pixel) {
+    if (contribution.image == nullptr) return false;
+    for (const ViewportRow& row : contribution.rows) {
+        if (row.dcomp != display) continue;
+        const int i = floor_div(x - row.dx, row.dmultiple);
+        const int j = floor_div(y - row.dy, row.dmultiple);
+        if (i < 0 || i >= row.sdx || j < 0 || j >= row.sdy) return false;
+        const Pixel source = contribution.image->at(row.sx + i, row.sy + j);
+        const bool z24 = format == DepthFormat::kZ24;
+        pixel = Pixel(source.r(), source.g(), source.b(), z24 ? std::uint8_t{255} : source.a(),
+                      z24 ? source.z() : source.z() % 0x1'0000U);
+        return true;
+    }
+    return false;
+}
+
+std::uint8_t naive_over_channel(int front, int back, int front_alpha) {
+    const long through = std::lround(back * (255.0 - front_alpha) / 255.0);
+    return static_cast<std::uint8_t>(std::min(255L, front + through));
+}
+
+Pixel naive_blend(Composition composition, Pixel local, Pixel upstream) {
+    const bool nearer = local.z() < upstream.z();
+    if (composition != Composition::kOver) {
+        const bool keyed_out = composition == Composition::kZAlphaKey && local.a() == 0;
+        return nearer && !keyed_out ? local : upstream;
+    }
+    const Pixel front = nearer ? local : upstream;
+    const Pixel back = nearer ? upstream : local;
+    return {naive_over_channel(front.r(), back.r(), front.a()),
+            naive_over_channel(front.g(), back.g(), front.a()),
+            naive_over_channel(front.b(), back.b(), front.a()),
+            naive_over_channel(front.a(), back.a(), front.a()), front.z()};
+}
+
+PixelImage naive_raster(const Scenario& scenario, const std::vector<Contribution>& contributions,
+                        int display) {
+    PixelImage raster(scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels());
+    for (int y = 0; y < raster.height_pixels; ++y) {
+        for (int x = 0; x < raster.width_pixels; ++x) {
+            Pixel result = scenario.background_pixel();
+            for (const Contribution& contribution : contributions) {
+                Pixel local;
+                if (find_source(contribution, display, x, y, scenario.depth_format, local)) {
+                    result = naive_blend(scenario.composition, local, result);
+                }
+            }
+            raster.at(x, y) = result;
+        }
+    }
+    return raster;
+}
+
+ColourImage naive_average(const PixelImage& raster, int s) {
+    ColourImage picture(raster.width_pixels / s, raster.height_pixels / s);
+    for (int y = 0; y < picture.height_pixels; ++y) {
+        for (int x = 0; x < picture.width_pixels; ++x) {
+            double sums[3] = {0.0, 0.0, 0.0};
+            for (int n = 0; n < s * s; ++n) {
+                const Pixel sample = raster.at(x * s + n % s, y * s + n / s);
+                sums[0] += sample.r();
+                sums[1] += sample.g();
+                sums[2] += sample.b();
+            }
+            std::uint32_t colour = 0;
+            for (const double sum : sums) {
+                colour = colour * 256 + static_cast<std::uint32_t>(std::floor(sum / (s * s) + 0.5));
+            }
+            picture.at(x, y) = colour;
+        }
+    }
+    return picture;
+}
+
+Scenario one_display(int width, int height, Composition composition = Composition::kZ) {
+    Scenario scenario;
+    scenario.displays.width_pixels = width;
+    scenario.displays.height_pixels = height;
+    scenario.displays.background[0] = 1;
+    scenario.displays.background[1] = 2;
+    scenario.displays.background[2] = 3;
+    scenario.composition = composition;
+    return scenario;
+}
+
+ViewportRow whole(const PixelImage& image, int display = 1, int x = 0, int y = 0, int multiple = 1) {
+    ViewportRow row;
+    row.dcomp = static_cast<std::uint16_t>(display);
+    row.sdx = static_cast<std::uint16_t>(image.width_pixels);
+    row.sdy = static_cast<std::uint16_t>(image.height_pixels);
+    row.dx = static_cast<std::int16_t>(x);
+    row.dy = static_cast<std::int16_t>(y);
+    row.dmultiple = static_cast<std::uint16_t>(multiple);
+    return row;
+}
+
+Pixel random_pixel(test::Random& random) {
+    // Few depths and alphas, so that ties, clear and opaque pixels are common; and now and then any word.
+    if (random.one_in(4)) return Pixel(random.bits() & 0xFF'FFFF'FFFF'FFFFULL);
+    const std::uint32_t depths[] = {0, 1, 2, 3, 0x7FFF, 0xFFFF, 0xFF'FFFF};
+    const std::uint8_t alphas[] = {0, 1, 127, 128, 254, 255};
+    return {static_cast<std::uint8_t>(random.between(0, 255)),
+            static_cast<std::uint8_t>(random.between(0, 255)),
+            static_cast<std::uint8_t>(random.between(0, 255)), alphas[random.between(0, 5)],
+            depths[random.between(0, 6)]};
+}
+
+PixelImage random_image(test::Random& random, int width, int height) {
+    PixelImage image(width, height);
+    for (Pixel& pixel : image.values) pixel = random_pixel(random);
+    return image;
+}
+
+/// Source pixels along one axis: from `source` on, `count` of them, the first at raster position `start`.
+struct AxisRange {
+    int source = 0;
+    int count = 1;
+    int start = 0;
+};
+
+/// A range that keeps the rules of a valid row: first and last source pixel show at least in part.
+AxisRange random_range(test::Random& random, int image, int raster, int multiple) {
+    AxisRange range;
+    range.start = random.between(-multiple + 1, raster - 1);
+    const int visible = (raster - range.start + multiple - 1) / multiple;
+    range.count = random.between(1, std::min(image, visible));
+    range.source = random.between(0, image - range.count);
+    return range;
+}
+
+ViewportRow random_row(test::Random& random, const Scenario& scenario, const PixelImage& image, int display) {
+    ViewportRow row;
+    const int multiple = random.one_in(2) ? 1 : random.between(2, 7);
+    const AxisRange columns =
+        random_range(random, image.width_pixels, scenario.displays.raster_width_pixels(), multiple);
+    const AxisRange rows =
+        random_range(random, image.height_pixels, scenario.displays.raster_height_pixels(), multiple);
+    row.dcomp = static_cast<std::uint16_t>(display);
+    row.dmultiple = static_cast<std::uint16_t>(multiple);
+    row.sx = static_cast<std::uint16_t>(columns.source);
+    row.sdx = static_cast<std::uint16_t>(columns.count);
+    row.dx = static_cast<std::int16_t>(columns.start);
+    row.sy = static_cast<std::uint16_t>(rows.source);
+    row.sdy = static_cast<std::uint16_t>(rows.count);
+    row.dy = static_cast<std::int16_t>(rows.start);
+    return row;
+}
+
+Scenario random_machine(test::Random& random) {
+    const int supersamples[] = {1, 2, 4};
+    const Composition compositions[] = {Composition::kZ, Composition::kZAlphaKey, Composition::kOver};
+    Scenario scenario;
+    scenario.displays.columns = random.between(1, 3);
+    scenario.displays.rows = random.between(1, 3);
+    scenario.displays.width_pixels = random.between(1, 20);
+    scenario.displays.height_pixels = random.between(1, 20);
+    scenario.displays.supersample = supersamples[random.between(0, 2)];
+    for (auto& channel : scenario.displays.background) {
+        channel = static_cast<std::uint8_t>(random.between(0, 255));
+    }
+    scenario.composition = compositions[random.between(0, 2)];
+    scenario.depth_format = random.one_in(2) ? DepthFormat::kA8Z16 : DepthFormat::kZ24;
+    return scenario;
+}
+
+/// A viewport that touches the wall or lies around it.
+Viewport random_viewport(test::Random& random, const Scenario& scenario, const PixelImage& image) {
+    Viewport viewport;
+    viewport.multiple = random.between(1, 4);
+    const DisplayWall wall = scenario.displays.wall();
+    viewport.x =
+        random.between(-image.width_pixels * viewport.multiple, wall.columns * wall.raster_width_pixels);
+    viewport.y =
+        random.between(-image.height_pixels * viewport.multiple, wall.rows * wall.raster_height_pixels);
+    return viewport;
+}
+
+}  // namespace
+
+TEST_CASE("random machines agree with a per-pixel inverse mapping", "[functional][random]") {
+    const std::uint64_t seed = test::random_seed(20260101);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+
+    int painted = 0;
+    for (int trial = 0; trial < 400; ++trial) {
+        INFO("trial " << trial);
+        const Scenario scenario = random_machine(random);
+        std::vector<PixelImage> images;
+        for (int n = random.between(1, 5); n > 0; --n) {
+            images.push_back(random_image(random, random.between(1, 24), random.between(1, 24)));
+        }
+        std::vector<Contribution> contributions;
+        for (const PixelImage& image : images) {
+            Contribution contribution;
+            if (!random.one_in(8)) contribution.image = &image;
+            if (random.one_in(2)) {
+                contribution.rows =
+                    split_viewport(random_viewport(random, scenario, image), image.width_pixels,
+                                   image.height_pixels, scenario.displays.wall());
+            } else {
+                for (int display = scenario.displays.count(); display >= 1; --display) {
+                    if (!random.one_in(3)) {
+                        contribution.rows.push_back(random_row(random, scenario, image, display));
+                    }
+                }
+            }
+            contributions.push_back(contribution);
+        }
+
+        for (int display = 1; display <= scenario.displays.count(); ++display) {
+            INFO("display " << display);
+            const PixelImage expected = naive_raster(scenario, contributions, display);
+            painted += static_cast<int>(expected.values.size()) -
+                       static_cast<int>(std::count(expected.values.begin(), expected.values.end(),
+                                                   scenario.background_pixel()));
+            REQUIRE(composite_raster(scenario, contributions, display) == expected);
+            REQUIRE(composite_display(scenario, contributions, display) ==
+                    naive_average(expected, scenario.displays.supersample));
+        }
+    }
+    CHECK(painted > 10000);  // the machines drawn do show something
+}
+
+TEST_CASE("the nearer pixel wins and a tie keeps the upstream one", "[functional]") {
+    const Scenario scenario = one_display(4, 4);
+    const Pixel first(10, 11, 12, 200, 100);
+    PixelImage top(4, 4, first);
+    PixelImage bottom(4, 4, Pixel(20, 21, 22, 0, 100));
+    bottom.at(1, 2) = Pixel(30, 31, 32, 0, 99);   // nearer by one
+    bottom.at(2, 2) = Pixel(40, 41, 42, 0, 101);  // farther by one
+    top.at(3, 3) = Pixel(50, 51, 52, 255, 0xFFFF);
+    bottom.at(3, 3) = Pixel(60, 61, 62, 255, 0xFFFF);  // both as far as the background: a tie with it
+
+    const PixelImage raster =
+        composite_raster(scenario, {{&top, {whole(top)}}, {&bottom, {whole(bottom)}}}, 1);
+
+    PixelImage expected(4, 4, first);
+    expected.at(1, 2) = Pixel(30, 31, 32, 0, 99);
+    expected.at(3, 3) = Pixel(1, 2, 3, 0, 0xFFFF);
+    CHECK(raster == expected);
+}
+
+TEST_CASE("alpha key: a clear pixel never wins, any other alpha does", "[functional]") {
+    const Scenario scenario = one_display(4, 4, Composition::kZAlphaKey);
+    PixelImage image(4, 4, Pixel(10, 11, 12, 0, 5));
+    image.at(0, 0) = Pixel(20, 21, 22, 1, 5);
+    image.at(3, 1) = Pixel(30, 31, 32, 255, 5);
+    image.at(3, 2) = Pixel(30, 31, 32, 255, 0xFFFF);
+
+    const PixelImage raster = composite_raster(scenario, {{&image, {whole(image)}}}, 1);
+
+    PixelImage expected(4, 4, Pixel(1, 2, 3, 0, 0xFFFF));
+    expected.at(0, 0) = Pixel(20, 21, 22, 1, 5);
+    expected.at(3, 1) = Pixel(30, 31, 32, 255, 5);
+    CHECK(raster == expected);
+}
+
+TEST_CASE("over: the front's colour plus what shows through it", "[functional]") {
+    Scenario scenario = one_display(2, 2, Composition::kOver);
+    PixelImage top(2, 2, Pixel(100, 50, 0, 128, 10));
+    PixelImage bottom(2, 2, Pixel(200, 255, 1, 255, 20));  // behind
+    bottom.at(1, 0) = Pixel(200, 255, 1, 255, 5);          // opaque and in front
+    bottom.at(0, 1) = Pixel(10, 20, 30, 40, 10);           // tie: the upstream pixel is the front
+    bottom.at(1, 1) = Pixel(255, 255, 255, 0, 5);          // clear but bright, in front: saturates
+
+    const PixelImage raster =
+        composite_raster(scenario, {{&top, {whole(top)}}, {&bottom, {whole(bottom)}}}, 1);
+
+    // Over the background (1, 2, 3, A 0) the upstream pixel becomes (100, 51, 1, 128): 1, 2, 3 times 127/255
+    // are 0.498, 0.996 and 1.494.
+    CHECK(raster.at(0, 0) ==
+          Pixel(200, 178, 1, 255, 10));  // 200, 255, 1, 255 times 127/255: 99.6, 127, .5-, 127
+    CHECK(raster.at(1, 0) == Pixel(200, 255, 1, 255, 5));
+    CHECK(raster.at(0, 1) ==
+          Pixel(105, 61, 16, 148, 10));  // 10, 20, 30, 40 times 127/255: 4.98 9.96 14.9 19.9
+    CHECK(raster.at(1, 1) == Pixel(255, 255, 255, 128, 5));
+}
+
+TEST_CASE("over rounds every product of a channel and an alpha as the datapath does", "[functional]") {
+    const Scenario scenario = one_display(256, 256, Composition::kOver);
+    PixelImage back(256, 256);
+    PixelImage front(256, 256);
+    for (int alpha = 0; alpha < 256; ++alpha) {
+        for (int channel = 0; channel < 256; ++channel) {
+            const auto value = static_cast<std::uint8_t>(channel);
+            back.at(channel, alpha) = Pixel(value, value, value, 255, 2);
+            front.at(channel, alpha) = Pixel(0, 200, 255, static_cast<std::uint8_t>(alpha), 1);
+        }
+    }
+
+    const PixelImage raster =
+        composite_raster(scenario, {{&back, {whole(back)}}, {&front, {whole(front)}}}, 1);
+
+    int differences = 0;
+    for (int alpha = 0; alpha < 256; ++alpha) {
+        for (int channel = 0; channel < 256; ++channel) {
+            const std::uint32_t product = static_cast<std::uint32_t>(channel * (255 - alpha));
+            const std::uint32_t through = div255(product);
+            const Pixel expected(static_cast<std::uint8_t>(through),
+                                 static_cast<std::uint8_t>(std::min(255U, 200U + through)), 255, 255, 1);
+            const auto nearest = static_cast<std::uint32_t>(std::lround(product / 255.0));
+            if (raster.at(channel, alpha) != expected || through != nearest) ++differences;
+        }
+    }
+    CHECK(differences == 0);
+}
+
+TEST_CASE("pixels are replicated and clipped at every edge of the raster", "[functional]") {
+    const Scenario scenario = one_display(4, 4);
+    const Pixel background(1, 2, 3, 0, 0xFFFF);
+    const Pixel a(10, 0, 0, 255, 0);
+    const Pixel b(20, 0, 0, 255, 0);
+    const Pixel c(30, 0, 0, 255, 0);
+    const Pixel d(40, 0, 0, 255, 0);
+    PixelImage image(2, 2);
+    image.values = {a, b, c, d};
+
+    SECTION("past the top left") {
+        PixelImage expected(4, 4, background);
+        expected.values = {a,          b,          b,          background,  //
+                           c,          d,          d,          background,  //
+                           c,          d,          d,          background,  //
+                           background, background, background, background};
+        CHECK(composite_raster(scenario, {{&image, {whole(image, 1, -1, -1, 2)}}}, 1) == expected);
+    }
+    SECTION("past the bottom right") {
+        PixelImage expected(4, 4, background);
+        expected.values = {background, background, background, background,  //
+                           background, a,          a,          a,           //
+                           background, a,          a,          a,           //
+                           background, a,          a,          a};
+        ViewportRow row = whole(image, 1, 1, 1, 255);
+        row.sdx = 1;
+        row.sdy = 1;
+        CHECK(composite_raster(scenario, {{&image, {row}}}, 1) == expected);
+    }
+    SECTION("a part of the source, one to one") {
+        PixelImage expected(4, 4, background);
+        expected.at(3, 2) = d;
+        ViewportRow row = whole(image, 1, 3, 2);
+        row.sx = 1;
+        row.sy = 1;
+        row.sdx = 1;
+        row.sdy = 1;
+        CHECK(composite_raster(scenario, {{&image, {row}}}, 1) == expected);
+    }
+}
+
+TEST_CASE("only a row for the display and a renderer with a good pair contribute", "[functional]") {
+    Scenario scenario = one_display(2, 1);
+    scenario.displays.columns = 2;
+    const PixelImage background(2, 1, Pixel(1, 2, 3, 0, 0xFFFF));
+    const PixelImage image(2, 1, Pixel(9, 9, 9, 255, 0));
+
+    CHECK(composite_raster(scenario, {{&image, {whole(image, 2)}}}, 1) == background);
+    CHECK(composite_raster(scenario, {{&image, {whole(image, 2)}}}, 2) == image);
+    CHECK(composite_raster(scenario, {{nullptr, {whole(image, 2)}}}, 2) == background);
+    CHECK(composite_raster(scenario, {{&image, {}}}, 2) == background);
+}
+
+TEST_CASE("an image that holds more than the link carries loses it", "[functional]") {
+    Scenario scenario = one_display(1, 1);
+    const PixelImage image(1, 1, Pixel(9, 8, 7, 0, 0x12'3456));
+
+    scenario.depth_format = DepthFormat::kA8Z16;
+    CHECK(composite_raster(scenario, {{&image, {whole(image)}}}, 1).at(0, 0) == Pixel(9, 8, 7, 0, 0x3456));
+    scenario.depth_format = DepthFormat::kZ24;
+    CHECK(composite_raster(scenario, {{&image, {whole(image)}}}, 1).at(0, 0) ==
+          Pixel(9, 8, 7, 255, 0x12'3456));
+}
+
+TEST_CASE("averaging rounds halves up, each channel alone", "[functional]") {
+    PixelImage raster(4, 2, Pixel(0, 255, 7, 0, 0));
+    raster.at(0, 0) = Pixel(1, 255, 8, 0, 0);
+    raster.at(1, 1) = Pixel(1, 255, 7, 0, 0);  // left block: red 2/4, green full, blue 29/4
+    raster.at(3, 0) = Pixel(1, 254, 9, 0, 0);  // right block: red 1/4, green 1019/4, blue 30/4
+
+    const ColourImage picture = functional::average_raster(raster, 2);
+    REQUIRE(picture.width_pixels == 2);
+    REQUIRE(picture.height_pixels == 1);
+    CHECK(picture.at(0, 0) == 0x01FF07);
+    CHECK(picture.at(1, 0) == 0x00FF08);
+
+    const ColourImage same = functional::average_raster(raster, 1);
+    CHECK(same.at(3, 0) == 0x01FE09);
+    CHECK(same.at(2, 1) == 0x00FF07);
+}

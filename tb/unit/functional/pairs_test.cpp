@@ -1,0 +1,125 @@
+#include <catch2/catch.hpp>
+#include <vector>
+
+#include "functional/functional_compositor.h"
+
+using namespace metabuffer;
+using functional::contributions_of;
+using functional::pairs_without_time;
+
+namespace {
+
+using Pairs = std::vector<std::vector<int>>;
+
+/// Two renderers; faults are given to the second.
+Scenario four_frames(const std::vector<Fault>& faults) {
+    Scenario scenario;
+    scenario.frames = 4;
+    scenario.renderers.resize(2);
+    scenario.faults = faults;
+    return scenario;
+}
+
+Fault fault(FaultKind kind, std::uint32_t pair, FrameKind frame = FrameKind::kColour, int delay_pairs = 0) {
+    return {1, pair, kind, frame, delay_pairs};
+}
+
+const Pairs kUndisturbed{{0, 0}, {1, 1}, {2, 2}, {3, 3}};
+
+}  // namespace
+
+TEST_CASE("without faults frame k is made of every renderer's pair k", "[functional][pairs]") {
+    CHECK(pairs_without_time(four_frames({})) == kUndisturbed);
+}
+
+TEST_CASE("a faulty pair is replaced by the last good one", "[functional][pairs]") {
+    const auto kind = GENERATE(FaultKind::kMagic, FaultKind::kVersion, FaultKind::kKind, FaultKind::kCrc,
+                               FaultKind::kNumber, FaultKind::kShortLine, FaultKind::kLongLine,
+                               FaultKind::kShortFrame, FaultKind::kLongFrame, FaultKind::kMissing);
+    const auto frame = GENERATE(FrameKind::kColour, FrameKind::kDepth);
+    const auto pacing = GENERATE(Pacing::kLockstep, Pacing::kFreeRunning);
+    INFO("fault kind " << static_cast<int>(kind) << ", frame " << static_cast<int>(frame));
+
+    Scenario scenario = four_frames({fault(kind, 2, frame)});
+    scenario.pacing = pacing;
+    CHECK(pairs_without_time(scenario) == Pairs{{0, 0}, {1, 1}, {2, 1}, {3, 3}});
+
+    scenario = four_frames({fault(kind, 0, frame)});
+    scenario.pacing = pacing;
+    CHECK(pairs_without_time(scenario) == Pairs{{0, -1}, {1, 1}, {2, 2}, {3, 3}});
+}
+
+TEST_CASE("faulty pairs in a row keep the same good one", "[functional][pairs]") {
+    CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 3), fault(FaultKind::kMagic, 1),
+                                          fault(FaultKind::kMissing, 2, FrameKind::kDepth)})) ==
+          Pairs{{0, 0}, {1, 0}, {2, 0}, {3, 0}});
+    CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 0), fault(FaultKind::kCrc, 1)})) ==
+          Pairs{{0, -1}, {1, -1}, {2, 2}, {3, 3}});
+}
+
+TEST_CASE("a fault of a pair that no frame shows does no harm", "[functional][pairs]") {
+    CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 4)})) == kUndisturbed);
+}
+
+TEST_CASE("a delay loses the pair only past the link timeout", "[functional][pairs]") {
+    const Pairs lost{{0, 0}, {1, 0}, {2, 2}, {3, 3}};
+
+    Scenario scenario = four_frames({fault(FaultKind::kDelay, 1, FrameKind::kColour, 1)});
+    scenario.link_timeout_pairs = 2;
+    CHECK(pairs_without_time(scenario) == kUndisturbed);
+    scenario.link_timeout_pairs = 1;
+    CHECK(pairs_without_time(scenario) == lost);
+
+    scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kDepth, 2)};
+    scenario.link_timeout_pairs = 3;
+    CHECK(pairs_without_time(scenario) == kUndisturbed);
+    scenario.link_timeout_pairs = 2;
+    CHECK(pairs_without_time(scenario) == lost);
+
+    SECTION("the delays before both frames of a pair add up") {
+        scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kColour, 1),
+                           fault(FaultKind::kDelay, 1, FrameKind::kDepth, 1)};
+        CHECK(pairs_without_time(scenario) == lost);
+        scenario.link_timeout_pairs = 3;
+        CHECK(pairs_without_time(scenario) == kUndisturbed);
+    }
+    SECTION("a harmless delay does not excuse another fault") {
+        scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kColour, 1), fault(FaultKind::kCrc, 1)};
+        CHECK(pairs_without_time(scenario) == lost);
+    }
+}
+
+TEST_CASE("contributions are the pair's image and the rows that stand", "[functional][pairs]") {
+    Scenario scenario;
+    scenario.displays.columns = 2;
+    scenario.displays.width_pixels = 8;
+    scenario.displays.height_pixels = 8;
+    scenario.composer.buffer_pixels = 34;
+    scenario.composer.ready_space_pixels = 32;
+
+    const ViewportRow good{1, 0, 0, 4, 4, 0, 0, 1};
+    const ViewportRow no_such_display{3, 0, 0, 4, 4, 0, 0, 1};
+    const ViewportRow window_too_wide{2, 0, 0, 4, 4, 0, 0, 2};  // needs 4 + 32 pixels
+    const ViewportRow fitting_window{2, 0, 0, 2, 4, 0, 0, 2};
+    const ViewportRow other{2, 1, 1, 2, 2, 3, 3, 1};
+
+    Renderer renderer;
+    renderer.image_width_pixels = 4;
+    renderer.image_height_pixels = 4;
+    renderer.images = {PixelImage(4, 4, Pixel(1)), PixelImage(4, 4, Pixel(2))};
+    renderer.frames.resize(2);
+    renderer.frames[0].image = 1;
+    renderer.frames[0].table = {no_such_display, good, window_too_wide, good, fitting_window};
+    renderer.frames[1].image = 0;
+    renderer.frames[1].table = {other};
+    scenario.renderers = {renderer, renderer, renderer};
+
+    const auto contributions = contributions_of(scenario, {0, -1, 7});
+    REQUIRE(contributions.size() == 3);
+    CHECK(contributions[0].image == &scenario.renderers[0].images[1]);
+    CHECK(contributions[0].rows == ViewportTable{good, fitting_window});
+    CHECK(contributions[1].image == nullptr);
+    CHECK(contributions[1].rows.empty());
+    CHECK(contributions[2].image == &scenario.renderers[2].images[0]);  // the last entry repeats
+    CHECK(contributions[2].rows == ViewportTable{other});
+}

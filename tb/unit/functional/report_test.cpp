@@ -1,0 +1,395 @@
+#include "report/report.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+using namespace metabuffer;
+using nlohmann::ordered_json;
+
+namespace {
+
+/// Two renderers, two displays, three frames, and something of everything that can go wrong.
+RunReport troubled_run() {
+    RunReport report;
+    report.scenario = "troubled";
+    report.level = "rtl";
+    report.core_mhz = 50.0;
+    report.core_cycles = 30000;
+    report.buffer_pixels = 1024;
+
+    report.frames.resize(2);
+    report.frames[0].index = 0;
+    report.frames[0].start_cycle = 1000;
+    report.frames[0].end_cycle = 10999;
+    report.frames[0].latency_cycles = 10500;
+    report.frames[0].pairs = {0, -1};
+    report.frames[1].index = 1;
+    report.frames[1].start_cycle = 12000;
+    report.frames[1].end_cycle = 20999;
+    report.frames[1].pairs = {0, -1};
+    report.frames.push_back({2, 21000, 29999, 9100, {2, 0}});
+
+    report.renderers.resize(2);
+    RendererCounters& ball = report.renderers[0];
+    ball.name = "ball";
+    ball.bus = {6000, 10, 990, 2500, 500, 20000, 165, 5990, 200, 7};
+    ball.rejected_frames = {0, 1, 0, 0, 2, 0};
+    ball.rejected_rows[static_cast<std::size_t>(RowDefect::kDisplay)] = 3;
+    ball.rejected_row_messages = {"pair 0, row 2: display 9 is not 1..2",
+                                  "pair 0, row 4: display 7 is not 1..2"};
+    ball.repeated_frames = 1;
+    RendererCounters& cube = report.renderers[1];
+    cube.name = "a renderer with a long name";
+    cube.bus = {3000, 10, 0, 0, 0, 26990, 0, 3000, 94, 0};
+    cube.rejected_rows[static_cast<std::size_t>(RowDefect::kBuffer)] = 1;
+    cube.dropped_frames = 4;
+
+    report.composers.resize(4);
+    report.composers[0] = {1, 1, 0, 0, 1024, 12, 0, 0, std::nullopt};
+    report.composers[1] = {1, 2, 30, 0, 992, 3, 5, 6000, Glitch{1, 12, 40}};
+    report.composers[2] = {2, 1, 0, 25, 64, 1, 0, 100, std::nullopt};
+    report.composers[3] = {2, 2, 1204, 0, 0, 0, 7, 0, Glitch{0, 3, 4}};
+    report.displays.resize(2);
+    report.displays[0] = {3, 25};
+    report.displays[1] = {3, 0};
+    return report;
+}
+
+RunReport clean_run() {
+    RunReport report;
+    report.scenario = "clean";
+    report.level = "rtl";
+    report.core_mhz = 100.0;
+    report.core_cycles = 5000;
+    report.buffer_pixels = 512;
+    report.frames.resize(1);
+    report.frames[0].start_cycle = 100;
+    report.frames[0].end_cycle = 2099;
+    report.frames[0].latency_cycles = 2050;
+    report.frames[0].pairs = {0};
+    report.renderers.resize(1);
+    report.renderers[0].name = "ball";
+    report.renderers[0].bus.busy_cycles = 2000;
+    report.renderers[0].bus.pixels_sent = 2000;
+    report.composers.resize(1);
+    report.composers[0].renderer = 1;
+    report.composers[0].display = 1;
+    report.composers[0].buffer_high_water = 512;
+    report.displays.resize(1);
+    report.displays[0].frames_shown = 1;
+    return report;
+}
+
+std::vector<std::string> keys(const ordered_json& json) {
+    std::vector<std::string> result;
+    for (const auto& item : json.items()) result.push_back(item.key());
+    return result;
+}
+
+std::vector<std::string> lines(const std::string& text) {
+    std::vector<std::string> result;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) result.push_back(line);
+    return result;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+/// A machine with more composers than a terminal has room for.
+RunReport big_run(int renderers, int displays) {
+    RunReport report = clean_run();
+    report.renderers.clear();
+    report.composers.clear();
+    for (int renderer = 1; renderer <= renderers; ++renderer) {
+        RendererCounters counters;
+        counters.name = "r" + std::to_string(renderer);
+        counters.bus.busy_cycles = 1000 + renderer;
+        counters.bus.poll_cycles = 1000;
+        report.renderers.push_back(counters);
+        for (int display = 1; display <= displays; ++display) {
+            ComposerCounters composer;
+            composer.renderer = renderer;
+            composer.display = display;
+            composer.buffer_high_water = 10;
+            composer.starved_pixels = 1;
+            report.composers.push_back(composer);
+        }
+    }
+    report.composers[3].buffer_high_water = 400;
+    report.displays.assign(static_cast<std::size_t>(displays), DisplayCounters{1, 0});
+    return report;
+}
+
+}  // namespace
+
+TEST_CASE("reject causes have their keys", "[report]") {
+    CHECK(std::string(reject_cause_key(RejectCause::kGeometry)) == "geometry");
+    CHECK(std::string(reject_cause_key(RejectCause::kMagic)) == "magic");
+    CHECK(std::string(reject_cause_key(RejectCause::kVersion)) == "version");
+    CHECK(std::string(reject_cause_key(RejectCause::kKind)) == "kind");
+    CHECK(std::string(reject_cause_key(RejectCause::kCrc)) == "crc");
+    CHECK(std::string(reject_cause_key(RejectCause::kPair)) == "pair");
+}
+
+TEST_CASE("utilization leaves idle cycles out", "[report]") {
+    CHECK(BusCounters{}.utilization() == 0.0);
+    BusCounters bus;
+    bus.idle_cycles = 1000;
+    CHECK(bus.utilization() == 0.0);
+    bus.busy_cycles = 50;
+    CHECK(bus.utilization() == 1.0);
+    bus.table_cycles = 10;
+    bus.page_miss_cycles = 15;
+    bus.poll_cycles = 20;
+    bus.lost_cycles = 5;
+    CHECK(bus.utilization() == 0.5);
+}
+
+TEST_CASE("totals over the run", "[report]") {
+    const RunReport report = troubled_run();
+    CHECK(report.total_starved_pixels() == 1234);
+    CHECK(report.total_rejected() == 7);
+    const BusCounters bus = report.total_bus();
+    CHECK(bus.busy_cycles == 9000);
+    CHECK(bus.table_cycles == 20);
+    CHECK(bus.page_miss_cycles == 990);
+    CHECK(bus.poll_cycles == 2500);
+    CHECK(bus.lost_cycles == 500);
+    CHECK(bus.idle_cycles == 46990);
+    CHECK(bus.page_misses == 165);
+    CHECK(bus.pixels_sent == 8990);
+    CHECK(bus.bursts == 294);
+    CHECK(bus.recovered_slots == 7);
+}
+
+TEST_CASE("the JSON report holds every counter under its key, in a fixed order", "[report]") {
+    const RunReport report = troubled_run();
+    const std::string text = report_json(report);
+    const ordered_json json = ordered_json::parse(text);
+
+    CHECK(text.substr(0, 29) == "{\n  \"scenario\": \"troubled\",\n ");
+    CHECK(text.back() == '\n');
+    CHECK(keys(json) == std::vector<std::string>{"scenario", "level", "core_cycles", "core_mhz",
+                                                 "buffer_pixels", "frames", "renderers", "composers",
+                                                 "displays", "totals"});
+    CHECK(json["scenario"] == "troubled");
+    CHECK(json["level"] == "rtl");
+    CHECK(json["core_cycles"] == 30000);
+    CHECK(json["core_mhz"] == 50.0);
+    CHECK(json["buffer_pixels"] == 1024);
+
+    REQUIRE(json["frames"].size() == 3);
+    CHECK(json["frames"][0].dump() ==
+          R"({"index":0,"start_cycle":1000,"end_cycle":10999,"latency_cycles":10500,"pairs":[0,-1]})");
+    CHECK(json["frames"][1]["latency_cycles"].is_null());
+
+    REQUIRE(json["renderers"].size() == 2);
+    const ordered_json& ball = json["renderers"][0];
+    CHECK(keys(ball) == std::vector<std::string>{"name", "bus", "rejected_frames", "rejected_rows",
+                                                 "rejected_row_messages", "repeated_frames",
+                                                 "dropped_frames"});
+    CHECK(ball["name"] == "ball");
+    CHECK(ball["bus"].dump() ==
+          R"({"busy_cycles":6000,"table_cycles":10,"page_miss_cycles":990,"poll_cycles":2500,)"
+          R"("lost_cycles":500,"idle_cycles":20000,"page_misses":165,"pixels_sent":5990,"bursts":200,)"
+          R"("recovered_slots":7,"utilization":0.6})");
+    CHECK(ball["rejected_frames"].dump() ==
+          R"({"geometry":0,"magic":1,"version":0,"kind":0,"crc":2,"pair":0})");
+    CHECK(ball["rejected_rows"].dump() ==
+          R"({"display":3,"duplicate":0,"multiple":0,"source":0,"destination":0,"buffer":0})");
+    CHECK(ball["rejected_row_messages"].size() == 2);
+    CHECK(ball["rejected_row_messages"][1] == "pair 0, row 4: display 7 is not 1..2");
+    CHECK(ball["repeated_frames"] == 1);
+    CHECK(json["renderers"][1]["dropped_frames"] == 4);
+
+    REQUIRE(json["composers"].size() == 4);
+    CHECK(json["composers"][1].dump() ==
+          R"({"renderer":1,"display":2,"starved_pixels":30,"stalled_cycles":0,"buffer_high_water":992,)"
+          R"("busready_drops":3,"late_pixels":5,"replayed_pixels":6000,)"
+          R"("first_glitch":{"frame":1,"x":12,"y":40}})");
+    CHECK(json["composers"][2]["stalled_cycles"] == 25);
+    CHECK(json["composers"][2]["first_glitch"].is_null());
+
+    CHECK(json["displays"].dump() == R"([{"display":1,"frames_shown":3,"stalled_cycles":25},)"
+                                     R"({"display":2,"frames_shown":3,"stalled_cycles":0}])");
+
+    const ordered_json& totals = json["totals"];
+    CHECK(keys(totals) == std::vector<std::string>{
+                              "bus", "rejected_frames", "rejected_rows", "repeated_frames", "dropped_frames",
+                              "starved_pixels", "stalled_cycles", "buffer_high_water", "busready_drops",
+                              "late_pixels", "replayed_pixels", "frames_shown", "display_stalled_cycles"});
+    CHECK(totals["bus"]["busy_cycles"] == 9000);
+    CHECK(totals["bus"]["utilization"].get<double>() == Approx(9000.0 / 13010.0));
+    CHECK(totals["rejected_frames"]["crc"] == 2);
+    CHECK(totals["rejected_rows"]["display"] == 3);
+    CHECK(totals["rejected_rows"]["buffer"] == 1);
+    CHECK(totals["repeated_frames"] == 1);
+    CHECK(totals["dropped_frames"] == 4);
+    CHECK(totals["starved_pixels"] == 1234);
+    CHECK(totals["stalled_cycles"] == 25);
+    CHECK(totals["buffer_high_water"] == 1024);
+    CHECK(totals["busready_drops"] == 16);
+    CHECK(totals["late_pixels"] == 12);
+    CHECK(totals["replayed_pixels"] == 6100);
+    CHECK(totals["frames_shown"] == 6);
+    CHECK(totals["display_stalled_cycles"] == 25);
+}
+
+TEST_CASE("a JSON report of a level without records has empty lists and all keys", "[report]") {
+    RunReport report;
+    report.scenario = "\xFFname";  // not UTF-8: the report is written all the same
+    report.level = "functional";
+    const ordered_json json = ordered_json::parse(report_json(report));
+    CHECK(json["scenario"] == "\xEF\xBF\xBDname");
+    for (const char* key : {"frames", "renderers", "composers", "displays"}) {
+        INFO(key);
+        CHECK(json[key] == ordered_json::array());
+    }
+    CHECK(json["core_cycles"] == 0);
+    CHECK(json["totals"]["bus"]["utilization"] == 0.0);
+}
+
+TEST_CASE("the summary of a troubled run", "[report]") {
+    const std::string expected = R"(troubled (rtl: 2 renderers, 2 displays)
+frames      3 shown on every display, 3 composited
+clocks      30000 core clocks at 50 MHz
+frame rate  5172.41 frames/s: 3 frames in 29000 clocks, first pixel to last
+latency     9100 to 10500 clocks (182.00 to 210.00 us), last DVI pixel to last composited pixel
+
+buses, in % of the clocks with something to send:
+  bus               used %  poll %  pixels sent  page misses  recovered  repeated  dropped  rejected
+  ball                60.0    25.0         5990          165          7         1        0         6
+  a renderer wi...    99.7     0.0         3000            0          0         0        4         1
+  all                 69.2    19.2         8990          165          7         1        4         7
+
+buffer high water of 1024 pixels, by composer:
+  display              1    2
+  ball              1024  992
+  a renderer wi...    64    0
+
+starved:
+  a renderer with a long name on display 2: 1204 pixels, first in frame 0 at x 3, y 4
+  ball on display 2: 30 pixels, first in frame 1 at x 12, y 40
+
+stalled their column:
+  a renderer with a long name on display 1: 25 clocks
+
+rejected frames:
+  ball: magic 1, crc 2
+
+rejected table rows:
+  ball: pair 0, row 2: display 9 is not 1..2
+  ball: pair 0, row 4: display 7 is not 1..2
+  ball: 1 further row
+  a renderer with a long name: 1 further row
+
+1234 pixels starved on display 2; columns stalled for 25 clocks; 3 frames and 4 table rows rejected
+)";
+    CHECK(report_summary(troubled_run()) == expected);
+}
+
+TEST_CASE("the summary of a clean run of one frame", "[report]") {
+    const std::string expected = R"(clean (rtl: 1 renderer, 1 display)
+frames      1 shown on every display, 1 composited
+clocks      5000 core clocks at 100 MHz
+frame rate  50000.00 frames/s: 1 frame in 2000 clocks, first pixel to last
+latency     2050 clocks (20.50 us), last DVI pixel to last composited pixel
+
+buses, in % of the clocks with something to send:
+  bus   used %  poll %  pixels sent  page misses  recovered  repeated  dropped  rejected
+  ball   100.0     0.0         2000            0          0         0        0         0
+
+buffer high water of 512 pixels, by composer:
+  display    1
+  ball     512
+
+no pixel starved
+)";
+    CHECK(report_summary(clean_run()) == expected);
+}
+
+TEST_CASE("the functional level's summary has no clocks", "[report]") {
+    RunReport report = clean_run();
+    report.level = "functional";
+    report.frames.clear();
+    report.composers.clear();
+    CHECK(report_summary(report) ==
+          "clean (functional: 1 renderer, 1 display, no clock)\n"
+          "frames      1 shown on every display\n"
+          "\n"
+          "nothing rejected\n");
+
+    report.renderers[0].rejected_rows[static_cast<std::size_t>(RowDefect::kSource)] = 1;
+    report.renderers[0].rejected_row_messages = {"pair 0, row 0: too wide"};
+    CHECK(report_summary(report) ==
+          "clean (functional: 1 renderer, 1 display, no clock)\n"
+          "frames      1 shown on every display\n"
+          "\n"
+          "rejected table rows:\n"
+          "  ball: pair 0, row 0: too wide\n"
+          "\n"
+          "1 table row rejected\n");
+}
+
+TEST_CASE("the summary of a run without any frame says so", "[report]") {
+    RunReport report = clean_run();
+    report.frames.clear();
+    report.displays[0].frames_shown = 0;
+    const std::string text = report_summary(report);
+    CHECK(contains(text, "0 shown on every display, 0 composited"));
+    CHECK_FALSE(contains(text, "frame rate"));
+
+    report = clean_run();
+    report.frames[0].latency_cycles.reset();
+    CHECK(contains(report_summary(report), "latency     none: no frame showed a new pair\n"));
+}
+
+TEST_CASE("the summary of a big machine stays short and narrow", "[report]") {
+    const auto [renderers, displays] = GENERATE(table<int, int>({{17, 4}, {4, 9}, {200, 50}}));
+    const RunReport report = big_run(renderers, displays);
+    const std::string text = report_summary(report);
+    INFO(text);
+
+    const double mean = (10.0 * (renderers * displays - 1) + 400.0) / (renderers * displays);
+    std::ostringstream line;
+    line << "  mean " << std::fixed << std::setprecision(1) << mean << ", highest 400 (r1 on display 4)\n";
+    CHECK(contains(text, line.str()));
+    CHECK(contains(text, ", over " + std::to_string(renderers * displays) + " composers:\n"));
+    CHECK(contains(text, "... and " + std::to_string(renderers * displays - 8) + " more in the report\n"));
+    CHECK(contains(text, std::to_string(renderers * displays) + " pixels starved on displays 1, 2, 3, 4"));
+    CHECK(contains(text, "used least: r1, 50.0 %; most: r" + std::to_string(renderers)) == (renderers > 16));
+    CHECK(lines(text).size() < 32);
+    for (const std::string& each : lines(text)) CHECK(each.size() <= 100);
+}
+
+TEST_CASE("the largest grid that is shown fits a terminal", "[report]") {
+    RunReport report = big_run(16, 8);
+    for (RendererCounters& renderer : report.renderers) {
+        renderer.name = "name of many characters";
+        renderer.bus.pixels_sent = 999'999'999;
+        renderer.bus.page_misses = 99'999'999;
+        renderer.bus.recovered_slots = 99'999'999;
+    }
+    for (ComposerCounters& composer : report.composers) composer.buffer_high_water = 9'999'999;
+    const std::string text = report_summary(report);
+    INFO(text);
+    CHECK(contains(text, "  name of many ...  "));
+    for (const std::string& each : lines(text)) CHECK(each.size() <= 100);
+}
+
+TEST_CASE("names beyond ASCII are cut between characters and stay aligned", "[report]") {
+    RunReport report = clean_run();
+    for (int n = 0; n < 20; ++n) report.renderers[0].name += "\xC3\xA9";
+    report.renderers[0].name.erase(0, 4);
+    const std::string text = report_summary(report);
+    INFO(text);
+    std::string thirteen;
+    for (int n = 0; n < 13; ++n) thirteen += "\xC3\xA9";
+    CHECK(contains(text, "  " + thirteen + "...   100.0"));
+}

@@ -1,0 +1,347 @@
+#include "scenario/image_loader.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "unit/scenario/scenario_fixture.h"
+
+namespace metabuffer::test {
+namespace {
+
+using OIIO::TypeDesc;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+const std::vector<std::string> kRgba{"R", "G", "B", "A"};
+const std::vector<std::string> kRgbaz{"R", "G", "B", "A", "Z"};
+
+PixelImage load(const std::filesystem::path& file, DepthFormat format = DepthFormat::kA8Z16,
+                const DepthRange& range = {}) {
+    return load_image(file, std::nullopt, format, range);
+}
+
+std::string error_of(const std::filesystem::path& file,
+                     const std::optional<std::filesystem::path>& depth = std::nullopt,
+                     DepthFormat format = DepthFormat::kA8Z16) {
+    return input_error_of([&] { load_image(file, depth, format, {}); });
+}
+
+/// The Z values of an image with `depth` as its depth file, all in one row.
+std::vector<std::uint32_t> depths(const TemporaryDirectory& directory, const std::string& depth, int width,
+                                  DepthFormat format, const DepthRange& range) {
+    write_black(directory / "colour.png", width, 1);
+    const PixelImage image = load_image(directory / "colour.png", directory / depth, format, range);
+    std::vector<std::uint32_t> z;
+    for (const Pixel& pixel : image.values) z.push_back(pixel.z());
+    return z;
+}
+
+}  // namespace
+
+TEST_CASE("image: 8-bit integers as they are, A and Z by default") {
+    const TemporaryDirectory directory;
+    write_picture<std::uint8_t>(directory / "a.png", 2, 2, {},
+                                {0, 1, 2, 3, 4, 5, 127, 128, 129, 253, 254, 255});
+    const PixelImage image = load(directory / "a.png");
+    CHECK(image.width_pixels == 2);
+    CHECK(image.height_pixels == 2);
+    CHECK(image.values == std::vector<Pixel>{Pixel(0, 1, 2, 255, 0), Pixel(3, 4, 5, 255, 0),
+                                             Pixel(127, 128, 129, 255, 0), Pixel(253, 254, 255, 255, 0)});
+}
+
+TEST_CASE("image: 16-bit and 32-bit integers by their high byte") {
+    const TemporaryDirectory directory;
+    const std::vector<std::uint16_t> words{0x0000, 0x00FF, 0x0100, 0x12FF, 0x8000, 0xFFFF};
+    const std::vector<Pixel> high{Pixel(0, 0, 1, 255, 0), Pixel(0x12, 0x80, 0xFF, 255, 0)};
+    for (const char* name : {"a.png", "a.tif"}) {
+        INFO(name);
+        write_picture(directory / name, 2, 1, {{"R", "G", "B"}, TypeDesc::UINT16}, words);
+        CHECK(load(directory / name).values == high);
+    }
+    write_picture<std::uint32_t>(directory / "b.tif", 1, 1, {{"R", "G", "B"}, TypeDesc::UINT32},
+                                 {0x00FFFFFF, 0x7F000000, 0xFFFFFFFF});
+    CHECK(load(directory / "b.tif").values == std::vector<Pixel>{Pixel(0, 0x7F, 0xFF, 255, 0)});
+}
+
+TEST_CASE("image: floats are clamped, scaled and rounded halves up") {
+    const TemporaryDirectory directory;
+    const std::vector<float> samples{-1.0F, 0.0F,      0.00196F,   0.00197F, 0.5F, 0.499F,      1.0F, 1.5F,
+                                     0.25F, kInfinity, -kInfinity, 0.998F,   0.1F, 1.0F / 3.0F, 0.75F};
+    // 0.00196 * 255 = 0.4998, 0.00197 * 255 = 0.50235, 0.5 * 255 = 127.5, 0.499 * 255 = 127.245,
+    // 0.25 * 255 = 63.75, 0.998 * 255 = 254.49, 0.1 (a float slightly above) * 255 = 25.5000004, 85, 191.25.
+    const std::vector<Pixel> expected{Pixel(0, 0, 0, 255, 0), Pixel(1, 128, 127, 255, 0),
+                                      Pixel(255, 255, 64, 255, 0), Pixel(255, 0, 254, 255, 0),
+                                      Pixel(26, 85, 191, 255, 0)};
+    write_picture(directory / "a.tif", 5, 1, {{"R", "G", "B"}, TypeDesc::FLOAT}, samples);
+    CHECK(load(directory / "a.tif").values == expected);
+    write_picture(directory / "a.exr", 5, 1, {{"R", "G", "B"}, TypeDesc::FLOAT}, samples);
+    CHECK(load(directory / "a.exr").values == expected);
+    write_picture(directory / "d.tif", 5, 1, {{"R", "G", "B"}, TypeDesc::DOUBLE},
+                  std::vector<double>(samples.begin(), samples.end()));
+    CHECK(load(directory / "d.tif").values == expected);
+}
+
+TEST_CASE("image: halves, also below normal ones") {
+    const TemporaryDirectory directory;
+    // Nearest halves: 0.1 -> 0.0999756 (25.49 -> 25), 1e-6 is below the normal halves.
+    const std::vector<float> samples{0.5F, 0.1F, 1e-6F, -0.25F, 1.0F, 2.0F, kInfinity, 0.75F, 0.999F};
+    write_picture(directory / "a.exr", 3, 1, {{"R", "G", "B"}, TypeDesc::HALF}, samples);
+    CHECK(load(directory / "a.exr").values == std::vector<Pixel>{Pixel(128, 25, 0, 255, 0),
+                                                                 Pixel(0, 255, 255, 255, 0),
+                                                                 Pixel(255, 191, 255, 255, 0)});
+}
+
+TEST_CASE("image: every finite half gives what its float gives") {
+    const TemporaryDirectory directory;
+    std::vector<float> samples;
+    for (int exponent = -26; exponent <= 1; ++exponent) {
+        for (int mantissa = 0; mantissa < 1024; mantissa += 31) {
+            const auto value = static_cast<float>(std::ldexp(1024 + mantissa, exponent - 10));
+            samples.insert(samples.end(), {value, value, value});
+        }
+    }
+    const int width = static_cast<int>(samples.size() / 3);
+    write_picture(directory / "a.exr", width, 1, {{"R", "G", "B"}, TypeDesc::HALF}, samples);
+    const PixelImage image = load(directory / "a.exr");
+    for (int x = 0; x < width; ++x) {
+        // The smallest of these lose bits as halves, far below the first step of a colour.
+        const double value = std::min(1.0, double{samples[static_cast<std::size_t>(x) * 3]});
+        CHECK(image.at(x, 0).r() == static_cast<int>(std::floor(value * 255 + 0.5)));
+    }
+}
+
+TEST_CASE("image: alpha is associated on reading") {
+    const TemporaryDirectory directory;
+    const PictureFormat format{kRgba, TypeDesc::UINT8, {}, true};
+    write_picture<std::uint8_t>(directory / "a.png", 3, 1, format,
+                                {200, 100, 50, 255, 200, 100, 50, 0, 255, 255, 255, 128});
+    const PixelImage image = load(directory / "a.png");
+    CHECK(image.values == std::vector<Pixel>{Pixel(200, 100, 50, 255, 0), Pixel(0, 0, 0, 0, 0),
+                                             Pixel(128, 128, 128, 128, 0)});
+    // An associated file is taken as it is.
+    write_picture<std::uint8_t>(directory / "a.tif", 1, 1, {kRgba, TypeDesc::UINT8}, {200, 100, 50, 128});
+    CHECK(load(directory / "a.tif").values == std::vector<Pixel>{Pixel(200, 100, 50, 128, 0)});
+}
+
+TEST_CASE("image: z24 has no alpha, the colours stay associated") {
+    const TemporaryDirectory directory;
+    const PictureFormat format{kRgba, TypeDesc::UINT8, {}, true};
+    write_picture<std::uint8_t>(directory / "a.png", 2, 1, format, {255, 255, 255, 128, 9, 9, 9, 0});
+    CHECK(load(directory / "a.png", DepthFormat::kZ24).values ==
+          std::vector<Pixel>{Pixel(128, 128, 128, 255, 0), Pixel(0, 0, 0, 255, 0)});
+}
+
+TEST_CASE("image: half colours beside a float Z are exact") {
+    const TemporaryDirectory directory;
+    const PictureFormat format{
+        kRgbaz,
+        TypeDesc::FLOAT,
+        {TypeDesc::HALF, TypeDesc::HALF, TypeDesc::HALF, TypeDesc::HALF, TypeDesc::FLOAT}};
+    // 0.333333 as a half would be 0.33325: 21839 instead of 21845.
+    write_picture<float>(directory / "a.exr", 2, 2, format, {1.0F, 0.5F, 0.25F, 1.0F, 1.0F / 3.0F,  //
+                                                             0.0F, 1.0F, 0.5F,  0.5F, 0.0F,         //
+                                                             0.0F, 0.0F, 1.0F,  0.0F, 1.0F,         //
+                                                             0.1F, 0.1F, 0.1F,  0.1F, 0.5F});
+    CHECK(load(directory / "a.exr").values ==
+          std::vector<Pixel>{Pixel(255, 128, 64, 255, 21845), Pixel(0, 255, 128, 128, 0),
+                             Pixel(0, 0, 255, 0, 65535), Pixel(25, 25, 25, 25, 32768)});
+    // z24 leaves the alpha out of what it reads, which lies between B and Z.
+    CHECK(load(directory / "a.exr", DepthFormat::kZ24).at(1, 0) == Pixel(0, 255, 128, 255, 0));
+}
+
+TEST_CASE("image: channels go by name, wherever they stand and whatever else there is") {
+    const TemporaryDirectory directory;
+    const PictureFormat format{{"N.x", "Z", "depth.V", "B", "R", "G"}, TypeDesc::FLOAT};
+    write_picture<float>(directory / "a.exr", 1, 1, format, {kNan, 0.5F, 0.0F, 0.0F, 1.0F, 0.5F});
+    CHECK(load(directory / "a.exr").values == std::vector<Pixel>{Pixel(255, 128, 0, 255, 32768)});
+}
+
+TEST_CASE("image: tiles read as scanlines do") {
+    const TemporaryDirectory directory;
+    const int width = 70;
+    const int height = 41;
+    OIIO::ImageSpec spec(width, height, 3, TypeDesc::UINT8);
+    spec.tile_width = 32;
+    spec.tile_height = 32;
+    std::vector<std::uint8_t> samples;
+    for (int i = 0; i < width * height; ++i) {
+        samples.insert(samples.end(), {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(i / 7), 9});
+    }
+    const auto output = OIIO::ImageOutput::create("a.tif");
+    REQUIRE(output->open((directory / "a.tif").string(), spec));
+    REQUIRE(output->write_image(TypeDesc::UINT8, samples.data()));
+    REQUIRE(output->close());
+    const PixelImage image = load(directory / "a.tif");
+    bool same = true;
+    for (int i = 0; i < width * height; ++i) {
+        same = same && image.values[static_cast<std::size_t>(i)] ==
+                           Pixel(static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(i / 7), 9, 255, 0);
+    }
+    CHECK(same);
+}
+
+TEST_CASE("image: float Z over the depth range") {
+    const TemporaryDirectory directory;
+    const std::vector<float> z{-5.0F, 10.0F, 20.0F, 30.0F, 40.0F, 15.0F, kInfinity, -kInfinity};
+    write_picture(directory / "z.tif", 8, 1, {{"Z"}, TypeDesc::FLOAT}, z);
+    // (15 - 10) / 20 = 0.25: 16383.75 and 4194303.75; 0.5: 32767.5 and 8388607.5, halves up.
+    CHECK(depths(directory, "z.tif", 8, DepthFormat::kA8Z16, {10.0, 30.0}) ==
+          std::vector<std::uint32_t>{0, 0, 32768, 65535, 65535, 16384, 65535, 0});
+    CHECK(depths(directory, "z.tif", 8, DepthFormat::kZ24, {10.0, 30.0}) ==
+          std::vector<std::uint32_t>{0, 0, 8388608, 16777215, 16777215, 4194304, 16777215, 0});
+    write_picture(directory / "z.exr", 8, 1, {{"Y"}, TypeDesc::HALF}, z);
+    CHECK(depths(directory, "z.exr", 8, DepthFormat::kA8Z16, {10.0, 30.0}) ==
+          std::vector<std::uint32_t>{0, 0, 32768, 65535, 65535, 16384, 65535, 0});
+    write_picture<double>(directory / "d.tif", 2, 1, {{"Z"}, TypeDesc::DOUBLE}, {0.1, 2.0 / 3.0});
+    CHECK(depths(directory, "d.tif", 2, DepthFormat::kZ24, {0.0, 1.0}) ==
+          std::vector<std::uint32_t>{1677722, 11184810});
+}
+
+TEST_CASE("image: integer Z is taken as it is") {
+    const TemporaryDirectory directory;
+    write_picture<std::uint8_t>(directory / "z8.png", 3, 1, {{"Y"}, TypeDesc::UINT8}, {0, 7, 255});
+    CHECK(depths(directory, "z8.png", 3, DepthFormat::kA8Z16, {10.0, 30.0}) ==
+          std::vector<std::uint32_t>{0, 7, 255});
+    write_picture<std::uint16_t>(directory / "z16.png", 3, 1, {{"Y"}, TypeDesc::UINT16}, {0, 300, 65535});
+    CHECK(depths(directory, "z16.png", 3, DepthFormat::kA8Z16, {}) ==
+          std::vector<std::uint32_t>{0, 300, 65535});
+    CHECK(depths(directory, "z16.png", 3, DepthFormat::kZ24, {}) ==
+          std::vector<std::uint32_t>{0, 300, 65535});
+    write_picture<std::uint32_t>(directory / "z32.tif", 3, 1, {{"Z"}, TypeDesc::UINT32},
+                                 {0, 70000, 0xFFFFFF});
+    CHECK(depths(directory, "z32.tif", 3, DepthFormat::kZ24, {}) ==
+          std::vector<std::uint32_t>{0, 70000, 0xFFFFFF});
+    CHECK(error_of(directory / "colour.png", directory / "z32.tif") ==
+          (directory / "z32.tif").string() +
+              ": channel Y at x 1, y 0: Z 70000 is beyond the far plane of the depth format; use 0 to 65535, "
+              "or "
+              "floats and depth_range");
+    write_picture<std::uint32_t>(directory / "far.tif", 3, 1, {{"Z"}, TypeDesc::UINT32}, {0, 0, 0x1000000});
+    CHECK(error_of(directory / "colour.png", directory / "far.tif", DepthFormat::kZ24)
+              .find("use 0 to 16777215") != std::string::npos);
+}
+
+TEST_CASE("image: a Z of the image and a depth file of its own") {
+    const TemporaryDirectory directory;
+    write_picture<float>(directory / "a.exr", 2, 1, {kRgbaz, TypeDesc::FLOAT},
+                         {1.0F, 1.0F, 1.0F, 1.0F, kNan, 1.0F, 1.0F, 1.0F, 1.0F, 0.5F});
+    write_picture<std::uint16_t>(directory / "z.png", 2, 1, {{"Y"}, TypeDesc::UINT16}, {11, 22});
+    // The file of its own counts, the image's own Z is not even looked at.
+    const PixelImage image = load_image(directory / "a.exr", directory / "z.png", DepthFormat::kA8Z16, {});
+    CHECK(image.values == std::vector<Pixel>{Pixel(255, 255, 255, 255, 11), Pixel(255, 255, 255, 255, 22)});
+    // Several channels: the one named Z.
+    write_picture<float>(directory / "z.exr", 2, 1, {{"R", "Z", "N"}, TypeDesc::FLOAT},
+                         {kNan, 0.5F, kNan, kNan, 1.0F, kNan});
+    CHECK(load_image(directory / "a.exr", directory / "z.exr", DepthFormat::kA8Z16, {}).at(0, 0).z() ==
+          32768);
+    write_picture<std::uint8_t>(directory / "rgb.png", 2, 1, {}, {1, 2, 3, 4, 5, 6});
+    CHECK(error_of(directory / "a.exr", directory / "rgb.png") ==
+          (directory / "rgb.png").string() +
+              ": has the channels R, G and B; use one channel, or several with exactly one Z among them");
+    write_picture<std::uint8_t>(directory / "small.png", 1, 1, {{"Y"}}, {1});
+    CHECK(error_of(directory / "a.exr", directory / "small.png") ==
+          (directory / "small.png").string() +
+              ": has 1 x 1 pixels; use 2 x 1, the size of the image it belongs to");
+}
+
+TEST_CASE("image: missing channels are named") {
+    const TemporaryDirectory directory;
+    write_picture<std::uint8_t>(directory / "grey.png", 1, 1, {{"Y"}}, {1});
+    CHECK(error_of(directory / "grey.png") ==
+          (directory / "grey.png").string() + ": has the channels Y; use R, G and B, and A and Z if need be");
+    write_picture<float>(directory / "part.exr", 1, 1, {{"R", "G", "Z"}, TypeDesc::FLOAT}, {0, 0, 0});
+    CHECK(error_of(directory / "part.exr") ==
+          (directory / "part.exr").string() +
+              ": has the channels R, G and Z; use R, G and B, and A and Z if need be");
+}
+
+TEST_CASE("image: what is not a number is told with its place") {
+    const TemporaryDirectory directory;
+    for (std::size_t channel = 0; channel < 5; ++channel) {
+        for (const auto type : {TypeDesc::FLOAT, TypeDesc::HALF}) {
+            std::vector<float> samples(3 * 2 * 5, 0.5F);
+            samples[5 * 4 + channel] = kNan;
+            write_picture(directory / "a.exr", 3, 2, {kRgbaz, type}, samples);
+            CHECK(error_of(directory / "a.exr") == (directory / "a.exr").string() + ": channel " +
+                                                       kRgbaz[channel] +
+                                                       " at x 1, y 1: is not a number; use finite values");
+        }
+    }
+    write_picture<float>(directory / "z.tif", 2, 1, {{"Z"}, TypeDesc::FLOAT}, {0.0F, kNan});
+    write_black(directory / "colour.png", 2, 1);
+    CHECK(error_of(directory / "colour.png", directory / "z.tif") ==
+          (directory / "z.tif").string() + ": channel Y at x 1, y 0: is not a number; use finite values");
+}
+
+TEST_CASE("image: signed integers are rejected") {
+    const TemporaryDirectory directory;
+    write_picture<std::int16_t>(directory / "a.tif", 1, 1, {{"R", "G", "B"}, TypeDesc::INT16}, {1, 2, 3});
+    CHECK(error_of(directory / "a.tif") ==
+          (directory / "a.tif").string() +
+              ": channel R holds int16 values; use unsigned integers, half, float or double");
+    write_picture<std::int32_t>(directory / "z.tif", 1, 1, {{"Z"}, TypeDesc::INT32}, {1});
+    write_black(directory / "colour.png", 1, 1);
+    CHECK(error_of(directory / "colour.png", directory / "z.tif") ==
+          (directory / "z.tif").string() +
+              ": channel Y holds int values; use unsigned integers, half, float or double");
+}
+
+TEST_CASE("image: files that cannot be read") {
+    const TemporaryDirectory directory;
+    const std::string folder = directory.path().string();
+    CHECK(error_of(directory / "absent.png") ==
+          folder + "/absent.png: cannot be read: No such file or directory");
+    CHECK(error_of(directory.path()) == folder + ": cannot be read: Is a directory");
+    const auto check_unreadable = [&](const std::string& name) {
+        const std::string error = error_of(directory / name);
+        INFO(error);
+        CHECK(error.rfind(folder + "/" + name + ": is not a readable image: ", 0) == 0);
+        CHECK(error.find("; use an intact file in a format that OpenImageIO reads") != std::string::npos);
+    };
+    directory.write_text("empty.png", "");
+    check_unreadable("empty.png");
+    directory.write_text("text.png", "this is no image\n");
+    check_unreadable("text.png");
+    directory.write_text("unknown.xyz", "nor is this\n");
+    check_unreadable("unknown.xyz");
+    std::vector<float> noise(64 * 64 * 3);
+    for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = static_cast<float>((i * 7919) % 1000) / 1000.0F;
+    for (const std::string name : {"cut.png", "cut.exr", "cut.tif"}) {
+        INFO(name);
+        write_picture(directory / name, 64, 64, {}, noise);
+        std::filesystem::resize_file(directory / name, std::filesystem::file_size(directory / name) / 2);
+        check_unreadable(name);
+    }
+}
+
+TEST_CASE("image: sizes up to 8192 a side") {
+    const TemporaryDirectory directory;
+    write_black(directory / "wide.png", 8192, 1);
+    CHECK(load(directory / "wide.png").width_pixels == 8192);
+    write_black(directory / "wider.png", 8193, 1);
+    CHECK(error_of(directory / "wider.png") ==
+          (directory / "wider.png").string() + ": has 8193 x 1 pixels; use 1 to 8192 per side");
+    write_black(directory / "higher.png", 1, 8193);
+    CHECK(error_of(directory / "higher.png") ==
+          (directory / "higher.png").string() + ": has 1 x 8193 pixels; use 1 to 8192 per side");
+}
+
+TEST_CASE("image: only the first of several subimages is read") {
+    const TemporaryDirectory directory;
+    const auto output = OIIO::ImageOutput::create("a.tif");
+    const std::string file = (directory / "a.tif").string();
+    const std::vector<OIIO::ImageSpec> specs{OIIO::ImageSpec(1, 1, 3, TypeDesc::UINT8),
+                                             OIIO::ImageSpec(2, 2, 3, TypeDesc::UINT8)};
+    const std::vector<std::uint8_t> samples{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+    REQUIRE(output->open(file, 2, specs.data()));
+    REQUIRE(output->write_image(TypeDesc::UINT8, samples.data()));
+    REQUIRE(output->open(file, specs[1], OIIO::ImageOutput::AppendSubimage));
+    REQUIRE(output->write_image(TypeDesc::UINT8, samples.data()));
+    REQUIRE(output->close());
+    CHECK(load(directory / "a.tif").values == std::vector<Pixel>{Pixel(1, 2, 3, 255, 0)});
+}
+
+}  // namespace metabuffer::test

@@ -1,0 +1,336 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "unit/scenario/scenario_fixture.h"
+
+namespace metabuffer::test {
+namespace {
+
+/// A renderer with the given lines as its one frame, which stands on line 4.
+std::string with_frame(const std::string& lines) {
+    return std::string(ScenarioFixture::kDisplays) + "renderers:\n  - frames:\n" + lines;
+}
+
+/// A frame whose table stands on line 5, its rows on line 6 and following.
+std::string with_rows(const std::vector<std::string>& rows) {
+    std::string text = with_frame("      - image: image.png\n        table:\n");
+    for (const std::string& row : rows) text += "          - " + row + "\n";
+    return text;
+}
+
+std::string with_faults(const std::vector<std::string>& faults) {
+    std::string text =
+        "displays: {width: 16, height: 8}\n"
+        "renderers:\n"
+        "  - {name: ball, frames: [{image: image.png, viewport: {x: 0, y: 0}}]}\n"
+        "  - {name: cube, frames: [{image: image.png, viewport: {x: 0, y: 0}}]}\n"
+        "faults:\n";
+    for (const std::string& fault : faults) text += "  - " + fault + "\n";
+    return text;
+}
+
+}  // namespace
+
+TEST_CASE("renderers: names are unique, the default counts from 1") {
+    const ScenarioFixture fixture;
+    const std::string frames = "frames: [{image: image.png, viewport: {x: 0, y: 0}}]";
+    const std::string head = std::string(ScenarioFixture::kDisplays) + "renderers:\n";
+    const Scenario scenario = fixture.parse(head + "  - {" + frames + "}\n  - {name: ball, " + frames +
+                                            "}\n  - {" + frames + "}\n");
+    REQUIRE(scenario.renderers.size() == 3);
+    CHECK(scenario.renderers[0].name == "renderer_1");
+    CHECK(scenario.renderers[1].name == "ball");
+    CHECK(scenario.renderers[2].name == "renderer_3");
+    CHECK(fixture.error(head + "  - {name: ball, " + frames + "}\n  - {name: ball, " + frames + "}\n") ==
+          "test.yaml:4: renderers[1].name: 'ball' is taken by an earlier renderer; use a name of its own");
+    CHECK(fixture.error(head + "  - {name: renderer_2, " + frames + "}\n  - {" + frames + "}\n") ==
+          "test.yaml:4: renderers[1].name: 'renderer_2' is taken by an earlier renderer; use a name of its "
+          "own");
+    CHECK(fixture.error(head + "  - {name: '', " + frames + "}\n") ==
+          "test.yaml:3: renderers[0].name: is empty; use the renderer's name, on one line");
+}
+
+TEST_CASE("renderers: each has frames, each frame an image and a viewport or a table") {
+    const ScenarioFixture fixture;
+    const std::string head = std::string(ScenarioFixture::kDisplays) + "renderers:\n";
+    CHECK(fixture.error(head + "  - name: ball\n") ==
+          "test.yaml:3: renderers[0].frames: is missing; use a list of at least one frame");
+    CHECK(fixture.error(head + "  - name: ball\n    frames: []\n") ==
+          "test.yaml:4: renderers[0].frames: has no entries; use at least one frame");
+    CHECK(fixture.error(head + "  - ball\n") ==
+          "test.yaml:3: renderers[0]: is 'ball'; use a map with the keys name and frames");
+    CHECK(fixture.error(head + "  - name: ball\n    frames: {image: image.png}\n") ==
+          "test.yaml:4: renderers[0].frames: is a map; use a list of frames, each with an image and a "
+          "viewport or "
+          "a table");
+    CHECK(fixture.error(with_frame("      - viewport: {x: 0, y: 0}\n")) ==
+          "test.yaml:4: renderers[0].frames[0].image: is missing; use a file name, on one line");
+    CHECK(fixture.error(with_frame("      - image: image.png\n")) ==
+          "test.yaml:4: renderers[0].frames[0]: has neither a viewport nor a table; use one of the two");
+    CHECK(fixture.error(with_frame("      - image: image.png\n"
+                                   "        viewport: {x: 0, y: 0}\n"
+                                   "        table: []\n")) ==
+          "test.yaml:6: renderers[0].frames[0].table: stands beside a viewport; use one of the two");
+}
+
+TEST_CASE("renderers: viewports") {
+    const ScenarioFixture fixture;
+    const auto error = [&fixture](const std::string& viewport) {
+        return fixture.error(with_frame("      - image: image.png\n        viewport:\n" + viewport));
+    };
+    const std::string path = "renderers[0].frames[0].viewport";
+    CHECK(error("          y: 0\n") ==
+          "test.yaml:5: " + path + ".x: is missing; use -1000000000 to 1000000000");
+    CHECK(error("          x: 0\n") ==
+          "test.yaml:5: " + path + ".y: is missing; use -1000000000 to 1000000000");
+    CHECK(error("          x: 0.5\n          y: 0\n") ==
+          "test.yaml:6: " + path + ".x: '0.5' is not a whole number; use -1000000000 to 1000000000");
+    CHECK(error("          x: 0\n          y: 2000000000\n") ==
+          "test.yaml:7: " + path + ".y: 2000000000 is out of range; use -1000000000 to 1000000000");
+    for (const std::string wrong : {"0", "256", "-1"}) {
+        CHECK(error("          x: 0\n          y: 0\n          multiple: " + wrong + "\n") ==
+              "test.yaml:8: " + path + ".multiple: " + wrong + " is out of range; use 1 to 255");
+    }
+    // Wholly outside the wall is no error: the renderer shows nothing.
+    const Scenario scenario = fixture.parse(
+        with_frame("      - {image: image.png, viewport: {x: -1000000000, y: 1000000000, multiple: 255}}\n"));
+    CHECK(scenario.renderers[0].frames[0].table.empty());
+}
+
+TEST_CASE("renderers: tables are taken as they are") {
+    const ScenarioFixture fixture;
+    const auto table = [&fixture](const std::vector<std::string>& rows) {
+        return fixture.parse(with_rows(rows)).renderers[0].frames[0].table;
+    };
+    CHECK(table({"[1, 0, 0, 16, 8, 0, 0, 1]"}) == ViewportTable{{1, 0, 0, 16, 8, 0, 0, 1}});
+    // No such display, no such rectangle: the machine drops and counts it.
+    CHECK(table({"[65535, 65535, 65535, 65535, 65535, 32767, 32767, 65535]"}) ==
+          ViewportTable{{65535, 65535, 65535, 65535, 65535, 32767, 32767, 65535}});
+    CHECK(table({"[0, 0, 0, 0, 0, -32768, -32768, 0]"}) == ViewportTable{{0, 0, 0, 0, 0, -32768, -32768, 0}});
+    const Scenario none = fixture.parse(with_frame("      - {image: image.png, table: []}\n"));
+    CHECK(none.renderers[0].frames[0].table.empty());
+    CHECK_FALSE(none.renderers[0].frames[0].viewport.has_value());
+    CHECK(fixture.parse(with_rows({"[1, 0, 0, 16, 8, 0, 0, 1]"})).renderers[0].frames[0].table_line == 5);
+}
+
+TEST_CASE("renderers: a table's fields must fit") {
+    const ScenarioFixture fixture;
+    const std::string path = "renderers[0].frames[0].table";
+    const std::string eight = "use eight, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]";
+    CHECK(fixture.error(with_rows({"[1, 0, 0, 16, 8, 0, 0]"})) ==
+          "test.yaml:6: " + path + "[0]: has 7 entries; " + eight);
+    CHECK(fixture.error(with_rows({"[1, 0, 0, 16, 8, 0, 0, 1, 1]"})) ==
+          "test.yaml:6: " + path + "[0]: has 9 entries; " + eight);
+    CHECK(fixture.error(with_rows({"[1, 0, 0, 16, 8, 0, 0, 1]", "3"})) ==
+          "test.yaml:7: " + path +
+              "[1]: is '3'; use a row of eight whole numbers, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, "
+              "Dy, Dmultiple]");
+    CHECK(fixture.error(with_frame("      - {image: image.png, table: all}\n")) ==
+          "test.yaml:4: " + path +
+              ": is 'all'; use a list of rows, each [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]");
+    const std::vector<std::string> good{"1", "0", "0", "16", "8", "0", "0", "1"};
+    for (std::size_t field = 0; field < good.size(); ++field) {
+        const bool is_signed = field == 5 || field == 6;
+        const std::string use = is_signed ? "use -32768 to 32767" : "use 0 to 65535";
+        const std::vector<std::string> wrong =
+            is_signed ? std::vector<std::string>{"-32769", "32768"} : std::vector<std::string>{"-1", "65536"};
+        for (const std::string& value : wrong) {
+            std::vector<std::string> fields = good;
+            fields[field] = value;
+            std::string row;
+            for (const std::string& one : fields) row += (row.empty() ? "[" : ", ") + one;
+            CHECK(fixture.error(with_rows({row + "]"})) == "test.yaml:6: " + path + "[0][" +
+                                                               std::to_string(field) + "]: " + value +
+                                                               " is out of range; " + use);
+        }
+    }
+    CHECK(fixture.error(with_rows({"[one, 0, 0, 16, 8, 0, 0, 1]"})) ==
+          "test.yaml:6: " + path + "[0][0]: 'one' is not a whole number; use 0 to 65535");
+}
+
+TEST_CASE("renderers: a table must fit the control scanline") {
+    const ScenarioFixture fixture;
+    const std::string row = "[1, 0, 0, 16, 8, 0, 0, 1]";
+    CHECK(fixture.error(with_rows({row, row})) ==
+          "test.yaml:5: renderers[0].frames[0].table: the table of 2 rows needs 50 bytes and the control "
+          "scanline of "
+          "an image 16 pixels wide has 48; use fewer rows or an image at least 17 pixels wide");
+    const std::string wall = "displays: {width: 16, height: 8, columns: 2}\n";
+    CHECK(fixture.error(
+              wall + "renderers:\n  - frames:\n      - image: image.png\n        viewport: {x: 8, y: 0}\n") ==
+          "test.yaml:5: renderers[0].frames[0].viewport: the table of 2 rows needs 50 bytes and the control "
+          "scanline "
+          "of an image 16 pixels wide has 48; use fewer rows or an image at least 17 pixels wide");
+    write_black(fixture.directory() / "narrow.png", 6, 2);
+    CHECK(fixture.error(with_frame("      - {image: narrow.png, table: []}\n")) == "");
+    write_black(fixture.directory() / "narrow.png", 5, 2);
+    CHECK(fixture.error(with_frame("      - {image: narrow.png, table: []}\n")) ==
+          "test.yaml:4: renderers[0].frames[0].table: the table of 0 rows needs 18 bytes and the control "
+          "scanline of "
+          "an image 5 pixels wide has 15; use fewer rows or an image at least 6 pixels wide");
+    CHECK(fixture.error(with_rows({row}), {"renderers.0.frames.0.table=[" + row + "," + row + "]"})
+              .rfind("--set renderers.0.frames.0.table=[", 0) == 0);
+}
+
+TEST_CASE("renderers: frames default to the longest list") {
+    const ScenarioFixture fixture;
+    const std::string frame = "{image: image.png, viewport: {x: 0, y: 0}}";
+    const std::string text = std::string(ScenarioFixture::kDisplays) + "renderers:\n  - frames: [" + frame +
+                             "]\n  - frames: [" + frame + ", " + frame + ", " + frame + "]\n  - frames: [" +
+                             frame + ", " + frame + "]\n";
+    CHECK(fixture.parse(text).frames == 3);
+    CHECK(fixture.parse("frames: 1\n" + text).frames == 1);
+    CHECK(fixture.parse(text, {"frames=7"}).frames == 7);
+}
+
+TEST_CASE("renderers: each different pair of files is read once") {
+    const ScenarioFixture fixture;
+    write_black(fixture.directory() / "other.png", 16, 8);
+    write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
+                  std::vector<std::uint16_t>(16 * 8, 700));
+    const std::string viewport = "viewport: {x: 0, y: 0}}\n";
+    const Scenario scenario = fixture.parse(with_frame(
+        "      - {image: image.png, " + viewport + "      - {image: other.png, " + viewport +
+        "      - {image: image.png, " + viewport + "      - {image: image.png, depth: depth.png, " +
+        viewport + "      - {image: other.png, depth: depth.png, " + viewport +
+        "      - {image: image.png, depth: depth.png, " + viewport));
+    const Renderer& renderer = scenario.renderers[0];
+    CHECK(renderer.images.size() == 4);
+    std::vector<std::size_t> indices;
+    for (const RendererFrame& frame : renderer.frames) indices.push_back(frame.image);
+    CHECK(indices == std::vector<std::size_t>{0, 1, 0, 2, 3, 2});
+    CHECK(renderer.images[0].at(3, 3).z() == 0);
+    CHECK(renderer.images[2].at(3, 3).z() == 700);
+}
+
+TEST_CASE("renderers: images of one size, and what is wrong with one, have their line") {
+    const ScenarioFixture fixture;
+    const std::string folder = fixture.directory().path().string();
+    write_black(fixture.directory() / "wide.png", 17, 8);
+    write_picture(fixture.directory() / "depth.png", 16, 7, {{"Y"}, OIIO::TypeDesc::UINT16},
+                  std::vector<std::uint16_t>(16 * 7));
+    const std::string first =
+        "      - image: image.png\n"
+        "        viewport: {x: 0, y: 0}\n";
+    CHECK(fixture.error(with_frame(first + "      - viewport: {x: 0, y: 0}\n        image: wide.png\n")) ==
+          "test.yaml:7: renderers[0].frames[1].image: the image has 17 x 8 pixels, and the renderer's first "
+          "16 x 8 "
+          "pixels; use images of one size, the renderer's DVI mode");
+    CHECK(fixture.error(with_frame(first + "      - viewport: {x: 0, y: 0}\n        image: absent.png\n")) ==
+          "test.yaml:7: renderers[0].frames[1].image: " + folder +
+              "/absent.png: cannot be read: No such file or directory");
+    CHECK(fixture.error(with_frame(first + "        depth: depth.png\n")) ==
+          "test.yaml:6: renderers[0].frames[0].depth: " + folder +
+              "/depth.png: has 16 x 7 pixels; use 16 x 8, the size of the image it belongs to");
+    CHECK(fixture.error(with_frame(first + "        depth: absent.png\n")) ==
+          "test.yaml:6: renderers[0].frames[0].depth: " + folder +
+              "/absent.png: cannot be read: No such file or directory");
+    CHECK(fixture.error(with_frame(first + "        depth: image.png\n")).rfind("test.yaml:", 0) == 0);
+}
+
+TEST_CASE("renderers: image files are relative to the scenario, or absolute") {
+    const ScenarioFixture fixture;
+    std::filesystem::create_directories(fixture.directory() / "images");
+    write_black(fixture.directory() / "images/small.png", 12, 3);
+    fixture.directory().write_text("images/scenario.yaml",
+                                   with_frame("      - {image: ../image.png, viewport: {x: 0, y: 0}}\n"));
+    CHECK(load_scenario(fixture.directory() / "images/scenario.yaml").renderers[0].image_width_pixels == 16);
+    CHECK(fixture.parse(with_frame("      - {image: images/small.png, viewport: {x: 0, y: 0}}\n"))
+              .renderers[0]
+              .image_width_pixels == 12);
+    const Scenario absolute =
+        parse_scenario(with_frame("      - {image: " + (fixture.directory() / "image.png").string() +
+                                  ", viewport: {x: 0, y: 0}}\n"),
+                       "test.yaml", "/nowhere");
+    CHECK(absolute.renderers[0].image_height_pixels == 8);
+}
+
+TEST_CASE("renderers: the depth range and format reach the images") {
+    const ScenarioFixture fixture;
+    write_picture(fixture.directory() / "z.exr", 12, 1, {{"R", "G", "B", "A", "Z"}, OIIO::TypeDesc::FLOAT},
+                  [] {
+                      std::vector<float> samples;
+                      for (int x = 0; x < 12; ++x) {
+                          for (const float value : {1.0F, 0.0F, 0.0F, 0.0F, static_cast<float>(x)}) {
+                              samples.push_back(value);
+                          }
+                      }
+                      return samples;
+                  }());
+    const std::string text =
+        "depth_range: [0, 10]\n" + with_frame("      - {image: z.exr, viewport: {x: 0, y: 0}}\n");
+    const Scenario z16 = fixture.parse(text);
+    CHECK(z16.renderers[0].images[0].at(5, 0) == Pixel(255, 0, 0, 0, 32768));
+    CHECK(z16.renderers[0].images[0].at(11, 0).z() == 0xFFFF);
+    const Scenario z24 = fixture.parse("depth_format: z24\n" + text);
+    CHECK(z24.renderers[0].images[0].at(5, 0) == Pixel(255, 0, 0, 255, 8388608));
+    CHECK(z24.background_pixel().z() == 0xFFFFFF);
+}
+
+TEST_CASE("faults: every kind") {
+    const ScenarioFixture fixture;
+    const std::vector<std::pair<std::string, FaultKind>> kinds{{"magic", FaultKind::kMagic},
+                                                               {"version", FaultKind::kVersion},
+                                                               {"kind", FaultKind::kKind},
+                                                               {"crc", FaultKind::kCrc},
+                                                               {"number", FaultKind::kNumber},
+                                                               {"short_line", FaultKind::kShortLine},
+                                                               {"long_line", FaultKind::kLongLine},
+                                                               {"short_frame", FaultKind::kShortFrame},
+                                                               {"long_frame", FaultKind::kLongFrame},
+                                                               {"missing", FaultKind::kMissing}};
+    for (const auto& [name, kind] : kinds) {
+        const Scenario scenario =
+            fixture.parse(with_faults({"{renderer: cube, pair: 4, kind: " + name + "}"}));
+        REQUIRE(scenario.faults.size() == 1);
+        CHECK(scenario.faults[0].renderer == 1);
+        CHECK(scenario.faults[0].pair == 4);
+        CHECK(scenario.faults[0].kind == kind);
+        CHECK(scenario.faults[0].frame == FrameKind::kColour);
+        CHECK(scenario.faults[0].delay_pairs == 0);
+    }
+    const Scenario scenario =
+        fixture.parse(with_faults({"{renderer: ball, pair: 4294967295, kind: crc, frame: depth}",
+                                   "{renderer: ball, pair: 0, kind: delay, frame: colour, delay_pairs: 3}"}));
+    REQUIRE(scenario.faults.size() == 2);
+    CHECK(scenario.faults[0].frame == FrameKind::kDepth);
+    CHECK(scenario.faults[0].pair == 4294967295U);
+    CHECK(scenario.faults[1].kind == FaultKind::kDelay);
+    CHECK(scenario.faults[1].delay_pairs == 3);
+    CHECK(fixture.parse("faults: []\n" + ScenarioFixture::minimal()).faults.empty());
+}
+
+TEST_CASE("faults: what is wrong with one has its line") {
+    const ScenarioFixture fixture;
+    const std::string good = "{renderer: ball, pair: 0, kind: crc}";
+    const auto error = [&](const std::string& fault) { return fixture.error(with_faults({good, fault})); };
+    const std::string at = "test.yaml:7: faults[1]";
+    CHECK(error("{renderer: bal, pair: 0, kind: crc}") ==
+          at + ".renderer: 'bal' is not a renderer; the nearest is ball");
+    CHECK(error("{pair: 0, kind: crc}") == at + ".renderer: is missing; use a renderer's name, on one line");
+    CHECK(error("{renderer: ball, kind: crc}") == at + ".pair: is missing; use 0 to 4294967295");
+    CHECK(error("{renderer: ball, pair: -1, kind: crc}") ==
+          at + ".pair: -1 is out of range; use 0 to 4294967295");
+    CHECK(error("{renderer: ball, pair: 0}") ==
+          at +
+              ".kind: is missing; use magic, version, kind, crc, number, short_line, long_line, short_frame, "
+              "long_frame, missing or delay");
+    CHECK(error("{renderer: ball, pair: 0, kind: crcs}")
+              .rfind(at + ".kind: 'crcs' is not a kind of fault; use ", 0) == 0);
+    CHECK(error("{renderer: ball, pair: 0, kind: crc, frame: even}") ==
+          at + ".frame: 'even' is not a frame of a pair; use colour or depth");
+    CHECK(error("{renderer: ball, pair: 0, kind: crc, delay_pairs: 2}") ==
+          at + ".delay_pairs: does not go with kind crc; use it with kind delay only");
+    CHECK(error("{renderer: ball, pair: 0, kind: delay}") ==
+          at + ".delay_pairs: is missing; use 1 to 1000000");
+    CHECK(error("{renderer: ball, pair: 0, kind: delay, delay_pairs: 0}") ==
+          at + ".delay_pairs: 0 is out of range; use 1 to 1000000");
+    CHECK(error("{renderer: ball, pair: 0, kind: crc, frames: depth}") ==
+          at + ".frames: is not a known key; the nearest is faults[1].frame");
+    CHECK(error("crc") ==
+          at + ": is 'crc'; use a map with the keys renderer, pair, kind, frame and delay_pairs");
+}
+
+}  // namespace metabuffer::test

@@ -1,0 +1,150 @@
+#include "scenario/scenario_keys.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "unit/scenario/scenario_fixture.h"
+
+namespace metabuffer::test {
+namespace {
+
+/// A scenario in which every key stands, so that each can be spoiled.
+constexpr const char* kEveryKey =
+    "name: every key\n"
+    "displays: {columns: 2, rows: 1, width: 16, height: 8, supersample: 1, background: [1, 2, 3]}\n"
+    "composition: z\n"
+    "depth_format: a8z16\n"
+    "depth_range: [0.0, 100.0]\n"
+    "clocks: {core_mhz: 100, dvi_in_mhz: 100, dvi_out_mhz: 100}\n"
+    "memory: {page_words: 512, page_miss_cycles: 6, words_per_cycle: 1}\n"
+    "bus: {width_bits: 64, burst_pixels: 32, arbitration: irsa}\n"
+    "composer: {buffer_pixels: 1024, ready_space_pixels: 32, on_starvation: glitch}\n"
+    "pacing: lockstep\n"
+    "link_timeout_pairs: 2\n"
+    "watchdog_cycles: 0\n"
+    "frames: 1\n"
+    "renderers:\n"
+    "  - name: ball\n"
+    "    frames:\n"
+    "      - {image: image.png, depth: depth.png, viewport: {x: 0, y: 0, multiple: 1}}\n"
+    "      - {image: image.png, table: [[1, 0, 0, 16, 8, 0, 0, 1]]}\n"
+    "faults:\n"
+    "  - {renderer: ball, pair: 0, kind: delay, frame: colour, delay_pairs: 1}\n";
+
+/// The key's path with an index for each list: the table's frame is the second one.
+std::string with_indices(const std::string& pattern) {
+    std::string path;
+    for (std::size_t at = 0; at < pattern.size(); ++at) {
+        if (pattern.compare(at, 2, "[]") == 0) {
+            const bool is_table = pattern.find(".table") != std::string::npos;
+            const bool is_frame = path.size() > 7 && path.compare(path.size() - 7, 7, ".frames") == 0;
+            path += is_table && is_frame ? "[1]" : "[0]";
+            ++at;
+        } else {
+            path += pattern[at];
+        }
+    }
+    return path;
+}
+
+}  // namespace
+
+TEST_CASE("scenario keys: the scenario with every key loads") {
+    const ScenarioFixture fixture;
+    write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
+                  std::vector<std::uint16_t>(16 * 8));
+    CHECK(fixture.error(kEveryKey) == "");
+}
+
+TEST_CASE("scenario keys: every key of the list is read, and only with a value of its shape") {
+    const ScenarioFixture fixture;
+    write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
+                  std::vector<std::uint16_t>(16 * 8));
+    for (const ScenarioKey& key : scenario_keys()) {
+        if (std::string(key.pattern).empty()) continue;
+        const std::string path = with_indices(key.pattern);
+        for (const std::string wrong : {"{}", "[[]]", "", "~", "'\x07'"}) {
+            const bool empty_map = key.shape == KeyShape::kMap && wrong == "{}";
+            const bool list_in_list = key.shape == KeyShape::kList && wrong == "[[]]";
+            if (empty_map || list_in_list) continue;
+            std::string setting = path;
+            setting += '=';
+            setting += wrong;
+            const std::string error = fixture.error(kEveryKey, {setting});
+            INFO(setting << " -> " << error);
+            const std::string start = "--set " + setting;
+            const std::string middle = ": " + path + ": ";
+            CHECK(error.rfind(start.substr(0, start.find('\x07')), 0) == 0);
+            CHECK(error.find(middle) != std::string::npos);
+            CHECK(error.find("; use ") != std::string::npos);
+        }
+    }
+}
+
+TEST_CASE("scenario keys: the paths for documentation leave out a list's entries") {
+    const std::vector<std::string> paths = scenario_key_paths();
+    const std::set<std::string> set(paths.begin(), paths.end());
+    CHECK(set.size() == paths.size());
+    for (const char* path : {"name", "bus", "bus.width_bits", "displays.background", "renderers",
+                             "renderers[].frames[].viewport.multiple", "faults[].delay_pairs",
+                             "link_timeout_pairs", "watchdog_cycles"}) {
+        CHECK(set.count(path) == 1);
+    }
+    CHECK(std::none_of(paths.begin(), paths.end(),
+                       [](const std::string& path) { return path.empty() || path.back() == ']'; }));
+}
+
+TEST_CASE("scenario keys: every key's surroundings are in the list with the right shape") {
+    for (const ScenarioKey& key : scenario_keys()) {
+        const std::string pattern = key.pattern;
+        INFO(pattern);
+        CHECK(std::string(key.meaning) != "");
+        const bool is_entry = pattern.size() > 2 && pattern.compare(pattern.size() - 2, 2, "[]") == 0;
+        const std::size_t end =
+            is_entry ? pattern.size() - 2 : (pattern.find('.') == std::string::npos ? 0 : pattern.rfind('.'));
+        const ScenarioKey* around = find_scenario_key(pattern.substr(0, end));
+        REQUIRE(around != nullptr);
+        if (!pattern.empty()) CHECK(around->shape == (is_entry ? KeyShape::kList : KeyShape::kMap));
+    }
+}
+
+TEST_CASE("scenario keys: an unknown key names the nearest known one") {
+    const ScenarioFixture fixture;
+    struct Case {
+        std::string above;
+        std::string error;
+    };
+    const std::vector<Case> cases{
+        {"bus:\n  widht_bits: 64\n",
+         "test.yaml:2: bus.widht_bits: is not a known key; the nearest is bus.width_bits"},
+        {"composer: {on_starving: glitch}\n",
+         "test.yaml:1: composer.on_starving: is not a known key; the nearest is composer.on_starvation"},
+        {"\n\nfrmaes: 3\n", "test.yaml:3: frmaes: is not a known key; the nearest is frames"},
+        {"Frames: 3\n", "test.yaml:1: Frames: is not a known key; the nearest is frames"},
+        {"width_bits: 64\n", "test.yaml:1: width_bits: is not a known key; the nearest is bus.width_bits"},
+        {"multiple: 2\n",
+         "test.yaml:1: multiple: is not a known key; the nearest is renderers[].frames[].viewport.multiple"},
+        {"memory: {width_bits: 64}\n",
+         "test.yaml:1: memory.width_bits: is not a known key; the nearest is bus.width_bits"},
+        {"'': 1\n", "test.yaml:1: is not a known key; the nearest is name"},
+        {"'bus.width_bits': 64\n", "test.yaml:1: bus.width_bits: is not a known key; the nearest is bus"},
+        {"<<: {frames: 3}\n", "test.yaml:1: <<: is not a known key; the nearest is "},
+    };
+    for (const Case& one : cases) {
+        INFO(one.above);
+        const std::string error = fixture.error(ScenarioFixture::minimal(one.above));
+        CHECK(error.substr(0, one.error.size()) == one.error);
+    }
+    CHECK(fixture.error("displays: {width: 16, height: 8}\n"
+                        "renderers:\n"
+                        "  - frames:\n"
+                        "      - image: image.png\n"
+                        "        viewport:\n"
+                        "          x: 0\n"
+                        "          z: 0\n") ==
+          "test.yaml:7: renderers[0].frames[0].viewport.z: is not a known key; the nearest is "
+          "renderers[0].frames[0].viewport.x");
+}
+
+}  // namespace metabuffer::test
