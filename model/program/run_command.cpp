@@ -192,7 +192,13 @@ ExitStatus RunCommand::execute() {
     pictures.finish();
     write_text(directory / "report.json", report_json(result.report));
     if (!quiet_) {
-        std::cout << report_summary(result.report) << "results in " << directory.string() << '\n';
+        std::cout << report_summary(result.report) << "results in " << directory.string() << std::endl;
+        if (result.simulation_seconds > 0.0) {
+            const double composer_clocks = static_cast<double>(result.report.composers.size()) *
+                                           static_cast<double>(result.report.core_cycles);
+            std::printf("simulated in %.2f s: %.1f million composer clocks a second\n",
+                        result.simulation_seconds, composer_clocks / result.simulation_seconds / 1e6);
+        }
         if (result.traced) {
             std::cout << "waveform " << trace_file_ << ": core clocks " << result.traced->first << " to "
                       << result.traced->last << '\n';

@@ -10,15 +10,16 @@
 
 namespace metabuffer {
 
-/// Writes an 8-bit RGB PNG, by way of a temporary file beside it so that a failure leaves nothing half-written.
-/// Throws OutputError.
+/// Writes an 8-bit RGB PNG, by way of a temporary file beside it so that a failure leaves nothing
+/// half-written. Throws OutputError.
 void write_png(const std::filesystem::path& file, const ColourImage& image);
 
 /// Writes a text file the same way. Throws OutputError.
 void write_text(const std::filesystem::path& file, const std::string& text);
 
 /// The displays as they hang side by side, `gap_pixels` of mid grey between them.
-ColourImage collage(const std::vector<ColourImage>& displays, const DisplayConfig& config, int gap_pixels = 4);
+ColourImage collage(const std::vector<ColourImage>& displays, const DisplayConfig& config,
+                    int gap_pixels = 4);
 
 /// A result that cannot be written. what() is one line.
 class OutputError : public std::runtime_error {

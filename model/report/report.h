@@ -28,7 +28,7 @@ struct BusCounters {
     std::int64_t page_misses = 0;
     std::int64_t pixels_sent = 0;
     std::int64_t bursts = 0;
-    std::int64_t recovered_slots = 0;   ///< slots passed over and used by the next composer in the table
+    std::int64_t recovered_slots = 0;  ///< slots passed over and used by the next composer in the table
 
     /// Share of the cycles with something to send in which pixels moved; 0 when there were none.
     double utilization() const;
@@ -60,9 +60,9 @@ struct ComposerCounters {
     std::int64_t starved_pixels = 0;
     std::int64_t stalled_cycles = 0;  ///< clocks this composer made its column wait
     std::int64_t buffer_high_water = 0;
-    std::int64_t busready_drops = 0;  ///< bursts it cut short
-    std::int64_t late_pixels = 0;     ///< arrived after their last use and were dropped
-    std::int64_t replayed_pixels = 0; ///< local pixels read again from the moving window
+    std::int64_t busready_drops = 0;   ///< bursts it cut short
+    std::int64_t late_pixels = 0;      ///< arrived after their last use and were dropped
+    std::int64_t replayed_pixels = 0;  ///< local pixels read again from the moving window
     std::optional<Glitch> first_glitch;
 };
 
@@ -73,10 +73,10 @@ struct DisplayCounters {
 
 struct FrameRecord {
     int index = 0;
-    std::int64_t start_cycle = 0;  ///< core cycle of the first pixel composited in any column
-    std::int64_t end_cycle = 0;    ///< core cycle of the last pixel composited in any column
+    std::int64_t start_cycle = 0;                ///< core cycle of the first pixel composited in any column
+    std::int64_t end_cycle = 0;                  ///< core cycle of the last pixel composited in any column
     std::optional<std::int64_t> latency_cycles;  ///< from the pairs' last DVI pixel; none if no pair is new
-    std::vector<int> pairs;        ///< the pair each renderer contributed, -1: none
+    std::vector<int> pairs;                      ///< the pair each renderer contributed, -1: none
 };
 
 /// Everything report.json tells of a run.

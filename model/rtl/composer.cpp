@@ -23,7 +23,8 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
 
 void Composer::reset() {
     buffer_ = ComposerBuffer(buffer_.capacity_pixels(), raster_width_, raster_height_);
-    running_ = startframe_ = pipeready_ = busready_ = stall_ = pipe_valid_ = false;
+    pipemaster_ = pipemaster_i.read();
+    running_ = startframe_ = pipeready_ = busready_ = tableready_ = stall_ = pipe_valid_ = false;
     announced_ = 0;
     burst_cut_ = false;
     frame_ = -1;
@@ -41,7 +42,8 @@ void Composer::clock_edge() {
         return;
     }
     const bool was_running = running_;
-    if (!column_stall_i.read()) {
+    // Nothing ever raises COLUMNSTALL in glitch mode.
+    if (on_starvation_ == StarvationMode::kGlitch || !column_stall_i.read()) {
         pipeline_edge();
     } else if (stall_) {
         ++counters_.stalled_cycles;
@@ -53,15 +55,18 @@ void Composer::clock_edge() {
 // ---- the pipeline side ----------------------------------------------------------------------------------------
 
 void Composer::pipeline_edge() {
+    bool start = false;
     if (running_) {
-        composite(pipemaster_i.read() ? background_ : pipe_i.read().pixel);
-    } else if (pipe_valid_) {
-        pipe_valid_ = false;
-        pipe_o.write(PipePixel{});
-    }
-    const bool start = pipemaster_i.read() ? pipeready_ : startframe_i.read();
-    if (start) {
-        start_frame();
+        composite(pipemaster_ ? background_ : pipe_i.read().pixel);
+    } else {
+        if (pipe_valid_) {
+            pipe_valid_ = false;
+            pipe_o.write(PipePixel{});
+        }
+        start = pipemaster_ ? pipeready_ : startframe_i.read();
+        if (start) {
+            start_frame();
+        }
     }
     if (start != startframe_) {
         startframe_ = start;
@@ -87,10 +92,7 @@ void Composer::composite(Pixel upstream) {
         const std::int64_t k = walker_.pixel();
         local_starved_ = !buffer_.has_arrived(k);
         if (local_starved_) {
-            note_first(first_starved_cycle_);
-            if (counters_.starved_pixels++ == 0) {
-                counters_.first_glitch = Glitch{frame_, walker_.x(), walker_.y()};
-            }
+            count_glitch();
         } else {
             const Pixel local = buffer_.at_address(buffer_.address_of(k));
             out.pixel = compose(composition_, local, upstream);
@@ -105,6 +107,17 @@ void Composer::composite(Pixel upstream) {
     walker_.advance();
     if (walker_.done()) {
         end_frame();
+    }
+}
+
+void Composer::count_glitch() {
+    const Glitch glitch{frame_, walker_.x(), walker_.y()};
+    note_first(first_starved_cycle_);
+    if (counters_.starved_pixels++ == 0) {
+        counters_.first_glitch = glitch;
+    }
+    if (on_glitch_) {
+        on_glitch_(glitch);
     }
 }
 
@@ -202,11 +215,15 @@ void Composer::drive_handshakes(bool was_running) {
         busready_ = busready;
         busready_o.write(busready);
     }
-    tableready_o.write(buffer_.can_begin_frame());
+    const bool tableready = buffer_.can_begin_frame();
+    if (tableready != tableready_) {
+        tableready_ = tableready;
+        tableready_o.write(tableready);
+    }
 
     // A PIPEREADY from below that belongs to the frame just composited may still stand at the frame's last edge.
     const bool pipeready =
-        !running_ && !was_running && !startframe_ && (pipeready_ || (pipeready_i.read() && prefetched()));
+        !running_ && !was_running && !startframe_ && (pipeready_ || (prefetched() && pipeready_i.read()));
     if (pipeready != pipeready_) {
         pipeready_ = pipeready;
         pipeready_o.write(pipeready);

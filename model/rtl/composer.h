@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "datapath/composer_buffer.h"
@@ -53,6 +55,9 @@ class Composer final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
 
+    /// Called for each starved raster pixel (`glitch` mode).
+    void on_glitch(std::function<void(const Glitch&)> callback) { on_glitch_ = std::move(callback); }
+
     /// Counters; renderer and display are left to the machine that wires the composer.
     const ComposerCounters& counters() const { return counters_; }
 
@@ -75,6 +80,7 @@ class Composer final : public Block {
     void pipeline_edge();
     void start_frame();
     void composite(Pixel upstream);
+    void count_glitch();
     void end_frame();
     void bus_edge();
     void take_beat(const BusBeat& beat);
@@ -98,16 +104,19 @@ class Composer final : public Block {
     // Registers.
     ComposerBuffer buffer_;
     SegmentWalker walker_;
+    bool pipemaster_ = false;  ///< the strap, read while reset is high
     bool running_ = false;
     bool startframe_ = false;
     bool pipeready_ = false;
     bool busready_ = false;
+    bool tableready_ = false;
     bool stall_ = false;
     bool pipe_valid_ = false;
     bool local_starved_ = false;
     int announced_ = 0;         ///< pixels of the burst under way that are still to come
     bool burst_cut_ = false;    ///< BUSREADY has just been dropped: the beat sampled now is the burst's last
     int frame_ = -1;            ///< number of the frame composited, from 0
+    std::function<void(const Glitch&)> on_glitch_;
     ComposerCounters counters_;
     std::vector<FrameSpan> frame_spans_;
     std::int64_t first_busready_drop_cycle_ = kNever;

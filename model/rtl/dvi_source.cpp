@@ -46,23 +46,24 @@ void DviSource::clock_edge() {
     switch (state_) {
         case State::kFirstSync:
             // A monitor link that comes up shows a vertical sync before its first frame.
-            link_.vsync = true;
-            if (++x_ == timing_.line_clocks()) {
-                x_ = 0;
-                if (++line_ == DviTiming::kVerticalSyncLines) {
-                    link_.vsync = false;
-                    state_ = State::kIdle;
-                }
-            }
+            link_.vsync = line_ < DviTiming::kVerticalSyncLines;
             link_o.write(link_);
-            break;
-        case State::kSilence:
-            if (--silence_clocks_ == 0 && start_next_frame()) {
+            if (link_.vsync) {
+                if (++x_ == timing_.line_clocks()) {
+                    x_ = 0;
+                    ++line_;
+                }
+                break;
+            }
+            state_ = State::kIdle;
+            [[fallthrough]];
+        case State::kIdle:
+            if (start_next_frame()) {
                 step_raster();
             }
             break;
-        case State::kIdle:
-            if (start_next_frame()) {
+        case State::kSilence:
+            if (--silence_clocks_ == 0 && start_next_frame()) {
                 step_raster();
             }
             break;
@@ -182,13 +183,18 @@ void DviSource::step_raster() {
     if (x_ == 0) {
         line_active_pixels_ = active_pixels_of_line();
         const int sync_start = DviTiming::kVerticalBackLines + active_lines_ + DviTiming::kVerticalFrontLines;
-        link_.vsync = line_ >= sync_start;
+        vsync_line_ = line_ >= sync_start;
     }
     const int sync_start = timing_.active_pixels + DviTiming::kHorizontalFrontPixels;
-    link_.de = x_ < line_active_pixels_;
-    link_.data = link_.de ? active_data() : 0;
-    link_.hsync = x_ >= sync_start && x_ < sync_start + DviTiming::kHorizontalSyncPixels;
-    link_o.write(link_);
+    DviLink link;
+    link.vsync = vsync_line_;
+    link.de = x_ < line_active_pixels_;
+    link.data = link.de ? active_data() : 0;
+    link.hsync = x_ >= sync_start && x_ < sync_start + DviTiming::kHorizontalSyncPixels;
+    if (!(link == link_)) {
+        link_ = link;
+        link_o.write(link_);
+    }
     if (++x_ < timing_.line_clocks()) {
         return;
     }

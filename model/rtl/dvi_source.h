@@ -62,6 +62,7 @@ class DviSource final : public Block {
     int x_ = 0;
     int line_ = 0;
     int active_lines_ = 0;  ///< of the frame under way: a fault may change it
+    bool vsync_line_ = false;
     int line_active_pixels_ = 0;  ///< of the line under way: likewise
     DviLink link_;
 };

@@ -52,6 +52,7 @@ void InputFramebuffer::link_reset() {
     answer_now_ = Answer{};
     request_synchronizer_.reset();
     answer_.write(answer_now_);
+    pair_request_ = false;
     pair_request_o.write(false);
 }
 
@@ -84,7 +85,11 @@ void InputFramebuffer::link_clock_edge() {
             clocks_since_answer_ = 0;
         }
     }
-    pair_request_o.write(back_bank_ != BackBank::kWhole);
+    const bool pair_request = back_bank_ != BackBank::kWhole;
+    if (pair_request != pair_request_) {
+        pair_request_ = pair_request;
+        pair_request_o.write(pair_request);
+    }
 }
 
 void InputFramebuffer::take_event(const DecoderEvent& event) {

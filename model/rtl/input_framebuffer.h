@@ -151,6 +151,7 @@ class InputFramebuffer final : public Block {
     std::uint32_t wanted_pair_ = 0;  ///< number of the composited frame that is asked for next
     bool request_seen_ = false;
     bool request_open_ = false;
+    bool pair_request_ = false;
     std::int64_t clocks_since_answer_ = 0;
     Answer answer_now_;
     Synchronizer<bool> request_synchronizer_;

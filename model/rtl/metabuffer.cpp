@@ -250,6 +250,14 @@ void Metabuffer::release_reset() {
     reset_.write(false);
 }
 
+void Metabuffer::on_glitch(const std::function<void(int, int, const Glitch&)>& callback) {
+    for (std::size_t i = 0; i < composers_.size(); ++i) {
+        const int renderer = static_cast<int>(i / displays()) + 1;
+        const int display = static_cast<int>(i % displays()) + 1;
+        composers_[i]->on_glitch([=](const Glitch& glitch) { callback(renderer, display, glitch); });
+    }
+}
+
 void Metabuffer::frame_captured(std::size_t display, const ColourImage& image) {
     const int frame = output_framebuffers_[display]->front_frame();
     if (frame == last_frame_shown_[display]) {

@@ -42,6 +42,9 @@ class Metabuffer final : public Block {
     /// watchdog has found that nothing moves.
     void on_finished(std::function<void()> callback) { on_finished_ = std::move(callback); }
 
+    /// Called for each starved raster pixel of a composer (renderer and display from 1), `glitch` mode only.
+    void on_glitch(const std::function<void(int renderer, int display, const Glitch&)>& callback);
+
     /// What the watchdog found, one line a block that waits; empty if it has not tripped.
     const std::vector<std::string>& watchdog_findings() const { return watchdog_findings_; }
     bool finished() const { return finished_; }

@@ -6,6 +6,7 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
     : Block(name),
       display_(scenario.displays),
       timing_{display_.width_pixels, display_.height_pixels},
+      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
       raster_pixels_(std::int64_t{display_.raster_width_pixels()} * display_.raster_height_pixels()),
       averager_(display_.width_pixels, display_.supersample) {
     for (std::vector<std::uint32_t>& bank : banks_) {
@@ -44,7 +45,8 @@ void OutputFramebuffer::clock_edge() {
         framedone_o.write(false);
         back_ = 1 - back_;
     }
-    if (column_stall_i.read()) {
+    // Nothing ever raises COLUMNSTALL in glitch mode.
+    if (may_stall_ && column_stall_i.read()) {
         ++stalled_cycles_;
     } else if (receiving_) {
         take_pixel(pipe_i.read());
@@ -123,15 +125,20 @@ void OutputFramebuffer::dvi_clock_edge() {
         if (line_ == 0) {
             start_dvi_frame();
         }
-        link_.vsync = line_ >= timing_.frame_lines() - DviTiming::kVerticalSyncLines;
+        vsync_line_ = line_ >= timing_.frame_lines() - DviTiming::kVerticalSyncLines;
         active_line_ = line_ >= DviTiming::kVerticalBackLines &&
                        line_ < DviTiming::kVerticalBackLines + timing_.active_lines;
     }
-    link_.de = active_line_ && x_ < timing_.active_pixels;
-    link_.data = link_.de && front_frame_ >= 0 ? banks_[front_][next_shown_++] : 0;
+    DviLink link;
+    link.vsync = vsync_line_;
+    link.de = active_line_ && x_ < timing_.active_pixels;
+    link.data = link.de && front_frame_ >= 0 ? banks_[front_][next_shown_++] : 0;
     const int sync_start = timing_.active_pixels + DviTiming::kHorizontalFrontPixels;
-    link_.hsync = x_ >= sync_start && x_ < sync_start + DviTiming::kHorizontalSyncPixels;
-    link_o.write(link_);
+    link.hsync = x_ >= sync_start && x_ < sync_start + DviTiming::kHorizontalSyncPixels;
+    if (!(link == link_)) {
+        link_ = link;
+        link_o.write(link_);
+    }
     if (++x_ == timing_.line_clocks()) {
         x_ = 0;
         ++line_;

@@ -57,6 +57,7 @@ class OutputFramebuffer final : public Block {
 
     DisplayConfig display_;
     DviTiming timing_;
+    bool may_stall_;
     std::int64_t raster_pixels_;
 
     std::array<std::vector<std::uint32_t>, 2> banks_;
@@ -85,6 +86,7 @@ class OutputFramebuffer final : public Block {
     int x_ = 0;
     int line_ = 0;
     bool active_line_ = false;
+    bool vsync_line_ = false;
     std::size_t next_shown_ = 0;
     DviLink link_;
 };

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <limits>
@@ -25,6 +26,18 @@ sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
     return sc_core::sc_time(
         static_cast<double>(cycles * clock_period_picoseconds(scenario.clocks.core_mhz)), sc_core::SC_PS);
 }
+
+class Stopwatch {
+  public:
+    void start() { started_ = Clock::now(); }
+    void stop() { total_ += Clock::now() - started_; }
+    double seconds() const { return std::chrono::duration<double>(total_).count(); }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point started_;
+    Clock::duration total_{};
+};
 
 /// The waveform of a run: open between its first and last cycle.
 class Waveform {
@@ -139,10 +152,15 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         }
     }
 
+    Stopwatch stopwatch;
     Metabuffer machine("metabuffer", scenario);
-    if (options.on_frame_shown) {
-        machine.on_frame_shown(options.on_frame_shown);
-    }
+    machine.on_frame_shown([&](int frame, int display, const ColourImage& image) {
+        stopwatch.stop();
+        if (options.on_frame_shown) {
+            options.on_frame_shown(frame, display, image);
+        }
+        stopwatch.start();
+    });
     machine.on_finished([&] {
         result.report = machine.report();
         sc_core::sc_pause();
@@ -169,7 +187,9 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
                 waveform.reset();
             }
         }
+        stopwatch.start();
         sc_core::sc_start(cycles_to_time(scenario, next - cycle));
+        stopwatch.stop();
         if (waveform) {
             result.traced->last = machine.finished() ? machine.core_cycle() : next - 1;
         }
@@ -187,6 +207,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     if (options.trace && !result.traced) {
         std::filesystem::remove(options.trace->file);  // the empty file of check_trace_file
     }
+    result.simulation_seconds = stopwatch.seconds();
     result.watchdog_findings = machine.watchdog_findings();
     return result;
 }

@@ -33,6 +33,7 @@ struct RunResult {
     RunReport report;
     std::vector<std::string> watchdog_findings;  ///< empty if the run came to its end
     std::optional<CycleRange> traced;            ///< what the waveform holds, if one was written
+    double simulation_seconds = 0.0;  ///< wall time in the kernel, without start-up and without on_frame_shown
     std::string trace_note;                      ///< why there is no waveform although one was asked for
 };
 

@@ -25,10 +25,6 @@ const unsigned char& byte_of(const Enum& value) {
 
 }  // namespace
 
-bool operator==(const DviLink& a, const DviLink& b) {
-    return a.data == b.data && a.de == b.de && a.hsync == b.hsync && a.vsync == b.vsync;
-}
-
 std::ostream& operator<<(std::ostream& out, const DviLink& value) {
     return out << (value.de ? "DE " : "") << (value.hsync ? "HSYNC " : "") << (value.vsync ? "VSYNC " : "")
                << value.data;
@@ -39,10 +35,6 @@ void sc_trace(sc_core::sc_trace_file* file, const DviLink& value, const std::str
     sc_core::sc_trace(file, value.hsync, name + ".HSYNC");
     sc_core::sc_trace(file, value.vsync, name + ".VSYNC");
     sc_core::sc_trace(file, value.data, name + ".DATA", kColourBits);
-}
-
-bool operator==(const DecodedPixel& a, const DecodedPixel& b) {
-    return a.valid == b.valid && a.kind == b.kind && a.address == b.address && a.data == b.data;
 }
 
 std::ostream& operator<<(std::ostream& out, const DecodedPixel& value) {

@@ -21,7 +21,9 @@ struct DviLink {
     bool hsync = false;
     bool vsync = false;
 };
-bool operator==(const DviLink& a, const DviLink& b);
+inline bool operator==(const DviLink& a, const DviLink& b) {
+    return a.data == b.data && a.de == b.de && a.hsync == b.hsync && a.vsync == b.vsync;
+}
 std::ostream& operator<<(std::ostream& out, const DviLink& value);
 void sc_trace(sc_core::sc_trace_file* file, const DviLink& value, const std::string& name);
 
@@ -32,7 +34,9 @@ struct DecodedPixel {
     std::uint32_t address = 0;  ///< word in the bank: y * image width + x
     std::uint32_t data = 0;
 };
-bool operator==(const DecodedPixel& a, const DecodedPixel& b);
+inline bool operator==(const DecodedPixel& a, const DecodedPixel& b) {
+    return a.valid == b.valid && a.kind == b.kind && a.address == b.address && a.data == b.data;
+}
 std::ostream& operator<<(std::ostream& out, const DecodedPixel& value);
 void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std::string& name);
 

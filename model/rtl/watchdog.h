@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +24,7 @@ class Watchdog final : public sc_core::sc_module {
     sc_core::sc_time interval_;
     std::function<std::int64_t()> progress_;
     std::function<void()> on_timeout_;
-    std::int64_t last_progress_ = -1;
+    std::optional<std::int64_t> last_progress_;
 };
 
 }  // namespace metabuffer::rtl

@@ -96,12 +96,14 @@ class NativeImage {
 
     /// Reads the channels first..last, both included, in the types the file has them in.
     void read(int first, int last) {
+        reject_unread_doubles(first, last);
         first_channel_ = first;
         pixel_bytes_ = offset_of(last + 1);
         samples_.resize(pixel_bytes_ * static_cast<std::size_t>(width()) *
                         static_cast<std::size_t>(height()));
         const bool whole = input_->read_image(0, 0, first, last + 1, OIIO::TypeUnknown, samples_.data());
-        if (!whole) fail_unreadable(input_->geterror());
+        // A strip that cannot be read leaves an error behind a read that claims to have worked.
+        if (!whole || input_->has_error()) fail_unreadable(input_->geterror());
         input_->close();
     }
 
@@ -137,6 +139,19 @@ class NativeImage {
     }
 
   private:
+    /// OpenImageIO 2.4 claims to read such files and hands out zeros, or nothing at all.
+    void reject_unread_doubles(int first, int last) const {
+        const bool is_affected =
+            std::string(input_->format_name()) == "tiff" && (spec_.tile_width != 0 || spec_.height == 1);
+        for (int channel = first; is_affected && channel <= last; ++channel) {
+            if (spec_.channelformat(channel).basetype != OIIO::TypeDesc::DOUBLE) continue;
+            fail(file_,
+                 "channel " + name(channel) +
+                     " holds double values in tiles or a single line, which cannot be read from TIFF; use "
+                     "float, or strips and two lines or more");
+        }
+    }
+
     [[noreturn]] void fail_unreadable(const std::string& why) const {
         fail(file_, "is not a readable image: " + (why.empty() ? std::string("no reason given") : why) +
                         "; use an intact file in a format that OpenImageIO reads");

@@ -100,6 +100,12 @@ const ScenarioKey* find_scenario_key(std::string_view pattern) {
     return found == keys.end() ? nullptr : &*found;
 }
 
+bool is_key_of(std::string_view map_pattern, std::string_view key) {
+    // A key with a dot in it would otherwise pass for a path.
+    return !key.empty() && key.find_first_of(".[]") == std::string_view::npos &&
+           find_scenario_key(key_pattern(map_pattern, key)) != nullptr;
+}
+
 std::vector<std::string> keys_of(std::string_view map_pattern) {
     std::vector<std::string> keys;
     for (const ScenarioKey& key : scenario_keys()) {
@@ -114,7 +120,7 @@ std::vector<std::string> keys_of(std::string_view map_pattern) {
 std::string nearest_key(std::string_view map_pattern, std::string_view map_path, std::string_view key) {
     constexpr int kSlip = 2;  // edits that are still a slip of the pen
     const std::string sibling = text::nearest(key, keys_of(map_pattern));
-    if (text::edit_distance(key, sibling) > kSlip) {
+    if (text::edit_distance(key, sibling) > kSlip && !key.empty()) {
         for (const ScenarioKey& elsewhere : scenario_keys()) {
             if (last_key(elsewhere.pattern) == key) return elsewhere.pattern;
         }

@@ -22,6 +22,9 @@ const std::vector<ScenarioKey>& scenario_keys();
 /// The place of that pattern, or null; the empty pattern is the scenario itself.
 const ScenarioKey* find_scenario_key(std::string_view pattern);
 
+/// Whether a map may hold the key.
+bool is_key_of(std::string_view map_pattern, std::string_view key);
+
 /// The keys a map may hold, in the order of the list.
 std::vector<std::string> keys_of(std::string_view map_pattern);
 

@@ -150,11 +150,9 @@ void check_structure_of(const Value& value, const std::string& pattern, const st
         case KeyShape::kMap:
             if (value.kind != ValueKind::kMap) fail_shape(value, path, key);
             for (const Member& member : value.members) {
-                const std::string member_pattern = key_pattern(pattern, member.key);
-                if (find_scenario_key(member_pattern) == nullptr || member.key.empty()) {
-                    fail_unknown_key(member.place, key, path, member.key);
-                }
-                check_structure_of(member.value, member_pattern, key_pattern(path, member.key));
+                if (!is_key_of(pattern, member.key)) fail_unknown_key(member.place, key, path, member.key);
+                check_structure_of(member.value, key_pattern(pattern, member.key),
+                                   key_pattern(path, member.key));
             }
             break;
         case KeyShape::kList:
@@ -189,8 +187,7 @@ class OverrideWalk {
 
   private:
     void into_map(const ScenarioKey& map, const Step& step) {
-        const std::string member_pattern = key_pattern(pattern_, step.word);
-        if (step.bracketed || find_scenario_key(member_pattern) == nullptr) {
+        if (step.bracketed || !is_key_of(pattern_, step.word)) {
             fail_unknown_key(place_, map, path_, step.word);
         }
         if (current_->kind == ValueKind::kNothing) current_->kind = ValueKind::kMap;
@@ -203,7 +200,7 @@ class OverrideWalk {
             member = &current_->members.back().value;
         }
         current_ = member;
-        pattern_ = member_pattern;
+        pattern_ = key_pattern(pattern_, step.word);
         path_ = key_pattern(path_, step.word);
     }
 

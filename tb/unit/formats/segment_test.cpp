@@ -87,9 +87,10 @@ void check_bounds(const Segment& segment, const Painted& wanted, RasterSize rast
     int right = 0;
     int top = raster.height;
     int bottom = 0;
+    std::size_t position = 0;
     for (int y = 0; y < raster.height; ++y) {
-        for (int x = 0; x < raster.width; ++x) {
-            if (wanted.owner[static_cast<std::size_t>(y * raster.width + x)] < 0) continue;
+        for (int x = 0; x < raster.width; ++x, ++position) {
+            if (wanted.owner[position] < 0) continue;
             left = std::min(left, x);
             right = std::max(right, x + 1);
             top = std::min(top, y);
@@ -167,7 +168,7 @@ TEST_CASE("segment: a replicated pixel is kept until the last raster row that re
     CHECK(segment.last_use(5) == 6 * 12 + 10);
     CHECK(segment.released_before(3 * 12 + 4) == 0);
     CHECK(segment.released_before(3 * 12 + 5) == 1);
-    CHECK(segment.released_before(4 * 12) == 3);
+    CHECK(segment.released_before(48) == 3);
 }
 
 TEST_CASE("segment: a block cut by each edge of the raster is used only where it shows") {
@@ -221,11 +222,12 @@ TEST_CASE("segment: the largest raster overflows nothing") {
     }
     // 65 source pixels of 255 from -100: the last begins at 16220 and is cut at the edge.
     const Segment replicated(row_at(-100, -100, 65, 65, 255), side, side);
-    CHECK(replicated.pixels() == 65 * 65);
-    CHECK(replicated.first_use(65 * 65 - 1) == std::int64_t{16220} * side + 16220);
-    CHECK(replicated.last_use(65 * 65 - 1) == area - 1);
-    CHECK(replicated.released_before(area - 1) == 65 * 65 - 1);
-    CHECK(replicated.released_before(area) == 65 * 65);
+    const std::int64_t pixels = 4225;
+    CHECK(replicated.pixels() == pixels);
+    CHECK(replicated.first_use(pixels - 1) == std::int64_t{16220} * side + 16220);
+    CHECK(replicated.last_use(pixels - 1) == area - 1);
+    CHECK(replicated.released_before(area - 1) == pixels - 1);
+    CHECK(replicated.released_before(area) == pixels);
 }
 
 }  // namespace

@@ -360,6 +360,13 @@ TEST_CASE("pixels are replicated and clipped at every edge of the raster", "[fun
         row.sdy = 1;
         CHECK(composite_raster(scenario, {{&image, {row}}}, 1) == expected);
     }
+    SECTION("past the top left, one to one") {
+        // No valid row lies so (its first source pixel would not show), but the clipping does not rely on
+        // that.
+        PixelImage expected(4, 4, background);
+        expected.at(0, 0) = d;
+        CHECK(composite_raster(scenario, {{&image, {whole(image, 1, -1, -1)}}}, 1) == expected);
+    }
     SECTION("a part of the source, one to one") {
         PixelImage expected(4, 4, background);
         expected.at(3, 2) = d;

@@ -374,7 +374,7 @@ TEST_CASE("the largest grid that is shown fits a terminal", "[report]") {
         renderer.name = "name of many characters";
         renderer.bus.pixels_sent = 999'999'999;
         renderer.bus.page_misses = 99'999'999;
-        renderer.bus.recovered_slots = 99'999'999;
+        renderer.bus.recovered_slots = 9'999'999;
     }
     for (ComposerCounters& composer : report.composers) composer.buffer_high_water = 9'999'999;
     const std::string text = report_summary(report);

@@ -79,9 +79,12 @@ TEST_CASE("image: floats are clamped, scaled and rounded halves up") {
     CHECK(load(directory / "a.tif").values == expected);
     write_picture(directory / "a.exr", 5, 1, {{"R", "G", "B"}, TypeDesc::FLOAT}, samples);
     CHECK(load(directory / "a.exr").values == expected);
-    write_picture(directory / "d.tif", 5, 1, {{"R", "G", "B"}, TypeDesc::DOUBLE},
-                  std::vector<double>(samples.begin(), samples.end()));
-    CHECK(load(directory / "d.tif").values == expected);
+    std::vector<double> twice(samples.begin(), samples.end());
+    twice.insert(twice.end(), samples.begin(), samples.end());
+    std::vector<Pixel> expected_twice = expected;
+    expected_twice.insert(expected_twice.end(), expected.begin(), expected.end());
+    write_picture(directory / "d.tif", 5, 2, {{"R", "G", "B"}, TypeDesc::DOUBLE}, twice);
+    CHECK(load(directory / "d.tif").values == expected_twice);
 }
 
 TEST_CASE("image: halves, also below normal ones") {
@@ -195,9 +198,12 @@ TEST_CASE("image: float Z over the depth range") {
     write_picture(directory / "z.exr", 8, 1, {{"Y"}, TypeDesc::HALF}, z);
     CHECK(depths(directory, "z.exr", 8, DepthFormat::kA8Z16, {10.0, 30.0}) ==
           std::vector<std::uint32_t>{0, 0, 32768, 65535, 65535, 16384, 65535, 0});
-    write_picture<double>(directory / "d.tif", 2, 1, {{"Z"}, TypeDesc::DOUBLE}, {0.1, 2.0 / 3.0});
-    CHECK(depths(directory, "d.tif", 2, DepthFormat::kZ24, {0.0, 1.0}) ==
-          std::vector<std::uint32_t>{1677722, 11184810});
+    write_picture<double>(directory / "d.tif", 1, 2, {{"Z"}, TypeDesc::DOUBLE}, {0.1, 2.0 / 3.0});
+    write_black(directory / "colour.png", 1, 2);
+    const PixelImage image =
+        load_image(directory / "colour.png", directory / "d.tif", DepthFormat::kZ24, {0.0, 1.0});
+    CHECK(image.at(0, 0).z() == 1677722);  // 1677721.5 and a little
+    CHECK(image.at(0, 1).z() == 11184810);
 }
 
 TEST_CASE("image: integer Z is taken as it is") {
@@ -287,6 +293,27 @@ TEST_CASE("image: signed integers are rejected") {
     CHECK(error_of(directory / "colour.png", directory / "z.tif") ==
           (directory / "z.tif").string() +
               ": channel Y holds int values; use unsigned integers, half, float or double");
+}
+
+TEST_CASE("image: doubles that the library does not read from TIFF are told, not taken for zeros") {
+    const TemporaryDirectory directory;
+    write_picture<double>(directory / "line.tif", 3, 1, {{"Z"}, TypeDesc::DOUBLE}, {0.1, 0.2, 0.3});
+    write_black(directory / "colour.png", 3, 1);
+    CHECK(error_of(directory / "colour.png", directory / "line.tif") ==
+          (directory / "line.tif").string() +
+              ": channel Y holds double values in tiles or a single line, which cannot be read from TIFF; "
+              "use float, "
+              "or strips and two lines or more");
+    OIIO::ImageSpec spec(3, 2, 3, TypeDesc::DOUBLE);
+    spec.tile_width = 16;
+    spec.tile_height = 16;
+    const std::vector<double> samples(3 * 2 * 3, 0.5);
+    const auto output = OIIO::ImageOutput::create("a.tif");
+    REQUIRE(output->open((directory / "tiles.tif").string(), spec));
+    REQUIRE(output->write_image(TypeDesc::DOUBLE, samples.data()));
+    REQUIRE(output->close());
+    CHECK(error_of(directory / "tiles.tif").find(": channel R holds double values in tiles") !=
+          std::string::npos);
 }
 
 TEST_CASE("image: files that cannot be read") {

@@ -127,7 +127,7 @@ TEST_CASE("scenario keys: an unknown key names the nearest known one") {
          "test.yaml:1: multiple: is not a known key; the nearest is renderers[].frames[].viewport.multiple"},
         {"memory: {width_bits: 64}\n",
          "test.yaml:1: memory.width_bits: is not a known key; the nearest is bus.width_bits"},
-        {"'': 1\n", "test.yaml:1: is not a known key; the nearest is name"},
+        {"'': 1\n", "test.yaml:1: is not a known key; the nearest is bus"},
         {"'bus.width_bits': 64\n", "test.yaml:1: bus.width_bits: is not a known key; the nearest is bus"},
         {"<<: {frames: 3}\n", "test.yaml:1: <<: is not a known key; the nearest is "},
     };

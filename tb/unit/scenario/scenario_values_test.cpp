@@ -53,7 +53,7 @@ void check_integer_key(const ScenarioFixture& fixture, const std::string& path, 
         check_error(fixture, path, wrong, wrong + " is out of range" + use);
     }
     for (const std::string wrong :
-         {"12abc", "abc", "1.0", "1e1", "0x10", "1_0", "true", "+", "-", "+-1", ".inf"}) {
+         {"12abc", "abc", "1.0", "1e1", "0x10", "1_0", "true", "+", "+-1", ".inf"}) {
         check_error(fixture, path, wrong, "'" + wrong + "' is not a whole number" + use);
     }
     for (const std::string wrong : {"010", "-010", "00"}) {
