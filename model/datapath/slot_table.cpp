@@ -8,15 +8,27 @@
 namespace metabuffer {
 namespace {
 
-constexpr int kWeightFractionBits = 20;
+constexpr std::int64_t kLargestScale = std::int64_t{1} << 32;
+constexpr std::int64_t kFallbackScale = std::int64_t{1} << 20;
 
-/// What each composer needs a raster row, C_i / T_i, in fixed point. The rows are valid: no weight is zero,
+/// A factor that makes every 1 / Dmultiple whole, or nearly so where the multiples have too little in common.
+std::int64_t weight_scale(const ViewportTable& rows) {
+    std::int64_t scale = 1;
+    for (const ViewportRow& row : rows) {
+        scale = std::lcm(scale, std::int64_t{row.dmultiple});
+        if (scale > kLargestScale) return kFallbackScale;
+    }
+    return scale;
+}
+
+/// What each composer needs a raster row, C_i / T_i, as whole numbers. The rows are valid: no weight is zero,
 /// and no sum of them leaves 64 bits.
 std::vector<std::int64_t> weights(const ViewportTable& rows) {
+    const std::int64_t scale = weight_scale(rows);
     std::vector<std::int64_t> result;
     result.reserve(rows.size());
     for (const ViewportRow& row : rows) {
-        result.push_back((std::int64_t{row.sdx} << kWeightFractionBits) / row.dmultiple);
+        result.push_back(row.sdx * scale / row.dmultiple);
     }
     return result;
 }

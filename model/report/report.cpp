@@ -27,6 +27,21 @@ double BusCounters::utilization() const {
     return wanted == 0 ? 0.0 : static_cast<double>(busy_cycles) / static_cast<double>(wanted);
 }
 
+void ComposerCounters::add_glitch(const Glitch& glitch) {
+    if (starved_pixels++ == 0) first_glitch = glitch;
+    const bool goes_on = last_glitch && last_glitch->frame == glitch.frame && last_glitch->y == glitch.y &&
+                         last_glitch->x + 1 == glitch.x;
+    last_glitch = glitch;
+    if (!goes_on) {
+        ++starved_run_count;
+        if (starved_run_count <= kStarvedRunsKept) {
+            starved_runs.push_back({glitch.frame, glitch.y, glitch.x, glitch.x});
+        }
+    } else if (starved_run_count <= kStarvedRunsKept) {
+        starved_runs.back().x_last = glitch.x;
+    }
+}
+
 std::int64_t RunReport::total_starved_pixels() const {
     return std::accumulate(
         composers.begin(), composers.end(), std::int64_t{0},

@@ -54,6 +54,19 @@ struct Glitch {
     }
 };
 
+/// Starved raster pixels x_first..x_last of one raster row.
+struct StarvedRun {
+    int frame = 0;
+    int y = 0;
+    int x_first = 0;
+    int x_last = 0;
+    friend bool operator==(const StarvedRun& a, const StarvedRun& b) {
+        return a.frame == b.frame && a.y == b.y && a.x_first == b.x_first && a.x_last == b.x_last;
+    }
+};
+/// How many of a composer's runs are kept; all are counted.
+constexpr std::int64_t kStarvedRunsKept = 1024;
+
 struct ComposerCounters {
     int renderer = 0;  ///< from 1
     int display = 0;   ///< from 1
@@ -64,6 +77,12 @@ struct ComposerCounters {
     std::int64_t late_pixels = 0;      ///< arrived after their last use and were dropped
     std::int64_t replayed_pixels = 0;  ///< local pixels read again from the moving window
     std::optional<Glitch> first_glitch;
+    std::optional<Glitch> last_glitch;
+    std::int64_t starved_run_count = 0;
+    std::vector<StarvedRun> starved_runs;  ///< the first kStarvedRunsKept
+
+    /// Counts a starved raster pixel and where it lies. Pixels come in raster order.
+    void add_glitch(const Glitch& glitch);
 };
 
 struct DisplayCounters {
@@ -90,6 +109,7 @@ struct RunReport {
     std::vector<ComposerCounters> composers;
     std::vector<DisplayCounters> displays;
     int buffer_pixels = 0;
+    std::vector<std::string> watchdog;  ///< what waited for what, if the watchdog ended the run
 
     std::int64_t total_starved_pixels() const;
     std::int64_t total_rejected() const;  ///< frames and rows

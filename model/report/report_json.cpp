@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "report/report.h"
 
@@ -69,6 +71,16 @@ Json glitch_json(const std::optional<Glitch>& glitch) {
     return {{"frame", glitch->frame}, {"x", glitch->x}, {"y", glitch->y}};
 }
 
+Json starved_runs_json(const std::vector<StarvedRun>& runs) {
+    Json json = Json::array();
+    for (const StarvedRun& run : runs) {
+        // A string, since the printer would spread four numbers over six lines.
+        json.push_back("frame " + std::to_string(run.frame) + ", y " + std::to_string(run.y) + ", x " +
+                       std::to_string(run.x_first) + ".." + std::to_string(run.x_last));
+    }
+    return json;
+}
+
 Json composer_json(const ComposerCounters& composer) {
     return {{"renderer", composer.renderer},
             {"display", composer.display},
@@ -78,7 +90,9 @@ Json composer_json(const ComposerCounters& composer) {
             {"busready_drops", composer.busready_drops},
             {"late_pixels", composer.late_pixels},
             {"replayed_pixels", composer.replayed_pixels},
-            {"first_glitch", glitch_json(composer.first_glitch)}};
+            {"first_glitch", glitch_json(composer.first_glitch)},
+            {"starved_run_count", composer.starved_run_count},
+            {"starved_runs", starved_runs_json(composer.starved_runs)}};
 }
 
 Json display_json(int display, const DisplayCounters& counters) {
@@ -157,6 +171,7 @@ std::string report_json(const RunReport& report) {
     json["composers"] = std::move(composers);
     json["displays"] = std::move(displays);
     json["totals"] = totals_json(report);
+    json["watchdog"] = report.watchdog;
     // Names come from the user's file and need not be UTF-8: what is not is replaced, not refused.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

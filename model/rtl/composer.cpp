@@ -113,9 +113,7 @@ void Composer::composite(Pixel upstream) {
 void Composer::count_glitch() {
     const Glitch glitch{frame_, walker_.x(), walker_.y()};
     note_first(first_starved_cycle_);
-    if (counters_.starved_pixels++ == 0) {
-        counters_.first_glitch = glitch;
-    }
+    counters_.add_glitch(glitch);
     if (on_glitch_) {
         on_glitch_(glitch);
     }

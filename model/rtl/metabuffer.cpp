@@ -383,6 +383,7 @@ RunReport Metabuffer::report() const {
     report.core_mhz = scenario_.clocks.core_mhz;
     report.core_cycles = core_cycle() + 1;
     report.buffer_pixels = scenario_.composer.buffer_pixels;
+    report.watchdog = watchdog_findings_;
     report.frames = frame_records();
     for (std::size_t r = 0; r < renderers(); ++r) {
         const InputFramebuffer& framebuffer = *input_framebuffers_[r];

@@ -103,6 +103,7 @@ constexpr std::optional<Enum> from_name(std::string_view name) {
 template <typename Enum>
 std::vector<std::string> enum_names() {
     std::vector<std::string> names;
+    names.reserve(EnumNames<Enum>::kTable.size());
     for (const auto& entry : EnumNames<Enum>::kTable) names.emplace_back(entry.name);
     return names;
 }

@@ -179,6 +179,7 @@ std::vector<RendererSource> read_renderers(const Entry& entry, const std::filesy
 Fault read_fault(const Entry& entry, const std::vector<RendererSource>& renderers) {
     Fault fault;
     std::vector<std::string> names;
+    names.reserve(renderers.size());
     for (const RendererSource& renderer : renderers) names.push_back(renderer.name);
     const Entry renderer = entry.child("renderer");
     const std::string name = renderer.name();

@@ -29,6 +29,7 @@ class RuleCheck {
                 const std::string& what) {
         if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return;
         std::vector<std::string> names;
+        names.reserve(Count);
         for (const int candidate : allowed) names.push_back(std::to_string(candidate));
         require(false, path,
                 std::to_string(value) + " is not " + what + "; use " + text::joined(names, "or"));

@@ -272,6 +272,20 @@ TEST_CASE("control scanline: a payload length that leaves the scanline counts as
     }
 }
 
+TEST_CASE("control scanline: a payload one byte beyond the scanline is refused whatever lies there") {
+    Bytes bytes = sample_bytes();
+    bytes[48] = 8;
+    for (int beyond = 0; beyond < 256; ++beyond) {
+        // One of these CRCs would hold for a decoder that read on behind the scanline.
+        Bytes longer = bytes;
+        longer.push_back(static_cast<std::uint8_t>(beyond));
+        seal(longer, longer.size());
+        longer.pop_back();
+        INFO("byte " << beyond);
+        CHECK(defect_of(longer) == ScanlineDefect::kCrc);
+    }
+}
+
 TEST_CASE("control scanline: a scanline too short for its own header is told, not read past its end") {
     const Bytes good = sample_bytes();
     const auto start = [&good](std::ptrdiff_t bytes) { return Bytes(good.begin(), good.begin() + bytes); };

@@ -92,6 +92,13 @@ TEST_CASE("slot table: a multiple divides the need, for a source row then serves
     CHECK(slot_table({segment(10, 1), segment(20, 2), segment(40, 4)}) == std::vector<int>{0, 1, 2});
 }
 
+TEST_CASE("slot table: proportions are exact for multiples that are no powers of two") {
+    CHECK(slots_of_each(slot_table({segment(20, 3), segment(40, 3)}), 2) == std::vector<int>{1, 2});
+    CHECK(slots_of_each(slot_table({segment(30, 3), segment(50, 5), segment(70, 7)}), 3) ==
+          std::vector<int>{1, 1, 1});
+    CHECK(slots_of_each(slot_table({segment(10, 3), segment(10, 5)}), 2) == std::vector<int>{5, 3});
+}
+
 TEST_CASE("slot table: height and place of a segment have no say") {
     ViewportRow tall = segment(30, 1);
     tall.sdy = 900;

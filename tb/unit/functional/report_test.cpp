@@ -128,6 +128,21 @@ RunReport big_run(int renderers, int displays) {
 
 }  // namespace
 
+TEST_CASE("report: starved pixels side by side are one run, and runs beyond those kept are still counted") {
+    ComposerCounters counters;
+    for (const Glitch& glitch : {Glitch{0, 3, 5}, Glitch{0, 4, 5}, Glitch{0, 6, 5}, Glitch{0, 7, 6},
+                                 Glitch{1, 8, 6}, Glitch{1, 9, 6}}) {
+        counters.add_glitch(glitch);
+    }
+    CHECK(counters.starved_pixels == 6);
+    CHECK(counters.first_glitch == Glitch{0, 3, 5});
+    CHECK(counters.starved_runs ==
+          std::vector<StarvedRun>{{0, 5, 3, 4}, {0, 5, 6, 6}, {0, 6, 7, 7}, {1, 6, 8, 9}});
+    for (int y = 0; y < 2 * kStarvedRunsKept; ++y) counters.add_glitch({2, 0, y});
+    CHECK(counters.starved_run_count == 4 + 2 * kStarvedRunsKept);
+    CHECK(static_cast<std::int64_t>(counters.starved_runs.size()) == kStarvedRunsKept);
+}
+
 TEST_CASE("reject causes have their keys", "[report]") {
     CHECK(std::string(reject_cause_key(RejectCause::kGeometry)) == "geometry");
     CHECK(std::string(reject_cause_key(RejectCause::kMagic)) == "magic");
@@ -212,7 +227,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(json["composers"][1].dump() ==
           R"({"renderer":1,"display":2,"starved_pixels":30,"stalled_cycles":0,"buffer_high_water":992,)"
           R"("busready_drops":3,"late_pixels":5,"replayed_pixels":6000,)"
-          R"("first_glitch":{"frame":1,"x":12,"y":40}})");
+          R"("first_glitch":{"frame":1,"x":12,"y":40},"starved_run_count":0,"starved_runs":[]})");
     CHECK(json["composers"][2]["stalled_cycles"] == 25);
     CHECK(json["composers"][2]["first_glitch"].is_null());
 

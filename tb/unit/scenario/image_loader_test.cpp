@@ -268,8 +268,8 @@ TEST_CASE("image: what is not a number is told with its place") {
     const TemporaryDirectory directory;
     for (std::size_t channel = 0; channel < 5; ++channel) {
         for (const auto type : {TypeDesc::FLOAT, TypeDesc::HALF}) {
-            std::vector<float> samples(3 * 2 * 5, 0.5F);
-            samples[5 * 4 + channel] = kNan;
+            std::vector<float> samples(30, 0.5F);
+            samples[20 + channel] = kNan;
             write_picture(directory / "a.exr", 3, 2, {kRgbaz, type}, samples);
             CHECK(error_of(directory / "a.exr") == (directory / "a.exr").string() + ": channel " +
                                                        kRgbaz[channel] +
@@ -307,7 +307,7 @@ TEST_CASE("image: doubles that the library does not read from TIFF are told, not
     OIIO::ImageSpec spec(3, 2, 3, TypeDesc::DOUBLE);
     spec.tile_width = 16;
     spec.tile_height = 16;
-    const std::vector<double> samples(3 * 2 * 3, 0.5);
+    const std::vector<double> samples(18, 0.5);
     const auto output = OIIO::ImageOutput::create("a.tif");
     REQUIRE(output->open((directory / "tiles.tif").string(), spec));
     REQUIRE(output->write_image(TypeDesc::DOUBLE, samples.data()));
@@ -334,7 +334,7 @@ TEST_CASE("image: files that cannot be read") {
     check_unreadable("text.png");
     directory.write_text("unknown.xyz", "nor is this\n");
     check_unreadable("unknown.xyz");
-    std::vector<float> noise(64 * 64 * 3);
+    std::vector<float> noise(std::size_t{64} * 64 * 3);
     for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = static_cast<float>((i * 7919) % 1000) / 1000.0F;
     for (const std::string name : {"cut.png", "cut.exr", "cut.tif"}) {
         INFO(name);

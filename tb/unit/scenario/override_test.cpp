@@ -24,7 +24,7 @@ TEST_CASE("override: PATH=VALUE is split at the first equals sign") {
     CHECK(parse_override("bus.width_bits=32").path == "bus.width_bits");
     CHECK(parse_override("bus.width_bits=32").value == "32");
     CHECK(parse_override("name=a=b").value == "a=b");
-    CHECK(parse_override("name=").value == "");
+    CHECK(parse_override("name=").value.empty());
     CHECK(input_error_of([] { parse_override("bus.width_bits"); }) ==
           "--set bus.width_bits: has no value; use --set PATH=VALUE, like --set bus.width_bits=32");
     CHECK(input_error_of([] { parse_override("=32"); }) ==

@@ -90,8 +90,13 @@ TEST_CASE("renderers: viewports") {
     CHECK(error("          x: 0\n          y: 2000000000\n") ==
           "test.yaml:7: " + path + ".y: 2000000000 is out of range; use -1000000000 to 1000000000");
     for (const std::string wrong : {"0", "256", "-1"}) {
-        CHECK(error("          x: 0\n          y: 0\n          multiple: " + wrong + "\n") ==
-              "test.yaml:8: " + path + ".multiple: " + wrong + " is out of range; use 1 to 255");
+        std::string viewport = "          x: 0\n          y: 0\n          multiple: ";
+        viewport += wrong;
+        viewport += '\n';
+        std::string expected = "test.yaml:8: renderers[0].frames[0].viewport.multiple: ";
+        expected += wrong;
+        expected += " is out of range; use 1 to 255";
+        CHECK(error(viewport) == expected);
     }
     // Wholly outside the wall is no error: the renderer shows nothing.
     const Scenario scenario = fixture.parse(
@@ -141,9 +146,14 @@ TEST_CASE("renderers: a table's fields must fit") {
             fields[field] = value;
             std::string row;
             for (const std::string& one : fields) row += (row.empty() ? "[" : ", ") + one;
-            CHECK(fixture.error(with_rows({row + "]"})) == "test.yaml:6: " + path + "[0][" +
-                                                               std::to_string(field) + "]: " + value +
-                                                               " is out of range; " + use);
+            row += ']';
+            std::string expected = "test.yaml:6: renderers[0].frames[0].table[0][";
+            expected += std::to_string(field);
+            expected += "]: ";
+            expected += value;
+            expected += " is out of range; ";
+            expected += use;
+            CHECK(fixture.error(with_rows({row})) == expected);
         }
     }
     CHECK(fixture.error(with_rows({"[one, 0, 0, 16, 8, 0, 0, 1]"})) ==
@@ -164,7 +174,7 @@ TEST_CASE("renderers: a table must fit the control scanline") {
           "scanline "
           "of an image 16 pixels wide has 48; use fewer rows or an image at least 17 pixels wide");
     write_black(fixture.directory() / "narrow.png", 6, 2);
-    CHECK(fixture.error(with_frame("      - {image: narrow.png, table: []}\n")) == "");
+    CHECK(fixture.error(with_frame("      - {image: narrow.png, table: []}\n")).empty());
     write_black(fixture.directory() / "narrow.png", 5, 2);
     CHECK(fixture.error(with_frame("      - {image: narrow.png, table: []}\n")) ==
           "test.yaml:4: renderers[0].frames[0].table: the table of 0 rows needs 18 bytes and the control "
@@ -189,7 +199,7 @@ TEST_CASE("renderers: each different pair of files is read once") {
     const ScenarioFixture fixture;
     write_black(fixture.directory() / "other.png", 16, 8);
     write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
-                  std::vector<std::uint16_t>(16 * 8, 700));
+                  std::vector<std::uint16_t>(std::size_t{16} * 8, 700));
     const std::string viewport = "viewport: {x: 0, y: 0}}\n";
     const Scenario scenario = fixture.parse(with_frame(
         "      - {image: image.png, " + viewport + "      - {image: other.png, " + viewport +
@@ -210,7 +220,7 @@ TEST_CASE("renderers: images of one size, and what is wrong with one, have their
     const std::string folder = fixture.directory().path().string();
     write_black(fixture.directory() / "wide.png", 17, 8);
     write_picture(fixture.directory() / "depth.png", 16, 7, {{"Y"}, OIIO::TypeDesc::UINT16},
-                  std::vector<std::uint16_t>(16 * 7));
+                  std::vector<std::uint16_t>(std::size_t{16} * 7));
     const std::string first =
         "      - image: image.png\n"
         "        viewport: {x: 0, y: 0}\n";

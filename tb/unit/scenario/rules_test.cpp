@@ -33,7 +33,7 @@ std::string error_after(const std::function<void(Scenario&)>& spoil) {
 
 TEST_CASE("rules: a scenario built in C++ passes") {
     CHECK_NOTHROW(check_scenario(built()));
-    CHECK(error_after([](Scenario& s) { s.composer.buffer_pixels = 1; }) == "");
+    CHECK(error_after([](Scenario& s) { s.composer.buffer_pixels = 1; }).empty());
 }
 
 TEST_CASE("rules: settings") {
@@ -134,7 +134,7 @@ TEST_CASE("rules: images and tables") {
     CHECK(error_after([](Scenario& s) {
               s.depth_format = DepthFormat::kZ24;
               s.renderers[0].images[0].values[5] = Pixel(0, 0, 0, 0, 0x10000);
-          }) == "");
+          }).empty());
     CHECK(error_after([](Scenario& s) {
               ViewportTable& table = s.renderers[0].frames[0].table;
               table.push_back(table[0]);

@@ -74,8 +74,9 @@ void write_picture(const std::filesystem::path& file, int width, int height, con
 
 /// A black 8-bit RGB image.
 inline void write_black(const std::filesystem::path& file, int width, int height) {
-    write_picture(file, width, height, {},
-                  std::vector<std::uint8_t>(static_cast<std::size_t>(width * height * 3)));
+    write_picture(
+        file, width, height, {},
+        std::vector<std::uint8_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3));
 }
 
 /// The message of the InputError that the call throws; empty if it throws none.
@@ -84,7 +85,7 @@ std::string input_error_of(Call call) {
     try {
         call();
     } catch (const InputError& error) {
-        const std::string message = error.what();
+        std::string message = error.what();
         CHECK(message.find('\n') == std::string::npos);
         return message;
     }
@@ -108,6 +109,7 @@ class ScenarioFixture {
 
     Scenario parse(const std::string& text, const std::vector<std::string>& overrides = {}) const {
         std::vector<ScenarioOverride> parsed;
+        parsed.reserve(overrides.size());
         for (const std::string& one : overrides) parsed.push_back(parse_override(one));
         return parse_scenario(text, "test.yaml", directory_.path(), parsed);
     }

@@ -407,7 +407,7 @@ TEST_CASE("scenario: files") {
                                    "displays: {width: 16, height: 8}\r\nrenderers:\r\n"
                                    "  - frames:\r\n      - image: image.png\r\n"
                                    "        viewport: {x: 0, y: 0}\r\n");
-    CHECK(error("windows.yaml") == "");
+    CHECK(error("windows.yaml").empty());
     fixture.directory().write_text("zeros.yaml", std::string(100, '\0'));
     CHECK(error("zeros.yaml").rfind(folder + "/zeros.yaml:1: ", 0) == 0);
 }

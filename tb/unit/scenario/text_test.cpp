@@ -5,7 +5,7 @@
 namespace metabuffer::text {
 
 TEST_CASE("text: one_line squeezes white space and control characters") {
-    CHECK(one_line("") == "");
+    CHECK(one_line("").empty());
     CHECK(one_line("  a\n\tb \r\n c\x01") == "a b c");
     CHECK(one_line("\xc3\xa9t\xc3\xa9") == "\xc3\xa9t\xc3\xa9");
 }
@@ -17,7 +17,7 @@ TEST_CASE("text: quoted cuts what is long") {
 }
 
 TEST_CASE("text: lists read as sentences") {
-    CHECK(joined({}, "or") == "");
+    CHECK(joined({}, "or").empty());
     CHECK(joined({"a"}, "or") == "a");
     CHECK(joined({"a", "b"}, "and") == "a and b");
     CHECK(joined({"a", "b", "c"}, "or") == "a, b or c");

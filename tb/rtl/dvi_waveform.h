@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "formats/control_scanline.h"
+#include "formats/image.h"
+#include "random_seed.h"
+#include "rtl/signals.h"
+
+/// DVI waveforms made in the plainest way, to drive a link and to judge one. The blanking is written out here
+/// and not taken from the model.
+namespace metabuffer::test {
+
+constexpr int kFrontPixels = 8;
+constexpr int kSyncPixels = 32;
+constexpr int kBackPixels = 40;
+constexpr int kFrontLines = 1;
+constexpr int kSyncLines = 8;
+constexpr int kBackLines = 6;
+
+using Waveform = std::vector<rtl::DviLink>;
+using LinkLines = std::vector<std::vector<std::uint32_t>>;
+
+constexpr int line_clocks(int active_pixels) {
+    return active_pixels + kFrontPixels + kSyncPixels + kBackPixels;
+}
+constexpr int frame_clocks(int active_pixels, int active_lines) {
+    return line_clocks(active_pixels) * (kBackLines + active_lines + kFrontLines + kSyncLines);
+}
+
+/// One line of a mode of `active_pixels`; data may be shorter or longer than that, or empty.
+inline void append_line(Waveform& wave, int active_pixels, const std::vector<std::uint32_t>& data, bool vsync) {
+    for (int x = 0; x < line_clocks(active_pixels); ++x) {
+        rtl::DviLink link;
+        const auto index = static_cast<std::size_t>(x);
+        link.de = index < data.size();
+        link.data = link.de ? data[index] : 0;
+        link.hsync = x >= active_pixels + kFrontPixels && x < active_pixels + kFrontPixels + kSyncPixels;
+        link.vsync = vsync;
+        wave.push_back(link);
+    }
+}
+
+inline void append_blank_lines(Waveform& wave, int active_pixels, int lines, bool vsync) {
+    for (int line = 0; line < lines; ++line) append_line(wave, active_pixels, {}, vsync);
+}
+
+/// A frame: back porch, the active lines, front porch, vertical sync.
+inline void append_frame(Waveform& wave, int active_pixels, const LinkLines& lines) {
+    append_blank_lines(wave, active_pixels, kBackLines, false);
+    for (const auto& line : lines) append_line(wave, active_pixels, line, false);
+    append_blank_lines(wave, active_pixels, kFrontLines, false);
+    append_blank_lines(wave, active_pixels, kSyncLines, true);
+}
+
+/// Where in a frame's waveform an active pixel lies.
+constexpr int clock_in_frame(int active_pixels, int x, int active_line) {
+    return (kBackLines + active_line) * line_clocks(active_pixels) + x;
+}
+/// Where in a frame's waveform VSYNC rises.
+constexpr int vsync_in_frame(int active_pixels, int active_lines) {
+    return (kBackLines + active_lines + kFrontLines) * line_clocks(active_pixels);
+}
+
+/// What a frame of a renderer's link shows below its control scanline: R G B, or A and a 16-bit Z.
+inline LinkLines image_lines(const PixelImage& image, FrameKind kind) {
+    LinkLines lines;
+    for (int y = 0; y < image.height_pixels; ++y) {
+        lines.emplace_back();
+        for (int x = 0; x < image.width_pixels; ++x) {
+            const Pixel pixel = image.at(x, y);
+            const std::uint32_t colour =
+                (std::uint32_t{pixel.r()} << 16) | (std::uint32_t{pixel.g()} << 8) | pixel.b();
+            const std::uint32_t depth = (std::uint32_t{pixel.a()} << 16) | (pixel.z() & 0xFFFFU);
+            lines.back().push_back(kind == FrameKind::kColour ? colour : depth);
+        }
+    }
+    return lines;
+}
+
+inline std::vector<std::uint32_t> control_line(int width, FrameKind kind, std::uint32_t number,
+                                               const ViewportTable& table = {}) {
+    ControlScanline content;
+    content.kind = kind;
+    content.frame_number = number;
+    content.table = table;
+    return encode_control_scanline(content, width);
+}
+
+/// A renderer's frame: control scanline and image.
+inline LinkLines renderer_lines(const PixelImage& image, FrameKind kind, std::uint32_t number,
+                                const ViewportTable& table = {}) {
+    LinkLines lines = image_lines(image, kind);
+    lines.insert(lines.begin(), control_line(image.width_pixels, kind, number, table));
+    return lines;
+}
+
+/// An image of random pixels with 16-bit Z.
+inline PixelImage random_image(Random& random, int width, int height) {
+    PixelImage image(width, height);
+    for (Pixel& pixel : image.values) {
+        const std::uint64_t bits = random.bits();
+        pixel = Pixel(static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
+                      static_cast<std::uint8_t>(bits >> 16), static_cast<std::uint8_t>(bits >> 24),
+                      static_cast<std::uint32_t>(bits >> 32) & 0xFFFFU);
+    }
+    return image;
+}
+
+}  // namespace metabuffer::test

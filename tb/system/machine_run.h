@@ -1,0 +1,70 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rtl/metabuffer.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::test {
+
+/// A clocked machine and everything that a run of it shows. Several can stand in one elaboration and run side
+/// by side; each has its own clocks.
+class MachineRun {
+  public:
+    MachineRun(const std::string& name, Scenario scenario);
+    MachineRun(const MachineRun&) = delete;
+    MachineRun& operator=(const MachineRun&) = delete;
+
+    const Scenario& scenario() const { return scenario_; }
+    const rtl::Metabuffer& machine() const { return *machine_; }
+    bool finished() const { return machine_->finished(); }
+
+    /// The report at the clock in which the run finished.
+    const RunReport& report() const { return report_; }
+    /// The report once the buses have sent what was left: in `glitch` mode the last frame may be shown before
+    /// its late pixels have been sent.
+    const RunReport& drained_report() const { return drained_report_; }
+
+    /// What a display (from 1) showed of a frame (from 0); null if it never did.
+    const ColourImage* picture(int frame, int display) const;
+    /// How often a frame was shown first: 1 for each frame and display of a whole run.
+    int times_shown(int frame, int display) const;
+
+    /// Whether renderer and display (from 1) told of a glitch at that raster pixel.
+    bool has_glitch(int renderer, int display, const Glitch& glitch) const;
+    std::int64_t glitches_located(int renderer, int display) const;
+    /// A pixel was located twice, or outside the raster or the run.
+    bool glitches_malformed() const { return glitches_malformed_; }
+
+    void read_drained_report() { drained_report_ = machine_->report(); }
+
+  private:
+    struct Shown {
+        ColourImage image;
+        int times = 0;
+    };
+
+    std::size_t place(int frame, int display) const;
+    std::size_t composer(int renderer, int display) const;
+    void take_glitch(int renderer, int display, const Glitch& glitch);
+
+    Scenario scenario_;
+    std::unique_ptr<rtl::Metabuffer> machine_;
+    std::vector<Shown> shown_;                 ///< by frame and display
+    std::vector<std::vector<bool>> glitches_;  ///< by composer: one flag a raster pixel and frame
+    std::vector<std::int64_t> located_;        ///< by composer
+    bool glitches_malformed_ = false;
+    RunReport report_;
+    RunReport drained_report_;
+};
+
+using MachineRuns = std::vector<std::unique_ptr<MachineRun>>;
+
+/// Runs the machines side by side until each has finished and its buses stand still. False if one has not
+/// finished after a time in which any machine of these tests does.
+bool run_to_end(MachineRuns& runs);
+
+}  // namespace metabuffer::test

@@ -1,0 +1,286 @@
+#include "random_scenario.h"
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+#include <utility>
+
+#include "formats/control_scanline.h"
+#include "random_seed.h"
+#include "scenario/names.h"
+#include "scenario/scenario_loader.h"
+
+namespace metabuffer::test {
+namespace {
+
+constexpr int kLargestExtent = 64;  // of an image, both ways
+
+template <typename Value, std::size_t Count>
+Value one_of(Random& random, const std::array<Value, Count>& values) {
+    return values[static_cast<std::size_t>(random.between(0, static_cast<int>(Count) - 1))];
+}
+
+std::uint8_t channel(Random& random) { return static_cast<std::uint8_t>(random.between(0, 255)); }
+
+DisplayConfig random_displays(Random& random) {
+    DisplayConfig displays;
+    displays.columns = random.between(1, 3);
+    displays.rows = random.between(1, 2);
+    displays.width_pixels = random.between(4, 40);
+    displays.height_pixels = random.between(3, 30);
+    displays.supersample = one_of(random, std::array<int, 6>{1, 1, 1, 2, 2, 4});
+    if (displays.supersample == 4) {
+        displays.width_pixels = random.between(4, 20);  // the raster has sixteen times the pixels
+        displays.height_pixels = random.between(3, 16);
+    }
+    for (std::uint8_t& background : displays.background) background = channel(random);
+    return displays;
+}
+
+ClockConfig random_clocks(Random& random) {
+    const std::array<double, 8> mhz{100.0, 100.0, 50.0, 200.0, 73.5, 66.6, 133.3, 91.7};
+    return {one_of(random, mhz), one_of(random, mhz), one_of(random, mhz)};
+}
+
+/// Few different depths, both ends among them, so that images tie with each other and with the background.
+PixelImage random_image(Random& random, int width, int height, DepthFormat format) {
+    const std::uint32_t far = far_z(format);
+    const std::array<std::uint32_t, 6> depths{0, 1, far / 2, far / 2 + 1, far - 1, far};
+    const std::array<std::uint8_t, 4> alphas{0, 255, 128, channel(random)};
+    PixelImage image(width, height);
+    for (Pixel& pixel : image.values) {
+        const std::uint32_t z = random.one_in(8) ? static_cast<std::uint32_t>(random.bits()) & far
+                                                 : one_of(random, depths);
+        pixel = Pixel(channel(random), channel(random), channel(random), one_of(random, alphas), z);
+    }
+    return image;
+}
+
+int random_multiple(Random& random) {
+    if (random.one_in(12)) return random.between(7, kMaximumMultiple);
+    return random.one_in(2) ? 1 : random.between(1, 6);
+}
+
+/// One axis of a row that is valid there: how many source pixels, from where, to where.
+struct Axis {
+    int source = 0;
+    int count = 1;
+    int destination = 0;
+};
+
+Axis random_axis(Random& random, int image, int raster, int multiple) {
+    Axis axis;
+    // Both the first and the last source pixel must show at least in part.
+    const int most = std::min(image, (raster + 2 * multiple - 2) / multiple);
+    axis.count = random.one_in(3) ? most : random.between(1, most);
+    axis.source = random.between(0, image - axis.count);
+    const int highest = std::min(raster - 1, raster + multiple - axis.count * multiple - 1);
+    axis.destination = random.between(1 - multiple, highest);
+    return axis;
+}
+
+ViewportRow random_row(Random& random, const ViewportLimits& limits, int display) {
+    const int multiple = random_multiple(random);
+    const Axis x = random_axis(random, limits.image_width_pixels, limits.raster_width_pixels, multiple);
+    const Axis y = random_axis(random, limits.image_height_pixels, limits.raster_height_pixels, multiple);
+    ViewportRow row;
+    row.dcomp = static_cast<std::uint16_t>(display);
+    row.sx = static_cast<std::uint16_t>(x.source);
+    row.sy = static_cast<std::uint16_t>(y.source);
+    row.sdx = static_cast<std::uint16_t>(x.count);
+    row.sdy = static_cast<std::uint16_t>(y.count);
+    row.dx = static_cast<std::int16_t>(x.destination);
+    row.dy = static_cast<std::int16_t>(y.destination);
+    row.dmultiple = static_cast<std::uint16_t>(multiple);
+    return row;
+}
+
+/// Breaks one of a row's rules; the table may make a duplicate of it as well.
+void spoil(Random& random, ViewportRow& row, const ViewportLimits& limits) {
+    const int m = row.dmultiple;
+    switch (random.between(0, 9)) {
+        case 0: row.dcomp = 0; break;
+        case 1: row.dcomp = static_cast<std::uint16_t>(limits.displays + random.between(1, 1000)); break;
+        case 2: row.dmultiple = 0; break;
+        case 3: row.dmultiple = static_cast<std::uint16_t>(random.between(256, 65535)); break;
+        case 4: (random.one_in(2) ? row.sdx : row.sdy) = 0; break;
+        case 5: row.sx = static_cast<std::uint16_t>(limits.image_width_pixels - row.sdx + 1); break;
+        case 6: row.sdy = static_cast<std::uint16_t>(limits.image_height_pixels - row.sy + 1); break;
+        case 7: row.dx = static_cast<std::int16_t>(-m); break;
+        case 8: row.dy = static_cast<std::int16_t>(limits.raster_height_pixels); break;
+        case 9: row.dx = static_cast<std::int16_t>(limits.raster_width_pixels + m - row.sdx * m); break;
+        default: break;
+    }
+}
+
+ViewportTable random_table(Random& random, const ViewportLimits& limits) {
+    ViewportTable table;
+    for (int display = 1; display <= limits.displays; ++display) {
+        if (!random.one_in(5)) table.push_back(random_row(random, limits, display));
+    }
+    for (int extra = random.between(0, 3); extra > 0; --extra) {
+        ViewportRow row = random_row(random, limits, random.between(1, limits.displays));  // maybe a duplicate
+        if (!random.one_in(3)) spoil(random, row, limits);
+        table.push_back(row);
+    }
+    // Any order: it is the order of the bus.
+    for (std::size_t i = table.size(); i > 1; --i) {
+        std::swap(table[i - 1], table[static_cast<std::size_t>(random.between(0, static_cast<int>(i) - 1))]);
+    }
+    return table;
+}
+
+Viewport random_viewport(Random& random, const DisplayWall& wall, int image_width, int image_height) {
+    Viewport viewport;
+    viewport.multiple = random_multiple(random);
+    const int width = wall.columns * wall.raster_width_pixels;
+    const int height = wall.rows * wall.raster_height_pixels;
+    const bool outside = random.one_in(4);
+    viewport.x = random.between(outside ? -image_width * viewport.multiple - 2 : -width / 4, width - 1);
+    viewport.y = random.between(outside ? -image_height * viewport.multiple - 2 : -height / 4, height - 1);
+    return viewport;
+}
+
+int width_for_table(const ViewportTable& table) {
+    ControlScanline content;
+    content.table = table;
+    return static_cast<int>((control_scanline_bytes(content) + kLinkBytesPerPixel - 1) / kLinkBytesPerPixel);
+}
+
+Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
+    Renderer renderer;
+    renderer.name = "renderer_" + std::to_string(index + 1);
+    renderer.image_height_pixels = random.between(4, 40);
+    // Wide enough for a row for each display and the extra ones.
+    ViewportTable longest(static_cast<std::size_t>(scenario.displays.count()) + 3);
+    renderer.image_width_pixels =
+        std::max(random.between(12, kLargestExtent), random.one_in(2) ? width_for_table(longest) : 12);
+    const int frames = random.between(1, 3);
+    const int images = random.between(1, frames);
+    for (int frame = 0; frame < frames; ++frame) {
+        RendererFrame entry;
+        entry.image = static_cast<std::size_t>(std::min(frame, images - 1));
+        if (random.one_in(2)) {
+            entry.viewport = random_viewport(random, scenario.displays.wall(), renderer.image_width_pixels,
+                                             renderer.image_height_pixels);
+            entry.table = split_viewport(*entry.viewport, renderer.image_width_pixels,
+                                         renderer.image_height_pixels, scenario.displays.wall());
+        } else {
+            entry.table = random_table(random, scenario.limits(renderer));
+        }
+        // What does not fit the scanline is the host's error: a narrow image has fewer rows.
+        while (width_for_table(entry.table) > renderer.image_width_pixels) {
+            entry.viewport.reset();
+            entry.table.pop_back();
+        }
+        renderer.frames.push_back(std::move(entry));
+    }
+    for (int image = 0; image < images; ++image) {
+        renderer.images.push_back(random_image(random, renderer.image_width_pixels,
+                                               renderer.image_height_pixels, scenario.depth_format));
+    }
+    return renderer;
+}
+
+/// At most one fault a pair: two can make a good pair of another number.
+void add_random_faults(Random& random, Scenario& scenario) {
+    for (int r = 0; r < static_cast<int>(scenario.renderers.size()); ++r) {
+        for (int pair = 0; pair < scenario.frames; ++pair) {
+            if (!random.one_in(4)) continue;
+            Fault fault;
+            fault.renderer = r;
+            fault.pair = static_cast<std::uint32_t>(pair);
+            fault.kind = static_cast<FaultKind>(random.between(0, static_cast<int>(FaultKind::kDelay)));
+            fault.frame = random.one_in(2) ? FrameKind::kColour : FrameKind::kDepth;
+            fault.delay_pairs = fault.kind == FaultKind::kDelay ? random.between(1, 4) : 0;
+            scenario.faults.push_back(fault);
+        }
+    }
+}
+
+void choose_buffer(Random& random, Scenario& scenario) {
+    const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
+    ComposerConfig& composer = scenario.composer;
+    switch (random.between(0, 2)) {
+        case 0: composer.ready_space_pixels = in_flight; break;
+        case 1: composer.ready_space_pixels = std::max(scenario.bus.burst_pixels, in_flight); break;
+        default: composer.ready_space_pixels = in_flight + random.between(0, 40); break;
+    }
+    switch (random.between(0, 4)) {
+        case 0: composer.buffer_pixels = composer.ready_space_pixels; break;  // replicated rows never fit
+        case 1: composer.buffer_pixels = composer.ready_space_pixels + random.between(1, 12); break;
+        case 2: composer.buffer_pixels = composer.ready_space_pixels + random.between(12, 64); break;
+        case 3: composer.buffer_pixels = composer.ready_space_pixels + 64; break;  // the widest row just fits
+        default: composer.buffer_pixels = composer.ready_space_pixels + random.between(100, 2000); break;
+    }
+}
+
+}  // namespace
+
+Scenario random_scenario(std::uint64_t seed) {
+    Random random(seed);
+    Scenario scenario;
+    scenario.name = "random_" + std::to_string(seed);
+    scenario.displays = random_displays(random);
+    scenario.composition = static_cast<Composition>(random.between(0, 2));
+    scenario.depth_format = random.one_in(2) ? DepthFormat::kA8Z16 : DepthFormat::kZ24;
+    scenario.clocks = random_clocks(random);
+    scenario.memory.page_words = random.between(4, 64);
+    scenario.memory.page_miss_cycles = random.between(0, 12);
+    scenario.memory.words_per_cycle = random.between(1, 8);
+    scenario.bus.width_bits = 16 << random.between(0, 5);
+    scenario.bus.burst_pixels = random.between(1, 64);
+    scenario.bus.arbitration = static_cast<Arbitration>(random.between(0, 3));
+    scenario.composer.on_starvation = random.one_in(2) ? StarvationMode::kGlitch : StarvationMode::kStall;
+    choose_buffer(random, scenario);
+    scenario.pacing = random.one_in(3) ? Pacing::kFreeRunning : Pacing::kLockstep;
+    scenario.frames = random.between(1, 3);
+    const int renderers = random.between(1, 4);
+    for (int index = 0; index < renderers; ++index) {
+        scenario.renderers.push_back(random_renderer(random, scenario, index));
+    }
+    scenario.link_timeout_pairs = random.between(1, 4);
+    if (random.one_in(3)) {
+        add_random_faults(random, scenario);
+        // The pair behind a rejected one needs up to two pair times from the moment the machine gives up.
+        scenario.link_timeout_pairs = std::max(scenario.link_timeout_pairs, 2);
+    }
+    check_scenario(scenario);
+    return scenario;
+}
+
+std::string describe(const Scenario& scenario) {
+    std::ostringstream text;
+    const DisplayConfig& displays = scenario.displays;
+    text << displays.columns << "x" << displays.rows << " displays of " << displays.width_pixels << "x"
+         << displays.height_pixels << " (supersample " << displays.supersample << "), "
+         << scenario.renderers.size() << " renderers, " << scenario.frames << " frames, "
+         << to_string(scenario.composition) << ", " << to_string(scenario.depth_format) << ", "
+         << to_string(scenario.pacing) << ", " << to_string(scenario.composer.on_starvation) << ", "
+         << to_string(scenario.bus.arbitration) << ", clocks " << scenario.clocks.core_mhz << "/"
+         << scenario.clocks.dvi_in_mhz << "/" << scenario.clocks.dvi_out_mhz << " MHz, bus "
+         << scenario.bus.width_bits << " bits, bursts of " << scenario.bus.burst_pixels << ", memory "
+         << scenario.memory.words_per_cycle << " words a cycle, pages of " << scenario.memory.page_words
+         << ", miss " << scenario.memory.page_miss_cycles << ", buffer " << scenario.composer.buffer_pixels
+         << ", ready space " << scenario.composer.ready_space_pixels << ", timeout "
+         << scenario.link_timeout_pairs;
+    for (const Renderer& renderer : scenario.renderers) {
+        text << "; " << renderer.name << " " << renderer.image_width_pixels << "x"
+             << renderer.image_height_pixels;
+        for (const RendererFrame& frame : renderer.frames) {
+            text << " [";
+            for (const ViewportRow& row : frame.table) {
+                text << "(" << row.dcomp << " " << row.sx << " " << row.sy << " " << row.sdx << " " << row.sdy
+                     << " " << row.dx << " " << row.dy << " " << row.dmultiple << ")";
+            }
+            text << "]";
+        }
+    }
+    for (const Fault& fault : scenario.faults) {
+        text << "; fault " << to_string(fault.kind) << " of renderer " << fault.renderer << " pair "
+             << fault.pair << " " << to_string(fault.frame) << " delay " << fault.delay_pairs;
+    }
+    return text.str();
+}
+
+}  // namespace metabuffer::test
