@@ -49,10 +49,10 @@ RunReport troubled_run() {
     cube.dropped_frames = 4;
 
     report.composers.resize(4);
-    report.composers[0] = {1, 1, 0, 0, 1024, 12, 0, 0, std::nullopt};
-    report.composers[1] = {1, 2, 30, 0, 992, 3, 5, 6000, Glitch{1, 12, 40}};
-    report.composers[2] = {2, 1, 0, 25, 64, 1, 0, 100, std::nullopt};
-    report.composers[3] = {2, 2, 1204, 0, 0, 0, 7, 0, Glitch{0, 3, 4}};
+    report.composers[0] = {1, 1, 0, 0, 1024, 12, 0, 0, std::nullopt, std::nullopt, 0, {}};
+    report.composers[1] = {1, 2, 30, 0, 992, 3, 5, 6000, Glitch{1, 12, 40}, Glitch{1, 12, 40}, 0, {}};
+    report.composers[2] = {2, 1, 0, 25, 64, 1, 0, 100, std::nullopt, std::nullopt, 0, {}};
+    report.composers[3] = {2, 2, 1204, 0, 0, 0, 7, 0, Glitch{0, 3, 4}, Glitch{0, 3, 4}, 0, {}};
     report.displays.resize(2);
     report.displays[0] = {3, 25};
     report.displays[1] = {3, 0};
@@ -192,7 +192,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(text.back() == '\n');
     CHECK(keys(json) == std::vector<std::string>{"scenario", "level", "core_cycles", "core_mhz",
                                                  "buffer_pixels", "frames", "renderers", "composers",
-                                                 "displays", "totals"});
+                                                 "displays", "totals", "watchdog"});
     CHECK(json["scenario"] == "troubled");
     CHECK(json["level"] == "rtl");
     CHECK(json["core_cycles"] == 30000);
