@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -65,7 +66,7 @@ class Recording {
     }
 
     int first_clock_ = 0;
-    std::vector<Value> values_;
+    std::deque<Value> values_;  // not a vector: one of bool has no elements to refer to
 };
 
 /// low, low + 1, ... high - 1.

@@ -99,7 +99,7 @@ TEST_CASE("scenario keys: every key's surroundings are in the list with the righ
     for (const ScenarioKey& key : scenario_keys()) {
         const std::string pattern = key.pattern;
         INFO(pattern);
-        CHECK(std::string(key.meaning) != "");
+        CHECK_FALSE(std::string(key.meaning).empty());
         const bool is_entry = pattern.size() > 2 && pattern.compare(pattern.size() - 2, 2, "[]") == 0;
         const std::size_t end =
             is_entry ? pattern.size() - 2 : (pattern.find('.') == std::string::npos ? 0 : pattern.rfind('.'));

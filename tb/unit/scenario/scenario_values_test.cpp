@@ -1,11 +1,19 @@
 #include <catch2/catch.hpp>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {
 namespace {
+
+std::string joined_text(std::initializer_list<std::string_view> parts) {
+    std::string text;
+    for (const std::string_view part : parts) text += part;
+    return text;
+}
 
 /// A key's line under its map, as the scenario's first lines: `bus.width_bits` is on line 2, `frames` on
 /// line 1.
@@ -50,14 +58,15 @@ void check_integer_key(const ScenarioFixture& fixture, const std::string& path, 
     check_error(fixture, path, below, below + " is out of range" + use);
     check_error(fixture, path, above, above + " is out of range" + use);
     for (const std::string wrong : {"99999999999999999999", "-99999999999999999999"}) {
-        check_error(fixture, path, wrong, wrong + " is out of range" + use);
+        check_error(fixture, path, wrong, joined_text({wrong, " is out of range", use}));
     }
     for (const std::string wrong :
          {"12abc", "abc", "1.0", "1e1", "0x10", "1_0", "true", "+", "+-1", ".inf"}) {
-        check_error(fixture, path, wrong, "'" + wrong + "' is not a whole number" + use);
+        check_error(fixture, path, wrong, joined_text({"'", wrong, "' is not a whole number", use}));
     }
     for (const std::string wrong : {"010", "-010", "00"}) {
-        check_error(fixture, path, wrong, "'" + wrong + "' has a leading zero" + use + ", in decimal digits");
+        check_error(fixture, path, wrong,
+                    joined_text({"'", wrong, "' has a leading zero", use, ", in decimal digits"}));
     }
     check_error(fixture, path, "'12'", "'12' is not a whole number" + use + " without quotation marks");
     check_error(fixture, path, "[1]", "is a list" + use);
@@ -83,11 +92,11 @@ void check_number_key(const ScenarioFixture& fixture, const std::string& path, G
         CHECK(get(fixture.parse(scenario_with(path, value))) == number);
     }
     for (const std::string wrong : {"0", "0.0009", "10000.5", "-1"}) {
-        check_error(fixture, path, wrong, wrong + " is out of range" + use);
+        check_error(fixture, path, wrong, joined_text({wrong, " is out of range", use}));
     }
     for (const std::string wrong : {"fast", "true", ".inf", "-.inf", "inf", ".nan", "nan", "NaN", "12abc",
                                     "0x10", "1e", "+-1", "1e999", "1,5"}) {
-        check_error(fixture, path, wrong, "'" + wrong + "' is not a finite decimal number" + use);
+        check_error(fixture, path, wrong, joined_text({"'", wrong, "' is not a finite decimal number", use}));
     }
     check_error(fixture, path, "'12'", "'12' is not a finite decimal number" + use);
     check_error(fixture, path, "[1]", "is a list" + use);
@@ -378,8 +387,8 @@ TEST_CASE("scenario: aliases are written out, endless ones are told") {
     for (int i = 1; i < 12; ++i) {
         const std::string last = "*a" + std::to_string(i - 1);
         const std::string self = "a" + std::to_string(i);
-        bomb += self + ": &" + self + " [";
-        for (int k = 0; k < 10; ++k) bomb += (k == 0 ? "" : ", ") + last;
+        bomb += joined_text({self, ": &", self, " [", last});
+        for (int k = 1; k < 10; ++k) bomb += joined_text({", ", last});
         bomb += "]\n";
     }
     CHECK(fixture.error(bomb).find("is nested without end") != std::string::npos);

@@ -1,0 +1,222 @@
+#include "machine_checks.h"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <numeric>
+
+#include "functional/functional_compositor.h"
+#include "naive_pipeline.h"
+
+namespace metabuffer::test {
+namespace {
+
+bool lockstep(const Scenario& scenario) { return scenario.pacing == Pacing::kLockstep; }
+bool glitches(const Scenario& scenario) {
+    return scenario.composer.on_starvation == StarvationMode::kGlitch;
+}
+bool has_delay(const Scenario& scenario) {
+    return std::any_of(scenario.faults.begin(), scenario.faults.end(),
+                       [](const Fault& fault) { return fault.kind == FaultKind::kDelay; });
+}
+
+/// Every display shows every frame once and whole: what the pairs that the machine reports give, less the local
+/// pixels that it located as starved; and if none was, what the functional level makes of those pairs.
+void check_pictures(const MachineRun& run) {
+    const Scenario& scenario = run.scenario();
+    const bool starved = run.report().total_starved_pixels() > 0;
+    for (int frame = 0; frame < scenario.frames; ++frame) {
+        const auto contributions = functional::contributions_of(
+            scenario, run.report().frames.at(static_cast<std::size_t>(frame)).pairs);
+        for (int display = 1; display <= scenario.displays.count(); ++display) {
+            INFO("frame " << frame << " on display " << display);
+            CHECK(run.times_shown(frame, display) == 1);
+            const ColourImage* shown = run.picture(frame, display);
+            CHECK(differing_pixels(shown, picture_without_glitches(run, frame, display)) == 0);
+            if (!starved) {
+                CHECK(differing_pixels(shown, functional::composite_display(scenario, contributions,
+                                                                            display)) == 0);
+            }
+        }
+    }
+}
+
+/// Each starved pixel is counted and located once; `stall` mode has none, `glitch` mode never stalls.
+void check_starvation(const MachineRun& run) {
+    CHECK_FALSE(run.glitches_malformed());
+    for (const ComposerCounters& composer : run.report().composers) {
+        INFO("composer " << composer.renderer << "_" << composer.display);
+        CHECK(composer.starved_pixels == run.glitches_located(composer.renderer, composer.display));
+        CHECK(composer.first_glitch.has_value() == (composer.starved_pixels > 0));
+        if (composer.first_glitch) {
+            CHECK(run.has_glitch(composer.renderer, composer.display, *composer.first_glitch));
+        }
+        if (glitches(run.scenario())) {
+            CHECK(composer.stalled_cycles == 0);
+        } else {
+            CHECK(composer.starved_pixels == 0);
+            CHECK(composer.late_pixels == 0);
+        }
+        CHECK(composer.buffer_high_water <= run.scenario().composer.buffer_pixels);
+    }
+}
+
+/// A column stands still in each clock in which at least one of its composers makes it wait.
+void check_column_stalls(const MachineRun& run) {
+    const RunReport& report = run.report();
+    for (std::size_t d = 0; d < report.displays.size(); ++d) {
+        INFO("display " << d + 1);
+        std::int64_t most = 0;
+        std::int64_t sum = 0;
+        for (const ComposerCounters& composer : report.composers) {
+            if (composer.display != static_cast<int>(d) + 1) continue;
+            most = std::max(most, composer.stalled_cycles);
+            sum += composer.stalled_cycles;
+        }
+        CHECK(report.displays[d].stalled_cycles >= most);
+        CHECK(report.displays[d].stalled_cycles <= sum);
+    }
+}
+
+/// Which pair a frame shows. Lockstep: pair k, or the last good one before it; with a silent link at least
+/// never one from the future. Always: never back, and what is shown again is counted.
+void check_pairs(const MachineRun& run) {
+    const Scenario& scenario = run.scenario();
+    const RunReport& report = run.report();
+    REQUIRE(report.frames.size() == static_cast<std::size_t>(scenario.frames));
+    const auto without_time = functional::pairs_without_time(scenario);
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        INFO("renderer " << r + 1);
+        int previous = -1;
+        std::int64_t repeated = 0;
+        for (std::size_t k = 0; k < report.frames.size(); ++k) {
+            INFO("frame " << k);
+            const int pair = report.frames[k].pairs.at(r);
+            CHECK(report.frames[k].index == static_cast<int>(k));
+            CHECK(pair >= previous);
+            repeated += pair == previous ? 1 : 0;
+            if (lockstep(scenario)) {
+                CHECK(pair <= static_cast<int>(k));
+                if (!has_delay(scenario)) {
+                    CHECK(pair == without_time[k][r]);
+                }
+            }
+            previous = pair;
+        }
+        CHECK(report.renderers[r].repeated_frames == repeated);
+    }
+}
+
+/// What the bus must carry for the frames composited: all of each segment.
+std::int64_t segment_pixels(const MachineRun& run, std::size_t renderer) {
+    std::int64_t pixels = 0;
+    for (const FrameRecord& frame : run.report().frames) {
+        const auto contributions = functional::contributions_of(run.scenario(), frame.pairs);
+        for (const ViewportRow& row : contributions[renderer].rows) {
+            pixels += std::int64_t{row.sdx} * row.sdy;
+        }
+    }
+    return pixels;
+}
+
+std::int64_t cycles_accounted_for(const BusCounters& bus) {
+    return bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.poll_cycles + bus.lost_cycles +
+           bus.idle_cycles;
+}
+
+/// Every core clock of a bus is accounted for, no pixel is lost or sent twice, and none faster than bus and
+/// memory allow.
+void check_buses(const MachineRun& run) {
+    const Scenario& scenario = run.scenario();
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        INFO("renderer " << r + 1);
+        CHECK(cycles_accounted_for(run.report().renderers[r].bus) == run.report().core_cycles);
+        const BusCounters& bus = run.drained_report().renderers[r].bus;
+        CHECK(bus.pixels_sent == segment_pixels(run, r));
+        if (!glitches(scenario)) {
+            CHECK(run.report().renderers[r].bus.pixels_sent == bus.pixels_sent);
+        }
+        CHECK(bus.busy_cycles * pixels_per_beat(scenario.bus, scenario.memory) >=
+              bus.pixels_sent * cycles_per_beat(scenario.bus));
+        CHECK(bus.page_miss_cycles <= bus.page_misses * scenario.memory.page_miss_cycles);
+        if (scenario.bus.arbitration != Arbitration::kSlotAllocation) {
+            CHECK(bus.lost_cycles == 0);
+        } else {
+            CHECK(bus.recovered_slots == 0);
+        }
+    }
+}
+
+/// One raster pixel enters a pipeline a clock, each composer one clock behind the one above it: with one column
+/// a frame takes raster pixels + M - 1 clocks and what the column stood still; several start apart.
+void check_frame_spans(const MachineRun& run) {
+    const Scenario& scenario = run.scenario();
+    const std::int64_t undisturbed =
+        std::int64_t{scenario.displays.raster_width_pixels()} * scenario.displays.raster_height_pixels() +
+        static_cast<std::int64_t>(scenario.renderers.size()) - 1;
+    std::int64_t sum = 0;
+    std::int64_t previous_end = -1;
+    for (const FrameRecord& frame : run.report().frames) {
+        INFO("frame " << frame.index);
+        const std::int64_t clocks = frame.end_cycle - frame.start_cycle + 1;
+        CHECK(clocks >= undisturbed);
+        CHECK(frame.start_cycle > previous_end);
+        if (scenario.displays.count() == 1 && glitches(scenario)) {
+            CHECK(clocks == undisturbed);
+        }
+        if (frame.latency_cycles) {
+            CHECK(*frame.latency_cycles >= undisturbed);
+        }
+        previous_end = frame.end_cycle;
+        sum += clocks;
+    }
+    if (scenario.displays.count() == 1) {
+        CHECK(sum == undisturbed * scenario.frames + run.report().displays[0].stalled_cycles);
+    }
+}
+
+/// Lockstep without faults: each pair is taken once, so its table is judged once.
+void check_rejections(const MachineRun& run) {
+    const Scenario& scenario = run.scenario();
+    if (!scenario.faults.empty()) {
+        return;
+    }
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        INFO("renderer " << r + 1);
+        const RendererCounters& counters = run.report().renderers[r];
+        CHECK(std::accumulate(counters.rejected_frames.begin(), counters.rejected_frames.end(),
+                              std::int64_t{0}) == 0);
+        if (!lockstep(scenario)) {
+            continue;
+        }
+        CHECK(counters.repeated_frames == 0);
+        CHECK(counters.dropped_frames == 0);
+        const Renderer& renderer = scenario.renderers[r];
+        std::array<std::int64_t, kRowDefectCount> expected{};
+        for (int pair = 0; pair < scenario.frames; ++pair) {
+            const ViewportTable& table = renderer.frame_of_pair(static_cast<std::uint32_t>(pair)).table;
+            for (const RejectedRow& row : validate_table(table, scenario.limits(renderer)).rejected) {
+                ++expected[static_cast<std::size_t>(row.defect)];
+            }
+        }
+        CHECK(counters.rejected_rows == expected);
+    }
+}
+
+}  // namespace
+
+void check_run(const MachineRun& run) {
+    CHECK(run.machine().watchdog_findings().empty());
+    for (const DisplayCounters& display : run.report().displays) {
+        CHECK(display.frames_shown == run.scenario().frames);
+    }
+    check_pairs(run);
+    check_pictures(run);
+    check_starvation(run);
+    check_column_stalls(run);
+    check_buses(run);
+    check_frame_spans(run);
+    check_rejections(run);
+}
+
+}  // namespace metabuffer::test

@@ -1,0 +1,169 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "functional/functional_compositor.h"
+#include "machine_checks.h"
+#include "machine_run.h"
+#include "naive_pipeline.h"
+#include "report/picture_writer.h"
+#include "scenario/image_loader.h"
+#include "scenario/scenario_loader.h"
+#include "trace_switch.h"
+
+using namespace metabuffer;
+using namespace metabuffer::test;
+
+namespace {
+
+const std::filesystem::path kScenarioDirectory = METABUFFER_SCENARIO_DIRECTORY;
+
+/// Scenarios whose comments promise that nothing starves.
+const std::set<std::string> kNeverStarve{"paper-figure", "paper-figure-small", "paper-table",    "case-1",
+                                         "case-2",       "case-3",             "case-4",         "foveated",
+                                         "union",        "supersample-off",    "supersample-on"};
+/// Scenarios that are there to show starvation.
+const std::set<std::string> kStarve{"paper-figure-starved"};
+
+std::vector<std::string> scenario_names() {
+    std::vector<std::string> names;
+    std::istringstream text(METABUFFER_SCENARIO_NAMES);
+    for (std::string name; std::getline(text, name, ',');) names.push_back(name);
+    return names;
+}
+
+Scenario load(const std::string& name) { return load_scenario(kScenarioDirectory / (name + ".yaml")); }
+
+/// Runs the scenario on the clocked machine, in this process's one elaboration.
+std::unique_ptr<MachineRun> run_scenario(const std::string& name) {
+    MachineRuns runs;
+    runs.push_back(std::make_unique<MachineRun>("metabuffer", load(name)));
+    TraceSwitch trace;
+    trace.add(runs.back()->machine());
+    REQUIRE(run_to_end(runs));
+    REQUIRE(runs.back()->report().frames.size() == static_cast<std::size_t>(runs.back()->scenario().frames));
+    return std::move(runs.back());
+}
+
+/// The pictures of the functional level, no time and no clocked part in it.
+std::vector<ColourImage> functional_pictures(const Scenario& scenario, int frame) {
+    const auto pairs = functional::pairs_without_time(scenario).at(static_cast<std::size_t>(frame));
+    const auto contributions = functional::contributions_of(scenario, pairs);
+    std::vector<ColourImage> pictures;
+    for (int display = 1; display <= scenario.displays.count(); ++display) {
+        pictures.push_back(functional::composite_display(scenario, contributions, display));
+    }
+    return pictures;
+}
+
+/// One scenario file, run to its end: its pictures are the functional level's, except for the pixels that the
+/// machine located as starved.
+class ScenarioRun final : public Catch::ITestInvoker {
+  public:
+    explicit ScenarioRun(std::string name) : name_(std::move(name)) {}
+    void invoke() const override {
+        const std::unique_ptr<MachineRun> run = run_scenario(name_);
+        check_run(*run);
+        const std::int64_t starved = run->report().total_starved_pixels();
+        if (kNeverStarve.count(name_) != 0) {
+            CHECK(starved == 0);
+        }
+        if (kStarve.count(name_) != 0) {
+            CHECK(starved > 0);
+        }
+        CHECK(run->report().total_rejected() == 0);
+        if (starved > 0) {
+            return;
+        }
+        for (int frame = 0; frame < run->scenario().frames; ++frame) {
+            const std::vector<ColourImage> expected = functional_pictures(run->scenario(), frame);
+            for (int display = 1; display <= run->scenario().displays.count(); ++display) {
+                INFO("frame " << frame << " on display " << display);
+                CHECK(differing_pixels(run->picture(frame, display),
+                                       expected[static_cast<std::size_t>(display) - 1]) == 0);
+            }
+        }
+    }
+
+  private:
+    std::string name_;
+};
+
+bool register_scenarios() {
+    for (const std::string& name : scenario_names()) {
+        // Registers in its constructor, as the macro does for a function.
+        const Catch::AutoReg registration(new ScenarioRun(name), CATCH_INTERNAL_LINEINFO, Catch::StringRef(),
+                                          Catch::NameAndTags{"scenario " + name, "[system][scenario]"});
+    }
+    return true;
+}
+
+const bool kRegistered = register_scenarios();
+
+}  // namespace
+
+TEST_CASE("every scenario that promises something is there", "[system][scenario]") {
+    REQUIRE(kRegistered);
+    const std::vector<std::string> names = scenario_names();
+    const std::set<std::string> present(names.begin(), names.end());
+    CHECK(std::includes(present.begin(), present.end(), kNeverStarve.begin(), kNeverStarve.end()));
+    CHECK(std::includes(present.begin(), present.end(), kStarve.begin(), kStarve.end()));
+    for (const std::string& name : names) {
+        INFO(name);
+        CHECK(load(name).name == name);
+    }
+}
+
+TEST_CASE("the union of three renderers shows what one renderer sees", "[system][scenario]") {
+    const std::unique_ptr<MachineRun> run = run_scenario("union");
+    const Scenario& scenario = run->scenario();
+    std::vector<ColourImage> displays;
+    for (int display = 1; display <= scenario.displays.count(); ++display) {
+        const ColourImage* picture = run->picture(scenario.frames - 1, display);
+        REQUIRE(picture != nullptr);
+        displays.push_back(*picture);
+    }
+    const ColourImage composite = collage(displays, scenario.displays, 0);
+    const PixelImage truth =
+        load_image(kScenarioDirectory / "images/union/truth.exr", std::nullopt, scenario.depth_format,
+                   {scenario.depth_near, scenario.depth_far});
+    REQUIRE(composite.width_pixels == truth.width_pixels);
+    REQUIRE(composite.height_pixels == truth.height_pixels);
+    ColourImage expected(truth.width_pixels, truth.height_pixels);
+    std::transform(truth.values.begin(), truth.values.end(), expected.values.begin(),
+                   [](Pixel pixel) { return pixel.rgb(); });
+    CHECK(differing_pixels(&composite, expected) == 0);
+}
+
+TEST_CASE("the paper's table is the split of a viewport at 25, 25", "[system][scenario]") {
+    const Scenario paper = load("paper-table");
+    REQUIRE(paper.renderers.size() == 1);
+    const Renderer& renderer = paper.renderers[0];
+    const ViewportTable& table = renderer.frames.at(0).table;
+    CHECK(table == ViewportTable{{1, 0, 0, 75, 75, 25, 25, 1},
+                                 {2, 75, 0, 25, 75, 0, 25, 1},
+                                 {3, 0, 75, 75, 25, 25, 0, 1},
+                                 {4, 75, 75, 25, 25, 0, 0, 1}});
+    CHECK(table == split_viewport({25, 25, 1}, renderer.image_width_pixels, renderer.image_height_pixels,
+                                  paper.displays.wall()));
+    CHECK(functional_pictures(paper, 0) == functional_pictures(load("case-2"), 0));
+}
+
+TEST_CASE("the four cases of section 5.1 have the paper's segments", "[system][scenario]") {
+    const auto widths_of = [](const std::string& name) {
+        std::vector<int> widths;
+        const Scenario scenario = load(name);
+        for (const ViewportRow& row : scenario.renderers.at(0).frames.at(0).table) {
+            widths.push_back(row.sdx);
+        }
+        return widths;
+    };
+    CHECK(widths_of("case-1") == std::vector<int>{100});                      // w
+    CHECK(widths_of("case-2") == std::vector<int>{75, 25, 75, 25});           // l, w - l
+    CHECK(widths_of("case-3") == std::vector<int>{50, 50, 50, 50});           // w / 2
+    CHECK(widths_of("case-4") == std::vector<int>{30, 50, 20, 30, 50, 20, 30, 50, 20});  // l / 2, w / 2, ...
+}
