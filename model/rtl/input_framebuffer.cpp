@@ -44,6 +44,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
 void InputFramebuffer::link_reset() {
     back_bank_ = BackBank::kFree;
     front_valid_ = false;
+    superseded_ = false;
     lost_valid_ = false;
     wanted_pair_ = 0;
     request_seen_ = false;
@@ -103,8 +104,10 @@ void InputFramebuffer::take_event(const DecoderEvent& event) {
     if (event.colour_start) {
         if (back_bank_ == BackBank::kWhole) {
             ++dropped_frames_;
+            superseded_ = true;
         }
         back_bank_ = BackBank::kFilling;
+        filling_since_edge_ = link_edge_;
         back_table_.clear();
     }
     if (event.row) {
@@ -136,6 +139,13 @@ std::optional<bool> InputFramebuffer::answer_to_request() {
             swap_banks();
             return true;
         }
+        const bool under_way =
+            back_bank_ == BackBank::kFilling && link_edge_ - filling_since_edge_ < timeout_clocks_;
+        if (front_valid_ && superseded_ && under_way) {
+            // A newer pair has been overwritten. A machine slower than the link would hardly ever meet a whole
+            // one between two overwritings, so it waits for the one under way.
+            return std::nullopt;
+        }
         return front_valid_ || timed_out() ? std::optional<bool>(false) : std::nullopt;
     }
     if (back_bank_ == BackBank::kWhole) {
@@ -160,6 +170,7 @@ void InputFramebuffer::swap_banks() {
     front_source_ = {static_cast<int>(back_number_), true,
                      last_pixel_edge_ * clock_period_picoseconds(scenario_.clocks.dvi_in_mhz)};
     front_valid_ = true;
+    superseded_ = false;
     back_bank_ = BackBank::kFree;
 }
 

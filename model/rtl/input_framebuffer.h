@@ -144,8 +144,10 @@ class InputFramebuffer final : public Block {
     std::uint32_t back_number_ = 0;
     std::int64_t link_edge_ = 0;  ///< number of the link clock's edge
     std::int64_t last_pixel_edge_ = 0;
+    std::int64_t filling_since_edge_ = 0;
     std::int64_t link_pixels_ = 0;
     bool front_valid_ = false;
+    bool superseded_ = false;  ///< a whole pair newer than the front one has been overwritten
     bool lost_valid_ = false;
     std::uint32_t lost_number_ = 0;
     std::uint32_t wanted_pair_ = 0;  ///< number of the composited frame that is asked for next

@@ -18,14 +18,14 @@ namespace {
 std::filesystem::path image_folder() {
     const std::filesystem::path folder = std::filesystem::temp_directory_path() / "fuzz_scenario";
     std::filesystem::create_directories(folder);
-    constexpr int kPixels = 4 * 3;
+    constexpr int kPixels = 20 * 3;
     std::ofstream colour(folder / "a.ppm");
     std::ofstream depth(folder / "z.pgm");
-    colour << "P3 4 3 255\n";
-    depth << "P2 4 3 255\n";
+    colour << "P3 20 3 255\n";
+    depth << "P2 20 3 255\n";
     for (int i = 0; i < kPixels; ++i) {
         colour << i << ' ' << 2 * i << ' ' << 3 * i << '\n';
-        depth << 20 * i << '\n';
+        depth << 4 * i << '\n';
     }
     return folder;
 }

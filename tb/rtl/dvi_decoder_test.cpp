@@ -405,7 +405,7 @@ TEST_CASE("dvi decoder: a colour frame behind a colour frame tears the first pai
     CHECK(rejects(dut, RejectCause::kPair) == 1);
 }
 
-TEST_CASE("dvi decoder: a depth frame of another number tears the pair; the lower of the two is lost") {
+TEST_CASE("dvi decoder: a depth frame of another number tears the pair, and the lower of the two is lost") {
     // 5 and 6: the depth frame's number is wrong, or frames are missing. 8 and 7: the colour frame's is wrong.
     DecoderBench dut;
     dut.add_start();

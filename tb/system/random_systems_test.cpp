@@ -34,10 +34,7 @@ void run_and_check(const std::vector<std::uint64_t>& seeds) {
             UNSCOPED_INFO(finding);
         }
         CHECK((ended || runs[i]->finished()));
-        CHECK(runs[i]->report().frames.size() == static_cast<std::size_t>(runs[i]->scenario().frames));
-        if (runs[i]->finished() && runs[i]->machine().watchdog_findings().empty()) {
-            check_run(*runs[i]);
-        }
+        check_run(*runs[i]);
     }
 }
 
