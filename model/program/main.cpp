@@ -10,8 +10,6 @@
 
 namespace {
 
-using metabuffer::ExitStatus;
-
 /// A command line that cannot be understood: one line, and where help is.
 int report_usage(const CLI::App& program, const CLI::ParseError& error) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {

@@ -12,7 +12,7 @@ namespace metabuffer::rtl {
 class Block : public sc_core::sc_module {
   public:
     /// Adds the block's ports and registers to a waveform, under the block's hierarchical name.
-    virtual void trace(sc_core::sc_trace_file* file) const = 0;
+    void trace(sc_core::sc_trace_file* file) const override = 0;
 
     /// One line for the watchdog: what the block waits for; empty if it waits for nothing.
     virtual std::string waiting_for() const { return {}; }

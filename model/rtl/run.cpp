@@ -46,6 +46,7 @@ class Waveform {
         // The stock writer adds the extension itself.
         std::filesystem::path stem = request.file;
         stem.replace_extension();
+        sc_core::sc_report_handler::set_actions("tracing timescale unit set", sc_core::SC_DO_NOTHING);
         file_ = sc_core::sc_create_vcd_trace_file(stem.c_str());
         file_->set_time_unit(1.0, sc_core::SC_PS);
         matched_ = machine.trace_blocks(file_, request.blocks);

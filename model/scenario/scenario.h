@@ -135,7 +135,7 @@ struct Scenario {
     Composition composition = Composition::kZ;
     DepthFormat depth_format = DepthFormat::kA8Z16;
     double depth_near = 0.0;
-    double depth_far = 1.0;
+    double depth_far = 100.0;
     ClockConfig clocks;
     MemoryConfig memory;
     BusConfig bus;

@@ -1,11 +1,13 @@
 #include "scenario/yaml_reader.h"
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -86,6 +88,38 @@ class TreeBuilder {
     bool has_lines_;
     std::size_t values_ = 0;
 };
+
+/// Hears where a document starts and nothing else.
+class DocumentStarts final : public YAML::EventHandler {
+  public:
+    void OnDocumentStart(const YAML::Mark& mark) override { last_ = mark; }
+    void OnDocumentEnd() override {}
+    void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+    void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+    void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  const std::string& /*value*/) override {}
+    void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                         YAML::EmitterStyle::value /*style*/) override {}
+    void OnSequenceEnd() override {}
+    void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                    YAML::EmitterStyle::value /*style*/) override {}
+    void OnMapEnd() override {}
+
+    const YAML::Mark& last() const { return last_; }
+
+  private:
+    YAML::Mark last_;
+};
+
+/// Where a second document starts, if there is one. YAML::LoadAll never returns from a stray comma: the
+/// parser makes one empty document after another of it.
+std::optional<YAML::Mark> second_document(const std::string& text) {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    DocumentStarts starts;
+    if (!parser.HandleNextDocument(starts) || !parser.HandleNextDocument(starts)) return std::nullopt;
+    return starts.last();
+}
 
 /// One step of a key path as it is written: `frames`, `0` or `[0]`.
 struct Step {
@@ -292,16 +326,13 @@ Value parse_yaml(const std::string& text, const std::shared_ptr<const std::strin
     TreeBuilder builder(origin, has_lines);
     const Place start = builder.place(YAML::Mark());
     try {
-        const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-        if (documents.empty()) {
-            Value nothing;
-            nothing.place = start;
-            return nothing;
+        if (const std::optional<YAML::Mark> second = second_document(text); second.has_value()) {
+            fail_at(
+                builder.place(*second), "",
+                "text goes on after the end of the YAML document; use one document, without '---' or a stray "
+                "',' between its parts");
         }
-        if (documents.size() > 1) {
-            fail_at(builder.place(documents[1].Mark()), "", "a second YAML document; use one in a file");
-        }
-        return builder.build(documents[0], start, 0);
+        return builder.build(YAML::Load(text), start, 0);
     } catch (const YAML::Exception& error) {
         fail_at(
             builder.place(error.mark), "",

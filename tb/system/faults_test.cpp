@@ -21,23 +21,24 @@ constexpr int kFrames = 4;
 constexpr int kImageWidth = 24;
 constexpr int kImageHeight = 10;
 constexpr int kFaultyRenderer = 0;  // index
-constexpr FaultKind kFaultKinds[] = {FaultKind::kMagic,     FaultKind::kVersion,    FaultKind::kKind,
-                                     FaultKind::kCrc,       FaultKind::kNumber,     FaultKind::kShortLine,
-                                     FaultKind::kLongLine,  FaultKind::kShortFrame, FaultKind::kLongFrame,
-                                     FaultKind::kMissing,   FaultKind::kDelay};
+constexpr FaultKind kFaultKinds[] = {FaultKind::kMagic,    FaultKind::kVersion,    FaultKind::kKind,
+                                     FaultKind::kCrc,      FaultKind::kNumber,     FaultKind::kShortLine,
+                                     FaultKind::kLongLine, FaultKind::kShortFrame, FaultKind::kLongFrame,
+                                     FaultKind::kMissing,  FaultKind::kDelay};
 
 PixelImage noise(Random& random) {
     PixelImage image(kImageWidth, kImageHeight);
     for (Pixel& pixel : image.values) {
         const std::uint64_t bits = random.bits();
-        pixel = Pixel(static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
-                      static_cast<std::uint8_t>(bits >> 16), 255, static_cast<std::uint32_t>(bits >> 32) & 0xFFU);
+        pixel =
+            Pixel(static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
+                  static_cast<std::uint8_t>(bits >> 16), 255, static_cast<std::uint32_t>(bits >> 32) & 0xFFU);
     }
     return image;
 }
 
-/// Two displays, two renderers whose every pair has an image of its own, so that a picture made of parts of two
-/// pairs cannot pass for a good one. The bus is wide: nothing starves.
+/// Two displays, two renderers whose every pair has an image of its own, so that a picture made of parts of
+/// two pairs cannot pass for a good one. The bus is wide: nothing starves.
 Scenario two_renderers(int different_pairs) {
     Random random(2026);
     Scenario scenario;
@@ -83,8 +84,8 @@ MachineRuns machines_with_faults(std::uint32_t pair, int delay_pairs, Pacing pac
         for (const FrameKind frame : {FrameKind::kColour, FrameKind::kDepth}) {
             Scenario scenario = with_fault(kind, frame, pair, delay_pairs);
             scenario.pacing = pacing;
-            runs.push_back(std::make_unique<MachineRun>(
-                std::string(to_string(kind)) + "_" + to_string(frame), std::move(scenario)));
+            runs.push_back(std::make_unique<MachineRun>(std::string(to_string(kind)) + "_" + to_string(frame),
+                                                        std::move(scenario)));
         }
     }
     return runs;
@@ -99,17 +100,24 @@ void run_traced(MachineRuns& runs) {
 /// The cause under which the decoder counts a fault; none for one that is no frame's own fault.
 std::optional<RejectCause> cause_of(FaultKind kind) {
     switch (kind) {
-        case FaultKind::kMagic: return RejectCause::kMagic;
-        case FaultKind::kVersion: return RejectCause::kVersion;
-        case FaultKind::kKind: return RejectCause::kKind;
-        case FaultKind::kCrc: return RejectCause::kCrc;
+        case FaultKind::kMagic:
+            return RejectCause::kMagic;
+        case FaultKind::kVersion:
+            return RejectCause::kVersion;
+        case FaultKind::kKind:
+            return RejectCause::kKind;
+        case FaultKind::kCrc:
+            return RejectCause::kCrc;
         case FaultKind::kNumber:
-        case FaultKind::kMissing: return RejectCause::kPair;
+        case FaultKind::kMissing:
+            return RejectCause::kPair;
         case FaultKind::kShortLine:
         case FaultKind::kLongLine:
         case FaultKind::kShortFrame:
-        case FaultKind::kLongFrame: return RejectCause::kGeometry;
-        case FaultKind::kDelay: break;
+        case FaultKind::kLongFrame:
+            return RejectCause::kGeometry;
+        case FaultKind::kDelay:
+            break;
     }
     return std::nullopt;
 }
@@ -130,8 +138,8 @@ std::vector<int> pairs_of(const MachineRun& run, std::size_t renderer) {
 
 const RendererCounters& faulty(const MachineRun& run) { return run.report().renderers[kFaultyRenderer]; }
 
-/// What holds for a machine with a fault as for any other: whole pictures of whole pairs, on every display; and
-/// the other renderer goes on in step.
+/// What holds for a machine with a fault as for any other: whole pictures of whole pairs, on every display;
+/// and the other renderer goes on in step.
 void check_machine(const MachineRun& run) {
     const Fault& fault = run.scenario().faults.at(0);
     INFO("fault " << to_string(fault.kind) << " in the " << to_string(fault.frame) << " frame of pair "
@@ -182,8 +190,7 @@ TEST_CASE("a renderer without a good pair yet contributes an empty table", "[sys
         }
         // A link that begins with a depth frame has not begun: the decoder looks for a colour frame.
         const bool never_noticed = fault.kind == FaultKind::kMissing && fault.frame == FrameKind::kColour;
-        CHECK(faulty(*run).rejected_frames ==
-              (never_noticed ? RejectedFrames{} : one_rejection(fault.kind)));
+        CHECK(faulty(*run).rejected_frames == (never_noticed ? RejectedFrames{} : one_rejection(fault.kind)));
     }
 }
 
@@ -198,8 +205,7 @@ TEST_CASE("the last pair's fault leaves the last good pair on the displays", "[s
         CHECK(faulty(*run).repeated_frames == 1);
         // Nothing follows a depth frame that is not sent: only the timeout tells.
         const bool never_noticed = fault.kind == FaultKind::kMissing && fault.frame == FrameKind::kDepth;
-        CHECK(faulty(*run).rejected_frames ==
-              (never_noticed ? RejectedFrames{} : one_rejection(fault.kind)));
+        CHECK(faulty(*run).rejected_frames == (never_noticed ? RejectedFrames{} : one_rejection(fault.kind)));
     }
 }
 
@@ -223,8 +229,8 @@ TEST_CASE("a late pair is dropped, the renderer's next one is shown", "[system][
         std::make_unique<MachineRun>("late", with_fault(FaultKind::kDelay, FrameKind::kColour, 0, 3)));
     run_traced(runs);
     check_machine(*runs[0]);
-    // Pair 0 ends four pair times after the start. By then its frame has gone without it, after two; frame 1 is
-    // waited for until four, a few clocks longer than pair 0 takes, and goes without as well.
+    // Pair 0 ends four pair times after the start. By then its frame has gone without it, after two; frame 1
+    // is waited for until four, a few clocks longer than pair 0 takes, and goes without as well.
     CHECK(faulty(*runs[0]).dropped_frames >= 1);
     CHECK(faulty(*runs[0]).repeated_frames >= 1);
     CHECK(pairs_of(*runs[0], 0)[0] == -1);
@@ -246,7 +252,7 @@ TEST_CASE("free-running: a faulty pair is never shown", "[system][faults]") {
 }
 
 TEST_CASE("free-running: a slow machine drops pairs and shows whole ones", "[system][faults]") {
-    constexpr int kDifferentPairs = 60;
+    constexpr int kDifferentPairs = 200;
     MachineRuns runs;
     for (const double core_mhz : {5.0, 11.3, 20.0}) {
         Scenario scenario = two_renderers(kDifferentPairs);
@@ -276,7 +282,12 @@ TEST_CASE("free-running: a slow machine drops pairs and shows whole ones", "[sys
             CHECK(counters.rejected_frames == RejectedFrames{});
             const std::vector<int> pairs = pairs_of(*run, r);
             CHECK(pairs.back() < kDifferentPairs);  // so every pair shown had an image of its own
-            CHECK(pairs.back() > kFrames - 1);
+            // Frame 1's table is asked for as soon as frame 0 has been sent, before there is another pair;
+            // from then on many pairs pass in each frame, and each frame shows a newer one.
+            for (std::size_t k = 2; k < pairs.size(); ++k) {
+                INFO("frame " << k);
+                CHECK(pairs[k] > pairs[k - 1]);
+            }
         }
     }
 }

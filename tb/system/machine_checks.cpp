@@ -12,16 +12,14 @@ namespace metabuffer::test {
 namespace {
 
 bool lockstep(const Scenario& scenario) { return scenario.pacing == Pacing::kLockstep; }
-bool glitches(const Scenario& scenario) {
-    return scenario.composer.on_starvation == StarvationMode::kGlitch;
-}
+bool glitches(const Scenario& scenario) { return scenario.composer.on_starvation == StarvationMode::kGlitch; }
 bool has_delay(const Scenario& scenario) {
     return std::any_of(scenario.faults.begin(), scenario.faults.end(),
                        [](const Fault& fault) { return fault.kind == FaultKind::kDelay; });
 }
 
-/// Every display shows every frame once and whole: what the pairs that the machine reports give, less the local
-/// pixels that it located as starved; and if none was, what the functional level makes of those pairs.
+/// Every display shows every frame once and whole: what the pairs that the machine reports give, less the
+/// local pixels that it located as starved; and if none was, what the functional level makes of those pairs.
 void check_pictures(const MachineRun& run) {
     const Scenario& scenario = run.scenario();
     const bool starved = run.report().total_starved_pixels() > 0;
@@ -34,8 +32,8 @@ void check_pictures(const MachineRun& run) {
             const ColourImage* shown = run.picture(frame, display);
             CHECK(differing_pixels(shown, picture_without_glitches(run, frame, display)) == 0);
             if (!starved) {
-                CHECK(differing_pixels(shown, functional::composite_display(scenario, contributions,
-                                                                            display)) == 0);
+                CHECK(differing_pixels(shown,
+                                       functional::composite_display(scenario, contributions, display)) == 0);
             }
         }
     }
@@ -146,8 +144,8 @@ void check_buses(const MachineRun& run) {
     }
 }
 
-/// One raster pixel enters a pipeline a clock, each composer one clock behind the one above it: with one column
-/// a frame takes raster pixels + M - 1 clocks and what the column stood still; several start apart.
+/// One raster pixel enters a pipeline a clock, each composer one clock behind the one above it: with one
+/// column a frame takes raster pixels + M - 1 clocks and what the column stood still; several start apart.
 void check_frame_spans(const MachineRun& run) {
     const Scenario& scenario = run.scenario();
     const std::int64_t undisturbed =

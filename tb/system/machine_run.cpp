@@ -22,9 +22,8 @@ MachineRun::MachineRun(const std::string& name, Scenario scenario)
         shown.image = image;
         ++shown.times;
     });
-    machine_->on_glitch([this](int renderer, int display, const Glitch& glitch) {
-        take_glitch(renderer, display, glitch);
-    });
+    machine_->on_glitch(
+        [this](int renderer, int display, const Glitch& glitch) { take_glitch(renderer, display, glitch); });
     machine_->on_finished([this] { report_ = machine_->report(); });
 }
 

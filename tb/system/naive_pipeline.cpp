@@ -56,8 +56,8 @@ std::optional<Pixel> local_pixel(const ViewportRow& row, const PixelImage& image
 
 ColourImage picture_without_glitches(const MachineRun& run, int frame, int display) {
     const Scenario& scenario = run.scenario();
-    const auto contributions = functional::contributions_of(
-        scenario, run.report().frames.at(static_cast<std::size_t>(frame)).pairs);
+    const auto contributions =
+        functional::contributions_of(scenario, run.report().frames.at(static_cast<std::size_t>(frame)).pairs);
     const int s = scenario.displays.supersample;
     const int shift = s == 1 ? 0 : (s == 2 ? 2 : 4);
     const Fields top{{scenario.displays.background[0], scenario.displays.background[1],

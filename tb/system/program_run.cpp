@@ -81,14 +81,15 @@ Waveform::Waveform(const std::filesystem::path& file) {
         } else if (word == "$var") {
             read_variable(line, scopes);
         } else if (line.find("initial values are dumped below at time") != std::string::npos) {
-            const std::size_t digits = line.find_first_of("0123456789");
-            time = first_time_ = last_time_ = std::stoll(line.substr(digits));
+            // "... at time 0.5 sec = 500000000000 timescale units."
+            time = first_time_ = last_time_ = std::stoll(line.substr(line.find('=') + 1));
         } else if (word.size() > 1 && word[0] == '#') {
             time = std::stoll(word.substr(1));
-            if (first_time_ < 0) first_time_ = time;
-            last_time_ = time;
         } else if (word.size() > 1 && (word[0] == '0' || word[0] == '1')) {
             changes_[word.substr(1)].push_back({time, word[0]});
+            last_time_ = time;
+        } else if (word.size() > 1 && word[0] == 'b') {
+            last_time_ = time;
         }
     }
 }

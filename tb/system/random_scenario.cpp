@@ -49,8 +49,8 @@ PixelImage random_image(Random& random, int width, int height, DepthFormat forma
     const std::array<std::uint8_t, 4> alphas{0, 255, 128, channel(random)};
     PixelImage image(width, height);
     for (Pixel& pixel : image.values) {
-        const std::uint32_t z = random.one_in(8) ? static_cast<std::uint32_t>(random.bits()) & far
-                                                 : one_of(random, depths);
+        const std::uint32_t z =
+            random.one_in(8) ? static_cast<std::uint32_t>(random.bits()) & far : one_of(random, depths);
         pixel = Pixel(channel(random), channel(random), channel(random), one_of(random, alphas), z);
     }
     return image;
@@ -99,17 +99,38 @@ ViewportRow random_row(Random& random, const ViewportLimits& limits, int display
 void spoil(Random& random, ViewportRow& row, const ViewportLimits& limits) {
     const int m = row.dmultiple;
     switch (random.between(0, 9)) {
-        case 0: row.dcomp = 0; break;
-        case 1: row.dcomp = static_cast<std::uint16_t>(limits.displays + random.between(1, 1000)); break;
-        case 2: row.dmultiple = 0; break;
-        case 3: row.dmultiple = static_cast<std::uint16_t>(random.between(256, 65535)); break;
-        case 4: (random.one_in(2) ? row.sdx : row.sdy) = 0; break;
-        case 5: row.sx = static_cast<std::uint16_t>(limits.image_width_pixels - row.sdx + 1); break;
-        case 6: row.sdy = static_cast<std::uint16_t>(limits.image_height_pixels - row.sy + 1); break;
-        case 7: row.dx = static_cast<std::int16_t>(-m); break;
-        case 8: row.dy = static_cast<std::int16_t>(limits.raster_height_pixels); break;
-        case 9: row.dx = static_cast<std::int16_t>(limits.raster_width_pixels + m - row.sdx * m); break;
-        default: break;
+        case 0:
+            row.dcomp = 0;
+            break;
+        case 1:
+            row.dcomp = static_cast<std::uint16_t>(limits.displays + random.between(1, 1000));
+            break;
+        case 2:
+            row.dmultiple = 0;
+            break;
+        case 3:
+            row.dmultiple = static_cast<std::uint16_t>(random.between(256, 65535));
+            break;
+        case 4:
+            (random.one_in(2) ? row.sdx : row.sdy) = 0;
+            break;
+        case 5:
+            row.sx = static_cast<std::uint16_t>(limits.image_width_pixels - row.sdx + 1);
+            break;
+        case 6:
+            row.sdy = static_cast<std::uint16_t>(limits.image_height_pixels - row.sy + 1);
+            break;
+        case 7:
+            row.dx = static_cast<std::int16_t>(-m);
+            break;
+        case 8:
+            row.dy = static_cast<std::int16_t>(limits.raster_height_pixels);
+            break;
+        case 9:
+            row.dx = static_cast<std::int16_t>(limits.raster_width_pixels + m - row.sdx * m);
+            break;
+        default:
+            break;
     }
 }
 
@@ -119,7 +140,8 @@ ViewportTable random_table(Random& random, const ViewportLimits& limits) {
         if (!random.one_in(5)) table.push_back(random_row(random, limits, display));
     }
     for (int extra = random.between(0, 3); extra > 0; --extra) {
-        ViewportRow row = random_row(random, limits, random.between(1, limits.displays));  // maybe a duplicate
+        ViewportRow row =
+            random_row(random, limits, random.between(1, limits.displays));  // maybe a duplicate
         if (!random.one_in(3)) spoil(random, row, limits);
         table.push_back(row);
     }
@@ -202,16 +224,32 @@ void choose_buffer(Random& random, Scenario& scenario) {
     const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
     ComposerConfig& composer = scenario.composer;
     switch (random.between(0, 2)) {
-        case 0: composer.ready_space_pixels = in_flight; break;
-        case 1: composer.ready_space_pixels = std::max(scenario.bus.burst_pixels, in_flight); break;
-        default: composer.ready_space_pixels = in_flight + random.between(0, 40); break;
+        case 0:
+            composer.ready_space_pixels = in_flight;
+            break;
+        case 1:
+            composer.ready_space_pixels = std::max(scenario.bus.burst_pixels, in_flight);
+            break;
+        default:
+            composer.ready_space_pixels = in_flight + random.between(0, 40);
+            break;
     }
     switch (random.between(0, 4)) {
-        case 0: composer.buffer_pixels = composer.ready_space_pixels; break;  // replicated rows never fit
-        case 1: composer.buffer_pixels = composer.ready_space_pixels + random.between(1, 12); break;
-        case 2: composer.buffer_pixels = composer.ready_space_pixels + random.between(12, 64); break;
-        case 3: composer.buffer_pixels = composer.ready_space_pixels + 64; break;  // the widest row just fits
-        default: composer.buffer_pixels = composer.ready_space_pixels + random.between(100, 2000); break;
+        case 0:
+            composer.buffer_pixels = composer.ready_space_pixels;
+            break;  // replicated rows never fit
+        case 1:
+            composer.buffer_pixels = composer.ready_space_pixels + random.between(1, 12);
+            break;
+        case 2:
+            composer.buffer_pixels = composer.ready_space_pixels + random.between(12, 64);
+            break;
+        case 3:
+            composer.buffer_pixels = composer.ready_space_pixels + 64;
+            break;  // the widest row just fits
+        default:
+            composer.buffer_pixels = composer.ready_space_pixels + random.between(100, 2000);
+            break;
     }
 }
 

@@ -77,8 +77,8 @@ TEST_CASE("a machine does the same each time and beside others", "[system]") {
     REQUIRE(kRegistered);
     MachineRuns runs;
     for (const std::uint64_t seed : {7U, 7U, 11U, 11U, 11U}) {
-        runs.push_back(std::make_unique<MachineRun>("machine_" + std::to_string(runs.size()),
-                                                    random_scenario(seed)));
+        runs.push_back(
+            std::make_unique<MachineRun>("machine_" + std::to_string(runs.size()), random_scenario(seed)));
     }
     REQUIRE(run_to_end(runs));
     CHECK(report_json(runs[0]->report()) == report_json(runs[1]->report()));

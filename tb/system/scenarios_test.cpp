@@ -23,9 +23,9 @@ namespace {
 const std::filesystem::path kScenarioDirectory = METABUFFER_SCENARIO_DIRECTORY;
 
 /// Scenarios whose comments promise that nothing starves.
-const std::set<std::string> kNeverStarve{"paper-figure", "paper-figure-small", "paper-table",    "case-1",
-                                         "case-2",       "case-3",             "case-4",         "foveated",
-                                         "union",        "supersample-off",    "supersample-on"};
+const std::set<std::string> kNeverStarve{
+    "paper-figure", "paper-figure-small", "paper-table", "case-1",          "case-2",        "case-3",
+    "case-4",       "foveated",           "union",       "supersample-off", "supersample-on"};
 /// Scenarios that are there to show starvation.
 const std::set<std::string> kStarve{"paper-figure-starved"};
 
@@ -128,9 +128,8 @@ TEST_CASE("the union of three renderers shows what one renderer sees", "[system]
         displays.push_back(*picture);
     }
     const ColourImage composite = collage(displays, scenario.displays, 0);
-    const PixelImage truth =
-        load_image(kScenarioDirectory / "images/union/truth.exr", std::nullopt, scenario.depth_format,
-                   {scenario.depth_near, scenario.depth_far});
+    const PixelImage truth = load_image(kScenarioDirectory / "images/union/truth.exr", std::nullopt,
+                                        scenario.depth_format, {scenario.depth_near, scenario.depth_far});
     REQUIRE(composite.width_pixels == truth.width_pixels);
     REQUIRE(composite.height_pixels == truth.height_pixels);
     ColourImage expected(truth.width_pixels, truth.height_pixels);
@@ -162,8 +161,8 @@ TEST_CASE("the four cases of section 5.1 have the paper's segments", "[system][s
         }
         return widths;
     };
-    CHECK(widths_of("case-1") == std::vector<int>{100});                      // w
-    CHECK(widths_of("case-2") == std::vector<int>{75, 25, 75, 25});           // l, w - l
-    CHECK(widths_of("case-3") == std::vector<int>{50, 50, 50, 50});           // w / 2
+    CHECK(widths_of("case-1") == std::vector<int>{100});                                 // w
+    CHECK(widths_of("case-2") == std::vector<int>{75, 25, 75, 25});                      // l, w - l
+    CHECK(widths_of("case-3") == std::vector<int>{50, 50, 50, 50});                      // w / 2
     CHECK(widths_of("case-4") == std::vector<int>{30, 50, 20, 30, 50, 20, 30, 50, 20});  // l / 2, w / 2, ...
 }

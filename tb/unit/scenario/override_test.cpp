@@ -152,6 +152,8 @@ TEST_CASE("override: errors of its value name it in place of file and line") {
           "that can be "
           "in flight; use 2 or more");
     CHECK(fixture.error(minimal, {"bus=[1"}).rfind("--set bus=[1: not valid YAML: ", 0) == 0);
+    CHECK(fixture.error(minimal, {"frames=,"}).rfind("--set frames=,: text goes on after the end of ", 0) ==
+          0);
     CHECK(fixture.error(minimal, {"bus={width_bits: 32, width_bits: 64}"}) ==
           "--set bus={width_bits: 32, width_bits: 64}: width_bits: is here twice, first already; use each "
           "key once "

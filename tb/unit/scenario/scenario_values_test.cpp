@@ -135,7 +135,7 @@ TEST_CASE("scenario: the least scenario has the documented defaults") {
     CHECK(scenario.composition == Composition::kZ);
     CHECK(scenario.depth_format == DepthFormat::kA8Z16);
     CHECK(scenario.depth_near == 0.0);
-    CHECK(scenario.depth_far == 1.0);
+    CHECK(scenario.depth_far == 100.0);
     CHECK(scenario.memory.page_words == 512);
     CHECK(scenario.memory.page_miss_cycles == 6);
     CHECK(scenario.memory.words_per_cycle == 1);
@@ -358,8 +358,14 @@ TEST_CASE("scenario: text that is not YAML") {
     check("a: 1\n b: 2\n", "test.yaml:2: not valid YAML: ");
     check("a: *nowhere\n", "test.yaml:1: not valid YAML: the referenced anchor is not defined");
     check("\n\n\"open", "test.yaml:3: not valid YAML: ");
-    CHECK(fixture.error(ScenarioFixture::minimal() + "---\nframes: 3\n") ==
-          "test.yaml:7: a second YAML document; use one in a file");
+    const std::string goes_on =
+        "text goes on after the end of the YAML document; use one document, without '---' or a stray ',' "
+        "between its "
+        "parts";
+    CHECK(fixture.error(ScenarioFixture::minimal() + "---\nframes: 3\n") == "test.yaml:6: " + goes_on);
+    CHECK(fixture.error(",") == "test.yaml:1: " + goes_on);
+    CHECK(fixture.error(ScenarioFixture::minimal() + "...\n").empty());
+    CHECK(fixture.error("---\n" + ScenarioFixture::minimal()).empty());
     CHECK(fixture.error("[1, 2]: 3\n") == "test.yaml:1: a key is not plain text; use the name of a key");
 }
 

@@ -1,0 +1,192 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "clocked_testbench.h"
+#include "rtl/composer.h"
+#include "small_scenario.h"
+
+namespace metabuffer::test {
+
+enum class Strap : std::uint8_t { kRelay, kMaster };
+enum class StallWire : std::uint8_t { kOwn, kDriven };
+
+/// A composer of display 1 between a bus, a pipeline above and a pipeline below, all played by the test.
+struct ComposerBench {
+    Scenario scenario;
+    ClockDomain& core;
+    sc_core::sc_signal<bool> pipemaster;
+    sc_core::sc_signal<rtl::BusBeat> bus;
+    sc_core::sc_signal<bool> busready;
+    sc_core::sc_signal<bool> tableready;
+    sc_core::sc_signal<bool> startframe_in;
+    sc_core::sc_signal<bool> startframe_out;
+    sc_core::sc_signal<rtl::PipePixel> pipe_in;
+    sc_core::sc_signal<rtl::PipePixel> pipe_out;
+    sc_core::sc_signal<bool> pipeready_in;
+    sc_core::sc_signal<bool> pipeready_out;
+    sc_core::sc_signal<bool> column_stall;  ///< unused with StallWire::kOwn
+    sc_core::sc_signal<bool> stall;
+    rtl::Composer composer;
+    const Recording<bool>& busreadies;
+    const Recording<bool>& tablereadies;
+    const Recording<bool>& startframes;
+    const Recording<rtl::PipePixel>& pipes;
+    const Recording<bool>& pipereadies;
+    const Recording<bool>& stalls;
+
+    ComposerBench(ClockedTestbench& bench, const std::string& name, Scenario with, Strap strap = Strap::kRelay,
+                  StallWire stall_wire = StallWire::kOwn)
+        : scenario(std::move(with)),
+          core(bench.core),
+          pipemaster((name + "_pipemaster").c_str(), strap == Strap::kMaster),
+          composer(name.c_str(), scenario, 1),
+          busreadies(core.record(busready)),
+          tablereadies(core.record(tableready)),
+          startframes(core.record(startframe_out)),
+          pipes(core.record(pipe_out)),
+          pipereadies(core.record(pipeready_out)),
+          stalls(core.record(stall)),
+          stall_wire_(stall_wire) {
+        composer.clk_i(core.clk);
+        composer.reset_i(bench.reset);
+        composer.pipemaster_i(pipemaster);
+        composer.bus_i(bus);
+        composer.busready_o(busready);
+        composer.tableready_o(tableready);
+        composer.startframe_i(startframe_in);
+        composer.startframe_o(startframe_out);
+        composer.pipe_i(pipe_in);
+        composer.pipe_o(pipe_out);
+        composer.pipeready_i(pipeready_in);
+        composer.pipeready_o(pipeready_out);
+        composer.column_stall_i(stall_wire == StallWire::kOwn ? stall : column_stall);
+        composer.stall_o(stall);
+        bench.trace(composer);
+        core.each_clock([this](int clock) {
+            if (bus_master) bus_master(clock);
+            const auto entry = beats_.find(clock);
+            bus.write(entry == beats_.end() ? rtl::BusBeat{} : entry->second);
+            play_upstream(clock);
+        });
+    }
+
+    int raster_pixels() const {
+        return scenario.displays.raster_width_pixels() * scenario.displays.raster_height_pixels();
+    }
+
+    // ---- the bus: what edge `clock` samples ----
+
+    /// Called before each edge, to put() what it is to sample.
+    std::function<void(int)> bus_master;
+
+    void put(int clock, const rtl::BusBeat& beat) { beats_[clock] = beat; }
+    /// A frame-start beat at `clock` and the rows at the edges behind it. The last beat's edge.
+    int put_table(int clock, const ViewportTable& rows) {
+        put(clock, rtl::BusBeat::frame_start(rows.empty()));
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            put(++clock, rtl::BusBeat::table_row(rows[i], i + 1 == rows.size()));
+        }
+        return clock;
+    }
+    /// A beat of `count` pixels from pixel `first` of the segment of frame `frame` on.
+    void put_pixels(int clock, std::int64_t first, int count, int remaining, int frame = 0, int destination = 1) {
+        rtl::BusBeat beat;
+        beat.kind = rtl::BusBeat::Kind::kPixels;
+        beat.destination = static_cast<std::uint16_t>(destination);
+        beat.count = static_cast<std::uint8_t>(count);
+        beat.remaining = static_cast<std::uint32_t>(remaining);
+        for (int i = 0; i < count; ++i) {
+            beat.words[static_cast<std::size_t>(i)] = local(frame, first + i).word();
+        }
+        put(clock, beat);
+    }
+    /// `count` bursts of one pixel each, one a clock, from pixel `first` on.
+    void put_single_pixels(int clock, std::int64_t first, int count, int frame = 0) {
+        for (int i = 0; i < count; ++i) put_pixels(clock + i, first + i, 1, 0, frame);
+    }
+
+    // ---- the pipeline above ----
+
+    /// STARTFRAME is sampled at edge `clock` (later if COLUMNSTALL is high), the raster behind it.
+    void start_frame(int clock) { starts_.push_back(clock); }
+
+    // ---- pixel values that tell where they come from ----
+
+    /// Pixel k of the segment of a frame: nearer than every upstream pixel.
+    static Pixel local(int frame, std::int64_t k) {
+        const auto value = static_cast<std::uint32_t>(k * 7 + frame * 1000 + 1);
+        return {static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8),
+                static_cast<std::uint8_t>(value), 255, 5};
+    }
+    /// The upstream pixel at a raster position: half way to the far plane.
+    static Pixel upstream(int position) {
+        return {0xC0, static_cast<std::uint8_t>(position >> 8), static_cast<std::uint8_t>(position), 128, 0x8000};
+    }
+
+    // ---- what comes out ----
+
+    /// The raster that follows STARTFRAME at clock `start`, if nothing stalls.
+    std::vector<Pixel> picture_behind(int start) const {
+        std::vector<Pixel> picture;
+        for (int i = 0; i < raster_pixels(); ++i) picture.push_back(pipes.at(start + 1 + i).pixel);
+        return picture;
+    }
+
+    /// Painted row by row, repetition by repetition: the segment over what comes from above.
+    std::vector<Pixel> painted(const std::optional<ViewportRow>& row, int frame,
+                               const std::function<Pixel(int)>& from_above = upstream) const {
+        std::vector<Pixel> picture;
+        for (int i = 0; i < raster_pixels(); ++i) picture.push_back(from_above(i));
+        if (!row) return picture;
+        const int width = scenario.displays.raster_width_pixels();
+        const int height = scenario.displays.raster_height_pixels();
+        std::int64_t k = 0;
+        for (int j = 0; j < row->sdy; ++j) {
+            for (int i = 0; i < row->sdx; ++i, ++k) {
+                for (int repetition = 0; repetition < row->dmultiple * row->dmultiple; ++repetition) {
+                    const int x = row->dx + i * row->dmultiple + repetition % row->dmultiple;
+                    const int y = row->dy + j * row->dmultiple + repetition / row->dmultiple;
+                    if (x < 0 || x >= width || y < 0 || y >= height) continue;
+                    picture[static_cast<std::size_t>(y * width + x)] = local(frame, k);
+                }
+            }
+        }
+        return picture;
+    }
+
+  private:
+    /// A composer above: its registers move on at every edge at which the column does not stand still.
+    void play_upstream(int clock) {
+        // Whether edge clock - 1 has seen COLUMNSTALL: a registered one has moved on since, one that the test
+        // drives moves on only now.
+        const bool standing = composer.column_stall_i.read();
+        const bool held = stall_wire_ == StallWire::kDriven ? standing : std::exchange(stood_, standing);
+        if (held) return;
+        if (position_ >= 0) {
+            startframe_in.write(false);
+            pipe_in.write(position_ < raster_pixels() ? rtl::PipePixel{upstream(position_), true}
+                                                      : rtl::PipePixel{});
+            position_ = position_ < raster_pixels() ? position_ + 1 : -1;
+        }
+        for (const int start : starts_) {
+            if (start != clock) continue;
+            startframe_in.write(true);
+            position_ = 0;
+        }
+    }
+
+    std::map<int, rtl::BusBeat> beats_;
+    std::vector<int> starts_;
+    int position_ = -1;
+    StallWire stall_wire_;
+    bool stood_ = false;
+};
+
+}  // namespace metabuffer::test

@@ -1,0 +1,885 @@
+#include "rtl/composer.h"
+
+#include <catch2/catch.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clocked_testbench.h"
+#include "composer_bench.h"
+#include "expected_report.h"
+#include "random_seed.h"
+#include "small_scenario.h"
+
+namespace metabuffer::test {
+namespace {
+
+using rtl::BusBeat;
+using rtl::PipePixel;
+
+constexpr int kWidth = 6;
+constexpr int kHeight = 4;
+constexpr int kPixels = kWidth * kHeight;
+
+struct Sizes {
+    int buffer = 16;
+    int ready_space = 6;
+    int beat = 1;  ///< pixels the bus moves at once
+};
+
+Scenario composer_scenario(const Sizes& sizes = {}, StarvationMode mode = StarvationMode::kGlitch) {
+    Scenario scenario = small_scenario(kWidth, kHeight);
+    scenario.composer.buffer_pixels = sizes.buffer;
+    scenario.composer.ready_space_pixels = sizes.ready_space;
+    scenario.composer.on_starvation = mode;
+    scenario.bus.width_bits = 64 * sizes.beat;
+    scenario.memory.words_per_cycle = sizes.beat;
+    return scenario;
+}
+
+/// A segment that covers the whole raster.
+ViewportRow whole_raster(int dcomp = 1) { return table_row(dcomp, {0, 0}, {kWidth, kHeight}, {0, 0}); }
+
+// ---- pipeline -------------------------------------------------------------------------------------------------
+
+TEST_CASE("composer: in reset all is low, BUSREADY and TABLEREADY rise at the first clock behind it") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    bench.run_through(10);
+    CHECK_FALSE(dut.busreadies.at(-1));
+    CHECK_FALSE(dut.tablereadies.at(-1));
+    CHECK(dut.busreadies.high() == clock_range(0, 11));
+    CHECK(dut.tablereadies.high() == clock_range(0, 11));
+    CHECK(dut.pipereadies.high().empty());
+    CHECK(dut.startframes.high().empty());
+    CHECK(dut.stalls.high().empty());
+    CHECK(dut.pipes.clocks_where([](const PipePixel& pixel) { return pixel.valid; }).empty());
+}
+
+TEST_CASE("composer: STARTFRAME and each pixel leave at the edge that samples them, w x h clocks from the first "
+          "pixel to the last") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    dut.put_table(5, {});
+    const int start = 20;
+    dut.start_frame(start);
+    bench.run_through(start + kPixels + 10);
+    CHECK(dut.startframes.high() == std::vector<int>{start});
+    // One clock ahead of pixel 0.
+    CHECK(dut.pipes.clocks_where([](const PipePixel& pixel) { return pixel.valid; }) ==
+          clock_range(start + 1, start + 1 + kPixels));
+    CHECK(dut.picture_behind(start) == dut.painted({}, 0));
+}
+
+TEST_CASE("composer: PIPEMASTER answers its own PIPEREADY with STARTFRAME one clock later and makes the "
+          "background") {
+    ClockedTestbench bench;
+    Scenario first = composer_scenario();
+    first.displays.background[0] = 11;
+    first.displays.background[1] = 22;
+    first.displays.background[2] = 33;
+    Scenario second = first;
+    second.depth_format = DepthFormat::kZ24;
+    ComposerBench a8z16(bench, "a8z16", first, Strap::kMaster);
+    ComposerBench z24(bench, "z24", second, Strap::kMaster);
+    const int ready = 30;
+    for (ComposerBench* dut : {&a8z16, &z24}) {
+        dut->put_table(5, {});
+        dut->start_frame(12);  // what hangs on the pins above is not listened to
+        bench.core.drive(dut->pipeready_in, ready, true);
+    }
+    bench.run_through(ready + kPixels + 20);
+    for (ComposerBench* dut : {&a8z16, &z24}) {
+        CHECK(dut->pipereadies.high() == std::vector<int>{ready});
+        CHECK(dut->startframes.high() == std::vector<int>{ready + 1});
+        CHECK(dut->pipes.clocks_where([](const PipePixel& pixel) { return pixel.valid; }) ==
+              clock_range(ready + 2, ready + 2 + kPixels));
+        const Pixel background(11, 22, 33, 0, dut == &a8z16 ? 0xFFFFU : 0xFF'FFFFU);
+        CHECK(dut->picture_behind(ready + 1) == std::vector<Pixel>(kPixels, background));
+    }
+}
+
+TEST_CASE("composer: rows and pixels for other displays are not taken") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    const ViewportRow own = table_row(1, {0, 0}, {2, 1}, {1, 1});
+    dut.put_table(5, {table_row(2, {0, 0}, {3, 1}, {0, 0}), own, table_row(3, {0, 0}, {1, 1}, {0, 2})});
+    dut.put_pixels(20, 100, 1, 5, 0, 2);
+    dut.put_pixels(21, 0, 1, 0);
+    dut.put_pixels(22, 101, 1, 0, 0, 3);
+    dut.put_pixels(23, 1, 1, 0);
+    dut.start_frame(30);
+    bench.run_through(30 + kPixels + 5);
+    CHECK(dut.picture_behind(30) == dut.painted(own, 0));
+    CHECK(dut.composer.counters().buffer_high_water == 2);
+}
+
+// ---- the buffer's timing and starvation -----------------------------------------------------------------------
+
+TEST_CASE("composer: a beat sampled at an edge can be composited at the next, one clock later its first pixel "
+          "starves") {
+    ClockedTestbench bench;
+    const Sizes sizes{12, 5, 2};
+    ComposerBench in_time(bench, "in_time", composer_scenario(sizes));
+    ComposerBench late(bench, "late", composer_scenario(sizes));
+    std::vector<Glitch> glitches;
+    late.composer.on_glitch([&](const Glitch& glitch) { glitches.push_back(glitch); });
+    const int start = 40;
+    const auto composited_at = [](int k) { return start + 1 + k; };
+    for (ComposerBench* dut : {&in_time, &late}) {
+        dut->put_table(5, {whole_raster()});
+        for (int k = 0; k < 12; k += 2) dut->put_pixels(10 + k, k, 2, 0);
+        dut->start_frame(start);
+        for (int k = 14; k < kPixels; k += 2) dut->put_pixels(composited_at(k) - 1, k, 2, 0);
+    }
+    in_time.put_pixels(composited_at(12) - 1, 12, 2, 0);
+    // Samples pixels 12 and 13 at the edge that composites pixel 12: 12 is late, 13 in time.
+    late.put_pixels(composited_at(12), 12, 2, 0);
+    bench.run_through(start + kPixels + 5);
+
+    std::vector<Pixel> wanted = in_time.painted(whole_raster(), 0);
+    CHECK(in_time.picture_behind(start) == wanted);
+    CHECK(in_time.composer.counters().starved_pixels == 0);
+    CHECK(in_time.composer.counters().late_pixels == 0);
+
+    wanted[12] = ComposerBench::upstream(12);
+    CHECK(late.picture_behind(start) == wanted);
+    CHECK(late.composer.counters().starved_pixels == 1);
+    CHECK(late.composer.counters().late_pixels == 1);
+    REQUIRE(glitches.size() == 1);
+    CHECK(glitches.front() == Glitch{0, 0, 2});
+    CHECK(late.composer.counters().first_glitch == glitches.front());
+}
+
+TEST_CASE("composer: pixels later than their last use are dropped and displace no later pixel") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({24, 17, 8}));
+    const int start = 40;
+    dut.put_table(5, {whole_raster()});
+    dut.put_pixels(10, 0, 8, 0);
+    dut.start_frame(start);
+    // Pixel 11 is composited at the edge that brings pixels 8 to 15.
+    dut.put_pixels(start + 12, 8, 8, 0);
+    dut.put_pixels(start + 14, 16, 8, 0);
+    bench.run_through(start + kPixels + 5);
+    std::vector<Pixel> wanted = dut.painted(whole_raster(), 0);
+    for (int k = 8; k < 12; ++k) wanted[static_cast<std::size_t>(k)] = ComposerBench::upstream(k);
+    CHECK(dut.picture_behind(start) == wanted);
+    CHECK(dut.composer.counters().starved_pixels == 4);
+    CHECK(dut.composer.counters().late_pixels == 4);
+}
+
+TEST_CASE("composer: pixels that arrive when their frame is over are dropped, the next frame is whole") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({24, 5, 2}));
+    const int start = 40;
+    dut.put_table(5, {whole_raster()});
+    for (int k = 0; k < 20; k += 2) dut.put_pixels(10 + k, k, 2, 0);
+    dut.start_frame(start);
+    const int end = start + kPixels;  // composites the last pixel
+    dut.put_pixels(end + 1, 20, 2, 0);
+    dut.put_pixels(end + 2, 22, 2, 0);
+    const ViewportRow next = table_row(1, {0, 0}, {2, 2}, {1, 1});
+    dut.put_table(end + 5, {next});
+    dut.put_pixels(end + 10, 0, 2, 0, 1);
+    dut.put_pixels(end + 11, 2, 2, 0, 1);
+    dut.start_frame(end + 20);
+    bench.run_through(end + 20 + kPixels + 5);
+    std::vector<Pixel> wanted = dut.painted(whole_raster(), 0);
+    for (int k = 20; k < 24; ++k) wanted[static_cast<std::size_t>(k)] = ComposerBench::upstream(k);
+    CHECK(dut.picture_behind(start) == wanted);
+    CHECK(dut.composer.counters().late_pixels == 4);
+    CHECK(dut.picture_behind(end + 20) == dut.painted(next, 1));
+    CHECK(dut.composer.counters().starved_pixels == 4);
+}
+
+// ---- BUSREADY -------------------------------------------------------------------------------------------------
+
+TEST_CASE("composer: BUSREADY is high while exactly ready_space_pixels are free, low with one less") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}));
+    dut.put_table(5, {whole_raster()});
+    dut.put_single_pixels(10, 0, 11);
+    const int start = 40;
+    dut.start_frame(start);
+    bench.run_through(start + 3);
+    CHECK(dut.busreadies.at(19));  // 10 held, 6 free
+    CHECK_FALSE(dut.busreadies.at(20));  // 11 held, 5 free
+    CHECK(dut.busreadies.falls() == std::vector<int>{20});
+    // Pixel 0 is let go at the edge that composites it.
+    CHECK(dut.busreadies.rises() == std::vector<int>{0, start + 1});
+    CHECK(dut.composer.counters().busready_drops == 0);  // no burst was cut
+}
+
+TEST_CASE("composer: a rest that fits one beat is counted beside the space for a slot") {
+    ClockedTestbench bench;
+    ComposerBench fits(bench, "fits", composer_scenario({16, 6, 1}));
+    ComposerBench lacks(bench, "lacks", composer_scenario({16, 6, 1}));
+    fits.put_table(5, {whole_raster()});
+    lacks.put_table(5, {whole_raster()});
+    fits.put_single_pixels(10, 0, 8);
+    lacks.put_single_pixels(10, 0, 9);
+    // A burst of two beats: behind the first, one pixel is still to come.
+    fits.put_pixels(20, 8, 1, 1);
+    fits.put_pixels(22, 9, 1, 0);
+    lacks.put_pixels(20, 9, 1, 1);
+    lacks.put_pixels(22, 10, 1, 0);
+    bench.run_through(30);
+    CHECK(fits.busreadies.falls().empty());  // 7 free and 1 to come, then 6 free
+    CHECK(lacks.busreadies.falls() == std::vector<int>{20});  // 6 free and 1 to come
+    CHECK(lacks.composer.counters().busready_drops == 0);
+}
+
+TEST_CASE("composer: in a burst BUSREADY drops when the beat on its way and one more do not fit, and what is in "
+          "flight is taken") {
+    ClockedTestbench bench;
+    ComposerBench one(bench, "one", composer_scenario({16, 6, 1}));
+    ComposerBench two(bench, "two", composer_scenario({16, 6, 2}));
+    one.put_table(5, {whole_raster()});
+    two.put_table(5, {whole_raster()});
+    // A burst of 20: with 14 held two more fit, with 15 held one.
+    for (int i = 0; i < 16; ++i) one.put_pixels(10 + i, i, 1, 19 - i);
+    // The same in beats of two: with 12 held two more beats fit, with 14 held one.
+    for (int i = 0; i < 8; ++i) two.put_pixels(10 + i, 2 * i, 2, 18 - 2 * i);
+    bench.run_through(60);
+    CHECK(one.busreadies.at(23));
+    CHECK(one.busreadies.falls() == std::vector<int>{24});
+    CHECK(one.composer.counters().busready_drops == 1);
+    CHECK(one.composer.counters().buffer_high_water == 16);
+    CHECK(two.busreadies.at(15));
+    CHECK(two.busreadies.falls() == std::vector<int>{16});
+    CHECK(two.composer.counters().busready_drops == 1);
+    CHECK(two.composer.counters().buffer_high_water == 16);
+}
+
+TEST_CASE("composer: a burst whose rest fits is not cut, though it fills the buffer to the brim") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}));
+    dut.put_table(5, {whole_raster()});
+    for (int i = 0; i < 16; ++i) dut.put_pixels(10 + i, i, 1, 15 - i);
+    bench.run_through(40);
+    // High to the last but one beat, from where on it answers for a further slot.
+    CHECK(dut.busreadies.falls() == std::vector<int>{24});
+    CHECK(dut.composer.counters().busready_drops == 0);
+    CHECK(dut.composer.counters().buffer_high_water == 16);
+}
+
+TEST_CASE("composer: a drop lasts one clock when a slot can be taken behind it") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 2, 1}));
+    dut.put_table(5, {whole_raster()});
+    for (int i = 0; i < 15; ++i) dut.put_pixels(10 + i, i, 1, 19 - i);
+    // The edge behind the drop composites pixel 0 and samples no beat: two pixels are free.
+    dut.start_frame(24);
+    bench.run_through(26);
+    CHECK(dut.busreadies.falls() == std::vector<int>{24});
+    CHECK(dut.busreadies.rises() == std::vector<int>{0, 25});
+    CHECK(dut.composer.counters().busready_drops == 1);
+}
+
+TEST_CASE("composer: what a cut burst had announced no longer counts") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}));
+    dut.put_table(5, {whole_raster()});
+    for (int i = 0; i < 16; ++i) dut.put_pixels(10 + i, i, 1, 19 - i);
+    const int start = 40;
+    dut.start_frame(start);
+    bench.run_through(start + 12);
+    // Pixel k is let go at start + 1 + k: six are free at start + 6, whatever the burst still promised.
+    CHECK(dut.busreadies.rises() == std::vector<int>{0, start + 6});
+}
+
+TEST_CASE("composer: a pixel for a full buffer is a broken protocol, reported and not taken") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}));
+    ExpectedReport report("/metabuffer/composer/protocol");
+    dut.put_table(5, {whole_raster()});
+    dut.put_single_pixels(10, 0, 17);
+    bench.run_through(25);
+    CHECK(report.count() == 0);
+    bench.run_through(26);
+    CHECK(report.count() == 1);
+    CHECK(dut.composer.counters().buffer_high_water == 16);
+}
+
+// ---- tables ---------------------------------------------------------------------------------------------------
+
+TEST_CASE("composer: TABLEREADY falls with the second frame's table and rises with the first one's last pixel") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    dut.put_table(10, {});
+    dut.put_table(20, {});
+    dut.start_frame(30);
+    bench.run_through(30 + kPixels + 10);
+    CHECK(dut.tablereadies.falls() == std::vector<int>{20});
+    CHECK(dut.tablereadies.rises() == std::vector<int>{0, 30 + kPixels});
+}
+
+TEST_CASE("composer: a third frame's table is a broken protocol") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    ExpectedReport report("/metabuffer/composer/protocol");
+    dut.put_table(10, {});
+    dut.put_table(20, {});
+    dut.put_table(30, {});
+    bench.run_through(29);
+    CHECK(report.count() == 0);
+    bench.run_through(30);
+    CHECK(report.count() == 1);
+}
+
+// ---- PIPEREADY ------------------------------------------------------------------------------------------------
+
+TEST_CASE("composer: PIPEREADY rises when the whole segment is there") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    bench.core.drive(dut.pipeready_in, 0, true);
+    dut.put_table(5, {table_row(1, {0, 0}, {2, 2}, {0, 0})});
+    for (int k = 0; k < 4; ++k) dut.put_pixels(20 + 5 * k, k, 1, 0);
+    bench.run_through(60);
+    CHECK(dut.pipereadies.high() == clock_range(35, 61));
+}
+
+TEST_CASE("composer: PIPEREADY rises when the buffer takes no further slot") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}));
+    bench.core.drive(dut.pipeready_in, 0, true);
+    dut.put_table(5, {whole_raster()});
+    dut.put_single_pixels(10, 0, 10);
+    dut.put_single_pixels(40, 10, 1);  // the eleventh leaves less than a slot
+    bench.run_through(60);
+    CHECK(dut.pipereadies.high() == clock_range(40, 61));
+}
+
+TEST_CASE("composer: without a row PIPEREADY rises when the table has been broadcast to its end") {
+    ClockedTestbench bench;
+    ComposerBench no_row(bench, "no_row", composer_scenario());
+    ComposerBench empty(bench, "empty", composer_scenario());
+    bench.core.drive(no_row.pipeready_in, 0, true);
+    bench.core.drive(empty.pipeready_in, 0, true);
+    no_row.put(10, BusBeat::frame_start(false));
+    no_row.put(14, BusBeat::table_row(whole_raster(2), false));
+    no_row.put(18, BusBeat::table_row(whole_raster(3), true));
+    empty.put(10, BusBeat::frame_start(true));
+    bench.run_through(40);
+    CHECK(no_row.pipereadies.high() == clock_range(18, 41));
+    CHECK(empty.pipereadies.high() == clock_range(10, 41));
+}
+
+TEST_CASE("composer: PIPEREADY waits for the one from below and falls at the edge that sees STARTFRAME") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    dut.put_table(5, {});
+    bench.core.drive(dut.pipeready_in, 30, true);
+    bench.core.drive(dut.pipeready_in, 51, false);
+    dut.start_frame(50);
+    bench.run_through(50 + kPixels + 10);
+    CHECK(dut.pipereadies.high() == clock_range(30, 50));
+}
+
+TEST_CASE("composer: with the next frame prefetched PIPEREADY rises one clock behind the last pixel, never with "
+          "it") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    dut.put_table(5, {});
+    dut.put_table(8, {});
+    bench.core.drive(dut.pipeready_in, 0, true);
+    const int start = 30;
+    dut.start_frame(start);
+    bench.run_through(start + kPixels + 10);
+    const int last = start + kPixels;
+    CHECK(dut.pipereadies.rises() == std::vector<int>{5, last + 1});
+    CHECK(dut.pipereadies.falls() == std::vector<int>{start});
+}
+
+TEST_CASE("composer: back-to-back frames, each STARTFRAME three clocks behind the last pixel of the one before") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}), Strap::kMaster);
+    bench.core.drive(dut.pipeready_in, 20, true);  // a display side that is always ready
+    const ViewportRow first = table_row(1, {0, 0}, {4, 2}, {0, 0});
+    const ViewportRow second = table_row(1, {0, 0}, {4, 2}, {2, 2});
+    const ViewportRow third = table_row(1, {0, 0}, {1, 3}, {5, 1});
+    dut.put_table(5, {first});
+    dut.put_single_pixels(8, 0, 8, 0);
+    dut.put_table(18, {second});
+    dut.put_single_pixels(25, 0, 8, 1);
+    dut.put_table(21 + kPixels + 2, {third});
+    dut.put_single_pixels(21 + kPixels + 5, 0, 3, 2);
+    bench.run_through(20 + 4 * (kPixels + 3));
+    // PIPEREADY at 20, STARTFRAME at 21, last pixel at 21 + w h, PIPEREADY one clock behind it.
+    const int period = kPixels + 2;
+    CHECK(dut.pipereadies.high() == std::vector<int>{20, 20 + period, 20 + 2 * period});
+    CHECK(dut.startframes.high() == std::vector<int>{21, 21 + period, 21 + 2 * period});
+    const auto background = [](int) { return Pixel(0, 0, 0, 0, 0xFFFF); };
+    CHECK(dut.picture_behind(21) == dut.painted(first, 0, background));
+    CHECK(dut.picture_behind(21 + period) == dut.painted(second, 1, background));
+    CHECK(dut.picture_behind(21 + 2 * period) == dut.painted(third, 2, background));
+    CHECK(dut.composer.counters().starved_pixels == 0);
+}
+
+TEST_CASE("composer: the bus carries frame k + 1 while frame k is composited, and the two are kept apart") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({32, 6, 1}));
+    const ViewportRow first = whole_raster();
+    const ViewportRow second = table_row(1, {0, 0}, {3, 2}, {-1, -1}, 2);
+    dut.put_table(5, {first});
+    dut.put_single_pixels(10, 0, kPixels, 0);
+    const int start = 50;
+    dut.start_frame(start);
+    // Table and pixels of the second frame come between the first one's pixels being used.
+    dut.put_table(start + 3, {second});
+    dut.put_single_pixels(start + 6, 0, 6, 1);
+    const int next = start + kPixels + 3;
+    dut.start_frame(next);
+    bench.run_through(next + kPixels + 5);
+    CHECK(dut.picture_behind(start) == dut.painted(first, 0));
+    CHECK(dut.picture_behind(next) == dut.painted(second, 1));
+    CHECK(dut.composer.counters().starved_pixels == 0);
+}
+
+// ---- the moving window ----------------------------------------------------------------------------------------
+
+TEST_CASE("composer: replicated pixels are read again from the window, clipped at every edge of the raster") {
+    ClockedTestbench bench;
+    const std::vector<ViewportRow> rows = {
+        table_row(1, {0, 0}, {3, 2}, {0, 0}, 2),    table_row(1, {0, 0}, {4, 3}, {-1, -1}, 2),
+        table_row(1, {0, 0}, {2, 2}, {1, 1}, 2),    table_row(1, {0, 0}, {3, 2}, {-2, -1}, 3),
+        table_row(1, {0, 0}, {2, 1}, {3, 2}, 3),    table_row(1, {0, 0}, {1, 1}, {-4, -2}, 5),
+        table_row(1, {0, 0}, {1, 1}, {-20, -9}, 30), table_row(1, {0, 0}, {kWidth, kHeight}, {0, 0}, 1)};
+    std::vector<std::unique_ptr<ComposerBench>> duts;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        duts.push_back(
+            std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(i), composer_scenario({40, 6, 1})));
+        duts[i]->put_table(5, {rows[i]});
+        duts[i]->put_single_pixels(10, 0, rows[i].sdx * rows[i].sdy);
+        duts[i]->start_frame(50);
+    }
+    bench.run_through(50 + kPixels + 5);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        INFO("case " << i);
+        const std::vector<Pixel> wanted = duts[i]->painted(rows[i], 0);
+        CHECK(duts[i]->picture_behind(50) == wanted);
+        // Replayed: a local pixel that the raster row above shows too, at the same place.
+        std::int64_t replayed = 0;
+        for (std::size_t at = kWidth; at < wanted.size(); ++at) {
+            replayed += wanted[at] == wanted[at - kWidth] ? 1 : 0;
+        }
+        CHECK(duts[i]->composer.counters().replayed_pixels == replayed);
+    }
+}
+
+TEST_CASE("composer: a replicated pixel's space is free at its last repetition and not before") {
+    ClockedTestbench bench;
+    // Two source rows of three pixels, doubled, over the top left of the raster; a buffer of one slot beside.
+    ComposerBench dut(bench, "dut", composer_scenario({9, 4, 1}));
+    dut.put_table(5, {table_row(1, {0, 0}, {3, 2}, {0, 0}, 2)});
+    dut.put_single_pixels(10, 0, 6);
+    const int start = 30;
+    dut.start_frame(start);
+    bench.run_through(start + kPixels + 5);
+    CHECK(dut.busreadies.falls() == std::vector<int>{15});  // six held, three free
+    // Pixel 0 shows last at raster position (1, 1).
+    CHECK(dut.busreadies.rises() == std::vector<int>{0, start + 1 + kWidth + 1});
+}
+
+// ---- stall ----------------------------------------------------------------------------------------------------
+
+TEST_CASE("composer: STALL is raised one clock ahead of a missing pixel, and the column stands until it has come") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({12, 5, 2}, StarvationMode::kStall));
+    const int start = 40;
+    dut.put_table(5, {whole_raster()});
+    for (int k = 0; k < 12; k += 2) dut.put_pixels(10 + k, k, 2, 0);
+    dut.start_frame(start);
+    const int due = start + 1 + 12;  // the edge that would composite pixel 12
+    const int waited = 4;
+    for (int k = 12; k < kPixels; k += 2) dut.put_pixels(due - 1 + waited + k - 12, k, 2, 0);
+    bench.run_through(start + kPixels + waited + 10);
+    CHECK(dut.stalls.high() == clock_range(due - 1, due - 1 + waited));
+    std::vector<Pixel> wanted = dut.painted(whole_raster(), 0);
+    for (int position = 0; position < kPixels; ++position) {
+        const int clock = start + 1 + position + (position < 12 ? 0 : waited);
+        INFO("raster position " << position);
+        CHECK(dut.pipes.at(clock).pixel == wanted[static_cast<std::size_t>(position)]);
+    }
+    for (int clock = due; clock < due + waited; ++clock) {
+        CHECK(dut.pipes.at(clock) == dut.pipes.at(due - 1));
+    }
+    CHECK(dut.pipes.at(start + kPixels + waited).valid);
+    CHECK_FALSE(dut.pipes.at(start + kPixels + waited + 1).valid);
+    CHECK(dut.composer.counters().stalled_cycles == waited);
+    CHECK(dut.composer.counters().starved_pixels == 0);
+    CHECK(dut.composer.counters().late_pixels == 0);
+}
+
+TEST_CASE("composer: in stall mode a beat exactly in time stalls nothing") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({12, 5, 2}, StarvationMode::kStall));
+    const int start = 40;
+    dut.put_table(5, {whole_raster()});
+    for (int k = 0; k < 12; k += 2) dut.put_pixels(10 + k, k, 2, 0);
+    dut.start_frame(start);
+    for (int k = 12; k < kPixels; k += 2) dut.put_pixels(start + k, k, 2, 0);
+    bench.run_through(start + kPixels + 10);
+    // STALL tells at edge n what is missing for edge n + 1, where the beat sampled at n already counts.
+    CHECK(dut.stalls.high().empty());
+    CHECK(dut.picture_behind(start) == dut.painted(whole_raster(), 0));
+}
+
+TEST_CASE("composer: while COLUMNSTALL is high the pipeline side stands still and the bus side goes on") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}, StarvationMode::kStall), Strap::kRelay,
+                      StallWire::kDriven);
+    const ViewportRow row = table_row(1, {0, 0}, {4, 4}, {0, 0});
+    dut.put_table(5, {row});
+    dut.put_single_pixels(10, 0, 8);
+    const int start = 40;
+    dut.start_frame(start);
+    const int from = start + 4;
+    const int stalled = 20;
+    bench.core.drive(dut.column_stall, from, true);
+    bench.core.drive(dut.column_stall, from + stalled, false);
+    dut.put_single_pixels(from + 2, 8, 8);
+    bench.run_through(start + kPixels + stalled + 5);
+    // Three pixels have been let go before: 5 + 8 of 16 are held after the eighth beat, 11 after the sixth.
+    CHECK(dut.busreadies.falls() == std::vector<int>{from + 2 + 5});
+    for (int clock = from; clock < from + stalled; ++clock) {
+        CHECK(dut.pipes.at(clock) == dut.pipes.at(from - 1));
+    }
+    const std::vector<Pixel> wanted = dut.painted(row, 0);
+    for (int position = 0; position < kPixels; ++position) {
+        const int clock = start + 1 + position + (start + 1 + position < from ? 0 : stalled);
+        INFO("raster position " << position);
+        CHECK(dut.pipes.at(clock).pixel == wanted[static_cast<std::size_t>(position)]);
+    }
+    CHECK(dut.composer.counters().stalled_cycles == 0);  // it was another composer that made the column wait
+}
+
+TEST_CASE("composer: COLUMNSTALL holds STARTFRAME back at its input and high at its output") {
+    ClockedTestbench bench;
+    const Scenario scenario = composer_scenario({16, 6, 1}, StarvationMode::kStall);
+    ComposerBench input(bench, "input", scenario, Strap::kRelay, StallWire::kDriven);
+    ComposerBench output(bench, "output", scenario, Strap::kRelay, StallWire::kDriven);
+    ComposerBench master(bench, "master", scenario, Strap::kMaster, StallWire::kDriven);
+    for (ComposerBench* dut : {&input, &output, &master}) dut->put_table(5, {});
+    input.start_frame(30);
+    bench.core.drive(input.column_stall, 30, true);
+    bench.core.drive(input.column_stall, 35, false);
+    output.start_frame(30);
+    bench.core.drive(output.column_stall, 31, true);
+    bench.core.drive(output.column_stall, 36, false);
+    bench.core.drive(master.pipeready_in, 29, true);
+    bench.core.drive(master.column_stall, 30, true);
+    bench.core.drive(master.column_stall, 35, false);
+    bench.run_through(35 + kPixels + 10);
+    CHECK(input.startframes.high() == std::vector<int>{35});
+    CHECK(input.picture_behind(35) == input.painted({}, 0));
+    CHECK(output.startframes.high() == clock_range(30, 36));
+    CHECK(output.picture_behind(35) == output.painted({}, 0));
+    CHECK(master.pipereadies.high() == clock_range(29, 35));
+    CHECK(master.startframes.high() == std::vector<int>{35});
+    CHECK(master.pipes.clocks_where([](const PipePixel& pixel) { return pixel.valid; }) ==
+          clock_range(36, 36 + kPixels));
+}
+
+// ---- composition ----------------------------------------------------------------------------------------------
+
+struct Merge {
+    Pixel local;
+    Pixel upstream;
+    Pixel z;
+    Pixel z_alpha_key;
+    Pixel over;
+};
+
+/// Worked out by hand: over adds back * (255 - A) / 255, rounded to nearest, and saturates.
+std::vector<Merge> merges() {
+    const Pixel near_opaque(10, 20, 30, 255, 100);
+    const Pixel far_opaque(40, 50, 60, 255, 200);
+    const Pixel near_clear(0, 0, 0, 0, 100);
+    const Pixel near_half(100, 0, 8, 128, 100);
+    const Pixel half_over_far(100 + 20, 25, 8 + 30, 255, 100);  // 40, 50, 60, 255 times 127 / 255
+    const Pixel far_half(100, 0, 8, 128, 200);
+    const Pixel opaque_same_depth(1, 2, 3, 255, 100);
+    const Pixel near_bright(250, 255, 0, 100, 50);
+    const Pixel far_bright(255, 255, 255, 255, 60);
+    const Pixel bright_over(255, 255, 155, 255, 50);  // 250 + 155 and 255 + 155 saturate
+    return {
+        {near_opaque, far_opaque, near_opaque, near_opaque, near_opaque},
+        {far_opaque, near_opaque, near_opaque, near_opaque, near_opaque},
+        {near_clear, far_opaque, near_clear, far_opaque, Pixel(40, 50, 60, 255, 100)},
+        {near_half, far_opaque, near_half, near_half, half_over_far},
+        {far_half, near_opaque, near_opaque, near_opaque, near_opaque},
+        // A tie keeps the upstream pixel; under `over` it is in front.
+        {opaque_same_depth, near_opaque, near_opaque, near_opaque, near_opaque},
+        {near_opaque, near_half, near_half, near_half, Pixel(100 + 5, 10, 8 + 15, 255, 100)},
+        {near_bright, far_bright, near_bright, near_bright, bright_over},
+    };
+}
+
+TEST_CASE("composer: merges as its composition mode says, worked out by hand") {
+    ClockedTestbench bench;
+    const std::vector<Merge> cases = merges();
+    const auto count = static_cast<int>(cases.size());
+    std::vector<std::unique_ptr<ComposerBench>> duts;
+    for (const Composition mode : {Composition::kZ, Composition::kZAlphaKey, Composition::kOver}) {
+        Scenario scenario = small_scenario(count, 1);
+        scenario.composition = mode;
+        duts.push_back(
+            std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(duts.size()), scenario));
+        ComposerBench& dut = *duts.back();
+        dut.put_table(5, {table_row(1, {0, 0}, {count, 1}, {0, 0})});
+        for (int k = 0; k < count; ++k) {
+            BusBeat beat;
+            beat.kind = BusBeat::Kind::kPixels;
+            beat.destination = 1;
+            beat.count = 1;
+            beat.words[0] = cases[static_cast<std::size_t>(k)].local.word();
+            dut.put(10 + k, beat);
+        }
+        bench.core.pulse(dut.startframe_in, 30);
+        for (int k = 0; k < count; ++k) {
+            bench.core.drive(dut.pipe_in, 31 + k, PipePixel{cases[static_cast<std::size_t>(k)].upstream, true});
+        }
+    }
+    bench.run_through(31 + count);
+    for (std::size_t k = 0; k < cases.size(); ++k) {
+        INFO("case " << k);
+        const int clock = 31 + static_cast<int>(k);
+        CHECK(duts[0]->pipes.at(clock).pixel.word() == cases[k].z.word());
+        CHECK(duts[1]->pipes.at(clock).pixel.word() == cases[k].z_alpha_key.word());
+        CHECK(duts[2]->pipes.at(clock).pixel.word() == cases[k].over.word());
+    }
+}
+
+TEST_CASE("composer: a reset in the middle of a frame empties buffer and pipeline") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    dut.put_table(5, {whole_raster()});
+    dut.put_single_pixels(10, 0, 11);
+    dut.start_frame(30);
+    const int restart = 36;
+    bench.core.pulse(bench.reset, restart);
+    const ViewportRow row = table_row(1, {0, 0}, {2, 1}, {3, 3});
+    dut.put_table(restart + 40, {row});
+    dut.put_single_pixels(restart + 45, 0, 2, 1);
+    dut.start_frame(restart + 50);
+    bench.run_through(restart + 50 + kPixels + 5);
+    CHECK_FALSE(dut.busreadies.at(restart));
+    CHECK(dut.busreadies.at(restart + 1));
+    CHECK_FALSE(dut.pipes.at(restart).valid);
+    CHECK_FALSE(dut.pipes.at(restart + 1).valid);
+    CHECK(dut.picture_behind(restart + 50) == dut.painted(row, 1));
+}
+
+// ---- random -----------------------------------------------------------------------------------------------------
+
+/// A bus that keeps the input framebuffer's side of the protocol and does everything it may do besides: bursts
+/// and beats of any length, gaps as of page misses, other composers' traffic.
+class RandomBusMaster {
+  public:
+    RandomBusMaster(ComposerBench& dut, std::vector<ViewportRow> rows, int beat_pixels, int burst_pixels,
+                    int laziness, std::uint64_t seed)
+        : dut_(dut), rows_(std::move(rows)), beat_pixels_(beat_pixels), burst_pixels_(burst_pixels),
+          laziness_(laziness), random_(seed) {
+        dut.bus_master = [this](int clock) { edge(clock); };
+    }
+
+  private:
+    /// What the input framebuffer does at edge clock - 1; the composer samples it at edge `clock`.
+    void edge(int clock) {
+        const bool busready = busready_read_;  // as it stood before edge clock - 1
+        const bool tableready = tableready_read_;
+        busready_read_ = dut_.busready.read();
+        tableready_read_ = dut_.tableready.read();
+        const int seen = announced_before_;
+        announced_before_ = announced_;
+        const bool passed_over = std::exchange(unseen_, false);
+        if (clock < 2) return;
+        if (left_ == 0) {
+            if (frame_ + 1 < static_cast<int>(rows_.size()) && tableready && !random_.one_in(4)) {
+                if (!started_) {
+                    dut_.put(clock, BusBeat::frame_start(false));
+                    started_ = true;
+                    return;
+                }
+                ++frame_;
+                dut_.put(clock, BusBeat::table_row(rows_[static_cast<std::size_t>(frame_)], true));
+                started_ = false;
+                left_ = std::int64_t{rows_[static_cast<std::size_t>(frame_)].sdx} *
+                        rows_[static_cast<std::size_t>(frame_)].sdy;
+                next_ = 0;
+            }
+            return;
+        }
+        if (burst_ > 0 && seen > beat_pixels_ && !busready) {
+            burst_ = 0;
+            announced_ = 0;
+        }
+        if (burst_ == 0) {
+            if (!busready || passed_over || random_.one_in(laziness_)) return;
+            burst_ = static_cast<int>(std::min<std::int64_t>(left_, random_.between(1, burst_pixels_)));
+            first_beat_ = true;
+        }
+        if (pause_ > 0) {
+            --pause_;
+            return;
+        }
+        if (random_.one_in(laziness_)) {  // a page is being opened
+            pause_ = random_.between(0, 6);
+            return;
+        }
+        const int count = std::min(burst_, random_.between(1, beat_pixels_));
+        burst_ -= count;
+        dut_.put_pixels(clock, next_, count, burst_, frame_);
+        next_ += count;
+        left_ -= count;
+        announced_ = burst_;
+        unseen_ = burst_ == 0 && first_beat_;
+        first_beat_ = false;
+    }
+
+    ComposerBench& dut_;
+    std::vector<ViewportRow> rows_;
+    int beat_pixels_;
+    int burst_pixels_;
+    int laziness_;
+    Random random_;
+    bool busready_read_ = false;
+    bool tableready_read_ = false;
+    bool started_ = false;
+    int frame_ = -1;
+    std::int64_t left_ = 0;
+    std::int64_t next_ = 0;
+    int burst_ = 0;
+    int pause_ = 0;
+    int announced_ = 0;
+    int announced_before_ = 0;
+    bool first_beat_ = false;
+    bool unseen_ = false;
+};
+
+struct RandomRun {
+    std::vector<ViewportRow> rows;
+    std::unique_ptr<ComposerBench> dut;
+    std::unique_ptr<RandomBusMaster> master;
+    std::vector<Glitch> glitches;
+    std::string what;
+};
+
+constexpr int kRandomWidth = 14;
+constexpr int kRandomHeight = 9;
+
+/// A row whose first and last pixel show; a replicated one of at most `longest_source_row` pixels a source row.
+ViewportRow random_row(Random& random, int longest_source_row) {
+    const int multiple = random.one_in(2) ? 1 : random.between(2, 4);
+    const auto extent = [&](int raster, int most) {
+        const int from = random.between(1 - multiple, raster - 1);
+        int count = 1;
+        while (count < most && from + count * multiple < raster) ++count;
+        return std::pair<int, int>{from, random.one_in(2) ? count : random.between(1, count)};
+    };
+    const auto x = extent(kRandomWidth, multiple == 1 ? kRandomWidth : longest_source_row);
+    const auto y = extent(kRandomHeight, kRandomHeight);
+    return table_row(1, {0, 0}, {x.second, y.second}, {x.first, y.first}, multiple);
+}
+
+std::unique_ptr<RandomRun> random_run(ClockedTestbench& bench, Random& random, StarvationMode mode, int index) {
+    auto run = std::make_unique<RandomRun>();
+    const int beat = 1 << random.between(0, 3);
+    const int ready_space = 2 * beat + (random.one_in(2) ? 0 : random.between(0, 8));
+    const int source_row = random.between(1, 4);
+    const int buffer = source_row + ready_space + (random.one_in(2) ? 0 : random.between(0, 12));
+    const int burst = random.between(1, 24);
+    const int laziness = random.between(2, 12);
+    for (int frame = 0; frame < 4; ++frame) run->rows.push_back(random_row(random, source_row));
+    run->what = "run " + std::to_string(index) + ": beats of " + std::to_string(beat) + ", bursts of " +
+                std::to_string(burst) + ", ready space " + std::to_string(ready_space) + ", buffer " +
+                std::to_string(buffer);
+    Scenario scenario = composer_scenario({buffer, ready_space, beat}, mode);
+    scenario.displays.width_pixels = kRandomWidth;
+    scenario.displays.height_pixels = kRandomHeight;
+    run->dut =
+        std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(index), scenario, Strap::kMaster);
+    run->master = std::make_unique<RandomBusMaster>(*run->dut, run->rows, beat, burst, laziness, random.bits());
+    RandomRun* const raw = run.get();
+    run->dut->composer.on_glitch([raw](const Glitch& glitch) { raw->glitches.push_back(glitch); });
+    bench.core.drive(run->dut->pipeready_in, 0, true);
+    return run;
+}
+
+Pixel black_background(int) { return {0, 0, 0, 0, 0xFFFF}; }
+
+TEST_CASE("composer: under a random bus that keeps the protocol no buffer overflows, and only counted and "
+          "located pixels are missing") {
+    const auto seed = random_seed(71);
+    INFO("METABUFFER_SEED=" << seed);
+    Random random(seed);
+    ClockedTestbench bench;
+    std::vector<std::unique_ptr<RandomRun>> runs;
+    for (int i = 0; i < 120; ++i) runs.push_back(random_run(bench, random, StarvationMode::kGlitch, i));
+    bench.run_through(4000);
+    std::int64_t all_glitches = 0;
+    std::int64_t all_drops = 0;
+    for (const auto& run : runs) {
+        INFO(run->what);
+        const ComposerBench& dut = *run->dut;
+        const std::vector<int> starts = dut.startframes.high();
+        REQUIRE(starts.size() == run->rows.size());
+        std::vector<std::vector<Pixel>> wanted;
+        for (std::size_t frame = 0; frame < starts.size(); ++frame) {
+            wanted.push_back(dut.painted(run->rows[frame], static_cast<int>(frame), black_background));
+        }
+        for (const Glitch& glitch : run->glitches) {
+            Pixel& pixel = wanted[static_cast<std::size_t>(glitch.frame)]
+                                 [static_cast<std::size_t>(glitch.y * kRandomWidth + glitch.x)];
+            CHECK(pixel != black_background(0));  // the segment covers the place, and it is told once
+            pixel = black_background(0);
+        }
+        for (std::size_t frame = 0; frame < starts.size(); ++frame) {
+            INFO("frame " << frame);
+            CHECK(dut.picture_behind(starts[frame]) == wanted[frame]);
+        }
+        const ComposerCounters& counters = dut.composer.counters();
+        CHECK(counters.starved_pixels == static_cast<std::int64_t>(run->glitches.size()));
+        CHECK(counters.buffer_high_water <= dut.scenario.composer.buffer_pixels);
+        all_glitches += counters.starved_pixels;
+        all_drops += counters.busready_drops;
+    }
+    // The sample is worth something: both have happened.
+    CHECK(all_glitches > 100);
+    CHECK(all_drops > 100);
+}
+
+TEST_CASE("composer: under the same random bus in stall mode every picture is whole") {
+    const auto seed = random_seed(72);
+    INFO("METABUFFER_SEED=" << seed);
+    Random random(seed);
+    ClockedTestbench bench;
+    std::vector<std::unique_ptr<RandomRun>> runs;
+    for (int i = 0; i < 120; ++i) runs.push_back(random_run(bench, random, StarvationMode::kStall, i));
+    bench.run_through(8000);
+    std::int64_t all_stalls = 0;
+    for (const auto& run : runs) {
+        INFO(run->what);
+        const ComposerBench& dut = *run->dut;
+        // What leaves at the edges at which the column moves.
+        std::vector<Pixel> left;
+        for (int clock = 0; clock < dut.pipes.end_clock(); ++clock) {
+            if (dut.pipes.at(clock).valid && !dut.stalls.at(clock - 1)) left.push_back(dut.pipes.at(clock).pixel);
+        }
+        std::vector<Pixel> wanted;
+        for (std::size_t frame = 0; frame < run->rows.size(); ++frame) {
+            const auto picture = dut.painted(run->rows[frame], static_cast<int>(frame), black_background);
+            wanted.insert(wanted.end(), picture.begin(), picture.end());
+        }
+        CHECK(left == wanted);
+        CHECK(dut.composer.counters().starved_pixels == 0);
+        CHECK(dut.composer.counters().late_pixels == 0);
+        all_stalls += dut.composer.counters().stalled_cycles;
+    }
+    CHECK(all_stalls > 100);
+}
+
+}  // namespace
+}  // namespace metabuffer::test

@@ -1,0 +1,658 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "formats/image.h"
+#include "program/exit_status.h"
+#include "program_run.h"
+#include "report/picture_writer.h"
+
+// The built program from outside, as a user meets it.
+
+using namespace metabuffer;
+using namespace metabuffer::test;
+using Catch::Matchers::Contains;
+using nlohmann::json;
+
+namespace {
+
+constexpr int kImageWidth = 40;
+constexpr int kImageHeight = 20;
+constexpr std::int64_t kPeriodPicoseconds = 10'000;  // of the default 100 MHz
+
+/// Two renderers on two displays. The image files are colour only: A = 255, Z = 0.
+constexpr const char* kScenario = R"(name: small
+displays: {columns: 2, rows: 1, width: 24, height: 16}
+memory: {words_per_cycle: 4}
+bus: {width_bits: 256}
+renderers:
+  - name: left
+    frames:
+      - image: a.png
+        viewport: {x: 3, y: 2, multiple: 1}
+      - image: b.png
+        viewport: {x: 5, y: 1, multiple: 1}
+  - name: right
+    frames:
+      - image: b.png
+        viewport: {x: 0, y: 0, multiple: 2}
+)";
+
+/// Overrides with which the scenario starves and bursts are cut short: a bus and buffers that are too small.
+const std::vector<std::string> kNarrow{"--set", "bus.width_bits=16",
+                                       "--set", "composer.buffer_pixels=60",
+                                       "--set", "composer.ready_space_pixels=8",
+                                       "--set", "memory.page_words=16"};
+
+ColourImage gradient(int width, int height, std::uint32_t step) {
+    ColourImage image(width, height);
+    std::uint32_t colour = step;
+    for (std::uint32_t& pixel : image.values) {
+        pixel = colour & 0xFFFFFFU;
+        colour = colour * 5 + step;
+    }
+    return image;
+}
+
+/// A scratch directory with the scenario and its images.
+class Workplace : public ScratchDirectory {
+  public:
+    Workplace() {
+        write("scenario.yaml", kScenario);
+        write_png(*this / "a.png", gradient(kImageWidth, kImageHeight, 0x10305));
+        write_png(*this / "b.png", gradient(kImageWidth, kImageHeight, 0x52211));
+        write_png(*this / "other-size.png", gradient(kImageWidth, kImageHeight + 1, 7));
+    }
+
+    /// `metabuffer run scenario.yaml --out out` and the arguments.
+    ProgramResult run(const std::vector<std::string>& arguments = {}) const {
+        std::vector<std::string> all{"run", "scenario.yaml", "--out", "out"};
+        all.insert(all.end(), arguments.begin(), arguments.end());
+        return run_program(*this, all);
+    }
+    json report(const std::string& directory = "out") const {
+        return json::parse(text_of(*this / directory / "report.json"));
+    }
+    bool exists(const std::string& name) const { return std::filesystem::exists(*this / name); }
+};
+
+std::vector<std::string> operator+(std::vector<std::string> a, const std::vector<std::string>& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+/// The program must refuse: one line on stderr that holds all the words, exit status 2, and no file.
+void check_refused(const Workplace& place, const ProgramResult& result,
+                   const std::vector<std::string>& words) {
+    INFO("stderr: " << result.err);
+    CHECK(result.status == kExitBadInput);
+    CHECK(result.complains_in_one_line());
+    CHECK(result.out.empty());
+    for (const std::string& word : words) CHECK_THAT(result.err, Contains(word));
+    CHECK_FALSE(place.exists("out"));
+}
+
+/// The scenario with one piece of its text replaced.
+std::string with(const std::string& old_text, const std::string& new_text) {
+    std::string text = kScenario;
+    const std::size_t at = text.find(old_text);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, old_text.size(), new_text);
+}
+
+/// A scenario that must be refused, and what the one line must say: where, what, and what would be right.
+struct BadScenario {
+    const char* what;
+    std::string text;
+    std::vector<std::string> words;
+};
+
+std::vector<BadScenario> bad_scenarios() {
+    return {
+        {"an unknown key", std::string(kScenario) + "compositon: z\n", {":16", "compositon", "composition"}},
+        {"an unknown key in a map",
+         with("width_bits: 256", "with_bits: 256"),
+         {":4", "bus.with_bits", "bus.width_bits"}},
+        {"a key in the wrong map",
+         with("height: 16", "height: 16, width_bits: 64"),
+         {":2", "bus.width_bits"}},
+        {"a key twice", std::string(kScenario) + "name: again\n", {":16", "name", "twice"}},
+        {"no displays", with("displays: {columns: 2, rows: 1, width: 24, height: 16}\n", ""), {"displays"}},
+        {"no display width", with("width: 24, ", ""), {":2", "displays.width"}},
+        {"a width that is a word", with("width: 24", "width: wide"), {":2", "displays.width", "wide"}},
+        {"a width of nothing", with("width: 24", "width: 0"), {":2", "displays.width", "1 to 4096"}},
+        {"a grid too large", with("columns: 2", "columns: 65"), {":2", "displays.columns", "1 to 64"}},
+        {"a supersampling of 3", with("height: 16", "height: 16, supersample: 3"), {":2", "1, 2 or 4"}},
+        {"two background channels", with("height: 16", "height: 16, background: [1, 2]"), {":2", "three"}},
+        {"a channel of 256", with("height: 16", "height: 16, background: [1, 2, 256]"), {":2", "0 to 255"}},
+        {"an unknown composition", std::string(kScenario) + "composition: under\n", {":16", "under", "over"}},
+        {"an unknown depth format", std::string(kScenario) + "depth_format: z32\n", {":16", "z32", "z24"}},
+        {"near beyond far", std::string(kScenario) + "depth_range: [5, 1]\n", {":16", "depth_range"}},
+        {"a depth range of one", std::string(kScenario) + "depth_range: [5]\n", {":16", "near, far"}},
+        {"a clock that stands", std::string(kScenario) + "clocks: {core_mhz: 0}\n", {":16", "core_mhz"}},
+        {"no page", with("words_per_cycle: 4", "page_words: 0"), {":3", "memory.page_words"}},
+        {"a negative page miss",
+         with("words_per_cycle: 4", "page_miss_cycles: -1"),
+         {":3", "page_miss_cycles"}},
+        {"nine words a cycle", with("words_per_cycle: 4", "words_per_cycle: 9"), {":3", "1 to 8"}},
+        {"a bus of 48 bits", with("256", "48"), {":4", "bus.width_bits", "32, 64"}},
+        {"an empty burst", with("width_bits: 256", "burst_pixels: 0"), {":4", "bus.burst_pixels"}},
+        {"an unknown arbitration",
+         with("width_bits: 256", "arbitration: lottery"),
+         {":4", "lottery", "irsa"}},
+        {"no buffer", std::string(kScenario) + "composer: {buffer_pixels: 0}\n", {":16", "buffer_pixels"}},
+        {"a ready space below what is in flight",
+         std::string(kScenario) + "composer: {ready_space_pixels: 7}\n",
+         {":16", "ready_space_pixels", "8"}},
+        {"an unknown starvation mode",
+         std::string(kScenario) + "composer: {on_starvation: wait}\n",
+         {":16", "wait", "glitch", "stall"}},
+        {"an unknown pacing", std::string(kScenario) + "pacing: slow\n", {":16", "slow", "free-running"}},
+        {"no timeout", std::string(kScenario) + "link_timeout_pairs: 0\n", {":16", "link_timeout_pairs"}},
+        {"no frames to show", std::string(kScenario) + "frames: 0\n", {":16", "frames"}},
+        {"no renderer", "displays: {width: 8, height: 8}\nrenderers: []\n", {"renderers"}},
+        {"renderers missing", "displays: {width: 8, height: 8}\n", {"renderers"}},
+        {"a renderer's name twice", with("name: right", "name: left"), {":12", "left"}},
+        {"a frame without a place",
+         with("        viewport: {x: 3, y: 2, multiple: 1}\n", ""),
+         {":8", "viewport", "table"}},
+        {"a frame with two places",
+         with("multiple: 1}\n", "multiple: 1}\n        table: [[1, 0, 0, 4, 4, 0, 0, 1]]\n"),
+         {":10", "viewport", "table"}},
+        {"a row of seven",
+         with("viewport: {x: 3, y: 2, multiple: 1}", "table: [[1, 0, 0, 4, 4, 0, 0]]"),
+         {":9", "Dmultiple"}},
+        {"a field below its 16 bits",
+         with("viewport: {x: 3, y: 2, multiple: 1}", "table: [[1, -1, 0, 4, 4, 0, 0, 1]]"),
+         {":9", "-1"}},
+        {"a multiple of 0", with("multiple: 2", "multiple: 0"), {":15", "multiple", "1 to 255"}},
+        {"a multiple of 256", with("multiple: 2", "multiple: 256"), {":15", "multiple", "1 to 255"}},
+        {"an image that is not there", with("b.png", "c.png"), {":10", "c.png"}},
+        {"an image that is none", with("b.png", "scenario.yaml"), {":10", "scenario.yaml"}},
+        {"an image of another size", with("b.png", "other-size.png"), {":10", "40 x 21", "40 x 20"}},
+        {"a depth file that is not there", with("a.png", "a.png\n        depth: z.tif"), {":9", "z.tif"}},
+        {"a table too big for the scanline",
+         with("viewport: {x: 3, y: 2, multiple: 1}",
+              "table: [[1, 0, 0, 1, 1, 0, 0, 1], [2, 0, 0, 1, 1, 0, 0, 1], [3, 0, 0, 1, 1, 0, 0, 1], "
+              "[4, 0, 0, 1, 1, 0, 0, 1], [5, 0, 0, 1, 1, 0, 0, 1], [6, 0, 0, 1, 1, 0, 0, 1], "
+              "[7, 0, 0, 1, 1, 0, 0, 1]]"),
+         {":9", "7 rows", "130 bytes", "120", "44 pixels wide"}},
+        {"a fault of nobody",
+         std::string(kScenario) + "faults: [{renderer: lift, pair: 0, kind: crc}]\n",
+         {":16", "lift", "left"}},
+        {"a fault of no kind",
+         std::string(kScenario) + "faults: [{renderer: left, pair: 0, kind: cry}]\n",
+         {":16", "cry", "crc"}},
+        {"a delay of nothing",
+         std::string(kScenario) + "faults: [{renderer: left, pair: 0, kind: crc, delay_pairs: 1}]\n",
+         {":16", "delay"}},
+        {"text that is no YAML", with("columns: 2,", "columns: 2]"), {":2", "YAML"}},
+        {"nothing at all", "", {"empty"}},
+        {"a list instead of a map", "- 1\n- 2\n", {"map"}},
+    };
+}
+
+std::int64_t total(const json& report, const char* key) {
+    return report.at("totals").at(key).get<std::int64_t>();
+}
+
+/// The core clocks that the program says its waveform shows.
+struct ShownCycles {
+    std::int64_t first = -1;
+    std::int64_t last = -1;
+};
+
+ShownCycles shown_cycles(const ProgramResult& result) {
+    const std::regex line("waveform .*: core clocks ([0-9]+) to ([0-9]+)\n");
+    std::smatch match;
+    if (!std::regex_search(result.out, match, line)) return {};
+    return {std::stoll(match[1]), std::stoll(match[2])};
+}
+
+/// The dump holds just the clocks first..last: initial values at the first, the last change within the last.
+void check_time_range(const Waveform& waveform, const ShownCycles& cycles) {
+    CHECK(waveform.first_time() == cycles.first * kPeriodPicoseconds);
+    CHECK(waveform.last_time() >= cycles.last * kPeriodPicoseconds);
+    CHECK(waveform.last_time() < (cycles.last + 1) * kPeriodPicoseconds);
+}
+
+}  // namespace
+
+TEST_CASE("help says what there is", "[program]") {
+    const Workplace place;
+    const ProgramResult program = run_program(place, {"--help"});
+    CHECK(program.status == kExitDone);
+    CHECK(program.err.empty());
+    CHECK_THAT(program.out, Contains("run"));
+    const ProgramResult run = run_program(place, {"run", "--help"});
+    CHECK(run.status == kExitDone);
+    CHECK(run.err.empty());
+    for (const char* option : {"SCENARIO", "--level", "--out", "--set", "--frames", "--trace",
+                               "--trace-window", "--trace-modules", "--strict", "Exit status"}) {
+        CHECK_THAT(run.out, Contains(option));
+    }
+}
+
+TEST_CASE("each kind of bad scenario is refused in one line that says where and what",
+          "[program][bad input]") {
+    for (const BadScenario& bad : bad_scenarios()) {
+        const Workplace place;
+        place.write("scenario.yaml", bad.text);
+        INFO(bad.what);
+        const std::vector<std::string> where{"scenario.yaml"};
+        check_refused(place, place.run(), where + bad.words);
+    }
+}
+
+TEST_CASE("each kind of bad command line is refused in one line", "[program][bad input]") {
+    const Workplace place;
+    struct BadArguments {
+        std::vector<std::string> arguments;
+        std::vector<std::string> words;
+    };
+    const std::vector<std::string> good{"run", "scenario.yaml", "--out", "out"};
+    const BadArguments cases[] = {
+        {{}, {"--help"}},
+        {{"walk"}, {"--help"}},
+        {{"run"}, {"SCENARIO"}},
+        {{"run", "scenario.yaml", "another.yaml", "--out", "out"}, {"another.yaml"}},
+        {{"run", "missing.yaml", "--out", "out"}, {"missing.yaml", "No such file"}},
+        {{"run", ".", "--out", "out"}, {"directory"}},
+        {good + std::vector<std::string>{"--colour"}, {"--colour"}},
+        {good + std::vector<std::string>{"--level", "poetry"}, {"--level", "rtl"}},
+        {good + std::vector<std::string>{"--frames", "0"}, {"--frames"}},
+        {good + std::vector<std::string>{"--frames", "two"}, {"--frames"}},
+        {good + std::vector<std::string>{"--set", "bus.width_bits"}, {"--set bus.width_bits", "PATH=VALUE"}},
+        {good + std::vector<std::string>{"--set", "=64"}, {"--set", "PATH=VALUE"}},
+        {good + std::vector<std::string>{"--set", "bus.wide_bits=64"},
+         {"--set bus.wide_bits=64", "bus.width_bits"}},
+        {good + std::vector<std::string>{"--set", "bus.width_bits=65"}, {"--set", "65", "64"}},
+        {good + std::vector<std::string>{"--set", "bus.width_bits="}, {"--set", "bus.width_bits"}},
+        {good + std::vector<std::string>{"--set", "bus.width_bits.deep=1"}, {"--set", "bus.width_bits"}},
+        {good + std::vector<std::string>{"--set", "renderers.2.name=x"}, {"--set", "0 to 1"}},
+        {good + std::vector<std::string>{"--set", "renderers.one.name=x"}, {"--set", "index"}},
+        {good + std::vector<std::string>{"--set", "renderers.0.frames.0.image=no.png"}, {"--set", "no.png"}},
+        {good + std::vector<std::string>{"--set", "bus..width_bits=64"}, {"--set", "path"}},
+        {good + std::vector<std::string>{"--set", "bus=[1"}, {"--set", "YAML"}},
+        {good + std::vector<std::string>{"--trace", "t.vcd", "--level", "functional"}, {"--trace", "rtl"}},
+        {good + std::vector<std::string>{"--trace", "t.txt"}, {"t.txt", ".vcd"}},
+        {good + std::vector<std::string>{"--trace", "nowhere/t.vcd"}, {"nowhere/t.vcd"}},
+        {good + std::vector<std::string>{"--trace", "t.vcd", "--trace-before", "-1"}, {"--trace-before"}},
+        {good + std::vector<std::string>{"--trace", "t.vcd", "--trace-modules", "computer_*"},
+         {"--trace-modules", "composer"}},
+        {{"run", "scenario.yaml", "--out", "a.png"}, {"a.png"}},
+        {{"run", "scenario.yaml", "--out", "a.png/below"}, {"a.png"}},
+    };
+    for (const BadArguments& bad : cases) {
+        std::string line;
+        for (const std::string& argument : bad.arguments) line += argument + " ";
+        INFO("metabuffer " << line);
+        check_refused(place, run_program(place, bad.arguments), bad.words);
+        CHECK_FALSE(place.exists("t.vcd"));
+        CHECK_FALSE(place.exists("t.txt"));
+        for (const char* left_over : {"out", "t.vcd", "t.txt"})
+            std::filesystem::remove_all(place / left_over);
+    }
+}
+
+TEST_CASE("what is no trace window is refused, and what would be one is named", "[program][trace]") {
+    const Workplace place;
+    for (const char* window :
+         {"", "frame:0", "frames", "frames:", "frames:2-1", "frames:a", "frames:-1", "cycles:5", "cycles:9-8",
+          "cycles:1-2-3", "startframe", "startframe:0-1", "startframe:x", "first-busready-drop:1",
+          "first_starved_pixel", "all:1", "99999999999999999999"}) {
+        INFO("--trace-window '" << window << "'");
+        const ProgramResult result = place.run({"--trace", "t.vcd", "--trace-window", window});
+        check_refused(place, result, {"--trace-window", "first-busready-drop", "cycles:A-B"});
+        CHECK_FALSE(place.exists("t.vcd"));
+        std::filesystem::remove_all(place / "out");
+    }
+}
+
+TEST_CASE("a run leaves pictures of every frame and the last one, a collage and a report", "[program]") {
+    const Workplace place;
+    const ProgramResult result = place.run({"--strict"});
+    CHECK(result.status == kExitDone);
+    CHECK(result.err.empty());
+    for (const char* word : {"frames", "clocks", "frame rate", "latency", "buffer high water", "starved"}) {
+        CHECK_THAT(result.out, Contains(word));
+    }
+    for (const std::string display : {"display_1", "display_2"}) {
+        CHECK(place.exists("out/" + display + ".0000.png"));
+        CHECK(place.exists("out/" + display + ".0001.png"));
+        CHECK_FALSE(place.exists("out/" + display + ".0002.png"));
+        CHECK(text_of(place / ("out/" + display + ".png")) ==
+              text_of(place / ("out/" + display + ".0001.png")));
+        CHECK(text_of(place / ("out/" + display + ".png")) !=
+              text_of(place / ("out/" + display + ".0000.png")));
+    }
+    CHECK(place.exists("out/collage.png"));
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(place / "out")) {
+        INFO(entry.path());
+        ++files;
+    }
+    CHECK(files == 8);  // no half-written file beside them
+}
+
+TEST_CASE("--quiet prints nothing, and results go to out/NAME by default", "[program]") {
+    const Workplace place;
+    const ProgramResult result = run_program(place, {"run", "scenario.yaml", "--quiet"});
+    CHECK(result.status == kExitDone);
+    CHECK(result.out.empty());
+    CHECK(result.err.empty());
+    CHECK(place.exists("out/small/report.json"));
+    const ProgramResult traced = run_program(place, {"run", "scenario.yaml", "--quiet", "--trace", "t.vcd"});
+    CHECK(traced.status == kExitDone);
+    CHECK(traced.out.empty());
+    CHECK(traced.err.empty());
+    CHECK(place.exists("t.vcd"));
+}
+
+TEST_CASE("--frames shows that many frames", "[program]") {
+    const Workplace place;
+    CHECK(place.run({"--frames", "1"}).status == kExitDone);
+    CHECK(place.report().at("frames").size() == 1);
+    CHECK(place.exists("out/display_1.png"));
+    CHECK_FALSE(place.exists("out/display_1.0000.png"));  // one frame needs no number
+    CHECK(place.run({"--frames", "5"}).status == kExitDone);
+    CHECK(place.report().at("frames").size() == 5);
+    CHECK(place.exists("out/display_2.0004.png"));
+    // The last entry repeats.
+    CHECK(text_of(place / "out/display_2.0004.png") == text_of(place / "out/display_2.0001.png"));
+}
+
+TEST_CASE("--set overrides what the file says", "[program]") {
+    const Workplace place;
+    CHECK(place
+              .run({"--set", "displays.background=[9, 8, 7]", "--set", "renderers.0.frames.1.viewport.x=20",
+                    "--set", "name=other"})
+              .status == kExitDone);
+    CHECK(place.report().at("scenario") == "other");
+    place.write("scenario.yaml", with("x: 5", "x: 20"));
+    CHECK(run_program(place,
+                      {"run", "scenario.yaml", "--set", "displays.background=[9, 8, 7]", "--out", "same"})
+              .status == kExitDone);
+    CHECK(text_of(place / "out/collage.png") == text_of(place / "same/collage.png"));
+}
+
+TEST_CASE("both levels show the same pictures", "[program]") {
+    const Workplace place;
+    const std::vector<std::string> settings{"--set", "displays.supersample=2", "--set", "composition=over"};
+    CHECK(place.run(settings).status == kExitDone);
+    CHECK(run_program(place, std::vector<std::string>{"run", "scenario.yaml", "--out", "reference", "--level",
+                                                      "functional"} +
+                                 settings)
+              .status == kExitDone);
+    std::size_t pictures = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(place / "reference")) {
+        if (entry.path().extension() != ".png") continue;
+        INFO(entry.path().filename());
+        CHECK(text_of(entry.path()) == text_of(place / "out" / entry.path().filename().string()));
+        ++pictures;
+    }
+    CHECK(pictures == 7);
+    CHECK(place.report("reference").at("level") == "functional");
+    CHECK(place.report("out").at("level") == "rtl");
+}
+
+TEST_CASE("report.json has every key that is promised", "[program]") {
+    const Workplace place;
+    REQUIRE(place.run(kNarrow).status == kExitDone);
+    const json report = place.report();
+    const auto has_all = [](const json& object, const std::vector<std::string>& keys) {
+        for (const std::string& key : keys) {
+            INFO(key);
+            CHECK(object.contains(key));
+        }
+    };
+    has_all(report,
+            {"scenario", "level", "core_cycles", "frames", "renderers", "composers", "displays", "totals"});
+    CHECK(report.at("scenario") == "small");
+    CHECK(report.at("core_cycles").get<std::int64_t>() > 0);
+    REQUIRE(report.at("frames").size() == 2);
+    for (const json& frame : report.at("frames")) {
+        has_all(frame, {"index", "start_cycle", "end_cycle", "latency_cycles"});
+    }
+    REQUIRE(report.at("renderers").size() == 2);
+    for (const json& renderer : report.at("renderers")) {
+        has_all(renderer,
+                {"name", "bus", "rejected_frames", "rejected_rows", "repeated_frames", "dropped_frames"});
+        has_all(renderer.at("bus"), {"busy_cycles", "idle_cycles", "poll_cycles", "page_misses",
+                                     "pixels_sent", "recovered_slots", "utilization"});
+        has_all(renderer.at("rejected_frames"), {"geometry", "magic", "version", "kind", "crc", "pair"});
+        has_all(renderer.at("rejected_rows"),
+                {"display", "duplicate", "multiple", "source", "destination", "buffer"});
+    }
+    CHECK(report.at("renderers")[0].at("name") == "left");
+    REQUIRE(report.at("composers").size() == 4);
+    std::int64_t starved = 0;
+    for (const json& composer : report.at("composers")) {
+        has_all(composer, {"renderer", "display", "starved_pixels", "stalled_cycles", "buffer_high_water",
+                           "busready_drops"});
+        starved += composer.at("starved_pixels").get<std::int64_t>();
+    }
+    REQUIRE(report.at("displays").size() == 2);
+    for (const json& display : report.at("displays")) CHECK(display.at("frames_shown") == 2);
+    has_all(report.at("totals"),
+            {"bus", "rejected_frames", "rejected_rows", "repeated_frames", "dropped_frames", "starved_pixels",
+             "stalled_cycles", "busready_drops", "frames_shown"});
+    CHECK(starved > 0);
+    CHECK(total(report, "starved_pixels") == starved);
+}
+
+TEST_CASE("--strict fails a run in which something starved or was rejected", "[program]") {
+    const Workplace place;
+    CHECK(place.run(kNarrow).status == kExitDone);
+    const ProgramResult starved = place.run(kNarrow + std::vector<std::string>{"--strict"});
+    CHECK(starved.status == kExitStrict);
+    CHECK(starved.complains_in_one_line());
+    CHECK_THAT(starved.err, Contains("--strict"));
+    CHECK_THAT(starved.err, Contains(std::to_string(total(place.report(), "starved_pixels")) + " pixels"));
+    CHECK(place.exists("out/display_1.png"));  // what there is to see is written all the same
+
+    place.write("scenario.yaml",
+                with("viewport: {x: 3, y: 2, multiple: 1}", "table: [[3, 0, 0, 4, 4, 0, 0, 1]]"));
+    CHECK(place.run().status == kExitDone);
+    CHECK(place.report().at("totals").at("rejected_rows").at("display") == 1);
+    const ProgramResult row = place.run({"--strict"});
+    CHECK(row.status == kExitStrict);
+    CHECK(row.complains_in_one_line());
+
+    place.write("scenario.yaml",
+                std::string(kScenario) + "faults: [{renderer: right, pair: 1, kind: crc, frame: depth}]\n");
+    CHECK(place.run().status == kExitDone);
+    CHECK(place.report().at("totals").at("rejected_frames").at("crc") == 1);
+    CHECK(place.run({"--strict"}).status == kExitStrict);
+
+    place.write("scenario.yaml", kScenario);
+    CHECK(place.run({"--strict"}).status == kExitDone);
+}
+
+TEST_CASE("the watchdog ends a run in which nothing moves and says who waits for what", "[program]") {
+    const Workplace place;
+    place.write("scenario.yaml",
+                std::string(kScenario) +
+                    "link_timeout_pairs: 1000\n"
+                    "watchdog_cycles: 2000\n"
+                    "faults: [{renderer: right, pair: 1, kind: delay, frame: colour, delay_pairs: 100}]\n");
+    const ProgramResult result = place.run();
+    INFO(result.err);
+    CHECK(result.status == kExitWatchdog);
+    CHECK_THAT(result.err, Contains("scenario.yaml"));
+    CHECK_THAT(result.err, Contains("watchdog"));
+    CHECK_THAT(result.err, Contains("dvi_source_2 is silent before pair 1"));
+    CHECK_THAT(result.err, Contains("input_framebuffer_2 waits for pair 1"));
+    CHECK_THAT(result.err, Contains("composer_2_1 waits for the table of frame 1"));
+    CHECK_THAT(result.err, !Contains("dvi_source_1"));  // its pairs are all sent
+    CHECK(place.exists("out/report.json"));             // so far as the run went
+    CHECK(place.report().at("displays")[0].at("frames_shown") == 1);
+}
+
+TEST_CASE("a trace shows the paper's signals around STARTFRAME by default", "[program][trace]") {
+    const Workplace place;
+    const ProgramResult result =
+        place.run({"--trace", "t.vcd", "--trace-before", "50", "--trace-after", "100"});
+    REQUIRE(result.status == kExitDone);
+    const Waveform waveform(place / "t.vcd");
+    const ShownCycles cycles = shown_cycles(result);
+    check_time_range(waveform, cycles);
+    CHECK(cycles.last - cycles.first == 150);
+    for (const char* signal : {"BUSREADY", "PIPEREADY", "STARTFRAME", "PIPEMASTER"}) {
+        CHECK(waveform.has(std::string("composer_1_1.") + signal));
+        CHECK(waveform.has(std::string("composer_2_2.") + signal));
+    }
+    CHECK(waveform.has("output_framebuffer_2.PIPEREADY"));
+    CHECK(waveform.has("core_clk"));
+    // The event stands where it should: as many clocks before it as were asked for. STARTFRAME of the column
+    // that starts first is one clock ahead of the frame's first pixel and goes down the pipeline a composer a
+    // clock.
+    const std::int64_t startframe = (cycles.first + 50) * kPeriodPicoseconds;
+    std::int64_t first_rise = std::numeric_limits<std::int64_t>::max();
+    for (const std::string column : {"1", "2"}) {
+        const std::int64_t rise = waveform.first_rise("composer_1_" + column + ".STARTFRAME");
+        CHECK(waveform.first_rise("composer_2_" + column + ".STARTFRAME") == rise + kPeriodPicoseconds);
+        first_rise = std::min(first_rise, rise);
+    }
+    CHECK(first_rise == startframe);
+    const std::int64_t first_pixel = place.report().at("frames")[0].at("start_cycle").get<std::int64_t>();
+    CHECK(startframe == (first_pixel - 1) * kPeriodPicoseconds);
+}
+
+TEST_CASE("a trace window is given by a frame, frames, clocks, or the first event", "[program][trace]") {
+    const Workplace place;
+    const auto traced = [&place](const std::string& window, const std::vector<std::string>& more = {}) {
+        const ProgramResult result =
+            place.run(std::vector<std::string>{"--trace", "t.vcd", "--trace-window", window, "--trace-before",
+                                               "20", "--trace-after", "30"} +
+                      more);
+        CHECK(result.status == kExitDone);
+        CHECK(result.err.empty());
+        return result;
+    };
+    const auto start_of = [&place](std::size_t frame) {
+        return place.report().at("frames").at(frame).at("start_cycle").get<std::int64_t>();
+    };
+    const auto end_of = [&place](std::size_t frame) {
+        return place.report().at("frames").at(frame).at("end_cycle").get<std::int64_t>();
+    };
+
+    ShownCycles cycles = shown_cycles(traced("startframe:1"));
+    check_time_range(Waveform(place / "t.vcd"), cycles);
+    CHECK(cycles.first == start_of(1) - 1 - 20);
+    CHECK(cycles.last == start_of(1) - 1 + 30);
+
+    cycles = shown_cycles(traced("frames:0-1"));
+    check_time_range(Waveform(place / "t.vcd"), cycles);
+    CHECK(cycles.first == start_of(0) - 1 - 20);
+    CHECK(cycles.last == end_of(1) + 30);
+
+    cycles = shown_cycles(traced("frames:1"));
+    CHECK(cycles.first == start_of(1) - 1 - 20);
+    CHECK(cycles.last == end_of(1) + 30);
+
+    cycles = shown_cycles(traced("cycles:1000-1234"));
+    check_time_range(Waveform(place / "t.vcd"), cycles);
+    CHECK(cycles.first == 1000);
+    CHECK(cycles.last == 1234);
+
+    cycles = shown_cycles(traced("all", {"--frames", "1"}));
+    CHECK(cycles.first == 0);
+    CHECK(cycles.last == place.report().at("core_cycles").get<std::int64_t>() - 1);
+    const Waveform whole(place / "t.vcd");
+    CHECK(whole.first_time() == 0);
+    CHECK(whole.last_time() >= (cycles.last - 1) * kPeriodPicoseconds);  // the run stops in its last clock
+    CHECK(whole.last_time() < (cycles.last + 1) * kPeriodPicoseconds);
+}
+
+TEST_CASE("a trace window can start at the first starved pixel", "[program][trace]") {
+    const Workplace place;
+    const ProgramResult result = place.run(
+        kNarrow + std::vector<std::string>{"--trace", "t.vcd", "--trace-window", "first-starved-pixel",
+                                           "--trace-before", "20", "--trace-after", "30"});
+    REQUIRE(result.status == kExitDone);
+    const ShownCycles cycles = shown_cycles(result);
+    const Waveform waveform(place / "t.vcd");
+    check_time_range(waveform, cycles);
+    CHECK(cycles.last - cycles.first == 50);
+    std::vector<std::int64_t> rises;
+    for (const std::string& name : waveform.names()) {
+        const bool starved = name.size() > 8 && name.substr(name.size() - 8) == ".starved";
+        if (starved && waveform.first_rise(name) >= 0) rises.push_back(waveform.first_rise(name));
+    }
+    REQUIRE_FALSE(rises.empty());
+    CHECK(*std::min_element(rises.begin(), rises.end()) == (cycles.first + 20) * kPeriodPicoseconds);
+}
+
+TEST_CASE("a trace window can start at the first BUSREADY drop in a burst", "[program][trace]") {
+    const Workplace place;
+    const ProgramResult result =
+        place.run(kNarrow + std::vector<std::string>{"--set", "bus.width_bits=256", "--trace", "t.vcd",
+                                                     "--trace-window", "first-busready-drop",
+                                                     "--trace-before", "20", "--trace-after", "30"});
+    REQUIRE(result.status == kExitDone);
+    CHECK(total(place.report(), "busready_drops") > 0);
+    const ShownCycles cycles = shown_cycles(result);
+    const Waveform waveform(place / "t.vcd");
+    check_time_range(waveform, cycles);
+    CHECK(cycles.last - cycles.first == 50);
+    const std::int64_t drop = (cycles.first + 20) * kPeriodPicoseconds;
+    bool found = false;
+    for (const std::string& name : waveform.names()) {
+        const bool busready =
+            name.rfind("composer_", 0) == 0 && name.size() > 9 && name.substr(name.size() - 9) == ".BUSREADY";
+        found = found || (busready && waveform.first_fall(name) == drop);
+    }
+    CHECK(found);
+}
+
+TEST_CASE("a window whose event does not happen leaves no waveform and says so", "[program][trace]") {
+    const Workplace place;
+    for (const char* window :
+         {"first-starved-pixel", "startframe:7", "frames:1-2", "cycles:90000000-90000001"}) {
+        INFO(window);
+        const ProgramResult result = place.run({"--trace", "t.vcd", "--trace-window", window});
+        CHECK(result.status == kExitDone);
+        CHECK(result.complains_in_one_line());
+        CHECK_THAT(result.err, Contains("no waveform"));
+        CHECK_FALSE(place.exists("t.vcd"));
+        CHECK(place.exists("out/report.json"));
+    }
+}
+
+TEST_CASE("--trace-modules chooses the blocks that are traced", "[program][trace]") {
+    const Workplace place;
+    const std::vector<std::string> some{"--trace", "t.vcd", "--trace-modules", "composer_1_*,swap_lock"};
+    REQUIRE(place.run(some).status == kExitDone);
+    for (const std::string& name : Waveform(place / "t.vcd").names()) {
+        INFO(name);
+        const bool clock_or_reset = name.find('.') == std::string::npos;
+        CHECK((clock_or_reset || name.rfind("composer_1_1.", 0) == 0 || name.rfind("composer_1_2.", 0) == 0 ||
+               name.rfind("swap_lock.", 0) == 0));
+    }
+    CHECK(Waveform(place / "t.vcd").has("composer_1_2.BUSREADY"));
+    CHECK_FALSE(Waveform(place / "t.vcd").has("composer_2_1.BUSREADY"));
+
+    // Options may stand before the scenario, too.
+    const ProgramResult before = run_program(
+        place, std::vector<std::string>{"run"} + some +
+                   std::vector<std::string>{"--set", "bus.burst_pixels=16", "--out", "out", "scenario.yaml"});
+    INFO(before.err);
+    CHECK(before.status == kExitDone);
+}
+
+TEST_CASE("a trace changes nothing in the run", "[program][trace]") {
+    const Workplace place;
+    REQUIRE(place.run(kNarrow).status == kExitDone);
+    REQUIRE(run_program(place, std::vector<std::string>{"run", "scenario.yaml", "--out", "traced", "--trace",
+                                                        "t.vcd", "--trace-window", "first-starved-pixel"} +
+                                   kNarrow)
+                .status == kExitDone);
+    CHECK(text_of(place / "out/report.json") == text_of(place / "traced/report.json"));
+    CHECK(text_of(place / "out/collage.png") == text_of(place / "traced/collage.png"));
+}

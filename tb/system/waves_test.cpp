@@ -1,0 +1,289 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "program_run.h"
+
+using namespace metabuffer::test;
+
+namespace {
+
+constexpr std::int64_t kCorePeriodPicoseconds = 10000;  // 100 MHz, the scenarios' default
+
+const std::filesystem::path kSource = METABUFFER_SOURCE_DIRECTORY;
+
+std::vector<std::string> lines_of(const std::string& text) {
+    std::istringstream stream(text);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    return lines;
+}
+
+bool begins_with(const std::string& text, const std::string& beginning) {
+    return text.compare(0, beginning.size(), beginning) == 0;
+}
+
+std::vector<std::filesystem::path> save_files() {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(kSource / "waves")) {
+        if (entry.path().extension() == ".gtkw") files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+/// A GTKWave save file, as far as it matters here.
+struct SaveFile {
+    std::vector<std::string> signals;  ///< as GTKWave looks for them
+    std::int64_t marker_picoseconds = -1;
+    std::int64_t start_picoseconds = -1;
+
+    explicit SaveFile(const std::filesystem::path& file) {
+        for (const std::string& line : lines_of(text_of(file))) {
+            INFO(line);
+            std::istringstream rest(line);
+            std::string word;
+            if (begins_with(line, "+{")) {
+                signals.push_back(line.substr(line.find("} ") + 2));
+            } else if (begins_with(line, "*")) {
+                rest >> word >> marker_picoseconds;
+            } else if (begins_with(line, "[timestart]")) {
+                rest >> word >> start_picoseconds;
+            } else {
+                // Where it was saved is nobody's business.
+                CHECK_FALSE(begins_with(line, "[dumpfile"));
+                CHECK_FALSE(begins_with(line, "[savefile"));
+                // Options, formats, group names and the room below an analog trace.
+                CHECK((line.empty() || line[0] == '[' || line[0] == '@' || line[0] == '-'));
+            }
+        }
+    }
+};
+
+/// A value change dump with its values.
+class ValueDump {
+  public:
+    explicit ValueDump(const std::filesystem::path& file) {
+        std::string scope;
+        for (const std::string& line : lines_of(text_of(file))) {
+            std::istringstream words(line);
+            std::string word;
+            words >> word;
+            if (word == "$scope") {
+                words >> word >> word;
+                scope += word + ".";
+            } else if (word == "$upscope") {
+                scope.erase(scope.rfind('.', scope.size() - 2) + 1);
+            } else if (word == "$var") {
+                add_variable(words, scope);
+            } else if (word.size() > 1 && word[0] == '#') {
+                last_time_ = std::stoll(word.substr(1));
+                if (first_time_ < 0) first_time_ = last_time_;
+            } else if (word.size() > 1 && word[0] == 'b') {
+                std::string identifier;
+                words >> identifier;
+                add_change(identifier, std::stoull(word.substr(1), nullptr, 2));
+            } else if (word.size() > 1 && (word[0] == '0' || word[0] == '1')) {
+                add_change(word.substr(1), word[0] == '1' ? 1 : 0);
+            }
+        }
+    }
+
+    /// Of the first and the last change within the dump.
+    std::int64_t first_time() const { return first_time_; }
+    std::int64_t last_time() const { return last_time_; }
+
+    /// A name as GTKWave has it: scopes, dots, the range of a vector.
+    bool has(const std::string& name) const { return variables_.count(name) != 0; }
+    /// A name below the machine, without range.
+    bool has_short(const std::string& name) const { return short_names_.count(name) != 0; }
+
+    /// What the signal shows from a time on.
+    std::uint64_t at(const std::string& short_name, std::int64_t time) const {
+        const Variable& variable = variables_.at(short_names_.at(short_name));
+        std::uint64_t value = 0;
+        for (const Change& change : changes_.at(variable.identifier)) {
+            if (change.time > time) break;
+            value = change.value;
+        }
+        return value;
+    }
+    /// A number as the page writes it, in the signal's width.
+    std::uint64_t value_from_text(const std::string& short_name, const std::string& text) const {
+        const int width = variables_.at(short_names_.at(short_name)).width;
+        const std::uint64_t mask = width < 64 ? (std::uint64_t{1} << width) - 1 : ~std::uint64_t{0};
+        return static_cast<std::uint64_t>(std::stoll(text, nullptr, 0)) & mask;
+    }
+
+  private:
+    struct Variable {
+        std::string identifier;
+        int width = 0;
+    };
+    struct Change {
+        std::int64_t time = 0;
+        std::uint64_t value = 0;
+    };
+
+    void add_variable(std::istringstream& words, const std::string& scope) {
+        std::string type;
+        std::string name;
+        std::string range;
+        Variable variable;
+        words >> type >> variable.width >> variable.identifier >> name >> range;
+        const std::string full = scope + name + (range == "$end" ? "" : range);
+        variables_[full] = variable;
+        const std::string machine = "SystemC.metabuffer.";
+        if (begins_with(full, machine)) short_names_[(scope + name).substr(machine.size())] = full;
+    }
+    void add_change(const std::string& identifier, std::uint64_t value) {
+        changes_[identifier].push_back({last_time_, value});
+    }
+
+    std::int64_t first_time_ = -1;
+    std::int64_t last_time_ = -1;
+    std::map<std::string, Variable> variables_;
+    std::map<std::string, std::string> short_names_;
+    std::map<std::string, std::vector<Change>> changes_;
+};
+
+/// A section of waves/README.md: a waveform and what is said of it.
+struct PageSection {
+    struct Event {
+        std::int64_t clock = 0;
+        std::string signal;
+        std::string before;  ///< empty: it is not said to change
+        std::string value;
+    };
+
+    std::string title;
+    std::vector<std::string> arguments;  ///< of the program
+    std::string waveform;
+    std::string save_file;  ///< empty: shown without
+    std::vector<Event> events;
+};
+
+std::vector<std::string> words_of(const std::string& command) {
+    std::istringstream stream(command);
+    std::vector<std::string> words;
+    for (std::string word; stream >> word;) {
+        word.erase(std::remove(word.begin(), word.end(), '\''), word.end());
+        words.push_back(word);
+    }
+    return words;
+}
+
+void read_command(const std::string& command, PageSection& section) {
+    std::vector<std::string> words = words_of(command);
+    if (words.at(0) == "gtkwave") {
+        section.waveform = words.at(1);
+        if (words.size() > 2) section.save_file = words[2];
+        return;
+    }
+    REQUIRE(words[0] == "build/release/metabuffer");
+    REQUIRE(section.arguments.empty());
+    words.erase(words.begin());
+    for (std::string& word : words) {
+        if (begins_with(word, "scenarios/")) word = (kSource / word).string();
+    }
+    section.arguments = words;
+}
+
+/// The sections that have a command.
+std::vector<PageSection> read_page() {
+    const std::regex row(R"(\| (\d+) \| `([^`]+)` \| (?:(\S+) to )?(\S+) \|.*)");
+    std::vector<PageSection> sections;
+    bool in_commands = false;
+    std::string command;
+    for (const std::string& line : lines_of(text_of(kSource / "waves/README.md"))) {
+        if (begins_with(line, "## ")) {
+            sections.emplace_back();
+            sections.back().title = line.substr(3);
+        } else if (begins_with(line, "```")) {
+            in_commands = line == "```sh";
+        } else if (in_commands) {
+            command += line;
+            if (command.back() == '\\') {
+                command.pop_back();
+                continue;
+            }
+            read_command(command, sections.back());
+            command.clear();
+        } else if (std::smatch cells; std::regex_match(line, cells, row)) {
+            sections.back().events.push_back({std::stoll(cells[1]), cells[2], cells[3], cells[4]});
+        }
+    }
+    const auto no_command = [](const PageSection& section) { return section.arguments.empty(); };
+    sections.erase(std::remove_if(sections.begin(), sections.end(), no_command), sections.end());
+    return sections;
+}
+
+void check_event(const ValueDump& dump, const PageSection::Event& event) {
+    INFO("clock " << event.clock << ", " << event.signal << ": " << event.before << " to " << event.value);
+    const std::int64_t time = event.clock * kCorePeriodPicoseconds;
+    REQUIRE(dump.has_short(event.signal));
+    CHECK(time > dump.first_time());
+    CHECK(time <= dump.last_time());
+    CHECK(dump.at(event.signal, time) == dump.value_from_text(event.signal, event.value));
+    if (!event.before.empty()) {
+        CHECK(dump.at(event.signal, time - kCorePeriodPicoseconds) ==
+              dump.value_from_text(event.signal, event.before));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("Every signal of the save files is in the waveform", "[waves]") {
+    const ScratchDirectory scratch;
+    const ProgramResult result =
+        run_program(scratch, {"run", (kSource / "scenarios/paper-figure-small.yaml").string(), "--quiet",
+                              "--trace", "small.vcd", "--trace-before", "5", "--trace-after", "20"});
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    const ValueDump dump(scratch / "small.vcd");
+    REQUIRE(!save_files().empty());
+    for (const std::filesystem::path& file : save_files()) {
+        INFO(file.filename().string());
+        const SaveFile save(file);
+        CHECK(!save.signals.empty());
+        for (const std::string& signal : save.signals) {
+            INFO(signal);
+            CHECK(dump.has(signal));
+        }
+    }
+}
+
+TEST_CASE("The waveforms show what their page says", "[waves]") {
+    const std::vector<PageSection> sections = read_page();
+    std::vector<std::string> shown;
+    for (const PageSection& section : sections) {
+        INFO(section.title);
+        const ScratchDirectory scratch;
+        const ProgramResult result = run_program(scratch, section.arguments);
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        const ValueDump dump(scratch / section.waveform);
+        CHECK(!section.events.empty());
+        for (const PageSection::Event& event : section.events) {
+            check_event(dump, event);
+        }
+        if (!section.save_file.empty()) {
+            INFO(section.save_file);
+            const SaveFile save(kSource / section.save_file);
+            CHECK(save.start_picoseconds >= dump.first_time());
+            CHECK(save.marker_picoseconds > save.start_picoseconds);
+            CHECK(save.marker_picoseconds <= dump.last_time());
+            shown.push_back(std::filesystem::path(section.save_file).filename().string());
+        }
+    }
+    std::sort(shown.begin(), shown.end());
+    std::vector<std::string> present;
+    for (const std::filesystem::path& file : save_files()) present.push_back(file.filename().string());
+    CHECK(shown == present);
+}
