@@ -8,13 +8,14 @@
 
 namespace metabuffer {
 
-/// A composer's local memory (section 5.2 of the paper): a queue of the segment's pixels with a moving window,
-/// since a replicated source row is read again until its last repetition. It keeps up to two frames apart, the
-/// one that is being composited (or is next to be) and the one behind it that the bus may already carry.
+/// A composer's local memory (section 5.2 of the paper): a queue of the segment's pixels with a moving
+/// window, since a replicated source row is read again until its last repetition. It keeps up to two frames
+/// apart, the one that is being composited (or is next to be) and the one behind it that the bus may already
+/// carry.
 ///
-/// Pixels arrive in the order of their index k and are addressed by it; pixel k is held from its arrival until
-/// it is released, and one that arrives after its release is dropped. What is held never exceeds the capacity:
-/// push() on a full buffer throws std::logic_error, for that is the bus protocol broken.
+/// Pixels arrive in the order of their index k and are addressed by it; pixel k is held from its arrival
+/// until it is released, and one that arrives after its release is dropped. What is held never exceeds the
+/// capacity: push() on a full buffer throws std::logic_error, for that is the bus protocol broken.
 class ComposerBuffer {
   public:
     static constexpr int kFrames = 2;
@@ -86,13 +87,15 @@ class ComposerBuffer {
     int write_address_ = 0;
 };
 
-/// Walks a display's raster in raster order and tells, for each position, whether the segment covers it, which
-/// of its pixels shows there, and whether that is the pixel's last use: increments only, as in the hardware.
+/// Walks a display's raster in raster order and tells, for each position, whether the segment covers it,
+/// which of its pixels shows there, and whether that is the pixel's last use: increments only, as in the
+/// hardware.
 class SegmentWalker {
   public:
     SegmentWalker() = default;
     /// Starts at the raster's top left. With has_segment = false nothing is ever covered.
-    SegmentWalker(const Segment& segment, bool has_segment, int raster_width_pixels, int raster_height_pixels);
+    SegmentWalker(const Segment& segment, bool has_segment, int raster_width_pixels,
+                  int raster_height_pixels);
 
     bool done() const { return y_ >= raster_height_; }
     // References, so that a waveform can follow the registers behind them.

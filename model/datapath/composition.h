@@ -37,9 +37,12 @@ constexpr Pixel over(Pixel front, Pixel back) {
 constexpr Pixel compose(Composition composition, Pixel local, Pixel upstream) {
     const bool nearer = local.z() < upstream.z();
     switch (composition) {
-        case Composition::kZ: return nearer ? local : upstream;
-        case Composition::kZAlphaKey: return nearer && local.a() != 0 ? local : upstream;
-        case Composition::kOver: return nearer ? detail::over(local, upstream) : detail::over(upstream, local);
+        case Composition::kZ:
+            return nearer ? local : upstream;
+        case Composition::kZAlphaKey:
+            return nearer && local.a() != 0 ? local : upstream;
+        case Composition::kOver:
+            return nearer ? detail::over(local, upstream) : detail::over(upstream, local);
     }
     return upstream;
 }

@@ -11,9 +11,9 @@ constexpr int kSlotTableLimit = 256;
 
 /// The cyclic table of idle-recovery slot allocation (sections 5.1 and 5.3 of the paper): the composer of row
 /// i gets slots in proportion to C_i / T_i = sdx_i / dmultiple_i, at least one, spread evenly over the table.
-/// The result holds row indices. Proportions are exact up to kSlotTableLimit slots (for tables whose multiples
-/// have a common multiple of at most 2^32; others are taken to 20 fraction bits); beyond it each row's share is
-/// rounded to nearest. Empty for an empty table. The rows must be valid (see validate_table).
+/// The result holds row indices. Proportions are exact up to kSlotTableLimit slots (for tables whose
+/// multiples have a common multiple of at most 2^32; others are taken to 20 fraction bits); beyond it each
+/// row's share is rounded to nearest. Empty for an empty table. The rows must be valid (see validate_table).
 std::vector<int> slot_table(const ViewportTable& rows);
 
 /// One slot for each row: the table of plain round robin.

@@ -13,8 +13,8 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::array<std::uint8_t, 4> kMagic = {'M', 'B', 'U', 'F'};
-constexpr std::size_t kVersionOffset = 4;
-constexpr std::size_t kKindOffset = 5;
+constexpr std::size_t kVersionOffset = kControlVersionOffset;
+constexpr std::size_t kKindOffset = kControlKindOffset;
 constexpr std::size_t kRowCountOffset = 6;
 constexpr std::size_t kFrameNumberOffset = 8;
 constexpr std::size_t kCrcOffset = kControlCrcOffset;

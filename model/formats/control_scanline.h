@@ -21,7 +21,8 @@ struct ControlScanline {
 };
 
 /// Why a control scanline is rejected, in the order of the checks. A row count or payload length that leaves
-/// the scanline makes the CRC uncheckable and counts as kCrc. kKind is only told of a scanline whose CRC holds.
+/// the scanline makes the CRC uncheckable and counts as kCrc. kKind is only told of a scanline whose CRC
+/// holds.
 enum class ScanlineDefect : std::uint8_t { kNone, kMagic, kVersion, kCrc, kKind };
 
 struct DecodedScanline {
@@ -34,6 +35,9 @@ constexpr int kControlHeaderBytes = 16;
 constexpr int kControlRowBytes = 16;
 constexpr int kControlPayloadLengthBytes = 2;
 constexpr int kLinkBytesPerPixel = 3;
+constexpr int kControlMagicOffset = 0;
+constexpr int kControlVersionOffset = 4;
+constexpr int kControlKindOffset = 5;
 constexpr int kControlCrcOffset = 12;
 
 /// The host's error: the content needs more bytes than the scanline has.

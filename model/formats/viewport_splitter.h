@@ -16,7 +16,7 @@ struct Viewport {
 struct DisplayWall {
     int columns = 1;
     int rows = 1;
-    int raster_width_pixels = 0;   ///< of one display, supersampling included
+    int raster_width_pixels = 0;  ///< of one display, supersampling included
     int raster_height_pixels = 0;
 };
 

@@ -9,12 +9,12 @@ namespace metabuffer {
 /// One row of the viewport table (section 5 of the paper): which rectangle of the renderer's image goes to
 /// which composer, and where in that display's raster it lies.
 struct ViewportRow {
-    std::uint16_t dcomp = 0;      ///< display, counted from 1
-    std::uint16_t sx = 0;         ///< source rectangle in image pixels; sy = 0 is the first image scanline
+    std::uint16_t dcomp = 0;  ///< display, counted from 1
+    std::uint16_t sx = 0;     ///< source rectangle in image pixels; sy = 0 is the first image scanline
     std::uint16_t sy = 0;
     std::uint16_t sdx = 0;
     std::uint16_t sdy = 0;
-    std::int16_t dx = 0;          ///< raster position of the source rectangle's top left; may be negative
+    std::int16_t dx = 0;  ///< raster position of the source rectangle's top left; may be negative
     std::int16_t dy = 0;
     std::uint16_t dmultiple = 0;  ///< replication factor: a source pixel fills dmultiple x dmultiple pixels
 
@@ -31,12 +31,12 @@ constexpr int kMaximumMultiple = 255;
 
 /// What a row is judged against.
 struct ViewportLimits {
-    int displays = 0;              ///< N
-    int image_width_pixels = 0;    ///< the renderer's image, without the control scanline
+    int displays = 0;            ///< N
+    int image_width_pixels = 0;  ///< the renderer's image, without the control scanline
     int image_height_pixels = 0;
-    int raster_width_pixels = 0;   ///< one display's raster: supersample x display size
+    int raster_width_pixels = 0;  ///< one display's raster: supersample x display size
     int raster_height_pixels = 0;
-    int buffer_pixels = 0;         ///< of one composer
+    int buffer_pixels = 0;  ///< of one composer
     int ready_space_pixels = 0;
 };
 

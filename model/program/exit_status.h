@@ -5,10 +5,10 @@ namespace metabuffer {
 /// What the program tells its caller.
 enum ExitStatus : int {
     kExitDone = 0,
-    kExitModelError = 1,  ///< a block found its protocol broken: a bug in the model, or output not writable
-    kExitBadInput = 2,
-    kExitStrict = 3,    ///< --strict, and something starved or was rejected
-    kExitWatchdog = 4,  ///< nothing moved any more
+    kExitModelError = 1,  ///< a block found its protocol broken: a bug in the model
+    kExitBadInput = 2,    ///< scenario, images or command line, a place that cannot be written among them
+    kExitStrict = 3,      ///< --strict, and something starved or was rejected
+    kExitWatchdog = 4,    ///< nothing moved any more
 };
 
 }  // namespace metabuffer

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdio>
 #include <iostream>
+#include <regex>
 
 #include "functional/functional_compositor.h"
 #include "report/picture_writer.h"
@@ -22,16 +23,47 @@ constexpr const char* kExamples =
     "  metabuffer run scenarios/paper-figure.yaml --set bus.width_bits=64 --trace out/trace.vcd\n"
     "  metabuffer run scenarios/paper-figure-starved.yaml --trace out/trace.vcd \\\n"
     "      --trace-window first-starved-pixel --trace-modules 'composer_*,input_framebuffer_3'\n"
-    "Exit status: 0 done; 1 the model or the disk failed; 2 bad input; 3 --strict and something starved or was\n"
+    "Exit status: 0 done; 1 the model failed; 2 bad input; 3 --strict and something starved or was\n"
     "rejected; 4 the watchdog: nothing moved any more.";
 
-/// Writes each frame's pictures as they come and keeps the newest for the collage, so that memory does not grow
-/// with the number of frames.
+/// The folder of the results. What had to be made of it goes again if the run fails before it wrote anything.
+class ResultFolder {
+  public:
+    explicit ResultFolder(std::filesystem::path path) : path_(std::move(path)) {
+        for (std::filesystem::path part = path_; !part.empty() && !std::filesystem::exists(part);
+             part = part.parent_path()) {
+            made_.push_back(part);
+        }
+        std::error_code error;
+        std::filesystem::create_directories(path_, error);
+        if (error) {
+            throw InputError("--out " + path_.string() + ": cannot be made: " + error.message() +
+                             "; name a folder in a place that can be written");
+        }
+    }
+    ResultFolder(const ResultFolder&) = delete;
+    ResultFolder& operator=(const ResultFolder&) = delete;
+    ~ResultFolder() {
+        std::error_code error;
+        for (const std::filesystem::path& part : made_) {
+            std::filesystem::remove(part, error);  // only if it is empty
+        }
+    }
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    std::filesystem::path path_;
+    std::vector<std::filesystem::path> made_;  ///< innermost first
+};
+
+/// Writes each frame's pictures as they come and keeps the newest for the collage, so that memory does not
+/// grow with the number of frames.
 class PictureSink {
   public:
     PictureSink(std::filesystem::path directory, const Scenario& scenario)
         : directory_(std::move(directory)),
           config_(scenario.displays),
+          frames_(scenario.frames),
           many_frames_(scenario.frames > 1),
           newest_(static_cast<std::size_t>(scenario.displays.count())) {}
 
@@ -46,6 +78,7 @@ class PictureSink {
     }
 
     void finish() const {
+        remove_older_frames();
         for (std::size_t d = 0; d < newest_.size(); ++d) {
             if (newest_[d].values.empty()) {
                 return;  // the run ended before a frame was shown
@@ -56,8 +89,22 @@ class PictureSink {
     }
 
   private:
+    /// Numbered pictures of an earlier, longer run would pass for this one's.
+    void remove_older_frames() const {
+        const std::regex numbered(R"(display_\d+\.(\d{4,})\.png)");
+        for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
+            std::smatch match;
+            const std::string name = entry.path().filename().string();
+            if (std::regex_match(name, match, numbered) &&
+                (!many_frames_ || std::stol(match[1]) >= frames_)) {
+                std::filesystem::remove(entry.path());
+            }
+        }
+    }
+
     std::filesystem::path directory_;
     DisplayConfig config_;
+    int frames_;
     bool many_frames_;
     std::vector<ColourImage> newest_;
 };
@@ -89,20 +136,22 @@ RunReport run_functional(const Scenario& scenario, PictureSink& pictures) {
     report.scenario = scenario.name;
     report.level = "functional";
     report.core_mhz = scenario.clocks.core_mhz;
-    for (const Renderer& renderer : scenario.renderers) {
-        report.renderers.emplace_back();
-        report.renderers.back().name = renderer.name;
-        for (int pair = 0; pair < scenario.frames; ++pair) {
-            const ViewportTable& table = renderer.frame_of_pair(static_cast<std::uint32_t>(pair)).table;
-            for (const RejectedRow& row : validate_table(table, scenario.limits(renderer)).rejected) {
-                ++report.renderers.back().rejected_rows[static_cast<std::size_t>(row.defect)];
-                report.renderers.back().rejected_row_messages.push_back(
-                    "pair " + std::to_string(pair) + ", row " + std::to_string(row.index) + ": " + row.message);
+    const std::vector<std::vector<int>> pairs = functional::pairs_without_time(scenario);
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        const Renderer& renderer = scenario.renderers[r];
+        RendererCounters& counters = report.renderers.emplace_back();
+        counters.name = renderer.name;
+        for (int frame = 0; frame < scenario.frames; ++frame) {
+            if (pairs[static_cast<std::size_t>(frame)][r] != frame) {
+                ++counters.repeated_frames;
+                continue;
             }
+            const auto pair = static_cast<std::uint32_t>(frame);
+            counters.add_rejected_rows(
+                pair, validate_table(renderer.frame_of_pair(pair).table, scenario.limits(renderer)));
         }
     }
     report.displays.resize(static_cast<std::size_t>(scenario.displays.count()));
-    const std::vector<std::vector<int>> pairs = functional::pairs_without_time(scenario);
     for (int frame = 0; frame < scenario.frames; ++frame) {
         const std::vector<functional::Contribution> contributions =
             functional::contributions_of(scenario, pairs[static_cast<std::size_t>(frame)]);
@@ -128,26 +177,34 @@ RunCommand::RunCommand(CLI::App& program)
         ->allow_extra_args(false);
     command_->add_option("--frames", frames_, "Composited frames to show, instead of the scenario's number")
         ->check(CLI::Range(1, 1'000'000));
-    command_->add_option("--trace", trace_file_, "Write a waveform to FILE.vcd (level rtl)");
-    command_
-        ->add_option("--trace-window", trace_window_,
-                     "What it shows: startframe:K, frames:A-B, cycles:A-B, first-busready-drop, "
-                     "first-starved-pixel, or all (gigabytes for a whole frame)")
-        ->capture_default_str();
-    command_->add_option("--trace-before", trace_before_cycles_, "Core clocks before the event (default 200)")
-        ->check(CLI::NonNegativeNumber);
-    command_->add_option("--trace-after", trace_after_cycles_, "Core clocks after it (default 2000)")
-        ->check(CLI::NonNegativeNumber);
-    command_
-        ->add_option("--trace-modules", trace_blocks_,
-                     "Only these blocks: comma-separated shell patterns such as 'composer_1_*,swap_lock'")
-        ->delimiter(',');
+    CLI::Option* const trace =
+        command_->add_option("--trace", trace_file_, "Write a waveform to FILE.vcd (level rtl)");
+    constexpr std::int64_t kLargestCycles = 1'000'000'000'000;
+    CLI::Option* const trace_window =
+        command_
+            ->add_option("--trace-window", trace_window_,
+                         "What it shows: startframe:K, frames:A-B, cycles:A-B, first-busready-drop, "
+                         "first-starved-pixel, or all (gigabytes for a whole frame)")
+            ->capture_default_str();
+    CLI::Option* const trace_before =
+        command_
+            ->add_option("--trace-before", trace_before_cycles_, "Core clocks before the event (default 200)")
+            ->check(CLI::Range(std::int64_t{0}, kLargestCycles));
+    CLI::Option* const trace_after =
+        command_->add_option("--trace-after", trace_after_cycles_, "Core clocks after it (default 2000)")
+            ->check(CLI::Range(std::int64_t{0}, kLargestCycles));
+    CLI::Option* const trace_modules =
+        command_
+            ->add_option("--trace-modules", trace_blocks_,
+                         "Only these blocks: comma-separated shell patterns such as 'composer_1_*,swap_lock'")
+            ->delimiter(',');
+    for (CLI::Option* option : {trace_window, trace_before, trace_after, trace_modules}) {
+        option->needs(trace);
+    }
     command_->add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
     command_->add_flag("--quiet", quiet_, "Print no summary and no progress");
     command_->footer(kExamples);
 }
-
-bool RunCommand::chosen() const { return command_->parsed(); }
 
 ExitStatus RunCommand::execute() {
     std::vector<ScenarioOverride> overrides;
@@ -163,19 +220,16 @@ ExitStatus RunCommand::execute() {
             throw InputError("--trace " + trace_file_ + ": level " + level_ +
                              " has no signals; use --level rtl");
         }
+        rtl::check_trace_name(trace_file_);
         rtl::TraceWindow window = rtl::parse_trace_window(trace_window_);
         window.before_cycles = trace_before_cycles_.value_or(window.before_cycles);
         window.after_cycles = trace_after_cycles_.value_or(window.after_cycles);
         options.trace = rtl::TraceRequest{trace_file_, window, trace_blocks_};
     }
     const Scenario scenario = load_scenario(scenario_file_, overrides);
-    const std::filesystem::path directory =
-        out_directory_.empty() ? std::filesystem::path("out") / scenario.name : std::filesystem::path(out_directory_);
-    std::error_code error;
-    std::filesystem::create_directories(directory, error);
-    if (error) {
-        throw InputError("--out " + directory.string() + ": cannot be made: " + error.message());
-    }
+    const ResultFolder folder(out_directory_.empty() ? std::filesystem::path("out") / scenario.name
+                                                     : std::filesystem::path(out_directory_));
+    const std::filesystem::path& directory = folder.path();
 
     PictureSink pictures(directory, scenario);
     rtl::RunResult result;
@@ -214,9 +268,12 @@ ExitStatus RunCommand::execute() {
         }
         return kExitWatchdog;
     }
-    if (strict_ && (result.report.total_starved_pixels() > 0 || result.report.total_rejected() > 0)) {
-        std::cerr << scenario_file_ << ": --strict: " << result.report.total_starved_pixels()
-                  << " pixels starved, " << result.report.total_rejected() << " frames or rows rejected\n";
+    const RunReport& report = result.report;
+    if (strict_ && (report.total_starved_pixels() > 0 || report.total_stalled_cycles() > 0 ||
+                    report.total_rejected() > 0)) {
+        std::cerr << scenario_file_ << ": --strict: " << report.total_starved_pixels() << " pixels starved, "
+                  << report.total_stalled_cycles() << " clocks stalled, " << report.total_rejected()
+                  << " frames or rows rejected\n";
         return kExitStrict;
     }
     return kExitDone;

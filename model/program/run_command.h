@@ -19,7 +19,6 @@ class RunCommand {
     /// Adds the subcommand and its options.
     explicit RunCommand(CLI::App& program);
 
-    bool chosen() const;
     /// Throws InputError and OutputError.
     ExitStatus execute();
 

@@ -27,6 +27,16 @@ double BusCounters::utilization() const {
     return wanted == 0 ? 0.0 : static_cast<double>(busy_cycles) / static_cast<double>(wanted);
 }
 
+void RendererCounters::add_rejected_rows(std::uint32_t pair, const ValidatedTable& table) {
+    for (const RejectedRow& row : table.rejected) {
+        ++rejected_rows[static_cast<std::size_t>(row.defect)];
+        if (rejected_row_messages.size() < kRowMessagesKept) {
+            rejected_row_messages.push_back("pair " + std::to_string(pair) + ", row " +
+                                            std::to_string(row.index) + ": " + row.message);
+        }
+    }
+}
+
 void ComposerCounters::add_glitch(const Glitch& glitch) {
     if (starved_pixels++ == 0) first_glitch = glitch;
     const bool goes_on = last_glitch && last_glitch->frame == glitch.frame && last_glitch->y == glitch.y &&
@@ -46,6 +56,12 @@ std::int64_t RunReport::total_starved_pixels() const {
     return std::accumulate(
         composers.begin(), composers.end(), std::int64_t{0},
         [](std::int64_t sum, const ComposerCounters& composer) { return sum + composer.starved_pixels; });
+}
+
+std::int64_t RunReport::total_stalled_cycles() const {
+    std::int64_t total = 0;
+    for (const ComposerCounters& composer : composers) total += composer.stalled_cycles;
+    return total;
 }
 
 std::int64_t RunReport::total_rejected() const {

@@ -34,6 +34,8 @@ struct BusCounters {
     double utilization() const;
 };
 
+constexpr std::size_t kRowMessagesKept = 16;
+
 struct RendererCounters {
     std::string name;
     BusCounters bus;
@@ -42,6 +44,9 @@ struct RendererCounters {
     std::vector<std::string> rejected_row_messages;             ///< "pair 0, row 2: ...", the first few
     std::int64_t repeated_frames = 0;
     std::int64_t dropped_frames = 0;
+
+    /// Counts the rows that a pair's table lost and keeps the messages of the first kRowMessagesKept.
+    void add_rejected_rows(std::uint32_t pair, const ValidatedTable& table);
 };
 
 /// Where a raster pixel starved.
@@ -112,8 +117,9 @@ struct RunReport {
     std::vector<std::string> watchdog;  ///< what waited for what, if the watchdog ended the run
 
     std::int64_t total_starved_pixels() const;
-    std::int64_t total_rejected() const;  ///< frames and rows
-    BusCounters total_bus() const;        ///< the sums over all renderers
+    std::int64_t total_stalled_cycles() const;  ///< of all composers
+    std::int64_t total_rejected() const;        ///< frames and rows
+    BusCounters total_bus() const;              ///< the sums over all renderers
 };
 
 /// The report as JSON text, keys in a fixed order.

@@ -16,7 +16,8 @@ std::unique_ptr<ArbitrationPolicy> make_policy(Arbitration arbitration) {
             return std::make_unique<SlotTablePolicy>(Slots::kProportional, IdleSlots::kLost);
         case Arbitration::kRoundRobin:
             return std::make_unique<SlotTablePolicy>(Slots::kEqual, IdleSlots::kRecovered);
-        case Arbitration::kEdf: return std::make_unique<EdfPolicy>();
+        case Arbitration::kEdf:
+            return std::make_unique<EdfPolicy>();
     }
     return nullptr;
 }

@@ -4,7 +4,8 @@
 
 namespace metabuffer::rtl {
 
-Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display)
+Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
+                   ClockGating gating)
     : Block(name),
       display_(static_cast<std::uint16_t>(display)),
       composition_(scenario.composition),
@@ -15,6 +16,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      gate_(gating),
       buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
@@ -36,7 +38,17 @@ void Composer::reset() {
     pipe_o.write(PipePixel{});
 }
 
+void Composer::end_of_elaboration() {
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= bus_i.value_changed_event();
+    wake_events_ |= startframe_i.value_changed_event();
+    wake_events_ |= pipeready_i.value_changed_event();
+}
+
 void Composer::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
     if (reset_i.read()) {
         reset();
         return;
@@ -50,9 +62,20 @@ void Composer::clock_edge() {
     }
     bus_edge();
     drive_handshakes(was_running);
+    if (gate_.idle_edge(idle(was_running))) {
+        next_trigger(wake_events_);
+    }
 }
 
-// ---- the pipeline side ----------------------------------------------------------------------------------------
+/// No frame runs or starts (a STARTFRAME may stand while the column is stalled), nothing comes over the bus,
+/// and nothing is on its way to a register.
+bool Composer::idle(bool was_running) const {
+    return !running_ && !was_running && !startframe_ && !startframe_i.read() && !pipe_valid_ && !burst_cut_ &&
+           !(pipemaster_ && pipeready_) && bus_i.read().kind == BusBeat::Kind::kNone;
+}
+
+// ---- the pipeline side
+// ----------------------------------------------------------------------------------------
 
 void Composer::pipeline_edge() {
     bool start = false;
@@ -136,12 +159,14 @@ bool Composer::next_pixel_missing() const {
     return running_ && walker_.covered() && !buffer_.has_arrived(walker_.pixel());
 }
 
-// ---- the bus side ---------------------------------------------------------------------------------------------
+// ---- the bus side
+// ---------------------------------------------------------------------------------------------
 
 void Composer::bus_edge() {
     const BusBeat& beat = bus_i.read();
     switch (beat.kind) {
-        case BusBeat::Kind::kNone: break;
+        case BusBeat::Kind::kNone:
+            break;
         case BusBeat::Kind::kPixels:
             if (beat.destination == display_) {
                 take_beat(beat);
@@ -184,7 +209,8 @@ void Composer::take_beat(const BusBeat& beat) {
     counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, buffer_.held_pixels());
 }
 
-// ---- the handshakes -------------------------------------------------------------------------------------------
+// ---- the handshakes
+// -------------------------------------------------------------------------------------------
 
 bool Composer::slot_ready() const { return buffer_.free_pixels() - announced_ >= ready_space_pixels_; }
 
@@ -219,7 +245,8 @@ void Composer::drive_handshakes(bool was_running) {
         tableready_o.write(tableready);
     }
 
-    // A PIPEREADY from below that belongs to the frame just composited may still stand at the frame's last edge.
+    // A PIPEREADY from below that belongs to the frame just composited may still stand at the frame's last
+    // edge.
     const bool pipeready =
         !running_ && !was_running && !startframe_ && (pipeready_ || (prefetched() && pipeready_i.read()));
     if (pipeready != pipeready_) {
@@ -261,8 +288,8 @@ void Composer::trace(sc_core::sc_trace_file* file) const {
 std::string Composer::waiting_for() const {
     if (running_) {
         return stall_ ? "waits for pixel " + std::to_string(walker_.pixel()) + " of its segment in frame " +
-                            std::to_string(frame_) + " at raster position " + std::to_string(walker_.x()) + ", " +
-                            std::to_string(walker_.y())
+                            std::to_string(frame_) + " at raster position " + std::to_string(walker_.x()) +
+                            ", " + std::to_string(walker_.y())
                       : "waits for its column to move on";
     }
     const std::string next = std::to_string(frame_ + 1);
@@ -273,7 +300,7 @@ std::string Composer::waiting_for() const {
         return "waits for its buffer to be prefetched with frame " + next;
     }
     return !pipeready_ ? "waits for PIPEREADY from below for frame " + next
-                                              : "waits for STARTFRAME of frame " + next;
+                       : "waits for STARTFRAME of frame " + next;
 }
 
 }  // namespace metabuffer::rtl

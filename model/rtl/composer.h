@@ -15,22 +15,25 @@ namespace metabuffer::rtl {
 /// renderer's bus into its buffer and merges them with the pixels that come down its display's pipeline.
 ///
 /// Timing, in core clocks; all outputs are registered:
-/// - pipeline: the pixel on pipe_i at an edge leaves, composited, on pipe_o after it. STARTFRAME is relayed the
+/// - pipeline: the pixel on pipe_i at an edge leaves, composited, on pipe_o after it. STARTFRAME is relayed
+/// the
 ///   same way, one clock ahead of pixel 0. The composer strapped PIPEMASTER makes the upstream pixel itself
 ///   (background, A = 0, far) and answers its own PIPEREADY with STARTFRAME one clock later.
 /// - buffer: a pixel sampled from the bus at an edge can be composited at the next one.
 /// - BUSREADY: with no burst for this composer under way, or with the rest of it fitting one beat, high while
 ///   ready_space_pixels are free beside that rest: a slot would be taken. Earlier in a burst, high while the
-///   beat on its way and one more fit; the first low clock ends the burst, and the beat sampled after it is its
-///   last.
-/// - PIPEREADY rises after the edge that sees PIPEREADY from below while this composer is prefetched, and falls
+///   beat on its way and one more fit; the first low clock ends the burst, and the beat sampled after it is
+///   its last.
+/// - PIPEREADY rises after the edge that sees PIPEREADY from below while this composer is prefetched, and
+/// falls
 ///   after the edge that sees STARTFRAME. Prefetched: the next frame's table is complete and its segment is
 ///   empty, wholly in the buffer, or the buffer takes no further slot.
 /// - starvation: a covered raster pixel whose segment pixel is not there. `glitch`: the upstream pixel passes
 ///   and is counted. `stall`: STALL is raised one clock ahead, and the column stands still at the next edge;
 ///   while COLUMNSTALL is high no register of the pipeline side changes.
 ///
-/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a third table.
+/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a third
+/// table.
 class Composer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -43,13 +46,14 @@ class Composer final : public Block {
     sc_core::sc_out<bool> startframe_o{"startframe_o"};
     sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
     sc_core::sc_out<PipePixel> pipe_o{"pipe_o"};
-    sc_core::sc_in<bool> pipeready_i{"pipeready_i"};    ///< from below
-    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};   ///< to above
+    sc_core::sc_in<bool> pipeready_i{"pipeready_i"};   ///< from below
+    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};  ///< to above
     sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
     sc_core::sc_out<bool> stall_o{"stall_o"};
 
     /// display: from 1. The scenario gives raster, composition, background, buffer and bus parameters.
-    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display);
+    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
+             ClockGating gating = ClockGating::kOn);
     SC_HAS_PROCESS(Composer);
 
     void trace(sc_core::sc_trace_file* file) const override;
@@ -75,6 +79,7 @@ class Composer final : public Block {
     std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
 
   private:
+    void end_of_elaboration() override;
     void clock_edge();
     void reset();
     void pipeline_edge();
@@ -85,6 +90,7 @@ class Composer final : public Block {
     void bus_edge();
     void take_beat(const BusBeat& beat);
     void drive_handshakes(bool was_running);
+    bool idle(bool was_running) const;
     bool slot_ready() const;
     bool prefetched() const;
     bool next_pixel_missing() const;
@@ -101,6 +107,9 @@ class Composer final : public Block {
     int pixels_per_beat_;
     std::int64_t core_period_picoseconds_;
 
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+
     // Registers.
     ComposerBuffer buffer_;
     SegmentWalker walker_;
@@ -113,9 +122,9 @@ class Composer final : public Block {
     bool stall_ = false;
     bool pipe_valid_ = false;
     bool local_starved_ = false;
-    int announced_ = 0;         ///< pixels of the burst under way that are still to come
-    bool burst_cut_ = false;    ///< BUSREADY has just been dropped: the beat sampled now is the burst's last
-    int frame_ = -1;            ///< number of the frame composited, from 0
+    int announced_ = 0;       ///< pixels of the burst under way that are still to come
+    bool burst_cut_ = false;  ///< BUSREADY has just been dropped: the beat sampled now is the burst's last
+    int frame_ = -1;          ///< number of the frame composited, from 0
     std::function<void(const Glitch&)> on_glitch_;
     ComposerCounters counters_;
     std::vector<FrameSpan> frame_spans_;

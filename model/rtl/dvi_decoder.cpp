@@ -10,10 +10,14 @@ namespace {
 
 RejectCause cause_of(ScanlineDefect defect) {
     switch (defect) {
-        case ScanlineDefect::kMagic: return RejectCause::kMagic;
-        case ScanlineDefect::kVersion: return RejectCause::kVersion;
-        case ScanlineDefect::kKind: return RejectCause::kKind;
-        default: return RejectCause::kCrc;
+        case ScanlineDefect::kMagic:
+            return RejectCause::kMagic;
+        case ScanlineDefect::kVersion:
+            return RejectCause::kVersion;
+        case ScanlineDefect::kKind:
+            return RejectCause::kKind;
+        default:
+            return RejectCause::kCrc;
     }
 }
 
@@ -194,9 +198,12 @@ void DviDecoder::trace(sc_core::sc_trace_file* file) const {
 
 std::string DviDecoder::waiting_for() const {
     switch (expect_) {
-        case Expect::kAnyColour: return "waits for a good colour frame";
-        case Expect::kColour: return "waits for the next colour frame";
-        case Expect::kDepth: return "waits for the depth frame of pair " + std::to_string(number_);
+        case Expect::kAnyColour:
+            return "waits for a good colour frame";
+        case Expect::kColour:
+            return "waits for the next colour frame";
+        case Expect::kDepth:
+            return "waits for the depth frame of pair " + std::to_string(number_);
     }
     return {};
 }

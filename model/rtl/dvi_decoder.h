@@ -13,13 +13,13 @@ namespace metabuffer::rtl {
 /// The DVI frame decoder between a renderer's link and its input framebuffer (section 4 of the paper): finds
 /// frames from VSYNC and DE, colour and depth from the control scanline, and pairs from the frame numbers.
 ///
-/// Timing, all outputs registered: a pixel on the link at one clock is on pixel_o after the next. The verdict on
-/// the control scanline is on event_o after the clock that sees DE fall behind it, and the table's rows follow
-/// one a clock. The verdict on a frame is on event_o after the clock that sees VSYNC rise behind it.
+/// Timing, all outputs registered: a pixel on the link at one clock is on pixel_o after the next. The verdict
+/// on the control scanline is on event_o after the clock that sees DE fall behind it, and the table's rows
+/// follow one a clock. The verdict on a frame is on event_o after the clock that sees VSYNC rise behind it.
 ///
 /// Rejects and counts, by cause: a frame of the wrong geometry, a control scanline with a bad magic, version,
-/// CRC or kind, a pair whose two numbers differ or that lacks a frame. After a rejection it ignores everything
-/// up to the next good colour frame.
+/// CRC or kind, a pair whose two numbers differ or that lacks a frame. After a rejection it ignores
+/// everything up to the next good colour frame.
 class DviDecoder final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
@@ -55,7 +55,7 @@ class DviDecoder final : public Block {
 
     DviTiming timing_;
 
-    bool in_frame_ = false;   ///< a VSYNC has been seen and the frame is not rejected
+    bool in_frame_ = false;  ///< a VSYNC has been seen and the frame is not rejected
     bool previous_de_ = false;
     bool previous_vsync_ = false;
     int x_ = 0;

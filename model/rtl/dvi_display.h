@@ -10,8 +10,8 @@
 
 namespace metabuffer::rtl {
 
-/// A display, box E of the paper's Figure 1: a monitor that captures what it is shown. It knows nothing of the
-/// machine; it finds frames from VSYNC and DE and measures their geometry.
+/// A display, box E of the paper's Figure 1: a monitor that captures what it is shown. It knows nothing of
+/// the machine; it finds frames from VSYNC and DE and measures their geometry.
 ///
 /// Timing: a frame is captured at the edge that sees VSYNC rise behind it.
 /// Raises /metabuffer/dvi_display/geometry (a warning) for a frame whose lines differ in length.

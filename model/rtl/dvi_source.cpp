@@ -7,11 +7,6 @@ namespace {
 
 constexpr std::uint32_t kBlueByte = 0xFF;
 
-// Byte offsets in the control scanline that faults spoil.
-constexpr std::size_t kMagicByte = 0;
-constexpr std::size_t kVersionByte = 4;
-constexpr std::size_t kKindByte = 5;
-
 void flip_byte(std::vector<std::uint32_t>& link_pixels, std::size_t byte) {
     const std::size_t pixel = byte / kLinkBytesPerPixel;
     const auto shift = static_cast<unsigned>(8 * (kLinkBytesPerPixel - 1 - byte % kLinkBytesPerPixel));
@@ -20,18 +15,28 @@ void flip_byte(std::vector<std::uint32_t>& link_pixels, std::size_t byte) {
 
 }  // namespace
 
-DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer)
+DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
+                     ClockGating gating)
     : Block(name),
       scenario_(scenario),
       renderer_(scenario.renderers[static_cast<std::size_t>(renderer)]),
       renderer_index_(renderer),
-      timing_(renderer_.timing()) {
+      timing_(renderer_.timing()),
+      gate_(gating) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
 }
 
+void DviSource::end_of_elaboration() {
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= pair_request_i.value_changed_event();
+}
+
 void DviSource::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
     if (reset_i.read()) {
         state_ = State::kFirstSync;
         next_pair_ = 0;
@@ -67,7 +72,12 @@ void DviSource::clock_edge() {
                 step_raster();
             }
             break;
-        case State::kFrame: step_raster(); break;
+        case State::kFrame:
+            step_raster();
+            break;
+    }
+    if (gate_.idle_edge(state_ == State::kIdle && !pair_under_way_)) {
+        next_trigger(wake_events_);
     }
 }
 
@@ -129,10 +139,10 @@ void DviSource::prepare_frame() {
     }
     control_ = encode_control_scanline(content, timing_.active_pixels);
     if (has_fault(FaultKind::kMagic)) {
-        flip_byte(control_, kMagicByte);
+        flip_byte(control_, kControlMagicOffset);
     }
     if (has_fault(FaultKind::kVersion)) {
-        flip_byte(control_, kVersionByte);
+        flip_byte(control_, kControlVersionOffset);
     }
     if (has_fault(FaultKind::kCrc)) {
         flip_byte(control_, kControlCrcOffset);
@@ -148,7 +158,8 @@ void DviSource::prepare_frame() {
     }
 }
 
-/// Active pixels of the line under way: 0 in vertical blanking; a fault may shorten or lengthen the last line.
+/// Active pixels of the line under way: 0 in vertical blanking; a fault may shorten or lengthen the last
+/// line.
 int DviSource::active_pixels_of_line() const {
     const int active_line = line_ - DviTiming::kVerticalBackLines;
     if (active_line < 0 || active_line >= active_lines_) {
@@ -224,8 +235,10 @@ std::string DviSource::waiting_for() const {
                 return {};
             }
             return "waits for its input framebuffer to ask for pair " + std::to_string(next_pair_);
-        case State::kSilence: return "is silent before pair " + std::to_string(pair_);
-        default: return {};
+        case State::kSilence:
+            return "is silent before pair " + std::to_string(pair_);
+        default:
+            return {};
     }
 }
 

@@ -9,12 +9,12 @@
 
 namespace metabuffer::rtl {
 
-/// A renderer's graphics card as the link sees it, box A of the paper's Figure 1: a test double that sends the
-/// scenario's pairs, colour frame first, depth frame second, each under a control scanline written as the host
-/// would write it (section 4).
+/// A renderer's graphics card as the link sees it, box A of the paper's Figure 1: a test double that sends
+/// the scenario's pairs, colour frame first, depth frame second, each under a control scanline written as the
+/// host would write it (section 4).
 ///
 /// Timing: after reset one vertical sync, then frame after frame of DviTiming. lockstep: the first clock of a
-/// pair follows the clock that sees pair_request high with no pair under way, and `pairs` of them are sent;
+/// pair follows the clock that sees pair_request high with no pair under way, and one pair a frame is sent;
 /// between pairs the link stays in blanking. free-running: pair follows pair without pause, for ever.
 /// Faults of the scenario (see Fault) spoil or delay the frames they name.
 class DviSource final : public Block {
@@ -25,17 +25,17 @@ class DviSource final : public Block {
     sc_core::sc_out<DviLink> link_o{"link_o"};
 
     /// The scenario must outlive the module. renderer: index, from 0.
-    DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer);
+    DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
+              ClockGating gating = ClockGating::kOn);
     SC_HAS_PROCESS(DviSource);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
 
-    std::uint32_t pairs_started() const { return next_pair_; }
-
   private:
     enum class State : std::uint8_t { kFirstSync, kIdle, kSilence, kFrame };
 
+    void end_of_elaboration() override;
     void clock_edge();
     bool start_next_frame();
     void prepare_frame();
@@ -50,9 +50,12 @@ class DviSource final : public Block {
     int renderer_index_;
     DviTiming timing_;
 
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+
     State state_ = State::kFirstSync;
-    std::uint32_t next_pair_ = 0;     ///< number of the next pair to start
-    std::uint32_t pair_ = 0;          ///< the pair under way
+    std::uint32_t next_pair_ = 0;  ///< number of the next pair to start
+    std::uint32_t pair_ = 0;       ///< the pair under way
     bool pair_under_way_ = false;
     FrameKind kind_ = FrameKind::kColour;
     bool delay_served_ = false;

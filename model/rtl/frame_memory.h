@@ -14,10 +14,11 @@ namespace metabuffer::rtl {
 /// pixel a word. The link writes the back bank, colour half and depth half of each word on their own; the bus
 /// reads the front bank.
 ///
-/// Timing of the read side, in core clocks: up to words_per_cycle words of the open page in each clock; a word
-/// of another page first costs page_miss_cycles clocks. A new frame finds no page open. The block has no clock
-/// of its own: its input framebuffer, whose registers surround it, calls it at its clock edges. The write side
-/// belongs to the link's clock and never touches the front bank, so the two do not disturb each other.
+/// Timing of the read side, in core clocks: up to words_per_cycle words of the open page in each clock; a
+/// word of another page first costs page_miss_cycles clocks. A new frame finds no page open. The block has no
+/// clock of its own: its input framebuffer, whose registers surround it, calls it at its clock edges. The
+/// write side belongs to the link's clock and never touches the front bank, so the two do not disturb each
+/// other.
 class FrameMemory final : public Block {
   public:
     /// words: pixels of one image.
@@ -34,8 +35,8 @@ class FrameMemory final : public Block {
     bool page_is_open(std::int64_t address) const { return address / config_.page_words == open_page_; }
     /// Opens the address's page; the caller lets page_miss_cycles() clocks pass before it reads.
     void open_page(std::int64_t address) { open_page_ = address / config_.page_words; }
-    int page_miss_cycles() const { return config_.page_miss_cycles; }
     int words_per_cycle() const { return config_.words_per_cycle; }
+    int page_miss_cycles() const { return config_.page_miss_cycles; }
     /// A word of the open page. Raises /metabuffer/frame_memory/page if its page is not open.
     Pixel read(std::int64_t address) const;
 

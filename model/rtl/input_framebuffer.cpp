@@ -7,13 +7,13 @@ namespace metabuffer::rtl {
 namespace {
 
 constexpr int kFramesPerPair = 2;
-constexpr std::size_t kRowMessagesKept = 16;
 
 int divide_up(int value, int divisor) { return (value + divisor - 1) / divisor; }
 
 }  // namespace
 
-InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer)
+InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
+                                   int renderer)
     : Block(name),
       busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
       tableready_i("tableready_i", static_cast<std::size_t>(scenario.displays.count())),
@@ -24,9 +24,10 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       cycles_per_beat_(cycles_per_beat(scenario.bus)),
       cycles_per_table_row_(divide_up(8 * kControlRowBytes, scenario.bus.width_bits)),
       lost_slot_cycles_(divide_up(scenario.bus.burst_pixels, pixels_per_beat_) * cycles_per_beat_),
-      // A link that comes up shows one vertical sync before its first pair: a whole pair time is granted to it.
-      timeout_clocks_(std::int64_t{kFramesPerPair} * renderer_.timing().frame_clocks() *
-                          scenario.link_timeout_pairs +
+      // A link that comes up shows one vertical sync before its first pair: a whole pair time is granted to
+      // it.
+      pair_clocks_(std::int64_t{kFramesPerPair} * renderer_.timing().frame_clocks()),
+      timeout_clocks_(pair_clocks_ * scenario.link_timeout_pairs +
                       std::int64_t{DviTiming::kVerticalSyncLines} * renderer_.timing().line_clocks()),
       frame_memory_("frame_memory", scenario.memory, scenario.depth_format,
                     std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels),
@@ -39,7 +40,8 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
     dont_initialize();
 }
 
-// ---- the link's side ------------------------------------------------------------------------------------------
+// ---- the link's side
+// ------------------------------------------------------------------------------------------
 
 void InputFramebuffer::link_reset() {
     back_bank_ = BackBank::kFree;
@@ -49,7 +51,7 @@ void InputFramebuffer::link_reset() {
     wanted_pair_ = 0;
     request_seen_ = false;
     request_open_ = false;
-    clocks_since_answer_ = 0;
+    timeout_start_edge_ = link_edge_;
     answer_now_ = Answer{};
     request_synchronizer_.reset();
     answer_.write(answer_now_);
@@ -63,7 +65,6 @@ void InputFramebuffer::link_clock_edge() {
         link_reset();
         return;
     }
-    ++clocks_since_answer_;
     const DecodedPixel& pixel = pixel_i.read();
     if (pixel.valid) {
         frame_memory_.write_half(pixel.kind, pixel.address, pixel.data);
@@ -83,7 +84,7 @@ void InputFramebuffer::link_clock_edge() {
             answer_.write(answer_now_);
             request_open_ = false;
             ++wanted_pair_;
-            clocks_since_answer_ = 0;
+            timeout_start_edge_ = link_edge_;
         }
     }
     const bool pair_request = back_bank_ != BackBank::kWhole;
@@ -103,7 +104,7 @@ void InputFramebuffer::take_event(const DecoderEvent& event) {
     }
     if (event.colour_start) {
         if (back_bank_ == BackBank::kWhole) {
-            ++dropped_frames_;
+            ++renderer_counters_.dropped_frames;
             superseded_ = true;
         }
         back_bank_ = BackBank::kFilling;
@@ -119,16 +120,17 @@ void InputFramebuffer::take_event(const DecoderEvent& event) {
 }
 
 void InputFramebuffer::accept_pair(std::uint32_t number) {
+    const bool too_late = static_cast<std::int32_t>(number - wanted_pair_) < 0;
+    if (scenario_.pacing == Pacing::kLockstep && too_late) {
+        ++renderer_counters_.dropped_frames;
+        back_bank_ = BackBank::kFree;
+        timeout_start_edge_ = link_edge_;  // the source sends its next pair only now
+        return;
+    }
     back_bank_ = BackBank::kWhole;
     back_number_ = number;
     ValidatedTable table = validate_table(back_table_, limits_);
-    for (const RejectedRow& row : table.rejected) {
-        ++rejected_rows_[static_cast<std::size_t>(row.defect)];
-        if (rejected_row_messages_.size() < kRowMessagesKept) {
-            rejected_row_messages_.push_back("pair " + std::to_string(number) + ", row " +
-                                             std::to_string(row.index) + ": " + row.message);
-        }
-    }
+    renderer_counters_.add_rejected_rows(number, table);
     back_table_ = std::move(table.rows);
 }
 
@@ -139,26 +141,19 @@ std::optional<bool> InputFramebuffer::answer_to_request() {
             swap_banks();
             return true;
         }
-        const bool under_way =
-            back_bank_ == BackBank::kFilling && link_edge_ - filling_since_edge_ < timeout_clocks_;
-        if (front_valid_ && superseded_ && under_way) {
-            // A newer pair has been overwritten. A machine slower than the link would hardly ever meet a whole
-            // one between two overwritings, so it waits for the one under way.
+        if (front_valid_ && superseded_ && pair_under_way()) {
+            // A newer pair has been overwritten. A machine slower than the link would hardly ever meet a
+            // whole one between two overwritings, so it waits for the one under way.
             return std::nullopt;
         }
         return front_valid_ || timed_out() ? std::optional<bool>(false) : std::nullopt;
     }
     if (back_bank_ == BackBank::kWhole) {
-        const auto ahead = static_cast<std::int32_t>(back_number_ - wanted_pair_);
-        if (ahead == 0) {
-            swap_banks();
-            return true;
+        if (back_number_ != wanted_pair_) {
+            return false;  // a later one: the wanted pair will not come any more
         }
-        if (ahead > 0) {
-            return false;  // the wanted pair will not come any more
-        }
-        ++dropped_frames_;  // it came too late
-        back_bank_ = BackBank::kFree;
+        swap_banks();
+        return true;
     }
     const bool lost = lost_valid_ && lost_number_ == wanted_pair_;
     return lost || timed_out() ? std::optional<bool>(false) : std::nullopt;
@@ -174,7 +169,8 @@ void InputFramebuffer::swap_banks() {
     back_bank_ = BackBank::kFree;
 }
 
-// ---- the bus side ---------------------------------------------------------------------------------------------
+// ---- the bus side
+// ---------------------------------------------------------------------------------------------
 
 void InputFramebuffer::reset() {
     state_ = State::kRequest;
@@ -190,25 +186,31 @@ void InputFramebuffer::reset() {
 void InputFramebuffer::clock_edge() {
     if (reset_i.read()) {
         reset();
-        ++counters_.idle_cycles;
+        ++renderer_counters_.bus.idle_cycles;
         return;
     }
     const Answer& answer = answer_synchronizer_.sample(answer_.read());
     switch (state_) {
         case State::kRequest:
-            ++counters_.idle_cycles;
+            ++renderer_counters_.bus.idle_cycles;
             ask_for_frame();
             break;
         case State::kWait:
-            ++counters_.idle_cycles;
+            ++renderer_counters_.bus.idle_cycles;
             if (answer.toggle != answer_toggle_) {
                 answer_toggle_ = answer.toggle;
                 start_frame(answer.fresh);
             }
             break;
-        case State::kTable: table_clock(); break;
-        case State::kSend: send_clock(); break;
-        case State::kDone: ++counters_.idle_cycles; break;
+        case State::kTable:
+            table_clock();
+            break;
+        case State::kSend:
+            send_clock();
+            break;
+        case State::kDone:
+            ++renderer_counters_.bus.idle_cycles;
+            break;
     }
 }
 
@@ -224,7 +226,7 @@ void InputFramebuffer::ask_for_frame() {
 void InputFramebuffer::start_frame(bool fresh) {
     ++frames_started_;
     if (!fresh) {
-        ++repeated_frames_;
+        ++renderer_counters_.repeated_frames;
     }
     frame_sources_.push_back(front_source_);
     frame_sources_.back().fresh = fresh;
@@ -260,7 +262,7 @@ void InputFramebuffer::table_clock() {
     drive_nothing();
     if (!table_started_) {
         if (!composers_take_table()) {
-            ++counters_.poll_cycles;
+            ++renderer_counters_.bus.poll_cycles;
             return;
         }
         table_started_ = true;
@@ -270,7 +272,7 @@ void InputFramebuffer::table_clock() {
         drive(BusBeat::table_row(row, table_row_ == rows_.size()));
         table_wait_ = cycles_per_table_row_;
     }
-    ++counters_.table_cycles;
+    ++renderer_counters_.bus.table_cycles;
     if (table_row_ == rows_.size()) {
         state_ = State::kSend;
     }
@@ -283,20 +285,20 @@ void InputFramebuffer::send_clock() {
     const int passed_over_row = std::exchange(unseen_row_, kNoRow);
     stop_burst_on_busready();
     if (beat_wait_ > 0) {
-        ++counters_.busy_cycles;
+        ++renderer_counters_.bus.busy_cycles;
         if (--beat_wait_ == 0) {
             drive_beat();
         }
         return;
     }
     if (lost_wait_ > 0) {
-        ++counters_.lost_cycles;
+        ++renderer_counters_.bus.lost_cycles;
         --lost_wait_;
         return;
     }
     if (burst_row_ == kNoRow) {
         if (pixels_left_ == 0) {
-            ++counters_.idle_cycles;
+            ++renderer_counters_.bus.idle_cycles;
             ask_for_frame();
             return;
         }
@@ -306,10 +308,10 @@ void InputFramebuffer::send_clock() {
     }
     Row& row = rows_[static_cast<std::size_t>(burst_row_)];
     if (!page_ready(row.address)) {
-        ++counters_.page_miss_cycles;
+        ++renderer_counters_.bus.page_miss_cycles;
         return;
     }
-    ++counters_.busy_cycles;
+    ++renderer_counters_.bus.busy_cycles;
     fill_beat(row);
     beat_wait_ = cycles_per_beat_ - 1;
     if (beat_wait_ == 0) {
@@ -335,24 +337,26 @@ void InputFramebuffer::stop_burst_on_busready() {
 bool InputFramebuffer::arbitrate(int passed_over_row) {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         requests_[i].pending = rows_[i].left > 0;
-        requests_[i].ready =
-            static_cast<int>(i) != passed_over_row && busready_i[rows_[i].composer].read();
+        requests_[i].ready = static_cast<int>(i) != passed_over_row && busready_i[rows_[i].composer].read();
         requests_[i].next_pixel = rows_[i].segment.pixels() - rows_[i].left;
     }
     const BusGrant grant = bus_arbiter_.pick(requests_);
     switch (grant.kind) {
-        case BusGrant::Kind::kPoll: ++counters_.poll_cycles; return false;
+        case BusGrant::Kind::kPoll:
+            ++renderer_counters_.bus.poll_cycles;
+            return false;
         case BusGrant::Kind::kLost:
-            ++counters_.lost_cycles;
+            ++renderer_counters_.bus.lost_cycles;
             lost_wait_ = lost_slot_cycles_ - 1;
             return false;
-        case BusGrant::Kind::kBurst: break;
+        case BusGrant::Kind::kBurst:
+            break;
     }
-    counters_.recovered_slots += grant.recovered_slots;
-    ++counters_.bursts;
+    renderer_counters_.bus.recovered_slots += grant.recovered_slots;
+    ++renderer_counters_.bus.bursts;
     burst_row_ = grant.row;
-    burst_left_ = static_cast<int>(std::min<std::int64_t>(
-        scenario_.bus.burst_pixels, rows_[static_cast<std::size_t>(grant.row)].left));
+    burst_left_ = static_cast<int>(
+        std::min<std::int64_t>(scenario_.bus.burst_pixels, rows_[static_cast<std::size_t>(grant.row)].left));
     burst_started_ = false;
     return true;
 }
@@ -367,7 +371,7 @@ bool InputFramebuffer::page_ready(std::int64_t address) {
         return true;
     }
     frame_memory_.open_page(address);
-    ++counters_.page_misses;
+    ++renderer_counters_.bus.page_misses;
     if (frame_memory_.page_miss_cycles() == 0) {
         return true;
     }
@@ -393,7 +397,7 @@ void InputFramebuffer::fill_beat(Row& row) {
         }
     } while (beat_.count < pixels_per_beat_ && burst_left_ > 0 && frame_memory_.page_is_open(row.address));
     pixels_left_ -= beat_.count;
-    counters_.pixels_sent += beat_.count;
+    renderer_counters_.bus.pixels_sent += beat_.count;
 }
 
 void InputFramebuffer::drive_beat() {
@@ -442,10 +446,19 @@ std::string InputFramebuffer::waiting_for() const {
     const std::string frame = std::to_string(frames_started_ - 1);
     switch (state_) {
         case State::kRequest:
-        case State::kWait: return "waits for pair " + std::to_string(frames_started_) + " from the link";
+        case State::kWait:
+            return "waits for pair " + std::to_string(frames_started_) + " from the link";
         case State::kTable:
-            return table_started_ ? "" : "waits for TABLEREADY of every composer to broadcast the table of frame " + frame;
+            return table_started_
+                       ? ""
+                       : "waits for TABLEREADY of every composer to broadcast the table of frame " + frame;
         case State::kSend: {
+            if (page_wait_ > 0) {
+                return "waits for its memory to open a page";
+            }
+            if (lost_wait_ > 0) {
+                return "lets a lost slot pass";
+            }
             std::string composers;
             for (const Row& row : rows_) {
                 if (row.left > 0) {
@@ -455,7 +468,8 @@ std::string InputFramebuffer::waiting_for() const {
             return "waits for BUSREADY of the composers of display " + composers + " with " +
                    std::to_string(pixels_left_) + " pixels of frame " + frame + " to send";
         }
-        case State::kDone: return {};
+        case State::kDone:
+            return {};
     }
     return {};
 }

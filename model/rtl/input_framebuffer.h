@@ -22,14 +22,16 @@ namespace metabuffer::rtl {
 /// cross the clock domains through two registers.
 ///
 /// The bus side, in core clocks, one beat a clock at most:
-/// - table: one frame-start beat, then each row in 128 / width_bits clocks (at least one), once every composer's
+/// - table: one frame-start beat, then each row in 128 / width_bits clocks (at least one), once every
+/// composer's
 ///   TABLEREADY is high; until then it polls.
 /// - bursts: with no burst under way the arbiter is asked; a grant's first beat goes out in the same clock,
 ///   unless its page must be opened first, and beats follow each other without a gap on an open page. A beat
 ///   never crosses a page.
-/// - BUSREADY is read one clock after its composer wrote it. In a burst, a low one stops it before the clock's
-///   beat, and the arbiter is asked in that same clock. A composer whose BUSREADY cannot count the last beat yet
-///   (a burst of one beat in the clock before, or one stopped while a beat was moving) is passed over.
+/// - BUSREADY is read one clock after its composer wrote it. In a burst, a low one stops it before the
+/// clock's
+///   beat, and the arbiter is asked in that same clock. A composer whose BUSREADY cannot count the last beat
+///   yet (a burst of one beat in the clock before, or one stopped while a beat was moving) is passed over.
 class InputFramebuffer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};          ///< core clock
@@ -49,11 +51,14 @@ class InputFramebuffer final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
 
-    const BusCounters& counters() const { return counters_; }
-    std::int64_t repeated_frames() const { return repeated_frames_; }
-    std::int64_t dropped_frames() const { return dropped_frames_; }
-    const std::array<std::int64_t, kRowDefectCount>& rejected_rows() const { return rejected_rows_; }
-    const std::vector<std::string>& rejected_row_messages() const { return rejected_row_messages_; }
+    /// Counters of bus and table; what the link rejected is the decoder's.
+    const RendererCounters& renderer_counters() const { return renderer_counters_; }
+    const BusCounters& counters() const { return renderer_counters_.bus; }
+    std::int64_t repeated_frames() const { return renderer_counters_.repeated_frames; }
+    std::int64_t dropped_frames() const { return renderer_counters_.dropped_frames; }
+    const std::array<std::int64_t, kRowDefectCount>& rejected_rows() const {
+        return renderer_counters_.rejected_rows;
+    }
 
     /// What a composited frame was made of.
     struct FrameSource {
@@ -67,6 +72,8 @@ class InputFramebuffer final : public Block {
     std::int64_t link_pixels() const { return link_pixels_; }
     /// DVI input clocks after which a pair that has not come is given up.
     std::int64_t timeout_clocks() const { return timeout_clocks_; }
+    /// Core clocks that a lost slot takes.
+    std::int64_t lost_slot_cycles() const { return lost_slot_cycles_; }
 
   private:
     // ---- the link's side (DVI input clock) ----
@@ -92,7 +99,13 @@ class InputFramebuffer final : public Block {
     void accept_pair(std::uint32_t number);
     std::optional<bool> answer_to_request();
     void swap_banks();
-    bool timed_out() const { return clocks_since_answer_ >= timeout_clocks_; }
+    /// A pair is coming in: its colour frame has begun no longer than a pair time ago.
+    bool pair_under_way() const {
+        return back_bank_ == BackBank::kFilling && link_edge_ - filling_since_edge_ < pair_clocks_;
+    }
+    bool timed_out() const {
+        return link_edge_ - timeout_start_edge_ >= timeout_clocks_ && !pair_under_way();
+    }
 
     // ---- the bus side (core clock) ----
     enum class State : std::uint8_t { kRequest, kWait, kTable, kSend, kDone };
@@ -130,6 +143,7 @@ class InputFramebuffer final : public Block {
     int cycles_per_beat_;
     int cycles_per_table_row_;
     int lost_slot_cycles_;
+    std::int64_t pair_clocks_;  ///< a pair on the link
     std::int64_t timeout_clocks_;
 
     FrameMemory frame_memory_;
@@ -154,7 +168,7 @@ class InputFramebuffer final : public Block {
     bool request_seen_ = false;
     bool request_open_ = false;
     bool pair_request_ = false;
-    std::int64_t clocks_since_answer_ = 0;
+    std::int64_t timeout_start_edge_ = 0;  ///< when the bus side was answered, or a pair too late was dropped
     Answer answer_now_;
     Synchronizer<bool> request_synchronizer_;
     // Written at the swap, read by the bus side after the answer has crossed.
@@ -166,31 +180,27 @@ class InputFramebuffer final : public Block {
     Synchronizer<Answer> answer_synchronizer_;
     bool answer_toggle_ = false;
     int frames_started_ = 0;
-    std::vector<Row> rows_;              ///< of the frame that is sent
-    std::vector<BusRequest> requests_;   ///< one a row
-    std::int64_t pixels_left_ = 0;       ///< of the frame
-    std::size_t table_row_ = 0;          ///< next to broadcast
+    std::vector<Row> rows_;             ///< of the frame that is sent
+    std::vector<BusRequest> requests_;  ///< one a row
+    std::int64_t pixels_left_ = 0;      ///< of the frame
+    std::size_t table_row_ = 0;         ///< next to broadcast
     int table_wait_ = 0;
     bool table_started_ = false;
-    int burst_row_ = kNoRow;             ///< whose burst is under way
-    int burst_left_ = 0;                 ///< pixels of it that have not been put into a beat
-    bool burst_started_ = false;         ///< a beat of it has gone out
+    int burst_row_ = kNoRow;      ///< whose burst is under way
+    int burst_left_ = 0;          ///< pixels of it that have not been put into a beat
+    bool burst_started_ = false;  ///< a beat of it has gone out
     int page_wait_ = 0;
-    int beat_wait_ = 0;                  ///< clocks of a beat on a narrow bus still to pass
-    int lost_wait_ = 0;                  ///< clocks of a lost slot still to pass
-    int announced_ = 0;                  ///< pixels of the burst behind the last beat driven
-    int announced_before_ = 0;           ///< the same one clock ago
-    int announced_seen_ = 0;             ///< the same when the composer wrote the BUSREADY that is read now
-    int unseen_row_ = kNoRow;            ///< row sent a beat that the BUSREADY read now does not count
-    int stopped_row_ = kNoRow;           ///< row whose burst was stopped while its last beat was moving
+    int beat_wait_ = 0;         ///< clocks of a beat on a narrow bus still to pass
+    int lost_wait_ = 0;         ///< clocks of a lost slot still to pass
+    int announced_ = 0;         ///< pixels of the burst behind the last beat driven
+    int announced_before_ = 0;  ///< the same one clock ago
+    int announced_seen_ = 0;    ///< the same when the composer wrote the BUSREADY that is read now
+    int unseen_row_ = kNoRow;   ///< row sent a beat that the BUSREADY read now does not count
+    int stopped_row_ = kNoRow;  ///< row whose burst was stopped while its last beat was moving
     bool bus_driven_ = false;
     BusBeat beat_;
 
-    BusCounters counters_;
-    std::int64_t repeated_frames_ = 0;
-    std::int64_t dropped_frames_ = 0;
-    std::array<std::int64_t, kRowDefectCount> rejected_rows_{};
-    std::vector<std::string> rejected_row_messages_;
+    RendererCounters renderer_counters_;
     std::vector<FrameSource> frame_sources_;
 };
 

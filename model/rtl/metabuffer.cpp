@@ -7,6 +7,8 @@
 #include <numeric>
 #include <utility>
 
+#include "datapath/slot_table.h"
+
 namespace metabuffer::rtl {
 namespace {
 
@@ -90,9 +92,10 @@ struct Metabuffer::Wires {
     sc_core::sc_signal<bool> swaplock{"SWAPLOCK"};
 };
 
-Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario)
+Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario, ClockGating gating)
     : Block(name),
       scenario_(scenario),
+      gating_(gating),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       dvi_in_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
       dvi_out_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
@@ -103,8 +106,7 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
     make_composers();
     make_display_side();
     watchdog_ = std::make_unique<Watchdog>(
-        "watchdog", picoseconds(watchdog_interval_cycles() * core_period_picoseconds_),
-        [this] { return progress(); }, [this] { watchdog_timeout(); });
+        "watchdog", watchdog_interval(), [this] { return progress(); }, [this] { watchdog_timeout(); });
     SC_METHOD(release_reset);
     SC_METHOD(finish);
     sensitive << finish_event_;
@@ -134,16 +136,16 @@ void Metabuffer::make_clocks() {
 
 void Metabuffer::make_renderer_side() {
     for (std::size_t r = 0; r < renderers(); ++r) {
-        auto source =
-            std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_, static_cast<int>(r));
+        auto source = std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_,
+                                                  static_cast<int>(r), gating_);
         source->clk_i(*dvi_in_clk_);
         source->reset_i(reset_);
         source->pair_request_i(wires_->pair_request[r]);
         source->link_o(wires_->link_in[r]);
         blocks_.push_back(source.get());
 
-        auto decoder = std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(),
-                                                    scenario_.renderers[r].timing());
+        auto decoder =
+            std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(), scenario_.renderers[r].timing());
         decoder->clk_i(*dvi_in_clk_);
         decoder->reset_i(reset_);
         decoder->link_i(wires_->link_in[r]);
@@ -151,8 +153,8 @@ void Metabuffer::make_renderer_side() {
         decoder->event_o(wires_->event[r]);
         blocks_.push_back(decoder.get());
 
-        auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(), scenario_,
-                                                              static_cast<int>(r));
+        auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),
+                                                              scenario_, static_cast<int>(r));
         framebuffer->clk_i(*core_clk_);
         framebuffer->reset_i(reset_);
         framebuffer->dvi_clk_i(*dvi_in_clk_);
@@ -177,7 +179,7 @@ void Metabuffer::make_composers() {
     for (std::size_t r = 0; r < renderers(); ++r) {
         for (std::size_t d = 0; d < displays(); ++d) {
             auto composer = std::make_unique<Composer>(numbered("composer", r, d).c_str(), scenario_,
-                                                       static_cast<int>(d) + 1);
+                                                       static_cast<int>(d) + 1, gating_);
             const std::size_t above = r * displays() + d;
             const std::size_t below = above + displays();
             composer->clk_i(*core_clk_);
@@ -214,8 +216,8 @@ void Metabuffer::make_display_side() {
         stall->column_stall_o(wires_->column_stall[d]);
         blocks_.push_back(stall.get());
 
-        auto framebuffer =
-            std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(), scenario_);
+        auto framebuffer = std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(),
+                                                               scenario_, gating_);
         framebuffer->clk_i(*core_clk_);
         framebuffer->reset_i(reset_);
         framebuffer->dvi_clk_i(*dvi_out_clk_);
@@ -287,13 +289,17 @@ void Metabuffer::finish() {
     }
 }
 
-// ---- the watchdog ---------------------------------------------------------------------------------------------
+// ---- the watchdog
+// ---------------------------------------------------------------------------------------------
 
 std::int64_t Metabuffer::progress() const {
     std::int64_t count = raster_pixels_taken();
     for (const auto& framebuffer : input_framebuffers_) {
         const BusCounters& bus = framebuffer->counters();
-        count += bus.pixels_sent + bus.table_cycles + framebuffer->link_pixels();
+        count += bus.pixels_sent + bus.table_cycles;
+        if (scenario_.pacing == Pacing::kLockstep) {
+            count += framebuffer->link_pixels();  // a free-running link never stops
+        }
     }
     for (const auto& framebuffer : output_framebuffers_) {
         count += framebuffer->front_frame();
@@ -301,22 +307,36 @@ std::int64_t Metabuffer::progress() const {
     return count;
 }
 
-/// Nothing may move while a link is waited for, or the next frame of the DVI outputs; twice the longest such
-/// silence, and some for what is short, is safe.
-std::int64_t Metabuffer::watchdog_interval_cycles() const {
-    if (scenario_.watchdog_cycles > 0) {
-        return scenario_.watchdog_cycles;
+/// Nothing may move while a link or the next frame of the DVI outputs is waited for, a page is opened, or all
+/// slots of a table are lost; twice the longest such silence, and some for what is short, is safe. In
+/// floating point, since legal settings multiply to more than a 64-bit count of picoseconds; a run never gets
+/// that far.
+sc_core::sc_time Metabuffer::watchdog_interval() const {
+    constexpr double kShortWaitsCycles = 10'000.0;
+    constexpr double kLongestPicoseconds = 4.0e18;
+    const auto core_period = static_cast<double>(core_period_picoseconds_);
+    double interval_picoseconds = static_cast<double>(scenario_.watchdog_cycles) * core_period;
+    if (scenario_.watchdog_cycles == 0) {
+        double quiet_picoseconds = 0.0;
+        double lost_slot_cycles = 0.0;
+        for (const auto& framebuffer : input_framebuffers_) {
+            quiet_picoseconds =
+                std::max(quiet_picoseconds, static_cast<double>(framebuffer->timeout_clocks()) *
+                                                static_cast<double>(dvi_in_period_picoseconds_));
+            lost_slot_cycles = static_cast<double>(framebuffer->lost_slot_cycles());
+        }
+        const DviTiming out{scenario_.displays.width_pixels, scenario_.displays.height_pixels};
+        quiet_picoseconds +=
+            2.0 * static_cast<double>(out.frame_clocks()) * static_cast<double>(dvi_out_period_picoseconds_);
+        double bus_cycles = scenario_.memory.page_miss_cycles;
+        if (scenario_.bus.arbitration == Arbitration::kSlotAllocation) {
+            bus_cycles += (kSlotTableLimit + static_cast<double>(displays())) * lost_slot_cycles;
+        }
+        interval_picoseconds =
+            2.0 * quiet_picoseconds +
+            (2.0 * bus_cycles + static_cast<double>(renderers()) + kShortWaitsCycles) * core_period;
     }
-    constexpr std::int64_t kShortWaitsCycles = 10'000;
-    std::int64_t quiet_picoseconds = 0;
-    for (const auto& framebuffer : input_framebuffers_) {
-        quiet_picoseconds =
-            std::max(quiet_picoseconds, framebuffer->timeout_clocks() * dvi_in_period_picoseconds_);
-    }
-    const DviTiming out{scenario_.displays.width_pixels, scenario_.displays.height_pixels};
-    quiet_picoseconds += 2 * out.frame_clocks() * dvi_out_period_picoseconds_;
-    return 2 * quiet_picoseconds / core_period_picoseconds_ + static_cast<std::int64_t>(renderers()) +
-           kShortWaitsCycles;
+    return sc_core::sc_time(std::min(interval_picoseconds, kLongestPicoseconds), sc_core::SC_PS);
 }
 
 void Metabuffer::watchdog_timeout() {
@@ -327,13 +347,15 @@ void Metabuffer::watchdog_timeout() {
     for (const Block* block : blocks_) {
         const std::string waiting = block->waiting_for();
         if (!waiting.empty()) {
-            watchdog_findings_.push_back(std::string(block->name()).substr(own_prefix.size()) + " " + waiting);
+            watchdog_findings_.push_back(std::string(block->name()).substr(own_prefix.size()) + " " +
+                                         waiting);
         }
     }
     finish_event_.notify(sc_core::SC_ZERO_TIME);
 }
 
-// ---- what a run tells -----------------------------------------------------------------------------------------
+// ---- what a run tells
+// -----------------------------------------------------------------------------------------
 
 std::int64_t Metabuffer::raster_pixels_taken() const {
     std::int64_t count = 0;
@@ -344,8 +366,8 @@ std::int64_t Metabuffer::raster_pixels_taken() const {
 }
 
 std::int64_t Metabuffer::raster_pixels_to_take() const {
-    return std::int64_t{scenario_.displays.raster_width_pixels()} * scenario_.displays.raster_height_pixels() *
-           scenario_.displays.count() * scenario_.frames;
+    return std::int64_t{scenario_.displays.raster_width_pixels()} *
+           scenario_.displays.raster_height_pixels() * scenario_.displays.count() * scenario_.frames;
 }
 
 std::vector<FrameRecord> Metabuffer::frame_records() const {
@@ -387,14 +409,9 @@ RunReport Metabuffer::report() const {
     report.frames = frame_records();
     for (std::size_t r = 0; r < renderers(); ++r) {
         const InputFramebuffer& framebuffer = *input_framebuffers_[r];
-        RendererCounters counters;
+        RendererCounters counters = framebuffer.renderer_counters();
         counters.name = scenario_.renderers[r].name;
-        counters.bus = framebuffer.counters();
         counters.rejected_frames = dvi_decoders_[r]->rejected_frames();
-        counters.rejected_rows = framebuffer.rejected_rows();
-        counters.rejected_row_messages = framebuffer.rejected_row_messages();
-        counters.repeated_frames = framebuffer.repeated_frames();
-        counters.dropped_frames = framebuffer.dropped_frames();
         report.renderers.push_back(std::move(counters));
         for (std::size_t d = 0; d < displays(); ++d) {
             report.composers.push_back(composer(r, d).counters());
@@ -449,27 +466,28 @@ std::int64_t Metabuffer::frame_end_cycle(int frame) const {
     return cycle;
 }
 
-int Metabuffer::trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const {
-    const std::string own_prefix = std::string(name()) + ".";
-    const auto wanted = [&](const Block* block) {
-        const std::string child = std::string(block->name()).substr(own_prefix.size());
-        return patterns.empty() ||
-               std::any_of(patterns.begin(), patterns.end(), [&](const std::string& pattern) {
-                   return fnmatch(pattern.c_str(), child.c_str(), 0) == 0;
-               });
-    };
-    int matched = 0;
+bool Metabuffer::matches(const Block& block, const std::vector<std::string>& patterns) const {
+    const std::string child = std::string(block.name()).substr(std::string(name()).size() + 1);
+    return patterns.empty() || std::any_of(patterns.begin(), patterns.end(), [&](const std::string& pattern) {
+               return fnmatch(pattern.c_str(), child.c_str(), 0) == 0;
+           });
+}
+
+int Metabuffer::matching_blocks(const std::vector<std::string>& patterns) const {
+    return static_cast<int>(std::count_if(blocks_.begin(), blocks_.end(),
+                                          [&](const Block* block) { return matches(*block, patterns); }));
+}
+
+void Metabuffer::trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const {
     sc_core::sc_trace(file, *core_clk_, path("core_clk"));
     sc_core::sc_trace(file, *dvi_in_clk_, path("dvi_in_clk"));
     sc_core::sc_trace(file, *dvi_out_clk_, path("dvi_out_clk"));
     sc_core::sc_trace(file, reset_, path("reset"));
     for (const Block* block : blocks_) {
-        if (wanted(block)) {
+        if (matches(*block, patterns)) {
             block->trace(file);
-            ++matched;
         }
     }
-    return matched;
 }
 
 void Metabuffer::trace(sc_core::sc_trace_file* file) const { trace_blocks(file, {}); }

@@ -18,10 +18,10 @@
 
 namespace metabuffer::rtl {
 
-/// The whole machine of the paper's Figure 1, from the renderers' graphics cards to the displays: M renderers,
-/// N displays, M x N composers, wired and clocked. Renderer r, display d and their composer are the children
-/// dvi_source_r, dvi_decoder_r, input_framebuffer_r, composer_r_d, output_framebuffer_d and dvi_display_d, all
-/// counted from 1.
+/// The whole machine of the paper's Figure 1, from the renderers' graphics cards to the displays: M
+/// renderers, N displays, M x N composers, wired and clocked. Renderer r, display d and their composer are
+/// the children dvi_source_r, dvi_decoder_r, input_framebuffer_r, composer_r_d, output_framebuffer_d and
+/// dvi_display_d, all counted from 1.
 ///
 /// Each clock domain has its clock; domains of equal period share one, since their edges are the same. All
 /// clocks rise at time 0; reset is high for the first two core clocks.
@@ -30,11 +30,13 @@ namespace metabuffer::rtl {
 class Metabuffer final : public Block {
   public:
     /// The scenario must have passed check_scenario and must outlive the machine.
-    Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario);
+    Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
+               ClockGating gating = ClockGating::kOn);
     ~Metabuffer() override;
     SC_HAS_PROCESS(Metabuffer);
 
-    /// Called when a composited frame (from 0) has been shown in full for the first time on a display (from 1).
+    /// Called when a composited frame (from 0) has been shown in full for the first time on a display (from
+    /// 1).
     using FrameShown = std::function<void(int frame, int display, const ColourImage&)>;
     void on_frame_shown(FrameShown callback) { on_frame_shown_ = std::move(callback); }
 
@@ -52,9 +54,11 @@ class Metabuffer final : public Block {
     /// The run so far. Call it between clocks, best from on_finished.
     RunReport report() const;
 
+    /// How many blocks trace_blocks would add.
+    int matching_blocks(const std::vector<std::string>& patterns) const;
     /// Adds the blocks whose names below the machine match one of the shell patterns (all blocks if there is
-    /// none), and the clocks. Returns how many blocks matched.
-    int trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const;
+    /// none), and the clocks.
+    void trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const;
     void trace(sc_core::sc_trace_file* file) const override;
 
     /// The events that a trace window can start at, as core cycles; Composer::kNever if not yet.
@@ -65,9 +69,8 @@ class Metabuffer final : public Block {
     std::int64_t frame_end_cycle(int frame) const;
 
     std::int64_t core_cycle() const { return clock_edge_number(core_period_picoseconds_); }
-    int frames_shown() const { return frames_shown_; }
-    /// Raster pixels that have left the pipelines, of raster_pixels_to_take() in the whole run: for a progress
-    /// display.
+    /// Raster pixels that have left the pipelines, of raster_pixels_to_take() in the whole run: for a
+    /// progress display.
     std::int64_t raster_pixels_taken() const;
     std::int64_t raster_pixels_to_take() const;
 
@@ -88,11 +91,13 @@ class Metabuffer final : public Block {
     void frame_captured(std::size_t display, const ColourImage& image);
     void finish();
     std::int64_t progress() const;
-    std::int64_t watchdog_interval_cycles() const;
+    sc_core::sc_time watchdog_interval() const;
+    bool matches(const Block& block, const std::vector<std::string>& patterns) const;
     void watchdog_timeout();
     std::vector<FrameRecord> frame_records() const;
 
     const Scenario& scenario_;
+    ClockGating gating_;
     std::int64_t core_period_picoseconds_;
     std::int64_t dvi_in_period_picoseconds_;
     std::int64_t dvi_out_period_picoseconds_;

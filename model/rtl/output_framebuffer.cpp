@@ -2,12 +2,14 @@
 
 namespace metabuffer::rtl {
 
-OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario)
+OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
+                                     ClockGating gating)
     : Block(name),
       display_(scenario.displays),
       timing_{display_.width_pixels, display_.height_pixels},
       may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
       raster_pixels_(std::int64_t{display_.raster_width_pixels()} * display_.raster_height_pixels()),
+      gate_(gating),
       averager_(display_.width_pixels, display_.supersample) {
     for (std::vector<std::uint32_t>& bank : banks_) {
         bank.resize(static_cast<std::size_t>(display_.width_pixels) *
@@ -21,11 +23,12 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
     dont_initialize();
 }
 
-// ---- core clock -----------------------------------------------------------------------------------------------
+// ---- core clock
+// -----------------------------------------------------------------------------------------------
 
 void OutputFramebuffer::reset() {
     swapped_synchronizer_.reset();
-    swapped_seen_ = receiving_ = frame_done_ = pipeready_ = false;
+    swapped_seen_ = receiving_ = frame_done_ = framedone_ = pipeready_ = false;
     back_ = 0;
     frames_taken_ = 0;
     averager_.restart();
@@ -33,20 +36,30 @@ void OutputFramebuffer::reset() {
     framedone_o.write(false);
 }
 
+void OutputFramebuffer::end_of_elaboration() {
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= startframe_i.value_changed_event();
+    wake_events_ |= column_stall_i.value_changed_event();
+    wake_events_ |= swapped_.value_changed_event();
+}
+
 void OutputFramebuffer::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
     if (reset_i.read()) {
         reset();
         return;
     }
     const bool swapped = swapped_synchronizer_.sample(swapped_.read());
-    if (swapped != swapped_seen_) {
-        swapped_seen_ = swapped;
+    if (swapped && !swapped_seen_) {
         frame_done_ = false;
-        framedone_o.write(false);
         back_ = 1 - back_;
     }
+    swapped_seen_ = swapped;
     // Nothing ever raises COLUMNSTALL in glitch mode.
-    if (may_stall_ && column_stall_i.read()) {
+    const bool stalled = may_stall_ && column_stall_i.read();
+    if (stalled) {
         ++stalled_cycles_;
     } else if (receiving_) {
         take_pixel(pipe_i.read());
@@ -56,19 +69,27 @@ void OutputFramebuffer::clock_edge() {
         next_word_ = 0;
         averager_.restart();
     }
+    const bool framedone = frame_done_ && !swapped;
+    if (framedone != framedone_) {
+        framedone_ = framedone;
+        framedone_o.write(framedone);
+    }
     const bool pipeready = !receiving_ && !frame_done_;
     if (pipeready != pipeready_) {
         pipeready_ = pipeready;
         pipeready_o.write(pipeready);
     }
+    if (gate_.idle_edge(!receiving_ && !stalled)) {
+        next_trigger(wake_events_);
+    }
 }
 
 void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
     if (!pixel.valid) {
-        SC_REPORT_ERROR("/metabuffer/output_framebuffer/bubble",
-                        (std::string(name()) + " found no pixel at raster position " +
-                         std::to_string(raster_position_))
-                            .c_str());
+        SC_REPORT_ERROR(
+            "/metabuffer/output_framebuffer/bubble",
+            (std::string(name()) + " found no pixel at raster position " + std::to_string(raster_position_))
+                .c_str());
         return;
     }
     ++pixels_taken_;
@@ -79,15 +100,15 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
         receiving_ = false;
         frame_done_ = true;
         ++frames_taken_;
-        framedone_o.write(true);
     }
 }
 
-// ---- DVI output clock -----------------------------------------------------------------------------------------
+// ---- DVI output clock
+// -----------------------------------------------------------------------------------------
 
 void OutputFramebuffer::dvi_reset() {
     swaplock_synchronizer_.reset();
-    swaplock_seen_ = swap_pending_ = false;
+    swap_pending_ = false;
     front_ = 1;
     front_frame_ = -1;
     x_ = 0;
@@ -106,7 +127,7 @@ void OutputFramebuffer::start_dvi_frame() {
     swap_pending_ = false;
     front_ = 1 - front_;
     ++front_frame_;
-    swapped_.write(!swapped_.read());
+    swapped_.write(true);
 }
 
 void OutputFramebuffer::dvi_clock_edge() {
@@ -115,8 +136,11 @@ void OutputFramebuffer::dvi_clock_edge() {
         return;
     }
     const bool swaplock = swaplock_synchronizer_.sample(swaplock_i.read());
-    swap_pending_ = swap_pending_ || (swaplock && !swaplock_seen_);
-    swaplock_seen_ = swaplock;
+    if (!swaplock) {
+        swapped_.write(false);
+    } else if (!swapped_.read()) {
+        swap_pending_ = true;
+    }
 
     if (x_ == 0) {
         if (line_ == timing_.frame_lines()) {

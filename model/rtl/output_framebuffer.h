@@ -16,10 +16,10 @@ namespace metabuffer::rtl {
 /// its pipeline, averages them, keeps two banks, and drives its display over DVI.
 ///
 /// Timing: in the core clock, the raster's first pixel is taken at the second edge after the one that sees
-/// STARTFRAME fall behind the last composer, that is one clock behind STARTFRAME; a display pixel is stored with
-/// its block's last raster pixel. FRAMEDONE rises after the edge that takes the raster's last pixel and falls
-/// once the swap has come back. PIPEREADY is high while a bank is free and no frame is under way.
-/// In the DVI output clock, frame follows frame of DviTiming from reset on, in step on all displays. SWAPLOCK
+/// STARTFRAME fall behind the last composer, that is one clock behind STARTFRAME; a display pixel is stored
+/// with its block's last raster pixel. FRAMEDONE rises after the edge that takes the raster's last pixel and
+/// falls once the swap has come back. PIPEREADY is high while a bank is free and no frame is under way. In
+/// the DVI output clock, frame follows frame of DviTiming from reset on, in step on all displays. SWAPLOCK
 /// (every FRAMEDONE) crosses through two registers; if its rise has been seen by the first clock of a DVI
 /// frame, the banks swap there. Before the first swap the display is shown black.
 class OutputFramebuffer final : public Block {
@@ -35,7 +35,8 @@ class OutputFramebuffer final : public Block {
     sc_core::sc_in<bool> swaplock_i{"swaplock_i"};
     sc_core::sc_out<DviLink> link_o{"link_o"};
 
-    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario);
+    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
+                      ClockGating gating = ClockGating::kOn);
     SC_HAS_PROCESS(OutputFramebuffer);
 
     void trace(sc_core::sc_trace_file* file) const override;
@@ -48,6 +49,7 @@ class OutputFramebuffer final : public Block {
     std::int64_t pixels_taken() const { return pixels_taken_; }
 
   private:
+    void end_of_elaboration() override;
     void clock_edge();
     void reset();
     void take_pixel(const PipePixel& pixel);
@@ -61,14 +63,20 @@ class OutputFramebuffer final : public Block {
     std::int64_t raster_pixels_;
 
     std::array<std::vector<std::uint32_t>, 2> banks_;
-    sc_core::sc_signal<bool> swapped_{"swapped"};  ///< toggles with each swap (DVI output clock)
+    /// DVI output clock: high from a swap until SWAPLOCK has been seen low. FRAMEDONE does not rise again
+    /// before this has been seen low in turn, so no swap is missed whatever the ratio of the clocks.
+    sc_core::sc_signal<bool> swapped_{"swapped"};
+
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
 
     // Core registers.
     Averager averager_;
     Synchronizer<bool> swapped_synchronizer_;
     bool swapped_seen_ = false;
     bool receiving_ = false;
-    bool frame_done_ = false;
+    bool frame_done_ = false;  ///< the back bank holds a whole frame
+    bool framedone_ = false;   ///< the wire
     bool pipeready_ = false;
     std::size_t back_ = 0;
     std::int64_t raster_position_ = 0;
@@ -79,7 +87,6 @@ class OutputFramebuffer final : public Block {
 
     // DVI output registers.
     Synchronizer<bool> swaplock_synchronizer_;
-    bool swaplock_seen_ = false;
     bool swap_pending_ = false;
     std::size_t front_ = 1;
     int front_frame_ = -1;

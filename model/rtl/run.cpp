@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <exception>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -23,8 +24,8 @@ constexpr std::int64_t kChunkCycles = 20'000;
 constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
 
 sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
-    return sc_core::sc_time(
-        static_cast<double>(cycles * clock_period_picoseconds(scenario.clocks.core_mhz)), sc_core::SC_PS);
+    return sc_core::sc_time(static_cast<double>(cycles * clock_period_picoseconds(scenario.clocks.core_mhz)),
+                            sc_core::SC_PS);
 }
 
 class Stopwatch {
@@ -39,27 +40,45 @@ class Stopwatch {
     Clock::duration total_{};
 };
 
-/// The waveform of a run: open between its first and last cycle.
+/// The waveform of a run: open between its first and last cycle. It grows under another name beside the file
+/// and takes the file's place when it is whole, so that a run that shows nothing destroys nothing.
 class Waveform {
   public:
-    Waveform(const TraceRequest& request, const Metabuffer& machine) {
-        // The stock writer adds the extension itself.
-        std::filesystem::path stem = request.file;
-        stem.replace_extension();
+    Waveform(const TraceRequest& request, const Metabuffer& machine) : target_(request.file) {
         sc_core::sc_report_handler::set_actions("tracing timescale unit set", sc_core::SC_DO_NOTHING);
-        file_ = sc_core::sc_create_vcd_trace_file(stem.c_str());
+        file_ = sc_core::sc_create_vcd_trace_file(partial_stem(target_).c_str());
         file_->set_time_unit(1.0, sc_core::SC_PS);
-        matched_ = machine.trace_blocks(file_, request.blocks);
+        machine.trace_blocks(file_, request.blocks);
     }
     Waveform(const Waveform&) = delete;
     Waveform& operator=(const Waveform&) = delete;
-    ~Waveform() { sc_core::sc_close_vcd_trace_file(file_); }
+    ~Waveform() {
+        sc_core::sc_close_vcd_trace_file(file_);
+        std::error_code error;
+        std::filesystem::rename(partial_file(target_), target_, error);
+    }
 
-    int matched() const { return matched_; }
+    /// Throws InputError where the stock writer would complain in its own way, or not at all.
+    static void check_file(const std::filesystem::path& file) {
+        check_trace_name(file);
+        if (std::filesystem::is_directory(file) || !std::ofstream(partial_file(file))) {
+            throw InputError("--trace " + file.string() +
+                             ": cannot be written; name a file in a folder that can");
+        }
+        std::filesystem::remove(partial_file(file));
+    }
 
   private:
+    /// Without the extension, which the stock writer adds itself.
+    static std::filesystem::path partial_stem(std::filesystem::path file) {
+        return file.replace_extension(".part");
+    }
+    static std::filesystem::path partial_file(const std::filesystem::path& file) {
+        return partial_stem(file).concat(".vcd");
+    }
+
+    std::filesystem::path target_;
     sc_core::sc_trace_file* file_ = nullptr;
-    int matched_ = 0;
 };
 
 /// The window as core cycles, if what it depends on has happened yet.
@@ -68,20 +87,29 @@ std::optional<CycleRange> locate(const TraceWindow& window, const Metabuffer& ma
     std::int64_t first = Composer::kNever;
     std::int64_t last = Composer::kNever;
     switch (window.kind) {
-        case Kind::kAll: return CycleRange{0, kForever};
-        case Kind::kCycles: return CycleRange{window.first, window.last};
+        case Kind::kAll:
+            return CycleRange{0, kForever};
+        case Kind::kCycles:
+            return CycleRange{window.first, window.last};
         case Kind::kFrames:
             first = machine.startframe_cycle(static_cast<int>(window.first));
             last = machine.frame_end_cycle(static_cast<int>(window.last));
             break;
-        case Kind::kStartFrame: first = last = machine.startframe_cycle(static_cast<int>(window.first)); break;
-        case Kind::kFirstBusreadyDrop: first = last = machine.first_busready_drop_cycle(); break;
-        case Kind::kFirstStarvedPixel: first = last = machine.first_starved_cycle(); break;
+        case Kind::kStartFrame:
+            first = last = machine.startframe_cycle(static_cast<int>(window.first));
+            break;
+        case Kind::kFirstBusreadyDrop:
+            first = last = machine.first_busready_drop_cycle();
+            break;
+        case Kind::kFirstStarvedPixel:
+            first = last = machine.first_starved_cycle();
+            break;
     }
     if (first == Composer::kNever || last == Composer::kNever) {
         return std::nullopt;
     }
-    return CycleRange{std::max<std::int64_t>(0, first - window.before_cycles), last + window.after_cycles};
+    return CycleRange{std::max<std::int64_t>(0, first - window.before_cycles),
+                      last > kForever - window.after_cycles ? kForever : last + window.after_cycles};
 }
 
 /// Runs the machine in a process of its own until the window can be located: only the first clocks before an
@@ -123,31 +151,24 @@ std::optional<CycleRange> scout(const Scenario& scenario, const TraceWindow& win
     return range;
 }
 
-/// Fails early and clearly where the stock writer would not.
-void check_trace_file(const std::filesystem::path& file) {
+}  // namespace
+
+void check_trace_name(const std::filesystem::path& file) {
     if (file.extension() != ".vcd") {
         throw InputError("--trace " + file.string() + ": a waveform file must end in .vcd");
     }
-    if (!std::ofstream(file)) {
-        throw InputError("--trace " + file.string() + ": cannot be written: " + std::strerror(errno));
-    }
 }
-
-}  // namespace
 
 RunResult run(const Scenario& scenario, const RunOptions& options) {
     RunResult result;
     std::optional<CycleRange> window;
     if (options.trace) {
-        check_trace_file(options.trace->file);
-        const TraceWindow::Kind kind = options.trace->window.kind;
-        if (kind == TraceWindow::Kind::kAll) {
-            window = CycleRange{0, kForever};
-        } else if (kind == TraceWindow::Kind::kCycles) {
-            window = CycleRange{options.trace->window.first, options.trace->window.last};
-        } else {
-            window = scout(scenario, options.trace->window);
-        }
+        Waveform::check_file(options.trace->file);
+        using Kind = TraceWindow::Kind;
+        const TraceWindow& wanted = options.trace->window;
+        const bool needs_scout = wanted.kind != Kind::kAll && wanted.kind != Kind::kCycles;
+        window = needs_scout ? scout(scenario, wanted)
+                             : CycleRange{wanted.first, wanted.kind == Kind::kAll ? kForever : wanted.last};
         if (!window) {
             result.trace_note = "what the waveform should show does not happen in this run";
         }
@@ -155,10 +176,22 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
 
     Stopwatch stopwatch;
     Metabuffer machine("metabuffer", scenario);
+    if (options.trace && machine.matching_blocks(options.trace->blocks) == 0) {
+        throw InputError(
+            "--trace-modules: no block matches; blocks are named like input_framebuffer_1, composer_1_2 or "
+            "output_framebuffer_1");
+    }
+    std::exception_ptr callback_error;
     machine.on_frame_shown([&](int frame, int display, const ColourImage& image) {
         stopwatch.stop();
-        if (options.on_frame_shown) {
-            options.on_frame_shown(frame, display, image);
+        if (options.on_frame_shown && !callback_error) {
+            // The kernel would wrap what is thrown through it: it waits outside.
+            try {
+                options.on_frame_shown(frame, display, image);
+            } catch (...) {
+                callback_error = std::current_exception();
+                sc_core::sc_pause();
+            }
         }
         stopwatch.start();
     });
@@ -170,27 +203,25 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     std::int64_t cycle = 0;  // the next to run
     while (!machine.finished()) {
         std::int64_t next = cycle + kChunkCycles;
-        if (window) {
-            if (cycle < window->first) {
-                next = std::min(next, window->first);
-            } else if (cycle <= window->last) {
-                if (!waveform) {
-                    waveform = std::make_unique<Waveform>(*options.trace, machine);
-                    if (waveform->matched() == 0) {
-                        throw InputError(
-                            "--trace-modules: no block matches; blocks are named like input_framebuffer_1, "
-                            "composer_1_2 or output_framebuffer_1");
-                    }
-                    result.traced = CycleRange{cycle, cycle};
-                }
-                next = std::min(next, window->last < kForever ? window->last + 1 : kForever);
-            } else {
-                waveform.reset();
+        if (window && cycle > window->last) {
+            waveform.reset();
+        } else if (window && cycle >= window->first) {
+            if (!waveform) {
+                waveform = std::make_unique<Waveform>(*options.trace, machine);
+                result.traced = CycleRange{cycle, cycle};
             }
+            if (window->last < next) {
+                next = window->last + 1;
+            }
+        } else if (window) {
+            next = std::min(next, window->first);
         }
         stopwatch.start();
         sc_core::sc_start(cycles_to_time(scenario, next - cycle));
         stopwatch.stop();
+        if (callback_error) {
+            std::rethrow_exception(callback_error);
+        }
         if (waveform) {
             result.traced->last = machine.finished() ? machine.core_cycle() : next - 1;
         }
@@ -204,9 +235,6 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     waveform.reset();
     if (options.trace && !result.traced && result.trace_note.empty()) {
         result.trace_note = "the run ended before the window began";
-    }
-    if (options.trace && !result.traced) {
-        std::filesystem::remove(options.trace->file);  // the empty file of check_trace_file
     }
     result.simulation_seconds = stopwatch.seconds();
     result.watchdog_findings = machine.watchdog_findings();

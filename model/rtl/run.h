@@ -33,13 +33,17 @@ struct RunResult {
     RunReport report;
     std::vector<std::string> watchdog_findings;  ///< empty if the run came to its end
     std::optional<CycleRange> traced;            ///< what the waveform holds, if one was written
-    double simulation_seconds = 0.0;  ///< wall time in the kernel, without start-up and without on_frame_shown
-    std::string trace_note;                      ///< why there is no waveform although one was asked for
+    double simulation_seconds =
+        0.0;                 ///< wall time in the kernel, without start-up and without on_frame_shown
+    std::string trace_note;  ///< why there is no waveform although one was asked for
 };
 
-/// Builds the machine and runs the scenario to its end, at level rtl. SystemC elaborates once in a process, so
-/// this can be called once. Throws InputError for a trace that cannot be made as asked, and lets the blocks'
-/// sc_report errors through.
+/// Throws InputError unless the file's name ends in .vcd, which the waveform writer insists on.
+void check_trace_name(const std::filesystem::path& file);
+
+/// Builds the machine and runs the scenario to its end, at level rtl. SystemC elaborates once in a process,
+/// so this can be called once. Throws InputError for a trace that cannot be made as asked, and lets the
+/// blocks' sc_report errors through.
 RunResult run(const Scenario& scenario, const RunOptions& options);
 
 }  // namespace metabuffer::rtl

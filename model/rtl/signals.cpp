@@ -94,8 +94,8 @@ BusBeat BusBeat::table_row(const ViewportRow& row, bool last) {
     beat.count = 2;
     beat.destination = row.dcomp;
     beat.words[0] = pack(row.dcomp, row.sx, row.sy, row.sdx);
-    beat.words[1] = pack(row.sdy, static_cast<std::uint16_t>(row.dx), static_cast<std::uint16_t>(row.dy),
-                         row.dmultiple);
+    beat.words[1] =
+        pack(row.sdy, static_cast<std::uint16_t>(row.dx), static_cast<std::uint16_t>(row.dy), row.dmultiple);
     return beat;
 }
 
@@ -114,14 +114,18 @@ ViewportRow BusBeat::row() const {
 
 bool operator==(const BusBeat& a, const BusBeat& b) {
     return a.kind == b.kind && a.last == b.last && a.count == b.count && a.destination == b.destination &&
-           a.remaining == b.remaining && std::equal(a.words.begin(), a.words.begin() + a.count, b.words.begin());
+           a.remaining == b.remaining &&
+           std::equal(a.words.begin(), a.words.begin() + a.count, b.words.begin());
 }
 
 std::ostream& operator<<(std::ostream& out, const BusBeat& value) {
     switch (value.kind) {
-        case BusBeat::Kind::kNone: return out << "none";
-        case BusBeat::Kind::kFrameStart: return out << "frame start";
-        case BusBeat::Kind::kTableRow: return out << "row for " << value.destination;
+        case BusBeat::Kind::kNone:
+            return out << "none";
+        case BusBeat::Kind::kFrameStart:
+            return out << "frame start";
+        case BusBeat::Kind::kTableRow:
+            return out << "row for " << value.destination;
         case BusBeat::Kind::kPixels:
             return out << int{value.count} << " pixels to " << value.destination << ", " << value.remaining
                        << " to come";

@@ -11,7 +11,8 @@
 #include "formats/viewport_table.h"
 #include "report/report.h"
 
-/// The values that the machine's signals carry. Each has operator==, operator<< and sc_trace, as sc_signal needs.
+/// The values that the machine's signals carry. Each has operator==, operator<< and sc_trace, as sc_signal
+/// needs.
 namespace metabuffer::rtl {
 
 /// What a DVI receiver chip gives at each pixel clock.

@@ -4,8 +4,8 @@
 
 namespace metabuffer::rtl {
 
-/// The swap lock between the output framebuffers: SWAPLOCK is high while every column has composited its frame.
-/// Combinational.
+/// The swap lock between the output framebuffers: SWAPLOCK is high while every column has composited its
+/// frame. Combinational.
 class SwapLock final : public Block {
   public:
     sc_core::sc_vector<sc_core::sc_in<bool>> framedone_i;

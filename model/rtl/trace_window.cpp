@@ -9,23 +9,26 @@
 namespace metabuffer::rtl {
 namespace {
 
-std::optional<std::int64_t> parse_count(std::string_view text) {
+constexpr std::int64_t kLargestFrame = 1'000'000;
+constexpr std::int64_t kLargestCycle = 1'000'000'000'000'000;
+
+std::optional<std::int64_t> parse_count(std::string_view text, std::int64_t largest) {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || value < 0) {
+    if (error != std::errc() || end != text.data() + text.size() || value < 0 || value > largest) {
         return std::nullopt;
     }
     return value;
 }
 
 /// "A-B", or "A" for A-A where that is allowed.
-bool parse_range(std::string_view text, bool single_allowed, TraceWindow& window) {
+bool parse_range(std::string_view text, std::int64_t largest, bool single_allowed, TraceWindow& window) {
     const std::size_t dash = text.find('-');
     if (dash == std::string_view::npos && !single_allowed) {
         return false;
     }
-    const auto first = parse_count(text.substr(0, dash));
-    const auto last = dash == std::string_view::npos ? first : parse_count(text.substr(dash + 1));
+    const auto first = parse_count(text.substr(0, dash), largest);
+    const auto last = dash == std::string_view::npos ? first : parse_count(text.substr(dash + 1), largest);
     if (!first || !last || *last < *first) {
         return false;
     }
@@ -45,13 +48,13 @@ TraceWindow parse_trace_window(const std::string& text) {
     bool good = false;
     if (kind == "cycles") {
         window.kind = Kind::kCycles;
-        good = parse_range(rest, false, window);
+        good = parse_range(rest, kLargestCycle, false, window);
     } else if (kind == "frames") {
         window.kind = Kind::kFrames;
-        good = parse_range(rest, true, window);
+        good = parse_range(rest, kLargestFrame, true, window);
     } else if (kind == "startframe") {
         window.kind = Kind::kStartFrame;
-        good = rest.find('-') == std::string::npos && parse_range(rest, true, window);
+        good = rest.find('-') == std::string::npos && parse_range(rest, kLargestFrame, true, window);
     } else if (colon == std::string::npos) {
         good = true;
         if (kind == "all") {
@@ -65,9 +68,10 @@ TraceWindow parse_trace_window(const std::string& text) {
         }
     }
     if (!good) {
-        throw InputError("--trace-window " + text +
-                         ": not a window; use all, cycles:A-B, frames:A-B, startframe:K, first-busready-drop or "
-                         "first-starved-pixel");
+        throw InputError(
+            "--trace-window " + text +
+            ": not a window; use all, cycles:A-B, frames:A-B, startframe:K, first-busready-drop or "
+            "first-starved-pixel");
     }
     return window;
 }

@@ -66,7 +66,6 @@ struct ClockConfig {
 
 /// A clock's period in whole picoseconds, rounded to nearest: the one place where MHz become time.
 constexpr std::int64_t clock_period_picoseconds(double mhz) {
-    // NOLINTNEXTLINE(bugprone-incorrect-roundings): std::llround is not constexpr in C++17
     // NOLINTNEXTLINE(bugprone-incorrect-roundings): positive, and lround is not constexpr
     return static_cast<std::int64_t>(1.0e6 / mhz + 0.5);
 }

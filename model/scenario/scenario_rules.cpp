@@ -91,6 +91,11 @@ void check_names_and_faults(RuleCheck& check, const Scenario& scenario) {
                   std::to_string(renderers) + " renderers on " + std::to_string(displays) +
                       " displays need " + std::to_string(displays * renderers) + " composers; use at most " +
                       std::to_string(limits::kComposers));
+    // The scenario's name is that of its results' folder.
+    const bool plain_name =
+        scenario.name.find('/') == std::string::npos && scenario.name != "." && scenario.name != "..";
+    check.require(plain_name, "name",
+                  text::quoted(scenario.name) + " is a path; use a plain name, without slashes");
     std::set<std::string> names;
     for (std::size_t i = 0; i < scenario.renderers.size(); ++i) {
         const std::string path = "renderers[" + std::to_string(i) + "]";
@@ -114,6 +119,15 @@ void check_names_and_faults(RuleCheck& check, const Scenario& scenario) {
                           std::string("does not go with kind ") + to_string(fault.kind) +
                               "; use it with kind delay only");
         }
+        const bool number_on_both =
+            fault.kind == FaultKind::kNumber &&
+            std::any_of(scenario.faults.begin(), scenario.faults.end(), [&](const Fault& other) {
+                return other.kind == FaultKind::kNumber && other.renderer == fault.renderer &&
+                       other.pair == fault.pair && other.frame != fault.frame;
+            });
+        check.require(
+            !number_on_both, path + ".kind",
+            "number on both frames of a pair makes it a good pair of another number; use it on one");
     }
 }
 

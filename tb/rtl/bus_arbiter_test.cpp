@@ -5,8 +5,9 @@
 
 #include "small_scenario.h"
 
-// The arbiter has no clock and no ports of its own: it answers within the input framebuffer's clock. The policies
-// are tested against independent code in the datapath's unit tests; here, that the block runs the one asked for.
+// The arbiter has no clock and no ports of its own: it answers within the input framebuffer's clock. The
+// policies are tested against independent code in the datapath's unit tests; here, that the block runs the
+// one asked for.
 namespace metabuffer::test {
 namespace {
 

@@ -119,8 +119,8 @@ class ClockDomain final : public sc_core::sc_module {
         drive(signal, clock + 1, false);
     }
 
-    /// Calls a driver before each edge with the edge's number, from 0: it reads what stands and writes what the
-    /// edge is to sample.
+    /// Calls a driver before each edge with the edge's number, from 0: it reads what stands and writes what
+    /// the edge is to sample.
     void each_clock(std::function<void(int)> driver) { drivers_.push_back(std::move(driver)); }
 
     /// Edges up to and including `reset_clocks` of them are in reset.
@@ -151,6 +151,14 @@ class ClockDomain final : public sc_core::sc_module {
     std::map<int, std::vector<std::function<void()>>> script_;
     std::vector<std::function<void(int)>> drivers_;
 };
+
+/// The receiver's clock at which its logic sees, behind two registers, what the sender's edge `clock` has
+/// changed: the first edge of the receiver after it captures it, the next one sees it.
+inline int seen_at(const ClockDomain& sender, int clock, const ClockDomain& receiver) {
+    const std::int64_t time = (clock + std::int64_t{sender.reset_clocks()}) * sender.period_picoseconds();
+    const std::int64_t capturing_edge = time / receiver.period_picoseconds() + 1;
+    return static_cast<int>(capturing_edge) - receiver.reset_clocks() + 1;
+}
 
 /// Clock, reset and waveform of a testbench: the devices under test are built around it, driven and recorded
 /// through its clock domains, and the checks read the recordings.

@@ -41,8 +41,8 @@ struct ComposerBench {
     const Recording<bool>& pipereadies;
     const Recording<bool>& stalls;
 
-    ComposerBench(ClockedTestbench& bench, const std::string& name, Scenario with, Strap strap = Strap::kRelay,
-                  StallWire stall_wire = StallWire::kOwn)
+    ComposerBench(ClockedTestbench& bench, const std::string& name, Scenario with,
+                  Strap strap = Strap::kRelay, StallWire stall_wire = StallWire::kOwn)
         : scenario(std::move(with)),
           core(bench.core),
           pipemaster((name + "_pipemaster").c_str(), strap == Strap::kMaster),
@@ -96,7 +96,8 @@ struct ComposerBench {
         return clock;
     }
     /// A beat of `count` pixels from pixel `first` of the segment of frame `frame` on.
-    void put_pixels(int clock, std::int64_t first, int count, int remaining, int frame = 0, int destination = 1) {
+    void put_pixels(int clock, std::int64_t first, int count, int remaining, int frame = 0,
+                    int destination = 1) {
         rtl::BusBeat beat;
         beat.kind = rtl::BusBeat::Kind::kPixels;
         beat.destination = static_cast<std::uint16_t>(destination);
@@ -127,7 +128,8 @@ struct ComposerBench {
     }
     /// The upstream pixel at a raster position: half way to the far plane.
     static Pixel upstream(int position) {
-        return {0xC0, static_cast<std::uint8_t>(position >> 8), static_cast<std::uint8_t>(position), 128, 0x8000};
+        return {0xC0, static_cast<std::uint8_t>(position >> 8), static_cast<std::uint8_t>(position), 128,
+                0x8000};
     }
 
     // ---- what comes out ----

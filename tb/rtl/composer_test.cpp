@@ -40,7 +40,7 @@ Scenario composer_scenario(const Sizes& sizes = {}, StarvationMode mode = Starva
 /// A segment that covers the whole raster.
 ViewportRow whole_raster(int dcomp = 1) { return table_row(dcomp, {0, 0}, {kWidth, kHeight}, {0, 0}); }
 
-// ---- pipeline -------------------------------------------------------------------------------------------------
+// ---- pipeline -------------------------------------------------------------------------------------------
 
 TEST_CASE("composer: in reset all is low, BUSREADY and TABLEREADY rise at the first clock behind it") {
     ClockedTestbench bench;
@@ -56,8 +56,9 @@ TEST_CASE("composer: in reset all is low, BUSREADY and TABLEREADY rise at the fi
     CHECK(dut.pipes.clocks_where([](const PipePixel& pixel) { return pixel.valid; }).empty());
 }
 
-TEST_CASE("composer: STARTFRAME and each pixel leave at the edge that samples them, w x h clocks from the first "
-          "pixel to the last") {
+TEST_CASE(
+    "composer: STARTFRAME and each pixel leave at the edge that samples them, w x h clocks from the first "
+    "pixel to the last") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario());
     dut.put_table(5, {});
@@ -71,8 +72,9 @@ TEST_CASE("composer: STARTFRAME and each pixel leave at the edge that samples th
     CHECK(dut.picture_behind(start) == dut.painted({}, 0));
 }
 
-TEST_CASE("composer: PIPEMASTER answers its own PIPEREADY with STARTFRAME one clock later and makes the "
-          "background") {
+TEST_CASE(
+    "composer: PIPEMASTER answers its own PIPEREADY with STARTFRAME one clock later and makes the "
+    "background") {
     ClockedTestbench bench;
     Scenario first = composer_scenario();
     first.displays.background[0] = 11;
@@ -114,10 +116,11 @@ TEST_CASE("composer: rows and pixels for other displays are not taken") {
     CHECK(dut.composer.counters().buffer_high_water == 2);
 }
 
-// ---- the buffer's timing and starvation -----------------------------------------------------------------------
+// ---- the buffer's timing and starvation -----------------------------------------------------------------
 
-TEST_CASE("composer: a beat sampled at an edge can be composited at the next, one clock later its first pixel "
-          "starves") {
+TEST_CASE(
+    "composer: a beat sampled at an edge can be composited at the next, one clock later its first pixel "
+    "starves") {
     ClockedTestbench bench;
     const Sizes sizes{12, 5, 2};
     ComposerBench in_time(bench, "in_time", composer_scenario(sizes));
@@ -193,7 +196,7 @@ TEST_CASE("composer: pixels that arrive when their frame is over are dropped, th
     CHECK(dut.composer.counters().starved_pixels == 4);
 }
 
-// ---- BUSREADY -------------------------------------------------------------------------------------------------
+// ---- BUSREADY -------------------------------------------------------------------------------------------
 
 TEST_CASE("composer: BUSREADY is high while exactly ready_space_pixels are free, low with one less") {
     ClockedTestbench bench;
@@ -203,7 +206,7 @@ TEST_CASE("composer: BUSREADY is high while exactly ready_space_pixels are free,
     const int start = 40;
     dut.start_frame(start);
     bench.run_through(start + 3);
-    CHECK(dut.busreadies.at(19));  // 10 held, 6 free
+    CHECK(dut.busreadies.at(19));        // 10 held, 6 free
     CHECK_FALSE(dut.busreadies.at(20));  // 11 held, 5 free
     CHECK(dut.busreadies.falls() == std::vector<int>{20});
     // Pixel 0 is let go at the edge that composites it.
@@ -225,13 +228,14 @@ TEST_CASE("composer: a rest that fits one beat is counted beside the space for a
     lacks.put_pixels(20, 9, 1, 1);
     lacks.put_pixels(22, 10, 1, 0);
     bench.run_through(30);
-    CHECK(fits.busreadies.falls().empty());  // 7 free and 1 to come, then 6 free
+    CHECK(fits.busreadies.falls().empty());                   // 7 free and 1 to come, then 6 free
     CHECK(lacks.busreadies.falls() == std::vector<int>{20});  // 6 free and 1 to come
     CHECK(lacks.composer.counters().busready_drops == 0);
 }
 
-TEST_CASE("composer: in a burst BUSREADY drops when the beat on its way and one more do not fit, and what is in "
-          "flight is taken") {
+TEST_CASE(
+    "composer: in a burst BUSREADY drops when the beat on its way and one more do not fit, and what is in "
+    "flight is taken") {
     ClockedTestbench bench;
     ComposerBench one(bench, "one", composer_scenario({16, 6, 1}));
     ComposerBench two(bench, "two", composer_scenario({16, 6, 2}));
@@ -302,9 +306,10 @@ TEST_CASE("composer: a pixel for a full buffer is a broken protocol, reported an
     CHECK(dut.composer.counters().buffer_high_water == 16);
 }
 
-// ---- tables ---------------------------------------------------------------------------------------------------
+// ---- tables ---------------------------------------------------------------------------------------------
 
-TEST_CASE("composer: TABLEREADY falls with the second frame's table and rises with the first one's last pixel") {
+TEST_CASE(
+    "composer: TABLEREADY falls with the second frame's table and rises with the first one's last pixel") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario());
     dut.put_table(10, {});
@@ -328,7 +333,7 @@ TEST_CASE("composer: a third frame's table is a broken protocol") {
     CHECK(report.count() == 1);
 }
 
-// ---- PIPEREADY ------------------------------------------------------------------------------------------------
+// ---- PIPEREADY ------------------------------------------------------------------------------------------
 
 TEST_CASE("composer: PIPEREADY rises when the whole segment is there") {
     ClockedTestbench bench;
@@ -377,8 +382,19 @@ TEST_CASE("composer: PIPEREADY waits for the one from below and falls at the edg
     CHECK(dut.pipereadies.high() == clock_range(30, 50));
 }
 
-TEST_CASE("composer: with the next frame prefetched PIPEREADY rises one clock behind the last pixel, never with "
-          "it") {
+TEST_CASE("composer: PIPEREADY once given stands until STARTFRAME, whatever comes from below") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    dut.put_table(5, {});
+    bench.core.pulse(dut.pipeready_in, 30);
+    dut.start_frame(50);
+    bench.run_through(50 + kPixels + 10);
+    CHECK(dut.pipereadies.high() == clock_range(30, 50));
+}
+
+TEST_CASE(
+    "composer: with the next frame prefetched PIPEREADY rises one clock behind the last pixel, never with "
+    "it") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario());
     dut.put_table(5, {});
@@ -392,7 +408,8 @@ TEST_CASE("composer: with the next frame prefetched PIPEREADY rises one clock be
     CHECK(dut.pipereadies.falls() == std::vector<int>{start});
 }
 
-TEST_CASE("composer: back-to-back frames, each STARTFRAME three clocks behind the last pixel of the one before") {
+TEST_CASE(
+    "composer: back-to-back frames, each STARTFRAME three clocks behind the last pixel of the one before") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}), Strap::kMaster);
     bench.core.drive(dut.pipeready_in, 20, true);  // a display side that is always ready
@@ -437,19 +454,19 @@ TEST_CASE("composer: the bus carries frame k + 1 while frame k is composited, an
     CHECK(dut.composer.counters().starved_pixels == 0);
 }
 
-// ---- the moving window ----------------------------------------------------------------------------------------
+// ---- the moving window ----------------------------------------------------------------------------------
 
 TEST_CASE("composer: replicated pixels are read again from the window, clipped at every edge of the raster") {
     ClockedTestbench bench;
     const std::vector<ViewportRow> rows = {
-        table_row(1, {0, 0}, {3, 2}, {0, 0}, 2),    table_row(1, {0, 0}, {4, 3}, {-1, -1}, 2),
-        table_row(1, {0, 0}, {2, 2}, {1, 1}, 2),    table_row(1, {0, 0}, {3, 2}, {-2, -1}, 3),
-        table_row(1, {0, 0}, {2, 1}, {3, 2}, 3),    table_row(1, {0, 0}, {1, 1}, {-4, -2}, 5),
+        table_row(1, {0, 0}, {3, 2}, {0, 0}, 2),     table_row(1, {0, 0}, {4, 3}, {-1, -1}, 2),
+        table_row(1, {0, 0}, {2, 2}, {1, 1}, 2),     table_row(1, {0, 0}, {3, 2}, {-2, -1}, 3),
+        table_row(1, {0, 0}, {2, 1}, {3, 2}, 3),     table_row(1, {0, 0}, {1, 1}, {-4, -2}, 5),
         table_row(1, {0, 0}, {1, 1}, {-20, -9}, 30), table_row(1, {0, 0}, {kWidth, kHeight}, {0, 0}, 1)};
     std::vector<std::unique_ptr<ComposerBench>> duts;
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        duts.push_back(
-            std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(i), composer_scenario({40, 6, 1})));
+        duts.push_back(std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(i),
+                                                       composer_scenario({40, 6, 1})));
         duts[i]->put_table(5, {rows[i]});
         duts[i]->put_single_pixels(10, 0, rows[i].sdx * rows[i].sdy);
         duts[i]->start_frame(50);
@@ -482,9 +499,10 @@ TEST_CASE("composer: a replicated pixel's space is free at its last repetition a
     CHECK(dut.busreadies.rises() == std::vector<int>{0, start + 1 + kWidth + 1});
 }
 
-// ---- stall ----------------------------------------------------------------------------------------------------
+// ---- stall ----------------------------------------------------------------------------------------------
 
-TEST_CASE("composer: STALL is raised one clock ahead of a missing pixel, and the column stands until it has come") {
+TEST_CASE(
+    "composer: STALL is raised one clock ahead of a missing pixel, and the column stands until it has come") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({12, 5, 2}, StarvationMode::kStall));
     const int start = 40;
@@ -582,7 +600,7 @@ TEST_CASE("composer: COLUMNSTALL holds STARTFRAME back at its input and high at 
           clock_range(36, 36 + kPixels));
 }
 
-// ---- composition ----------------------------------------------------------------------------------------------
+// ---- composition ----------------------------------------------------------------------------------------
 
 struct Merge {
     Pixel local;
@@ -639,7 +657,8 @@ TEST_CASE("composer: merges as its composition mode says, worked out by hand") {
         }
         bench.core.pulse(dut.startframe_in, 30);
         for (int k = 0; k < count; ++k) {
-            bench.core.drive(dut.pipe_in, 31 + k, PipePixel{cases[static_cast<std::size_t>(k)].upstream, true});
+            bench.core.drive(dut.pipe_in, 31 + k,
+                             PipePixel{cases[static_cast<std::size_t>(k)].upstream, true});
         }
     }
     bench.run_through(31 + count);
@@ -672,16 +691,20 @@ TEST_CASE("composer: a reset in the middle of a frame empties buffer and pipelin
     CHECK(dut.picture_behind(restart + 50) == dut.painted(row, 1));
 }
 
-// ---- random -----------------------------------------------------------------------------------------------------
+// ---- random ---------------------------------------------------------------------------------------------
 
-/// A bus that keeps the input framebuffer's side of the protocol and does everything it may do besides: bursts
-/// and beats of any length, gaps as of page misses, other composers' traffic.
+/// A bus that keeps the input framebuffer's side of the protocol and does everything it may do besides:
+/// bursts and beats of any length, gaps as of page misses, other composers' traffic.
 class RandomBusMaster {
   public:
     RandomBusMaster(ComposerBench& dut, std::vector<ViewportRow> rows, int beat_pixels, int burst_pixels,
                     int laziness, std::uint64_t seed)
-        : dut_(dut), rows_(std::move(rows)), beat_pixels_(beat_pixels), burst_pixels_(burst_pixels),
-          laziness_(laziness), random_(seed) {
+        : dut_(dut),
+          rows_(std::move(rows)),
+          beat_pixels_(beat_pixels),
+          burst_pixels_(burst_pixels),
+          laziness_(laziness),
+          random_(seed) {
         dut.bus_master = [this](int clock) { edge(clock); };
     }
 
@@ -770,7 +793,8 @@ struct RandomRun {
 constexpr int kRandomWidth = 14;
 constexpr int kRandomHeight = 9;
 
-/// A row whose first and last pixel show; a replicated one of at most `longest_source_row` pixels a source row.
+/// A row whose first and last pixel show; a replicated one of at most `longest_source_row` pixels a source
+/// row.
 ViewportRow random_row(Random& random, int longest_source_row) {
     const int multiple = random.one_in(2) ? 1 : random.between(2, 4);
     const auto extent = [&](int raster, int most) {
@@ -784,7 +808,8 @@ ViewportRow random_row(Random& random, int longest_source_row) {
     return table_row(1, {0, 0}, {x.second, y.second}, {x.first, y.first}, multiple);
 }
 
-std::unique_ptr<RandomRun> random_run(ClockedTestbench& bench, Random& random, StarvationMode mode, int index) {
+std::unique_ptr<RandomRun> random_run(ClockedTestbench& bench, Random& random, StarvationMode mode,
+                                      int index) {
     auto run = std::make_unique<RandomRun>();
     const int beat = 1 << random.between(0, 3);
     const int ready_space = 2 * beat + (random.one_in(2) ? 0 : random.between(0, 8));
@@ -801,7 +826,8 @@ std::unique_ptr<RandomRun> random_run(ClockedTestbench& bench, Random& random, S
     scenario.displays.height_pixels = kRandomHeight;
     run->dut =
         std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(index), scenario, Strap::kMaster);
-    run->master = std::make_unique<RandomBusMaster>(*run->dut, run->rows, beat, burst, laziness, random.bits());
+    run->master =
+        std::make_unique<RandomBusMaster>(*run->dut, run->rows, beat, burst, laziness, random.bits());
     RandomRun* const raw = run.get();
     run->dut->composer.on_glitch([raw](const Glitch& glitch) { raw->glitches.push_back(glitch); });
     bench.core.drive(run->dut->pipeready_in, 0, true);
@@ -810,8 +836,9 @@ std::unique_ptr<RandomRun> random_run(ClockedTestbench& bench, Random& random, S
 
 Pixel black_background(int) { return {0, 0, 0, 0, 0xFFFF}; }
 
-TEST_CASE("composer: under a random bus that keeps the protocol no buffer overflows, and only counted and "
-          "located pixels are missing") {
+TEST_CASE(
+    "composer: under a random bus that keeps the protocol no buffer overflows, and only counted and "
+    "located pixels are missing") {
     const auto seed = random_seed(71);
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
@@ -866,7 +893,8 @@ TEST_CASE("composer: under the same random bus in stall mode every picture is wh
         // What leaves at the edges at which the column moves.
         std::vector<Pixel> left;
         for (int clock = 0; clock < dut.pipes.end_clock(); ++clock) {
-            if (dut.pipes.at(clock).valid && !dut.stalls.at(clock - 1)) left.push_back(dut.pipes.at(clock).pixel);
+            if (dut.pipes.at(clock).valid && !dut.stalls.at(clock - 1))
+                left.push_back(dut.pipes.at(clock).pixel);
         }
         std::vector<Pixel> wanted;
         for (std::size_t frame = 0; frame < run->rows.size(); ++frame) {

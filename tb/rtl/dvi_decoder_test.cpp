@@ -166,7 +166,8 @@ TEST_CASE("dvi decoder: in reset and on an idle link nothing is told") {
     CHECK(dut.pixel_clocks().empty());
 }
 
-TEST_CASE("dvi decoder: a pixel on the link at one clock is on pixel_o after the next, with address and kind") {
+TEST_CASE(
+    "dvi decoder: a pixel on the link at one clock is on pixel_o after the next, with address and kind") {
     DecoderBench dut;
     dut.add_start();
     const int start = dut.add(colour(5));
@@ -214,9 +215,11 @@ TEST_CASE("dvi decoder: the control scanline's verdict comes as DE falls, the pa
     CHECK(all_rejects(dut) == 0);
 }
 
-TEST_CASE("dvi decoder: the colour frame's rows follow its verdict one a clock, the depth frame's count for "
-          "nothing") {
-    const ViewportTable table = {table_row(1, {1, 2}, {3, 1}, {-1, -2}, 3), table_row(2, {0, 0}, {1, 1}, {5, 6}),
+TEST_CASE(
+    "dvi decoder: the colour frame's rows follow its verdict one a clock, the depth frame's count for "
+    "nothing") {
+    const ViewportTable table = {table_row(1, {1, 2}, {3, 1}, {-1, -2}, 3),
+                                 table_row(2, {0, 0}, {1, 1}, {5, 6}),
                                  table_row(9, {7, 0}, {2, 2}, {0, 0}, 255)};
     DecoderBench dut;
     dut.add_start();
@@ -254,7 +257,7 @@ TEST_CASE("dvi decoder: a long table's rows run on beside the first pixels") {
     CHECK(dut.pixel_clocks() == clock_range(first_pixel, first_pixel + kWide));
 }
 
-// ---- finding its feet -----------------------------------------------------------------------------------------
+// ---- finding its feet -----------------------------------------------------------------------------------
 
 TEST_CASE("dvi decoder: a link that comes up in the middle of a frame is ignored up to the first VSYNC") {
     DecoderBench dut;
@@ -264,12 +267,12 @@ TEST_CASE("dvi decoder: a link that comes up in the middle of a frame is ignored
     const int start = dut.add(colour(4));
     dut.add(depth(4));
     dut.run();
-    // The depth frame's own colour frame was never seen whole: nothing is rejected, but its pair will not come.
-    std::vector<NumberedEvent> events = {{start - kFrame + kBehindControl, pair_lost(3)}};
+    // The depth frame's own colour frame was never seen whole.
+    std::vector<NumberedEvent> events = {{start - kFrame + kBehindControl, rejected(RejectCause::kPair, 3)}};
     expect_pair(events, start, 4);
     check_events(dut, events);
     CHECK(dut.pixel_clocks().front() == start + clock_in_frame(kWidth, 0, 1));
-    CHECK(all_rejects(dut) == 0);
+    CHECK(all_rejects(dut) == 1);
 }
 
 TEST_CASE("dvi decoder: a further VSYNC without lines between is no frame") {
@@ -287,11 +290,11 @@ TEST_CASE("dvi decoder: a further VSYNC without lines between is no frame") {
     check_events(dut, {{start + kBehindControl, colour_start(0)}, {depth_start + kVsync, pair_good(0)}});
 }
 
-// ---- rejections -----------------------------------------------------------------------------------------------
+// ---- rejections -----------------------------------------------------------------------------------------
 
-/// Plays good pair 0, pair 1 with one frame spoilt, good pair 2. The rejection is due at `clock` of the spoilt
-/// frame with the event given; the other frame of pair 1, if it is a depth frame, is passed over and tells that
-/// its pair is lost, if that is not known yet.
+/// Plays good pair 0, pair 1 with one frame spoilt, good pair 2. The rejection is due at `clock` of the
+/// spoilt frame with the event given; the other frame of pair 1, if it is a depth frame, is passed over and
+/// tells that its pair is lost, if that is not known yet.
 void check_rejection(FrameKind spoilt, const std::function<void(LinkLines&)>& spoil, int clock,
                      RejectCause cause, bool lost_known) {
     DecoderBench dut;
@@ -334,13 +337,13 @@ void break_byte(LinkLines& lines, int byte) {
 
 TEST_CASE("dvi decoder: rejects a bad magic in a colour frame") {
     check_rejection(
-        FrameKind::kColour, [](LinkLines& lines) { break_byte(lines, 3); }, kBehindControl, RejectCause::kMagic,
-        false);
+        FrameKind::kColour, [](LinkLines& lines) { break_byte(lines, 3); }, kBehindControl,
+        RejectCause::kMagic, false);
 }
 TEST_CASE("dvi decoder: rejects a bad magic in a depth frame, and the pair with it") {
     check_rejection(
-        FrameKind::kDepth, [](LinkLines& lines) { break_byte(lines, 0); }, kBehindControl, RejectCause::kMagic,
-        true);
+        FrameKind::kDepth, [](LinkLines& lines) { break_byte(lines, 0); }, kBehindControl,
+        RejectCause::kMagic, true);
 }
 TEST_CASE("dvi decoder: rejects a bad version") {
     check_rejection(
@@ -406,7 +409,8 @@ TEST_CASE("dvi decoder: a colour frame behind a colour frame tears the first pai
 }
 
 TEST_CASE("dvi decoder: a depth frame of another number tears the pair, and the lower of the two is lost") {
-    // 5 and 6: the depth frame's number is wrong, or frames are missing. 8 and 7: the colour frame's is wrong.
+    // 5 and 6: the depth frame's number is wrong, or frames are missing. 8 and 7: the colour frame's is
+    // wrong.
     DecoderBench dut;
     dut.add_start();
     const int first = dut.add(colour(5));
@@ -481,7 +485,7 @@ TEST_CASE("dvi decoder: a reset in the middle of a pair forgets it") {
     dut.run();
     // It reset within the first frame's VSYNC, which is high behind the reset: frames start there.
     std::vector<NumberedEvent> events = {{first + kBehindControl, colour_start(0)},
-                                         {lone + kBehindControl, pair_lost(0)}};
+                                         {lone + kBehindControl, rejected(RejectCause::kPair, 0)}};
     expect_pair(events, good, 1);
     check_events(dut, events);
 }

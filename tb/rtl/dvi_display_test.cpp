@@ -37,8 +37,9 @@ struct DisplayBench {
         display.link_i(link);
         bench.trace(display);
         // The edge under way is the one behind the last that the driver has recorded.
-        display.on_frame(
-            [this](const ColourImage& image) { captures.push_back({bench.core.clock() + 1, image}); });
+        display.on_frame([this](const ColourImage& image) {
+            captures.push_back({bench.core.clock() + 1, image});
+        });
         bench.core.each_clock([this](int clock) {
             const auto index = static_cast<std::size_t>(clock);
             link.write(index < wave.size() ? wave[index] : DviLink{});

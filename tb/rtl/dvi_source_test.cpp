@@ -15,7 +15,7 @@ namespace {
 using rtl::DviLink;
 using rtl::DviSource;
 
-constexpr int kWidth = 12;   // room for a control scanline with one row
+constexpr int kWidth = 12;  // room for a control scanline with one row
 constexpr int kHeight = 3;
 constexpr int kActiveLines = kHeight + 1;
 constexpr int kFirstSync = kSyncLines * line_clocks(kWidth);
@@ -46,8 +46,7 @@ Scenario source_scenario(int pairs, std::vector<Fault> faults = {}) {
     scenario.frames = pairs;
     std::vector<PixelImage> images;
     for (int i = 0; i < 3; ++i) images.push_back(random_image(random, kWidth, kHeight));
-    scenario.renderers.push_back(
-        renderer_of(images, {table_row(1, {1, 0}, {7, 3}, {-1, 2})}));
+    scenario.renderers.push_back(renderer_of(images, {table_row(1, {1, 0}, {7, 3}, {-1, 2})}));
     scenario.faults = std::move(faults);
     return scenario;
 }
@@ -86,7 +85,8 @@ Waveform first_sync() {
 void check_wave(const Recording<DviLink>& sent, int first_clock, const Waveform& wanted) {
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         const int clock = first_clock + static_cast<int>(i);
-        INFO("clock " << clock << ", " << i << " into the waveform: " << sent.at(clock) << " for " << wanted[i]);
+        INFO("clock " << clock << ", " << i << " into the waveform: " << sent.at(clock) << " for "
+                      << wanted[i]);
         REQUIRE(sent.at(clock) == wanted[i]);
     }
 }
@@ -107,7 +107,8 @@ TEST_CASE("dvi source: in reset the link is idle, after it comes one vertical sy
     SourceBench dut(bench, "source", source_scenario(1));
     bench.run_through(kFirstSync + 10);
     CHECK(dut.sent.at(-1) == DviLink{});
-    CHECK(dut.sent.clocks_where([](const DviLink& link) { return link.vsync; }) == clock_range(0, kFirstSync));
+    CHECK(dut.sent.clocks_where([](const DviLink& link) { return link.vsync; }) ==
+          clock_range(0, kFirstSync));
     CHECK(dut.sent.clocks_where([](const DviLink& link) { return link.de; }).empty());
 }
 
@@ -135,12 +136,12 @@ TEST_CASE("dvi source: the control scanline holds the host's record, byte for by
         CHECK(byte_at(line, 3) == 'F');
         CHECK(byte_at(line, 4) == 1);
         CHECK(byte_at(line, 5) == frame % 2);
-        CHECK(byte_at(line, 6) == 1);   // one row
+        CHECK(byte_at(line, 6) == 1);          // one row
         CHECK(byte_at(line, 8) == frame / 2);  // the same number in both frames of a pair
-        CHECK(byte_at(line, 16) == 1);  // Dcomp
-        CHECK(byte_at(line, 18) == 1);  // Sx
-        CHECK(byte_at(line, 22) == 7);  // Sdx
-        CHECK(byte_at(line, 26) == 0xFF);  // Dx = -1
+        CHECK(byte_at(line, 16) == 1);         // Dcomp
+        CHECK(byte_at(line, 18) == 1);         // Sx
+        CHECK(byte_at(line, 22) == 7);         // Sdx
+        CHECK(byte_at(line, 26) == 0xFF);      // Dx = -1
         CHECK(byte_at(line, 27) == 0xFF);
         CHECK(byte_at(line, 28) == 2);  // Dy
         CHECK(byte_at(line, 34) == 0);  // zero behind the content
@@ -216,8 +217,9 @@ TEST_CASE("dvi source: lockstep sends as many pairs as the scenario has frames, 
     CHECK(active.back() < kFirstSync + 2 * kPair);
 }
 
-TEST_CASE("dvi source: free-running sends pair after pair without pause or request, the last image again and "
-          "again") {
+TEST_CASE(
+    "dvi source: free-running sends pair after pair without pause or request, the last image again and "
+    "again") {
     ClockedTestbench bench;
     Scenario scenario = source_scenario(1);
     scenario.pacing = Pacing::kFreeRunning;
@@ -228,10 +230,10 @@ TEST_CASE("dvi source: free-running sends pair after pair without pause or reque
     check_wave(dut.sent, 0, wanted);
 }
 
-// ---- faults ---------------------------------------------------------------------------------------------------
+// ---- faults ---------------------------------------------------------------------------------------------
 
-/// Runs a free-running source with one fault in the colour or depth frame of pair 1 and checks everything up to
-/// the end of pair 2: `spoil` turns the good lines of the faulty frame into what must be sent.
+/// Runs a free-running source with one fault in the colour or depth frame of pair 1 and checks everything up
+/// to the end of pair 2: `spoil` turns the good lines of the faulty frame into what must be sent.
 void check_spoilt_frame(FaultKind kind, FrameKind frame, const std::function<void(LinkLines&)>& spoil) {
     ClockedTestbench bench;
     Scenario scenario = source_scenario(1, {fault_of(kind, 1, frame)});
@@ -291,11 +293,13 @@ TEST_CASE("dvi source: fault number sends the pair's number plus one under a CRC
 }
 
 TEST_CASE("dvi source: fault short-line takes one pixel off the last scanline and keeps the line's clocks") {
-    check_spoilt_frame(FaultKind::kShortLine, FrameKind::kColour, [](LinkLines& lines) { lines.back().pop_back(); });
+    check_spoilt_frame(FaultKind::kShortLine, FrameKind::kColour,
+                       [](LinkLines& lines) { lines.back().pop_back(); });
 }
 
 TEST_CASE("dvi source: fault long-line adds one pixel to the last scanline and keeps the line's clocks") {
-    check_spoilt_frame(FaultKind::kLongLine, FrameKind::kDepth, [](LinkLines& lines) { lines.back().push_back(0); });
+    check_spoilt_frame(FaultKind::kLongLine, FrameKind::kDepth,
+                       [](LinkLines& lines) { lines.back().push_back(0); });
 }
 
 TEST_CASE("dvi source: fault short-frame leaves the last scanline out") {

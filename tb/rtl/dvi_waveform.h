@@ -31,7 +31,8 @@ constexpr int frame_clocks(int active_pixels, int active_lines) {
 }
 
 /// One line of a mode of `active_pixels`; data may be shorter or longer than that, or empty.
-inline void append_line(Waveform& wave, int active_pixels, const std::vector<std::uint32_t>& data, bool vsync) {
+inline void append_line(Waveform& wave, int active_pixels, const std::vector<std::uint32_t>& data,
+                        bool vsync) {
     for (int x = 0; x < line_clocks(active_pixels); ++x) {
         rtl::DviLink link;
         const auto index = static_cast<std::size_t>(x);

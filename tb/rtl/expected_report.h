@@ -6,8 +6,8 @@
 
 namespace metabuffer::test {
 
-/// A report that the test provokes: it is counted, and the simulation goes on. Every other warning or error of
-/// the model fails the test.
+/// A report that the test provokes: it is counted, and the simulation goes on. Every other warning or error
+/// of the model fails the test.
 class ExpectedReport {
   public:
     explicit ExpectedReport(std::string id) : id_(std::move(id)), count_before_(total()) {

@@ -14,8 +14,9 @@ using rtl::SwapLock;
 
 constexpr int kInputs = 4;
 
-/// Counts through all input patterns, one a clock, twice over. What a recording holds at a clock is what stood
-/// just before the next stimulus, so an output that follows its inputs within the clock shows at the same clock.
+/// Counts through all input patterns, one a clock, twice over. What a recording holds at a clock is what
+/// stood just before the next stimulus, so an output that follows its inputs within the clock shows at the
+/// same clock.
 template <typename Drive>
 void play_all_patterns(ClockedTestbench& bench, Drive drive) {
     bench.core.each_clock([drive](int clock) {

@@ -23,7 +23,10 @@ class WatchdogBench : public sc_core::sc_module {
                   ++looks;
                   return progress_;
               },
-              [this] { tripped_at_ns.push_back(static_cast<int>(sc_core::sc_time_stamp().to_seconds() * 1e9 + 0.5)); }) {
+              [this] {
+                  tripped_at_ns.push_back(
+                      static_cast<int>(sc_core::sc_time_stamp().to_seconds() * 1e9 + 0.5));
+              }) {
         SC_THREAD(make_progress);
     }
     SC_HAS_PROCESS(WatchdogBench);

@@ -340,7 +340,7 @@ TEST_CASE("a run leaves pictures of every frame and the last one, a collage and 
     CHECK(files == 8);  // no half-written file beside them
 }
 
-TEST_CASE("--quiet prints nothing, and results go to out/NAME by default", "[program]") {
+TEST_CASE("option --quiet prints nothing; results go to out/NAME by default", "[program]") {
     const Workplace place;
     const ProgramResult result = run_program(place, {"run", "scenario.yaml", "--quiet"});
     CHECK(result.status == kExitDone);
@@ -354,7 +354,7 @@ TEST_CASE("--quiet prints nothing, and results go to out/NAME by default", "[pro
     CHECK(place.exists("t.vcd"));
 }
 
-TEST_CASE("--frames shows that many frames", "[program]") {
+TEST_CASE("option --frames shows that many frames", "[program]") {
     const Workplace place;
     CHECK(place.run({"--frames", "1"}).status == kExitDone);
     CHECK(place.report().at("frames").size() == 1);
@@ -367,7 +367,7 @@ TEST_CASE("--frames shows that many frames", "[program]") {
     CHECK(text_of(place / "out/display_2.0004.png") == text_of(place / "out/display_2.0001.png"));
 }
 
-TEST_CASE("--set overrides what the file says", "[program]") {
+TEST_CASE("option --set overrides what the file says", "[program]") {
     const Workplace place;
     CHECK(place
               .run({"--set", "displays.background=[9, 8, 7]", "--set", "renderers.0.frames.1.viewport.x=20",
@@ -446,7 +446,7 @@ TEST_CASE("report.json has every key that is promised", "[program]") {
     CHECK(total(report, "starved_pixels") == starved);
 }
 
-TEST_CASE("--strict fails a run in which something starved or was rejected", "[program]") {
+TEST_CASE("option --strict fails a run in which something starved or was rejected", "[program]") {
     const Workplace place;
     CHECK(place.run(kNarrow).status == kExitDone);
     const ProgramResult starved = place.run(kNarrow + std::vector<std::string>{"--strict"});
@@ -625,7 +625,7 @@ TEST_CASE("a window whose event does not happen leaves no waveform and says so",
     }
 }
 
-TEST_CASE("--trace-modules chooses the blocks that are traced", "[program][trace]") {
+TEST_CASE("option --trace-modules chooses the blocks that are traced", "[program][trace]") {
     const Workplace place;
     const std::vector<std::string> some{"--trace", "t.vcd", "--trace-modules", "composer_1_*,swap_lock"};
     REQUIRE(place.run(some).status == kExitDone);

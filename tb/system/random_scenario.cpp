@@ -33,6 +33,11 @@ DisplayConfig random_displays(Random& random) {
         displays.width_pixels = random.between(4, 20);  // the raster has sixteen times the pixels
         displays.height_pixels = random.between(3, 16);
     }
+    if (random.one_in(8)) {  // so short a frame that the handshakes of two frames meet
+        displays.supersample = 1;
+        displays.width_pixels = random.between(1, 3);
+        displays.height_pixels = random.between(1, 2);
+    }
     for (std::uint8_t& background : displays.background) background = channel(random);
     return displays;
 }

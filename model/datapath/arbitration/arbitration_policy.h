@@ -11,8 +11,8 @@ namespace metabuffer {
 
 /// What the arbiter sees of one table row at a clock.
 struct BusRequest {
-    bool pending = false;        ///< pixels of its segment are still to be sent
-    bool ready = false;          ///< its composer's BUSREADY is high
+    bool pending = false;         ///< pixels of its segment are still to be sent
+    bool ready = false;           ///< its composer's BUSREADY is high
     std::int64_t next_pixel = 0;  ///< index of the next pixel to send
 };
 

@@ -6,8 +6,8 @@
 
 namespace metabuffer {
 
-/// A cyclic slot table, with or without recovery of slots that their owner cannot use. Proportional slots with
-/// recovery are IRSA, without it plain slot allocation; equal slots with recovery are round robin.
+/// A cyclic slot table, with or without recovery of slots that their owner cannot use. Proportional slots
+/// with recovery are IRSA, without it plain slot allocation; equal slots with recovery are round robin.
 class SlotTablePolicy final : public ArbitrationPolicy {
   public:
     enum class Slots : std::uint8_t { kProportional, kEqual };

@@ -31,6 +31,16 @@ std::string error_after(const std::function<void(Scenario&)>& spoil) {
 
 }  // namespace
 
+TEST_CASE("rules: a scenario's name is no path, and a pair's number is spoilt in one frame only") {
+    CHECK(error_after([](Scenario& s) { s.name = "../elsewhere"; }) ==
+          "name: '../elsewhere' is a path; use a plain name, without slashes");
+    CHECK(error_after([](Scenario& s) {
+              s.faults = {{0, 1, FaultKind::kNumber, FrameKind::kColour, 0},
+                          {0, 1, FaultKind::kNumber, FrameKind::kDepth, 0}};
+          }) == "faults[0].kind: number on both frames of a pair makes it a good pair of another number; use it "
+                "on one");
+}
+
 TEST_CASE("rules: a scenario built in C++ passes") {
     CHECK_NOTHROW(check_scenario(built()));
     CHECK(error_after([](Scenario& s) { s.composer.buffer_pixels = 1; }).empty());

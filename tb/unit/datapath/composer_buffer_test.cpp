@@ -1,0 +1,306 @@
+#include "datapath/composer_buffer.h"
+
+#include <catch2/catch.hpp>
+#include <deque>
+#include <map>
+#include <memory>
+#include <set>
+#include <stdexcept>
+
+#include "random_seed.h"
+#include "unit/datapath/painted_segment.h"
+
+namespace metabuffer {
+namespace {
+
+constexpr int kWidth = 12;
+constexpr int kHeight = 8;
+constexpr test::RasterSize kRaster{kWidth, kHeight};
+
+ViewportRow row_of(int sdx, int sdy, int multiple = 1) {
+    ViewportRow row;
+    row.dcomp = 1;
+    row.sdx = static_cast<std::uint16_t>(sdx);
+    row.sdy = static_cast<std::uint16_t>(sdy);
+    row.dmultiple = static_cast<std::uint16_t>(multiple);
+    return row;
+}
+
+void begin(ComposerBuffer& buffer, const ViewportRow& row) {
+    buffer.begin_frame();
+    buffer.set_row(row);
+    buffer.end_table();
+}
+
+Pixel numbered(std::int64_t n) { return Pixel(static_cast<std::uint64_t>(n) + 1); }
+
+TEST_CASE("composer buffer: a new one is empty, has no frame and takes two tables") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    CHECK(buffer.capacity_pixels() == 4);
+    CHECK(buffer.free_pixels() == 4);
+    CHECK(buffer.held_pixels() == 0);
+    CHECK_FALSE(buffer.table_complete());
+    CHECK_FALSE(buffer.has_segment());
+    CHECK(buffer.can_begin_frame());
+    buffer.begin_frame();
+    CHECK(buffer.can_begin_frame());
+    buffer.begin_frame();
+    CHECK_FALSE(buffer.can_begin_frame());
+    CHECK_THROWS_AS(buffer.begin_frame(), std::logic_error);
+}
+
+TEST_CASE("composer buffer: a frame has no segment until its row comes, and its table ends when it is told") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    buffer.begin_frame();
+    CHECK_FALSE(buffer.table_complete());
+    CHECK_FALSE(buffer.has_segment());
+    CHECK(buffer.segment_complete());  // nothing is missing of no segment
+    buffer.set_row(row_of(2, 1));
+    CHECK(buffer.has_segment());
+    CHECK_FALSE(buffer.segment_complete());
+    CHECK_FALSE(buffer.table_complete());
+    buffer.end_table();
+    CHECK(buffer.table_complete());
+}
+
+TEST_CASE("composer buffer: filled to the brim and not beyond") {
+    ComposerBuffer buffer(3, kWidth, kHeight);
+    begin(buffer, row_of(5, 1));
+    for (int k = 0; k < 3; ++k) {
+        CHECK(buffer.push(numbered(k)));
+        CHECK(buffer.held_pixels() == k + 1);
+    }
+    CHECK(buffer.free_pixels() == 0);
+    CHECK_THROWS_AS(buffer.push(numbered(3)), std::logic_error);
+}
+
+TEST_CASE("composer buffer: a pixel that comes after its release is dropped, the next one is kept") {
+    ComposerBuffer buffer(3, kWidth, kHeight);
+    begin(buffer, row_of(5, 1));
+    buffer.push(numbered(0));
+    buffer.release_through(0);
+    buffer.release_through(1);  // composited without pixels 1 and 2
+    buffer.release_through(2);
+    CHECK(buffer.held_pixels() == 0);
+    CHECK_FALSE(buffer.push(numbered(1)));
+    CHECK_FALSE(buffer.push(numbered(2)));
+    CHECK(buffer.held_pixels() == 0);
+    CHECK(buffer.push(numbered(3)));
+    CHECK(buffer.held_pixels() == 1);
+    CHECK(buffer.at_address(buffer.address_of(3)) == numbered(3));
+}
+
+TEST_CASE("composer buffer: a release lets go of all before it, there or not") {
+    ComposerBuffer buffer(6, kWidth, kHeight);
+    begin(buffer, row_of(6, 1));
+    for (int k = 0; k < 4; ++k) buffer.push(numbered(k));
+    buffer.release_through(2);
+    CHECK(buffer.held_pixels() == 1);
+    buffer.release_through(4);
+    CHECK(buffer.held_pixels() == 0);
+    CHECK_FALSE(buffer.push(numbered(4)));
+    CHECK(buffer.push(numbered(5)));
+    CHECK(buffer.held_pixels() == 1);
+}
+
+TEST_CASE("composer buffer: what still comes of a frame that is over is dropped") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    begin(buffer, row_of(2, 2));
+    buffer.push(numbered(0));
+    for (int k = 0; k < 4; ++k) buffer.release_through(k);
+    buffer.end_frame();
+    CHECK_FALSE(buffer.push(numbered(1)));
+    CHECK_FALSE(buffer.push(numbered(2)));
+    CHECK_FALSE(buffer.push(numbered(3)));
+    begin(buffer, row_of(1, 1));
+    CHECK(buffer.push(numbered(50)));
+    CHECK(buffer.at_address(buffer.address_of(0)) == numbered(50));
+}
+
+TEST_CASE("composer buffer: the next frame's pixels do not count for the one that is composited") {
+    ComposerBuffer buffer(6, kWidth, kHeight);
+    begin(buffer, row_of(2, 1));
+    buffer.push(numbered(0));
+    buffer.push(numbered(1));
+    begin(buffer, row_of(3, 1));
+    buffer.push(numbered(100));
+    buffer.push(numbered(101));
+    CHECK(buffer.held_pixels() == 4);
+    CHECK(buffer.segment_complete());
+    CHECK(buffer.segment().pixels() == 2);
+    CHECK_FALSE(buffer.has_arrived(2));
+    buffer.release_through(0);
+    buffer.release_through(1);
+    buffer.end_frame();
+    CHECK(buffer.held_pixels() == 2);
+    CHECK(buffer.segment().pixels() == 3);
+    CHECK_FALSE(buffer.segment_complete());
+    CHECK(buffer.has_arrived(1));
+    CHECK_FALSE(buffer.has_arrived(2));
+    CHECK(buffer.at_address(buffer.address_of(0)) == numbered(100));
+    CHECK(buffer.at_address(buffer.address_of(1)) == numbered(101));
+}
+
+// ---- against a buffer without addresses -----------------------------------------------------------------
+
+/// Each frame holds its pixels by their index in a map; nothing wraps.
+class MapBuffer {
+  public:
+    struct Frame {
+        bool complete = false;
+        bool has_row = false;
+        std::int64_t pixels = 0;
+        std::int64_t arrived = 0;
+        std::int64_t released = 0;
+        std::map<std::int64_t, Pixel> held;
+    };
+
+    void begin_frame() {
+        frames_.push_back(std::make_shared<Frame>());
+        receiving_ = frames_.back();
+    }
+    std::shared_ptr<Frame> receiving() const { return receiving_; }
+    std::shared_ptr<Frame> head() const { return frames_.empty() ? nullptr : frames_.front(); }
+    std::size_t frames() const { return frames_.size(); }
+    bool push(Pixel pixel) {
+        const std::int64_t k = receiving_->arrived++;
+        if (k < receiving_->released) return false;
+        receiving_->held[k] = pixel;
+        return true;
+    }
+    void release() {
+        head()->held.erase(head()->released);
+        ++head()->released;
+    }
+    void end_frame() { frames_.pop_front(); }
+    int held() const {
+        std::size_t sum = 0;
+        for (const auto& frame : frames_) sum += frame->held.size();
+        return static_cast<int>(sum);
+    }
+
+  private:
+    std::deque<std::shared_ptr<Frame>> frames_;
+    std::shared_ptr<Frame> receiving_;  ///< the newest, even if it is over
+};
+
+void check_same(const ComposerBuffer& buffer, const MapBuffer& wanted) {
+    REQUIRE(buffer.held_pixels() == wanted.held());
+    REQUIRE(buffer.free_pixels() == buffer.capacity_pixels() - wanted.held());
+    REQUIRE(buffer.can_begin_frame() == (wanted.frames() < 2));
+    const auto head = wanted.head();
+    REQUIRE(buffer.table_complete() == (head != nullptr && head->complete));
+    REQUIRE(buffer.has_segment() == (head != nullptr && head->has_row));
+    if (head == nullptr || !head->has_row) return;
+    REQUIRE(buffer.segment_complete() == (head->arrived == head->pixels));
+    for (std::int64_t k = 0; k < head->pixels; ++k) REQUIRE(buffer.has_arrived(k) == (k < head->arrived));
+    std::set<int> addresses;
+    for (const auto& [k, pixel] : head->held) {
+        const int address = buffer.address_of(k);
+        REQUIRE(address >= 0);
+        REQUIRE(address < buffer.capacity_pixels());
+        REQUIRE(addresses.insert(address).second);
+        REQUIRE(buffer.at_address(address) == pixel);
+    }
+}
+
+/// Plays tables, pixels, releases and frame ends in a random order that the protocol allows.
+void play(test::Random& random, int capacity, int steps) {
+    ComposerBuffer buffer(capacity, kWidth, kHeight);
+    MapBuffer wanted;
+    std::int64_t number = 0;
+    std::int64_t to_come = 0;  // pixels of the frame that is received
+    for (int step = 0; step < steps; ++step) {
+        INFO("step " << step);
+        const auto head = wanted.head();
+        switch (random.between(0, 3)) {
+            case 0:  // the bus: a table, when the frame before has been sent
+                if (to_come > 0 || wanted.frames() == 2) break;
+                buffer.begin_frame();
+                wanted.begin_frame();
+                check_same(buffer, wanted);
+                if (!random.one_in(5)) {
+                    const ViewportRow row = test::random_valid_row(random, kRaster, 3);
+                    buffer.set_row(row);
+                    wanted.receiving()->has_row = true;
+                    wanted.receiving()->pixels = to_come = std::int64_t{row.sdx} * row.sdy;
+                    check_same(buffer, wanted);
+                }
+                buffer.end_table();
+                wanted.receiving()->complete = true;
+                break;
+            case 1:  // the bus: some pixels
+                for (int i = random.between(1, 8); i > 0 && to_come > 0; --i) {
+                    const bool late = wanted.receiving()->arrived < wanted.receiving()->released;
+                    if (wanted.held() == capacity && !late) {
+                        REQUIRE_THROWS_AS(ComposerBuffer(buffer).push(numbered(number)), std::logic_error);
+                        break;
+                    }
+                    REQUIRE(buffer.push(numbered(number)) == wanted.push(numbered(number)));
+                    ++number;
+                    --to_come;
+                    check_same(buffer, wanted);
+                }
+                break;
+            case 2:  // the pipeline: lets pixels go, there or not
+                if (head == nullptr || !head->complete) break;
+                for (int i = random.between(1, 8); i > 0 && head->released < head->pixels; --i) {
+                    // Mostly it takes what is there; starving is the exception.
+                    if (head->released >= head->arrived && !random.one_in(20)) break;
+                    buffer.release_through(head->released);
+                    wanted.release();
+                    check_same(buffer, wanted);
+                }
+                break;
+            default:  // the pipeline: the raster is through
+                if (head == nullptr || !head->complete || head->released < head->pixels) break;
+                buffer.end_frame();
+                wanted.end_frame();
+                break;
+        }
+        check_same(buffer, wanted);
+    }
+    REQUIRE(number > steps / 10);
+}
+
+TEST_CASE("composer buffer: agrees with a buffer without addresses under random use, at any capacity") {
+    const auto seed = test::random_seed(132);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    for (const int capacity : {1, 2, 3, 7, 16, 64, 200}) {
+        INFO("capacity " << capacity);
+        play(random, capacity, 3000);
+    }
+}
+
+TEST_CASE(
+    "composer buffer: with the walker's releases it never holds a pixel longer than painting needs it") {
+    const auto seed = test::random_seed(133);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    for (int trial = 0; trial < 200; ++trial) {
+        const ViewportRow row = test::random_valid_row(random, kRaster, 4);
+        INFO("trial " << trial << ": sdx " << row.sdx << ", sdy " << row.sdy << ", dx " << row.dx << ", dy "
+                      << row.dy << ", multiple " << row.dmultiple);
+        const test::PaintedSegment painted(row, kRaster);
+        const auto pixels = static_cast<std::int64_t>(painted.last.size());
+        ComposerBuffer buffer(static_cast<int>(pixels), kWidth, kHeight);
+        begin(buffer, row);
+        for (std::int64_t k = 0; k < pixels; ++k) buffer.push(numbered(k));
+        SegmentWalker walker(buffer.segment(), true, kWidth, kHeight);
+        for (std::int64_t position = 0; position < kWidth * kHeight; ++position) {
+            const std::int64_t k = painted.owner[static_cast<std::size_t>(position)];
+            if (k != test::PaintedSegment::kNone) {
+                REQUIRE(buffer.at_address(buffer.address_of(walker.pixel())) == numbered(k));
+            }
+            if (walker.covered() && walker.last_use()) buffer.release_through(walker.pixel());
+            walker.advance();
+            std::int64_t needed = 0;
+            for (const std::int64_t last : painted.last) needed += last > position ? 1 : 0;
+            REQUIRE(buffer.held_pixels() == needed);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace metabuffer

@@ -1,0 +1,93 @@
+#include <catch2/catch.hpp>
+#include <cstddef>
+#include <set>
+
+#include "datapath/composer_buffer.h"
+#include "random_seed.h"
+#include "unit/datapath/painted_segment.h"
+
+namespace metabuffer {
+namespace {
+
+using test::PaintedSegment;
+using test::RasterSize;
+
+void check_walk(const ViewportRow& row, RasterSize raster) {
+    INFO("raster " << raster.width << " x " << raster.height << ", sdx " << row.sdx << ", sdy " << row.sdy
+                   << ", dx " << row.dx << ", dy " << row.dy << ", multiple " << row.dmultiple);
+    const PaintedSegment wanted(row, raster);
+    SegmentWalker walker(Segment(row, raster.width, raster.height), true, raster.width, raster.height);
+    std::set<std::int64_t> source_rows_seen;  // by an earlier raster row
+    for (int y = 0; y < raster.height; ++y) {
+        std::int64_t source_row = PaintedSegment::kNone;
+        for (int x = 0; x < raster.width; ++x) {
+            INFO("raster pixel " << x << ", " << y);
+            const std::int64_t position = std::int64_t{y} * raster.width + x;
+            const std::int64_t k = wanted.owner[static_cast<std::size_t>(position)];
+            REQUIRE_FALSE(walker.done());
+            REQUIRE(walker.x() == x);
+            REQUIRE(walker.y() == y);
+            REQUIRE(walker.covered() == (k != PaintedSegment::kNone));
+            if (k != PaintedSegment::kNone) {
+                source_row = k / row.sdx;
+                REQUIRE(walker.pixel() == k);
+                REQUIRE(walker.column() == k % row.sdx);
+                REQUIRE(walker.row_first_pixel() == source_row * row.sdx);
+                REQUIRE(walker.row_phase() == (y - row.dy) % row.dmultiple);
+                REQUIRE(walker.last_use() == (wanted.last[static_cast<std::size_t>(k)] == position));
+                REQUIRE(walker.replayed() == (source_rows_seen.count(source_row) == 1));
+            }
+            walker.advance();
+        }
+        source_rows_seen.insert(source_row);
+    }
+    REQUIRE(walker.done());
+}
+
+TEST_CASE("segment walker: without a segment it walks the whole raster and covers nothing") {
+    SegmentWalker walker(Segment(), false, 5, 3);
+    for (int position = 0; position < 15; ++position) {
+        REQUIRE_FALSE(walker.done());
+        REQUIRE_FALSE(walker.covered());
+        REQUIRE_FALSE(walker.replayed());
+        walker.advance();
+    }
+    CHECK(walker.done());
+}
+
+TEST_CASE("segment walker: a fresh one is done, it has no raster") { CHECK(SegmentWalker().done()); }
+
+TEST_CASE("segment walker: agrees with painting for every valid row on a small raster") {
+    const RasterSize raster{5, 4};
+    ViewportRow row;
+    row.dcomp = 1;
+    for (int multiple = 1; multiple <= 4; ++multiple) {
+        row.dmultiple = static_cast<std::uint16_t>(multiple);
+        for (int dx = 1 - multiple; dx < raster.width; ++dx) {
+            for (int sdx = 1; dx + (sdx - 1) * multiple < raster.width; ++sdx) {
+                for (int dy = 1 - multiple; dy < raster.height; ++dy) {
+                    for (int sdy = 1; dy + (sdy - 1) * multiple < raster.height; ++sdy) {
+                        row.dx = static_cast<std::int16_t>(dx);
+                        row.dy = static_cast<std::int16_t>(dy);
+                        row.sdx = static_cast<std::uint16_t>(sdx);
+                        row.sdy = static_cast<std::uint16_t>(sdy);
+                        check_walk(row, raster);
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST_CASE("segment walker: agrees with painting for random rows, clipped on any side, of any multiple") {
+    const auto seed = test::random_seed(131);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    for (int trial = 0; trial < 300; ++trial) {
+        const RasterSize raster{random.between(1, 40), random.between(1, 30)};
+        check_walk(test::random_valid_row(random, raster, random.one_in(5) ? 255 : 9), raster);
+    }
+}
+
+}  // namespace
+}  // namespace metabuffer
