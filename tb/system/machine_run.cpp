@@ -11,9 +11,9 @@ const sc_core::sc_time kFarTooLong(2.0, sc_core::SC_SEC);
 
 }  // namespace
 
-MachineRun::MachineRun(const std::string& name, Scenario scenario)
+MachineRun::MachineRun(const std::string& name, Scenario scenario, rtl::ClockGating gating)
     : scenario_(std::move(scenario)),
-      machine_(std::make_unique<rtl::Metabuffer>(name.c_str(), scenario_)),
+      machine_(std::make_unique<rtl::Metabuffer>(name.c_str(), scenario_, gating)),
       shown_(static_cast<std::size_t>(scenario_.frames * scenario_.displays.count())),
       glitches_(scenario_.renderers.size() * static_cast<std::size_t>(scenario_.displays.count())),
       located_(glitches_.size()) {

@@ -14,7 +14,7 @@ namespace metabuffer::test {
 /// by side; each has its own clocks.
 class MachineRun {
   public:
-    MachineRun(const std::string& name, Scenario scenario);
+    MachineRun(const std::string& name, Scenario scenario, rtl::ClockGating gating = rtl::ClockGating::kOn);
     MachineRun(const MachineRun&) = delete;
     MachineRun& operator=(const MachineRun&) = delete;
 
