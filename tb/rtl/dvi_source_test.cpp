@@ -41,7 +41,7 @@ struct SourceBench {
 };
 
 Scenario source_scenario(int pairs, std::vector<Fault> faults = {}) {
-    Random random(random_seed(11));
+    Random random(11);
     Scenario scenario = small_scenario(8, 8);
     scenario.frames = pairs;
     std::vector<PixelImage> images;
@@ -380,6 +380,17 @@ TEST_CASE("dvi source: a reset in the middle of a pair starts all over with the 
     Waveform wanted = first_sync();
     append_pair(wanted, dut.scenario, 0);
     check_wave(dut.sent, reset_clock + 1, wanted);
+}
+
+TEST_CASE("dvi source: a reset is taken after any number of idle clocks") {
+    ClockedTestbench bench;
+    SourceBench dut(bench, "source", source_scenario(1));
+    const int restart = kFirstSync + 500;
+    bench.core.pulse(bench.reset, restart);
+    bench.run_through(restart + kFirstSync + 10);
+    CHECK_FALSE(dut.sent.at(restart).vsync);
+    check_wave(dut.sent, restart + 1, first_sync());
+    CHECK_FALSE(dut.sent.at(restart + 1 + kFirstSync).vsync);
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ Scenario output_scenario(int supersample = 1, StarvationMode mode = StarvationMo
 }
 
 std::vector<Pixel> raster(std::uint64_t seed, int pixels = kPixels) {
-    Random random(random_seed(seed));
+    Random random(seed);
     return random_image(random, pixels, 1).values;
 }
 
@@ -303,6 +303,17 @@ TEST_CASE("output framebuffer: a STARTFRAME held by COLUMNSTALL counts when the 
     CHECK(dut.pipereadies.falls() == std::vector<int>{start + 2});
     CHECK(dut.framedones.rises() == std::vector<int>{start + 2 + kPixels});
     check_wave(dut.links, display_wave({shown(pixels)}));
+}
+
+TEST_CASE(
+    "output framebuffer: every clock that the column stands still is counted, a frame under way or not") {
+    ClockedTestbench bench;
+    OutputBench dut(bench, "dut", output_scenario(1, StarvationMode::kStall), bench.core);
+    bench.core.drive(dut.column_stall, 100, true);
+    bench.core.drive(dut.column_stall, 117, false);
+    bench.core.pulse(dut.column_stall, 300);
+    bench.run_through(400);
+    CHECK(dut.framebuffer.stalled_cycles() == 17 + 1);
 }
 
 // ---- two clocks -----------------------------------------------------------------------------------------

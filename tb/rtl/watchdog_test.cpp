@@ -27,7 +27,7 @@ class WatchdogBench : public sc_core::sc_module {
                   tripped_at_ns.push_back(
                       static_cast<int>(sc_core::sc_time_stamp().to_seconds() * 1e9 + 0.5));
               }) {
-        SC_THREAD(make_progress);
+        SC_METHOD(make_progress);
     }
     SC_HAS_PROCESS(WatchdogBench);
 
@@ -36,13 +36,14 @@ class WatchdogBench : public sc_core::sc_module {
 
   private:
     void make_progress() {
-        for (const int at_ns : progress_at_ns_) {
-            wait(sc_time(at_ns, sc_core::SC_NS) - sc_core::sc_time_stamp());
-            ++progress_;
+        if (sc_core::sc_time_stamp() > sc_core::SC_ZERO_TIME) ++progress_;
+        if (next_ < progress_at_ns_.size()) {
+            next_trigger(sc_time(progress_at_ns_[next_++], sc_core::SC_NS) - sc_core::sc_time_stamp());
         }
     }
 
     std::vector<int> progress_at_ns_;
+    std::size_t next_ = 0;
     std::int64_t progress_ = 0;
     Watchdog watchdog_;
 };

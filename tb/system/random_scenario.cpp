@@ -285,8 +285,6 @@ Scenario random_scenario(std::uint64_t seed) {
     scenario.link_timeout_pairs = random.between(1, 4);
     if (random.one_in(3)) {
         add_random_faults(random, scenario);
-        // The pair behind a rejected one needs up to two pair times from the moment the machine gives up.
-        scenario.link_timeout_pairs = std::max(scenario.link_timeout_pairs, 2);
     }
     check_scenario(scenario);
     return scenario;
