@@ -23,7 +23,7 @@ class ComposerBuffer {
     /// capacity_pixels: 1 or more. The raster is that of the composer's display.
     ComposerBuffer(int capacity_pixels, int raster_width_pixels, int raster_height_pixels);
 
-    // ---- the bus side -------------------------------------------------------------------------------------
+    // ---- the bus side ----
 
     /// True if another frame's table can be taken.
     bool can_begin_frame() const { return frames_ < kFrames; }
@@ -36,7 +36,7 @@ class ComposerBuffer {
     /// The next pixel of the segment. False if it came too late and was dropped.
     bool push(Pixel pixel);
 
-    // ---- the pipeline side: the oldest frame --------------------------------------------------------------
+    // ---- the pipeline side: the oldest frame ----
 
     bool has_frame() const { return frames_ > 0; }
     /// The oldest frame's table is known to its end.

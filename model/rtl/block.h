@@ -82,6 +82,8 @@ class Synchronizer {
         captured_ = input;
         return stable_;
     }
+    /// Nothing is on its way: with the input as it is, sample() goes on giving the same value.
+    bool settled(const Value& input) const { return captured_ == input && stable_ == input; }
     void reset() { captured_ = stable_ = Value{}; }
 
   private:

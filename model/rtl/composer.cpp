@@ -74,8 +74,7 @@ bool Composer::idle(bool was_running) const {
            !(pipemaster_ && pipeready_) && bus_i.read().kind == BusBeat::Kind::kNone;
 }
 
-// ---- the pipeline side
-// ----------------------------------------------------------------------------------------
+// ---- the pipeline side ----
 
 void Composer::pipeline_edge() {
     bool start = false;
@@ -159,8 +158,7 @@ bool Composer::next_pixel_missing() const {
     return running_ && walker_.covered() && !buffer_.has_arrived(walker_.pixel());
 }
 
-// ---- the bus side
-// ---------------------------------------------------------------------------------------------
+// ---- the bus side ----
 
 void Composer::bus_edge() {
     const BusBeat& beat = bus_i.read();
@@ -209,8 +207,7 @@ void Composer::take_beat(const BusBeat& beat) {
     counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, buffer_.held_pixels());
 }
 
-// ---- the handshakes
-// -------------------------------------------------------------------------------------------
+// ---- the handshakes ----
 
 bool Composer::slot_ready() const { return buffer_.free_pixels() - announced_ >= ready_space_pixels_; }
 

@@ -16,8 +16,7 @@ namespace metabuffer::rtl {
 ///
 /// Timing, in core clocks; all outputs are registered:
 /// - pipeline: the pixel on pipe_i at an edge leaves, composited, on pipe_o after it. STARTFRAME is relayed
-/// the
-///   same way, one clock ahead of pixel 0. The composer strapped PIPEMASTER makes the upstream pixel itself
+///   the same way, one clock ahead of pixel 0. The composer strapped PIPEMASTER makes the upstream pixel itself
 ///   (background, A = 0, far) and answers its own PIPEREADY with STARTFRAME one clock later.
 /// - buffer: a pixel sampled from the bus at an edge can be composited at the next one.
 /// - BUSREADY: with no burst for this composer under way, or with the rest of it fitting one beat, high while
@@ -25,15 +24,15 @@ namespace metabuffer::rtl {
 ///   beat on its way and one more fit; the first low clock ends the burst, and the beat sampled after it is
 ///   its last.
 /// - PIPEREADY rises after the edge that sees PIPEREADY from below while this composer is prefetched, and
-/// falls
-///   after the edge that sees STARTFRAME. Prefetched: the next frame's table is complete and its segment is
+///   falls after the edge that sees STARTFRAME. Prefetched: the next frame's table is complete and its segment is
 ///   empty, wholly in the buffer, or the buffer takes no further slot.
 /// - starvation: a covered raster pixel whose segment pixel is not there. `glitch`: the upstream pixel passes
 ///   and is counted. `stall`: STALL is raised one clock ahead, and the column stands still at the next edge;
-///   while COLUMNSTALL is high no register of the pipeline side changes.
+///   while COLUMNSTALL is high no register of the pipeline side changes. In `glitch` mode COLUMNSTALL is not
+///   looked at.
 ///
 /// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a third
-/// table.
+/// frame's table.
 class Composer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock

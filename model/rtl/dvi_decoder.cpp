@@ -21,6 +21,11 @@ RejectCause cause_of(ScanlineDefect defect) {
     }
 }
 
+/// The earlier of two frame numbers, which count modulo 2^32.
+std::uint32_t earlier(std::uint32_t a, std::uint32_t b) {
+    return static_cast<std::int32_t>(a - b) < 0 ? a : b;
+}
+
 }  // namespace
 
 DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing)
@@ -144,7 +149,7 @@ void DviDecoder::end_control_scanline() {
         return;
     }
     // Where the two frames of a pair differ, the lower number is the pair that is lost now.
-    const std::uint32_t lost = expect_ == Expect::kDepth ? std::min(number, number_) : number;
+    const std::uint32_t lost = expect_ == Expect::kDepth ? earlier(number, number_) : number;
     if (expect_ == Expect::kAnyColour) {
         in_frame_ = false;  // its colour frame has been rejected or was never seen
     } else {

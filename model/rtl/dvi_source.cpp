@@ -63,13 +63,11 @@ void DviSource::clock_edge() {
             state_ = State::kIdle;
             [[fallthrough]];
         case State::kIdle:
-            if (start_next_frame()) {
-                step_raster();
-            }
+            start_frame_or_blank();
             break;
         case State::kSilence:
-            if (--silence_clocks_ == 0 && start_next_frame()) {
-                step_raster();
+            if (--silence_clocks_ == 0) {
+                start_frame_or_blank();
             }
             break;
         case State::kFrame:
@@ -89,6 +87,15 @@ const Fault* DviSource::fault_of(FrameKind kind, FaultKind fault) const {
         }
     }
     return nullptr;
+}
+
+void DviSource::start_frame_or_blank() {
+    if (start_next_frame()) {
+        step_raster();
+    } else if (link_.vsync) {
+        link_ = DviLink{};  // the sync is over, the pause goes on in blanking
+        link_o.write(link_);
+    }
 }
 
 /// Decides what follows a frame, a silence or an idle clock: true if a frame starts in this clock.

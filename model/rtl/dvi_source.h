@@ -37,6 +37,7 @@ class DviSource final : public Block {
 
     void end_of_elaboration() override;
     void clock_edge();
+    void start_frame_or_blank();
     bool start_next_frame();
     void prepare_frame();
     const Fault* fault_of(FrameKind kind, FaultKind fault) const;

@@ -40,8 +40,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
     dont_initialize();
 }
 
-// ---- the link's side
-// ------------------------------------------------------------------------------------------
+// ---- the link's side ----
 
 void InputFramebuffer::link_reset() {
     back_bank_ = BackBank::kFree;
@@ -169,8 +168,7 @@ void InputFramebuffer::swap_banks() {
     back_bank_ = BackBank::kFree;
 }
 
-// ---- the bus side
-// ---------------------------------------------------------------------------------------------
+// ---- the bus side ----
 
 void InputFramebuffer::reset() {
     state_ = State::kRequest;

@@ -23,14 +23,12 @@ namespace metabuffer::rtl {
 ///
 /// The bus side, in core clocks, one beat a clock at most:
 /// - table: one frame-start beat, then each row in 128 / width_bits clocks (at least one), once every
-/// composer's
-///   TABLEREADY is high; until then it polls.
+///   composer's TABLEREADY is high; until then it polls.
 /// - bursts: with no burst under way the arbiter is asked; a grant's first beat goes out in the same clock,
 ///   unless its page must be opened first, and beats follow each other without a gap on an open page. A beat
 ///   never crosses a page.
 /// - BUSREADY is read one clock after its composer wrote it. In a burst, a low one stops it before the
-/// clock's
-///   beat, and the arbiter is asked in that same clock. A composer whose BUSREADY cannot count the last beat
+///   clock's beat, and the arbiter is asked in that same clock. A composer whose BUSREADY cannot count the last beat
 ///   yet (a burst of one beat in the clock before, or one stopped while a beat was moving) is passed over.
 class InputFramebuffer final : public Block {
   public:
@@ -52,13 +50,7 @@ class InputFramebuffer final : public Block {
     std::string waiting_for() const override;
 
     /// Counters of bus and table; what the link rejected is the decoder's.
-    const RendererCounters& renderer_counters() const { return renderer_counters_; }
-    const BusCounters& counters() const { return renderer_counters_.bus; }
-    std::int64_t repeated_frames() const { return renderer_counters_.repeated_frames; }
-    std::int64_t dropped_frames() const { return renderer_counters_.dropped_frames; }
-    const std::array<std::int64_t, kRowDefectCount>& rejected_rows() const {
-        return renderer_counters_.rejected_rows;
-    }
+    const RendererCounters& counters() const { return renderer_counters_; }
 
     /// What a composited frame was made of.
     struct FrameSource {

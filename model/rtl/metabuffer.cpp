@@ -289,13 +289,12 @@ void Metabuffer::finish() {
     }
 }
 
-// ---- the watchdog
-// ---------------------------------------------------------------------------------------------
+// ---- the watchdog ----
 
 std::int64_t Metabuffer::progress() const {
     std::int64_t count = raster_pixels_taken();
     for (const auto& framebuffer : input_framebuffers_) {
-        const BusCounters& bus = framebuffer->counters();
+        const BusCounters& bus = framebuffer->counters().bus;
         count += bus.pixels_sent + bus.table_cycles;
         if (scenario_.pacing == Pacing::kLockstep) {
             count += framebuffer->link_pixels();  // a free-running link never stops
@@ -354,8 +353,7 @@ void Metabuffer::watchdog_timeout() {
     finish_event_.notify(sc_core::SC_ZERO_TIME);
 }
 
-// ---- what a run tells
-// -----------------------------------------------------------------------------------------
+// ---- what a run tells ----
 
 std::int64_t Metabuffer::raster_pixels_taken() const {
     std::int64_t count = 0;
@@ -409,7 +407,7 @@ RunReport Metabuffer::report() const {
     report.frames = frame_records();
     for (std::size_t r = 0; r < renderers(); ++r) {
         const InputFramebuffer& framebuffer = *input_framebuffers_[r];
-        RendererCounters counters = framebuffer.renderer_counters();
+        RendererCounters counters = framebuffer.counters();
         counters.name = scenario_.renderers[r].name;
         counters.rejected_frames = dvi_decoders_[r]->rejected_frames();
         report.renderers.push_back(std::move(counters));

@@ -23,8 +23,7 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
     dont_initialize();
 }
 
-// ---- core clock
-// -----------------------------------------------------------------------------------------------
+// ---- core clock ----
 
 void OutputFramebuffer::reset() {
     swapped_synchronizer_.reset();
@@ -79,7 +78,7 @@ void OutputFramebuffer::clock_edge() {
         pipeready_ = pipeready;
         pipeready_o.write(pipeready);
     }
-    if (gate_.idle_edge(!receiving_ && !stalled)) {
+    if (gate_.idle_edge(!receiving_ && !stalled && swapped_synchronizer_.settled(swapped_.read()))) {
         next_trigger(wake_events_);
     }
 }
@@ -103,8 +102,7 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
     }
 }
 
-// ---- DVI output clock
-// -----------------------------------------------------------------------------------------
+// ---- DVI output clock ----
 
 void OutputFramebuffer::dvi_reset() {
     swaplock_synchronizer_.reset();

@@ -15,12 +15,12 @@ namespace metabuffer::rtl {
 /// An output framebuffer, box D of the paper's Figure 1 (sections 4, 5.4 and 7): takes the pixels that leave
 /// its pipeline, averages them, keeps two banks, and drives its display over DVI.
 ///
-/// Timing: in the core clock, the raster's first pixel is taken at the second edge after the one that sees
-/// STARTFRAME fall behind the last composer, that is one clock behind STARTFRAME; a display pixel is stored
-/// with its block's last raster pixel. FRAMEDONE rises after the edge that takes the raster's last pixel and
+/// Timing: in the core clock, the raster's first pixel is taken at the edge behind the one that sees STARTFRAME,
+/// and no edge with COLUMNSTALL high counts (`stall` mode only); a display pixel is stored with its block's last
+/// raster pixel. FRAMEDONE rises after the edge that takes the raster's last pixel and
 /// falls once the swap has come back. PIPEREADY is high while a bank is free and no frame is under way. In
 /// the DVI output clock, frame follows frame of DviTiming from reset on, in step on all displays. SWAPLOCK
-/// (every FRAMEDONE) crosses through two registers; if its rise has been seen by the first clock of a DVI
+/// (every FRAMEDONE) crosses through two registers; if it has been seen by the first clock of a DVI
 /// frame, the banks swap there. Before the first swap the display is shown black.
 class OutputFramebuffer final : public Block {
   public:

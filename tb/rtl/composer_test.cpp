@@ -40,7 +40,7 @@ Scenario composer_scenario(const Sizes& sizes = {}, StarvationMode mode = Starva
 /// A segment that covers the whole raster.
 ViewportRow whole_raster(int dcomp = 1) { return table_row(dcomp, {0, 0}, {kWidth, kHeight}, {0, 0}); }
 
-// ---- pipeline -------------------------------------------------------------------------------------------
+// ---- pipeline ----
 
 TEST_CASE("composer: in reset all is low, BUSREADY and TABLEREADY rise at the first clock behind it") {
     ClockedTestbench bench;
@@ -116,7 +116,7 @@ TEST_CASE("composer: rows and pixels for other displays are not taken") {
     CHECK(dut.composer.counters().buffer_high_water == 2);
 }
 
-// ---- the buffer's timing and starvation -----------------------------------------------------------------
+// ---- the buffer's timing and starvation ----
 
 TEST_CASE(
     "composer: a beat sampled at an edge can be composited at the next, one clock later its first pixel "
@@ -196,7 +196,7 @@ TEST_CASE("composer: pixels that arrive when their frame is over are dropped, th
     CHECK(dut.composer.counters().starved_pixels == 4);
 }
 
-// ---- BUSREADY -------------------------------------------------------------------------------------------
+// ---- BUSREADY ----
 
 TEST_CASE("composer: BUSREADY is high while exactly ready_space_pixels are free, low with one less") {
     ClockedTestbench bench;
@@ -306,7 +306,7 @@ TEST_CASE("composer: a pixel for a full buffer is a broken protocol, reported an
     CHECK(dut.composer.counters().buffer_high_water == 16);
 }
 
-// ---- tables ---------------------------------------------------------------------------------------------
+// ---- tables ----
 
 TEST_CASE(
     "composer: TABLEREADY falls with the second frame's table and rises with the first one's last pixel") {
@@ -333,7 +333,7 @@ TEST_CASE("composer: a third frame's table is a broken protocol") {
     CHECK(report.count() == 1);
 }
 
-// ---- PIPEREADY ------------------------------------------------------------------------------------------
+// ---- PIPEREADY ----
 
 TEST_CASE("composer: PIPEREADY rises when the whole segment is there") {
     ClockedTestbench bench;
@@ -454,7 +454,7 @@ TEST_CASE("composer: the bus carries frame k + 1 while frame k is composited, an
     CHECK(dut.composer.counters().starved_pixels == 0);
 }
 
-// ---- the moving window ----------------------------------------------------------------------------------
+// ---- the moving window ----
 
 TEST_CASE("composer: replicated pixels are read again from the window, clipped at every edge of the raster") {
     ClockedTestbench bench;
@@ -499,7 +499,7 @@ TEST_CASE("composer: a replicated pixel's space is free at its last repetition a
     CHECK(dut.busreadies.rises() == std::vector<int>{0, start + 1 + kWidth + 1});
 }
 
-// ---- stall ----------------------------------------------------------------------------------------------
+// ---- stall ----
 
 TEST_CASE(
     "composer: STALL is raised one clock ahead of a missing pixel, and the column stands until it has come") {
@@ -600,7 +600,7 @@ TEST_CASE("composer: COLUMNSTALL holds STARTFRAME back at its input and high at 
           clock_range(36, 36 + kPixels));
 }
 
-// ---- composition ----------------------------------------------------------------------------------------
+// ---- composition ----
 
 struct Merge {
     Pixel local;
@@ -705,7 +705,7 @@ TEST_CASE("composer: a reset is taken after any number of idle clocks") {
     CHECK(dut.busreadies.falls() == std::vector<int>{200});
 }
 
-// ---- random ---------------------------------------------------------------------------------------------
+// ---- random ----
 
 /// A bus that keeps the input framebuffer's side of the protocol and does everything it may do besides:
 /// bursts and beats of any length, gaps as of page misses, other composers' traffic.

@@ -257,7 +257,7 @@ TEST_CASE("dvi decoder: a long table's rows run on beside the first pixels") {
     CHECK(dut.pixel_clocks() == clock_range(first_pixel, first_pixel + kWide));
 }
 
-// ---- finding its feet -----------------------------------------------------------------------------------
+// ---- finding its feet ----
 
 TEST_CASE("dvi decoder: a link that comes up in the middle of a frame is ignored up to the first VSYNC") {
     DecoderBench dut;
@@ -291,7 +291,7 @@ TEST_CASE("dvi decoder: a further VSYNC without lines between is no frame") {
     check_events(dut, {{start + kBehindControl, colour_start(0)}, {depth_start + kVsync, pair_good(0)}});
 }
 
-// ---- rejections -----------------------------------------------------------------------------------------
+// ---- rejections ----
 
 /// Plays good pair 0, pair 1 with one frame spoilt, good pair 2. The rejection is due at `clock` of the
 /// spoilt frame with the event given; the other frame of pair 1, if it is a depth frame, is passed over and

@@ -230,7 +230,7 @@ TEST_CASE(
     check_wave(dut.sent, 0, wanted);
 }
 
-// ---- faults ---------------------------------------------------------------------------------------------
+// ---- faults ----
 
 /// Runs a free-running source with one fault in the colour or depth frame of pair 1 and checks everything up
 /// to the end of pair 2: `spoil` turns the good lines of the faulty frame into what must be sent.

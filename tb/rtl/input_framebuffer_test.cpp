@@ -126,7 +126,7 @@ struct InputBench {
 
     // ---- what came out ----
 
-    const RendererCounters& counters() const { return framebuffer.renderer_counters(); }
+    const RendererCounters& counters() const { return framebuffer.counters(); }
     const BusCounters& bus_counters() const { return counters().bus; }
 
     std::vector<int> clocks_of(BeatKind kind) const {
@@ -233,7 +233,7 @@ BusBeat pixel_beat(int destination, const std::vector<Pixel>& pixels, std::size_
     return beat;
 }
 
-// ---- asking for a pair ----------------------------------------------------------------------------------
+// ---- asking for a pair ----
 
 TEST_CASE(
     "input framebuffer: in reset bus and pair request are idle, the request rises at the first link clock") {
@@ -310,7 +310,7 @@ TEST_CASE("input framebuffer: from a slower link every word crosses at its two r
     check_crossing(33'300);
 }
 
-// ---- the table ------------------------------------------------------------------------------------------
+// ---- the table ----
 
 TEST_CASE("input framebuffer: a table row takes 128 bits' worth of clocks on each bus width, at least one") {
     ClockedTestbench bench;
@@ -385,7 +385,7 @@ TEST_CASE("input framebuffer: rows that break a rule are dropped and counted, th
     CHECK(dut.counters().rejected_row_messages.size() == 3);
 }
 
-// ---- bursts, beats and pages ----------------------------------------------------------------------------
+// ---- bursts, beats and pages ----
 
 /// When and how the pixels of one segment go to a lone composer that is always ready: from the first clock
 /// behind the table, a burst's first beat in the clock of its grant, beats without a gap on an open page,
@@ -509,7 +509,7 @@ TEST_CASE("input framebuffer: a new frame finds no page open") {
     CHECK(dut.bus_counters().page_miss_cycles == 10);
 }
 
-// ---- BUSREADY -------------------------------------------------------------------------------------------
+// ---- BUSREADY ----
 
 /// Two composers in turn on a bus of one pixel a clock, bursts of 8. Composer 1's first burst starts at
 /// kFirstBeat; its BUSREADY is low at one edge. How many beats of the burst go out?
@@ -624,7 +624,7 @@ TEST_CASE(
     CHECK(dut.bus_counters().poll_cycles == 23 + 50 - 23 - kImageWidth);
 }
 
-// ---- arbitration on the bus -----------------------------------------------------------------------------
+// ---- arbitration on the bus ----
 
 TEST_CASE("input framebuffer: slots that their composer cannot use are recovered in no time and counted") {
     ClockedTestbench bench;
@@ -685,7 +685,7 @@ TEST_CASE("input framebuffer: under slot-allocation an idle slot's time is lost,
     }
 }
 
-// ---- lockstep -------------------------------------------------------------------------------------------
+// ---- lockstep ----
 
 /// DVI input clocks after which a pair is given up: the pair times, and the vertical sync of a link that
 /// comes up.
@@ -864,7 +864,7 @@ TEST_CASE("input framebuffer: after the scenario's last frame the bus stays idle
     CHECK(dut.requests.rises() == std::vector<int>{0});
 }
 
-// ---- free-running ---------------------------------------------------------------------------------------
+// ---- free-running ----
 
 TEST_CASE(
     "input framebuffer: free-running goes on to the newest whole pair, counts those overwritten unseen, and "
@@ -973,7 +973,7 @@ TEST_CASE(
     for (const InputBench* dut : {&whole, &rejected}) CHECK(dut->counters().dropped_frames == 1);
 }
 
-// ---- random ---------------------------------------------------------------------------------------------
+// ---- random ----
 
 /// Follows the bus clock by clock and holds each against the rules, from the pins alone. On a bus without
 /// page misses and of whole pixels a clock, each clock of the sending is a beat or a poll.

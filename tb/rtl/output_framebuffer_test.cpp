@@ -224,7 +224,7 @@ TEST_CASE("output framebuffer: one bank is shown, and again and again, while the
     CHECK(dut.framebuffer.front_frame() == 2);
 }
 
-// ---- averaging ------------------------------------------------------------------------------------------
+// ---- averaging ----
 
 /// Each channel of each block: the sum and half the block, divided by the block.
 LinkLines averaged(const std::vector<Pixel>& pixels, int s) {
@@ -275,7 +275,7 @@ TEST_CASE("output framebuffer: averages each block of 2 x 2 and 4 x 4, in every 
     }
 }
 
-// ---- stall ----------------------------------------------------------------------------------------------
+// ---- stall ----
 
 TEST_CASE(
     "output framebuffer: while COLUMNSTALL is high no pixel is taken, and the frame ends that much later") {
@@ -316,7 +316,7 @@ TEST_CASE(
     CHECK(dut.framebuffer.stalled_cycles() == 17 + 1);
 }
 
-// ---- two clocks -----------------------------------------------------------------------------------------
+// ---- two clocks ----
 
 /// The pipeline of a test that sends frame after frame as soon as PIPEREADY is high, `gap` clocks later.
 struct EagerPipeline {
@@ -397,7 +397,7 @@ TEST_CASE(
     check_clock_ratio(500'000, 0);
 }
 
-// ---- what must not happen -------------------------------------------------------------------------------
+// ---- what must not happen ----
 
 TEST_CASE("output framebuffer: a bubble in the pipeline is reported") {
     ClockedTestbench bench;

@@ -141,7 +141,7 @@ TEST_CASE("composer buffer: the next frame's pixels do not count for the one tha
     CHECK(buffer.at_address(buffer.address_of(1)) == numbered(101));
 }
 
-// ---- against a buffer without addresses -----------------------------------------------------------------
+// ---- against a buffer without addresses ----
 
 /// Each frame holds its pixels by their index in a map; nothing wraps.
 class MapBuffer {

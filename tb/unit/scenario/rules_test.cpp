@@ -37,8 +37,9 @@ TEST_CASE("rules: a scenario's name is no path, and a pair's number is spoilt in
     CHECK(error_after([](Scenario& s) {
               s.faults = {{0, 1, FaultKind::kNumber, FrameKind::kColour, 0},
                           {0, 1, FaultKind::kNumber, FrameKind::kDepth, 0}};
-          }) == "faults[0].kind: number on both frames of a pair makes it a good pair of another number; use it "
-                "on one");
+          }) ==
+          "faults[0].kind: number on both frames of a pair makes it a good pair of another number; use it "
+          "on one");
 }
 
 TEST_CASE("rules: a scenario built in C++ passes") {
