@@ -1,98 +1,128 @@
 #include "functional/functional_compositor.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+
+#include "functional/pixel_runs.h"
 
 namespace metabuffer::functional {
 
 namespace {
 
-/// A pixel as it is after the link: a depth frame has no room for the alpha of z24 nor for more than 16 bits
-/// of Z in a8z16, so an image that holds more loses it here as it does in the machine.
-Pixel after_link(Pixel pixel, DepthFormat format) {
-    return format == DepthFormat::kA8Z16
-               ? Pixel(pixel.r(), pixel.g(), pixel.b(), pixel.a(), pixel.z() & 0xFFFFU)
-               : Pixel(pixel.r(), pixel.g(), pixel.b(), 255, pixel.z());
-}
-
-struct KeepNearest {
-    Pixel operator()(Pixel local, Pixel upstream) const {
-        return local.z() < upstream.z() ? local : upstream;
-    }
-};
-
-struct KeepNearestUnlessClear {
-    Pixel operator()(Pixel local, Pixel upstream) const {
-        // Both conditions are evaluated so that the selection needs no branch.
-        const bool local_wins = (local.z() < upstream.z()) & (local.a() != 0);
-        return local_wins ? local : upstream;
-    }
-};
-
-struct PremultipliedOver {
-    /// front + back * (1 - front alpha) in steps of 1/255: the product is rounded to nearest by an exact
-    /// division, halves cannot occur because 255 is odd.
-    static std::uint8_t channel(unsigned front, unsigned back, unsigned front_alpha) {
-        const unsigned product = back * (255U - front_alpha);
-        const unsigned sum = front + (2U * product + 255U) / 510U;
-        return static_cast<std::uint8_t>(std::min(sum, 255U));
-    }
-
-    Pixel operator()(Pixel local, Pixel upstream) const {
-        const bool local_in_front = local.z() < upstream.z();
-        const Pixel front = local_in_front ? local : upstream;
-        const Pixel back = local_in_front ? upstream : local;
-        const unsigned alpha = front.a();
-        return {channel(front.r(), back.r(), alpha), channel(front.g(), back.g(), alpha),
-                channel(front.b(), back.b(), alpha), channel(alpha, back.a(), alpha), front.z()};
-    }
-};
+/// A raster is painted in pieces of a row this long: a piece stays in the first level cache until every
+/// renderer has been merged into it, so that only images and picture go through memory, each once. A multiple
+/// of every supersample.
+constexpr int kPiecePixels = 128;
 
 /// A half-open range of raster columns or rows.
-struct Span {
+struct Range {
     int begin = 0;
     int end = 0;
+
+    bool empty() const { return begin >= end; }
+    bool contains(int position) const { return begin <= position && position < end; }
 };
 
 /// The raster positions that `count` source pixels from `start` on fill, clipped to 0..size.
-Span clipped(int start, int count, int multiple, int size) {
-    const Span span{std::max(start, 0), std::min(start + count * multiple, size)};
-    return {span.begin, std::max(span.begin, span.end)};
+Range clipped(int start, int count, int multiple, int size) {
+    return {std::max(start, 0), std::min(start + count * multiple, size)};
 }
 
-/// Paints one segment: each source row is laid out once as the raster line it makes, replicated and clipped,
-/// and that line is merged into each raster row that the source row fills.
-template <typename Merge>
-void paint_segment(PixelImage& raster, const PixelImage& image, const ViewportRow& row, DepthFormat format,
-                   Merge merge) {
-    const int multiple = row.dmultiple;
-    const Span columns = clipped(row.dx, row.sdx, multiple, raster.width_pixels);
-    std::vector<Pixel> line(static_cast<std::size_t>(columns.end - columns.begin));
+/// A renderer's rectangle on one display's raster.
+class Rectangle {
+  public:
+    Rectangle(const PixelPlanes& planes, const ViewportRow& row, const DisplayConfig& displays)
+        : planes_(&planes),
+          row_(row),
+          columns_(clipped(row.dx, row.sdx, row.dmultiple, displays.raster_width_pixels())),
+          rows_(clipped(row.dy, row.sdy, row.dmultiple, displays.raster_height_pixels())) {}
 
-    for (int j = 0; j < row.sdy; ++j) {
-        const Span rows = clipped(row.dy + j * multiple, 1, multiple, raster.height_pixels);
-        if (rows.begin == rows.end) continue;
+    /// The raster columns on which it shows.
+    const Range& columns() const { return columns_; }
+    bool shows_on_row(int y) const { return rows_.contains(y) && !columns_.empty(); }
 
-        const Pixel* source = &image.values[image.index(row.sx, row.sy + j)];
-        if (multiple == 1) {
-            const Pixel* first = source + (columns.begin - row.dx);
-            std::transform(first, first + line.size(), line.begin(),
-                           [format](Pixel pixel) { return after_link(pixel, format); });
-        } else {
-            for (int i = 0; i < row.sdx; ++i) {
-                const Span block = clipped(row.dx + i * multiple, 1, multiple, raster.width_pixels);
-                std::fill(line.begin() + (block.begin - columns.begin),
-                          line.begin() + (block.end - columns.begin), after_link(source[i], format));
-            }
+    /// Its pixels on raster row y, from columns().begin on, until another row is asked for.
+    SourceRun pixels_on_row(int y) {
+        const int source_row = row_.sy + (y - row_.dy) / row_.dmultiple;
+        const int clipped_away = columns_.begin - row_.dx;
+        if (row_.dmultiple == 1) {
+            const std::size_t first = planes_->index(row_.sx + clipped_away, source_row);
+            return {&planes_->argb[first], &planes_->z[first]};
         }
+        if (source_row != line_source_row_) lay_out(source_row);
+        const int first = clipped_away % row_.dmultiple;
+        return {line_argb_.data() + first, line_z_.data() + first};
+    }
 
-        for (int y = rows.begin; y < rows.end; ++y) {
-            Pixel* target = &raster.values[raster.index(columns.begin, y)];
-            for (std::size_t n = 0; n < line.size(); ++n) target[n] = merge(line[n], target[n]);
+  private:
+    /// Replicates those pixels of a source row that show, if only in part. The line then serves every raster
+    /// row that the source row fills.
+    void lay_out(int source_row) {
+        const int multiple = row_.dmultiple;
+        const int first = (columns_.begin - row_.dx) / multiple;
+        const int end = (columns_.end - 1 - row_.dx) / multiple + 1;
+        const auto count = static_cast<std::size_t>(end - first);
+        const std::size_t source = planes_->index(row_.sx + first, source_row);
+        line_argb_.resize(count * static_cast<std::size_t>(multiple));
+        line_z_.resize(line_argb_.size());
+        replicate(&planes_->argb[source], count, multiple, line_argb_.data());
+        replicate(&planes_->z[source], count, multiple, line_z_.data());
+        line_source_row_ = source_row;
+    }
+
+    const PixelPlanes* planes_;
+    ViewportRow row_;
+    Range columns_;
+    Range rows_;
+    int line_source_row_ = -1;
+    std::vector<std::uint32_t> line_argb_;
+    std::vector<std::uint32_t> line_z_;
+};
+
+/// Makes the picture of a raster that comes in pieces, from left to right and from top to bottom.
+class PictureBuilder {
+  public:
+    PictureBuilder(int raster_width, int raster_height, int supersample)
+        : raster_width_(static_cast<std::size_t>(raster_width)), supersample_(supersample) {
+        picture_.width_pixels = raster_width / supersample;
+        picture_.height_pixels = raster_height / supersample;
+        // Not resized: setting every pixel to zero first would be one more way through memory.
+        picture_.values.reserve(static_cast<std::size_t>(picture_.width_pixels) *
+                                static_cast<std::size_t>(picture_.height_pixels));
+        if (supersample > 1) rows_.resize(raster_width_ * static_cast<std::size_t>(supersample));
+    }
+
+    /// The colours of at most kPiecePixels pixels from raster column x on, a multiple of the supersample.
+    void take(int x, int y, const std::uint32_t* argb, std::size_t count) {
+        if (supersample_ == 1) {
+            append_mean(argb, 0, count);
+            return;
+        }
+        const int row = y % supersample_;
+        std::uint32_t* const column = rows_.data() + x;
+        std::copy_n(argb, count, column + static_cast<std::size_t>(row) * raster_width_);
+        if (row == supersample_ - 1) {
+            append_mean(column, raster_width_, count / static_cast<std::size_t>(supersample_));
         }
     }
-}
+
+    ColourImage finish() { return std::move(picture_); }
+
+  private:
+    void append_mean(const std::uint32_t* argb, std::size_t stride, std::size_t count) {
+        average(argb, stride, supersample_, count, means_.data());
+        picture_.values.insert(picture_.values.end(), means_.data(), means_.data() + count);
+    }
+
+    std::size_t raster_width_;
+    int supersample_;
+    std::vector<std::uint32_t> rows_;  ///< the raster rows of one row of the picture
+    std::array<std::uint32_t, kPiecePixels> means_{};
+    ColourImage picture_;
+};
 
 /// Whether a pair with these faults never reaches the back bank in time. A link that is silent for some pair
 /// times and then needs one more for the pair itself is late only past the timeout.
@@ -108,61 +138,134 @@ bool is_lost(const Scenario& scenario, int renderer, std::uint32_t pair) {
 
 }  // namespace
 
-PixelImage composite_raster(const Scenario& scenario, const std::vector<Contribution>& contributions,
-                            int display) {
-    PixelImage raster(scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels(),
-                      scenario.background_pixel());
-    for (const Contribution& contribution : contributions) {
+Compositor::Compositor(const Scenario& scenario) : scenario_(scenario) {}
+
+void Compositor::begin_frame(std::vector<Contribution> contributions) {
+    contributions_ = std::move(contributions);
+    spare_planes_.clear();
+    for (auto known = planes_.begin(); known != planes_.end();) {
+        const bool contributed =
+            std::any_of(contributions_.begin(), contributions_.end(),
+                        [&](const Contribution& each) { return each.image == known->first; });
+        if (contributed) {
+            ++known;
+        } else {
+            spare_planes_.push_back(std::move(known->second));
+            known = planes_.erase(known);
+        }
+    }
+}
+
+const PixelPlanes& Compositor::planes_of(const PixelImage& image) {
+    const auto known = planes_.find(&image);
+    if (known != planes_.end()) return known->second;
+
+    PixelPlanes planes;
+    if (!spare_planes_.empty()) {
+        planes = std::move(spare_planes_.back());
+        spare_planes_.pop_back();
+    }
+    planes.width_pixels = image.width_pixels;
+    planes.height_pixels = image.height_pixels;
+    planes.argb.resize(image.values.size());
+    planes.z.resize(image.values.size());
+    take_over_link(image.values.data(), image.values.size(), scenario_.depth_format,
+                   {planes.argb.data(), planes.z.data()});
+    return planes_.emplace(&image, std::move(planes)).first->second;
+}
+
+/// Paints the frame's rectangles over the background, in their order. The raster comes in pieces, from left to
+/// right and from top to bottom: take(x, y, pixels, count).
+template <typename Take>
+void Compositor::paint(int display, const Take& take) {
+    std::vector<Rectangle> rectangles;
+    for (const Contribution& contribution : contributions_) {
         if (contribution.image == nullptr) continue;
         const auto row =
             std::find_if(contribution.rows.begin(), contribution.rows.end(),
                          [display](const ViewportRow& candidate) { return candidate.dcomp == display; });
         if (row == contribution.rows.end()) continue;
+        rectangles.emplace_back(planes_of(*contribution.image), *row, scenario_.displays);
+    }
 
-        const PixelImage& image = *contribution.image;
-        const DepthFormat format = scenario.depth_format;
-        switch (scenario.composition) {
-            case Composition::kZ:
-                paint_segment(raster, image, *row, format, KeepNearest{});
-                break;
-            case Composition::kZAlphaKey:
-                paint_segment(raster, image, *row, format, KeepNearestUnlessClear{});
-                break;
-            case Composition::kOver:
-                paint_segment(raster, image, *row, format, PremultipliedOver{});
-                break;
+    struct Shown {
+        Range columns;
+        SourceRun pixels{};  ///< from columns.begin on
+    };
+    std::vector<Shown> shown;
+    struct alignas(64) {
+        std::array<std::uint32_t, kPiecePixels> argb{};
+        std::array<std::uint32_t, kPiecePixels> z{};
+    } piece{};
+    const int width = scenario_.displays.raster_width_pixels();
+    const int height = scenario_.displays.raster_height_pixels();
+    for (int y = 0; y < height; ++y) {
+        shown.clear();
+        for (Rectangle& rectangle : rectangles) {
+            if (rectangle.shows_on_row(y)) shown.push_back({rectangle.columns(), rectangle.pixels_on_row(y)});
+        }
+        for (int x = 0; x < width; x += kPiecePixels) {
+            const int x_end = std::min(x + kPiecePixels, width);
+            const auto count = static_cast<std::size_t>(x_end - x);
+            fill(scenario_.background_pixel(), count, {piece.argb.data(), piece.z.data()});
+            for (const auto& [columns, pixels] : shown) {
+                const int begin = std::max(x, columns.begin);
+                const int end = std::min(x_end, columns.end);
+                if (begin >= end) continue;
+                const int from = begin - columns.begin;
+                const int to = begin - x;
+                merge(scenario_.composition, {pixels.argb + from, pixels.z + from},
+                      static_cast<std::size_t>(end - begin), {piece.argb.data() + to, piece.z.data() + to});
+            }
+            take(x, y, SourceRun{piece.argb.data(), piece.z.data()}, count);
         }
     }
+}
+
+PixelImage Compositor::raster(int display) {
+    PixelImage raster(scenario_.displays.raster_width_pixels(), scenario_.displays.raster_height_pixels());
+    paint(display, [&raster](int x, int y, SourceRun pixels, std::size_t count) {
+        join(pixels, count, &raster.at(x, y));
+    });
     return raster;
 }
 
-ColourImage average_raster(const PixelImage& raster, int supersample) {
-    ColourImage picture(raster.width_pixels / supersample, raster.height_pixels / supersample);
-    const unsigned samples = static_cast<unsigned>(supersample) * static_cast<unsigned>(supersample);
-    const auto mean = [samples](unsigned sum) { return (sum + samples / 2) / samples; };
+ColourImage Compositor::picture(int display) {
+    PictureBuilder builder(scenario_.displays.raster_width_pixels(),
+                           scenario_.displays.raster_height_pixels(), scenario_.displays.supersample);
+    paint(display, [&builder](int x, int y, SourceRun pixels, std::size_t count) {
+        builder.take(x, y, pixels.argb, count);
+    });
+    return builder.finish();
+}
 
-    for (int y = 0; y < picture.height_pixels; ++y) {
-        for (int x = 0; x < picture.width_pixels; ++x) {
-            unsigned red = 0;
-            unsigned green = 0;
-            unsigned blue = 0;
-            for (int j = 0; j < supersample; ++j) {
-                const Pixel* sample = &raster.values[raster.index(x * supersample, y * supersample + j)];
-                for (int i = 0; i < supersample; ++i) {
-                    red += sample[i].r();
-                    green += sample[i].g();
-                    blue += sample[i].b();
-                }
-            }
-            picture.at(x, y) = (mean(red) << 16) | (mean(green) << 8) | mean(blue);
+PixelImage composite_raster(const Scenario& scenario, const std::vector<Contribution>& contributions,
+                            int display) {
+    Compositor compositor(scenario);
+    compositor.begin_frame(contributions);
+    return compositor.raster(display);
+}
+
+ColourImage average_raster(const PixelImage& raster, int supersample) {
+    PictureBuilder builder(raster.width_pixels, raster.height_pixels, supersample);
+    std::array<std::uint32_t, kPiecePixels> argb{};
+    for (int y = 0; y < raster.height_pixels; ++y) {
+        for (int x = 0; x < raster.width_pixels; x += kPiecePixels) {
+            const int count = std::min(kPiecePixels, raster.width_pixels - x);
+            const Pixel* const first = &raster.at(x, y);
+            std::transform(first, first + count, argb.begin(),
+                           [](Pixel pixel) { return static_cast<std::uint32_t>(pixel.word()); });
+            builder.take(x, y, argb.data(), static_cast<std::size_t>(count));
         }
     }
-    return picture;
+    return builder.finish();
 }
 
 ColourImage composite_display(const Scenario& scenario, const std::vector<Contribution>& contributions,
                               int display) {
-    return average_raster(composite_raster(scenario, contributions, display), scenario.displays.supersample);
+    Compositor compositor(scenario);
+    compositor.begin_frame(contributions);
+    return compositor.picture(display);
 }
 
 // With free-running pacing it is time that decides which pair a frame shows, and there is none here: the same

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <unordered_map>
 #include <vector>
 
 #include "formats/image.h"
+#include "formats/pixel_planes.h"
 #include "formats/viewport_table.h"
 #include "scenario/scenario.h"
 
@@ -15,15 +17,44 @@ struct Contribution {
     ViewportTable rows;
 };
 
-/// The raster of one display (counted from 1) before averaging: every renderer's segment painted over the
-/// background, top of the pipeline first. The golden reference, written without the clocked model's datapath.
+/// The golden reference, written without the clocked model's datapath: paints every renderer's rectangle over
+/// the background, top of the pipeline first. One compositor is kept for a whole run: it takes an image over
+/// the link, colour and depth apart, once for all displays and all the frames on end that show it. That needs
+/// 8 bytes for each pixel of a frame's images.
+class Compositor {
+  public:
+    /// The scenario must outlive the compositor.
+    explicit Compositor(const Scenario& scenario);
+
+    /// Goes on to the next frame. An image is known by its address: it must neither move nor change while
+    /// frames on end contribute it.
+    void begin_frame(std::vector<Contribution> contributions);
+
+    /// The frame's raster of one display (counted from 1), before averaging.
+    PixelImage raster(int display);
+
+    /// What the display shows: the raster averaged s x s.
+    ColourImage picture(int display);
+
+  private:
+    template <typename Take>
+    void paint(int display, const Take& take);
+    const PixelPlanes& planes_of(const PixelImage& image);
+
+    const Scenario& scenario_;
+    std::vector<Contribution> contributions_;
+    std::unordered_map<const PixelImage*, PixelPlanes> planes_;  ///< of this frame's images
+    std::vector<PixelPlanes> spare_planes_;  ///< of images that have gone: memory to use again
+};
+
+/// Compositor::raster of a single frame.
 PixelImage composite_raster(const Scenario& scenario, const std::vector<Contribution>& contributions,
                             int display);
 
-/// What the display shows: the raster averaged s x s.
+/// The mean of each square of supersample x supersample pixels, which is 1, 2 or 4.
 ColourImage average_raster(const PixelImage& raster, int supersample);
 
-/// composite_raster and average_raster in one.
+/// Compositor::picture of a single frame.
 ColourImage composite_display(const Scenario& scenario, const std::vector<Contribution>& contributions,
                               int display);
 

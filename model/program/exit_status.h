@@ -8,7 +8,8 @@ enum ExitStatus : int {
     kExitModelError = 1,  ///< a block found its protocol broken: a bug in the model
     kExitBadInput = 2,    ///< scenario, images or command line, a place that cannot be written among them
     kExitStrict = 3,      ///< --strict, and something starved or was rejected
-    kExitWatchdog = 4,    ///< nothing moved any more
+    kExitWatchdog = 4,    ///< nothing moved any more (of compare: the levels agree on that, so it is done)
+    kExitDifferent = 5,   ///< compare: the levels differ
 };
 
 }  // namespace metabuffer

@@ -1,14 +1,13 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <iostream>
-#include <new>
 #include <string_view>
 #include <systemc>
 
+#include "program/compare_command.h"
 #include "program/exit_status.h"
+#include "program/failure.h"
 #include "program/run_command.h"
-#include "report/picture_writer.h"
-#include "scenario/scenario_loader.h"
 
 namespace {
 
@@ -19,8 +18,9 @@ int report_usage(const CLI::App& program, const CLI::ParseError& error, int argc
     }
     const std::string_view first = argc > 1 ? argv[1] : "";
     if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && !first.empty() &&
-        first.front() != '-' && first != "run") {
-        std::cerr << "metabuffer: " << first << " is not a command; use run, or see metabuffer --help\n";
+        first.front() != '-' && first != "run" && first != "compare") {
+        std::cerr << "metabuffer: " << first
+                  << " is not a command; use run or compare, or see metabuffer --help\n";
     } else {
         std::cerr << "metabuffer: " << error.what() << "; see metabuffer --help\n";
     }
@@ -34,25 +34,18 @@ int sc_main(int argc, char** argv) {
     program.require_subcommand(1);
     program.set_version_flag("--version", METABUFFER_VERSION);
     metabuffer::RunCommand run(program);
+    metabuffer::CompareCommand compare(program);
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         return report_usage(program, error, argc, argv);
     }
     try {
-        return run.execute();
-    } catch (const metabuffer::InputError& error) {
-        std::cerr << error.what() << '\n';
-        return metabuffer::kExitBadInput;
-    } catch (const metabuffer::OutputError& error) {
-        std::cerr << error.what() << '\n';
-        return metabuffer::kExitBadInput;
-    } catch (const std::bad_alloc&) {
-        std::cerr << "metabuffer: this computer does not have the memory for a machine of that size\n";
-        return metabuffer::kExitBadInput;
-    } catch (const sc_core::sc_report& report) {
-        std::cerr << "the model is at fault: " << report.get_msg_type() << ": " << report.get_msg() << '\n';
-        return metabuffer::kExitModelError;
+        return compare.chosen() ? compare.execute() : run.execute();
+    } catch (...) {
+        const metabuffer::Failure failure = metabuffer::current_failure();
+        std::cerr << failure.message << '\n';
+        return failure.status;
     }
 }
 

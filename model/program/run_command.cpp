@@ -1,140 +1,53 @@
 #include "program/run_command.h"
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
-#include <regex>
 
 #include "functional/functional_compositor.h"
+#include "program/progress_line.h"
+#include "program/result_folder.h"
 #include "report/picture_writer.h"
 #include "report/report.h"
 #include "rtl/run.h"
 #include "scenario/scenario_loader.h"
+#include "tlm/run.h"
+#include "tlm/schedule_trace.h"
 
 namespace metabuffer {
 namespace {
 
-constexpr const char* kExamples =
+constexpr const char* kRtl = "rtl";
+constexpr const char* kTlm = "tlm";
+constexpr const char* kFunctional = "functional";
+constexpr const char* kWaveformExtension = ".vcd";
+constexpr const char* kScheduleExtension = ".json";
+
+constexpr const char* kFooter =
+    "Levels tlm and rtl give the same pictures and counters; rtl goes clock by clock, has every signal and "
+    "takes\n"
+    "longer. metabuffer compare runs both.\n"
     "Examples:\n"
     "  metabuffer run scenarios/paper-figure.yaml\n"
-    "  metabuffer run scenarios/paper-figure.yaml --set bus.width_bits=64 --trace out/trace.vcd\n"
+    "  metabuffer run scenarios/paper-figure.yaml --set bus.width_bits=64 --trace out/schedule.json\n"
     "  metabuffer run scenarios/paper-figure-starved.yaml --trace out/trace.vcd \\\n"
     "      --trace-window first-starved-pixel --trace-modules 'composer_*,input_framebuffer_3'\n"
     "Exit status: 0 done; 1 the model failed; 2 bad input; 3 --strict and something starved or was\n"
     "rejected; 4 the watchdog: nothing moved any more.";
 
-/// The folder of the results. What had to be made of it goes again if the run fails before it wrote anything.
-class ResultFolder {
-  public:
-    explicit ResultFolder(std::filesystem::path path) : path_(std::move(path)) {
-        for (std::filesystem::path part = path_; !part.empty() && !std::filesystem::exists(part);
-             part = part.parent_path()) {
-            made_.push_back(part);
-        }
-        std::error_code error;
-        std::filesystem::create_directories(path_, error);
-        if (error) {
-            throw InputError("--out " + path_.string() + ": cannot be made: " + error.message() +
-                             "; name a folder in a place that can be written");
-        }
-    }
-    ResultFolder(const ResultFolder&) = delete;
-    ResultFolder& operator=(const ResultFolder&) = delete;
-    ~ResultFolder() {
-        std::error_code error;
-        for (const std::filesystem::path& part : made_) {
-            std::filesystem::remove(part, error);  // only if it is empty
-        }
-    }
-    const std::filesystem::path& path() const { return path_; }
-
-  private:
-    std::filesystem::path path_;
-    std::vector<std::filesystem::path> made_;  ///< innermost first
-};
-
-/// Writes each frame's pictures as they come and keeps the newest for the collage, so that memory does not
-/// grow with the number of frames.
-class PictureSink {
-  public:
-    PictureSink(std::filesystem::path directory, const Scenario& scenario)
-        : directory_(std::move(directory)),
-          config_(scenario.displays),
-          frames_(scenario.frames),
-          many_frames_(scenario.frames > 1),
-          newest_(static_cast<std::size_t>(scenario.displays.count())) {}
-
-    void take(int frame, int display, const ColourImage& image) {
-        const std::string stem = "display_" + std::to_string(display);
-        if (many_frames_) {
-            std::array<char, 16> number{};
-            std::snprintf(number.data(), number.size(), ".%04d.png", frame);
-            write_png(directory_ / (stem + number.data()), image);
-        }
-        newest_[static_cast<std::size_t>(display) - 1] = image;
-    }
-
-    void finish() const {
-        remove_older_frames();
-        for (std::size_t d = 0; d < newest_.size(); ++d) {
-            if (newest_[d].values.empty()) {
-                return;  // the run ended before a frame was shown
-            }
-            write_png(directory_ / ("display_" + std::to_string(d + 1) + ".png"), newest_[d]);
-        }
-        write_png(directory_ / "collage.png", collage(newest_, config_));
-    }
-
-  private:
-    /// Numbered pictures of an earlier, longer run would pass for this one's.
-    void remove_older_frames() const {
-        const std::regex numbered(R"(display_\d+\.(\d{4,})\.png)");
-        for (const auto& entry : std::filesystem::directory_iterator(directory_)) {
-            std::smatch match;
-            const std::string name = entry.path().filename().string();
-            if (std::regex_match(name, match, numbered) &&
-                (!many_frames_ || std::stol(match[1]) >= frames_)) {
-                std::filesystem::remove(entry.path());
-            }
-        }
-    }
-
-    std::filesystem::path directory_;
-    DisplayConfig config_;
-    int frames_;
-    bool many_frames_;
-    std::vector<ColourImage> newest_;
-};
-
-/// One line on a terminal that is overwritten as the run goes on.
-class ProgressLine {
-  public:
-    explicit ProgressLine(bool wanted) : shown_(wanted && isatty(STDERR_FILENO) != 0) {}
-    ProgressLine(const ProgressLine&) = delete;
-    ProgressLine& operator=(const ProgressLine&) = delete;
-    ~ProgressLine() {
-        if (shown_) {
-            std::fputs("\r\033[K", stderr);
-        }
-    }
-    void update(std::int64_t core_cycles, double share) const {
-        if (shown_) {
-            std::fprintf(stderr, "\r%lld core clocks, %3.0f %% of the pixels composited\033[K",
-                         static_cast<long long>(core_cycles), 100.0 * share);
-        }
-    }
-
-  private:
-    bool shown_;
-};
+void show_progress(const ProgressLine& line, std::int64_t core_cycles, double share) {
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), "%lld core clocks, %3.0f %% of the pixels composited",
+                  static_cast<long long>(core_cycles), 100.0 * share);
+    line.show(text.data());
+}
 
 RunReport run_functional(const Scenario& scenario, PictureSink& pictures) {
     RunReport report;
     report.scenario = scenario.name;
-    report.level = "functional";
+    report.level = kFunctional;
     report.core_mhz = scenario.clocks.core_mhz;
     const std::vector<std::vector<int>> pairs = functional::pairs_without_time(scenario);
     for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
@@ -152,11 +65,12 @@ RunReport run_functional(const Scenario& scenario, PictureSink& pictures) {
         }
     }
     report.displays.resize(static_cast<std::size_t>(scenario.displays.count()));
+    functional::Compositor compositor(scenario);
     for (int frame = 0; frame < scenario.frames; ++frame) {
-        const std::vector<functional::Contribution> contributions =
-            functional::contributions_of(scenario, pairs[static_cast<std::size_t>(frame)]);
+        compositor.begin_frame(
+            functional::contributions_of(scenario, pairs[static_cast<std::size_t>(frame)]));
         for (int display = 1; display <= scenario.displays.count(); ++display) {
-            pictures.take(frame, display, functional::composite_display(scenario, contributions, display));
+            pictures.take(frame, display, compositor.picture(display));
             ++report.displays[static_cast<std::size_t>(display) - 1].frames_shown;
         }
     }
@@ -165,115 +79,198 @@ RunReport run_functional(const Scenario& scenario, PictureSink& pictures) {
 
 }  // namespace
 
+/// What a run leaves, at any level.
+struct RunCommand::Outcome {
+    RunReport report;
+    double simulation_seconds = 0.0;  ///< 0: the level has no time
+    std::string trace_line;           ///< what the trace shows, empty if there is none
+    std::string trace_note;           ///< why there is none although one was asked for
+};
+
 RunCommand::RunCommand(CLI::App& program)
-    : command_(program.add_subcommand("run", "Run a scenario; write its pictures and its report")) {
-    command_->add_option("SCENARIO", scenario_file_, "The scenario, a YAML file")->required();
-    command_->add_option("--level", level_, "rtl: clocked, or functional: no time, the reference")
-        ->check(CLI::IsMember({"rtl", "functional"}))
-        ->capture_default_str();
+    : command_(program.add_subcommand("run", "Run a scenario; write its pictures and its report")),
+      scenario_(*command_) {
+    command_
+        ->add_option("--level", level_,
+                     "tlm: by transactions; rtl: clock by clock; functional: the pictures alone, no time "
+                     "(default: tlm, for a .vcd trace rtl)")
+        ->check(CLI::IsMember({kTlm, kRtl, kFunctional}));
     command_->add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
-    command_->add_option("--set", overrides_, "PATH=VALUE: override a scenario key, e.g. bus.width_bits=128")
-        ->take_all()
-        ->allow_extra_args(false);
-    command_->add_option("--frames", frames_, "Composited frames to show, instead of the scenario's number")
-        ->check(CLI::Range(1, 1'000'000));
-    CLI::Option* const trace =
-        command_->add_option("--trace", trace_file_, "Write a waveform to FILE.vcd (level rtl)");
+    add_trace_options();
+    command_->add_flag("--no-images", no_images_,
+                       "Counters only: no pictures, and those of an earlier run in the directory go");
+    command_->add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
+    command_->add_flag("--quiet", quiet_, "Print no summary and no progress");
+    command_->footer(kFooter);
+}
+
+void RunCommand::add_trace_options() {
+    CLI::Option* const trace = command_->add_option(
+        "--trace", trace_file_,
+        "Write a trace: FILE.vcd, a waveform (level rtl), or FILE.json, what each bus and display does when, "
+        "for ui.perfetto.dev (level tlm)");
     constexpr std::int64_t kLargestCycles = 1'000'000'000'000;
-    CLI::Option* const trace_window =
+    const std::array<CLI::Option*, 4> waveform_options{
         command_
             ->add_option("--trace-window", trace_window_,
-                         "What it shows: startframe:K, frames:A-B, cycles:A-B, first-busready-drop, "
+                         "What a waveform shows: startframe:K, frames:A-B, cycles:A-B, first-busready-drop, "
                          "first-starved-pixel, or all (gigabytes for a whole frame)")
-            ->capture_default_str();
-    CLI::Option* const trace_before =
+            ->capture_default_str(),
         command_
             ->add_option("--trace-before", trace_before_cycles_, "Core clocks before the event (default 200)")
-            ->check(CLI::Range(std::int64_t{0}, kLargestCycles));
-    CLI::Option* const trace_after =
+            ->check(CLI::Range(std::int64_t{0}, kLargestCycles)),
         command_->add_option("--trace-after", trace_after_cycles_, "Core clocks after it (default 2000)")
-            ->check(CLI::Range(std::int64_t{0}, kLargestCycles));
-    CLI::Option* const trace_modules =
+            ->check(CLI::Range(std::int64_t{0}, kLargestCycles)),
         command_
             ->add_option("--trace-modules", trace_blocks_,
                          "Only these blocks: comma-separated shell patterns such as 'composer_1_*,swap_lock'")
-            ->delimiter(',');
-    for (CLI::Option* option : {trace_window, trace_before, trace_after, trace_modules}) {
+            ->delimiter(',')};
+    for (CLI::Option* option : waveform_options) {
         option->needs(trace);
+        waveform_options_.push_back(option);
     }
-    command_->add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
-    command_->add_flag("--quiet", quiet_, "Print no summary and no progress");
-    command_->footer(kExamples);
 }
 
-ExitStatus RunCommand::execute() {
-    std::vector<ScenarioOverride> overrides;
-    for (const std::string& text : overrides_) {
-        overrides.push_back(parse_override(text));
+bool RunCommand::chosen() const { return command_->parsed(); }
+
+std::string RunCommand::level() const {
+    if (!level_.empty()) return level_;
+    return std::filesystem::path(trace_file_).extension() == kWaveformExtension ? kRtl : kTlm;
+}
+
+void RunCommand::check_combination(const std::string& level) const {
+    if (no_images_ && level == kFunctional) {
+        throw InputError("--no-images: level functional makes nothing but pictures; use --level tlm or rtl");
     }
-    if (frames_) {
-        overrides.push_back({"frames", std::to_string(*frames_)});
+    if (trace_file_.empty()) return;
+    const std::string trace = "--trace " + trace_file_ + ": ";
+    const std::string extension = std::filesystem::path(trace_file_).extension().string();
+    if (level == kFunctional) {
+        throw InputError(
+            trace +
+            "level functional has no time to show; use --level rtl for a waveform or --level tlm "
+            "for a schedule");
     }
+    if (extension != kWaveformExtension && extension != kScheduleExtension) {
+        throw InputError(trace +
+                         "is no kind of trace; use a name that ends in .vcd for a waveform (level rtl) "
+                         "or in .json for a schedule (level tlm)");
+    }
+    if (extension == kWaveformExtension && level == kTlm) {
+        throw InputError(trace + "level tlm has no signals; use --level rtl, or FILE.json for its schedule");
+    }
+    if (extension == kScheduleExtension && level == kRtl) {
+        throw InputError(trace + "level rtl writes no schedule; use --level tlm, or FILE.vcd for a waveform");
+    }
+    if (extension == kWaveformExtension) return;
+    for (const CLI::Option* option : waveform_options_) {
+        if (option->count() == 0) continue;
+        throw InputError(option->get_name() +
+                         ": goes with a waveform, FILE.vcd; a schedule shows the whole run");
+    }
+}
+
+RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& pictures) const {
     rtl::RunOptions options;
     if (!trace_file_.empty()) {
-        if (level_ != "rtl") {
-            throw InputError("--trace " + trace_file_ + ": level " + level_ +
-                             " has no signals; use --level rtl");
-        }
-        rtl::check_trace_name(trace_file_);
         rtl::TraceWindow window = rtl::parse_trace_window(trace_window_);
         window.before_cycles = trace_before_cycles_.value_or(window.before_cycles);
         window.after_cycles = trace_after_cycles_.value_or(window.after_cycles);
         options.trace = rtl::TraceRequest{trace_file_, window, trace_blocks_};
     }
-    const Scenario scenario = load_scenario(scenario_file_, overrides);
+    const ProgressLine progress(!quiet_);
+    if (!no_images_) {
+        options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
+            pictures.take(frame, display, image);
+        };
+    }
+    options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
+    rtl::RunResult result = rtl::run(scenario, options);
+    Outcome outcome{std::move(result.report), result.simulation_seconds, "", result.trace_note};
+    if (result.traced) {
+        outcome.trace_line = "waveform " + trace_file_ + ": core clocks " +
+                             std::to_string(result.traced->first) + " to " +
+                             std::to_string(result.traced->last);
+    }
+    return outcome;
+}
+
+RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& pictures) const {
+    std::optional<tlm::ScheduleTrace> trace;
+    if (!trace_file_.empty()) trace.emplace(trace_file_, scenario);
+    tlm::RunOptions options;
+    options.observer = trace ? &*trace : nullptr;
+    options.images = !no_images_;
+    const ProgressLine progress(!quiet_);
+    options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
+        pictures.take(frame, display, image);
+    };
+    options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
+    tlm::RunResult result = tlm::run(scenario, options);
+    Outcome outcome{std::move(result.report), result.simulation_seconds, "", ""};
+    if (trace) {
+        trace->finish(outcome.report.core_cycles);
+        outcome.trace_line = "schedule " + trace_file_ + ": to be opened at https://ui.perfetto.dev";
+    }
+    return outcome;
+}
+
+ExitStatus RunCommand::execute() {
+    const std::string level = this->level();
+    check_combination(level);
+    // Before the scenario is read, which takes longer.
+    if (level == kRtl && !trace_file_.empty()) rtl::parse_trace_window(trace_window_);
+    const Scenario scenario = scenario_.load();
     const ResultFolder folder(out_directory_.empty() ? std::filesystem::path("out") / scenario.name
                                                      : std::filesystem::path(out_directory_));
     const std::filesystem::path& directory = folder.path();
 
     PictureSink pictures(directory, scenario);
-    rtl::RunResult result;
-    if (level_ == "functional") {
-        result.report = run_functional(scenario, pictures);
+    Outcome outcome;
+    if (level == kFunctional) {
+        outcome.report = run_functional(scenario, pictures);
     } else {
-        const ProgressLine progress(!quiet_);
-        options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
-            pictures.take(frame, display, image);
-        };
-        options.on_progress = [&](std::int64_t cycles, double share) { progress.update(cycles, share); };
-        result = rtl::run(scenario, options);
+        outcome = level == kRtl ? run_rtl(scenario, pictures) : run_tlm(scenario, pictures);
     }
-    pictures.finish();
-    write_text(directory / "report.json", report_json(result.report));
-    if (!quiet_) {
-        std::cout << report_summary(result.report) << "results in " << directory.string() << std::endl;
-        if (result.simulation_seconds > 0.0) {
-            const double composer_clocks = static_cast<double>(result.report.composers.size()) *
-                                           static_cast<double>(result.report.core_cycles);
-            std::printf("simulated in %.2f s: %.1f million composer clocks a second\n",
-                        result.simulation_seconds, composer_clocks / result.simulation_seconds / 1e6);
-        }
-        if (result.traced) {
-            std::cout << "waveform " << trace_file_ << ": core clocks " << result.traced->first << " to "
-                      << result.traced->last << '\n';
-        }
+    if (no_images_) {
+        remove_pictures(directory);
+    } else {
+        pictures.finish();
     }
-    if (!result.trace_note.empty()) {
-        std::cerr << "no waveform: " << result.trace_note << '\n';
+    write_text(directory / "report.json", report_json(outcome.report));
+    if (!quiet_) print_summary(outcome, directory.string());
+    if (!outcome.trace_note.empty()) {
+        std::cerr << "no waveform: " << outcome.trace_note << '\n';
     }
-    if (!result.watchdog_findings.empty()) {
-        std::cerr << scenario_file_ << ": the watchdog ended the run: nothing moves any more\n";
-        for (const std::string& finding : result.watchdog_findings) {
+    return judge(outcome);
+}
+
+void RunCommand::print_summary(const Outcome& outcome, const std::string& directory) const {
+    std::cout << report_summary(outcome.report) << "results in " << directory << std::endl;
+    if (outcome.simulation_seconds > 0.0) {
+        const double composer_clocks = static_cast<double>(outcome.report.composers.size()) *
+                                       static_cast<double>(outcome.report.core_cycles);
+        std::printf("simulated in %.3f s: %.1f million composer clocks a second\n",
+                    outcome.simulation_seconds, composer_clocks / outcome.simulation_seconds / 1e6);
+        std::fflush(stdout);
+    }
+    if (!outcome.trace_line.empty()) std::cout << outcome.trace_line << '\n';
+}
+
+ExitStatus RunCommand::judge(const Outcome& outcome) const {
+    const RunReport& report = outcome.report;
+    if (!report.watchdog.empty()) {
+        std::cerr << scenario_.file() << ": the watchdog ended the run: nothing moves any more\n";
+        for (const std::string& finding : report.watchdog) {
             std::cerr << "  " << finding << '\n';
         }
         return kExitWatchdog;
     }
-    const RunReport& report = result.report;
     if (strict_ && (report.total_starved_pixels() > 0 || report.total_stalled_cycles() > 0 ||
                     report.total_rejected() > 0)) {
-        std::cerr << scenario_file_ << ": --strict: " << report.total_starved_pixels() << " pixels starved, "
-                  << report.total_stalled_cycles() << " clocks stalled, " << report.total_rejected()
-                  << " frames or rows rejected\n";
+        std::cerr << scenario_.file() << ": --strict: " << report.total_starved_pixels()
+                  << " pixels starved, " << report.total_stalled_cycles() << " clocks stalled, "
+                  << report.total_rejected() << " frames or rows rejected\n";
         return kExitStrict;
     }
     return kExitDone;

@@ -1,17 +1,21 @@
 #pragma once
 
-#include <filesystem>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "program/exit_status.h"
+#include "program/scenario_options.h"
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace metabuffer {
+
+class PictureSink;
 
 /// `metabuffer run`: one scenario at one level; writes pictures and report, prints a summary.
 class RunCommand {
@@ -19,21 +23,34 @@ class RunCommand {
     /// Adds the subcommand and its options.
     explicit RunCommand(CLI::App& program);
 
+    /// Whether the command line names this command.
+    bool chosen() const;
     /// Throws InputError and OutputError.
     ExitStatus execute();
 
   private:
+    struct Outcome;
+
+    void add_trace_options();
+    /// The level that is asked for; without one, that of the trace.
+    std::string level() const;
+    void check_combination(const std::string& level) const;
+    Outcome run_rtl(const Scenario& scenario, PictureSink& pictures) const;
+    Outcome run_tlm(const Scenario& scenario, PictureSink& pictures) const;
+    void print_summary(const Outcome& outcome, const std::string& directory) const;
+    ExitStatus judge(const Outcome& outcome) const;
+
     CLI::App* command_;
-    std::string scenario_file_;
-    std::string level_ = "rtl";
+    ScenarioOptions scenario_;
+    std::string level_;  ///< empty if it is not given
     std::string out_directory_;
-    std::vector<std::string> overrides_;
-    std::optional<int> frames_;
     std::string trace_file_;
+    std::vector<const CLI::Option*> waveform_options_;  ///< what goes with a .vcd only
     std::string trace_window_ = "startframe:0";
     std::optional<std::int64_t> trace_before_cycles_;
     std::optional<std::int64_t> trace_after_cycles_;
     std::vector<std::string> trace_blocks_;
+    bool no_images_ = false;
     bool strict_ = false;
     bool quiet_ = false;
 };

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "formats/image.h"
+#include "scenario/output_error.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer {
@@ -20,10 +20,5 @@ void write_text(const std::filesystem::path& file, const std::string& text);
 /// The displays as they hang side by side, `gap_pixels` of mid grey between them.
 ColourImage collage(const std::vector<ColourImage>& displays, const DisplayConfig& config,
                     int gap_pixels = 4);
-
-/// A result that cannot be written. what() is one line.
-class OutputError : public std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
 
 }  // namespace metabuffer

@@ -52,6 +52,14 @@ void ComposerCounters::add_glitch(const Glitch& glitch) {
     }
 }
 
+void ComposerCounters::add_starved_run(const StarvedRun& run) {
+    starved_pixels += run.x_last - run.x_first + 1;
+    if (!first_glitch) first_glitch = Glitch{run.frame, run.x_first, run.y};
+    last_glitch = Glitch{run.frame, run.x_last, run.y};
+    ++starved_run_count;
+    if (starved_run_count <= kStarvedRunsKept) starved_runs.push_back(run);
+}
+
 std::int64_t RunReport::total_starved_pixels() const {
     return std::accumulate(
         composers.begin(), composers.end(), std::int64_t{0},

@@ -88,6 +88,8 @@ struct ComposerCounters {
 
     /// Counts a starved raster pixel and where it lies. Pixels come in raster order.
     void add_glitch(const Glitch& glitch);
+    /// The same for a run of them that no other touches.
+    void add_starved_run(const StarvedRun& run);
 };
 
 struct DisplayCounters {

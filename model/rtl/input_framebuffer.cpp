@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "scenario/derived_timing.h"
+
 namespace metabuffer::rtl {
 namespace {
-
-constexpr int kFramesPerPair = 2;
 
 int divide_up(int value, int divisor) { return (value + divisor - 1) / divisor; }
 
@@ -23,12 +23,9 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
       cycles_per_beat_(cycles_per_beat(scenario.bus)),
       cycles_per_table_row_(divide_up(8 * kControlRowBytes, scenario.bus.width_bits)),
-      lost_slot_cycles_(divide_up(scenario.bus.burst_pixels, pixels_per_beat_) * cycles_per_beat_),
-      // A link that comes up shows one vertical sync before its first pair: a whole pair time is granted to
-      // it.
-      pair_clocks_(std::int64_t{kFramesPerPair} * renderer_.timing().frame_clocks()),
-      timeout_clocks_(pair_clocks_ * scenario.link_timeout_pairs +
-                      std::int64_t{DviTiming::kVerticalSyncLines} * renderer_.timing().line_clocks()),
+      lost_slot_cycles_(metabuffer::lost_slot_cycles(scenario)),
+      pair_clocks_(pair_clocks(renderer_)),
+      timeout_clocks_(link_timeout_clocks(scenario, renderer_)),
       frame_memory_("frame_memory", scenario.memory, scenario.depth_format,
                     std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels),
       bus_arbiter_("bus_arbiter", scenario.bus.arbitration) {

@@ -62,10 +62,6 @@ class InputFramebuffer final : public Block {
 
     /// Pixels taken from the link, for the watchdog.
     std::int64_t link_pixels() const { return link_pixels_; }
-    /// DVI input clocks after which a pair that has not come is given up.
-    std::int64_t timeout_clocks() const { return timeout_clocks_; }
-    /// Core clocks that a lost slot takes.
-    std::int64_t lost_slot_cycles() const { return lost_slot_cycles_; }
 
   private:
     // ---- the link's side (DVI input clock) ----

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "datapath/slot_table.h"
+#include "scenario/derived_timing.h"
 
 namespace metabuffer::rtl {
 namespace {
@@ -106,8 +106,11 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
     make_composers();
     make_display_side();
     watchdog_ = std::make_unique<Watchdog>(
-        "watchdog", watchdog_interval(), [this] { return progress(); }, [this] { watchdog_timeout(); });
+        "watchdog", picoseconds(watchdog_interval_picoseconds(scenario)), [this] { return progress(); }, [this] { watchdog_timeout(); });
     SC_METHOD(release_reset);
+    SC_METHOD(settle);
+    sensitive << settle_event_;
+    dont_initialize();
     SC_METHOD(finish);
     sensitive << finish_event_;
     dont_initialize();
@@ -284,6 +287,9 @@ void Metabuffer::finish() {
         return;
     }
     finished_ = true;
+    if (watchdog_tripped_) {
+        find_who_waits();
+    }
     if (on_finished_) {
         on_finished_();
     }
@@ -306,42 +312,17 @@ std::int64_t Metabuffer::progress() const {
     return count;
 }
 
-/// Nothing may move while a link or the next frame of the DVI outputs is waited for, a page is opened, or all
-/// slots of a table are lost; twice the longest such silence, and some for what is short, is safe. In
-/// floating point, since legal settings multiply to more than a 64-bit count of picoseconds; a run never gets
-/// that far.
-sc_core::sc_time Metabuffer::watchdog_interval() const {
-    constexpr double kShortWaitsCycles = 10'000.0;
-    constexpr double kLongestPicoseconds = 4.0e18;
-    const auto core_period = static_cast<double>(core_period_picoseconds_);
-    double interval_picoseconds = static_cast<double>(scenario_.watchdog_cycles) * core_period;
-    if (scenario_.watchdog_cycles == 0) {
-        double quiet_picoseconds = 0.0;
-        double lost_slot_cycles = 0.0;
-        for (const auto& framebuffer : input_framebuffers_) {
-            quiet_picoseconds =
-                std::max(quiet_picoseconds, static_cast<double>(framebuffer->timeout_clocks()) *
-                                                static_cast<double>(dvi_in_period_picoseconds_));
-            lost_slot_cycles = static_cast<double>(framebuffer->lost_slot_cycles());
-        }
-        const DviTiming out{scenario_.displays.width_pixels, scenario_.displays.height_pixels};
-        quiet_picoseconds +=
-            2.0 * static_cast<double>(out.frame_clocks()) * static_cast<double>(dvi_out_period_picoseconds_);
-        double bus_cycles = scenario_.memory.page_miss_cycles;
-        if (scenario_.bus.arbitration == Arbitration::kSlotAllocation) {
-            bus_cycles += (kSlotTableLimit + static_cast<double>(displays())) * lost_slot_cycles;
-        }
-        interval_picoseconds =
-            2.0 * quiet_picoseconds +
-            (2.0 * bus_cycles + static_cast<double>(renderers()) + kShortWaitsCycles) * core_period;
+/// The look comes before the clocks of its time, if there are any: the run ends when they have been done.
+void Metabuffer::watchdog_timeout() {
+    if (!finished_) {
+        watchdog_tripped_ = true;
+        settle_event_.notify(sc_core::SC_ZERO_TIME);
     }
-    return sc_core::sc_time(std::min(interval_picoseconds, kLongestPicoseconds), sc_core::SC_PS);
 }
 
-void Metabuffer::watchdog_timeout() {
-    if (finished_) {
-        return;
-    }
+void Metabuffer::settle() { finish_event_.notify(sc_core::SC_ZERO_TIME); }
+
+void Metabuffer::find_who_waits() {
     const std::string own_prefix = std::string(name()) + ".";
     for (const Block* block : blocks_) {
         const std::string waiting = block->waiting_for();
@@ -350,7 +331,6 @@ void Metabuffer::watchdog_timeout() {
                                          waiting);
         }
     }
-    finish_event_.notify(sc_core::SC_ZERO_TIME);
 }
 
 // ---- what a run tells ----

@@ -91,9 +91,10 @@ class Metabuffer final : public Block {
     void frame_captured(std::size_t display, const ColourImage& image);
     void finish();
     std::int64_t progress() const;
-    sc_core::sc_time watchdog_interval() const;
     bool matches(const Block& block, const std::vector<std::string>& patterns) const;
     void watchdog_timeout();
+    void settle();
+    void find_who_waits();
     std::vector<FrameRecord> frame_records() const;
 
     const Scenario& scenario_;
@@ -126,6 +127,8 @@ class Metabuffer final : public Block {
     std::vector<int> last_frame_shown_;  ///< per display
     int frames_shown_ = 0;
     std::vector<std::string> watchdog_findings_;
+    bool watchdog_tripped_ = false;
+    sc_core::sc_event settle_event_;
     sc_core::sc_event finish_event_;
     bool finished_ = false;
 };

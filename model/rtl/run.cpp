@@ -237,7 +237,6 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         result.trace_note = "the run ended before the window began";
     }
     result.simulation_seconds = stopwatch.seconds();
-    result.watchdog_findings = machine.watchdog_findings();
     return result;
 }
 

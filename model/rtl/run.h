@@ -31,10 +31,9 @@ struct RunOptions {
 
 struct RunResult {
     RunReport report;
-    std::vector<std::string> watchdog_findings;  ///< empty if the run came to its end
-    std::optional<CycleRange> traced;            ///< what the waveform holds, if one was written
-    double simulation_seconds =
-        0.0;                 ///< wall time in the kernel, without start-up and without on_frame_shown
+    std::optional<CycleRange> traced;  ///< what the waveform holds, if one was written
+    /// Wall time in the kernel, without start-up and without on_frame_shown.
+    double simulation_seconds = 0.0;
     std::string trace_note;  ///< why there is no waveform although one was asked for
 };
 

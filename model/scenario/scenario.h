@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "datapath/arbitration/arbitration_policy.h"
 #include "datapath/composition.h"
 #include "formats/control_scanline.h"
 #include "formats/dvi_timing.h"
@@ -17,7 +19,6 @@
 
 namespace metabuffer {
 
-enum class Arbitration : std::uint8_t { kIrsa, kSlotAllocation, kRoundRobin, kEdf };
 enum class StarvationMode : std::uint8_t { kGlitch, kStall };
 enum class Pacing : std::uint8_t { kLockstep, kFreeRunning };
 
@@ -117,13 +118,14 @@ struct Renderer {
     std::string name;
     int image_width_pixels = 0;
     int image_height_pixels = 0;
-    std::vector<PixelImage> images;     ///< each different image once, converted to pixels
+    /// Each different image once, converted to pixels. Renderers that name the same files share them.
+    std::vector<std::shared_ptr<const PixelImage>> images;
     std::vector<RendererFrame> frames;  ///< at least one; the last repeats
 
     const RendererFrame& frame_of_pair(std::uint32_t pair) const {
         return frames[std::min<std::size_t>(pair, frames.size() - 1)];
     }
-    const PixelImage& image_of_pair(std::uint32_t pair) const { return images[frame_of_pair(pair).image]; }
+    const PixelImage& image_of_pair(std::uint32_t pair) const { return *images[frame_of_pair(pair).image]; }
     DviTiming timing() const { return renderer_dvi_timing(image_width_pixels, image_height_pixels); }
 };
 

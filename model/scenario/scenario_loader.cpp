@@ -176,11 +176,8 @@ std::vector<RendererSource> read_renderers(const Entry& entry, const std::filesy
     return renderers;
 }
 
-Fault read_fault(const Entry& entry, const std::vector<RendererSource>& renderers) {
+Fault read_fault(const Entry& entry, const std::vector<std::string>& names) {
     Fault fault;
-    std::vector<std::string> names;
-    names.reserve(renderers.size());
-    for (const RendererSource& renderer : renderers) names.push_back(renderer.name);
     const Entry renderer = entry.child("renderer");
     const std::string name = renderer.name();
     const auto found = std::find(names.begin(), names.end(), name);
@@ -203,16 +200,24 @@ Fault read_fault(const Entry& entry, const std::vector<RendererSource>& renderer
     return fault;
 }
 
-/// Images by their files, each read once.
+std::vector<Fault> read_faults(const Entry& entry, const std::vector<RendererSource>& renderers) {
+    std::vector<std::string> names;
+    names.reserve(renderers.size());
+    for (const RendererSource& renderer : renderers) names.push_back(renderer.name);
+    std::vector<Fault> faults;
+    for (const Entry& fault : entry.items()) faults.push_back(read_fault(fault, names));
+    return faults;
+}
+
+/// The scenario's images by their files, each read once however many renderers name it.
 class ImageShelf {
   public:
     explicit ImageShelf(const Scenario& scenario)
         : format_(scenario.depth_format), range_{scenario.depth_near, scenario.depth_far} {}
 
-    /// The image's index in the renderer's list.
-    std::size_t index_of(const FrameSource& source, std::vector<PixelImage>& images) {
-        const auto [known, is_new] = indices_.try_emplace({source.image, source.depth}, images.size());
-        if (is_new) images.push_back(load(source));
+    const std::shared_ptr<const PixelImage>& image_of(const FrameSource& source) {
+        const auto [known, is_new] = images_.try_emplace({source.image, source.depth});
+        if (is_new) known->second = std::make_shared<const PixelImage>(load(source));
         return known->second;
     }
 
@@ -231,7 +236,9 @@ class ImageShelf {
 
     DepthFormat format_;
     DepthRange range_;
-    std::map<std::pair<std::filesystem::path, std::optional<std::filesystem::path>>, std::size_t> indices_;
+    std::map<std::pair<std::filesystem::path, std::optional<std::filesystem::path>>,
+             std::shared_ptr<const PixelImage>>
+        images_;
 };
 
 void split_viewport_of(RendererFrame& frame, const Entry& entry, const Renderer& renderer,
@@ -246,14 +253,18 @@ void split_viewport_of(RendererFrame& frame, const Entry& entry, const Renderer&
 }
 
 void read_images(std::vector<RendererSource>& sources, Scenario& scenario) {
+    ImageShelf shelf(scenario);
     for (std::size_t i = 0; i < sources.size(); ++i) {
         Renderer& renderer = scenario.renderers[i];
-        ImageShelf shelf(scenario);
+        std::map<const PixelImage*, std::size_t> indices;  // into the renderer's own list
         for (std::size_t j = 0; j < sources[i].frames.size(); ++j) {
             const FrameSource& source = sources[i].frames[j];
             RendererFrame& frame = renderer.frames[j];
-            frame.image = shelf.index_of(source, renderer.images);
-            const PixelImage& first = renderer.images.front();
+            const std::shared_ptr<const PixelImage>& image = shelf.image_of(source);
+            const auto [known, is_new] = indices.try_emplace(image.get(), renderer.images.size());
+            if (is_new) renderer.images.push_back(image);
+            frame.image = known->second;
+            const PixelImage& first = *renderer.images.front();
             renderer.image_width_pixels = first.width_pixels;
             renderer.image_height_pixels = first.height_pixels;
             split_viewport_of(frame, source.entry, renderer, scenario.displays.wall());
@@ -282,9 +293,7 @@ Scenario read_scenario(const input::Value& tree, const std::string& default_name
     read_machine(root, scenario);
 
     std::vector<RendererSource> sources = read_renderers(root.child("renderers"), base);
-    for (const Entry& fault : root.child("faults").items()) {
-        scenario.faults.push_back(read_fault(fault, sources));
-    }
+    scenario.faults = read_faults(root.child("faults"), sources);
     std::size_t longest = 1;
     for (const RendererSource& source : sources) {
         longest = std::max(longest, source.frames.size());

@@ -131,8 +131,8 @@ void check_names_and_faults(RuleCheck& check, const Scenario& scenario) {
     }
 }
 
-void check_image(RuleCheck& check, const Scenario& scenario, const Renderer& renderer,
-                 const PixelImage& image, const std::string& path) {
+void check_image_size(RuleCheck& check, const Renderer& renderer, const PixelImage& image,
+                      const std::string& path) {
     const auto size = [](int width, int height) {
         return std::to_string(width) + " x " + std::to_string(height) + " pixels";
     };
@@ -143,6 +143,11 @@ void check_image(RuleCheck& check, const Scenario& scenario, const Renderer& ren
                       ", and the renderer's first " +
                       size(renderer.image_width_pixels, renderer.image_height_pixels) +
                       "; use images of one size, the renderer's DVI mode");
+}
+
+/// What an image must be whichever renderer sends it.
+void check_pixels(RuleCheck& check, const Scenario& scenario, const PixelImage& image,
+                  const std::string& path) {
     const std::uint64_t pixels =
         static_cast<std::uint64_t>(image.width_pixels) * static_cast<std::uint64_t>(image.height_pixels);
     check.require(image.values.size() == pixels, path,
@@ -182,6 +187,8 @@ std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
 
 std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
     RuleCheck check;
+    // Many renderers may share an image, and its pixels take longest to look at.
+    std::set<const PixelImage*> known;
     for (std::size_t i = 0; i < scenario.renderers.size(); ++i) {
         const Renderer& renderer = scenario.renderers[i];
         const std::string path = "renderers[" + std::to_string(i) + "]";
@@ -197,9 +204,17 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
                                   std::to_string(renderer.images.size()) + ", exclusive");
                 continue;
             }
-            if (seen.insert(frame.image).second) {
-                check_image(check, scenario, renderer, renderer.images[frame.image], frame_path + ".image");
+            const PixelImage* image = renderer.images[frame.image].get();
+            if (image == nullptr) {
+                check.require(
+                    false, frame_path + ".image",
+                    std::to_string(frame.image) + " has no image; use the index of one that is there");
+                continue;
             }
+            if (seen.insert(frame.image).second) {
+                check_image_size(check, renderer, *image, frame_path + ".image");
+            }
+            if (known.insert(image).second) check_pixels(check, scenario, *image, frame_path + ".image");
             check_table(check, renderer, frame, frame_path);
         }
     }

@@ -3,7 +3,11 @@
 // One world and one camera serve every image. What a render shows is chosen on the command line, so that the image of a
 // renderer is exactly a rectangle of the joint view, at any resolution; scripts/render-images has the whole list.
 //
-//   Declare=Scene=N          sum of: 1 ball, 2 tube, 4 sea and sky; 7 is everything in one piece, the ground truth
+//   Declare=Scene=N          sum of: 1 ball, 2 tube, 4 sea and sky; 7 is everything in one piece, the ground truth;
+//                              8 buoy, 16 post, which float on the open sea and are no part of the whole
+//   Declare=Open=1           the sea without foam and shade where ball and tube stand, for images that are moved
+//   Declare=Distance=N       of buoy and post, in tenths of a unit from the camera's plane
+//   Declare=Colours=N        of buoy and post, 0 to 3
 //   Declare=GX=N, GY=N       the whole view is a grid of GX x GY pixels
 //   Declare=X0, Y0, X1, Y1   the rectangle of that grid to render, Y downwards, ends exclusive (default: all of it)
 //   Declare=Pass=0|1         0 colour and alpha, 1 depth
@@ -28,6 +32,9 @@ global_settings { assumed_gamma 1.0  max_trace_level 4 }
 #ifndef (Layers) #declare Layers = 1; #end
 #ifndef (Layer)  #declare Layer = 0;  #end
 #ifndef (Beauty) #declare Beauty = 0; #end
+#ifndef (Open)   #declare Open = 0;   #end
+#ifndef (Distance) #declare Distance = 100; #end
+#ifndef (Colours)  #declare Colours = 0;    #end
 #ifndef (GX) #declare GX = 640; #end
 #ifndef (GY) #declare GY = 480; #end
 #ifndef (X0) #declare X0 = 0;   #end
@@ -38,6 +45,8 @@ global_settings { assumed_gamma 1.0  max_trace_level 4 }
 #declare HasBall = (bitwise_and(Scene, 1) != 0);
 #declare HasTube = (bitwise_and(Scene, 2) != 0);
 #declare HasSea  = (bitwise_and(Scene, 4) != 0);
+#declare HasBuoy = (bitwise_and(Scene, 8) != 0);
+#declare HasPost = (bitwise_and(Scene, 16) != 0);
 
 // ---- camera -------------------------------------------------------------------------------------------------------
 // An orthonormal basis (right, up, axis) with the image plane at distance 1; the rectangle is an off-axis window of it,
@@ -218,6 +227,54 @@ sphere {
   }
 #end
 
+// ---- buoy and post ------------------------------------------------------------------------------------------------
+// A small ball and a small tube in the middle of the view. Moved sideways on the wall, an image of one stays at its
+// distance and still meets the waves where it should.
+#if (HasBuoy | HasPost)
+  #declare FloatZ = Eye.z + (Distance/10 + Axis.y*Eye.y)/Axis.z;  // where the plane of that distance cuts the water
+  #switch (Colours)
+    #case (0) #declare Bright = rgb <0.90, 0.88, 0.84>; #declare Deep = rgb <0.72, 0.035, 0.02>; #break
+    #case (1) #declare Bright = rgb <0.95, 0.66, 0.06>; #declare Deep = rgb <0.03, 0.10, 0.36>;  #break
+    #case (2) #declare Bright = rgb <0.92, 0.90, 0.80>; #declare Deep = rgb <0.02, 0.26, 0.16>;  #break
+    #else     #declare Bright = rgb <0.98, 0.36, 0.04>; #declare Deep = rgb <0.20, 0.03, 0.24>;
+  #end
+  #declare FloatFinish = finish { ambient 0.10 diffuse 0.78 specular 0.55 roughness 0.012 reflection { 0.01, 0.22 } }
+#end
+#if (HasBuoy)
+  sphere {
+    <0, 0.20, FloatZ>, 0.45
+    Look(texture {
+      pigment {
+        function { FnBall(x, y, z) } color_map { [0.5 Deep] [0.5 Bright] }
+        rotate <8, 17, -24> translate <0, 0.20, FloatZ>
+      }
+      finish { FloatFinish }
+    })
+  }
+#end
+#if (HasPost)
+  #declare PostPlace = transform { rotate <12, 0, -14> translate <0, 0.20, FloatZ> }
+  #declare PostOutside = texture {
+    pigment {
+      function { select(3.2*y + atan2(x, z)/(2*pi) + 16 - floor(3.2*y + atan2(x, z)/(2*pi) + 16) - 0.5, 0.25, 0.75) }
+      color_map { [0.5 Deep] [0.5 Bright] }
+      transform { PostPlace }
+    }
+    finish { FloatFinish }
+  }
+  union {
+    cylinder { -0.60*y, 0.60*y, 0.27 open transform { PostPlace } Look(PostOutside) }
+    cylinder {
+      -0.60*y, 0.60*y, 0.21 open transform { PostPlace }
+      Look(texture { pigment { Deep*0.3 } finish { ambient 0.12 diffuse 0.7 } })
+    }
+    torus {
+      0.24, 0.03
+      translate 0.60*y transform { PostPlace } Look(texture { pigment { Bright } finish { FloatFinish } })
+    }
+  }
+#end
+
 // ---- sea ----------------------------------------------------------------------------------------------------------
 #if (HasSea)
   // Waves calm down with the distance, where a pixel holds many of them.
@@ -242,7 +299,11 @@ sphere {
     sqrt(max(0, (x - Cx)*(x - Cx) + (y - Cy)*(y - Cy) + (z - Cz)*(z - Cz)
                 - FnAlong(x, y, z)*FnAlong(x, y, z))) - TubeOuter
   }
-  #declare FnSkin  = function(x, y, z) { max(0, min(FnToBall(x, y, z), FnToTube(x, y, z))) }
+  #if (Open)
+    #declare FnSkin = function(x, y, z) { 100 }
+  #else
+    #declare FnSkin = function(x, y, z) { max(0, min(FnToBall(x, y, z), FnToTube(x, y, z))) }
+  #end
   #declare FnShade = function(x, y, z) { max(0.001, min(0.999, FnSkin(x, y, z)/0.9)) }
   #declare FnFoam  = function(x, y, z) {
     max(0.001, min(0.999,

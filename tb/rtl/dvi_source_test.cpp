@@ -155,7 +155,9 @@ TEST_CASE("dvi source: z24 sends all 24 bits of Z in the depth frame") {
     ClockedTestbench bench;
     Scenario scenario = source_scenario(1);
     scenario.depth_format = DepthFormat::kZ24;
-    scenario.renderers.front().images.front().at(2, 1) = Pixel(1, 2, 3, 255, 0xABCDEFU);
+    PixelImage image = *scenario.renderers.front().images.front();
+    image.at(2, 1) = Pixel(1, 2, 3, 255, 0xABCDEFU);
+    scenario.renderers.front().images.front() = std::make_shared<const PixelImage>(image);
     SourceBench dut(bench, "source", scenario);
     bench.core.drive(dut.request, 0, true);
     bench.run_through(kFirstSync + kPair);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 #include "formats/image.h"
 #include "scenario/scenario.h"
 
@@ -21,8 +23,8 @@ inline Renderer renderer_of(const std::vector<PixelImage>& images, const Viewpor
     renderer.name = "renderer";
     renderer.image_width_pixels = images.front().width_pixels;
     renderer.image_height_pixels = images.front().height_pixels;
-    renderer.images = images;
     for (std::size_t i = 0; i < images.size(); ++i) {
+        renderer.images.push_back(std::make_shared<const PixelImage>(images[i]));
         RendererFrame frame;
         frame.image = i;
         frame.table = table;

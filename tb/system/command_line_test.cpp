@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/image.h"
 #include "program/exit_status.h"
 #include "program_run.h"
-#include "report/picture_writer.h"
+#include "workplace.h"
 
 // The built program from outside, as a user meets it.
 
@@ -21,70 +20,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kImageWidth = 40;
-constexpr int kImageHeight = 20;
 constexpr std::int64_t kPeriodPicoseconds = 10'000;  // of the default 100 MHz
-
-/// Two renderers on two displays. The image files are colour only: A = 255, Z = 0.
-constexpr const char* kScenario = R"(name: small
-displays: {columns: 2, rows: 1, width: 24, height: 16}
-memory: {words_per_cycle: 4}
-bus: {width_bits: 256}
-renderers:
-  - name: left
-    frames:
-      - image: a.png
-        viewport: {x: 3, y: 2, multiple: 1}
-      - image: b.png
-        viewport: {x: 5, y: 1, multiple: 1}
-  - name: right
-    frames:
-      - image: b.png
-        viewport: {x: 0, y: 0, multiple: 2}
-)";
-
-/// Overrides with which the scenario starves and bursts are cut short: a bus and buffers that are too small.
-const std::vector<std::string> kNarrow{"--set", "bus.width_bits=16",
-                                       "--set", "composer.buffer_pixels=60",
-                                       "--set", "composer.ready_space_pixels=8",
-                                       "--set", "memory.page_words=16"};
-
-ColourImage gradient(int width, int height, std::uint32_t step) {
-    ColourImage image(width, height);
-    std::uint32_t colour = step;
-    for (std::uint32_t& pixel : image.values) {
-        pixel = colour & 0xFFFFFFU;
-        colour = colour * 5 + step;
-    }
-    return image;
-}
-
-/// A scratch directory with the scenario and its images.
-class Workplace : public ScratchDirectory {
-  public:
-    Workplace() {
-        write("scenario.yaml", kScenario);
-        write_png(*this / "a.png", gradient(kImageWidth, kImageHeight, 0x10305));
-        write_png(*this / "b.png", gradient(kImageWidth, kImageHeight, 0x52211));
-        write_png(*this / "other-size.png", gradient(kImageWidth, kImageHeight + 1, 7));
-    }
-
-    /// `metabuffer run scenario.yaml --out out` and the arguments.
-    ProgramResult run(const std::vector<std::string>& arguments = {}) const {
-        std::vector<std::string> all{"run", "scenario.yaml", "--out", "out"};
-        all.insert(all.end(), arguments.begin(), arguments.end());
-        return run_program(*this, all);
-    }
-    json report(const std::string& directory = "out") const {
-        return json::parse(text_of(*this / directory / "report.json"));
-    }
-    bool exists(const std::string& name) const { return std::filesystem::exists(*this / name); }
-};
-
-std::vector<std::string> operator+(std::vector<std::string> a, const std::vector<std::string>& b) {
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
-}
 
 /// The program must refuse: one line on stderr that holds all the words, exit status 2, and no file.
 void check_refused(const Workplace& place, const ProgramResult& result,
@@ -228,12 +164,13 @@ TEST_CASE("help says what there is", "[program]") {
     const ProgramResult program = run_program(place, {"--help"});
     CHECK(program.status == kExitDone);
     CHECK(program.err.empty());
-    CHECK_THAT(program.out, Contains("run"));
+    CHECK_THAT(program.out, Contains("run") && Contains("compare"));
     const ProgramResult run = run_program(place, {"run", "--help"});
     CHECK(run.status == kExitDone);
     CHECK(run.err.empty());
-    for (const char* option : {"SCENARIO", "--level", "--out", "--set", "--frames", "--trace",
-                               "--trace-window", "--trace-modules", "--strict", "Exit status"}) {
+    for (const char* option :
+         {"SCENARIO", "--level", "default: tlm", "--out", "--set", "--frames", "--trace", ".vcd", ".json",
+          "--trace-window", "--trace-modules", "--no-images", "--strict", "Exit status"}) {
         CHECK_THAT(run.out, Contains(option));
     }
 }
@@ -258,7 +195,7 @@ TEST_CASE("each kind of bad command line is refused in one line", "[program][bad
     const std::vector<std::string> good{"run", "scenario.yaml", "--out", "out"};
     const BadArguments cases[] = {
         {{}, {"--help"}},
-        {{"walk"}, {"--help"}},
+        {{"walk"}, {"--help", "run or compare"}},
         {{"run"}, {"SCENARIO"}},
         {{"run", "scenario.yaml", "another.yaml", "--out", "out"}, {"another.yaml"}},
         {{"run", "missing.yaml", "--out", "out"}, {"missing.yaml", "No such file"}},
@@ -279,9 +216,29 @@ TEST_CASE("each kind of bad command line is refused in one line", "[program][bad
         {good + std::vector<std::string>{"--set", "renderers.0.frames.0.image=no.png"}, {"--set", "no.png"}},
         {good + std::vector<std::string>{"--set", "bus..width_bits=64"}, {"--set", "path"}},
         {good + std::vector<std::string>{"--set", "bus=[1"}, {"--set", "YAML"}},
-        {good + std::vector<std::string>{"--trace", "t.vcd", "--level", "functional"}, {"--trace", "rtl"}},
-        {good + std::vector<std::string>{"--trace", "t.txt"}, {"t.txt", ".vcd"}},
+        {good + std::vector<std::string>{"--trace", "t.vcd", "--level", "functional"},
+         {"--trace t.vcd", "functional", "--level rtl"}},
+        {good + std::vector<std::string>{"--trace", "t.json", "--level", "functional"},
+         {"--trace t.json", "functional", "--level tlm"}},
+        {good + std::vector<std::string>{"--trace", "t.vcd", "--level", "tlm"},
+         {"--trace t.vcd", "--level rtl", ".json"}},
+        {good + std::vector<std::string>{"--trace", "t.json", "--level", "rtl"},
+         {"--trace t.json", "--level tlm", ".vcd"}},
+        {good + std::vector<std::string>{"--trace", "t.txt"}, {"t.txt", ".vcd", ".json"}},
+        {good + std::vector<std::string>{"--trace", "t.txt", "--level", "rtl"}, {"t.txt", ".vcd", ".json"}},
+        {good + std::vector<std::string>{"--trace", "t.json", "--trace-window", "all"},
+         {"--trace-window", "waveform"}},
+        {good + std::vector<std::string>{"--trace", "t.json", "--trace-before", "5"},
+         {"--trace-before", "waveform"}},
+        {good + std::vector<std::string>{"--trace", "t.json", "--trace-after", "5"},
+         {"--trace-after", "waveform"}},
+        {good + std::vector<std::string>{"--trace", "t.json", "--trace-modules", "composer_*"},
+         {"--trace-modules", "waveform"}},
+        {good + std::vector<std::string>{"--trace-window", "all"}, {"--trace-window", "--trace"}},
+        {good + std::vector<std::string>{"--no-images", "--level", "functional"},
+         {"--no-images", "functional", "tlm"}},
         {good + std::vector<std::string>{"--trace", "nowhere/t.vcd"}, {"nowhere/t.vcd"}},
+        {good + std::vector<std::string>{"--trace", "nowhere/t.json"}, {"nowhere/t.json"}},
         {good + std::vector<std::string>{"--trace", "t.vcd", "--trace-before", "-1"}, {"--trace-before"}},
         {good + std::vector<std::string>{"--trace", "t.vcd", "--trace-modules", "computer_*"},
          {"--trace-modules", "composer"}},
@@ -294,9 +251,11 @@ TEST_CASE("each kind of bad command line is refused in one line", "[program][bad
         INFO("metabuffer " << line);
         check_refused(place, run_program(place, bad.arguments), bad.words);
         CHECK_FALSE(place.exists("t.vcd"));
+        CHECK_FALSE(place.exists("t.json"));
         CHECK_FALSE(place.exists("t.txt"));
-        for (const char* left_over : {"out", "t.vcd", "t.txt"})
+        for (const char* left_over : {"out", "t.vcd", "t.json", "t.txt"}) {
             std::filesystem::remove_all(place / left_over);
+        }
     }
 }
 
@@ -340,7 +299,7 @@ TEST_CASE("a run leaves pictures of every frame and the last one, a collage and 
     CHECK(files == 8);  // no half-written file beside them
 }
 
-TEST_CASE("option --quiet prints nothing; results go to out/NAME by default", "[program]") {
+TEST_CASE("option --quiet prints nothing and results go to out/NAME by default", "[program]") {
     const Workplace place;
     const ProgramResult result = run_program(place, {"run", "scenario.yaml", "--quiet"});
     CHECK(result.status == kExitDone);
@@ -381,24 +340,75 @@ TEST_CASE("option --set overrides what the file says", "[program]") {
     CHECK(text_of(place / "out/collage.png") == text_of(place / "same/collage.png"));
 }
 
-TEST_CASE("both levels show the same pictures", "[program]") {
+TEST_CASE("all levels show the same pictures", "[program]") {
     const Workplace place;
     const std::vector<std::string> settings{"--set", "displays.supersample=2", "--set", "composition=over"};
-    CHECK(place.run(settings).status == kExitDone);
-    CHECK(run_program(place, std::vector<std::string>{"run", "scenario.yaml", "--out", "reference", "--level",
-                                                      "functional"} +
-                                 settings)
-              .status == kExitDone);
+    for (const std::string level : {"functional", "rtl", "tlm"}) {
+        CHECK(run_program(place,
+                          std::vector<std::string>{"run", "scenario.yaml", "--out", level, "--level", level} +
+                              settings)
+                  .status == kExitDone);
+        CHECK(place.report(level).at("level") == level);
+    }
     std::size_t pictures = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(place / "reference")) {
+    for (const auto& entry : std::filesystem::directory_iterator(place / "functional")) {
         if (entry.path().extension() != ".png") continue;
-        INFO(entry.path().filename());
-        CHECK(text_of(entry.path()) == text_of(place / "out" / entry.path().filename().string()));
+        const std::string name = entry.path().filename().string();
+        INFO(name);
+        for (const std::string level : {"rtl", "tlm"}) {
+            CHECK(text_of(entry.path()) == text_of(place / level / name));
+        }
         ++pictures;
     }
     CHECK(pictures == 7);
-    CHECK(place.report("reference").at("level") == "functional");
-    CHECK(place.report("out").at("level") == "rtl");
+    json rtl = place.report("rtl");
+    rtl["level"] = "tlm";
+    CHECK(rtl == place.report("tlm"));
+}
+
+TEST_CASE("the level is tlm unless another is asked for or the trace needs it", "[program]") {
+    const Workplace place;
+    const auto level_of = [&place](const std::vector<std::string>& arguments) {
+        const ProgramResult result = place.run(arguments);
+        INFO(result.err);
+        CHECK(result.status == kExitDone);
+        CHECK_THAT(result.out, Contains("million composer clocks a second") && Contains("simulated in"));
+        return place.report().at("level").get<std::string>();
+    };
+    CHECK(level_of({}) == "tlm");
+    CHECK(level_of({"--level", "tlm"}) == "tlm");
+    CHECK(level_of({"--level", "rtl"}) == "rtl");
+    CHECK(level_of({"--trace", "t.json"}) == "tlm");
+    CHECK(level_of({"--trace", "t.json", "--level", "tlm"}) == "tlm");
+    CHECK(level_of({"--trace", "t.vcd"}) == "rtl");
+    CHECK(level_of({"--trace", "t.vcd", "--level", "rtl"}) == "rtl");
+}
+
+TEST_CASE("option --no-images leaves the counters and no picture", "[program]") {
+    const Workplace place;
+    for (const std::string level : {"tlm", "rtl"}) {
+        INFO(level);
+        const std::vector<std::string> at_level{"--level", level};
+        CHECK(place.run(at_level).status == kExitDone);
+        CHECK(place.exists("out/display_2.0001.png"));
+        const std::string report = text_of(place / "out/report.json");
+        // What has no name of the program's own is the user's.
+        for (const char* name : {"out/display_x.png", "out/my-collage.png", "out/display_1.png.txt"}) {
+            place.write(name, "mine");
+        }
+
+        const ProgramResult result = place.run(at_level + std::vector<std::string>{"--no-images"});
+        CHECK(result.status == kExitDone);
+        CHECK_THAT(result.out, Contains("frame rate"));
+        CHECK(text_of(place / "out/report.json") == report);
+        std::vector<std::string> names;
+        for (const auto& entry : std::filesystem::directory_iterator(place / "out")) {
+            names.push_back(entry.path().filename().string());
+        }
+        std::sort(names.begin(), names.end());
+        CHECK(names == std::vector<std::string>{"display_1.png.txt", "display_x.png", "my-collage.png",
+                                                "report.json"});
+    }
 }
 
 TEST_CASE("report.json has every key that is promised", "[program]") {
@@ -481,17 +491,21 @@ TEST_CASE("the watchdog ends a run in which nothing moves and says who waits for
                     "link_timeout_pairs: 1000\n"
                     "watchdog_cycles: 2000\n"
                     "faults: [{renderer: right, pair: 1, kind: delay, frame: colour, delay_pairs: 100}]\n");
-    const ProgramResult result = place.run();
-    INFO(result.err);
-    CHECK(result.status == kExitWatchdog);
-    CHECK_THAT(result.err, Contains("scenario.yaml"));
-    CHECK_THAT(result.err, Contains("watchdog"));
-    CHECK_THAT(result.err, Contains("dvi_source_2 is silent before pair 1"));
-    CHECK_THAT(result.err, Contains("input_framebuffer_2 waits for pair 1"));
-    CHECK_THAT(result.err, Contains("composer_2_1 waits for the table of frame 1"));
-    CHECK_THAT(result.err, !Contains("dvi_source_1"));  // its pairs are all sent
-    CHECK(place.exists("out/report.json"));             // so far as the run went
-    CHECK(place.report().at("displays")[0].at("frames_shown") == 1);
+    for (const std::string level : {"rtl", "tlm"}) {
+        const ProgramResult result = place.run({"--level", level});
+        INFO(result.err);
+        CHECK(result.status == kExitWatchdog);
+        CHECK_THAT(result.err, Contains("scenario.yaml"));
+        CHECK_THAT(result.err, Contains("watchdog"));
+        CHECK_THAT(result.err, Contains("dvi_source_2 is silent before pair 1"));
+        CHECK_THAT(result.err, Contains("input_framebuffer_2 waits for pair 1"));
+        CHECK_THAT(result.err, Contains("composer_2_1 waits for the table of frame 1"));
+        CHECK_THAT(result.err, !Contains("dvi_source_1"));  // its pairs are all sent
+        CHECK(place.exists("out/report.json"));             // so far as the run went
+        CHECK(place.report().at("displays")[0].at("frames_shown") == 1);
+        CHECK(place.report().at("watchdog").size() + 1 ==
+              static_cast<std::size_t>(std::count(result.err.begin(), result.err.end(), '\n')));
+    }
 }
 
 TEST_CASE("a trace shows the paper's signals around STARTFRAME by default", "[program][trace]") {
@@ -648,11 +662,47 @@ TEST_CASE("option --trace-modules chooses the blocks that are traced", "[program
 
 TEST_CASE("a trace changes nothing in the run", "[program][trace]") {
     const Workplace place;
-    REQUIRE(place.run(kNarrow).status == kExitDone);
+    REQUIRE(place.run(kNarrow + std::vector<std::string>{"--level", "rtl"}).status == kExitDone);
     REQUIRE(run_program(place, std::vector<std::string>{"run", "scenario.yaml", "--out", "traced", "--trace",
                                                         "t.vcd", "--trace-window", "first-starved-pixel"} +
                                    kNarrow)
                 .status == kExitDone);
     CHECK(text_of(place / "out/report.json") == text_of(place / "traced/report.json"));
     CHECK(text_of(place / "out/collage.png") == text_of(place / "traced/collage.png"));
+}
+
+TEST_CASE("a .json trace is the schedule of the whole run and changes nothing in it", "[program][trace]") {
+    const Workplace place;
+    REQUIRE(place.run(kNarrow).status == kExitDone);
+    const std::string report = text_of(place / "out/report.json");
+    const std::string collage = text_of(place / "out/collage.png");
+    const ProgramResult result = place.run(kNarrow + std::vector<std::string>{"--trace", "t.json"});
+    CHECK(result.status == kExitDone);
+    CHECK(result.err.empty());
+    CHECK_THAT(result.out, Contains("schedule t.json") && Contains("ui.perfetto.dev"));
+    CHECK(text_of(place / "out/report.json") == report);
+    CHECK(text_of(place / "out/collage.png") == collage);
+    const json schedule = json::parse(text_of(place / "t.json"));
+    CHECK(schedule.at("traceEvents").size() > 100);
+
+    // Without pictures it is the same.
+    const std::string text = text_of(place / "t.json");
+    CHECK(place.run(kNarrow + std::vector<std::string>{"--trace", "t.json", "--no-images"}).status ==
+          kExitDone);
+    CHECK(text_of(place / "t.json") == text);
+    std::size_t traces = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(place.path())) {
+        traces += entry.path().filename().string().rfind("t.", 0) == 0 ? 1 : 0;
+    }
+    CHECK(traces == 1);  // no half-written file beside it
+}
+
+TEST_CASE("a run that the watchdog ends leaves its schedule", "[program][trace]") {
+    const Workplace place;
+    place.write("scenario.yaml", std::string(kScenario) +
+                                     "link_timeout_pairs: 1000\n"
+                                     "watchdog_cycles: 2000\n"
+                                     "faults: [{renderer: right, pair: 1, kind: delay, delay_pairs: 100}]\n");
+    CHECK(place.run({"--trace", "t.json"}).status == kExitWatchdog);
+    CHECK(json::parse(text_of(place / "t.json")).at("traceEvents").size() > 10);
 }

@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include "random_seed.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
+#include "tlm_run.h"
 #include "trace_switch.h"
 
 using namespace metabuffer;
@@ -60,7 +62,7 @@ Scenario two_renderers(int different_pairs) {
             frame.viewport = Viewport{2 + (pair + r) % 3, 1 + pair % 2, 1};
             frame.table =
                 split_viewport(*frame.viewport, kImageWidth, kImageHeight, scenario.displays.wall());
-            renderer.images.push_back(noise(random));
+            renderer.images.push_back(std::make_shared<const PixelImage>(noise(random)));
             renderer.frames.push_back(frame);
         }
         scenario.renderers.push_back(renderer);
@@ -91,10 +93,25 @@ MachineRuns machines_with_faults(std::uint32_t pair, int delay_pairs, Pacing pac
     return runs;
 }
 
+/// Runs the machines, and beside them those of level tlm, which must do the same.
 void run_traced(MachineRuns& runs) {
     TraceSwitch trace;
-    for (const auto& run : runs) trace.add(run->machine());
+    TlmRuns tlm_runs;
+    for (const auto& run : runs) {
+        trace.add(run->machine());
+        const std::string name = "tlm_" + std::to_string(tlm_runs.size() + 1);
+        tlm_runs.push_back(std::make_unique<TlmRun>(name, run->scenario()));
+    }
     REQUIRE(run_to_end(runs));
+    simulate_until([&tlm_runs] {
+        return std::all_of(tlm_runs.begin(), tlm_runs.end(), [](const auto& run) { return run->finished(); });
+    });
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        INFO(describe(runs[i]->scenario()));
+        const std::vector<std::string> differences = level_differences(*runs[i], *tlm_runs[i]);
+        INFO(first_lines(differences));
+        CHECK(differences.empty());
+    }
 }
 
 /// The cause under which the decoder counts a fault; none for one that is no frame's own fault.

@@ -14,33 +14,19 @@ const sc_core::sc_time kFarTooLong(2.0, sc_core::SC_SEC);
 MachineRun::MachineRun(const std::string& name, Scenario scenario, rtl::ClockGating gating)
     : scenario_(std::move(scenario)),
       machine_(std::make_unique<rtl::Metabuffer>(name.c_str(), scenario_, gating)),
-      shown_(static_cast<std::size_t>(scenario_.frames * scenario_.displays.count())),
+      shown_(scenario_),
       glitches_(scenario_.renderers.size() * static_cast<std::size_t>(scenario_.displays.count())),
       located_(glitches_.size()) {
-    machine_->on_frame_shown([this](int frame, int display, const ColourImage& image) {
-        Shown& shown = shown_.at(place(frame, display));
-        shown.image = image;
-        ++shown.times;
-    });
+    machine_->on_frame_shown(
+        [this](int frame, int display, const ColourImage& image) { shown_.take(frame, display, image); });
     machine_->on_glitch(
         [this](int renderer, int display, const Glitch& glitch) { take_glitch(renderer, display, glitch); });
     machine_->on_finished([this] { report_ = machine_->report(); });
 }
 
-std::size_t MachineRun::place(int frame, int display) const {
-    return static_cast<std::size_t>(frame * scenario_.displays.count() + display - 1);
-}
-
 std::size_t MachineRun::composer(int renderer, int display) const {
     return static_cast<std::size_t>((renderer - 1) * scenario_.displays.count() + display - 1);
 }
-
-const ColourImage* MachineRun::picture(int frame, int display) const {
-    const Shown& shown = shown_.at(place(frame, display));
-    return shown.times == 0 ? nullptr : &shown.image;
-}
-
-int MachineRun::times_shown(int frame, int display) const { return shown_.at(place(frame, display)).times; }
 
 void MachineRun::take_glitch(int renderer, int display, const Glitch& glitch) {
     const int width = scenario_.displays.raster_width_pixels();
@@ -71,16 +57,19 @@ std::int64_t MachineRun::glitches_located(int renderer, int display) const {
     return located_.at(composer(renderer, display));
 }
 
-bool run_to_end(MachineRuns& runs) {
-    const auto every = [&runs](auto holds) {
-        return std::all_of(runs.begin(), runs.end(), [&](const auto& run) { return holds(*run); });
-    };
-    while (!every([](const MachineRun& run) { return run.finished(); })) {
-        if (sc_core::sc_time_stamp() > kFarTooLong) {
-            return false;
-        }
+bool simulate_until(const std::function<bool()>& condition) {
+    while (!condition()) {
+        if (sc_core::sc_time_stamp() > kFarTooLong) return false;
         sc_core::sc_start(kChunk);
     }
+    return true;
+}
+
+bool run_to_end(MachineRuns& runs) {
+    const bool finished = simulate_until([&runs] {
+        return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run->finished(); });
+    });
+    if (!finished) return false;
     // A chunk is longer than any bus of these tests waits for a page or a slot.
     std::int64_t sent = -1;
     std::int64_t sent_before = -2;

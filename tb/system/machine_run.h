@@ -7,6 +7,7 @@
 
 #include "rtl/metabuffer.h"
 #include "scenario/scenario.h"
+#include "shown_pictures.h"
 
 namespace metabuffer::test {
 
@@ -29,9 +30,9 @@ class MachineRun {
     const RunReport& drained_report() const { return drained_report_; }
 
     /// What a display (from 1) showed of a frame (from 0); null if it never did.
-    const ColourImage* picture(int frame, int display) const;
+    const ColourImage* picture(int frame, int display) const { return shown_.picture(frame, display); }
     /// How often a frame was shown first: 1 for each frame and display of a whole run.
-    int times_shown(int frame, int display) const;
+    int times_shown(int frame, int display) const { return shown_.times_shown(frame, display); }
 
     /// Whether renderer and display (from 1) told of a glitch at that raster pixel.
     bool has_glitch(int renderer, int display, const Glitch& glitch) const;
@@ -42,24 +43,22 @@ class MachineRun {
     void read_drained_report() { drained_report_ = machine_->report(); }
 
   private:
-    struct Shown {
-        ColourImage image;
-        int times = 0;
-    };
-
-    std::size_t place(int frame, int display) const;
     std::size_t composer(int renderer, int display) const;
     void take_glitch(int renderer, int display, const Glitch& glitch);
 
     Scenario scenario_;
     std::unique_ptr<rtl::Metabuffer> machine_;
-    std::vector<Shown> shown_;                 ///< by frame and display
+    ShownPictures shown_;
     std::vector<std::vector<bool>> glitches_;  ///< by composer: one flag a raster pixel and frame
     std::vector<std::int64_t> located_;        ///< by composer
     bool glitches_malformed_ = false;
     RunReport report_;
     RunReport drained_report_;
 };
+
+/// Runs the simulation until the condition holds. False if it does not after a time in which any machine of
+/// these tests has finished.
+bool simulate_until(const std::function<bool()>& condition);
 
 using MachineRuns = std::vector<std::unique_ptr<MachineRun>>;
 

@@ -47,7 +47,12 @@ bool ProgramResult::complains_in_one_line() const {
 }
 
 ProgramResult run_program(const ScratchDirectory& scratch, const std::vector<std::string>& arguments) {
-    std::string command = "cd " + quoted(scratch.path().string()) + " && " + quoted(METABUFFER_PROGRAM);
+    return run_program(METABUFFER_PROGRAM, scratch, arguments);
+}
+
+ProgramResult run_program(const std::filesystem::path& program, const ScratchDirectory& scratch,
+                          const std::vector<std::string>& arguments) {
+    std::string command = "cd " + quoted(scratch.path().string()) + " && " + quoted(program.string());
     for (const std::string& argument : arguments) command += " " + quoted(argument);
     const std::filesystem::path out = scratch / ".stdout";
     const std::filesystem::path err = scratch / ".stderr";

@@ -37,6 +37,9 @@ struct ProgramResult {
 
 /// Runs the built program and waits for it.
 ProgramResult run_program(const ScratchDirectory& scratch, const std::vector<std::string>& arguments);
+/// The same with another program than the built one.
+ProgramResult run_program(const std::filesystem::path& program, const ScratchDirectory& scratch,
+                          const std::vector<std::string>& arguments);
 
 std::string text_of(const std::filesystem::path& file);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <sstream>
 #include <utility>
 
@@ -203,8 +204,8 @@ Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
         renderer.frames.push_back(std::move(entry));
     }
     for (int image = 0; image < images; ++image) {
-        renderer.images.push_back(random_image(random, renderer.image_width_pixels,
-                                               renderer.image_height_pixels, scenario.depth_format));
+        renderer.images.push_back(std::make_shared<const PixelImage>(random_image(
+            random, renderer.image_width_pixels, renderer.image_height_pixels, scenario.depth_format)));
     }
     return renderer;
 }

@@ -1,22 +1,18 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <string>
 
 #include "machine_checks.h"
 #include "machine_run.h"
+#include "random_batches.h"
 #include "random_scenario.h"
-#include "random_seed.h"
 #include "trace_switch.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;
 
 namespace {
-
-constexpr int kBatches = 40;
-constexpr int kMachinesPerBatch = 8;
 
 void run_and_check(const std::vector<std::uint64_t>& seeds) {
     MachineRuns runs;
@@ -31,45 +27,14 @@ void run_and_check(const std::vector<std::uint64_t>& seeds) {
         INFO("METABUFFER_SEED=" << seeds[i] << " replays this machine alone");
         INFO(describe(runs[i]->scenario()));
         std::string waiting;
-        for (const std::string& finding : runs[i]->machine().watchdog_findings()) waiting += finding + "\n";
+        for (const std::string& finding : runs[i]->report().watchdog) waiting += finding + "\n";
         INFO(waiting);
         CHECK((ended || runs[i]->finished()));
         check_run(*runs[i]);
     }
 }
 
-/// A batch of machines in one elaboration. METABUFFER_SEED replays one machine instead, in any batch.
-class RandomBatch final : public Catch::ITestInvoker {
-  public:
-    explicit RandomBatch(int batch) : batch_(batch) {}
-    void invoke() const override {
-        std::vector<std::uint64_t> seeds;
-        if (std::getenv("METABUFFER_SEED") != nullptr) {
-            seeds.push_back(random_seed(0));
-        } else {
-            for (int machine = 0; machine < kMachinesPerBatch; ++machine) {
-                seeds.push_back(static_cast<std::uint64_t>(batch_ * kMachinesPerBatch + machine + 1));
-            }
-        }
-        run_and_check(seeds);
-    }
-
-  private:
-    int batch_;
-};
-
-bool register_batches() {
-    for (int batch = 0; batch < kBatches; ++batch) {
-        const std::string name = "random systems of seeds " + std::to_string(batch * kMachinesPerBatch + 1) +
-                                 " to " + std::to_string((batch + 1) * kMachinesPerBatch);
-        // Registers in its constructor, as the macro does for a function.
-        const Catch::AutoReg registration(new RandomBatch(batch), CATCH_INTERNAL_LINEINFO, Catch::StringRef(),
-                                          Catch::NameAndTags{name, "[system][random]"});
-    }
-    return true;
-}
-
-const bool kRegistered = register_batches();
+const bool kRegistered = register_random_batches("random systems", run_and_check);
 
 }  // namespace
 

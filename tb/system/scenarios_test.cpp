@@ -13,6 +13,7 @@
 #include "report/picture_writer.h"
 #include "scenario/image_loader.h"
 #include "scenario/scenario_loader.h"
+#include "tlm_run.h"
 #include "trace_switch.h"
 
 using namespace metabuffer;
@@ -49,6 +50,20 @@ std::unique_ptr<MachineRun> run_scenario(const std::string& name) {
     return std::move(runs.back());
 }
 
+/// The same with the transaction-level machines beside it.
+LevelRuns run_levels(const std::string& name) {
+    LevelRuns levels("metabuffer", load(name));
+    MachineRuns runs;
+    runs.push_back(std::move(levels.rtl));
+    TraceSwitch trace;
+    trace.add(runs.back()->machine());
+    REQUIRE(run_to_end(runs));
+    levels.rtl = std::move(runs.back());
+    REQUIRE(levels.rtl->report().frames.size() == static_cast<std::size_t>(levels.rtl->scenario().frames));
+    simulate_until([&levels] { return levels.finished(); });
+    return levels;
+}
+
 /// The pictures of the functional level, no time and no clocked part in it.
 std::vector<ColourImage> functional_pictures(const Scenario& scenario, int frame) {
     const auto pairs = functional::pairs_without_time(scenario).at(static_cast<std::size_t>(frame));
@@ -61,12 +76,16 @@ std::vector<ColourImage> functional_pictures(const Scenario& scenario, int frame
 }
 
 /// One scenario file, run to its end: its pictures are the functional level's, except for the pixels that the
-/// machine located as starved.
+/// machine located as starved, and level tlm gives all the same.
 class ScenarioRun final : public Catch::ITestInvoker {
   public:
     explicit ScenarioRun(std::string name) : name_(std::move(name)) {}
     void invoke() const override {
-        const std::unique_ptr<MachineRun> run = run_scenario(name_);
+        const LevelRuns levels = run_levels(name_);
+        const std::vector<std::string> differences = level_differences(levels);
+        INFO(first_lines(differences));
+        CHECK(differences.empty());
+        const std::unique_ptr<MachineRun>& run = levels.rtl;
         check_run(*run);
         const std::int64_t starved = run->report().total_starved_pixels();
         if (kNeverStarve.count(name_) != 0) {

@@ -9,6 +9,8 @@
 
 namespace metabuffer {
 
+enum class Arbitration : std::uint8_t { kIrsa, kSlotAllocation, kRoundRobin, kEdf };
+
 /// What the arbiter sees of one table row at a clock.
 struct BusRequest {
     bool pending = false;         ///< pixels of its segment are still to be sent
@@ -44,5 +46,8 @@ class ArbitrationPolicy {
     /// Position in the slot table, for waveforms; 0 where there is none.
     virtual int slot() const { return 0; }
 };
+
+/// The policy that bus.arbitration names.
+std::unique_ptr<ArbitrationPolicy> make_policy(Arbitration arbitration);
 
 }  // namespace metabuffer

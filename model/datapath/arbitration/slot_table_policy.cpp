@@ -12,6 +12,21 @@ void SlotTablePolicy::start_frame(const std::vector<Segment>& segments) {
     }
     table_ = slots_ == Slots::kProportional ? slot_table(rows) : equal_slot_table(rows);
     next_ = 0;
+    find_distances(rows.size());
+}
+
+/// Backwards through the table twice, so that every slot sees the row's next one behind the table's end too.
+void SlotTablePolicy::find_distances(std::size_t rows) {
+    const std::size_t slots = table_.size();
+    distances_.assign(rows * slots, 0);
+    for (std::size_t row = 0; row < rows; ++row) {
+        int distance = 0;
+        for (std::size_t step = 2 * slots; step-- > 0;) {
+            const std::size_t slot = step % slots;
+            distance = table_[slot] == static_cast<int>(row) ? 0 : distance + 1;
+            distances_[row * slots + slot] = distance;
+        }
+    }
 }
 
 BusGrant SlotTablePolicy::pick(const std::vector<BusRequest>& requests) {
@@ -24,16 +39,18 @@ BusGrant SlotTablePolicy::pick(const std::vector<BusRequest>& requests) {
         step();
         return {usable(row) ? BusGrant::Kind::kBurst : BusGrant::Kind::kLost, row, 0};
     }
-    const std::size_t start = next_;
-    for (int passed = 0; passed < static_cast<int>(table_.size()); ++passed) {
-        const int row = table_[next_];
-        step();
-        if (usable(row)) {
-            return {BusGrant::Kind::kBurst, row, passed};
+    BusGrant grant;  // a poll does not move the table on
+    for (std::size_t row = 0; row < requests.size(); ++row) {
+        const int passed = distances_[row * table_.size() + next_];
+        if (usable(static_cast<int>(row)) && (grant.row < 0 || passed < grant.recovered_slots)) {
+            grant = {BusGrant::Kind::kBurst, static_cast<int>(row), passed};
         }
     }
-    next_ = start;  // a poll does not move the table on
-    return {};
+    if (grant.row >= 0) {
+        next_ = (next_ + static_cast<std::size_t>(grant.recovered_slots)) % table_.size();
+        step();
+    }
+    return grant;
 }
 
 }  // namespace metabuffer

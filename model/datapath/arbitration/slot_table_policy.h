@@ -20,11 +20,13 @@ class SlotTablePolicy final : public ArbitrationPolicy {
     int slot() const override { return static_cast<int>(next_); }
 
   private:
+    void find_distances(std::size_t rows);
     void step() { next_ = next_ + 1 == table_.size() ? 0 : next_ + 1; }
 
     Slots slots_;
     IdleSlots idle_slots_;
     std::vector<int> table_;
+    std::vector<int> distances_;  ///< by row and slot: slots to pass from that slot to the row's next one
     std::size_t next_ = 0;
 };
 

@@ -6,6 +6,7 @@
 
 #include "functional/functional_compositor.h"
 #include "random_seed.h"
+#include "unit/functional/naive_pixels.h"
 
 // The functional compositor paints forwards; the reference in this file asks backwards, position by position,
 // which source pixel shows there, and blends in floating point.
@@ -14,6 +15,9 @@ using namespace metabuffer;
 using functional::composite_display;
 using functional::composite_raster;
 using functional::Contribution;
+using test::naive_after_link;
+using test::naive_blend;
+using test::random_pixel;
 
 namespace {
 
@@ -30,32 +34,10 @@ bool find_source(const Contribution& contribution, int display, int x, int y, De
         const int i = floor_div(x - row.dx, row.dmultiple);
         const int j = floor_div(y - row.dy, row.dmultiple);
         if (i < 0 || i >= row.sdx || j < 0 || j >= row.sdy) return false;
-        const Pixel source = contribution.image->at(row.sx + i, row.sy + j);
-        const bool z24 = format == DepthFormat::kZ24;
-        pixel = Pixel(source.r(), source.g(), source.b(), z24 ? std::uint8_t{255} : source.a(),
-                      z24 ? source.z() : source.z() % 0x1'0000U);
+        pixel = naive_after_link(contribution.image->at(row.sx + i, row.sy + j), format);
         return true;
     }
     return false;
-}
-
-std::uint8_t naive_over_channel(int front, int back, int front_alpha) {
-    const long through = std::lround(back * (255.0 - front_alpha) / 255.0);
-    return static_cast<std::uint8_t>(std::min(255L, front + through));
-}
-
-Pixel naive_blend(Composition composition, Pixel local, Pixel upstream) {
-    const bool nearer = local.z() < upstream.z();
-    if (composition != Composition::kOver) {
-        const bool keyed_out = composition == Composition::kZAlphaKey && local.a() == 0;
-        return nearer && !keyed_out ? local : upstream;
-    }
-    const Pixel front = nearer ? local : upstream;
-    const Pixel back = nearer ? upstream : local;
-    return {naive_over_channel(front.r(), back.r(), front.a()),
-            naive_over_channel(front.g(), back.g(), front.a()),
-            naive_over_channel(front.b(), back.b(), front.a()),
-            naive_over_channel(front.a(), back.a(), front.a()), front.z()};
 }
 
 PixelImage naive_raster(const Scenario& scenario, const std::vector<Contribution>& contributions,
@@ -117,17 +99,6 @@ ViewportRow whole(const PixelImage& image, int display = 1, int x = 0, int y = 0
     row.dy = static_cast<std::int16_t>(y);
     row.dmultiple = static_cast<std::uint16_t>(multiple);
     return row;
-}
-
-Pixel random_pixel(test::Random& random) {
-    // Few depths and alphas, so that ties, clear and opaque pixels are common; and now and then any word.
-    if (random.one_in(4)) return Pixel(random.bits() & 0xFF'FFFF'FFFF'FFFFULL);
-    const std::uint32_t depths[] = {0, 1, 2, 3, 0x7FFF, 0xFFFF, 0xFF'FFFF};
-    const std::uint8_t alphas[] = {0, 1, 127, 128, 254, 255};
-    return {static_cast<std::uint8_t>(random.between(0, 255)),
-            static_cast<std::uint8_t>(random.between(0, 255)),
-            static_cast<std::uint8_t>(random.between(0, 255)), alphas[random.between(0, 5)],
-            depths[random.between(0, 6)]};
 }
 
 PixelImage random_image(test::Random& random, int width, int height) {
@@ -245,6 +216,99 @@ TEST_CASE("random machines agree with a per-pixel inverse mapping", "[functional
         }
     }
     CHECK(painted > 10000);  // the machines drawn do show something
+}
+
+TEST_CASE("wide rasters, any multiple and rows far over every edge agree too", "[functional][random]") {
+    const std::uint64_t seed = test::random_seed(20260102);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+
+    int painted = 0;
+    for (int trial = 0; trial < 60; ++trial) {
+        INFO("trial " << trial);
+        Scenario scenario = random_machine(random);
+        scenario.displays.columns = 1;
+        scenario.displays.rows = 1;
+        scenario.displays.width_pixels = random.between(200, 800);
+        scenario.displays.height_pixels = random.between(1, 6);
+        const int width = scenario.displays.raster_width_pixels();
+        const int height = scenario.displays.raster_height_pixels();
+
+        std::vector<PixelImage> images;
+        for (int n = random.between(1, 4); n > 0; --n) {
+            images.push_back(random_image(random, random.between(1, 900), random.between(1, 10)));
+        }
+        std::vector<Contribution> contributions;
+        for (const PixelImage& image : images) {
+            const int multiples[] = {1, 1, 2, 3, 4, 5, 8, 16, 31, 255};
+            const int multiple = multiples[random.between(0, 9)];
+            // No valid row leaves the raster by more than a source pixel, but the clipping does not rely on
+            // it.
+            const int x = random.between(std::max(-image.width_pixels * multiple, -2 * width), width);
+            const int y = random.between(std::max(-image.height_pixels * multiple, -2 * height), height);
+            contributions.push_back({&image, {whole(image, 1, x, y, multiple)}});
+        }
+
+        const PixelImage expected = naive_raster(scenario, contributions, 1);
+        painted += static_cast<int>(expected.values.size()) -
+                   static_cast<int>(std::count(expected.values.begin(), expected.values.end(),
+                                               scenario.background_pixel()));
+        REQUIRE(composite_raster(scenario, contributions, 1) == expected);
+        REQUIRE(composite_display(scenario, contributions, 1) ==
+                naive_average(expected, scenario.displays.supersample));
+    }
+    CHECK(painted > 10000);
+}
+
+TEST_CASE("a compositor kept for a run shows what a new one for each picture would", "[functional][random]") {
+    const std::uint64_t seed = test::random_seed(20260103);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+
+    for (int trial = 0; trial < 30; ++trial) {
+        INFO("trial " << trial);
+        const Scenario scenario = random_machine(random);
+        std::vector<PixelImage> images(5);
+        for (PixelImage& image : images) {
+            image = random_image(random, random.between(1, 24), random.between(1, 24));
+        }
+        functional::Compositor compositor(scenario);
+        for (int frame = 0; frame < 6; ++frame) {
+            INFO("frame " << frame);
+            std::vector<Contribution> contributions(3);
+            for (Contribution& contribution : contributions) {
+                if (random.one_in(8)) continue;
+                // Now and then two renderers show the same image, and images come again later.
+                contribution.image = &images[static_cast<std::size_t>(random.between(0, 4))];
+                for (int display = 1; display <= scenario.displays.count(); ++display) {
+                    contribution.rows.push_back(random_row(random, scenario, *contribution.image, display));
+                }
+            }
+            compositor.begin_frame(contributions);
+            for (int display = 1; display <= scenario.displays.count(); ++display) {
+                INFO("display " << display);
+                REQUIRE(compositor.raster(display) == composite_raster(scenario, contributions, display));
+                REQUIRE(compositor.picture(display) == composite_display(scenario, contributions, display));
+            }
+        }
+    }
+}
+
+TEST_CASE("a compositor forgets an image that a frame has gone without", "[functional]") {
+    const Scenario scenario = one_display(2, 2);
+    const PixelImage other(3, 1, Pixel(1, 1, 1, 255, 1));
+    PixelImage image(2, 2, Pixel(9, 9, 9, 255, 0));
+    functional::Compositor compositor(scenario);
+
+    compositor.begin_frame({{&image, {whole(image)}}});
+    CHECK(compositor.raster(1) == image);
+    compositor.begin_frame({{&other, {whole(other)}}});
+    CHECK(compositor.picture(1).at(1, 0) == 0x010101);
+    CHECK(compositor.picture(1).at(1, 1) == 0x010203);
+
+    image = PixelImage(2, 2, Pixel(8, 8, 8, 255, 0));
+    compositor.begin_frame({{&image, {whole(image)}}});
+    CHECK(compositor.raster(1) == image);
 }
 
 TEST_CASE("the nearer pixel wins and a tie keeps the upstream one", "[functional]") {
@@ -400,6 +464,15 @@ TEST_CASE("an image that holds more than the link carries loses it", "[functiona
     scenario.depth_format = DepthFormat::kZ24;
     CHECK(composite_raster(scenario, {{&image, {whole(image)}}}, 1).at(0, 0) ==
           Pixel(9, 8, 7, 255, 0x12'3456));
+}
+
+TEST_CASE("averaging leaves out what does not fill a square", "[functional]") {
+    PixelImage raster(601, 5, Pixel(7, 7, 7, 255, 0));
+    raster.at(600, 4) = Pixel(255, 255, 255, 255, 0);
+    for (const int s : {1, 2, 4}) {
+        INFO("supersample " << s);
+        CHECK(functional::average_raster(raster, s) == naive_average(raster, s));
+    }
 }
 
 TEST_CASE("averaging rounds halves up, each channel alone", "[functional]") {

@@ -1,4 +1,5 @@
 #include <catch2/catch.hpp>
+#include <memory>
 #include <vector>
 
 #include "functional/functional_compositor.h"
@@ -106,7 +107,8 @@ TEST_CASE("contributions are the pair's image and the rows that stand", "[functi
     Renderer renderer;
     renderer.image_width_pixels = 4;
     renderer.image_height_pixels = 4;
-    renderer.images = {PixelImage(4, 4, Pixel(1)), PixelImage(4, 4, Pixel(2))};
+    renderer.images = {std::make_shared<const PixelImage>(4, 4, Pixel(1)),
+                       std::make_shared<const PixelImage>(4, 4, Pixel(2))};
     renderer.frames.resize(2);
     renderer.frames[0].image = 1;
     renderer.frames[0].table = {no_such_display, good, window_too_wide, good, fitting_window};
@@ -116,10 +118,10 @@ TEST_CASE("contributions are the pair's image and the rows that stand", "[functi
 
     const auto contributions = contributions_of(scenario, {0, -1, 7});
     REQUIRE(contributions.size() == 3);
-    CHECK(contributions[0].image == &scenario.renderers[0].images[1]);
+    CHECK(contributions[0].image == scenario.renderers[0].images[1].get());
     CHECK(contributions[0].rows == ViewportTable{good, fitting_window});
     CHECK(contributions[1].image == nullptr);
     CHECK(contributions[1].rows.empty());
-    CHECK(contributions[2].image == &scenario.renderers[2].images[0]);  // the last entry repeats
+    CHECK(contributions[2].image == scenario.renderers[2].images[0].get());  // the last entry repeats
     CHECK(contributions[2].rows == ViewportTable{other});
 }

@@ -211,8 +211,25 @@ TEST_CASE("renderers: each different pair of files is read once") {
     std::vector<std::size_t> indices;
     for (const RendererFrame& frame : renderer.frames) indices.push_back(frame.image);
     CHECK(indices == std::vector<std::size_t>{0, 1, 0, 2, 3, 2});
-    CHECK(renderer.images[0].at(3, 3).z() == 0);
-    CHECK(renderer.images[2].at(3, 3).z() == 700);
+    CHECK(renderer.images[0]->at(3, 3).z() == 0);
+    CHECK(renderer.images[2]->at(3, 3).z() == 700);
+}
+
+TEST_CASE("renderers: renderers that name the same files share their image") {
+    const ScenarioFixture fixture;
+    write_black(fixture.directory() / "other.png", 16, 8);
+    const std::string viewport = "viewport: {x: 0, y: 0}}\n";
+    const std::string image = "      - {image: image.png, " + viewport;
+    const std::string other = "      - {image: other.png, " + viewport;
+    const std::string next = "  - frames:\n";
+    const Scenario scenario = fixture.parse(with_frame(image + next + other + image + next + image));
+    REQUIRE(scenario.renderers.size() == 3);
+    const std::vector<Renderer>& renderers = scenario.renderers;
+    CHECK(renderers[1].images.size() == 2);
+    CHECK(renderers[1].images[0] != renderers[0].images[0]);
+    CHECK(renderers[1].images[1] == renderers[0].images[0]);
+    CHECK(renderers[2].images[0] == renderers[0].images[0]);
+    CHECK(&renderers[1].image_of_pair(1) == &renderers[2].image_of_pair(0));
 }
 
 TEST_CASE("renderers: images of one size, and what is wrong with one, have their line") {
@@ -272,10 +289,10 @@ TEST_CASE("renderers: the depth range and format reach the images") {
     const std::string text =
         "depth_range: [0, 10]\n" + with_frame("      - {image: z.exr, viewport: {x: 0, y: 0}}\n");
     const Scenario z16 = fixture.parse(text);
-    CHECK(z16.renderers[0].images[0].at(5, 0) == Pixel(255, 0, 0, 0, 32768));
-    CHECK(z16.renderers[0].images[0].at(11, 0).z() == 0xFFFF);
+    CHECK(z16.renderers[0].images[0]->at(5, 0) == Pixel(255, 0, 0, 0, 32768));
+    CHECK(z16.renderers[0].images[0]->at(11, 0).z() == 0xFFFF);
     const Scenario z24 = fixture.parse("depth_format: z24\n" + text);
-    CHECK(z24.renderers[0].images[0].at(5, 0) == Pixel(255, 0, 0, 255, 8388608));
+    CHECK(z24.renderers[0].images[0]->at(5, 0) == Pixel(255, 0, 0, 255, 8388608));
     CHECK(z24.background_pixel().z() == 0xFFFFFF);
 }
 

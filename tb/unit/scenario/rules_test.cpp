@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "unit/scenario/scenario_fixture.h"
@@ -17,10 +18,14 @@ Scenario built() {
     renderer.name = "ball";
     renderer.image_width_pixels = 16;
     renderer.image_height_pixels = 8;
-    renderer.images.emplace_back(16, 8);
+    renderer.images.push_back(std::make_shared<const PixelImage>(16, 8));
     renderer.frames.push_back({0, {{1, 0, 0, 16, 8, 0, 0, 1}}, std::nullopt, 0});
     scenario.renderers.push_back(renderer);
     return scenario;
+}
+
+void set_image(Scenario& scenario, const PixelImage& image) {
+    scenario.renderers[0].images[0] = std::make_shared<const PixelImage>(image);
 }
 
 std::string error_after(const std::function<void(Scenario&)>& spoil) {
@@ -134,17 +139,24 @@ TEST_CASE("rules: images and tables") {
     CHECK(error_after([](Scenario& s) {
               s.renderers[0].frames[0].image = 1;
           }).rfind("renderers[0].frames[0].image: 1 is not an image's index; ", 0) == 0);
-    CHECK(error_after([](Scenario& s) { s.renderers[0].images[0] = PixelImage(16, 9); }) ==
+    CHECK(error_after([](Scenario& s) {
+              s.renderers[0].images[0].reset();
+          }).rfind("renderers[0].frames[0].image: 0 has no image; ", 0) == 0);
+    CHECK(error_after([](Scenario& s) { set_image(s, PixelImage(16, 9)); }) ==
           "renderers[0].frames[0].image: the image has 16 x 9 pixels, and the renderer's first 16 x 8 "
           "pixels; use "
           "images of one size, the renderer's DVI mode");
-    CHECK(error_after([](Scenario& s) { s.renderers[0].images[0].values.pop_back(); }) ==
+    PixelImage pixel_short(16, 8);
+    pixel_short.values.pop_back();
+    CHECK(error_after([&](Scenario& s) { set_image(s, pixel_short); }) ==
           "renderers[0].frames[0].image: the image holds 127 pixels; use width x height");
-    CHECK(error_after([](Scenario& s) { s.renderers[0].images[0].values[5] = Pixel(0, 0, 0, 0, 0x10000); }) ==
+    PixelImage deep(16, 8);
+    deep.values[5] = Pixel(0, 0, 0, 0, 0x10000);
+    CHECK(error_after([&](Scenario& s) { set_image(s, deep); }) ==
           "renderers[0].frames[0].image: the image has a Z beyond the far plane of a8z16; use 0 to 65535");
-    CHECK(error_after([](Scenario& s) {
+    CHECK(error_after([&](Scenario& s) {
               s.depth_format = DepthFormat::kZ24;
-              s.renderers[0].images[0].values[5] = Pixel(0, 0, 0, 0, 0x10000);
+              set_image(s, deep);
           }).empty());
     CHECK(error_after([](Scenario& s) {
               ViewportTable& table = s.renderers[0].frames[0].table;

@@ -1,0 +1,54 @@
+#include "scenario/derived_timing.h"
+
+#include <algorithm>
+
+#include "datapath/slot_table.h"
+
+namespace metabuffer {
+
+std::int64_t pair_clocks(const Renderer& renderer) {
+    constexpr int kFramesPerPair = 2;
+    return kFramesPerPair * renderer.timing().frame_clocks();
+}
+
+std::int64_t link_timeout_clocks(const Scenario& scenario, const Renderer& renderer) {
+    return pair_clocks(renderer) * scenario.link_timeout_pairs +
+           std::int64_t{DviTiming::kVerticalSyncLines} * renderer.timing().line_clocks();
+}
+
+int lost_slot_cycles(const Scenario& scenario) {
+    const int beat = pixels_per_beat(scenario.bus, scenario.memory);
+    return (scenario.bus.burst_pixels + beat - 1) / beat * cycles_per_beat(scenario.bus);
+}
+
+/// Nothing may move while a link or the next frame of the DVI outputs is waited for, a page is opened, or all
+/// slots of a table are lost; twice the longest such silence, and some for what is short, is safe. In floating
+/// point, since legal settings multiply to more than a 64-bit count of picoseconds; a run never gets that far.
+std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
+    constexpr double kShortWaitsCycles = 10'000.0;
+    constexpr double kLongestPicoseconds = 4.0e18;
+    const auto core_period = static_cast<double>(clock_period_picoseconds(scenario.clocks.core_mhz));
+    double interval = static_cast<double>(scenario.watchdog_cycles) * core_period;
+    if (scenario.watchdog_cycles == 0) {
+        const auto dvi_in_period = static_cast<double>(clock_period_picoseconds(scenario.clocks.dvi_in_mhz));
+        const auto dvi_out_period = static_cast<double>(clock_period_picoseconds(scenario.clocks.dvi_out_mhz));
+        double quiet = 0.0;
+        for (const Renderer& renderer : scenario.renderers) {
+            quiet = std::max(quiet,
+                             static_cast<double>(link_timeout_clocks(scenario, renderer)) * dvi_in_period);
+        }
+        const DviTiming out{scenario.displays.width_pixels, scenario.displays.height_pixels};
+        quiet += 2.0 * static_cast<double>(out.frame_clocks()) * dvi_out_period;
+        double bus_cycles = scenario.memory.page_miss_cycles;
+        if (scenario.bus.arbitration == Arbitration::kSlotAllocation) {
+            bus_cycles += (kSlotTableLimit + static_cast<double>(scenario.displays.count())) *
+                          static_cast<double>(lost_slot_cycles(scenario));
+        }
+        interval = 2.0 * quiet +
+                   (2.0 * bus_cycles + static_cast<double>(scenario.renderers.size()) + kShortWaitsCycles) *
+                       core_period;
+    }
+    return static_cast<std::int64_t>(std::min(interval, kLongestPicoseconds));
+}
+
+}  // namespace metabuffer

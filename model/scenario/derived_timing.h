@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+
+#include "scenario/scenario.h"
+
+/// Times that follow from a scenario, for every level that has time.
+namespace metabuffer {
+
+/// A pair on the renderer's link, in DVI input clocks.
+std::int64_t pair_clocks(const Renderer& renderer);
+
+/// DVI input clocks after which a pair that has not come is given up: link_timeout_pairs pair times and, since a
+/// link that comes up shows one vertical sync before its first pair, one vertical sync.
+std::int64_t link_timeout_clocks(const Scenario& scenario, const Renderer& renderer);
+
+/// Core clocks that a lost slot takes: the beats of a full burst.
+int lost_slot_cycles(const Scenario& scenario);
+
+/// Between two looks of the watchdog: watchdog_cycles if that is set, otherwise a little more than twice the
+/// longest silence that a healthy run can have.
+std::int64_t watchdog_interval_picoseconds(const Scenario& scenario);
+
+}  // namespace metabuffer

@@ -1,0 +1,222 @@
+#include "scenario/scenario_writer.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "scenario/names.h"
+#include "scenario/output_error.h"
+#include "scenario/scenario_loader.h"
+#include "scenario/text.h"
+
+namespace metabuffer {
+namespace {
+
+constexpr const char* kScenarioFile = "scenario.yaml";
+constexpr int kColourChannels = 4;
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& reason) {
+    throw OutputError(text::one_line("cannot write '" + file.string() + "': " + reason));
+}
+
+/// A name as a YAML scalar that means just itself: in single quotes nothing is special but the quote.
+std::string name(const std::string& key, const std::string& words) {
+    const bool has_control = std::any_of(words.begin(), words.end(), [](char character) {
+        return static_cast<unsigned char>(character) < 0x20U || character == 0x7F;
+    });
+    if (words.empty() || has_control) {
+        throw InputError(key + ": " + text::quoted(words) +
+                         " cannot be written to a scenario file; use a name on one line");
+    }
+    std::string result = "'";
+    for (const char character : words) result += character == '\'' ? "''" : std::string(1, character);
+    return result + "'";
+}
+
+// ---- images ----
+
+/// The samples of one file, pixel by pixel.
+template <typename Sample>
+void write_tiff(const std::filesystem::path& file, const PixelImage& image,
+                const std::vector<std::string>& channels, const std::vector<Sample>& samples) {
+    OIIO::ImageSpec spec(image.width_pixels, image.height_pixels, static_cast<int>(channels.size()),
+                         OIIO::BaseTypeFromC<Sample>::value);
+    spec.channelnames = channels;
+    spec.alpha_channel = spec.channelindex("A");
+    // The same image makes the same file, whenever it is written.
+    spec.attribute("DateTime", "1970:01:01 00:00:00");
+    const auto output = OIIO::ImageOutput::create("tiff");
+    if (output == nullptr) fail(file, OIIO::geterror());
+    if (!output->open(file.string(), spec) ||
+        !output->write_image(OIIO::BaseTypeFromC<Sample>::value, samples.data()) || !output->close()) {
+        fail(file, output->geterror());
+    }
+}
+
+void write_colour(const std::filesystem::path& file, const PixelImage& image) {
+    std::vector<std::uint8_t> samples;
+    samples.reserve(image.values.size() * kColourChannels);
+    for (const Pixel pixel : image.values) {
+        for (const std::uint8_t channel : {pixel.r(), pixel.g(), pixel.b(), pixel.a()}) {
+            samples.push_back(channel);
+        }
+    }
+    write_tiff(file, image, {"R", "G", "B", "A"}, samples);
+}
+
+template <typename Sample>
+void write_depth(const std::filesystem::path& file, const PixelImage& image) {
+    std::vector<Sample> samples;
+    samples.reserve(image.values.size());
+    for (const Pixel pixel : image.values) samples.push_back(static_cast<Sample>(pixel.z()));
+    write_tiff(file, image, {"Z"}, samples);
+}
+
+/// Each image once, however many frames and renderers show it.
+class ImageFiles {
+  public:
+    /// The keys of a frame that name its image.
+    std::string keys_of(const PixelImage& image) {
+        const auto [known, is_new] = numbers_.try_emplace(&image, images_.size() + 1);
+        if (is_new) images_.push_back(&image);
+        return "image: " + colour_file(known->second) + ", depth: " + depth_file(known->second);
+    }
+
+    /// Writes all that keys_of was asked for.
+    void write(const std::filesystem::path& directory, DepthFormat format) const {
+        for (std::size_t number = 1; number <= images_.size(); ++number) {
+            const PixelImage& image = *images_[number - 1];
+            write_colour(directory / colour_file(number), image);
+            if (format == DepthFormat::kA8Z16) {
+                write_depth<std::uint16_t>(directory / depth_file(number), image);
+            } else {
+                write_depth<std::uint32_t>(directory / depth_file(number), image);
+            }
+        }
+    }
+
+  private:
+    static std::string colour_file(std::size_t number) { return "image_" + std::to_string(number) + ".tif"; }
+    static std::string depth_file(std::size_t number) { return "depth_" + std::to_string(number) + ".tif"; }
+
+    std::vector<const PixelImage*> images_;
+    std::map<const PixelImage*, std::size_t> numbers_;  ///< from 1
+};
+
+// ---- the scenario's text ----
+
+bool is_split_of_viewport(const RendererFrame& frame, const Renderer& renderer, const DisplayWall& wall) {
+    if (!frame.viewport.has_value()) return false;
+    try {
+        return frame.table == split_viewport(*frame.viewport, renderer.image_width_pixels,
+                                             renderer.image_height_pixels, wall);
+    } catch (const std::invalid_argument&) {
+        return false;
+    }
+}
+
+std::string table_text(const ViewportTable& table) {
+    std::ostringstream text;
+    const char* before = "[";
+    for (const ViewportRow& row : table) {
+        text << before << "[" << row.dcomp << ", " << row.sx << ", " << row.sy << ", " << row.sdx << ", "
+             << row.sdy << ", " << row.dx << ", " << row.dy << ", " << row.dmultiple << "]";
+        before = ", ";
+    }
+    return table.empty() ? "[]" : text.str() + "]";
+}
+
+void write_settings(std::ostream& out, const Scenario& scenario) {
+    const DisplayConfig& displays = scenario.displays;
+    const ClockConfig& clocks = scenario.clocks;
+    const MemoryConfig& memory = scenario.memory;
+    const BusConfig& bus = scenario.bus;
+    const ComposerConfig& composer = scenario.composer;
+    out << "name: " << name("name", scenario.name) << "\n"
+        << "displays: {columns: " << displays.columns << ", rows: " << displays.rows
+        << ", width: " << displays.width_pixels << ", height: " << displays.height_pixels
+        << ", supersample: " << displays.supersample << ", background: [" << int{displays.background[0]}
+        << ", " << int{displays.background[1]} << ", " << int{displays.background[2]} << "]}\n"
+        << "composition: " << to_string(scenario.composition) << "\n"
+        << "depth_format: " << to_string(scenario.depth_format) << "\n"
+        << "depth_range: [" << text::number(scenario.depth_near) << ", " << text::number(scenario.depth_far)
+        << "]\n"
+        << "clocks: {core_mhz: " << text::number(clocks.core_mhz)
+        << ", dvi_in_mhz: " << text::number(clocks.dvi_in_mhz)
+        << ", dvi_out_mhz: " << text::number(clocks.dvi_out_mhz) << "}\n"
+        << "memory: {page_words: " << memory.page_words << ", page_miss_cycles: " << memory.page_miss_cycles
+        << ", words_per_cycle: " << memory.words_per_cycle << "}\n"
+        << "bus: {width_bits: " << bus.width_bits << ", burst_pixels: " << bus.burst_pixels
+        << ", arbitration: " << to_string(bus.arbitration) << "}\n"
+        << "composer: {buffer_pixels: " << composer.buffer_pixels
+        << ", ready_space_pixels: " << composer.ready_space_pixels
+        << ", on_starvation: " << to_string(composer.on_starvation) << "}\n"
+        << "pacing: " << to_string(scenario.pacing) << "\n"
+        << "link_timeout_pairs: " << scenario.link_timeout_pairs << "\n"
+        << "watchdog_cycles: " << scenario.watchdog_cycles << "\n"
+        << "frames: " << scenario.frames << "\n";
+}
+
+void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWall& wall,
+                    ImageFiles& images) {
+    out << "  - name: " << name("renderers.name", renderer.name) << "\n"
+        << "    frames:\n";
+    for (const RendererFrame& frame : renderer.frames) {
+        out << "      - {" << images.keys_of(*renderer.images[frame.image]) << ", ";
+        if (is_split_of_viewport(frame, renderer, wall)) {
+            const Viewport& viewport = *frame.viewport;
+            out << "viewport: {x: " << viewport.x << ", y: " << viewport.y
+                << ", multiple: " << viewport.multiple << "}}\n";
+        } else {
+            out << "table: " << table_text(frame.table) << "}\n";
+        }
+    }
+}
+
+void write_fault(std::ostream& out, const Fault& fault, const Scenario& scenario) {
+    const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(fault.renderer)];
+    out << "  - {renderer: " << name("faults.renderer", renderer.name) << ", pair: " << fault.pair
+        << ", kind: " << to_string(fault.kind) << ", frame: " << to_string(fault.frame);
+    if (fault.kind == FaultKind::kDelay) out << ", delay_pairs: " << fault.delay_pairs;
+    out << "}\n";
+}
+
+void write_text_file(const std::filesystem::path& file, const std::string& content) {
+    errno = 0;
+    std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+    stream << content;
+    stream.close();
+    if (!stream) fail(file, errno != 0 ? std::generic_category().message(errno) : "the stream failed");
+}
+
+}  // namespace
+
+void write_scenario(const Scenario& scenario, const std::filesystem::path& directory) {
+    std::ostringstream out;
+    write_settings(out, scenario);
+    out << "renderers:\n";
+    ImageFiles images;
+    for (const Renderer& renderer : scenario.renderers) {
+        write_renderer(out, renderer, scenario.displays.wall(), images);
+    }
+    if (!scenario.faults.empty()) out << "faults:\n";
+    for (const Fault& fault : scenario.faults) write_fault(out, fault, scenario);
+
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (error) fail(directory, error.message());
+    // An earlier scenario's text must not stand beside this one's images if these cannot all be written.
+    std::filesystem::remove(directory / kScenarioFile, error);
+    images.write(directory, scenario.depth_format);
+    write_text_file(directory / kScenarioFile, out.str());
+}
+
+}  // namespace metabuffer

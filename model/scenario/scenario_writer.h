@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+
+#include "scenario/scenario.h"
+
+namespace metabuffer {
+
+/// Writes a scenario as files that load_scenario() reads back as an equal one: `scenario.yaml` with every key,
+/// and beside it `image_N.tif` (8-bit R G B A, alpha associated, so that no reader multiplies the colours by it)
+/// and `depth_N.tif` (integer Z) for each different image. The directory is made if it is not there; what else
+/// lies in it stays.
+///
+/// Equal is what a machine can tell apart. Files differ from the scenario in this:
+/// - A of a `z24` pixel, which no link carries, reads back as 255.
+/// - Images that no frame uses are left out.
+/// - A viewport whose table is not the one that the host's split makes of it goes: the table is what counts.
+///
+/// The scenario must have passed check_scenario. Throws InputError for one whose names no file can hold (empty
+/// ones and control characters), OutputError if a file cannot be written.
+void write_scenario(const Scenario& scenario, const std::filesystem::path& directory);
+
+}  // namespace metabuffer

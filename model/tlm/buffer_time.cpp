@@ -1,0 +1,420 @@
+#include "tlm/buffer_time.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace metabuffer::tlm {
+
+BufferTime::BufferTime(const Config& config, ColumnTime& column) : config_(config), column_(column) {}
+
+// ---- the bus side ----
+
+void BufferTime::begin_frame(int frame, const ViewportRow* row, std::int64_t table_cycle) {
+    newest_frame_ = frame;
+    Frame& state = slot(frame);
+    state = Frame{};
+    state.number = frame;
+    state.table_cycle = table_cycle;
+    if (row == nullptr) {
+        state.prefetched_cycle = table_cycle;
+        return;
+    }
+    state.has_row = true;
+    state.segment = Segment(*row, config_.raster_width_pixels, config_.raster_height_pixels);
+    state.pixels = state.segment.pixels();
+    state.prefetched_at = std::min<std::int64_t>(
+        state.pixels, config_.capacity_pixels - config_.ready_space_pixels + std::int64_t{1});
+}
+
+std::int64_t BufferTime::frame_end_cycle(int frame) const {
+    return column_.started(frame) ? column_.frame(frame).cycle_of(frame_end_step()) : kUnknownCycle;
+}
+
+void BufferTime::add(const BeatRun& beats, std::int64_t granted, std::int64_t now) {
+    settle(granted, now);
+    Frame& frame = slot(newest_frame_);
+    const Run run{newest_frame_, beats.first_pixel, beats.pixels, beats.first_cycle + 1, false};
+    frame.planned += run.pixels;
+    newest_arrival_ = last_arrival(run);
+    if (frame.prefetched_cycle == kUnknownCycle && frame.planned >= frame.prefetched_at) {
+        frame.prefetched_cycle = arrival(run, frame.prefetched_at - 1 - run.first_pixel);
+    }
+    if (column_.may_stall() && column_.newest_frame() == newest_frame_) {
+        tell_late_arrivals(run);
+        tell_needed_step(frame);
+    }
+    runs_.push_back(run);
+}
+
+BufferTime::Release BufferTime::release_for(std::int64_t planned, int held_limit) const {
+    const Frame& frame = slot(newest_frame_);
+    const auto step_of = [this](const Frame& of, std::int64_t pixel) {
+        return Release{of.number, config_.renderer + 1 + of.segment.last_use(pixel)};
+    };
+    if (planned > held_limit) {
+        return step_of(frame, planned - held_limit - 1);
+    }
+    if (keeps(newest_frame_ - 1)) {
+        const Frame& previous = slot(newest_frame_ - 1);
+        const std::int64_t room = held_limit - planned;
+        if (previous.pixels > room) {
+            return step_of(previous, previous.pixels - room - 1);
+        }
+    }
+    return {};
+}
+
+std::int64_t BufferTime::not_before(const Release& release, std::int64_t now) const {
+    std::int64_t cycle = column_.not_before(release.frame, release.step, now);
+    const Frame& frame = slot(release.frame);
+    if (!column_.started(release.frame) && frame.prefetched_cycle != kUnknownCycle) {
+        // PIPEREADY climbs from here, and STARTFRAME follows.
+        cycle = std::max(cycle, frame.prefetched_cycle + config_.renderer + 1 + release.step);
+    }
+    return cycle;
+}
+
+SlotTime BufferTime::slot_time(std::int64_t earliest, std::int64_t now) const {
+    const Release release = release_for(planned_pixels(), config_.capacity_pixels - config_.ready_space_pixels);
+    if (release.frame < 0) {
+        return {earliest, earliest, 0, 0};
+    }
+    const std::int64_t cycle =
+        column_.started(release.frame) ? column_.frame(release.frame).cycle_of(release.step) : kUnknownCycle;
+    if (cycle != kUnknownCycle) {
+        return {std::max(earliest, cycle + 1), 0, 0, 0};
+    }
+    return {kUnknownCycle, std::max(earliest, not_before(release, now) + 1), release.frame, release.step};
+}
+
+BufferTime::Verdict BufferTime::busready_in_burst(std::int64_t first_missing, std::int64_t sampled,
+                                                  int remaining, std::int64_t now) const {
+    if (remaining <= config_.pixels_per_beat) {
+        return Verdict::kTaken;
+    }
+    const int margin = std::min(remaining, kBeatsInFlight * config_.pixels_per_beat);
+    const Release release = release_for(first_missing, config_.capacity_pixels - margin);
+    if (release.frame < 0) {
+        return Verdict::kTaken;
+    }
+    const std::int64_t cycle =
+        column_.started(release.frame) ? column_.frame(release.frame).cycle_of(release.step) : kUnknownCycle;
+    if (cycle == kUnknownCycle && not_before(release, now) <= sampled) {
+        return Verdict::kUndecided;
+    }
+    return cycle != kUnknownCycle && cycle <= sampled ? Verdict::kTaken : Verdict::kDropped;
+}
+
+void BufferTime::count_drop(std::int64_t cycle) {
+    ++counters_.busready_drops;
+    drop_cycle_ = cycle;
+}
+
+// ---- the pipeline side ----
+
+std::int64_t BufferTime::prefetched_cycle(int frame) const {
+    return keeps(frame) ? slot(frame).prefetched_cycle : kUnknownCycle;
+}
+
+std::int64_t BufferTime::table_cycle(int frame) const {
+    return keeps(frame) ? slot(frame).table_cycle : kUnknownCycle;
+}
+
+std::int64_t BufferTime::arrived(int frame, std::int64_t through_cycle) const {
+    std::int64_t pixels = slot(frame).planned;
+    for (const Run& run : runs_) {
+        if (run.frame == frame && last_arrival(run) > through_cycle) {
+            const std::int64_t beats = through_cycle < run.first_arrival
+                                           ? 0
+                                           : (through_cycle - run.first_arrival) / config_.cycles_per_beat + 1;
+            pixels = std::min(pixels, run.first_pixel + std::min<std::int64_t>(
+                                                            run.pixels, beats * config_.pixels_per_beat));
+        }
+    }
+    return pixels;
+}
+
+void BufferTime::start_frame(int frame) {
+    if (!column_.may_stall()) {
+        return;
+    }
+    for (const Run& run : runs_) {
+        if (run.frame == frame) {
+            tell_late_arrivals(run);
+        }
+    }
+    tell_needed_step(slot(frame));
+}
+
+void BufferTime::tell_needed_step(const Frame& frame) {
+    column_.set_needed_step(config_.renderer,
+                            frame.planned < frame.pixels
+                                ? config_.renderer + frame.segment.first_use(frame.planned)
+                                : kNoStep);
+}
+
+/// Where a pixel arrives later than the column would need it if nothing else held it up, the column must be
+/// told. Each pixel is needed at least a step behind the one before it, so on a bus of a beat a clock the
+/// first pixel of a run stands for all.
+void BufferTime::tell_late_arrivals(const Run& run) {
+    const Segment& segment = slot(run.frame).segment;
+    const FrameTime& time = column_.frame(run.frame);
+    for (std::int64_t i = 0; i < run.pixels; ++i) {
+        const std::int64_t step = config_.renderer + segment.first_use(run.first_pixel + i);
+        const std::int64_t cycle = arrival(run, i);
+        if (cycle > time.extrapolated_cycle(step)) {
+            column_.add_arrival(config_.renderer, step, cycle);
+        }
+        if (config_.cycles_per_beat == 1) {
+            return;
+        }
+    }
+}
+
+const Segment* BufferTime::segment(int frame) const {
+    return keeps(frame) && slot(frame).has_row ? &slot(frame).segment : nullptr;
+}
+
+void BufferTime::close_frame(int frame, std::int64_t limit) {
+    Frame& state = slot(frame);
+    if (state.closed || !state.has_row) {
+        return;
+    }
+    if (!column_.may_stall()) {
+        for (Run& run : runs_) {
+            if (run.frame == frame && !run.starved_counted) {
+                count_starved_and_late(run, false);
+                run.starved_counted = true;
+            }
+        }
+        starve_unsent(state, limit);
+    }
+    state.closed = true;
+    std::vector<StarvedRun>& starved = state.starved;
+    std::sort(starved.begin(), starved.end(), [](const StarvedRun& a, const StarvedRun& b) {
+        return std::tie(a.y, a.x_first) < std::tie(b.y, b.x_first);
+    });
+    std::size_t kept = 0;
+    for (StarvedRun& run : starved) {
+        // What the composer has not reached has not starved yet.
+        const std::int64_t row_start = std::int64_t{run.y} * config_.raster_width_pixels;
+        run.x_last = static_cast<int>(std::min<std::int64_t>(run.x_last, limit - 1 - row_start));
+        if (run.x_last < run.x_first) {
+            continue;
+        }
+        if (kept > 0 && starved[kept - 1].y == run.y && starved[kept - 1].x_last + 1 == run.x_first) {
+            starved[kept - 1].x_last = run.x_last;
+        } else {
+            starved[kept++] = run;
+        }
+    }
+    starved.resize(kept);
+    std::int64_t replayed = replayed_positions(state.segment, limit);
+    for (const StarvedRun& run : starved) {
+        counters_.add_starved_run(run);
+        replayed -= is_replay(state.segment, run.y) ? run.x_last - run.x_first + 1 : 0;
+    }
+    counters_.replayed_pixels += replayed;
+}
+
+bool BufferTime::is_replay(const Segment& segment, int y) const {
+    const ViewportRow& row = segment.row();
+    const int j = (y - row.dy) / row.dmultiple;
+    return y > std::max(segment.top(), row.dy + j * row.dmultiple);
+}
+
+/// Raster positions before `limit` that read a pixel again.
+std::int64_t BufferTime::replayed_positions(const Segment& segment, std::int64_t limit) const {
+    if (segment.row().dmultiple == 1) {
+        return 0;
+    }
+    const std::int64_t width = segment.right() - segment.left();
+    std::int64_t count = 0;
+    for (int y = segment.top(); y < segment.bottom(); ++y) {
+        if (is_replay(segment, y)) {
+            const std::int64_t reached =
+                limit - std::int64_t{y} * config_.raster_width_pixels - segment.left();
+            count += std::clamp<std::int64_t>(reached, 0, width);
+        }
+    }
+    return count;
+}
+
+// ---- counting ----
+
+std::int64_t BufferTime::released(const Frame& frame, std::int64_t cycle) const {
+    if (!frame.has_row || !column_.started(frame.number)) {
+        return 0;
+    }
+    const std::int64_t composited = column_.frame(frame.number).step_at(cycle) - config_.renderer;
+    return composited <= 0 ? 0 : frame.segment.released_before(std::min(composited, column_.raster_pixels()));
+}
+
+std::int64_t BufferTime::held_of_previous(int frame, std::int64_t cycle) const {
+    if (!keeps(frame - 1)) {
+        return 0;
+    }
+    const Frame& previous = slot(frame - 1);
+    return previous.pixels - released(previous, cycle);
+}
+
+/// All that the run's arrival meets is known: what is released by then, and which of its pixels starve.
+bool BufferTime::is_settled(const Run& run, std::int64_t now) const {
+    const std::int64_t last = last_arrival(run);
+    const Frame& frame = slot(run.frame);
+    if (column_.started(run.frame)) {
+        return column_.frame(run.frame).last_known_step() >= frame_end_step() ||
+               last <= column_.known_through(now);
+    }
+    const std::int64_t first_use = config_.renderer + frame.segment.first_use(run.first_pixel);
+    const Release first_step{run.frame, 0};
+    const std::int64_t start = not_before(first_step, now);
+    // The pixels of the frame before are still let go of as they are used, which is known only so far.
+    const bool previous_known =
+        !keeps(run.frame - 1) || last <= column_.known_through(now) ||
+        (column_.started(run.frame - 1) &&
+         column_.frame(run.frame - 1).last_known_step() >= frame_end_step());
+    return previous_known && last <= start + config_.renderer && last <= start + first_use;
+}
+
+/// Counts what cannot change any more, so that little is kept.
+void BufferTime::settle(std::int64_t through_cycle, std::int64_t now) {
+    std::size_t settled = 0;
+    while (settled < runs_.size() && last_arrival(runs_[settled]) <= through_cycle &&
+           is_settled(runs_[settled], now)) {
+        count_run(runs_[settled++]);
+    }
+    if (settled > 0) {
+        runs_.erase(runs_.begin(), runs_.begin() + static_cast<std::ptrdiff_t>(settled));
+    }
+}
+
+const ComposerCounters& BufferTime::finish(std::int64_t through_cycle, std::int64_t stalled_cycles) {
+    for (Run run : runs_) {
+        if (run.first_arrival > through_cycle) {
+            break;
+        }
+        const std::int64_t beats = (through_cycle - run.first_arrival) / config_.cycles_per_beat + 1;
+        run.pixels =
+            static_cast<int>(std::min<std::int64_t>(run.pixels, beats * config_.pixels_per_beat));
+        count_run(run);
+    }
+    runs_.clear();
+    if (drop_cycle_ > through_cycle) {
+        --counters_.busready_drops;
+    }
+    counters_.stalled_cycles = stalled_cycles;
+    return counters_;
+}
+
+void BufferTime::count_run(const Run& run) {
+    count_high_water(run);
+    if (on_level_) {
+        on_level_(run.first_arrival - 1, held_with(run, 0, run.first_arrival - 1));
+        on_level_(last_arrival(run), held_with(run, run.pixels, last_arrival(run)));
+    }
+    if (!column_.may_stall() && column_.started(run.frame)) {
+        count_starved_and_late(run, true);
+    }
+}
+
+/// On a bus of a beat a clock what is held never falls from one beat to the next, for a clock releases a pixel
+/// at most; so the last beat of a run stands for all.
+void BufferTime::count_high_water(const Run& run) {
+    if (counters_.buffer_high_water == config_.capacity_pixels) {
+        return;
+    }
+    std::int64_t& high_water = counters_.buffer_high_water;
+    const int first = config_.cycles_per_beat == 1 ? run.pixels : 1;
+    for (int pixels = first; pixels <= run.pixels; ++pixels) {
+        high_water = std::max<std::int64_t>(high_water, held_with(run, pixels, arrival(run, pixels - 1)));
+    }
+}
+
+/// What is held at a clock with so many pixels of the run arrived and nothing behind it.
+int BufferTime::held_with(const Run& run, int pixels, std::int64_t cycle) const {
+    const std::int64_t own = run.first_pixel + pixels - released(slot(run.frame), cycle);
+    return static_cast<int>(std::max<std::int64_t>(0, own) + held_of_previous(run.frame, cycle));
+}
+
+/// `glitch` mode, frame started: a raster position goes without its pixel if it is composited no later than
+/// the clock in which the pixel is sampled; a pixel whose last position has been is late.
+void BufferTime::count_starved_and_late(const Run& run, bool count_late) {
+    Frame& frame = slot(run.frame);
+    if (!column_.started(run.frame)) {
+        return;
+    }
+    const Segment& segment = frame.segment;
+    const std::int64_t base = column_.frame(run.frame).start_cycle() + config_.renderer;
+    const bool in_order = config_.cycles_per_beat == 1;
+    if (in_order && run.first_arrival - base <= segment.first_use(run.first_pixel)) {
+        return;  // and each pixel behind it has as much time or more
+    }
+    const bool note_starved = !run.starved_counted && !frame.closed;
+    const ViewportRow& row = segment.row();
+    const int multiple = row.dmultiple;
+    for (std::int64_t i = 0; i < run.pixels; ++i) {
+        const std::int64_t k = run.first_pixel + i;
+        const std::int64_t missing_before = arrival(run, i) - base;  // positions that go without it
+        if (segment.first_use(k) >= missing_before) {
+            if (in_order) {
+                return;
+            }
+            continue;
+        }
+        if (count_late && segment.last_use(k) < missing_before) {
+            ++counters_.late_pixels;
+        }
+        if (!note_starved) {
+            continue;
+        }
+        const auto column = static_cast<int>(k % row.sdx);
+        const auto source_row = static_cast<int>(k / row.sdx);
+        const int x_begin = std::max(segment.left(), row.dx + column * multiple);
+        const int x_end = std::min(segment.right(), row.dx + (column + 1) * multiple);
+        const int y_begin = std::max(segment.top(), row.dy + source_row * multiple);
+        const int y_end = std::min(segment.bottom(), row.dy + (source_row + 1) * multiple);
+        for (int y = y_begin; y < y_end; ++y) {
+            const std::int64_t reach = missing_before - std::int64_t{y} * config_.raster_width_pixels;
+            if (reach <= x_begin) {
+                break;
+            }
+            add_starved(frame, y, x_begin, static_cast<int>(std::min<std::int64_t>(x_end, reach)));
+        }
+    }
+}
+
+void BufferTime::add_starved(Frame& frame, int y, int x_begin, int x_end) const {
+    if (!frame.starved.empty()) {
+        StarvedRun& last = frame.starved.back();
+        if (last.y == y && last.x_last + 1 == x_begin) {
+            last.x_last = x_end - 1;
+            return;
+        }
+    }
+    frame.starved.push_back({frame.number, y, x_begin, x_end - 1});
+}
+
+/// Every position before `limit` of a pixel that is not on its way has gone without it.
+void BufferTime::starve_unsent(Frame& frame, std::int64_t limit) const {
+    const Segment& segment = frame.segment;
+    const ViewportRow& row = segment.row();
+    std::int64_t k = frame.planned;
+    while (k < frame.pixels) {
+        const auto column = static_cast<int>(k % row.sdx);
+        const auto source_row = static_cast<int>(k / row.sdx);
+        const int x_begin = std::max(segment.left(), row.dx + column * row.dmultiple);
+        const int y_begin = std::max(segment.top(), row.dy + source_row * row.dmultiple);
+        const int y_end = std::min(segment.bottom(), row.dy + (source_row + 1) * row.dmultiple);
+        for (int y = y_begin; y < y_end; ++y) {
+            const std::int64_t reach = limit - std::int64_t{y} * config_.raster_width_pixels;
+            if (reach <= x_begin) {
+                break;
+            }
+            add_starved(frame, y, x_begin, static_cast<int>(std::min<std::int64_t>(segment.right(), reach)));
+        }
+        k += row.sdx - column;
+    }
+}
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,174 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "datapath/segment.h"
+#include "report/report.h"
+#include "scenario/scenario.h"
+#include "tlm/column_time.h"
+
+namespace metabuffer::tlm {
+
+/// Beats of a burst that follow each other without a gap, pixels_per_beat pixels each but for the last.
+struct BeatRun {
+    std::int64_t first_pixel = 0;  ///< index in the segment
+    int pixels = 0;
+    std::int64_t first_cycle = 0;  ///< the clock in which the first beat is on the bus
+};
+
+/// From which clock on the bus may give a slot to a composer.
+struct SlotTime {
+    std::int64_t cycle = kUnknownCycle;  ///< BUSREADY is high for an arbitration at this clock and behind it
+    std::int64_t not_before = 0;         ///< if the cycle is not known: it is no earlier than this
+    /// What it hangs on, if it is not known: a step of the column.
+    int frame = 0;
+    std::int64_t step = 0;
+};
+
+/// A composer's buffer (section 5.2 of the paper) as arithmetic: which pixels are on their way or have
+/// arrived is known from the bus, which have been used from the column's time, so that what is held, when
+/// BUSREADY changes, and which raster pixels starve follows without simulating a clock. The rules are those
+/// of the timing table in docs/design.md.
+///
+/// Frames come in order; the table of frame f may come when frame f - 2 has been composited. "now" is a clock
+/// before which every decision of the machine has been taken.
+class BufferTime {
+  public:
+    struct Config {
+        int renderer = 0;             ///< place in the column, from 0
+        int capacity_pixels = 0;      ///< of the buffer
+        int ready_space_pixels = 0;   ///< free space that a slot needs
+        int pixels_per_beat = 1;      ///< 1..8
+        int cycles_per_beat = 1;      ///< more than 1 on a bus narrower than a pixel
+        int raster_width_pixels = 0;  ///< of the display
+        int raster_height_pixels = 0;
+    };
+    /// The column must outlive the buffer.
+    BufferTime(const Config& config, ColumnTime& column);
+    const Config& config() const { return config_; }
+
+    // ---- the bus side ----
+
+    /// The frame's table has been sent: its row for this composer, null if it has none, and the clock in which
+    /// the composer knows the whole table.
+    void begin_frame(int frame, const ViewportRow* row, std::int64_t table_cycle);
+    /// The clock in which the composer lets go of a frame; TABLEREADY rises there for the table two frames on.
+    std::int64_t frame_end_cycle(int frame) const;
+    std::int64_t frame_end_step() const { return config_.renderer + column_.raster_pixels(); }
+
+    /// What BUSREADY does to beats of a burst.
+    enum class Verdict : std::uint8_t { kTaken, kDropped, kUndecided };
+    /// The burst can be cut: the ready space is smaller than a burst of so many pixels.
+    bool may_cut(int burst_pixels) const { return config_.ready_space_pixels < burst_pixels; }
+    /// Whether BUSREADY stays high in a burst at the clock `sampled` in which all but the frame's pixels from
+    /// `first_missing` on have been sampled, with `remaining` pixels of the burst behind them.
+    Verdict busready_in_burst(std::int64_t first_missing, std::int64_t sampled, int remaining,
+                              std::int64_t now) const;
+    /// Counts a drop of BUSREADY at that clock.
+    void count_drop(std::int64_t cycle);
+    /// Pixels of the newest frame on their way or arrived, and the clock that samples the last of them.
+    std::int64_t planned_pixels() const { return slot(newest_frame_).planned; }
+    std::int64_t newest_arrival_cycle() const { return newest_arrival_; }
+    /// Beats that are certain to be sent: `first_pixel` continues the segment. `granted`: the clock in which
+    /// their burst got its slot; the run lasts until then at least.
+    void add(const BeatRun& beats, std::int64_t granted, std::int64_t now);
+    /// From when on another slot is taken, given the first clock in which BUSREADY counts all that was sent.
+    SlotTime slot_time(std::int64_t earliest, std::int64_t now) const;
+    /// BUSREADY may answer for the next slot while the burst's last beat, of so many pixels, is on its way.
+    bool slot_fits_behind(int last_beat_pixels) const {
+        return config_.capacity_pixels - last_beat_pixels >= config_.ready_space_pixels;
+    }
+
+    // ---- the pipeline side ----
+
+    /// The clock in which the composer is prefetched for the frame, if that is known.
+    std::int64_t prefetched_cycle(int frame) const;
+    /// The clock in which it knows the frame's whole table, if that is known.
+    std::int64_t table_cycle(int frame) const;
+    /// Pixels of a frame that have arrived at the end of a clock, the present.
+    std::int64_t arrived(int frame, std::int64_t through_cycle) const;
+    /// The column starts the newest frame whose table has been sent or the one before; in `stall` mode tells
+    /// the column what it needs.
+    void start_frame(int frame);
+    /// The frame has been composited up to raster position `limit`: counts what starved.
+    void close_frame(int frame, std::int64_t limit);
+    /// A frame's segment, null if there is none, and the raster pixels of it that starved, in raster order,
+    /// runs as long as can be. From close_frame until the frame's place is taken by a later one.
+    const Segment* segment(int frame) const;
+    const std::vector<StarvedRun>& starved(int frame) const { return slot(frame).starved; }
+
+    // ---- counting ----
+
+    /// Called with what is held before and behind each run of beats, once that is settled.
+    void on_level(std::function<void(std::int64_t cycle, int held_pixels)> callback) {
+        on_level_ = std::move(callback);
+    }
+    /// Counts all that has happened up to a clock, the present; once.
+    const ComposerCounters& finish(std::int64_t through_cycle, std::int64_t stalled_cycles);
+
+  private:
+    struct Frame {
+        int number = -1;
+        std::int64_t table_cycle = 0;
+        bool has_row = false;
+        Segment segment;
+        std::int64_t pixels = 0;
+        std::int64_t planned = 0;  ///< pixels whose arrival is known
+        std::int64_t prefetched_at = 0;  ///< so many pixels make it prefetched
+        std::int64_t prefetched_cycle = kUnknownCycle;
+        bool closed = false;
+        std::vector<StarvedRun> starved;
+    };
+    struct Run {
+        int frame = 0;
+        std::int64_t first_pixel = 0;
+        int pixels = 0;
+        std::int64_t first_arrival = 0;  ///< the clock in which the composer samples the first beat
+        bool starved_counted = false;
+    };
+    /// A pixel must have been released: after `step` of `frame` it has.
+    struct Release {
+        int frame = -1;  ///< -1: nothing need be released
+        std::int64_t step = 0;
+    };
+
+    const Frame& slot(int frame) const { return frames_[static_cast<std::size_t>(frame % kFramesKept)]; }
+    Frame& slot(int frame) { return frames_[static_cast<std::size_t>(frame % kFramesKept)]; }
+    bool keeps(int frame) const { return frame >= 0 && slot(frame).number == frame; }
+
+    std::int64_t arrival(const Run& run, std::int64_t index) const {
+        return run.first_arrival + index / config_.pixels_per_beat * config_.cycles_per_beat;
+    }
+    std::int64_t last_arrival(const Run& run) const { return arrival(run, run.pixels - 1); }
+    std::int64_t released(const Frame& frame, std::int64_t cycle) const;
+    std::int64_t held_of_previous(int frame, std::int64_t cycle) const;
+    Release release_for(std::int64_t planned, int held_limit) const;
+    std::int64_t not_before(const Release& release, std::int64_t now) const;
+    void tell_needed_step(const Frame& frame);
+    void tell_late_arrivals(const Run& run);
+    bool is_settled(const Run& run, std::int64_t now) const;
+    void settle(std::int64_t through_cycle, std::int64_t now);
+    void count_run(const Run& run);
+    void count_high_water(const Run& run);
+    int held_with(const Run& run, int pixels, std::int64_t cycle) const;
+    void count_starved_and_late(const Run& run, bool count_late);
+    void add_starved(Frame& frame, int y, int x_begin, int x_end) const;
+    void starve_unsent(Frame& frame, std::int64_t limit) const;
+    std::int64_t replayed_positions(const Segment& segment, std::int64_t limit) const;
+    bool is_replay(const Segment& segment, int y) const;
+
+    Config config_;
+    ColumnTime& column_;
+    int newest_frame_ = -1;
+    Frame frames_[kFramesKept];
+    std::vector<Run> runs_;  ///< not counted yet, in order of arrival
+    std::int64_t newest_arrival_ = 0;
+    std::int64_t drop_cycle_ = -1;
+    std::function<void(std::int64_t, int)> on_level_;
+    ComposerCounters counters_;
+};
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <utility>
+#include <vector>
+
+namespace metabuffer::tlm {
+
+/// A core clock that is not known yet, or will never come.
+constexpr std::int64_t kUnknownCycle = std::numeric_limits<std::int64_t>::max();
+/// A pipeline step that nothing ever needs.
+constexpr std::int64_t kNoStep = std::numeric_limits<std::int64_t>::max();
+
+/// Frames whose timing may be asked for at the same time: one being composited, one behind it, and those that
+/// are done with but not yet let go.
+constexpr int kFramesKept = 4;
+
+/// The smallest of a fixed number of values that change one at a time.
+class MinimumTree {
+  public:
+    explicit MinimumTree(std::size_t count);
+    void set(std::size_t index, std::int64_t value);
+    std::int64_t value(std::size_t index) const { return tree_[leaves_ + index]; }
+    std::int64_t minimum() const { return tree_[1]; }
+
+  private:
+    std::size_t leaves_ = 1;
+    std::vector<std::int64_t> tree_;
+};
+
+/// When a column's pipeline did what in one frame. The column moves in steps: the top composer sees its start
+/// in step 0, composer r in step r; composer r composites raster position p in step r + 1 + p. A step takes a
+/// clock, and a stall is clocks without a step. Steps up to last_known_step() are settled for ever.
+class FrameTime {
+  public:
+    void start(std::int64_t cycle);
+    void clear();
+    bool started() const { return !anchors_.empty(); }
+    std::int64_t start_cycle() const { return anchors_.front().cycle; }
+
+    /// The clock of a step; kUnknownCycle beyond last_known_step().
+    std::int64_t cycle_of(std::int64_t step) const {
+        return started() && step <= last_known_step_ ? extrapolated_cycle(step) : kUnknownCycle;
+    }
+    /// The clock of a step if nothing stalls that has not been told yet: no later than the truth.
+    std::int64_t extrapolated_cycle(std::int64_t step) const;
+    /// The last step at or before a clock, -1 if there is none.
+    std::int64_t step_at(std::int64_t cycle) const;
+
+    std::int64_t last_known_step() const { return last_known_step_; }
+    void set_last_known_step(std::int64_t step) { last_known_step_ = step; }
+    /// The clock of `step` is no earlier than `cycle`. Steps behind it have not been told any delay yet.
+    /// Returns the clocks that this adds.
+    std::int64_t delay_step(std::int64_t step, std::int64_t cycle);
+
+  private:
+    /// From `step` on, steps follow each other clock by clock, up to the next anchor.
+    struct Anchor {
+        std::int64_t step;
+        std::int64_t cycle;
+    };
+    std::vector<Anchor> anchors_;
+    std::int64_t last_known_step_ = kNoStep;
+};
+
+/// The time of one display's pipeline, frame by frame (section 5.4 of the paper), and in `stall` mode the
+/// clocks in which it stands still (COLUMNSTALL). No clock is simulated: each composer tells which step needs
+/// the first pixel whose arrival is not known yet, and which known arrivals come too late for their step.
+class ColumnTime {
+  public:
+    ColumnTime(int renderers, std::int64_t raster_pixels, bool may_stall);
+
+    std::int64_t raster_pixels() const { return raster_pixels_; }
+    int renderers() const { return renderers_; }
+    bool may_stall() const { return may_stall_; }
+
+    /// The output framebuffer takes another frame from this clock on.
+    void set_pipeready_cycle(std::int64_t cycle) { pipeready_cycle_ = cycle; }
+    /// The frame's step 0 is at that clock. In `stall` mode nothing behind it is known before every composer
+    /// has told what it needs.
+    void start(int frame, std::int64_t cycle);
+    /// The frame composited or last composited, -1: none yet.
+    int newest_frame() const { return newest_frame_; }
+    const FrameTime& frame(int frame) const { return frames_[static_cast<std::size_t>(frame % kFramesKept)]; }
+    bool started(int frame) const { return frame <= newest_frame_; }
+
+    /// `stall` mode, frame newest_frame(): the step that needs composer r's first pixel without a known
+    /// arrival, kNoStep if it has them all.
+    void set_needed_step(int renderer, std::int64_t step) {
+        needed_steps_.set(static_cast<std::size_t>(renderer), step);
+    }
+    /// `stall` mode: a pixel that is needed behind `step` arrives at `arrival`: step + 1 is later than that.
+    void add_arrival(int renderer, std::int64_t step, std::int64_t arrival);
+    /// `stall` mode: works out what has become known. `now` as for not_before.
+    void advance(std::int64_t now);
+
+    /// Calls back, once, when a frame's step is known: at once if it is, else from start() or advance().
+    void when_known(int frame, std::int64_t step, std::function<void()> callback);
+    /// Calls those whose time has come. After start() and advance(), and when the caller's own state is whole.
+    void tell();
+
+    /// No step of the frame that is not known yet is earlier than this. `now`: every decision of the machine
+    /// at an earlier clock has been taken.
+    std::int64_t not_before(int frame, std::int64_t step, std::int64_t now) const;
+    /// All that happens up to this clock is known.
+    std::int64_t known_through(std::int64_t now) const;
+    /// The last composer's output framebuffer takes the newest frame's last pixel in this step.
+    std::int64_t last_step() const { return renderers_ + raster_pixels_; }
+
+    /// The clocks of a frame's first pixel in the top composer and of its last one in the bottom one; the frame
+    /// must have been composited.
+    std::int64_t first_pixel_cycle(int frame) const { return spans_[static_cast<std::size_t>(frame)].first; }
+    std::int64_t last_pixel_cycle(int frame) const { return spans_[static_cast<std::size_t>(frame)].second; }
+    /// The newest frame has been composited; its timing will be forgotten.
+    void note_composited();
+
+    /// Clocks that the column stood still, and for whose sake, up to a clock at or behind `now`.
+    std::int64_t stalled_cycles(std::int64_t through_cycle) const;
+    std::int64_t stalled_cycles_for(int renderer, std::int64_t through_cycle) const;
+
+  private:
+    struct Arrival {
+        std::int64_t step;
+        std::int64_t cycle;
+        int renderer;
+        friend bool operator>(const Arrival& a, const Arrival& b) { return a.step > b.step; }
+    };
+    struct Waiter {
+        int frame;
+        std::int64_t step;
+        std::function<void()> callback;
+        friend bool operator>(const Waiter& a, const Waiter& b) {
+            return a.frame != b.frame ? a.frame > b.frame : a.step > b.step;
+        }
+    };
+    /// Clocks first..last without a step: of one composer's sake, or (renderer -1) of the whole column.
+    struct Stall {
+        int renderer;
+        std::int64_t first;
+        std::int64_t last;
+    };
+
+    FrameTime& current() { return frames_[static_cast<std::size_t>(newest_frame_ % kFramesKept)]; }
+    const FrameTime& current() const { return frames_[static_cast<std::size_t>(newest_frame_ % kFramesKept)]; }
+    void count_stall(int renderer, std::int64_t first, std::int64_t last);
+    void forget_stalls(std::int64_t now);
+
+    int renderers_;
+    std::int64_t raster_pixels_;
+    bool may_stall_;
+    int newest_frame_ = -1;
+    std::int64_t pipeready_cycle_ = 0;
+    FrameTime frames_[kFramesKept];
+    MinimumTree needed_steps_;
+    std::priority_queue<Arrival, std::vector<Arrival>, std::greater<>> arrivals_;
+    std::vector<std::pair<std::int64_t, std::int64_t>> spans_;  ///< by frame
+    std::vector<Waiter> waiters_;  ///< a heap, the earliest first
+    std::int64_t stalled_cycles_ = 0;
+    std::vector<std::int64_t> stalled_for_;
+    std::vector<Stall> newest_stalls_;  ///< counted already, perhaps beyond the present
+};
+
+}  // namespace metabuffer::tlm

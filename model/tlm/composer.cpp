@@ -1,0 +1,338 @@
+#include "tlm/composer.h"
+
+#include <algorithm>
+
+#include "datapath/span.h"
+
+namespace metabuffer::tlm {
+namespace {
+
+/// A band of raster rows stays in a processor's cache while every composer of the column works on it.
+constexpr std::int64_t kBandPixels = 16'384;
+
+int rows_a_band(const DisplayConfig& displays) {
+    const auto rows = static_cast<int>(kBandPixels / displays.raster_width_pixels());
+    const int blocks = std::max(1, rows / displays.supersample);
+    return std::min(blocks * displays.supersample, displays.raster_height_pixels());
+}
+
+}  // namespace
+
+Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, ColumnTime& column,
+                   const Settings& settings)
+    : sc_core::sc_module(name),
+      scenario_(scenario),
+      settings_(settings),
+      core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      column_(column),
+      buffer_({settings.renderer, scenario.composer.buffer_pixels, scenario.composer.ready_space_pixels,
+               pixels_per_beat(scenario.bus, scenario.memory), cycles_per_beat(scenario.bus),
+               scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels()},
+              column) {
+    bus_socket.register_b_transport(this, &Composer::take_transfer);
+    pipe_in_socket.register_b_transport(this, &Composer::take_band);
+    pipe_in_socket.register_nb_transport_fw(this, &Composer::take_startframe);
+    pipe_out_socket.register_nb_transport_bw(this, &Composer::take_pipeready);
+    if (settings.observer != nullptr) {
+        buffer_.on_level([this](std::int64_t cycle, int held_pixels) {
+            settings_.observer->buffer_level(settings_.renderer + 1, settings_.display, cycle, held_pixels);
+        });
+    }
+    if (pipemaster()) {
+        SC_METHOD(send_frame_down);
+        sensitive << composited_event_;
+        dont_initialize();
+        if (settings.images) {
+            raster_ = PixelPlanes(scenario.displays.raster_width_pixels(), rows_a_band(scenario.displays));
+            line_ = PixelPlanes(scenario.displays.raster_width_pixels(), 1);
+        }
+    }
+}
+
+// ---- the bus ----
+
+void Composer::take_transfer(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+    auto& transfer = content_of<BusTransfer>(payload);
+    switch (transfer.kind) {
+        case BusTransfer::Kind::kTable:
+            take_table(transfer);
+            break;
+        case BusTransfer::Kind::kBeats:
+            take_beats(transfer);
+            break;
+        case BusTransfer::Kind::kRecheck:
+            transfer.verdict = buffer_.busready_in_burst(
+                buffer_.planned_pixels(), buffer_.newest_arrival_cycle(), transfer.remaining, transfer.now);
+            if (transfer.verdict == BufferTime::Verdict::kDropped) {
+                buffer_.count_drop(buffer_.newest_arrival_cycle());
+            }
+            break;
+        case BusTransfer::Kind::kEndOfBurst:
+            give_slot(transfer);
+            break;
+    }
+    payload.set_response_status(::tlm::TLM_OK_RESPONSE);
+}
+
+void Composer::take_table(const BusTransfer& transfer) {
+    buffer_.begin_frame(transfer.frame, transfer.row, transfer.table_cycle);
+    content_[static_cast<std::size_t>(transfer.frame % kFramesKept)] = transfer.content;
+    raise_pipeready();
+}
+
+void Composer::take_beats(BusTransfer& transfer) {
+    const int pixels_per_beat = buffer_.config().pixels_per_beat;
+    BeatRun beats = transfer.beats;
+    transfer.verdict = BufferTime::Verdict::kTaken;
+    if (transfer.heed_busready) {
+        const std::int64_t planned = buffer_.planned_pixels();
+        const int burst_left = beats.pixels + transfer.remaining;
+        std::int64_t sampled = beats.first_cycle + 1;
+        int sent = 0;
+        while (sent < beats.pixels) {
+            sent = std::min(sent + pixels_per_beat, beats.pixels);
+            transfer.verdict =
+                buffer_.busready_in_burst(planned + sent, sampled, burst_left - sent, transfer.now);
+            if (transfer.verdict != BufferTime::Verdict::kTaken) {
+                break;
+            }
+            sampled += buffer_.config().cycles_per_beat;
+        }
+        beats.pixels = sent;
+        if (transfer.verdict == BufferTime::Verdict::kDropped) {
+            buffer_.count_drop(sampled);
+        }
+    }
+    transfer.pixels_taken = beats.pixels;
+    buffer_.add(beats, transfer.granted, transfer.now);
+    raise_pipeready();
+    if (column_.may_stall() && column_.started(transfer.frame)) {
+        column_.advance(transfer.now);
+        column_.tell();
+    }
+}
+
+void Composer::give_slot(BusTransfer& transfer) {
+    transfer.slot = buffer_.slot_time(transfer.earliest, transfer.now);
+    if (transfer.slot.cycle != kUnknownCycle) {
+        return;
+    }
+    earliest_slot_ = transfer.earliest;
+    if (!slot_wanted_) {
+        slot_wanted_ = true;
+        column_.when_known(transfer.slot.frame, transfer.slot.step, [this] { tell_slot(); });
+    }
+}
+
+void Composer::tell_slot() {
+    slot_wanted_ = false;
+    notice_->slot_cycle = buffer_.slot_time(earliest_slot_, now()).cycle;
+    notice_.payload().set_address(static_cast<sc_dt::uint64>(settings_.display));
+    ::tlm::tlm_phase phase = busready_phase;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    bus_socket->nb_transport_bw(notice_.payload(), phase, delay);
+}
+
+/// The end of a frame is known, and with it the clock of TABLEREADY for the table two frames on.
+void Composer::tell_table(int frame) {
+    notice_->frame = frame + 2;
+    notice_->table_cycle = buffer_.frame_end_cycle(frame);
+    notice_.payload().set_address(static_cast<sc_dt::uint64>(settings_.display));
+    ::tlm::tlm_phase phase = tableready_phase;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    bus_socket->nb_transport_bw(notice_.payload(), phase, delay);
+}
+
+// ---- PIPEREADY and STARTFRAME ----
+
+::tlm::tlm_sync_enum Composer::take_pipeready(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& /*phase*/,
+                                              sc_core::sc_time& /*delay*/) {
+    below_pipeready_ = content_of<PipelineFrame>(payload).cycle;
+    raise_pipeready();
+    return ::tlm::TLM_ACCEPTED;
+}
+
+/// PIPEREADY rises in the clock that sees it from below and this composer prefetched.
+void Composer::raise_pipeready() {
+    const std::int64_t prefetched = buffer_.prefetched_cycle(next_frame_);
+    if (below_pipeready_ == kUnknownCycle || prefetched == kUnknownCycle) {
+        return;
+    }
+    const int frame = next_frame_++;
+    own_pipeready_ = std::max(prefetched, below_pipeready_ + 1);
+    below_pipeready_ = kUnknownCycle;
+    if (pipemaster()) {
+        start_column(frame, own_pipeready_ + 1);
+        return;
+    }
+    pipeline_->frame = frame;
+    pipeline_->cycle = own_pipeready_;
+    ::tlm::tlm_phase phase = pipeready_phase;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    pipe_in_socket->nb_transport_bw(pipeline_.payload(), phase, delay);
+}
+
+/// The PIPEMASTER answers its own PIPEREADY.
+void Composer::start_column(int frame, std::int64_t cycle) {
+    column_.start(frame, cycle);
+    pipeline_->frame = frame;
+    pipeline_->cycle = cycle;
+    start_frame(pipeline_.payload());
+    if (column_.may_stall()) {
+        column_.advance(now());
+    }
+    column_.when_known(frame, column_.last_step(), [this, frame] {
+        composited_event_.notify(core_.until(column_.frame(frame).cycle_of(column_.last_step())));
+    });
+    column_.tell();
+}
+
+::tlm::tlm_sync_enum Composer::take_startframe(::tlm::tlm_generic_payload& payload,
+                                               ::tlm::tlm_phase& /*phase*/, sc_core::sc_time& /*delay*/) {
+    ++content_of<PipelineFrame>(payload).cycle;
+    start_frame(payload);
+    return ::tlm::TLM_ACCEPTED;
+}
+
+void Composer::start_frame(::tlm::tlm_generic_payload& payload) {
+    const int frame = content_of<PipelineFrame>(payload).frame;
+    buffer_.start_frame(frame);
+    if (frame + 2 < scenario_.frames) {
+        column_.when_known(frame, buffer_.frame_end_step(), [this, frame] { tell_table(frame); });
+    }
+    ::tlm::tlm_phase phase = startframe_phase;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    pipe_out_socket->nb_transport_fw(payload, phase, delay);
+}
+
+// ---- compositing ----
+
+/// The frame's last pixel has left the column: its pixels follow, all at once.
+void Composer::send_frame_down() {
+    column_.note_composited();
+    const int height = scenario_.displays.raster_height_pixels();
+    const int band_rows = settings_.images ? raster_.height_pixels : height;
+    pipeline_->frame = column_.newest_frame();
+    pipeline_->raster = settings_.images ? &raster_ : nullptr;
+    pipeline_->line = settings_.images ? &line_ : nullptr;
+    for (int first_row = 0; first_row < height; first_row += band_rows) {
+        pipeline_->first_row = first_row;
+        pipeline_->rows = std::min(band_rows, height - first_row);
+        if (settings_.images) {
+            fill_span(scenario_.background_pixel(), raster_.argb.data(), raster_.z.data(), raster_.z.size());
+        }
+        sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+        take_band(pipeline_.payload(), delay);
+    }
+}
+
+void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
+    const auto& band = content_of<PipelineFrame>(payload);
+    if (band.first_row == 0) {
+        buffer_.close_frame(band.frame, column_.raster_pixels());
+        next_starved_ = 0;
+    }
+    if (band.raster != nullptr) {
+        composite(band);
+    }
+    if (band.first_row + band.rows == scenario_.displays.raster_height_pixels()) {
+        content_[static_cast<std::size_t>(band.frame % kFramesKept)].reset();
+    }
+    pipe_out_socket->b_transport(payload, delay);
+}
+
+void Composer::composite(const PipelineFrame& band) {
+    const Segment* const segment = buffer_.segment(band.frame);
+    const FrameContent& content = content_[static_cast<std::size_t>(band.frame % kFramesKept)];
+    if (segment == nullptr || content == nullptr) {
+        return;
+    }
+    line_row_ = -1;
+    const int first = std::max(segment->top(), band.first_row);
+    const int last = std::min(segment->bottom(), band.first_row + band.rows);
+    for (int y = first; y < last; ++y) {
+        composite_row(band, y, *content, *segment);
+    }
+}
+
+void Composer::composite_row(const PipelineFrame& band, int y, const PixelPlanes& content,
+                             const Segment& segment) {
+    const ViewportRow& row = segment.row();
+    const int source_row = (y - row.dy) / row.dmultiple;
+    const int clipped = segment.left() - row.dx;  // raster pixels of the segment left of the raster
+    const auto width = static_cast<std::size_t>(segment.right() - segment.left());
+    const std::size_t source = content.index(row.sx, row.sy + source_row);
+    PixelSpan local{&content.argb[source], &content.z[source]};
+    if (row.dmultiple == 1) {
+        local.argb += clipped;
+        local.z += clipped;
+    } else {
+        if (source_row != line_row_) {
+            replicate_span(local, row.dmultiple, clipped, band.line->argb.data(), band.line->z.data(), width);
+            line_row_ = source_row;
+        }
+        local = {band.line->argb.data(), band.line->z.data()};
+    }
+    const std::size_t target = band.raster->index(segment.left(), y - band.first_row);
+    const auto compose_run = [&](int x_begin, int x_end) {
+        const auto offset = static_cast<std::size_t>(x_begin - segment.left());
+        compose_span(scenario_.composition, {local.argb + offset, local.z + offset},
+                     &band.raster->argb[target + offset], &band.raster->z[target + offset],
+                     static_cast<std::size_t>(x_end - x_begin));
+    };
+    // Where a pixel starved, the upstream one passes.
+    const std::vector<StarvedRun>& starved = buffer_.starved(band.frame);
+    int x = segment.left();
+    for (; next_starved_ < starved.size() && starved[next_starved_].y == y; ++next_starved_) {
+        if (starved[next_starved_].x_first > x) {
+            compose_run(x, starved[next_starved_].x_first);
+        }
+        x = starved[next_starved_].x_last + 1;
+    }
+    if (x < segment.right()) {
+        compose_run(x, segment.right());
+    }
+}
+
+// ---- what a run tells ----
+
+const ComposerCounters& Composer::finish(std::int64_t through_cycle) {
+    // A run that the watchdog has ended may stand in the middle of a frame.
+    if (const int frame = column_.newest_frame(); frame >= 0) {
+        const std::int64_t composited = column_.frame(frame).step_at(through_cycle) - settings_.renderer;
+        buffer_.close_frame(frame, std::clamp<std::int64_t>(composited, 0, column_.raster_pixels()));
+    }
+    return buffer_.finish(through_cycle, column_.stalled_cycles_for(settings_.renderer, through_cycle));
+}
+
+std::string Composer::waiting_for(std::int64_t through_cycle) const {
+    const int frame = column_.newest_frame();
+    const std::int64_t step = frame < 0 ? -1 : column_.frame(frame).step_at(through_cycle);
+    const std::int64_t position = step - settings_.renderer;
+    if (position >= 0 && position < column_.raster_pixels()) {
+        const int width = scenario_.displays.raster_width_pixels();
+        const auto x = static_cast<int>(position % width);
+        const auto y = static_cast<int>(position / width);
+        const Segment* const segment = buffer_.segment(frame);
+        if (column_.may_stall() && segment != nullptr && segment->covers(x, y) &&
+            buffer_.arrived(frame, through_cycle) <= segment->pixel_at(x, y)) {
+            return "waits for pixel " + std::to_string(segment->pixel_at(x, y)) + " of its segment in frame " +
+                   std::to_string(frame) + " at raster position " + std::to_string(x) + ", " +
+                   std::to_string(y);
+        }
+        return "waits for its column to move on";
+    }
+    const int next = position < 0 && frame >= 0 ? frame : frame + 1;
+    const std::string name = std::to_string(next);
+    if (buffer_.table_cycle(next) > through_cycle) {
+        return "waits for the table of frame " + name;
+    }
+    if (buffer_.prefetched_cycle(next) > through_cycle) {
+        return "waits for its buffer to be prefetched with frame " + name;
+    }
+    const bool raised = next_frame_ > next && own_pipeready_ <= through_cycle;
+    return raised ? "waits for STARTFRAME of frame " + name
+                  : "waits for PIPEREADY from below for frame " + name;
+}
+
+}  // namespace metabuffer::tlm

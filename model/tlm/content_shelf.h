@@ -1,0 +1,36 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "datapath/span.h"
+#include "formats/image.h"
+#include "formats/pixel.h"
+#include "tlm/payload.h"
+
+namespace metabuffer::tlm {
+
+/// The images as the input framebuffers hold them, each converted once however many renderers show it, and let
+/// go when no frame needs it any more.
+class ContentShelf {
+  public:
+    explicit ContentShelf(DepthFormat format) : format_(format) {}
+
+    /// The colour half of one image's words with the depth half of another's.
+    FrameContent content(const PixelImage& colour, const PixelImage& depth) {
+        std::weak_ptr<const PixelPlanes>& place = shelf_[{&colour, &depth}];
+        FrameContent content = place.lock();
+        if (!content) {
+            content = std::make_shared<const PixelPlanes>(planes_after_link(colour, depth, format_));
+            place = content;
+        }
+        return content;
+    }
+
+  private:
+    DepthFormat format_;
+    std::map<std::pair<const PixelImage*, const PixelImage*>, std::weak_ptr<const PixelPlanes>> shelf_;
+};
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <functional>
+#include <systemc>
+#include <tlm_utils/passthrough_target_socket.h>
+#include <utility>
+
+#include "formats/image.h"
+#include "tlm/payload.h"
+
+namespace metabuffer::tlm {
+
+/// A display, box E of the paper's Figure 1: takes the frames that have been on its DVI link.
+class DviDisplay final : public sc_core::sc_module {
+  public:
+    ::tlm_utils::passthrough_target_socket<DviDisplay> dvi_socket{"dvi_socket"};  ///< ShownFrame
+
+    explicit DviDisplay(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
+        dvi_socket.register_b_transport(this, &DviDisplay::take_frame);
+    }
+
+    /// Called with every frame; the image is null in a run without images.
+    using FrameShown = std::function<void(int frame, const ColourImage* image)>;
+    void on_frame(FrameShown callback) { on_frame_ = std::move(callback); }
+
+  private:
+    void take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+        const auto& shown = content_of<ShownFrame>(payload);
+        payload.set_response_status(::tlm::TLM_OK_RESPONSE);
+        if (on_frame_) {
+            on_frame_(shown.frame, shown.image);
+        }
+    }
+
+    FrameShown on_frame_;
+};
+
+}  // namespace metabuffer::tlm

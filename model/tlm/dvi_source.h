@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <systemc>
+#include <tlm_utils/simple_initiator_socket.h>
+#include <vector>
+
+#include "formats/dvi_timing.h"
+#include "scenario/scenario.h"
+#include "tlm/cycle.h"
+#include "tlm/payload.h"
+
+namespace metabuffer::tlm {
+
+/// A renderer's graphics card as the link sees it, box A of the paper's Figure 1 (section 4): sends the
+/// scenario's pairs frame by frame, with the faults that the scenario asks for. Timing as at level rtl: after
+/// reset one vertical sync; in lockstep a pair starts at the clock that reads pair_request high.
+class DviSource final : public sc_core::sc_module {
+  public:
+    ::tlm_utils::simple_initiator_socket<DviSource> link_socket{"link_socket"};  ///< DviFrame
+    sc_core::sc_in<bool> pair_request_i{"pair_request_i"};
+
+    /// renderer: index, from 0. first_edge: the first DVI input clock without reset. The scenario must outlive
+    /// the module.
+    DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
+              std::int64_t first_edge);
+    SC_HAS_PROCESS(DviSource);
+
+    /// One line for the watchdog: what the block waits for; empty if it waits for nothing.
+    std::string waiting_for(std::int64_t picoseconds) const;
+
+  private:
+    enum class State : std::uint8_t { kFirstSync, kIdle, kSilence, kFrame };
+
+    void process();
+    void decide(std::int64_t edge);
+    void send_frame(std::int64_t edge);
+    const Fault* fault_of(FaultKind fault) const;
+    bool has_fault(FaultKind fault) const { return fault_of(fault) != nullptr; }
+    void wake_at(std::int64_t edge);
+
+    const Scenario& scenario_;
+    const Renderer& renderer_;
+    int renderer_index_;
+    DviTiming timing_;
+    ClockDomain clock_;
+    sc_core::sc_event wake_event_;
+
+    State state_ = State::kFirstSync;
+    std::int64_t next_edge_;  ///< the next clock with a decision
+    std::uint32_t next_pair_ = 0;
+    std::uint32_t pair_ = 0;
+    bool pair_under_way_ = false;
+    FrameKind kind_ = FrameKind::kColour;
+    bool delay_served_ = false;
+    Message<DviFrame> frame_;
+};
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,694 @@
+#include "tlm/input_framebuffer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "scenario/derived_timing.h"
+
+namespace metabuffer::tlm {
+namespace {
+
+int divide_up(int value, int divisor) { return (value + divisor - 1) / divisor; }
+
+}  // namespace
+
+InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
+                                   Settings settings)
+    : sc_core::sc_module(name),
+      scenario_(scenario),
+      renderer_(scenario.renderers[static_cast<std::size_t>(settings.renderer)]),
+      settings_(std::move(settings)),
+      limits_(scenario.limits(renderer_)),
+      core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      dvi_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
+      pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
+      cycles_per_beat_(cycles_per_beat(scenario.bus)),
+      cycles_per_table_row_(divide_up(8 * kControlRowBytes, scenario.bus.width_bits)),
+      lost_slot_cycles_(lost_slot_cycles(scenario)),
+      pair_clocks_(pair_clocks(renderer_)),
+      timeout_clocks_(link_timeout_clocks(scenario, renderer_)),
+      timeout_start_edge_(settings_.first_link_edge - 1),
+      next_cycle_(settings_.first_cycle),
+      policy_(make_policy(scenario.bus.arbitration)) {
+    link_socket.register_b_transport(this, &InputFramebuffer::take_frame);
+    bus_socket.register_nb_transport_bw(this, &InputFramebuffer::take_notice);
+    // The first two tables find every composer empty, from the clock behind the first without reset.
+    for (int frame = 0; frame < 2; ++frame) {
+        table_ready_[static_cast<std::size_t>(frame)] = {frame, scenario.displays.count(),
+                                                         settings_.first_cycle};
+    }
+    SC_METHOD(link_process);
+    sensitive << link_wake_;
+    dont_initialize();
+    SC_METHOD(bus_process);
+    sensitive << bus_wake_;
+}
+
+// ---- the link's side ----
+
+void InputFramebuffer::take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+    const auto& frame = content_of<DecodedFrame>(payload);
+    link_pixels_before_ += newest_link_frame_.pixels;
+    newest_link_frame_.first_pixel_edge = frame.first_pixel_edge;
+    newest_link_frame_.pixels = frame.pixels;
+    newest_link_frame_.line_pixels = frame.line_pixels;
+    newest_link_frame_.line_clocks = frame.line_clocks;
+    link_events_.insert(link_events_.end(), frame.events.begin(), frame.events.end());
+    payload.set_response_status(::tlm::TLM_OK_RESPONSE);
+    if (!link_events_.empty()) {
+        wake_link(link_events_.front().edge);
+    }
+}
+
+void InputFramebuffer::wake_link(std::int64_t edge) {
+    if (edge != kUnknownCycle) {
+        link_wake_.notify(dvi_.until(edge));
+    }
+}
+
+void InputFramebuffer::link_process() {
+    const std::int64_t edge = dvi_.edge_at(now_picoseconds());
+    while (!link_events_.empty() && link_events_.front().edge <= edge) {
+        take_event(link_events_.front(), edge);
+        link_events_.pop_front();
+    }
+    if (request_edge_ <= edge) {
+        request_edge_ = kUnknownCycle;
+        request_open_ = true;
+    }
+    if (request_open_) {
+        if (const std::optional<bool> fresh = answer_to_request(edge)) {
+            answer(*fresh, edge);
+        }
+    }
+    pair_request_o.write(back_bank_ != BackBank::kWhole);
+    wake_link(next_link_edge(edge));
+}
+
+/// The next clock in which something may change.
+std::int64_t InputFramebuffer::next_link_edge(std::int64_t edge) const {
+    std::int64_t next = request_edge_;
+    if (!link_events_.empty()) {
+        next = std::min(next, link_events_.front().edge);
+    }
+    if (request_open_) {
+        for (const std::int64_t end : {timeout_start_edge_ + timeout_clocks_, filling_since_edge_ + pair_clocks_}) {
+            if (end > edge) {
+                next = std::min(next, end);
+            }
+        }
+    }
+    return next;
+}
+
+void InputFramebuffer::take_event(const LinkEvent& event, std::int64_t edge) {
+    if (event.rejected && back_bank_ == BackBank::kFilling) {
+        back_bank_ = BackBank::kFree;
+    }
+    if (event.pair_lost) {
+        lost_valid_ = true;
+        lost_number_ = event.lost_number;
+    }
+    if (event.colour_start) {
+        if (back_bank_ == BackBank::kWhole) {
+            ++counters_.dropped_frames;
+            superseded_ = true;
+        }
+        back_bank_ = BackBank::kFilling;
+        filling_since_edge_ = edge;
+        filling_ = event;
+    }
+    if (event.pair_good) {
+        accept_pair(event, edge);
+    }
+}
+
+void InputFramebuffer::accept_pair(const LinkEvent& event, std::int64_t edge) {
+    const bool too_late = static_cast<std::int32_t>(event.number - wanted_pair_) < 0;
+    if (scenario_.pacing == Pacing::kLockstep && too_late) {
+        ++counters_.dropped_frames;
+        back_bank_ = BackBank::kFree;
+        timeout_start_edge_ = edge;  // the source sends its next pair only now
+        return;
+    }
+    back_bank_ = BackBank::kWhole;
+    back_ = event;
+    ValidatedTable table = validate_table(filling_.table, limits_);
+    counters_.add_rejected_rows(event.number, table);
+    back_rows_ = std::move(table.rows);
+}
+
+/// True: the banks are swapped, the pair is fresh. False: the front pair again. Nothing: not yet.
+std::optional<bool> InputFramebuffer::answer_to_request(std::int64_t edge) {
+    const std::optional<bool> again(false);
+    if (scenario_.pacing == Pacing::kFreeRunning) {
+        if (back_bank_ == BackBank::kWhole) {
+            return true;
+        }
+        if (front_valid_ && superseded_ && pair_under_way(edge)) {
+            return std::nullopt;
+        }
+        return front_valid_ || timed_out(edge) ? again : std::nullopt;
+    }
+    if (back_bank_ == BackBank::kWhole) {
+        return back_.number == wanted_pair_;  // a later one: the wanted pair will not come any more
+    }
+    const bool lost = lost_valid_ && lost_number_ == wanted_pair_;
+    return lost || timed_out(edge) ? again : std::nullopt;
+}
+
+void InputFramebuffer::answer(bool fresh, std::int64_t edge) {
+    if (fresh) {
+        front_rows_ = back_rows_;
+        front_source_ = {static_cast<int>(back_.number), true, dvi_.picoseconds_of(back_.last_pixel_edge)};
+        if (settings_.shelf != nullptr) {
+            front_content_ = settings_.shelf->content(*back_.colour, *back_.depth);
+        }
+        front_valid_ = true;
+        superseded_ = false;
+        back_bank_ = BackBank::kFree;
+    }
+    request_open_ = false;
+    ++wanted_pair_;
+    timeout_start_edge_ = edge;
+    answer_fresh_ = fresh;
+    state_ = State::kStart;
+    next_cycle_ = core_.edge_seeing(dvi_.picoseconds_of(edge));
+    schedule_bus();
+}
+
+// ---- the bus side ----
+
+void InputFramebuffer::bus_process() { run_bus(); }
+
+void InputFramebuffer::run_bus() {
+    now_ = core_.edge_at(now_picoseconds());
+    limit_ = settings_.run_limit();
+    running_ = true;
+    while (next_cycle_ != kUnknownCycle && may_decide(next_cycle_)) {
+        decide(next_cycle_);
+    }
+    running_ = false;
+    schedule_bus();
+}
+
+void InputFramebuffer::schedule_bus() {
+    if (running_) {
+        return;  // run_bus() does so at its end
+    }
+    bus_wake_.cancel();
+    if (next_cycle_ != kUnknownCycle) {
+        bus_wake_.notify(core_.until(next_cycle_));
+    }
+}
+
+/// A decision may be taken ahead of the kernel's time if nothing that happens until then can change it.
+bool InputFramebuffer::may_decide(std::int64_t cycle) {
+    if (cycle <= now_) {
+        return true;
+    }
+    if (cycle > limit_ || state_ == State::kRecheck) {
+        return false;
+    }
+    if (state_ != State::kSend) {
+        return true;
+    }
+    return std::all_of(rows_.begin(), rows_.end(), [&](Row& row) {
+        if (row.sent == row.pixels || row.slot.cycle != kUnknownCycle || row.slot.not_before > cycle) {
+            return true;
+        }
+        ask_for_slot(row);  // more may be known by now
+        return row.slot.cycle != kUnknownCycle || row.slot.not_before > cycle;
+    });
+}
+
+void InputFramebuffer::decide(std::int64_t cycle) {
+    newest_spans_.clear();
+    switch (state_) {
+        case State::kRequest:
+            ask_for_frame(cycle);
+            break;
+        case State::kStart:
+            start_frame(cycle);
+            break;
+        case State::kTable:
+            send_table(cycle);
+            break;
+        case State::kSend:
+            if (pixels_left_ == 0) {
+                ask_for_frame(cycle);
+            } else {
+                arbitrate(cycle);
+            }
+            break;
+        case State::kRecheck:
+            recheck(cycle);
+            break;
+        case State::kWait:
+        case State::kDone:
+            next_cycle_ = kUnknownCycle;
+            break;
+    }
+}
+
+void InputFramebuffer::ask_for_frame(std::int64_t cycle) {
+    next_cycle_ = kUnknownCycle;
+    if (frames_started_ == scenario_.frames) {
+        state_ = State::kDone;
+        return;
+    }
+    state_ = State::kWait;
+    request_edge_ = dvi_.edge_seeing(core_.picoseconds_of(cycle));
+    wake_link(next_link_edge(dvi_.edge_at(now_picoseconds())));
+}
+
+void InputFramebuffer::start_frame(std::int64_t cycle) {
+    ++frames_started_;
+    if (!answer_fresh_) {
+        ++counters_.repeated_frames;
+    }
+    frame_sources_.push_back(front_source_);
+    frame_sources_.back().fresh = answer_fresh_;
+    rows_.clear();
+    pixels_left_ = 0;
+    std::vector<Segment> segments;
+    for (const ViewportRow& table_row : front_rows_) {
+        Row row;
+        row.row = table_row;
+        row.address = std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;
+        segments.emplace_back(table_row, limits_.raster_width_pixels, limits_.raster_height_pixels);
+        row.pixels = segments.back().pixels();
+        pixels_left_ += row.pixels;
+        rows_.push_back(row);
+    }
+    requests_.assign(rows_.size(), BusRequest{});
+    policy_->start_frame(segments);
+    new_frame_ = true;
+    state_ = State::kTable;
+    poll_from_ = cycle + 1;
+    polling_ = true;
+    next_cycle_ = table_cycle();
+}
+
+/// The clock of the frame-start beat, if it is known.
+std::int64_t InputFramebuffer::table_cycle() const {
+    const int frame = frames_started_ - 1;
+    const TableReady& ready = table_ready_[static_cast<std::size_t>(frame % kFramesKept)];
+    if (ready.frame != frame || ready.composers < limits_.displays) {
+        return kUnknownCycle;
+    }
+    return std::max(poll_from_, ready.cycle + 1);
+}
+
+BusTransfer& InputFramebuffer::transfer(int display) {
+    ::tlm::tlm_generic_payload& payload = bus_transfer_.payload();
+    payload.set_address(static_cast<sc_dt::uint64>(display));
+    bus_transfer_->now = now_;
+    bus_transfer_->frame = frames_started_ - 1;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    bus_socket->b_transport(payload, delay);
+    return *bus_transfer_;
+}
+
+void InputFramebuffer::send_table(std::int64_t cycle) {
+    stop_polling(cycle);
+    const auto row_count = static_cast<std::int64_t>(rows_.size());
+    const std::int64_t last_beat = cycle + row_count * cycles_per_table_row_;
+    note_span(SpanKind::kTable, {cycle, last_beat}, 0);
+    counters_.bus.table_cycles += last_beat - cycle + 1;
+    if (settings_.observer != nullptr) {
+        settings_.observer->table(settings_.renderer + 1, frames_started_ - 1, {cycle, last_beat});
+    }
+    state_ = State::kSend;
+    next_cycle_ = last_beat + 1;
+    std::vector<const Row*> row_of(static_cast<std::size_t>(limits_.displays), nullptr);
+    for (Row& row : rows_) {
+        row_of[row.row.dcomp - std::size_t{1}] = &row;
+        row.slot = SlotTime{next_cycle_, 0, 0, 0};
+    }
+    bus_transfer_->kind = BusTransfer::Kind::kTable;
+    bus_transfer_->table_cycle = last_beat + 1;
+    for (int display = 1; display <= limits_.displays; ++display) {
+        const Row* const row = row_of[static_cast<std::size_t>(display) - 1];
+        bus_transfer_->row = row != nullptr ? &row->row : nullptr;
+        bus_transfer_->content = row != nullptr ? front_content_ : nullptr;
+        transfer(display);
+    }
+    bus_transfer_->content.reset();
+    // The buffers may still be full of the frame before.
+    for (Row& row : rows_) {
+        row.earliest_slot = next_cycle_;
+        ask_for_slot(row);
+    }
+}
+
+void InputFramebuffer::arbitrate(std::int64_t cycle) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+        const Row& row = rows_[i];
+        requests_[i].pending = row.sent < row.pixels;
+        requests_[i].ready = row.slot.cycle <= cycle;
+        requests_[i].next_pixel = row.sent;
+    }
+    const BusGrant grant = policy_->pick(requests_);
+    switch (grant.kind) {
+        case BusGrant::Kind::kPoll:
+            if (!polling_) {
+                polling_ = true;
+                poll_from_ = cycle;
+            }
+            next_cycle_ = kUnknownCycle;
+            for (const Row& row : rows_) {
+                if (row.sent < row.pixels) {
+                    next_cycle_ = std::min(next_cycle_, row.slot.cycle);
+                }
+            }
+            return;
+        case BusGrant::Kind::kLost:
+            counters_.bus.lost_cycles += lost_slot_cycles_;
+            next_cycle_ = cycle + lost_slot_cycles_;
+            note_span(SpanKind::kLost, {cycle, next_cycle_ - 1}, 0);
+            if (settings_.observer != nullptr) {
+                settings_.observer->lost_slot(settings_.renderer + 1, {cycle, next_cycle_ - 1});
+            }
+            return;
+        case BusGrant::Kind::kBurst:
+            stop_polling(cycle);
+            start_burst(cycle, grant.row, grant.recovered_slots);
+            return;
+    }
+}
+
+void InputFramebuffer::stop_polling(std::int64_t cycle) {
+    if (!polling_) {
+        return;
+    }
+    polling_ = false;
+    counters_.bus.poll_cycles += cycle - poll_from_;
+    if (settings_.observer != nullptr && cycle > poll_from_) {
+        settings_.observer->poll(settings_.renderer + 1, {poll_from_, cycle - 1});
+    }
+}
+
+void InputFramebuffer::start_burst(std::int64_t cycle, int row, int recovered_slots) {
+    const Row& granted = rows_[static_cast<std::size_t>(row)];
+    counters_.bus.recovered_slots += recovered_slots;
+    ++counters_.bus.bursts;
+    burst_row_ = row;
+    burst_left_ = static_cast<int>(
+        std::min<std::int64_t>(scenario_.bus.burst_pixels, granted.pixels - granted.sent));
+    burst_beats_ = 0;
+    recovered_slots_ = recovered_slots;
+    granted_ = cycle;
+    at_cycle_ = cycle;
+    // A slot is given only to who has its ready space free, so a burst that fits it is never cut.
+    may_cut_ = scenario_.composer.ready_space_pixels < burst_left_;
+    continue_burst();
+}
+
+void InputFramebuffer::continue_burst() {
+    Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+    while (burst_left_ > 0) {
+        const int words = std::min(burst_left_, row.row.sdx - row.column);
+        const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
+        const int first_words = access.words;
+        wait_for_page(access, access.wait_cycles);
+        const int pixels = pixels_on_page(row, first_words, at_cycle_);
+        const BusTransfer& sent = send_beats(pixels, may_cut_);
+        if (sent.verdict == BufferTime::Verdict::kUndecided) {
+            state_ = State::kRecheck;
+            next_cycle_ = at_cycle_;  // the clock that samples the last beat
+            return;
+        }
+        if (sent.verdict == BufferTime::Verdict::kDropped) {
+            cut_burst();
+            return;
+        }
+    }
+    // A BUSREADY that cannot count the last beat yet is not trusted; if the burst had a beat before, the
+    // composer has been told what is behind it.
+    const bool trusted = burst_beats_ > 1 && scenario_.composer.buffer_pixels - last_beat_pixels_ >=
+                                                 scenario_.composer.ready_space_pixels;
+    end_burst(at_cycle_, trusted ? at_cycle_ : at_cycle_ + 1);
+}
+
+MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::int64_t cycle, bool peek) {
+    ::tlm::tlm_generic_payload& payload = memory_access_.payload();
+    payload.set_address(static_cast<sc_dt::uint64>(row.address) * kBytesPerWord);
+    payload.set_data_length(static_cast<unsigned>(words) * kBytesPerWord);
+    memory_access_->new_frame = new_frame_;
+    memory_access_->peek = peek;
+    memory_access_->cycle = cycle;
+    new_frame_ = false;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    memory_socket->b_transport(payload, delay);
+    return *memory_access_;
+}
+
+/// Lets clocks pass before the next beat, fewer than the memory asks for if the burst is stopped meanwhile.
+void InputFramebuffer::wait_for_page(const MemoryAccess& access, std::int64_t clocks) {
+    counters_.bus.page_misses += access.page_miss ? 1 : 0;
+    counters_.bus.page_miss_cycles += clocks;
+    if (!access.page_miss && clocks == 0) {
+        return;
+    }
+    const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
+    note_span(SpanKind::kPageMiss, span, access.page_miss ? 1 : 0);
+    if (settings_.observer != nullptr && clocks > 0) {
+        const Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+        settings_.observer->page_miss(settings_.renderer + 1, row.row.dcomp, row.address, span);
+    }
+    at_cycle_ += clocks;
+}
+
+/// How many of the burst's pixels follow without a page miss, over the ends of source rows.
+int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64_t cycle) {
+    int pixels = first_words;
+    Row place = row;
+    advance(place, first_words);
+    while (pixels < burst_left_ && place.column == 0) {
+        const int words = std::min(burst_left_ - pixels, int{place.row.sdx});
+        const std::int64_t wanted_cycle = cycle + pixels / pixels_per_beat_ * cycles_per_beat_;
+        const MemoryAccess& access = access_memory(place, words, wanted_cycle, true);
+        if (access.page_miss || access.wait_cycles > 0) {
+            break;
+        }
+        const int more = access.words;
+        pixels += more;
+        advance(place, more);
+    }
+    return pixels;
+}
+
+void InputFramebuffer::advance(Row& row, int pixels) const {
+    row.sent += pixels;
+    row.address += pixels;
+    row.column += pixels;
+    while (row.column >= row.row.sdx) {
+        row.column -= row.row.sdx;
+        row.address += renderer_.image_width_pixels - row.row.sdx;
+    }
+}
+
+/// Puts up to so many pixels on the bus, beat by beat from at_cycle_ on; fewer if BUSREADY falls.
+BusTransfer& InputFramebuffer::send_beats(int pixels, bool heed_busready) {
+    Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+    bus_transfer_->kind = BusTransfer::Kind::kBeats;
+    bus_transfer_->beats = {row.sent, pixels, at_cycle_ + cycles_per_beat_ - 1};
+    bus_transfer_->remaining = burst_left_ - pixels;
+    bus_transfer_->granted = granted_;
+    bus_transfer_->heed_busready = heed_busready;
+    BusTransfer& answer = transfer(row.row.dcomp);
+    const int taken = answer.pixels_taken;
+    const int beats = divide_up(taken, pixels_per_beat_);
+    const CycleSpan span{at_cycle_, at_cycle_ + std::int64_t{beats} * cycles_per_beat_ - 1};
+    counters_.bus.busy_cycles += span.cycles();
+    counters_.bus.pixels_sent += taken;
+    note_span(SpanKind::kBeats, span, taken);
+    if (settings_.observer != nullptr) {
+        settings_.observer->beats(settings_.renderer + 1, row.row.dcomp, frames_started_ - 1, row.sent, taken,
+                                  std::exchange(recovered_slots_, 0), span);
+    }
+    advance(row, taken);
+    pixels_left_ -= taken;
+    burst_left_ -= taken;
+    burst_beats_ += beats;
+    last_beat_pixels_ = taken - (beats - 1) * pixels_per_beat_;
+    at_cycle_ = span.last + 1;
+    return answer;
+}
+
+void InputFramebuffer::recheck(std::int64_t cycle) {
+    state_ = State::kSend;
+    at_cycle_ = cycle;
+    bus_transfer_->kind = BusTransfer::Kind::kRecheck;
+    bus_transfer_->remaining = burst_left_;
+    const BusTransfer& answer = transfer(rows_[static_cast<std::size_t>(burst_row_)].row.dcomp);
+    if (answer.verdict == BufferTime::Verdict::kTaken) {
+        continue_burst();
+    } else {
+        cut_burst();
+    }
+}
+
+/// BUSREADY has fallen at the clock that samples the last beat sent. It is read a clock later; in between, the
+/// bus has gone on to the next beat or has begun to open its page.
+void InputFramebuffer::cut_burst() {
+    constexpr std::int64_t kBusreadyClocks = 2;  // falling, and counting slots again
+    Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+    const std::int64_t drop_cycle = at_cycle_;
+    const int words = std::min(burst_left_, row.row.sdx - row.column);
+    const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
+    const int first_words = access.words;
+    if (access.wait_cycles > 0) {
+        wait_for_page(access, 1);
+        end_burst(at_cycle_, drop_cycle + kBusreadyClocks);
+        return;
+    }
+    wait_for_page(access, 0);
+    send_beats(std::min(pixels_on_page(row, first_words, at_cycle_), pixels_per_beat_), false);
+    end_burst(at_cycle_, at_cycle_ + 1);
+}
+
+void InputFramebuffer::end_burst(std::int64_t next_cycle, std::int64_t earliest_slot) {
+    state_ = State::kSend;
+    next_cycle_ = next_cycle;
+    Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+    if (row.sent < row.pixels) {
+        row.earliest_slot = earliest_slot;
+        ask_for_slot(row);
+    }
+}
+
+void InputFramebuffer::ask_for_slot(Row& row) {
+    bus_transfer_->kind = BusTransfer::Kind::kEndOfBurst;
+    bus_transfer_->earliest = row.earliest_slot;
+    row.slot = transfer(row.row.dcomp).slot;
+}
+
+::tlm::tlm_sync_enum InputFramebuffer::take_notice(::tlm::tlm_generic_payload& payload,
+                                                   ::tlm::tlm_phase& phase, sc_core::sc_time& /*delay*/) {
+    const auto& notice = content_of<BusNotice>(payload);
+    if (phase == tableready_phase) {
+        TableReady& ready = table_ready_[static_cast<std::size_t>(notice.frame % kFramesKept)];
+        if (ready.frame != notice.frame) {
+            ready = {notice.frame, 0, 0};
+        }
+        ++ready.composers;
+        ready.cycle = std::max(ready.cycle, notice.table_cycle);
+        if (state_ == State::kTable) {
+            next_cycle_ = table_cycle();
+            schedule_bus();
+        }
+        return ::tlm::TLM_ACCEPTED;
+    }
+    const auto display = static_cast<int>(payload.get_address());
+    for (Row& row : rows_) {
+        if (row.row.dcomp == display && row.sent < row.pixels) {
+            row.slot.cycle = notice.slot_cycle;
+            if (state_ == State::kSend && polling_ && notice.slot_cycle < next_cycle_) {
+                next_cycle_ = notice.slot_cycle;
+                schedule_bus();
+            }
+        }
+    }
+    return ::tlm::TLM_ACCEPTED;
+}
+
+// ---- what a run tells ----
+
+void InputFramebuffer::note_span(SpanKind kind, CycleSpan cycles, int pixels) {
+    newest_spans_.push_back({kind, cycles, pixels});
+}
+
+RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
+    RendererCounters counters = counters_;
+    BusCounters& bus = counters.bus;
+    if (polling_) {
+        bus.poll_cycles += std::max<std::int64_t>(0, through_cycle + 1 - poll_from_);
+    }
+    // A burst or a slot under way has been counted to its end.
+    for (const Span& span : newest_spans_) {
+        const std::int64_t done = std::clamp<std::int64_t>(through_cycle + 1 - span.cycles.first, 0,
+                                                           std::max<std::int64_t>(0, span.cycles.cycles()));
+        const std::int64_t excess = span.cycles.cycles() - done;
+        switch (span.kind) {
+            case SpanKind::kTable:
+                bus.table_cycles -= excess;
+                break;
+            case SpanKind::kLost:
+                bus.lost_cycles -= excess;
+                break;
+            case SpanKind::kPageMiss:
+                bus.page_miss_cycles -= excess;
+                bus.page_misses -= through_cycle < span.cycles.first ? span.pixels : 0;
+                break;
+            case SpanKind::kBeats: {
+                bus.busy_cycles -= excess;
+                const std::int64_t beats = (done + cycles_per_beat_ - 1) / cycles_per_beat_;
+                bus.pixels_sent -= span.pixels - std::min<std::int64_t>(span.pixels, beats * pixels_per_beat_);
+                break;
+            }
+        }
+    }
+    bus.idle_cycles = through_cycle + 1 -
+                      (bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.poll_cycles + bus.lost_cycles);
+    counters.name = renderer_.name;
+    return counters;
+}
+
+std::int64_t InputFramebuffer::bus_progress(std::int64_t through_cycle) const {
+    const BusCounters bus = counters(through_cycle).bus;
+    return bus.pixels_sent + bus.table_cycles;
+}
+
+std::int64_t InputFramebuffer::link_pixels(std::int64_t through_edge) const {
+    const DecodedFrame& frame = newest_link_frame_;
+    const std::int64_t clocks = through_edge - frame.first_pixel_edge + 1;
+    if (clocks <= 0 || frame.pixels == 0) {
+        return link_pixels_before_;
+    }
+    const std::int64_t pixels =
+        clocks / frame.line_clocks * frame.line_pixels +
+        std::min<std::int64_t>(clocks % frame.line_clocks, frame.line_pixels);
+    return link_pixels_before_ + std::min(frame.pixels, pixels);
+}
+
+std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
+    const std::string frame = std::to_string(frames_started_ - 1);
+    switch (state_) {
+        case State::kRequest:
+        case State::kWait:
+        case State::kStart:
+            return "waits for pair " + std::to_string(frames_started_) + " from the link";
+        case State::kTable:
+            return "waits for TABLEREADY of every composer to broadcast the table of frame " + frame;
+        case State::kSend:
+        case State::kRecheck: {
+            for (const Span& span : newest_spans_) {
+                const bool now = span.cycles.first <= through_cycle && through_cycle < span.cycles.last;
+                if (now && span.kind == SpanKind::kTable) {
+                    return {};
+                }
+                if (now && span.kind == SpanKind::kPageMiss) {
+                    return "waits for its memory to open a page";
+                }
+                if (now && span.kind == SpanKind::kLost) {
+                    return "lets a lost slot pass";
+                }
+            }
+            std::string composers;
+            for (const Row& row : rows_) {
+                if (row.sent < row.pixels) {
+                    composers += (composers.empty() ? "" : ", ") + std::to_string(row.row.dcomp);
+                }
+            }
+            return "waits for BUSREADY of the composers of display " + composers + " with " +
+                   std::to_string(pixels_left_) + " pixels of frame " + frame + " to send";
+        }
+        case State::kDone:
+            return {};
+    }
+    return {};
+}
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,216 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <systemc>
+#include <tlm_utils/passthrough_target_socket.h>
+#include <tlm_utils/simple_initiator_socket.h>
+#include <vector>
+
+#include "datapath/arbitration/arbitration_policy.h"
+#include "report/report.h"
+#include "scenario/scenario.h"
+#include "tlm/content_shelf.h"
+#include "tlm/cycle.h"
+#include "tlm/payload.h"
+#include "tlm/schedule_observer.h"
+
+namespace metabuffer::tlm {
+
+/// The input framebuffer, box B of the paper's Figure 1 (sections 4 and 5): keeps a renderer's pairs in two
+/// banks and sends the front one's segments over the bus, burst by burst. Rules and clocks are those of level
+/// rtl (docs/design.md).
+///
+/// The link's side acts at the DVI input clocks in which the decoder tells something, a request arrives or a
+/// timeout ends. The bus side takes its decisions one behind the other at the core clocks where an arbitration
+/// falls; it runs ahead of the kernel's time as long as nothing that it does not know yet could change a
+/// decision, and no further than run_limit, behind which the run may have ended.
+class InputFramebuffer final : public sc_core::sc_module {
+  public:
+    ::tlm_utils::passthrough_target_socket<InputFramebuffer> link_socket{"link_socket"};  ///< DecodedFrame
+    sc_core::sc_out<bool> pair_request_o{"pair_request_o"};                               ///< DVI input clock
+    ::tlm_utils::simple_initiator_socket<InputFramebuffer> memory_socket{"memory_socket"};  ///< MemoryAccess
+    ::tlm_utils::simple_initiator_socket<InputFramebuffer> bus_socket{"bus_socket"};  ///< BusTransfer, BusNotice
+
+    struct Settings {
+        int renderer = 0;                ///< index, from 0
+        std::int64_t first_link_edge = 0;  ///< first DVI input clock without reset
+        std::int64_t first_cycle = 0;      ///< first core clock without reset
+        ContentShelf* shelf = nullptr;     ///< null: no images
+        ScheduleObserver* observer = nullptr;
+        /// The last core clock up to which the run certainly lasts.
+        std::function<std::int64_t()> run_limit;
+    };
+    /// The scenario must outlive the module.
+    InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, Settings settings);
+    SC_HAS_PROCESS(InputFramebuffer);
+
+    /// What a composited frame was made of.
+    struct FrameSource {
+        int pair = -1;  ///< -1: none yet
+        bool fresh = false;
+        std::int64_t last_pixel_picoseconds = 0;  ///< when the pair's last pixel was on the link
+    };
+    const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
+
+    /// Everything up to a core clock, the present; `core_cycles` of the run are one more.
+    RendererCounters counters(std::int64_t through_cycle) const;
+    /// What the watchdog looks at: pixels and table clocks on the bus up to a core clock; pixels taken from the
+    /// link up to a DVI input clock.
+    std::int64_t bus_progress(std::int64_t through_cycle) const;
+    std::int64_t link_pixels(std::int64_t through_edge) const;
+    std::string waiting_for(std::int64_t through_cycle) const;
+
+  private:
+    // ---- the link's side (DVI input clock) ----
+    enum class BackBank : std::uint8_t { kFree, kFilling, kWhole };
+
+    void take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    void link_process();
+    void take_event(const LinkEvent& event, std::int64_t edge);
+    void accept_pair(const LinkEvent& event, std::int64_t edge);
+    std::optional<bool> answer_to_request(std::int64_t edge);
+    void answer(bool fresh, std::int64_t edge);
+    void wake_link(std::int64_t edge);
+    std::int64_t next_link_edge(std::int64_t edge) const;
+    bool pair_under_way(std::int64_t edge) const {
+        return back_bank_ == BackBank::kFilling && edge - filling_since_edge_ < pair_clocks_;
+    }
+    bool timed_out(std::int64_t edge) const {
+        return edge - timeout_start_edge_ >= timeout_clocks_ && !pair_under_way(edge);
+    }
+
+    // ---- the bus side (core clock) ----
+    enum class State : std::uint8_t {
+        kRequest,  ///< asks the link's side for a pair
+        kWait,     ///< for its answer
+        kStart,    ///< reads the answer
+        kTable,    ///< broadcasts the table, once every composer takes it
+        kSend,     ///< arbitrates
+        kRecheck,  ///< in a burst: BUSREADY was not known yet
+        kDone,
+    };
+    struct Row {
+        ViewportRow row;
+        std::int64_t pixels = 0;
+        std::int64_t sent = 0;
+        std::int64_t address = 0;  ///< of the next pixel
+        int column = 0;
+        SlotTime slot;
+        std::int64_t earliest_slot = 0;
+    };
+    struct TableReady {
+        int frame = -1;
+        int composers = 0;
+        std::int64_t cycle = 0;
+    };
+    enum class SpanKind : std::uint8_t { kTable, kBeats, kPageMiss, kLost };
+    struct Span {
+        SpanKind kind;
+        CycleSpan cycles;
+        int pixels;
+    };
+
+    void bus_process();
+    void run_bus();
+    void schedule_bus();
+    bool may_decide(std::int64_t cycle);
+    void decide(std::int64_t cycle);
+    void ask_for_frame(std::int64_t cycle);
+    void start_frame(std::int64_t cycle);
+    std::int64_t table_cycle() const;
+    void send_table(std::int64_t cycle);
+    void arbitrate(std::int64_t cycle);
+    void start_burst(std::int64_t cycle, int row, int recovered_slots);
+    void continue_burst();
+    MemoryAccess& access_memory(const Row& row, int words, std::int64_t cycle, bool peek);
+    void wait_for_page(const MemoryAccess& access, std::int64_t clocks);
+    int pixels_on_page(const Row& row, int first_words, std::int64_t cycle);
+    BusTransfer& send_beats(int pixels, bool heed_busready);
+    void recheck(std::int64_t cycle);
+    void cut_burst();
+    void end_burst(std::int64_t next_cycle, std::int64_t earliest_slot);
+    void ask_for_slot(Row& row);
+    BusTransfer& transfer(int display);
+    ::tlm::tlm_sync_enum take_notice(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
+                                     sc_core::sc_time& delay);
+    void stop_polling(std::int64_t cycle);
+    void note_span(SpanKind kind, CycleSpan cycles, int pixels);
+    void advance(Row& row, int pixels) const;
+
+    const Scenario& scenario_;
+    const Renderer& renderer_;
+    Settings settings_;
+    ViewportLimits limits_;
+    ClockDomain core_;
+    ClockDomain dvi_;
+    int pixels_per_beat_;
+    int cycles_per_beat_;
+    int cycles_per_table_row_;
+    int lost_slot_cycles_;
+    std::int64_t pair_clocks_;
+    std::int64_t timeout_clocks_;
+
+    // The link's side.
+    sc_core::sc_event link_wake_;
+    std::deque<LinkEvent> link_events_;
+    DecodedFrame newest_link_frame_;
+    std::int64_t link_pixels_before_ = 0;
+    BackBank back_bank_ = BackBank::kFree;
+    LinkEvent filling_;  ///< the pair under way: number and table
+    LinkEvent back_;     ///< the whole pair in the back bank
+    ViewportTable back_rows_;
+    std::int64_t filling_since_edge_ = 0;
+    std::int64_t timeout_start_edge_;
+    bool front_valid_ = false;
+    bool superseded_ = false;
+    bool lost_valid_ = false;
+    std::uint32_t lost_number_ = 0;
+    std::uint32_t wanted_pair_ = 0;
+    std::int64_t request_edge_ = kUnknownCycle;  ///< at which the request is seen
+    bool request_open_ = false;
+    ViewportTable front_rows_;
+    FrameSource front_source_;
+    FrameContent front_content_;
+    bool answer_fresh_ = false;
+
+    // The bus side.
+    sc_core::sc_event bus_wake_;
+    State state_ = State::kRequest;
+    std::int64_t now_ = 0;         ///< the kernel's core clock
+    std::int64_t next_cycle_;      ///< of the next decision
+    std::int64_t limit_ = 0;
+    bool running_ = false;
+    int frames_started_ = 0;
+    std::vector<Row> rows_;
+    std::vector<BusRequest> requests_;
+    std::int64_t pixels_left_ = 0;
+    std::unique_ptr<ArbitrationPolicy> policy_;
+    std::array<TableReady, kFramesKept> table_ready_{};
+    bool polling_ = false;
+    std::int64_t poll_from_ = 0;
+    bool new_frame_ = false;  ///< the memory has not been accessed yet
+    // The burst under way.
+    int burst_row_ = 0;
+    int burst_left_ = 0;
+    int burst_beats_ = 0;
+    int last_beat_pixels_ = 0;
+    int recovered_slots_ = 0;
+    std::int64_t granted_ = 0;
+    std::int64_t at_cycle_ = 0;  ///< of the next beat or page miss
+    bool may_cut_ = false;
+
+    Message<MemoryAccess> memory_access_;
+    Message<BusTransfer> bus_transfer_;
+
+    RendererCounters counters_;
+    std::vector<Span> newest_spans_;  ///< since the last decision: counted already, perhaps beyond the present
+    std::vector<FrameSource> frame_sources_;
+};
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,313 @@
+#include "tlm/metabuffer.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "scenario/derived_timing.h"
+
+namespace metabuffer::tlm {
+namespace {
+
+constexpr std::int64_t kResetCycles = 2;
+
+std::string numbered(const std::string& stem, std::size_t index) { return stem + "_" + std::to_string(index + 1); }
+
+std::string numbered(const std::string& stem, std::size_t renderer, std::size_t display) {
+    return numbered(numbered(stem, renderer), display);
+}
+
+}  // namespace
+
+Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario, Options options)
+    : sc_core::sc_module(name),
+      scenario_(scenario),
+      options_(std::move(options)),
+      core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      dvi_in_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
+      dvi_out_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
+      first_cycle_(kResetCycles),
+      reset_picoseconds_(core_.picoseconds_of(kResetCycles) - core_.period_picoseconds() / 2),
+      last_frame_shown_(displays(), -1),
+      watchdog_interval_(watchdog_interval_picoseconds(scenario)) {
+    if (options_.images) {
+        shelf_ = std::make_unique<ContentShelf>(scenario.depth_format);
+    }
+    make_display_side();
+    make_renderer_side();
+    make_composers();
+    SC_METHOD(look);
+    SC_METHOD(settle);
+    sensitive << settle_event_;
+    dont_initialize();
+    SC_METHOD(finish);
+    sensitive << finish_event_;
+    dont_initialize();
+}
+
+Metabuffer::~Metabuffer() = default;
+
+void Metabuffer::make_display_side() {
+    swap_lock_ = std::make_unique<SwapLock>("swap_lock", scenario_, dvi_out_.edge_from(reset_picoseconds_),
+                                            first_cycle_);
+    swap_lock_->on_shown_by(options_.observer);
+    const std::int64_t raster_pixels = std::int64_t{scenario_.displays.raster_width_pixels()} *
+                                       scenario_.displays.raster_height_pixels();
+    const bool may_stall = scenario_.composer.on_starvation == StarvationMode::kStall;
+    for (std::size_t d = 0; d < displays(); ++d) {
+        columns_.push_back(
+            std::make_unique<ColumnTime>(static_cast<int>(renderers()), raster_pixels, may_stall));
+        output_framebuffers_.push_back(
+            std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(), scenario_,
+                                                *columns_.back(), *swap_lock_, first_cycle_));
+        dvi_displays_.push_back(std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str()));
+        output_framebuffers_.back()->dvi_socket.bind(dvi_displays_.back()->dvi_socket);
+        dvi_displays_.back()->on_frame(
+            [this, d](int frame, const ColourImage* image) { frame_shown(d, frame, image); });
+    }
+}
+
+Metabuffer::Memory Metabuffer::make_memory(const char* name, int renderer) const {
+    if (options_.make_memory) {
+        return options_.make_memory(name, scenario_, renderer);
+    }
+    auto memory = std::make_unique<FrameMemory>(name, scenario_.memory);
+    ::tlm::tlm_base_target_socket_b<>* const socket = &memory->socket;
+    return {std::move(memory), socket};
+}
+
+void Metabuffer::make_renderer_side() {
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        const std::int64_t first_link_edge = dvi_in_.edge_from(reset_picoseconds_);
+        auto source = std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_,
+                                                  static_cast<int>(r), first_link_edge);
+        auto decoder = std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(),
+                                                    scenario_.renderers[r].timing());
+        InputFramebuffer::Settings settings;
+        settings.renderer = static_cast<int>(r);
+        settings.first_link_edge = first_link_edge;
+        settings.first_cycle = first_cycle_;
+        settings.shelf = shelf_.get();
+        settings.observer = options_.observer;
+        settings.run_limit = [this] { return run_limit(); };
+        auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),
+                                                              scenario_, std::move(settings));
+        pair_requests_.push_back(
+            std::make_unique<sc_core::sc_signal<bool>>(numbered("pair_request", r).c_str(), true));
+        source->pair_request_i(*pair_requests_.back());
+        framebuffer->pair_request_o(*pair_requests_.back());
+        source->link_socket.bind(decoder->link_socket);
+        decoder->framebuffer_socket.bind(framebuffer->link_socket);
+        frame_memories_.push_back(
+            make_memory(numbered("frame_memory", r).c_str(), static_cast<int>(r)));
+        framebuffer->memory_socket.bind(*frame_memories_.back().socket);
+        buses_.push_back(
+            std::make_unique<Bus>(numbered("bus", r).c_str(), static_cast<int>(displays())));
+        framebuffer->bus_socket.bind(buses_.back()->framebuffer_socket);
+        dvi_sources_.push_back(std::move(source));
+        dvi_decoders_.push_back(std::move(decoder));
+        input_framebuffers_.push_back(std::move(framebuffer));
+    }
+}
+
+void Metabuffer::make_composers() {
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        for (std::size_t d = 0; d < displays(); ++d) {
+            const Composer::Settings settings{static_cast<int>(r), static_cast<int>(d) + 1, options_.images,
+                                              options_.observer};
+            composers_.push_back(std::make_unique<Composer>(numbered("composer", r, d).c_str(), scenario_,
+                                                            *columns_[d], settings));
+            buses_[r]->composer_socket(settings.display).bind(composers_.back()->bus_socket);
+            if (r > 0) {
+                composer(r - 1, d).pipe_out_socket.bind(composers_.back()->pipe_in_socket);
+            }
+        }
+    }
+    for (std::size_t d = 0; d < displays(); ++d) {
+        composer(renderers() - 1, d).pipe_out_socket.bind(output_framebuffers_[d]->pipe_socket);
+    }
+}
+
+/// The run ends when the last frame has been shown, long after its last pixel has been composited, or where the
+/// watchdog looks.
+std::int64_t Metabuffer::run_limit() const {
+    const std::int64_t before_look = next_look_ == 0 ? kUnknownCycle : core_.edge_at(next_look_ - 1);
+    if (swap_lock_->end_picoseconds() != kUnknownCycle) {
+        return std::min(before_look, core_.edge_at(swap_lock_->end_picoseconds()));
+    }
+    std::int64_t limit = 0;
+    for (const auto& column : columns_) {
+        if (!column->started(scenario_.frames - 1)) {
+            limit = std::max(limit, core_cycle() + column->raster_pixels());
+        } else {
+            limit = std::max(limit,
+                             column->frame(scenario_.frames - 1).extrapolated_cycle(column->last_step()));
+        }
+    }
+    return std::min(before_look, limit);
+}
+
+// ---- the end of a run ----
+
+void Metabuffer::frame_shown(std::size_t display, int frame, const ColourImage* image) {
+    last_frame_shown_[display] = frame;
+    if (image != nullptr && on_frame_shown_) {
+        on_frame_shown_(frame, static_cast<int>(display) + 1, *image);
+    }
+    const int shown = *std::min_element(last_frame_shown_.begin(), last_frame_shown_.end()) + 1;
+    if (shown > frames_shown_) {
+        frames_shown_ = shown;
+        if (options_.observer != nullptr) {
+            for (std::size_t d = 0; d < displays(); ++d) {
+                const FrameTime& time = columns_[d]->frame(frame);
+                options_.observer->composited(
+                    static_cast<int>(d) + 1, frame,
+                    {time.cycle_of(1), time.cycle_of(columns_[d]->last_step() - 1)});
+            }
+        }
+        if (shown == scenario_.frames) {
+            settle_event_.notify(sc_core::SC_ZERO_TIME);
+        }
+    }
+}
+
+std::int64_t Metabuffer::progress(std::int64_t picoseconds) const {
+    const std::int64_t cycle = picoseconds == 0 ? -1 : core_.edge_at(picoseconds - 1);
+    const std::int64_t link_edge = picoseconds == 0 ? -1 : dvi_in_.edge_at(picoseconds - 1);
+    std::int64_t count = raster_pixels_taken(cycle) +
+                         swap_lock_->swaps_before(picoseconds) * static_cast<std::int64_t>(displays());
+    for (const auto& framebuffer : input_framebuffers_) {
+        count += framebuffer->bus_progress(cycle);
+        if (scenario_.pacing == Pacing::kLockstep) {
+            count += framebuffer->link_pixels(link_edge);  // a free-running link never stops
+        }
+    }
+    return count;
+}
+
+/// The watchdog.
+void Metabuffer::look() {
+    if (finished_) {
+        return;
+    }
+    const std::int64_t count = progress(now_picoseconds());
+    if (count == last_progress_) {
+        watchdog_tripped_ = true;
+        settle_event_.notify(sc_core::SC_ZERO_TIME);
+        return;
+    }
+    last_progress_ = count;
+    next_look_ = now_picoseconds() + watchdog_interval_;
+    next_trigger(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(watchdog_interval_)));
+}
+
+/// In a delta cycle of its own: every block has then done the clock that is being executed.
+void Metabuffer::settle() { finish_event_.notify(sc_core::SC_ZERO_TIME); }
+
+void Metabuffer::finish() {
+    if (finished_) {
+        return;
+    }
+    finished_ = true;
+    make_report();
+    if (on_finished_) {
+        on_finished_();
+    }
+}
+
+// ---- what a run tells ----
+
+std::int64_t Metabuffer::raster_pixels_taken(std::int64_t through_cycle) const {
+    std::int64_t count = 0;
+    for (const auto& framebuffer : output_framebuffers_) {
+        count += framebuffer->pixels_taken(through_cycle);
+    }
+    return count;
+}
+
+std::int64_t Metabuffer::raster_pixels_to_take() const {
+    return std::int64_t{scenario_.displays.raster_width_pixels()} *
+           scenario_.displays.raster_height_pixels() * scenario_.displays.count() * scenario_.frames;
+}
+
+std::vector<std::string> Metabuffer::who_waits() const {
+    std::vector<std::string> findings;
+    const auto add = [&findings](const std::string& name, const std::string& waiting) {
+        if (!waiting.empty()) {
+            findings.push_back(name + " " + waiting);
+        }
+    };
+    const std::int64_t cycle = core_cycle();
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        add(numbered("dvi_source", r), dvi_sources_[r]->waiting_for(now_picoseconds()));
+        add(numbered("dvi_decoder", r), dvi_decoders_[r]->waiting_for(dvi_in_.edge_at(now_picoseconds())));
+        add(numbered("input_framebuffer", r), input_framebuffers_[r]->waiting_for(cycle));
+    }
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        for (std::size_t d = 0; d < displays(); ++d) {
+            add(numbered("composer", r, d), composer(r, d).waiting_for(cycle));
+        }
+    }
+    for (std::size_t d = 0; d < displays(); ++d) {
+        add(numbered("output_framebuffer", d), output_framebuffers_[d]->waiting_for(cycle));
+    }
+    return findings;
+}
+
+std::vector<FrameRecord> Metabuffer::frame_records() const {
+    std::vector<FrameRecord> records;
+    for (int frame = 0; frame < frames_shown_; ++frame) {
+        FrameRecord record;
+        record.index = frame;
+        record.start_cycle = std::numeric_limits<std::int64_t>::max();
+        for (const auto& column : columns_) {
+            record.start_cycle = std::min(record.start_cycle, column->first_pixel_cycle(frame));
+            record.end_cycle = std::max(record.end_cycle, column->last_pixel_cycle(frame));
+        }
+        std::int64_t last_pixel_picoseconds = -1;
+        for (const auto& framebuffer : input_framebuffers_) {
+            const InputFramebuffer::FrameSource& source =
+                framebuffer->frame_sources()[static_cast<std::size_t>(frame)];
+            record.pairs.push_back(source.pair);
+            if (source.fresh) {
+                last_pixel_picoseconds = std::max(last_pixel_picoseconds, source.last_pixel_picoseconds);
+            }
+        }
+        if (last_pixel_picoseconds >= 0) {
+            record.latency_cycles = record.end_cycle - core_.edge_at(last_pixel_picoseconds);
+        }
+        records.push_back(std::move(record));
+    }
+    return records;
+}
+
+void Metabuffer::make_report() {
+    const std::int64_t cycle = core_cycle();
+    RunReport& report = report_;
+    report.scenario = scenario_.name;
+    report.level = "tlm";
+    report.core_mhz = scenario_.clocks.core_mhz;
+    report.core_cycles = cycle + 1;
+    report.buffer_pixels = scenario_.composer.buffer_pixels;
+    if (watchdog_tripped_) {
+        report.watchdog = who_waits();
+    }
+    report.frames = frame_records();
+    for (std::size_t r = 0; r < renderers(); ++r) {
+        RendererCounters counters = input_framebuffers_[r]->counters(cycle);
+        counters.rejected_frames = dvi_decoders_[r]->rejected_frames(dvi_in_.edge_at(now_picoseconds()));
+        report.renderers.push_back(std::move(counters));
+        for (std::size_t d = 0; d < displays(); ++d) {
+            report.composers.push_back(composer(r, d).finish(cycle));
+            report.composers.back().renderer = static_cast<int>(r) + 1;
+            report.composers.back().display = static_cast<int>(d) + 1;
+        }
+    }
+    for (std::size_t d = 0; d < displays(); ++d) {
+        DisplayCounters counters;
+        counters.frames_shown = last_frame_shown_[d] + 1;
+        counters.stalled_cycles = columns_[d]->stalled_cycles(cycle);
+        report.displays.push_back(counters);
+    }
+}
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <systemc>
+#include <utility>
+#include <vector>
+
+#include "formats/image.h"
+#include "report/report.h"
+#include "scenario/scenario.h"
+#include "tlm/bus.h"
+#include "tlm/column_time.h"
+#include "tlm/composer.h"
+#include "tlm/content_shelf.h"
+#include "tlm/cycle.h"
+#include "tlm/dvi_decoder.h"
+#include "tlm/dvi_display.h"
+#include "tlm/dvi_source.h"
+#include "tlm/frame_memory.h"
+#include "tlm/input_framebuffer.h"
+#include "tlm/output_framebuffer.h"
+#include "tlm/schedule_observer.h"
+#include "tlm/swap_lock.h"
+
+namespace metabuffer::tlm {
+
+/// The whole machine of the paper's Figure 1 as TLM-2.0 modules, from the renderers' graphics cards to the
+/// displays, by the names that level rtl gives them. Reports and pictures are those of level rtl, clock for clock.
+///
+/// Only the blocks' own errors are raised; see their headers.
+class Metabuffer final : public sc_core::sc_module {
+  public:
+    /// What takes the place of FrameMemory for a renderer (index, from 0): any module with a target socket that
+    /// answers MemoryAccess.
+    struct Memory {
+        std::unique_ptr<sc_core::sc_module> module;
+        ::tlm::tlm_base_target_socket_b<>* socket = nullptr;
+    };
+    struct Options {
+        bool images = true;                    ///< false: no pixel is touched, on_frame_shown is not called
+        ScheduleObserver* observer = nullptr;  ///< not owned
+        /// Makes the memories; FrameMemory if it is not set.
+        std::function<Memory(const char* name, const Scenario& scenario, int renderer)> make_memory;
+    };
+    /// The scenario must have passed check_scenario and must outlive the machine.
+    Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario, Options options);
+    ~Metabuffer() override;
+    SC_HAS_PROCESS(Metabuffer);
+
+    using FrameShown = std::function<void(int frame, int display, const ColourImage&)>;
+    /// Called when a composited frame (from 0) has been shown in full for the first time on a display (from 1).
+    void on_frame_shown(FrameShown callback) { on_frame_shown_ = std::move(callback); }
+    /// Called once, when the scenario's last frame has been shown on every display or the watchdog has found
+    /// that nothing moves.
+    void on_finished(std::function<void()> callback) { on_finished_ = std::move(callback); }
+    bool finished() const { return finished_; }
+
+    /// The run from its start to its end; call it from on_finished or later.
+    const RunReport& report() const { return report_; }
+
+    std::int64_t core_cycle() const { return core_.edge_at(now_picoseconds()); }
+    /// Raster pixels that have left the pipelines, of raster_pixels_to_take() in the whole run: for a progress
+    /// display.
+    std::int64_t raster_pixels_taken() const { return raster_pixels_taken(core_cycle()); }
+    std::int64_t raster_pixels_to_take() const;
+
+  private:
+    std::size_t displays() const { return static_cast<std::size_t>(scenario_.displays.count()); }
+    std::size_t renderers() const { return scenario_.renderers.size(); }
+    Composer& composer(std::size_t renderer, std::size_t display) const {
+        return *composers_[renderer * displays() + display];
+    }
+
+    void make_display_side();
+    void make_renderer_side();
+    void make_composers();
+    Memory make_memory(const char* name, int renderer) const;
+    std::int64_t run_limit() const;
+    std::int64_t raster_pixels_taken(std::int64_t through_cycle) const;
+    void look();
+    std::int64_t progress(std::int64_t picoseconds) const;
+    void settle();
+    void finish();
+    void frame_shown(std::size_t display, int frame, const ColourImage* image);
+    std::vector<std::string> who_waits() const;
+    std::vector<FrameRecord> frame_records() const;
+    void make_report();
+
+    const Scenario& scenario_;
+    Options options_;
+    ClockDomain core_;
+    ClockDomain dvi_in_;
+    ClockDomain dvi_out_;
+    std::int64_t first_cycle_;  ///< core clock without reset; the others' clocks follow from its time
+    std::int64_t reset_picoseconds_;
+    std::unique_ptr<ContentShelf> shelf_;
+
+    std::vector<std::unique_ptr<ColumnTime>> columns_;
+    std::unique_ptr<SwapLock> swap_lock_;
+    std::vector<std::unique_ptr<sc_core::sc_signal<bool>>> pair_requests_;
+    std::vector<std::unique_ptr<DviSource>> dvi_sources_;
+    std::vector<std::unique_ptr<DviDecoder>> dvi_decoders_;
+    std::vector<std::unique_ptr<InputFramebuffer>> input_framebuffers_;
+    std::vector<Memory> frame_memories_;
+    std::vector<std::unique_ptr<Bus>> buses_;
+    std::vector<std::unique_ptr<Composer>> composers_;  ///< renderer by renderer
+    std::vector<std::unique_ptr<OutputFramebuffer>> output_framebuffers_;
+    std::vector<std::unique_ptr<DviDisplay>> dvi_displays_;
+
+    FrameShown on_frame_shown_;
+    std::function<void()> on_finished_;
+    std::vector<int> last_frame_shown_;  ///< per display
+    int frames_shown_ = 0;
+    bool finished_ = false;
+    sc_core::sc_event settle_event_;
+    sc_core::sc_event finish_event_;
+    std::int64_t watchdog_interval_;
+    std::int64_t next_look_ = 0;
+    std::int64_t last_progress_ = -1;
+    bool watchdog_tripped_ = false;
+    RunReport report_;
+};
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,114 @@
+#include "tlm/output_framebuffer.h"
+
+#include <algorithm>
+
+#include "datapath/span.h"
+
+namespace metabuffer::tlm {
+
+OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
+                                     ColumnTime& column, SwapLock& swap_lock, std::int64_t pipeready_cycle)
+    : sc_core::sc_module(name),
+      scenario_(scenario),
+      core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      column_(column),
+      swap_lock_(swap_lock),
+      first_pipeready_cycle_(pipeready_cycle) {
+    pipe_socket.register_b_transport(this, &OutputFramebuffer::take_band);
+    pipe_socket.register_nb_transport_fw(this, &OutputFramebuffer::take_startframe);
+    swap_lock.add_listener(*this);
+    SC_METHOD(show);
+    sensitive << shown_event_;
+    dont_initialize();
+}
+
+void OutputFramebuffer::start_of_simulation() { raise_pipeready(0, first_pipeready_cycle_); }
+
+void OutputFramebuffer::raise_pipeready(int frame, std::int64_t cycle) {
+    column_.set_pipeready_cycle(cycle);
+    pipeline_->frame = frame;
+    pipeline_->cycle = cycle;
+    ::tlm::tlm_phase phase = pipeready_phase;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    pipe_socket->nb_transport_bw(pipeline_.payload(), phase, delay);
+}
+
+::tlm::tlm_sync_enum OutputFramebuffer::take_startframe(::tlm::tlm_generic_payload& /*payload*/,
+                                                        ::tlm::tlm_phase& /*phase*/,
+                                                        sc_core::sc_time& /*delay*/) {
+    return ::tlm::TLM_ACCEPTED;  // when its pixels come, the column knows
+}
+
+void OutputFramebuffer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+    const auto& band = content_of<PipelineFrame>(payload);
+    payload.set_response_status(::tlm::TLM_OK_RESPONSE);
+    const DisplayConfig& displays = scenario_.displays;
+    if (band.raster != nullptr) {
+        images_ = true;
+        ColourImage& bank = banks_[static_cast<std::size_t>(band.frame % 2)];
+        if (bank.values.empty()) {
+            bank = ColourImage(displays.width_pixels, displays.height_pixels);
+        }
+        for (int row = 0; row < band.rows; row += displays.supersample) {
+            average_span(&band.raster->argb[band.raster->index(0, row)], displays.supersample,
+                         static_cast<std::size_t>(displays.width_pixels),
+                         &bank.at(0, (band.first_row + row) / displays.supersample));
+        }
+    }
+    if (band.first_row + band.rows == displays.raster_height_pixels()) {
+        swap_lock_.frame_done(band.frame, column_.frame(band.frame).cycle_of(column_.last_step()));
+    }
+}
+
+void OutputFramebuffer::swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) {
+    showing_.push_back({frame, shown_picoseconds});
+    if (showing_.size() == 1) {
+        wait_for_end_of_frame();
+    }
+    raise_pipeready(frame + 1, pipeready_cycle);
+}
+
+void OutputFramebuffer::wait_for_end_of_frame() {
+    const auto shown = static_cast<sc_dt::uint64>(showing_.front().picoseconds);
+    shown_event_.notify(sc_core::sc_time::from_value(shown) - sc_core::sc_time_stamp());
+}
+
+void OutputFramebuffer::show() {
+    const int frame = showing_.front().frame;
+    showing_.pop_front();
+    if (!showing_.empty()) {
+        wait_for_end_of_frame();
+    }
+    shown_->frame = frame;
+    shown_->image = images_ ? &banks_[static_cast<std::size_t>(frame % 2)] : nullptr;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    dvi_socket->b_transport(shown_.payload(), delay);
+}
+
+std::int64_t OutputFramebuffer::pixels_taken(std::int64_t through_cycle) const {
+    const int frame = column_.newest_frame();
+    if (frame < 0) {
+        return 0;
+    }
+    const std::int64_t steps = column_.frame(frame).step_at(through_cycle) - column_.renderers();
+    return frame * column_.raster_pixels() + std::clamp<std::int64_t>(steps, 0, column_.raster_pixels());
+}
+
+std::string OutputFramebuffer::waiting_for(std::int64_t through_cycle) const {
+    const int frame = column_.newest_frame();
+    const std::int64_t position =
+        frame < 0 ? -1 : column_.frame(frame).step_at(through_cycle) - column_.renderers();
+    if (position >= 0 && position < column_.raster_pixels()) {
+        return "waits for raster pixel " + std::to_string(position) + " of frame " + std::to_string(frame);
+    }
+    if (position < 0) {
+        return "waits for STARTFRAME of frame " + std::to_string(std::max(frame, 0));
+    }
+    // The newest frame has been taken; its bank is free again when the swap is known.
+    const bool answered = swap_lock_.swaps_before(kUnknownCycle) > frame &&
+                          swap_lock_.pipeready_cycle() <= through_cycle;
+    return answered ? "waits for STARTFRAME of frame " + std::to_string(frame + 1)
+                    : "waits for SWAPLOCK to show frame " + std::to_string(frame);
+}
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <systemc>
+#include <tlm_utils/passthrough_target_socket.h>
+#include <tlm_utils/simple_initiator_socket.h>
+
+#include "formats/image.h"
+#include "scenario/scenario.h"
+#include "tlm/column_time.h"
+#include "tlm/cycle.h"
+#include "tlm/payload.h"
+#include "tlm/swap_lock.h"
+
+namespace metabuffer::tlm {
+
+/// An output framebuffer, box D of the paper's Figure 1 (sections 4, 5.4 and 7): takes what leaves its pipeline,
+/// averages it, keeps two banks, raises PIPEREADY when one is free, and gives whole frames to its display at the
+/// time at which they have been on the DVI link.
+class OutputFramebuffer final : public sc_core::sc_module, public SwapListener {
+  public:
+    ::tlm_utils::passthrough_target_socket<OutputFramebuffer> pipe_socket{"pipe_socket"};  ///< PipelineFrame
+    ::tlm_utils::simple_initiator_socket<OutputFramebuffer> dvi_socket{"dvi_socket"};      ///< ShownFrame
+
+    /// Scenario, column and swap lock must outlive the module. pipeready_cycle: the core clock in which
+    /// PIPEREADY rises for the first time.
+    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, ColumnTime& column,
+                      SwapLock& swap_lock, std::int64_t pipeready_cycle);
+    SC_HAS_PROCESS(OutputFramebuffer);
+
+    void swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) override;
+
+    /// Raster pixels taken up to a core clock.
+    std::int64_t pixels_taken(std::int64_t through_cycle) const;
+    std::string waiting_for(std::int64_t through_cycle) const;
+
+  private:
+    void start_of_simulation() override;
+    void raise_pipeready(int frame, std::int64_t cycle);
+    void take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    ::tlm::tlm_sync_enum take_startframe(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
+                                         sc_core::sc_time& delay);
+    void wait_for_end_of_frame();
+    void show();
+
+    const Scenario& scenario_;
+    ClockDomain core_;
+    ColumnTime& column_;
+    SwapLock& swap_lock_;
+    std::int64_t first_pipeready_cycle_;
+    std::array<ColourImage, 2> banks_;  ///< by frame, even and odd
+    bool images_ = false;
+    /// Swapped, but not yet shown in full; the next frame may be composited meanwhile.
+    struct Showing {
+        int frame;
+        std::int64_t picoseconds;
+    };
+    std::deque<Showing> showing_;
+    sc_core::sc_event shown_event_;
+    Message<PipelineFrame> pipeline_;
+    Message<ShownFrame> shown_;
+};
+
+}  // namespace metabuffer::tlm

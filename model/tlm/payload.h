@@ -1,0 +1,181 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <tlm>
+#include <vector>
+
+#include "formats/control_scanline.h"
+#include "formats/image.h"
+#include "formats/pixel_planes.h"
+#include "formats/viewport_table.h"
+#include "report/report.h"
+#include "tlm/buffer_time.h"
+
+/// What the transactions between two boxes carry. Every box has standard TLM-2.0 sockets and generic payloads;
+/// these extensions say what the standard fields cannot. Core clocks and DVI clocks are counted from time 0, as
+/// everywhere; docs/transaction-level.md describes each socket.
+namespace metabuffer::tlm {
+
+/// An extension that is kept with its payload by who made both; it is not cloned.
+template <typename Self>
+class Extension : public ::tlm::tlm_extension<Self> {
+  public:
+    ::tlm::tlm_extension_base* clone() const override { return new Self(static_cast<const Self&>(*this)); }
+    void copy_from(const ::tlm::tlm_extension_base& other) override {
+        static_cast<Self&>(*this) = static_cast<const Self&>(other);
+    }
+};
+
+/// A payload with its extension, for the module that starts its transactions. The command is IGNORE: the
+/// extension says it all.
+template <typename Content>
+class Message {
+  public:
+    Message() {
+        payload_.set_command(::tlm::TLM_IGNORE_COMMAND);
+        payload_.set_extension(&content_);
+    }
+    Message(const Message&) = delete;
+    Message& operator=(const Message&) = delete;
+    ~Message() { payload_.clear_extension(&content_); }
+
+    Content* operator->() { return &content_; }
+    Content& operator*() { return content_; }
+    ::tlm::tlm_generic_payload& payload() {
+        payload_.set_response_status(::tlm::TLM_INCOMPLETE_RESPONSE);
+        return payload_;
+    }
+
+  private:
+    ::tlm::tlm_generic_payload payload_;
+    Content content_;
+};
+
+/// The extension of a payload; an error of the model if there is none.
+template <typename Content>
+Content& content_of(::tlm::tlm_generic_payload& payload) {
+    Content* content = nullptr;
+    payload.get_extension(content);
+    if (content == nullptr) {
+        SC_REPORT_ERROR("/metabuffer/tlm/extension", "a transaction came without the extension that it needs");
+    }
+    return *content;
+}
+
+/// DVI link, dvi_source to dvi_decoder: a frame, told when its first clock is on the link. The payload's data
+/// are the link words of its first scanline.
+struct DviFrame : Extension<DviFrame> {
+    FrameKind sent_as = FrameKind::kColour;   ///< which half of each word the image lines carry
+    const PixelImage* image = nullptr;        ///< lives as long as the scenario
+    std::vector<std::uint32_t> control;       ///< the control scanline as it is on the link
+    int active_lines = 0;                     ///< a fault may have changed it
+    int last_line_pixels = 0;                 ///< likewise
+    std::int64_t first_edge = 0;              ///< DVI input clock of the frame's first clock
+};
+
+/// What the decoder has found, at the clock in which the input framebuffer reads it.
+struct LinkEvent {
+    std::int64_t edge = 0;  ///< DVI input clock
+    bool rejected = false;
+    RejectCause cause = RejectCause::kGeometry;
+    bool pair_lost = false;
+    std::uint32_t lost_number = 0;
+    bool colour_start = false;
+    bool pair_good = false;
+    std::uint32_t number = 0;
+    ViewportTable table;                     ///< with colour_start
+    const PixelImage* colour = nullptr;      ///< with pair_good: whose colour half and whose depth half
+    const PixelImage* depth = nullptr;
+    std::int64_t last_pixel_edge = 0;        ///< with pair_good: the DVI input clock of the pair's last pixel
+};
+
+/// dvi_decoder to input_framebuffer: a frame and what becomes of it.
+struct DecodedFrame : Extension<DecodedFrame> {
+    std::vector<LinkEvent> events;     ///< in order of time
+    std::int64_t first_pixel_edge = 0; ///< DVI input clock in which the first pixel reaches the framebuffer
+    std::int64_t pixels = 0;           ///< pixels that reach it, line by line
+    int line_pixels = 0;
+    int line_clocks = 0;
+};
+
+/// A memory word holds a pixel.
+constexpr unsigned kBytesPerWord = kPixelBits / 8;
+
+/// input_framebuffer to frame_memory: the next words of a segment's row. The payload's address and length are
+/// in bytes, 8 a word.
+struct MemoryAccess : Extension<MemoryAccess> {
+    bool new_frame = false;  ///< the first access of a frame
+    bool peek = false;       ///< only ask: the access may not come to be
+    std::int64_t cycle = 0;  ///< core clock in which the first word is wanted
+    // What the memory answers.
+    bool page_miss = false;  ///< a page must be opened: no beat runs over this point
+    int wait_cycles = 0;     ///< clocks without data before the first word
+    int words = 0;           ///< how many of the words asked for follow without another page miss
+};
+
+/// The pixels of a frame on a bus. Shared, since a frame's pixels are used long after they have been sent.
+using FrameContent = std::shared_ptr<const PixelPlanes>;
+
+/// input_framebuffer to bus to composer. The payload's address is the display, from 1.
+struct BusTransfer : Extension<BusTransfer> {
+    enum class Kind : std::uint8_t {
+        kTable,       ///< a frame's table, to every composer
+        kBeats,       ///< beats of a burst that follow each other without a gap
+        kRecheck,     ///< nothing moves: BUSREADY could not be told at the last beat, can it be now?
+        kEndOfBurst,  ///< nothing moves: from when on will a slot be taken?
+    };
+    Kind kind = Kind::kTable;
+    std::int64_t now = 0;  ///< core clock before which every decision of the machine has been taken
+    int frame = 0;
+
+    // kTable
+    const ViewportRow* row = nullptr;  ///< of the composer addressed, null if it has none
+    std::int64_t table_cycle = 0;      ///< the composer knows the whole table
+    FrameContent content;              ///< null without images
+
+    // kBeats
+    BeatRun beats;
+    int remaining = 0;           ///< pixels of the burst behind these beats; kRecheck: behind the last beat
+    std::int64_t granted = 0;    ///< core clock in which the burst got the bus
+    bool heed_busready = false;  ///< the burst may be cut
+
+    // kEndOfBurst
+    std::int64_t earliest = 0;  ///< no slot before this clock
+
+    // What the composer answers.
+    int pixels_taken = 0;  ///< kBeats: up to and including the beat behind which BUSREADY fell or is not known
+    BufferTime::Verdict verdict = BufferTime::Verdict::kTaken;  ///< kBeats, kRecheck
+    SlotTime slot;                                              ///< kEndOfBurst
+};
+
+/// composer to bus to input_framebuffer, backward: what has become known. The payload's address is the display.
+struct BusNotice : Extension<BusNotice> {
+    std::int64_t slot_cycle = kUnknownCycle;  ///< busready_phase: a slot is taken from this clock on
+    int frame = 0;                            ///< tableready_phase: whose table is taken
+    std::int64_t table_cycle = 0;             ///< from this clock on
+};
+
+/// A pipeline, from composer to composer to output_framebuffer.
+struct PipelineFrame : Extension<PipelineFrame> {
+    int frame = 0;
+    std::int64_t cycle = 0;  ///< pipeready_phase, startframe_phase: the core clock that writes the wire
+    // b_transport: raster rows first_row to first_row + rows - 1, composited so far.
+    int first_row = 0;
+    int rows = 0;
+    PixelPlanes* raster = nullptr;  ///< of that many rows; null without images
+    PixelPlanes* line = nullptr;    ///< room for one raster row
+};
+
+/// DVI out, output_framebuffer to dvi_display: a frame, told when it has been on the link to its last line.
+struct ShownFrame : Extension<ShownFrame> {
+    int frame = 0;
+    const ColourImage* image = nullptr;  ///< null without images
+};
+
+TLM_DECLARE_EXTENDED_PHASE(pipeready_phase);   ///< backward: PIPEREADY rises
+TLM_DECLARE_EXTENDED_PHASE(startframe_phase);  ///< forward: STARTFRAME
+TLM_DECLARE_EXTENDED_PHASE(busready_phase);    ///< backward: from when on a slot is taken has become known
+TLM_DECLARE_EXTENDED_PHASE(tableready_phase);  ///< backward: likewise a table
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "formats/image.h"
+#include "report/report.h"
+#include "scenario/scenario.h"
+#include "tlm/schedule_observer.h"
+
+namespace metabuffer::tlm {
+
+struct RunOptions {
+    /// False: the same clocks and counters, but no pixel is touched and on_frame_shown is not called.
+    bool images = true;
+    /// Each composited frame (from 0) on each display (from 1), once it has been shown in full.
+    std::function<void(int frame, int display, const ColourImage&)> on_frame_shown;
+    /// Now and then while the run lasts: core clocks done, share of the run's raster pixels composited.
+    std::function<void(std::int64_t core_cycles, double share)> on_progress;
+    /// Not owned; null: nobody listens.
+    ScheduleObserver* observer = nullptr;
+};
+
+struct RunResult {
+    RunReport report;
+    /// Wall time in the kernel, without start-up and without on_frame_shown.
+    double simulation_seconds = 0.0;
+};
+
+/// Builds the machine and runs the scenario to its end, at level tlm: every counter and picture as at level
+/// rtl. SystemC elaborates once in a process, so this can be called once. Lets the blocks' sc_report errors
+/// through.
+RunResult run(const Scenario& scenario, const RunOptions& options);
+
+}  // namespace metabuffer::tlm

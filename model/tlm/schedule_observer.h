@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+
+namespace metabuffer::tlm {
+
+/// Core clocks from `first` to `last`, both included.
+struct CycleSpan {
+    std::int64_t first = 0;
+    std::int64_t last = -1;
+    std::int64_t cycles() const { return last - first + 1; }
+};
+
+/// Listens to what the transaction-level machine does with its time. Renderers and displays count from 1,
+/// frames from 0; every span is in core clocks. Calls come in the order in which things are decided: one bus's
+/// spans are in order of time, but those of different buses are not, since a bus may run ahead of the others.
+class ScheduleObserver {
+  public:
+    ScheduleObserver() = default;
+    ScheduleObserver(const ScheduleObserver&) = delete;
+    ScheduleObserver& operator=(const ScheduleObserver&) = delete;
+    virtual ~ScheduleObserver() = default;
+
+    /// A frame's table on the bus, from its frame-start beat on.
+    virtual void table(int renderer, int frame, CycleSpan span) = 0;
+    /// Beats of one burst that follow each other on an open page. A burst with page misses in it comes in
+    /// several parts; `recovered_slots` is told with the first (and 0 with the others).
+    virtual void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
+                       int recovered_slots, CycleSpan span) = 0;
+    /// The bus waits for its memory to open a page.
+    virtual void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) = 0;
+    /// There is something to send and no composer takes it.
+    virtual void poll(int renderer, CycleSpan span) = 0;
+    /// A slot whose composer could not use it (slot allocation).
+    virtual void lost_slot(int renderer, CycleSpan span) = 0;
+    /// What a composer's buffer holds at the end of a clock, at points where its slope may change.
+    virtual void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) = 0;
+    /// A frame's composition in one column, from its first pixel in the top composer to its last in the
+    /// bottom one.
+    virtual void composited(int display, int frame, CycleSpan span) = 0;
+    /// A column stands still.
+    virtual void column_stall(int display, int frame, CycleSpan span) = 0;
+    /// A frame on the display's screen: from the swap to the clock in which it has been shown in full once.
+    virtual void shown(int display, int frame, CycleSpan span) = 0;
+};
+
+}  // namespace metabuffer::tlm

@@ -1,0 +1,323 @@
+#include "tlm/schedule_trace.h"
+
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <system_error>
+
+#include "report/picture_writer.h"
+#include "scenario/scenario_loader.h"
+
+namespace metabuffer::tlm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A track is a thread of a process to the viewers.
+constexpr int kBuses = 1;
+constexpr int kBuffers = 2;
+constexpr int kDisplays = 3;
+// Threads are numbered apart from processes: one with its process's number would pass for a main thread and be
+// put first.
+constexpr int kFirstThread = 100;
+
+constexpr std::string_view kNextEvent = ",\n";
+constexpr std::string_view kLineEnd = "\n";
+
+constexpr int bus_thread(int renderer) { return kFirstThread + renderer; }
+constexpr int pipeline_thread(int display) { return kFirstThread + 2 * display - 1; }
+constexpr int screen_thread(int display) { return kFirstThread + 2 * display; }
+
+// Colours of chrome://tracing. Perfetto takes its own from the name without its numbers, so a name must tell
+// the kind of an event.
+constexpr std::string_view kAnyColour = "";
+constexpr std::string_view kGood = R"("cname":"good",)";
+constexpr std::string_view kBad = R"("cname":"bad",)";
+constexpr std::string_view kTerrible = R"("cname":"terrible",)";
+constexpr std::string_view kGrey = R"("cname":"grey",)";
+
+/// Names come from the user's file and need not be UTF-8: what is not is replaced, not refused.
+std::string json_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+/// What stands between the quotes of a JSON string.
+std::string escaped(const std::string& text) {
+    const std::string quoted = json_text(text);
+    return quoted.substr(1, quoted.size() - 2);
+}
+
+/// A point in time or a duration.
+struct Nanoseconds {
+    std::int64_t count = 0;
+};
+
+Nanoseconds operator-(Nanoseconds a, Nanoseconds b) { return {a.count - b.count}; }
+
+Nanoseconds time_of(std::int64_t cycle, std::int64_t period_picoseconds) {
+    return {(cycle * period_picoseconds + 500) / 1000};
+}
+
+}  // namespace
+
+/// The file as it grows, behind a buffer. The first failure is kept for finish(); what comes after it is lost.
+class ScheduleTrace::Output {
+  public:
+    explicit Output(const std::filesystem::path& target) : target_(target), path_(target) {
+        path_ += ".part";
+        // Better now than at the end of a long run, when the file is to take its place.
+        std::error_code ignored;
+        if (std::filesystem::is_directory(target, ignored)) {
+            fail(std::make_error_code(std::errc::is_a_directory));
+        }
+        errno = 0;
+        stream_.open(path_, std::ios::binary | std::ios::trunc);
+        note_failure();
+        if (error_) fail(error_);
+    }
+    Output(const Output&) = delete;
+    Output& operator=(const Output&) = delete;
+    ~Output() {
+        std::error_code ignored;
+        if (!moved_) std::filesystem::remove(path_, ignored);
+    }
+
+    template <typename... Parts>
+    void write(const Parts&... parts) {
+        (append(parts), ...);
+    }
+
+    void put_in_place() {
+        flush();
+        errno = 0;
+        stream_.close();
+        note_failure();
+        if (error_) fail(error_);
+        std::filesystem::rename(path_, target_, error_);
+        if (error_) fail(error_);
+        moved_ = true;
+    }
+
+  private:
+    static constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+    static constexpr std::size_t kLongestNumber = 20;
+
+    [[noreturn]] void fail(const std::error_code& error) const {
+        throw OutputError("cannot write '" + target_.string() + "': " + error.message());
+    }
+
+    void append(std::string_view text) {
+        while (text.size() > room()) {  // a name may be longer than the buffer
+            const std::size_t fits = room();
+            copy(text.substr(0, fits));
+            text.remove_prefix(fits);
+            flush();
+        }
+        copy(text);
+    }
+    void append(std::int64_t number) {
+        if (room() < kLongestNumber) flush();
+        char* const begin = buffer_.data() + used_;
+        used_ += static_cast<std::size_t>(std::to_chars(begin, begin + kLongestNumber, number).ptr - begin);
+    }
+    void append(int number) { append(std::int64_t{number}); }
+    /// As microseconds with three decimals.
+    void append(Nanoseconds time) {
+        append(time.count / 1000);
+        const auto decimals = static_cast<int>(time.count % 1000);
+        const std::array<char, 4> text{'.', static_cast<char>('0' + decimals / 100),
+                                       static_cast<char>('0' + decimals / 10 % 10),
+                                       static_cast<char>('0' + decimals % 10)};
+        append(std::string_view(text.data(), text.size()));
+    }
+
+    std::size_t room() const { return buffer_.size() - used_; }
+    void copy(std::string_view text) {
+        std::memcpy(buffer_.data() + used_, text.data(), text.size());
+        used_ += text.size();
+    }
+
+    void flush() {
+        if (!error_) {
+            errno = 0;
+            stream_.write(buffer_.data(), static_cast<std::streamsize>(used_));
+            note_failure();
+        }
+        used_ = 0;
+    }
+    void note_failure() {
+        if (stream_ || error_) return;
+        error_ = std::error_code(errno != 0 ? errno : EIO, std::generic_category());
+    }
+
+    std::filesystem::path target_;
+    std::filesystem::path path_;
+    std::ofstream stream_;
+    std::vector<char> buffer_ = std::vector<char>(kBufferBytes);
+    std::size_t used_ = 0;
+    std::error_code error_;
+    bool moved_ = false;
+};
+
+void ScheduleTrace::check_name(const std::filesystem::path& file) {
+    if (file.extension() != ".json") {
+        throw InputError("--trace " + file.string() + ": a schedule must end in .json");
+    }
+}
+
+ScheduleTrace::ScheduleTrace(const std::filesystem::path& file, const Scenario& scenario)
+    : scenario_name_(scenario.name),
+      core_mhz_(scenario.clocks.core_mhz),
+      period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      displays_(scenario.displays.count()),
+      levels_(scenario.renderers.size() * static_cast<std::size_t>(displays_), -1) {
+    check_name(file);
+    output_ = std::make_unique<Output>(file);
+    for (const Renderer& renderer : scenario.renderers) {
+        counter_names_.push_back(R"({"ph":"C","pid":)" + std::to_string(kBuffers) + R"(,"name":"renderer )" +
+                                 escaped(renderer.name) + ", display ");
+    }
+    write_tracks(scenario);
+}
+
+ScheduleTrace::~ScheduleTrace() = default;
+
+void ScheduleTrace::write_tracks(const Scenario& scenario) {
+    // Perfetto knows a trace by its first characters: {"
+    output_->write(R"({"displayTimeUnit":"ns","traceEvents":[)");
+    std::string_view separator = kLineEnd;
+    const auto describe = [&](const char* key, int process, int thread, const std::string& argument) {
+        output_->write(separator, R"({"ph":"M","pid":)", process);
+        if (thread != 0) output_->write(R"(,"tid":)", thread);
+        output_->write(R"(,"name":")", key, R"(","args":{)", argument, "}}");
+        separator = kNextEvent;
+    };
+    const auto name = [](const std::string& text) { return R"("name":")" + text + "\""; };
+    const auto sort_index = [](int index) { return R"("sort_index":)" + std::to_string(index); };
+    const auto describe_process = [&](int process, const char* text) {
+        describe("process_name", process, 0, name(text));
+        describe("process_sort_index", process, 0, sort_index(process));
+    };
+    const auto describe_thread = [&](int process, int thread, const std::string& text) {
+        describe("thread_name", process, thread, name(text));
+        describe("thread_sort_index", process, thread, sort_index(thread));
+    };
+
+    describe_process(kBuses, "buses");
+    describe_process(kBuffers, "composer buffers");
+    describe_process(kDisplays, "displays");
+    int number = 0;
+    for (const Renderer& renderer : scenario.renderers) {
+        describe_thread(kBuses, bus_thread(++number), escaped(renderer.name));
+    }
+    for (int display = 1; display <= displays_; ++display) {
+        const std::string text = "display " + std::to_string(display);
+        describe_thread(kDisplays, pipeline_thread(display), text);
+        describe_thread(kDisplays, screen_thread(display), text + " screen");
+    }
+}
+
+void ScheduleTrace::finish(std::int64_t core_cycles) {
+    const Json facts = {{"scenario", scenario_name_},
+                        {"level", "tlm"},
+                        {"core_mhz", core_mhz_},
+                        {"core_period_ps", period_picoseconds_},
+                        {"core_cycles", core_cycles}};
+    // No line end behind it: Perfetto gets a large file in pieces and refuses one that comes after the last
+    // brace.
+    output_->write(kLineEnd, R"(],"otherData":)", json_text(facts), "}");
+    output_->put_in_place();
+}
+
+/// A slice up to its name. Complete it with the name, open_arguments() and "}}".
+void ScheduleTrace::open_slice(int process, std::int64_t thread, CycleSpan span) {
+    const Nanoseconds start = time_of(span.first, period_picoseconds_);
+    const Nanoseconds end = time_of(span.last + 1, period_picoseconds_);
+    output_->write(kNextEvent, R"({"ph":"X","pid":)", process, R"(,"tid":)", thread, R"(,"ts":)", start,
+                   R"(,"dur":)", end - start, R"(,"name":")");
+}
+
+void ScheduleTrace::open_arguments(CycleSpan span, std::string_view colour) {
+    output_->write("\",", colour, R"("args":{"first_cycle":)", span.first);
+}
+
+void ScheduleTrace::table(int renderer, int frame, CycleSpan span) {
+    if (span.cycles() <= 0) return;
+    open_slice(kBuses, bus_thread(renderer), span);
+    output_->write("table of frame ", frame);
+    open_arguments(span, kAnyColour);
+    output_->write(R"(,"frame":)", frame, "}}");
+}
+
+void ScheduleTrace::beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
+                          int recovered_slots, CycleSpan span) {
+    if (span.cycles() <= 0) return;
+    open_slice(kBuses, bus_thread(renderer), span);
+    // How many stays out of the name, so that both names can be searched and counted.
+    output_->write("display ", display, recovered_slots > 0 ? ", recovered" : "");
+    open_arguments(span, recovered_slots > 0 ? kGood : kAnyColour);
+    output_->write(R"(,"frame":)", frame, R"(,"first_pixel":)", first_pixel, R"(,"pixels":)", pixels,
+                   R"(,"recovered_slots":)", recovered_slots, "}}");
+}
+
+void ScheduleTrace::page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) {
+    if (span.cycles() <= 0) return;
+    open_slice(kBuses, bus_thread(renderer), span);
+    output_->write("page miss");
+    open_arguments(span, kBad);
+    output_->write(R"(,"word_address":)", word_address, R"(,"display":)", display, "}}");
+}
+
+void ScheduleTrace::poll(int renderer, CycleSpan span) {
+    if (span.cycles() <= 0) return;
+    open_slice(kBuses, bus_thread(renderer), span);
+    output_->write("poll");
+    open_arguments(span, kGrey);
+    output_->write("}}");
+}
+
+void ScheduleTrace::lost_slot(int renderer, CycleSpan span) {
+    if (span.cycles() <= 0) return;
+    open_slice(kBuses, bus_thread(renderer), span);
+    output_->write("lost slot");
+    open_arguments(span, kTerrible);
+    output_->write("}}");
+}
+
+void ScheduleTrace::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
+    const auto row = static_cast<std::size_t>(renderer - 1);
+    int& level = levels_[row * static_cast<std::size_t>(displays_) + static_cast<std::size_t>(display - 1)];
+    if (level == held_pixels) return;
+    level = held_pixels;
+    // No clock among the arguments: each of a counter's would be drawn.
+    output_->write(kNextEvent, counter_names_[row], display, R"(","ts":)",
+                   time_of(cycle, period_picoseconds_), R"(,"args":{"pixels":)", held_pixels, "}}");
+}
+
+void ScheduleTrace::composited(int display, int frame, CycleSpan span) {
+    if (span.cycles() <= 0) return;
+    open_slice(kDisplays, pipeline_thread(display), span);
+    output_->write("composite frame ", frame);
+    open_arguments(span, kAnyColour);
+    output_->write(R"(,"frame":)", frame, "}}");
+}
+
+void ScheduleTrace::column_stall(int display, int frame, CycleSpan span) {
+    if (span.cycles() <= 0) return;
+    open_slice(kDisplays, pipeline_thread(display), span);
+    output_->write("stall");
+    open_arguments(span, kTerrible);
+    output_->write(R"(,"frame":)", frame, "}}");
+}
+
+void ScheduleTrace::shown(int display, int frame, CycleSpan span) {
+    if (span.cycles() <= 0) return;
+    open_slice(kDisplays, screen_thread(display), span);
+    output_->write("shows frame ", frame);
+    open_arguments(span, kAnyColour);
+    output_->write(R"(,"frame":)", frame, "}}");
+}
+
+}  // namespace metabuffer::tlm

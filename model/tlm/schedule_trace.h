@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "scenario/scenario.h"
+#include "tlm/schedule_observer.h"
+
+namespace metabuffer::tlm {
+
+/// Writes what it is told as a trace for ui.perfetto.dev and chrome://tracing (Trace Event Format, JSON):
+/// a track for each bus, a counter for each composer's buffer, two tracks for each display.
+/// docs/schedule-trace.md is the reader's side of it.
+///
+/// Times are in microseconds, to the nanosecond: core clock n is at n periods, rounded, and a span ends where
+/// the clock behind it begins. Perfetto rounds `ts` and `dur` to nanoseconds, each on its own. With finer
+/// numbers neighbours would come to overlap by one, and it takes slices that overlap off their track.
+/// `first_cycle` among the arguments is the exact core clock.
+///
+/// Events are written as they come: memory is a buffer and a number for each composer. The file grows as
+/// FILE.part and takes its place when finish() has written it whole; without that it is removed.
+class ScheduleTrace final : public ScheduleObserver {
+  public:
+    /// Throws InputError unless the name ends in .json, OutputError if the file cannot be written.
+    ScheduleTrace(const std::filesystem::path& file, const Scenario& scenario);
+    ~ScheduleTrace() override;
+
+    /// Throws InputError unless the file's name ends in .json.
+    static void check_name(const std::filesystem::path& file);
+
+    /// Completes the file and puts it in place, once, behind all events. Throws OutputError, also for a write
+    /// that failed earlier: an event is never the place where a run fails.
+    void finish(std::int64_t core_cycles);
+
+    // Spans without a clock are left out.
+    void table(int renderer, int frame, CycleSpan span) override;
+    void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
+               int recovered_slots, CycleSpan span) override;
+    void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) override;
+    void poll(int renderer, CycleSpan span) override;
+    void lost_slot(int renderer, CycleSpan span) override;
+    /// Writes a level only if it is another than the composer's last one.
+    void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
+    void composited(int display, int frame, CycleSpan span) override;
+    void column_stall(int display, int frame, CycleSpan span) override;
+    void shown(int display, int frame, CycleSpan span) override;
+
+  private:
+    class Output;
+
+    void write_tracks(const Scenario& scenario);
+    void open_slice(int process, std::int64_t thread, CycleSpan span);
+    void open_arguments(CycleSpan span, std::string_view colour);
+
+    std::unique_ptr<Output> output_;
+    std::string scenario_name_;
+    double core_mhz_;
+    std::int64_t period_picoseconds_;
+    int displays_;
+    std::vector<std::string> counter_names_;  ///< of each renderer's composers, up to the display's number
+    std::vector<int> levels_;                 ///< the last written, by renderer and display
+};
+
+}  // namespace metabuffer::tlm

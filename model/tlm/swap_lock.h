@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <systemc>
+#include <vector>
+
+#include "formats/dvi_timing.h"
+#include "scenario/scenario.h"
+#include "tlm/cycle.h"
+#include "tlm/schedule_observer.h"
+
+namespace metabuffer::tlm {
+
+/// What an output framebuffer learns when all displays swap together.
+class SwapListener {
+  public:
+    SwapListener() = default;
+    SwapListener(const SwapListener&) = delete;
+    SwapListener& operator=(const SwapListener&) = delete;
+    virtual ~SwapListener() = default;
+
+    /// The frame goes to the display. A bank is free, and PIPEREADY rises, at that core clock; the frame has been
+    /// shown in full at that time.
+    virtual void swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) = 0;
+};
+
+/// The swap lock between the output framebuffers (section 5.4 of the paper): SWAPLOCK is high while every column
+/// has composited its frame, and all displays swap at the start of the next DVI frame that sees it. The swap
+/// goes back to the core clock, FRAMEDONE falls, and does not rise again before the answer has been taken back:
+/// clocks as in docs/design.md.
+class SwapLock final : public sc_core::sc_module {
+  public:
+    /// first_edge: the first DVI output clock without reset. pipeready_cycle: the core clock in which the output
+    /// framebuffers raise PIPEREADY for the first time.
+    SwapLock(const sc_core::sc_module_name& name, const Scenario& scenario, std::int64_t first_edge,
+             std::int64_t pipeready_cycle);
+
+    /// One for each display, before the simulation starts.
+    void add_listener(SwapListener& listener) { listeners_.push_back(&listener); }
+    void on_shown_by(ScheduleObserver* observer) { observer_ = observer; }
+
+    /// A column has composited a frame at that core clock.
+    void frame_done(int frame, std::int64_t cycle);
+
+    /// Swaps before a time, of all displays together.
+    std::int64_t swaps_before(std::int64_t picoseconds) const;
+    /// FRAMEDONE of the newest frame has been answered by that core clock: the swap is known to the column.
+    std::int64_t pipeready_cycle() const { return pipeready_cycle_; }
+    /// When the run ends, once that is known; otherwise kUnknownCycle.
+    std::int64_t end_picoseconds() const { return end_picoseconds_; }
+
+  private:
+    void swap(int frame);
+
+    const Scenario& scenario_;
+    ClockDomain core_;
+    ClockDomain dvi_;
+    DviTiming timing_;
+    std::int64_t first_frame_edge_;  ///< DVI output clock of the first DVI frame's first line
+    std::vector<SwapListener*> listeners_;
+    ScheduleObserver* observer_ = nullptr;
+    int columns_done_ = 0;
+    std::int64_t last_done_cycle_ = 0;
+    std::int64_t earliest_framedone_ = 0;  ///< the answer to the swap before has been taken back
+    std::int64_t pipeready_cycle_;
+    std::int64_t end_picoseconds_;
+    std::vector<std::int64_t> swap_picoseconds_;  ///< by frame
+};
+
+}  // namespace metabuffer::tlm

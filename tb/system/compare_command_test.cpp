@@ -1,0 +1,184 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "program/exit_status.h"
+#include "program_run.h"
+#include "workplace.h"
+
+// `metabuffer compare` from outside: the built program, and one whose level tlm does what the scenario's name says.
+
+using namespace metabuffer;
+using namespace metabuffer::test;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+namespace {
+
+ProgramResult compare(const Workplace& place, const std::vector<std::string>& arguments = {}) {
+    return run_program(place, std::vector<std::string>{"compare", "scenario.yaml"} + arguments);
+}
+
+ProgramResult compare_faulty(const Workplace& place, const std::string& fault,
+                             const std::vector<std::string>& arguments = {}) {
+    return run_program(
+        METABUFFER_FAULTY_PROGRAM, place,
+        std::vector<std::string>{"compare", "scenario.yaml", "--set", "name=" + fault} + arguments);
+}
+
+std::ptrdiff_t lines_of(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+/// A comparison leaves no file, whatever it finds.
+std::size_t files_in(const Workplace& place) {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(place.path())) {
+        count += entry.path().filename().string().front() == '.' ? 0 : 1;
+    }
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("compare: help says what there is", "[program][compare]") {
+    const Workplace place;
+    const ProgramResult help = run_program(place, {"compare", "--help"});
+    CHECK(help.status == kExitDone);
+    for (const char* word :
+         {"SCENARIO", "--set", "--frames", "--no-images", "--quiet", "Exit status", "5 "}) {
+        CHECK_THAT(help.out, Contains(word));
+    }
+}
+
+TEST_CASE("compare: the levels are identical", "[program][compare]") {
+    const Workplace place;
+    const std::size_t files = files_in(place);
+    for (const std::vector<std::string>& settings : {std::vector<std::string>{}, kNarrow}) {
+        const ProgramResult result = compare(place, settings);
+        CHECK(result.status == kExitDone);
+        CHECK(result.err.empty());
+        CHECK_THAT(result.out, StartsWith("identical; 2 frames on 2 displays, 4 composers, "));
+        CHECK_THAT(result.out, Contains(" core clocks: ") && Contains("4 pictures compared") &&
+                                   Contains(" by rtl, ") && Contains(" by tlm: ratio "));
+        CHECK(lines_of(result.out) == 2);
+    }
+    CHECK(files_in(place) == files);
+}
+
+TEST_CASE("compare: --frames, --set, --no-images and --quiet", "[program][compare]") {
+    const Workplace place;
+    const ProgramResult longer = compare(place, {"--frames", "5", "--set", "bus.arbitration=edf"});
+    CHECK(longer.status == kExitDone);
+    CHECK_THAT(longer.out,
+               StartsWith("identical; 5 frames on 2 displays") && Contains("10 pictures compared"));
+    const ProgramResult counters = compare(place, {"--no-images", "--frames", "1"});
+    CHECK(counters.status == kExitDone);
+    CHECK_THAT(counters.out,
+               StartsWith("identical; 1 frame on 2 displays") && Contains("no pictures compared"));
+    const ProgramResult quiet = compare(place, {"--quiet"});
+    CHECK(quiet.status == kExitDone);
+    CHECK(quiet.out.empty());
+    CHECK(quiet.err.empty());
+}
+
+TEST_CASE("compare: a run that the watchdog ends at both levels is identical", "[program][compare]") {
+    const Workplace place;
+    place.write("scenario.yaml", std::string(kScenario) +
+                                     "link_timeout_pairs: 1000\n"
+                                     "watchdog_cycles: 2000\n"
+                                     "faults: [{renderer: right, pair: 1, kind: delay, delay_pairs: 100}]\n");
+    const ProgramResult result = compare(place);
+    CHECK(result.status == kExitDone);
+    CHECK_THAT(result.out, StartsWith("identical;") && Contains("2 pictures compared") &&
+                               Contains("the watchdog ended the run at both levels"));
+}
+
+TEST_CASE("compare: bad input is refused in one line", "[program][compare][bad input]") {
+    const Workplace place;
+    const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+        {{"compare"}, "SCENARIO"},
+        {{"compare", "missing.yaml"}, "missing.yaml"},
+        {{"compare", "scenario.yaml", "--set", "bus.width_bits=65"}, "--set"},
+        {{"compare", "scenario.yaml", "--set", "bus.width_bits"}, "PATH=VALUE"},
+        {{"compare", "scenario.yaml", "--frames", "0"}, "--frames"},
+        {{"compare", "scenario.yaml", "--level", "rtl"}, "--level"},
+        {{"compare", "scenario.yaml", "--out", "out"}, "--out"},
+        {{"compare", "scenario.yaml", "run"}, "run"},
+    };
+    for (const auto& [arguments, word] : cases) {
+        const ProgramResult result = run_program(place, arguments);
+        INFO(word << ": " << result.err);
+        CHECK(result.status == kExitBadInput);
+        CHECK(result.out.empty());
+        CHECK(result.complains_in_one_line());
+        CHECK_THAT(result.err, Contains(word));
+    }
+}
+
+TEST_CASE("compare: a counter that differs is told by its names", "[program][compare]") {
+    const Workplace place;
+    const std::size_t files = files_in(place);
+    const ProgramResult result = compare_faulty(place, "counter");
+    CHECK(result.status == kExitDifferent);
+    CHECK(result.err.empty());
+    CHECK_THAT(result.out, StartsWith("composers[renderer right, display 1].late_pixels: rtl 0, tlm 1\n"
+                                      "totals.late_pixels: rtl 0, tlm 1\n"
+                                      "2 differences; 2 frames on 2 displays"));
+    const ProgramResult quiet = compare_faulty(place, "counter", {"--quiet", "--no-images"});
+    CHECK(quiet.status == kExitDifferent);
+    CHECK(lines_of(quiet.out) == 2);
+    CHECK(files_in(place) == files);
+}
+
+TEST_CASE("compare: pictures that differ are told", "[program][compare]") {
+    const Workplace place;
+    const ProgramResult differ = compare_faulty(place, "picture");
+    CHECK(differ.status == kExitDifferent);
+    CHECK_THAT(differ.out, StartsWith("display_2 frame 1: 2 pixels differ, first at 12,5: rtl #"));
+    CHECK_THAT(differ.out, Contains("\n1 difference;"));
+    const ProgramResult lost = compare_faulty(place, "lost picture");
+    CHECK(lost.status == kExitDifferent);
+    CHECK_THAT(lost.out, StartsWith("display_1 frame 0: shown by rtl only\n1 difference;"));
+    CHECK(compare_faulty(place, "picture", {"--no-images"}).status == kExitDone);
+}
+
+TEST_CASE("compare: the watchdog of one level is a difference", "[program][compare]") {
+    const Workplace place;
+    const ProgramResult result = compare_faulty(place, "watchdog");
+    CHECK(result.status == kExitDifferent);
+    CHECK_THAT(result.out, StartsWith("watchdog[0]: rtl none, tlm \"composer_1_1 waits for a pixel\"\n"));
+    CHECK_THAT(result.out, !Contains("at both levels"));
+}
+
+TEST_CASE("compare: many differences are cut short", "[program][compare]") {
+    const Workplace place;
+    const ProgramResult result = compare_faulty(place, "all pictures", {"--frames", "60"});
+    CHECK(result.status == kExitDifferent);
+    CHECK(lines_of(result.out) == 100 + 1 + 2);
+    CHECK_THAT(result.out, StartsWith("display_1 frame 0: 1 pixel differs at 23,15") &&
+                               Contains("\n... and 20 more\n120 differences;"));
+    const ProgramResult quiet = compare_faulty(place, "all pictures", {"--frames", "60", "--quiet"});
+    CHECK(lines_of(quiet.out) == 100 + 1);
+}
+
+TEST_CASE("compare: a level that fails is named", "[program][compare]") {
+    const Workplace place;
+    struct Case {
+        const char* fault;
+        ExitStatus status;
+        const char* words;
+    };
+    for (const Case& failing :
+         {Case{"error", kExitModelError, "metabuffer/test: told to fail"},
+          Case{"exception", kExitModelError, "told to throw"}, Case{"crash", kExitModelError, "Aborted"},
+          Case{"late crash", kExitModelError, "Aborted"}, Case{"exit", kExitModelError, "without a report"},
+          Case{"input", kExitBadInput, "told to refuse"}}) {
+        const ProgramResult result = compare_faulty(place, failing.fault);
+        INFO(failing.fault << ": " << result.err);
+        CHECK(result.status == failing.status);
+        CHECK(result.out.empty());
+        CHECK(result.complains_in_one_line());
+        CHECK_THAT(result.err, StartsWith("scenario.yaml: level tlm failed: ") && Contains(failing.words));
+    }
+}

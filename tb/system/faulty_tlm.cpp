@@ -1,0 +1,57 @@
+#include <cstdlib>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <systemc>
+#include <utility>
+
+#include "rtl/run.h"
+#include "scenario/scenario_loader.h"
+#include "tlm/run.h"
+
+// Stands in for level tlm in a program of its own, so that `metabuffer compare` has something to find: level rtl
+// under another name, and the scenario's name says what is wrong with it.
+
+namespace metabuffer::tlm {
+namespace {
+
+/// Nothing if the picture is not to be shown.
+std::optional<ColourImage> spoilt(const std::string& fault, int frame, int display, ColourImage image) {
+    if (fault == "picture" && frame == 1 && display == 2) {
+        image.at(12, 5) ^= 0x00'0001U;
+        image.at(3, 6) ^= 0xFF'0000U;
+    }
+    if (fault == "lost picture" && frame == 0 && display == 1) return std::nullopt;
+    if (fault == "all pictures") image.values.back() ^= 1U;
+    return image;
+}
+
+void spoil(const std::string& fault, RunReport& report) {
+    if (fault == "counter") ++report.composers.at(2).late_pixels;
+    if (fault == "watchdog") report.watchdog = {"composer_1_1 waits for a pixel"};
+}
+
+}  // namespace
+
+RunResult run(const Scenario& scenario, const RunOptions& options) {
+    const std::string& fault = scenario.name;
+    if (fault == "error") SC_REPORT_ERROR("metabuffer/test", "told to fail");
+    if (fault == "crash") std::abort();
+    if (fault == "exit") std::_Exit(EXIT_SUCCESS);
+    if (fault == "input") throw InputError("told to refuse");
+    if (fault == "exception") throw std::runtime_error("told to throw");
+    rtl::RunOptions rtl_options;
+    if (options.images) {
+        rtl_options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
+            const auto shown = spoilt(fault, frame, display, image);
+            if (shown) options.on_frame_shown(frame, display, *shown);
+        };
+    }
+    rtl::RunResult rtl = rtl::run(scenario, rtl_options);
+    spoil(fault, rtl.report);
+    rtl.report.level = "tlm";
+    if (fault == "late crash") std::abort();
+    return {std::move(rtl.report), rtl.simulation_seconds};
+}
+
+}  // namespace metabuffer::tlm

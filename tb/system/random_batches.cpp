@@ -1,0 +1,48 @@
+#include "random_batches.h"
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+
+#include "random_seed.h"
+
+namespace metabuffer::test {
+namespace {
+
+class RandomBatch final : public Catch::ITestInvoker {
+  public:
+    RandomBatch(int batch, std::function<void(const std::vector<std::uint64_t>&)> run)
+        : batch_(batch), run_(std::move(run)) {}
+
+    void invoke() const override {
+        std::vector<std::uint64_t> seeds;
+        if (std::getenv("METABUFFER_SEED") != nullptr) {
+            seeds.push_back(random_seed(0));
+        } else {
+            for (int machine = 0; machine < kMachinesPerBatch; ++machine) {
+                seeds.push_back(static_cast<std::uint64_t>(batch_ * kMachinesPerBatch + machine + 1));
+            }
+        }
+        run_(seeds);
+    }
+
+  private:
+    int batch_;
+    std::function<void(const std::vector<std::uint64_t>&)> run_;
+};
+
+}  // namespace
+
+bool register_random_batches(const std::string& name,
+                             const std::function<void(const std::vector<std::uint64_t>&)>& run) {
+    for (int batch = 0; batch < kBatches; ++batch) {
+        const std::string seeds = " of seeds " + std::to_string(batch * kMachinesPerBatch + 1) + " to " +
+                                  std::to_string((batch + 1) * kMachinesPerBatch);
+        // Registers in its constructor, as the macro does for a function.
+        const Catch::AutoReg registration(new RandomBatch(batch, run), CATCH_INTERNAL_LINEINFO,
+                                          Catch::StringRef(),
+                                          Catch::NameAndTags{name + seeds, "[system][random]"});
+    }
+    return true;
+}
+
+}  // namespace metabuffer::test

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace metabuffer::test {
+
+/// How many random machines the tests of every day run, kMachinesPerBatch in one elaboration; their seeds are
+/// 1, 2, ...
+constexpr int kBatches = 40;
+constexpr int kMachinesPerBatch = 8;
+
+/// Registers "NAME of seeds 1 to 8" and so on as Catch test cases. METABUFFER_SEED replays one machine instead, in
+/// any of them. Returns true, for a constant to be initialized with.
+bool register_random_batches(const std::string& name,
+                             const std::function<void(const std::vector<std::uint64_t>&)>& run);
+
+}  // namespace metabuffer::test

@@ -1,0 +1,211 @@
+#include "scenario/scenario_writer.h"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "scenario/image_loader.h"
+#include "scenario/output_error.h"
+#include "scenario/scenario_loader.h"
+#include "scenario_difference.h"
+#include "unit/scenario/scenario_fixture.h"
+
+namespace metabuffer::test {
+namespace {
+
+/// Every channel value at least once, alphas of 0 with colour among them.
+PixelImage every_value(int width, int height, std::uint32_t far) {
+    PixelImage image(width, height);
+    std::uint32_t n = 1;
+    for (Pixel& pixel : image.values) {
+        const auto byte = [n](std::uint32_t step) { return static_cast<std::uint8_t>(n * step); };
+        pixel = Pixel(byte(1), byte(7), byte(13), n % 3 == 0 ? 0 : byte(3), (n * 0x9E3779B1U) & far);
+        ++n;
+    }
+    image.values.front() = Pixel(255, 255, 255, 0, far);
+    image.values.back() = Pixel(1, 0, 255, 0, 0);
+    return image;
+}
+
+/// No key has its default.
+Scenario unusual_scenario(DepthFormat format) {
+    Scenario scenario;
+    scenario.name = "it's: {unusual} #1 \xc3\xa4";
+    scenario.displays.columns = 3;
+    scenario.displays.rows = 2;
+    scenario.displays.width_pixels = 21;
+    scenario.displays.height_pixels = 9;
+    scenario.displays.supersample = 2;
+    scenario.displays.background[0] = 1;
+    scenario.displays.background[1] = 254;
+    scenario.displays.background[2] = 77;
+    scenario.composition = Composition::kOver;
+    scenario.depth_format = format;
+    scenario.depth_near = -0.1;
+    scenario.depth_far = 1e25;
+    scenario.clocks = {66.6, 1.0 / 3.0, 10000.0};
+    scenario.memory = {17, 0, 3};
+    scenario.bus = {256, 65535, Arbitration::kEdf};
+    scenario.composer = {1 << 24, 9, StarvationMode::kStall};
+    scenario.pacing = Pacing::kFreeRunning;
+    scenario.link_timeout_pairs = 7;
+    scenario.watchdog_cycles = 123'456'789'012;
+    scenario.frames = 5;
+    const auto shared = std::make_shared<const PixelImage>(every_value(60, 20, far_z(format)));
+    for (const char* name : {"123", "it's", "- {x: y}", " # "}) {
+        Renderer renderer;
+        renderer.name = name;
+        renderer.image_width_pixels = 60;
+        renderer.image_height_pixels = 20;
+        renderer.images = {std::make_shared<const PixelImage>(60, 20, Pixel(9, 9, 9, 9, 9)), shared};
+        RendererFrame viewport;
+        viewport.image = 1;
+        viewport.viewport = Viewport{-5, 30, 2};
+        viewport.table = split_viewport(*viewport.viewport, 60, 20, scenario.displays.wall());
+        RendererFrame table;
+        table.table = {{1, 2, 3, 4, 5, -6, -32768, 8}, {65535, 65535, 65535, 0, 0, 32767, 0, 0}};
+        RendererFrame empty;
+        empty.image = 1;
+        renderer.frames = {viewport, table, empty};
+        scenario.renderers.push_back(std::move(renderer));
+    }
+    int pair = 0;
+    for (const auto& kind : EnumNames<FaultKind>::kTable) {
+        const FrameKind frame = pair % 2 == 0 ? FrameKind::kColour : FrameKind::kDepth;
+        const int delay = kind.value == FaultKind::kDelay ? 12 : 0;
+        scenario.faults.push_back({pair % 4, static_cast<std::uint32_t>(pair), kind.value, frame, delay});
+        ++pair;
+    }
+    scenario.faults.push_back({0, 4294967295U, FaultKind::kCrc, FrameKind::kDepth, 0});
+    check_scenario(scenario);
+    return scenario;
+}
+
+Scenario round_trip(const Scenario& scenario, const std::filesystem::path& directory) {
+    write_scenario(scenario, directory);
+    return load_scenario(directory / "scenario.yaml");
+}
+
+std::size_t files_in(const std::filesystem::path& directory) {
+    const std::filesystem::directory_iterator files(directory);
+    return static_cast<std::size_t>(std::distance(begin(files), end(files)));
+}
+
+std::string content_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace
+
+TEST_CASE("a scenario with no default in it is read back as it was written", "[scenario][writer]") {
+    for (const DepthFormat format : {DepthFormat::kA8Z16, DepthFormat::kZ24}) {
+        INFO(to_string(format));
+        const TemporaryDirectory directory;
+        const Scenario scenario = unusual_scenario(format);
+        const Scenario loaded = round_trip(scenario, directory / "deep/down");
+        CHECK(scenario_difference(scenario, loaded).empty());
+        // Two different images in two files each, whoever shows them.
+        CHECK(files_in(directory / "deep/down") == 1 + 2 * 5);
+        CHECK(loaded.renderers[0].images[0] == loaded.renderers[1].images[0]);
+        // What has been read is written the same.
+        CHECK(scenario_difference(loaded, round_trip(loaded, directory / "again")).empty());
+        CHECK(content_of(directory / "deep/down/scenario.yaml") ==
+              content_of(directory / "again/scenario.yaml"));
+    }
+}
+
+TEST_CASE("pixels keep every bit that a link carries", "[scenario][writer]") {
+    const TemporaryDirectory directory;
+    Scenario scenario = unusual_scenario(DepthFormat::kA8Z16);
+    CHECK(round_trip(scenario, directory / "a8z16").renderers[0].image_of_pair(0) ==
+          scenario.renderers[0].image_of_pair(0));
+
+    scenario = unusual_scenario(DepthFormat::kZ24);
+    const PixelImage loaded = round_trip(scenario, directory / "z24").renderers[0].image_of_pair(0);
+    const PixelImage& written = scenario.renderers[0].image_of_pair(0);
+    for (std::size_t i = 0; i < written.values.size(); ++i) {
+        CHECK(loaded.values[i].rgb() == written.values[i].rgb());
+        CHECK(loaded.values[i].z() == written.values[i].z());
+        CHECK(loaded.values[i].a() == 255);
+    }
+}
+
+TEST_CASE("images of one row and of one pixel are read back", "[scenario][writer]") {
+    for (const DepthFormat format : {DepthFormat::kA8Z16, DepthFormat::kZ24}) {
+        for (const std::pair<int, int>& size : {std::pair(40, 1), std::pair(6, 1), std::pair(6, 40)}) {
+            INFO(to_string(format) << " " << size.first << "x" << size.second);
+            const TemporaryDirectory directory;
+            Scenario scenario = unusual_scenario(format);
+            scenario.faults.clear();
+            scenario.renderers.resize(1);
+            Renderer& renderer = scenario.renderers[0];
+            renderer.image_width_pixels = size.first;
+            renderer.image_height_pixels = size.second;
+            renderer.images = {
+                std::make_shared<const PixelImage>(every_value(size.first, size.second, far_z(format)))};
+            renderer.frames = {RendererFrame{}};
+            check_scenario(scenario);
+            CHECK(scenario_difference(scenario, round_trip(scenario, directory.path())).empty());
+        }
+    }
+}
+
+TEST_CASE("a table that is not its viewport's split is written as a table", "[scenario][writer]") {
+    const TemporaryDirectory directory;
+    Scenario scenario = unusual_scenario(DepthFormat::kA8Z16);
+    RendererFrame& frame = scenario.renderers[0].frames[0];
+    frame.table.pop_back();
+    const RendererFrame loaded = round_trip(scenario, directory.path()).renderers[0].frames[0];
+    CHECK(loaded.table == frame.table);
+    CHECK_FALSE(loaded.viewport.has_value());
+}
+
+TEST_CASE("names that no file can hold are refused", "[scenario][writer]") {
+    const TemporaryDirectory directory;
+    for (const std::string& name : {std::string(), std::string("two\nlines"), std::string("a\tb")}) {
+        Scenario scenario = unusual_scenario(DepthFormat::kZ24);
+        scenario.name = name;
+        CHECK_FALSE(input_error_of([&] { write_scenario(scenario, directory / "out"); }).empty());
+    }
+    Scenario scenario = unusual_scenario(DepthFormat::kZ24);
+    scenario.renderers[1].name = "a\x7f";
+    CHECK_FALSE(input_error_of([&] { write_scenario(scenario, directory / "out"); }).empty());
+    CHECK_FALSE(std::filesystem::exists(directory / "out"));
+}
+
+TEST_CASE("a place that cannot be written is told in one line", "[scenario][writer]") {
+    const TemporaryDirectory directory;
+    const Scenario scenario = unusual_scenario(DepthFormat::kZ24);
+    const auto error_of = [&scenario](const std::filesystem::path& place) {
+        try {
+            write_scenario(scenario, place);
+        } catch (const OutputError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    directory.write_text("file", "");
+    CHECK(error_of(directory / "file/below").find("file/below") != std::string::npos);
+    std::filesystem::create_directories(directory / "images/image_1.tif/in the way");
+    const std::string image = error_of(directory / "images");
+    CHECK(image.find("image_1.tif") != std::string::npos);
+    CHECK(image.find('\n') == std::string::npos);
+    std::filesystem::create_directories(directory / "text/scenario.yaml/in the way");
+    CHECK(error_of(directory / "text").find("scenario.yaml") != std::string::npos);
+}
+
+TEST_CASE("a write that fails leaves no earlier scenario beside its images", "[scenario][writer]") {
+    const TemporaryDirectory directory;
+    const Scenario scenario = unusual_scenario(DepthFormat::kZ24);
+    write_scenario(scenario, directory.path());
+    std::filesystem::remove(directory / "depth_2.tif");
+    std::filesystem::create_directories(directory / "depth_2.tif/in the way");
+    CHECK_THROWS_AS(write_scenario(scenario, directory.path()), OutputError);
+    CHECK_FALSE(std::filesystem::exists(directory / "scenario.yaml"));
+}
+
+}  // namespace metabuffer::test

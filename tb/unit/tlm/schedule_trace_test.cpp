@@ -1,0 +1,462 @@
+#include "tlm/schedule_trace.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "random_seed.h"
+#include "report/picture_writer.h"
+#include "scenario/scenario_loader.h"
+
+using namespace metabuffer;
+using tlm::CycleSpan;
+using tlm::ScheduleTrace;
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+namespace {
+
+class ScratchDirectory {
+  public:
+    ScratchDirectory()
+        : path_(fs::temp_directory_path() / ("metabuffer-schedule-test-" + std::to_string(getpid()))) {
+        fs::remove_all(path_);
+        fs::create_directories(path_);
+    }
+    ScratchDirectory(const ScratchDirectory&) = delete;
+    ScratchDirectory& operator=(const ScratchDirectory&) = delete;
+    ~ScratchDirectory() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+
+    fs::path operator/(const std::string& name) const { return path_ / name; }
+
+    std::vector<std::string> names() const {
+        std::vector<std::string> result;
+        for (const auto& entry : fs::directory_iterator(path_)) {
+            result.push_back(entry.path().filename().string());
+        }
+        std::sort(result.begin(), result.end());
+        return result;
+    }
+
+  private:
+    fs::path path_;
+};
+
+/// Two renderers on two displays.
+Scenario machine(double core_mhz = 100.0) {
+    Scenario scenario;
+    scenario.name = "machine";
+    scenario.displays.columns = 2;
+    scenario.clocks.core_mhz = core_mhz;
+    scenario.renderers.resize(2);
+    scenario.renderers[0].name = "ball";
+    scenario.renderers[1].name = "sea";
+    return scenario;
+}
+
+std::string content(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+void write_file(const fs::path& file, const std::string& text) {
+    std::ofstream(file, std::ios::binary) << text;
+}
+
+/// The text of a trace of what `tell` tells.
+template <typename Tell>
+std::string text_of(const Scenario& scenario, Tell tell, std::int64_t core_cycles = 1000) {
+    const ScratchDirectory scratch;
+    ScheduleTrace trace(scratch / "schedule.json", scenario);
+    tell(trace);
+    trace.finish(core_cycles);
+    CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
+    return content(scratch / "schedule.json");
+}
+
+/// The events that are not descriptions of tracks, in the order of the file.
+std::vector<Json> events_of(const std::string& text) {
+    const Json trace = Json::parse(text);
+    std::vector<Json> events;
+    for (const Json& event : trace["traceEvents"]) {
+        if (event["ph"] != "M") events.push_back(event);
+    }
+    return events;
+}
+
+template <typename Tell>
+std::vector<Json> events_of(const Scenario& scenario, Tell tell) {
+    return events_of(text_of(scenario, tell));
+}
+
+/// What a metadata event says of a process or of a thread; null if there is none.
+Json description(const std::string& text, const std::string& key, const Json& pid,
+                 const Json& tid = nullptr) {
+    const Json trace = Json::parse(text);
+    Json found;
+    for (const Json& event : trace["traceEvents"]) {
+        if (event["ph"] == "M" && event["name"] == key && event["pid"] == pid &&
+            event.value("tid", Json(nullptr)) == tid) {
+            CHECK(found.is_null());
+            found = event["args"];
+        }
+    }
+    return found;
+}
+
+/// The name of the track that an event is on: "process/thread".
+std::string track_of(const std::string& text, const Json& event) {
+    return description(text, "process_name", event["pid"]).value("name", "?") + "/" +
+           description(text, "thread_name", event["pid"], event["tid"]).value("name", "?");
+}
+
+/// As Perfetto reads ts and dur: each is rounded to nanoseconds on its own.
+std::int64_t viewer_nanoseconds(const Json& microseconds) {
+    return std::llround(microseconds.get<double>() * 1000.0);
+}
+
+/// The message of the exception of that type, "" if there is none.
+template <typename Error, typename Action>
+std::string failure_of(Action action) {
+    try {
+        action();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "";
+}
+
+const auto kNothing = [](ScheduleTrace&) {};
+
+}  // namespace
+
+TEST_CASE("an empty schedule names its tracks and its run", "[schedule]") {
+    const std::string text = text_of(machine(133.3), kNothing, 123'456'789'012);
+    const Json trace = Json::parse(text);
+    CHECK(text.substr(0, 2) == "{\"");
+    CHECK(text.back() == '}');
+    CHECK(trace["displayTimeUnit"] == "ns");
+    CHECK(trace["otherData"] == Json{{"scenario", "machine"},
+                                     {"level", "tlm"},
+                                     {"core_mhz", 133.3},
+                                     {"core_period_ps", 7502},
+                                     {"core_cycles", 123'456'789'012}});
+    CHECK(events_of(text).empty());
+
+    std::vector<std::string> processes;
+    std::vector<std::string> threads;
+    std::vector<int> order;
+    for (const Json& event : trace["traceEvents"]) {
+        if (event["name"] == "process_name") processes.push_back(event["args"]["name"]);
+        if (event["name"] != "thread_name") continue;
+        threads.push_back(track_of(text, event));
+        CHECK(event["pid"] != event["tid"]);
+        order.push_back(description(text, "thread_sort_index", event["pid"], event["tid"])["sort_index"]);
+    }
+    CHECK(processes == std::vector<std::string>{"buses", "composer buffers", "displays"});
+    CHECK(threads == std::vector<std::string>{"buses/ball", "buses/sea", "displays/display 1",
+                                              "displays/display 1 screen", "displays/display 2",
+                                              "displays/display 2 screen"});
+    CHECK(std::is_sorted(order.begin(), order.begin() + 2));
+    CHECK(std::is_sorted(order.begin() + 2, order.end()));
+    CHECK(description(text, "process_sort_index", 1)["sort_index"] == 1);
+}
+
+TEST_CASE("each bus has a track with what it does", "[schedule]") {
+    const std::string text = text_of(machine(), [](ScheduleTrace& trace) {
+        trace.table(1, 7, {100, 104});
+        trace.page_miss(1, 2, 4096, {105, 110});
+        trace.beats(1, 2, 7, 1024, 64, 0, {111, 142});
+        trace.beats(1, 1, 7, 0, 32, 3, {143, 158});
+        trace.poll(1, {159, 159});
+        trace.lost_slot(2, {200, 231});
+    });
+    const std::vector<Json> events = events_of(text);
+    REQUIRE(events.size() == 6);
+    for (const Json& event : events) {
+        CHECK(event["ph"] == "X");
+        CHECK(track_of(text, event) == (event == events.back() ? "buses/sea" : "buses/ball"));
+    }
+
+    CHECK(events[0]["name"] == "table of frame 7");
+    CHECK(events[0]["args"] == Json{{"first_cycle", 100}, {"frame", 7}});
+    CHECK(events[0]["ts"] == 1.0);
+    CHECK(events[0]["dur"] == 0.05);
+
+    CHECK(events[1]["name"] == "page miss");
+    CHECK(events[1]["args"] == Json{{"first_cycle", 105}, {"word_address", 4096}, {"display", 2}});
+    CHECK(events[1]["cname"] == "bad");
+
+    CHECK(events[2]["name"] == "display 2");
+    CHECK(events[2]["args"] == Json{{"first_cycle", 111},
+                                    {"frame", 7},
+                                    {"first_pixel", 1024},
+                                    {"pixels", 64},
+                                    {"recovered_slots", 0}});
+    CHECK_FALSE(events[2].contains("cname"));
+
+    CHECK(events[3]["name"] == "display 1, recovered");
+    CHECK(events[3]["args"]["recovered_slots"] == 3);
+    CHECK(events[3]["cname"] == "good");
+
+    CHECK(events[4]["name"] == "poll");
+    CHECK(events[4]["args"] == Json{{"first_cycle", 159}});
+    CHECK(events[4]["dur"] == 0.01);
+    CHECK(events[4]["cname"] == "grey");
+
+    CHECK(events[5]["name"] == "lost slot");
+    CHECK(events[5]["args"] == Json{{"first_cycle", 200}});
+    CHECK(events[5]["cname"] == "terrible");
+}
+
+TEST_CASE("each display has a track of its pipeline and one of its screen", "[schedule]") {
+    const std::string text = text_of(machine(), [](ScheduleTrace& trace) {
+        trace.column_stall(2, 4, {150, 159});
+        trace.composited(2, 4, {100, 299});
+        trace.shown(2, 4, {400, 799});
+    });
+    const std::vector<Json> events = events_of(text);
+    REQUIRE(events.size() == 3);
+    CHECK(events[0]["name"] == "stall");
+    CHECK(events[0]["cname"] == "terrible");
+    CHECK(events[0]["args"] == Json{{"first_cycle", 150}, {"frame", 4}});
+    CHECK(track_of(text, events[0]) == "displays/display 2");
+    CHECK(events[1]["name"] == "composite frame 4");
+    CHECK(events[1]["args"] == Json{{"first_cycle", 100}, {"frame", 4}});
+    CHECK(track_of(text, events[1]) == "displays/display 2");
+    CHECK(events[2]["name"] == "shows frame 4");
+    CHECK(events[2]["args"] == Json{{"first_cycle", 400}, {"frame", 4}});
+    CHECK(track_of(text, events[2]) == "displays/display 2 screen");
+    for (const Json& event : events) CHECK(event["ph"] == "X");
+}
+
+TEST_CASE("each composer's buffer is a counter, written where it changes", "[schedule]") {
+    const std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
+        trace.buffer_level(2, 1, 0, 0);
+        trace.buffer_level(2, 2, 0, 0);
+        trace.buffer_level(2, 1, 10, 64);
+        trace.buffer_level(1, 1, 15, 64);
+        trace.buffer_level(2, 1, 20, 64);
+        trace.buffer_level(2, 2, 20, 0);
+        trace.buffer_level(2, 1, 30, 0);
+    });
+    struct Level {
+        const char* name;
+        double microseconds;
+        int pixels;
+    };
+    const std::vector<Level> expected{{"renderer sea, display 1", 0.0, 0},
+                                      {"renderer sea, display 2", 0.0, 0},
+                                      {"renderer sea, display 1", 0.1, 64},
+                                      {"renderer ball, display 1", 0.15, 64},
+                                      {"renderer sea, display 1", 0.3, 0}};
+    REQUIRE(events.size() == expected.size());
+    for (std::size_t n = 0; n < events.size(); ++n) {
+        INFO(events[n]);
+        CHECK(events[n]["ph"] == "C");
+        CHECK(events[n]["name"] == expected[n].name);
+        CHECK(events[n]["ts"] == expected[n].microseconds);
+        CHECK(events[n]["args"] == Json{{"pixels", expected[n].pixels}});
+        CHECK(events[n]["pid"] == 2);
+    }
+}
+
+TEST_CASE("a span without a clock is left out", "[schedule]") {
+    const CycleSpan empty{50, 49};
+    CHECK(events_of(machine(), [&](ScheduleTrace& trace) {
+              trace.table(1, 0, empty);
+              trace.beats(1, 1, 0, 0, 0, 0, empty);
+              trace.page_miss(1, 1, 0, empty);
+              trace.poll(1, empty);
+              trace.lost_slot(1, empty);
+              trace.composited(1, 0, empty);
+              trace.column_stall(1, 0, empty);
+              trace.shown(1, 0, empty);
+          }).empty());
+}
+
+TEST_CASE("times are the core clock's, to the nanosecond, however late", "[schedule]") {
+    // 133.3 MHz: 7502 ps
+    const std::string text = text_of(machine(133.3), [](ScheduleTrace& trace) {
+        trace.poll(1, {0, 0});                              // 0 to 7.502 ns
+        trace.poll(1, {1, 133});                            // 7.502 to 1005.268 ns
+        trace.poll(1, {134, 134});                          // 1005.268 to 1012.770 ns
+        trace.poll(1, {1'000'000'000, 1'000'000'000});      // 7.502 s
+        trace.poll(1, {123'456'789'012, 123'456'789'012});  // 926172831.168024 us
+        trace.buffer_level(1, 1, 250, 1);                   // 1875.5 ns
+    });
+    for (const char* time :
+         {R"("ts":0.000,"dur":0.008,)", R"("ts":0.008,"dur":0.997,)", R"("ts":1.005,"dur":0.008,)",
+          R"("ts":7502000.000,"dur":0.008,)", R"("ts":926172831.168,"dur":0.008,)", R"("ts":1.876,)"}) {
+        INFO(time);
+        CHECK(text.find(time) != std::string::npos);
+    }
+}
+
+TEST_CASE("neighbours neither overlap nor leave a gap in a viewer that counts nanoseconds", "[schedule]") {
+    const std::uint64_t seed = test::random_seed(11);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    const double core_mhz = GENERATE(0.7, 66.6, 100.0, 133.3, 799.0, 3333.0);
+    INFO(core_mhz << " MHz");
+    const std::vector<Json> events = events_of(machine(core_mhz), [&](ScheduleTrace& trace) {
+        std::int64_t cycle = 1'000'000;
+        for (int n = 0; n < 2000; ++n) {
+            const CycleSpan span{cycle, cycle + random.between(0, 99)};
+            // The stall lies in the frame, up to its last clock.
+            trace.column_stall(1, 0, {span.first + span.cycles() / 2, span.last});
+            trace.composited(1, 0, span);
+            cycle = span.last + 1;
+        }
+    });
+    REQUIRE(events.size() == 4000);
+    std::int64_t end = viewer_nanoseconds(events[1]["ts"]);
+    int wrong = 0;
+    for (std::size_t n = 0; n < events.size(); n += 2) {
+        const std::int64_t start = viewer_nanoseconds(events[n + 1]["ts"]);
+        wrong += start != end ? 1 : 0;
+        end = start + viewer_nanoseconds(events[n + 1]["dur"]);
+        const std::int64_t stall = viewer_nanoseconds(events[n]["ts"]);
+        wrong += stall < start || stall + viewer_nanoseconds(events[n]["dur"]) != end ? 1 : 0;
+    }
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("names are written whatever they are made of", "[schedule]") {
+    Scenario scenario = machine();
+    scenario.name = "a \"machine\"";
+    const std::string name =
+        GENERATE(std::string("\"quoted\\ \t{[,]}\""), std::string("\xC3\xA9t\xC3\xA9 \xE6\xB5\xB7"),
+                 std::string("\x01\x1F\n"), std::string(700'000, '"'));
+    scenario.renderers[1].name = name;
+    const std::string text = text_of(scenario, [](ScheduleTrace& trace) {
+        trace.poll(2, {0, 0});
+        trace.buffer_level(2, 2, 0, 5);
+    });
+    const std::vector<Json> events = events_of(text);
+    REQUIRE(events.size() == 2);
+    CHECK((track_of(text, events[0]) == "buses/" + name));
+    CHECK((events[1]["name"] == "renderer " + name + ", display 2"));
+    CHECK(Json::parse(text)["otherData"]["scenario"] == "a \"machine\"");
+}
+
+TEST_CASE("a name that is not UTF-8 is mended, not refused", "[schedule]") {
+    Scenario scenario = machine();
+    scenario.name = "\xFF";
+    scenario.renderers[0].name =
+        "s\xE9"
+        "a";
+    const std::string text = text_of(scenario, [](ScheduleTrace& trace) { trace.poll(1, {0, 0}); });
+    CHECK(track_of(text, events_of(text)[0]) ==
+          "buses/s\xEF\xBF\xBD"
+          "a");
+    CHECK(Json::parse(text)["otherData"]["scenario"] == "\xEF\xBF\xBD");
+}
+
+TEST_CASE("a long schedule is whole", "[schedule]") {
+    constexpr int kBursts = 20'000;  // several times the buffer
+    const std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
+        for (int n = 0; n < kBursts; ++n) {
+            trace.beats(1 + n % 2, 1, n, 64LL * n, 64, n % 3, {32LL * n, 32LL * n + 31});
+        }
+    });
+    REQUIRE(events.size() == kBursts);
+    int wrong = 0;
+    for (int n = 0; n < kBursts; ++n) {
+        const Json& arguments = events[static_cast<std::size_t>(n)]["args"];
+        wrong += arguments["first_cycle"] != 32 * n || arguments["frame"] != n ? 1 : 0;
+    }
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("the file takes its place when it is whole", "[schedule]") {
+    const ScratchDirectory scratch;
+    const fs::path file = scratch / "schedule.json";
+    write_file(file, "the old one");
+    auto trace = std::make_unique<ScheduleTrace>(file, machine());
+    trace->poll(1, {0, 9});
+    CHECK(scratch.names() == std::vector<std::string>{"schedule.json", "schedule.json.part"});
+    CHECK(content(file) == "the old one");
+
+    SECTION("finished") {
+        trace->finish(10);
+        CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
+        CHECK(events_of(content(file)).size() == 1);
+        trace.reset();
+        CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
+    }
+    SECTION("given up") {
+        trace.reset();
+        CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
+        CHECK(content(file) == "the old one");
+    }
+}
+
+TEST_CASE("a schedule's name ends in .json", "[schedule]") {
+    const ScratchDirectory scratch;
+    CHECK_NOTHROW(ScheduleTrace::check_name("out/schedule.json"));
+    for (const char* name : {"schedule", "schedule.vcd", "schedule.json.gz", "schedule.JSON", ".json", ""}) {
+        const fs::path file = *name == '\0' ? fs::path() : scratch / name;
+        const std::string expected = "--trace " + file.string() + ": a schedule must end in .json";
+        CHECK(failure_of<InputError>([&] { ScheduleTrace::check_name(file); }) == expected);
+        CHECK(failure_of<InputError>([&] { ScheduleTrace(file, machine()); }) == expected);
+    }
+    CHECK(scratch.names().empty());
+}
+
+TEST_CASE("a schedule that cannot be written is told in one line", "[schedule]") {
+    const ScratchDirectory scratch;
+    const auto open = [](const fs::path& file) {
+        return failure_of<OutputError>([&] { ScheduleTrace(file, machine()); });
+    };
+
+    SECTION("the folder does not exist") {
+        const fs::path file = scratch / "missing/schedule.json";
+        CHECK(open(file) == "cannot write '" + file.string() + "': No such file or directory");
+    }
+    SECTION("a file stands where the folder should be") {
+        write_file(scratch / "plain", "kept");
+        const fs::path file = scratch / "plain/schedule.json";
+        CHECK(open(file) == "cannot write '" + file.string() + "': Not a directory");
+        CHECK(content(scratch / "plain") == "kept");
+    }
+    SECTION("a folder stands where the file should be") {
+        const fs::path file = scratch / "schedule.json";
+        fs::create_directories(file / "inside");
+        CHECK(open(file) == "cannot write '" + file.string() + "': Is a directory");
+        CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
+    }
+    SECTION("the folder goes while the run lasts") {
+        const fs::path file = scratch / "folder/schedule.json";
+        fs::create_directories(scratch / "folder");
+        CHECK(failure_of<OutputError>([&] {
+                  ScheduleTrace trace(file, machine());
+                  fs::remove_all(scratch / "folder");
+                  trace.finish(1);
+              }) == "cannot write '" + file.string() + "': No such file or directory");
+    }
+    SECTION("the disk is full") {
+        const int events = GENERATE(1, 20'000);
+        const fs::path file = scratch / "schedule.json";
+        write_file(file, "the old one");
+        fs::create_symlink("/dev/full", scratch / "schedule.json.part");
+        CHECK(failure_of<OutputError>([&] {
+                  ScheduleTrace trace(file, machine());
+                  for (int n = 0; n < events; ++n) trace.poll(1, {n, n});
+                  trace.finish(events);
+              }) == "cannot write '" + file.string() + "': No space left on device");
+        CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
+        CHECK(content(file) == "the old one");
+    }
+}
