@@ -174,8 +174,8 @@ const PixelPlanes& Compositor::planes_of(const PixelImage& image) {
     return planes_.emplace(&image, std::move(planes)).first->second;
 }
 
-/// Paints the frame's rectangles over the background, in their order. The raster comes in pieces, from left to
-/// right and from top to bottom: take(x, y, pixels, count).
+/// Paints the frame's rectangles over the background, in their order. The raster comes in pieces, from left
+/// to right and from top to bottom: take(x, y, pixels, count).
 template <typename Take>
 void Compositor::paint(int display, const Take& take) {
     std::vector<Rectangle> rectangles;

@@ -13,9 +13,9 @@ namespace {
 // The loops take bare pointers: only so do compilers believe that they do not overlap.
 
 struct TakeA8Z16 {
-    METABUFFER_VECTOR_LOOP void operator()(const Pixel* __restrict pixels, std::size_t count,
-                                           std::uint32_t* __restrict argb,
-                                           std::uint32_t* __restrict z) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const Pixel* __restrict pixels, std::size_t count,
+                                              std::uint32_t* __restrict argb,
+                                              std::uint32_t* __restrict z) const {
         for (std::size_t i = 0; i < count; ++i) {
             argb[i] = static_cast<std::uint32_t>(pixels[i].word());
             z[i] = pixels[i].z() & 0xFFFFU;
@@ -24,9 +24,9 @@ struct TakeA8Z16 {
 };
 
 struct TakeZ24 {
-    METABUFFER_VECTOR_LOOP void operator()(const Pixel* __restrict pixels, std::size_t count,
-                                           std::uint32_t* __restrict argb,
-                                           std::uint32_t* __restrict z) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const Pixel* __restrict pixels, std::size_t count,
+                                              std::uint32_t* __restrict argb,
+                                              std::uint32_t* __restrict z) const {
         for (std::size_t i = 0; i < count; ++i) {
             argb[i] = static_cast<std::uint32_t>(pixels[i].word()) | 0xFF00'0000U;
             z[i] = pixels[i].z();
@@ -35,9 +35,9 @@ struct TakeZ24 {
 };
 
 struct FillPlanes {
-    METABUFFER_VECTOR_LOOP void operator()(std::uint32_t argb_value, std::uint32_t z_value, std::size_t count,
-                                           std::uint32_t* __restrict argb,
-                                           std::uint32_t* __restrict z) const {
+    METABUFFER_REFERENCE_LOOP void operator()(std::uint32_t argb_value, std::uint32_t z_value,
+                                              std::size_t count, std::uint32_t* __restrict argb,
+                                              std::uint32_t* __restrict z) const {
         for (std::size_t i = 0; i < count; ++i) {
             argb[i] = argb_value;
             z[i] = z_value;
@@ -50,8 +50,8 @@ struct PlanarPixel {
     std::uint32_t z;
 };
 
-// Choices between two pixels are made with masks, for compilers may turn a choice into a branch, or into a store
-// that depends on the pixel, which costs several times as much where near and far pixels alternate.
+// Choices between two pixels are made with masks, for compilers may turn a choice into a branch, or into a
+// store that depends on the pixel, which costs several times as much where near and far pixels alternate.
 
 /// All ones if the condition holds, else zero.
 inline std::uint32_t mask_of(bool condition) { return 0U - static_cast<std::uint32_t>(condition); }
@@ -71,10 +71,10 @@ inline std::uint32_t select(std::uint32_t mask, std::uint32_t if_set, std::uint3
 }
 
 struct KeepNearest {
-    METABUFFER_VECTOR_LOOP void operator()(const std::uint32_t* __restrict local_argb,
-                                           const std::uint32_t* __restrict local_z, std::size_t count,
-                                           std::uint32_t* __restrict argb,
-                                           std::uint32_t* __restrict z) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict local_argb,
+                                              const std::uint32_t* __restrict local_z, std::size_t count,
+                                              std::uint32_t* __restrict argb,
+                                              std::uint32_t* __restrict z) const {
         for (std::size_t i = 0; i < count; ++i) {
             const PlanarPixel local{local_argb[i], local_z[i]};
             const PlanarPixel upstream{argb[i], z[i]};
@@ -85,10 +85,10 @@ struct KeepNearest {
 };
 
 struct KeepNearestUnlessClear {
-    METABUFFER_VECTOR_LOOP void operator()(const std::uint32_t* __restrict local_argb,
-                                           const std::uint32_t* __restrict local_z, std::size_t count,
-                                           std::uint32_t* __restrict argb,
-                                           std::uint32_t* __restrict z) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict local_argb,
+                                              const std::uint32_t* __restrict local_z, std::size_t count,
+                                              std::uint32_t* __restrict argb,
+                                              std::uint32_t* __restrict z) const {
         for (std::size_t i = 0; i < count; ++i) {
             const PlanarPixel local{local_argb[i], local_z[i]};
             const PlanarPixel upstream{argb[i], z[i]};
@@ -110,10 +110,10 @@ inline std::uint32_t over_channel(std::uint32_t front, std::uint32_t back, int s
 }
 
 struct PremultipliedOver {
-    METABUFFER_VECTOR_LOOP void operator()(const std::uint32_t* __restrict local_argb,
-                                           const std::uint32_t* __restrict local_z, std::size_t count,
-                                           std::uint32_t* __restrict argb,
-                                           std::uint32_t* __restrict z) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict local_argb,
+                                              const std::uint32_t* __restrict local_z, std::size_t count,
+                                              std::uint32_t* __restrict argb,
+                                              std::uint32_t* __restrict z) const {
         for (std::size_t i = 0; i < count; ++i) {
             const PlanarPixel local{local_argb[i], local_z[i]};
             const PlanarPixel upstream{argb[i], z[i]};
@@ -129,9 +129,9 @@ struct PremultipliedOver {
 };
 
 struct JoinPlanes {
-    METABUFFER_VECTOR_LOOP void operator()(const std::uint32_t* __restrict argb,
-                                           const std::uint32_t* __restrict z, std::size_t count,
-                                           Pixel* __restrict pixels) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict argb,
+                                              const std::uint32_t* __restrict z, std::size_t count,
+                                              Pixel* __restrict pixels) const {
         for (std::size_t i = 0; i < count; ++i) pixels[i] = Pixel((std::uint64_t{z[i]} << 32) | argb[i]);
     }
 };
@@ -139,8 +139,8 @@ struct JoinPlanes {
 /// Each value kTimes times. A constant lets the compiler replace the inner loop by shuffles.
 template <int kTimes>
 struct Repeat {
-    METABUFFER_VECTOR_LOOP void operator()(const std::uint32_t* __restrict values, std::size_t count,
-                                           std::uint32_t* __restrict target) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict values, std::size_t count,
+                                              std::uint32_t* __restrict target) const {
         for (std::size_t i = 0; i < count; ++i) {
             for (std::size_t n = 0; n < kTimes; ++n) target[i * kTimes + n] = values[i];
         }
@@ -148,17 +148,18 @@ struct Repeat {
 };
 
 struct DropAlpha {
-    METABUFFER_VECTOR_LOOP void operator()(const std::uint32_t* __restrict argb, std::size_t count,
-                                           std::uint32_t* __restrict colours) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict argb, std::size_t count,
+                                              std::uint32_t* __restrict colours) const {
         for (std::size_t x = 0; x < count; ++x) colours[x] = argb[x] & kColourMask;
     }
 };
 
-/// Red and blue are added up in the halves of one word, green in another: sixteen samples of 255 need 12 bits.
+/// Red and blue are added up in the halves of one word, green in another: sixteen samples of 255 need 12
+/// bits.
 template <int kSize>
 struct AverageSquares {
-    METABUFFER_VECTOR_LOOP void operator()(const std::uint32_t* __restrict argb, std::size_t stride,
-                                           std::size_t count, std::uint32_t* __restrict colours) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict argb, std::size_t stride,
+                                              std::size_t count, std::uint32_t* __restrict colours) const {
         constexpr std::uint32_t kRedBlue = 0xFF'00FFU;
         constexpr std::uint32_t kSamples = kSize * kSize;
         constexpr int kShift = kSize == 2 ? 2 : 4;

@@ -8,9 +8,9 @@
 
 namespace metabuffer::functional {
 
-// The reference's arithmetic on runs of pixels: neighbours in a row, colour and depth apart as in PixelPlanes.
-// Every loop is one that compilers turn into vector instructions, with no branch that depends on a pixel.
-// What is read and what is written must not overlap.
+// The reference's arithmetic on runs of pixels: neighbours in a row, colour and depth apart as in
+// PixelPlanes. Every loop is one that compilers turn into vector instructions, with no branch that depends on
+// a pixel. What is read and what is written must not overlap.
 
 /// Pixels to be read.
 struct SourceRun {
@@ -24,8 +24,8 @@ struct TargetRun {
     std::uint32_t* z = nullptr;
 };
 
-/// What is left of the pixels after the link: a depth frame has no room for the alpha of z24 nor for more than
-/// 16 bits of Z in a8z16, so an image that holds more loses it here as it does in the machine.
+/// What is left of the pixels after the link: a depth frame has no room for the alpha of z24 nor for more
+/// than 16 bits of Z in a8z16, so an image that holds more loses it here as it does in the machine.
 void take_over_link(const Pixel* pixels, std::size_t count, DepthFormat format, TargetRun target);
 
 /// Each of the `count` values `multiple` times: fills count * multiple values.
@@ -40,8 +40,8 @@ void merge(Composition composition, SourceRun local, std::size_t count, TargetRu
 /// Colour, alpha and depth put together to pixels.
 void join(SourceRun source, std::size_t count, Pixel* pixels);
 
-/// The mean colours, 0xRRGGBB, of `count` neighbouring squares of s x s pixels, s being 1, 2 or 4: each channel
-/// alone, halves rounded up. Row j of the squares starts at argb + j * stride.
+/// The mean colours, 0xRRGGBB, of `count` neighbouring squares of s x s pixels, s being 1, 2 or 4: each
+/// channel alone, halves rounded up. Row j of the squares starts at argb + j * stride.
 void average(const std::uint32_t* argb, std::size_t stride, int supersample, std::size_t count,
              std::uint32_t* colours);
 

@@ -148,7 +148,7 @@ std::string extent(const Scenario& scenario, std::int64_t core_cycles, const Rep
 void print_times(const LevelProcess& rtl, const LevelProcess& tlm) {
     const double rtl_seconds = rtl.result()->simulation_seconds;
     const double tlm_seconds = tlm.result()->simulation_seconds;
-    std::printf("simulated in %.3f s by rtl, %.3f s by tlm", rtl_seconds, tlm_seconds);
+    std::printf("simulated in %.4f s by rtl, %.4f s by tlm", rtl_seconds, tlm_seconds);
     if (rtl_seconds > 0.0 && tlm_seconds > 0.0) std::printf(": ratio %.1f", rtl_seconds / tlm_seconds);
     std::printf("\n");
 }

@@ -250,7 +250,7 @@ void RunCommand::print_summary(const Outcome& outcome, const std::string& direct
     if (outcome.simulation_seconds > 0.0) {
         const double composer_clocks = static_cast<double>(outcome.report.composers.size()) *
                                        static_cast<double>(outcome.report.core_cycles);
-        std::printf("simulated in %.3f s: %.1f million composer clocks a second\n",
+        std::printf("simulated in %.4f s: %.1f million composer clocks a second\n",
                     outcome.simulation_seconds, composer_clocks / outcome.simulation_seconds / 1e6);
         std::fflush(stdout);
     }

@@ -9,7 +9,9 @@ BufferTime::BufferTime(const Config& config, ColumnTime& column) : config_(confi
 
 // ---- the bus side ----
 
-void BufferTime::begin_frame(int frame, const ViewportRow* row, std::int64_t table_cycle) {
+void BufferTime::begin_frame(int frame, const ViewportRow* row, std::int64_t table_cycle, std::int64_t now) {
+    // What is left of earlier frames may not wait for beats of this one: it may have none.
+    settle(table_cycle, now);
     newest_frame_ = frame;
     Frame& state = slot(frame);
     state = Frame{};
@@ -175,7 +177,7 @@ const Segment* BufferTime::segment(int frame) const {
     return keeps(frame) && slot(frame).has_row ? &slot(frame).segment : nullptr;
 }
 
-void BufferTime::close_frame(int frame, std::int64_t limit) {
+void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
     Frame& state = slot(frame);
     if (state.closed || !state.has_row) {
         return;
@@ -190,6 +192,7 @@ void BufferTime::close_frame(int frame, std::int64_t limit) {
         starve_unsent(state, limit);
     }
     state.closed = true;
+    settle(now, now);
     std::vector<StarvedRun>& starved = state.starved;
     std::sort(starved.begin(), starved.end(), [](const StarvedRun& a, const StarvedRun& b) {
         return std::tie(a.y, a.x_first) < std::tie(b.y, b.x_first);

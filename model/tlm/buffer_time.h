@@ -54,7 +54,7 @@ class BufferTime {
 
     /// The frame's table has been sent: its row for this composer, null if it has none, and the clock in which
     /// the composer knows the whole table.
-    void begin_frame(int frame, const ViewportRow* row, std::int64_t table_cycle);
+    void begin_frame(int frame, const ViewportRow* row, std::int64_t table_cycle, std::int64_t now);
     /// The clock in which the composer lets go of a frame; TABLEREADY rises there for the table two frames on.
     std::int64_t frame_end_cycle(int frame) const;
     std::int64_t frame_end_step() const { return config_.renderer + column_.raster_pixels(); }
@@ -93,8 +93,8 @@ class BufferTime {
     /// The column starts the newest frame whose table has been sent or the one before; in `stall` mode tells
     /// the column what it needs.
     void start_frame(int frame);
-    /// The frame has been composited up to raster position `limit`: counts what starved.
-    void close_frame(int frame, std::int64_t limit);
+    /// The frame has been composited up to raster position `limit` by the clock `now`: counts what starved.
+    void close_frame(int frame, std::int64_t limit, std::int64_t now);
     /// A frame's segment, null if there is none, and the raster pixels of it that starved, in raster order,
     /// runs as long as can be. From close_frame until the frame's place is taken by a later one.
     const Segment* segment(int frame) const;

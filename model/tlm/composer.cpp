@@ -75,7 +75,7 @@ void Composer::take_transfer(::tlm::tlm_generic_payload& payload, sc_core::sc_ti
 }
 
 void Composer::take_table(const BusTransfer& transfer) {
-    buffer_.begin_frame(transfer.frame, transfer.row, transfer.table_cycle);
+    buffer_.begin_frame(transfer.frame, transfer.row, transfer.table_cycle, transfer.now);
     content_[static_cast<std::size_t>(transfer.frame % kFramesKept)] = transfer.content;
     raise_pipeready();
 }
@@ -229,7 +229,7 @@ void Composer::send_frame_down() {
 void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
     const auto& band = content_of<PipelineFrame>(payload);
     if (band.first_row == 0) {
-        buffer_.close_frame(band.frame, column_.raster_pixels());
+        buffer_.close_frame(band.frame, column_.raster_pixels(), now());
         next_starved_ = 0;
     }
     if (band.raster != nullptr) {
@@ -300,7 +300,8 @@ const ComposerCounters& Composer::finish(std::int64_t through_cycle) {
     // A run that the watchdog has ended may stand in the middle of a frame.
     if (const int frame = column_.newest_frame(); frame >= 0) {
         const std::int64_t composited = column_.frame(frame).step_at(through_cycle) - settings_.renderer;
-        buffer_.close_frame(frame, std::clamp<std::int64_t>(composited, 0, column_.raster_pixels()));
+        buffer_.close_frame(frame, std::clamp<std::int64_t>(composited, 0, column_.raster_pixels()),
+                            through_cycle);
     }
     return buffer_.finish(through_cycle, column_.stalled_cycles_for(settings_.renderer, through_cycle));
 }

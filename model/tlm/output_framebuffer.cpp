@@ -95,20 +95,18 @@ std::int64_t OutputFramebuffer::pixels_taken(std::int64_t through_cycle) const {
 }
 
 std::string OutputFramebuffer::waiting_for(std::int64_t through_cycle) const {
-    const int frame = column_.newest_frame();
+    const int newest = column_.newest_frame();
     const std::int64_t position =
-        frame < 0 ? -1 : column_.frame(frame).step_at(through_cycle) - column_.renderers();
+        newest < 0 ? -1 : column_.frame(newest).step_at(through_cycle) - column_.renderers();
     if (position >= 0 && position < column_.raster_pixels()) {
-        return "waits for raster pixel " + std::to_string(position) + " of frame " + std::to_string(frame);
+        return "waits for raster pixel " + std::to_string(position) + " of frame " + std::to_string(newest);
     }
-    if (position < 0) {
-        return "waits for STARTFRAME of frame " + std::to_string(std::max(frame, 0));
-    }
-    // The newest frame has been taken; its bank is free again when the swap is known.
-    const bool answered = swap_lock_.swaps_before(kUnknownCycle) > frame &&
-                          swap_lock_.pipeready_cycle() <= through_cycle;
-    return answered ? "waits for STARTFRAME of frame " + std::to_string(frame + 1)
-                    : "waits for SWAPLOCK to show frame " + std::to_string(frame);
+    // The start of the newest frame may be known before it happens.
+    const int taken = position < 0 ? newest - 1 : newest;
+    const bool bank_free =
+        taken < 0 || (swap_lock_.swaps() > taken && swap_lock_.pipeready_cycle() <= through_cycle);
+    return bank_free ? "waits for STARTFRAME of frame " + std::to_string(std::max(taken + 1, 0))
+                     : "waits for SWAPLOCK to show frame " + std::to_string(taken);
 }
 
 }  // namespace metabuffer::tlm

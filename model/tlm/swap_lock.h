@@ -44,7 +44,9 @@ class SwapLock final : public sc_core::sc_module {
 
     /// Swaps before a time, of all displays together.
     std::int64_t swaps_before(std::int64_t picoseconds) const;
-    /// FRAMEDONE of the newest frame has been answered by that core clock: the swap is known to the column.
+    /// Swaps whose time is known.
+    int swaps() const { return static_cast<int>(swap_picoseconds_.size()); }
+    /// The core clock in which the output framebuffers learn of the last of them, or come out of reset.
     std::int64_t pipeready_cycle() const { return pipeready_cycle_; }
     /// When the run ends, once that is known; otherwise kUnknownCycle.
     std::int64_t end_picoseconds() const { return end_picoseconds_; }

@@ -4,9 +4,9 @@
 // making the picture of a display that two renderers cover wholly, one to one: every pixel of the two frames
 // goes through the same compare, and one of them through the compare with the background before.
 //
-// Both are counted alike: the 1280x1024 places where a pixel of one frame meets a pixel of the other, for each
-// time that both frames are gone through. The machine may be shared, so both take turns in one run, and the
-// median counts; the ratio is the median of the ratios within a turn.
+// Both are counted alike: the 1280x1024 places where a pixel of one frame meets a pixel of the other, for
+// each time that both frames are gone through. The machine may be shared, so both take turns in one run, and
+// the median counts; the ratio is the median of the ratios within a turn.
 //
 // usage: z_compare [TURNS]; prints one JSON object. It is what scripts/benchmark shows.
 
@@ -38,10 +38,10 @@ constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
 /// The yardstick. The mask makes it store every pixel: a comparison may become stores that are left out where
 /// the local pixel loses, and when the same frames are compared again, it always does.
 struct KeepNearer {
-    METABUFFER_VECTOR_LOOP void operator()(const std::uint32_t* __restrict local_argb,
-                                           const std::uint32_t* __restrict local_z,
-                                           std::uint32_t* __restrict argb, std::uint32_t* __restrict z,
-                                           std::size_t count) const {
+    METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict local_argb,
+                                              const std::uint32_t* __restrict local_z,
+                                              std::uint32_t* __restrict argb, std::uint32_t* __restrict z,
+                                              std::size_t count) const {
         for (std::size_t i = 0; i < count; ++i) {
             const std::uint32_t near_argb = local_argb[i];
             const std::uint32_t near_z = local_z[i];
@@ -165,7 +165,8 @@ int main_program(int argc, char** argv) {
         composited[turn] = seconds_of([&] { compositor.picture(1); });
         ratios[turn] = bare[turn] / composited[turn];
     }
-    // After the others and not in turn with them: it asks for so much memory that they would find it elsewhere.
+    // After the others and not in turn with them: it asks for so much memory that they would find it
+    // elsewhere.
     for (double& seconds : converted) {
         seconds = seconds_of([&] { functional::composite_display(scenario, contributions, 1); });
     }
