@@ -9,7 +9,7 @@
 namespace metabuffer::functional {
 
 // The reference's arithmetic on runs of pixels: neighbours in a row, colour and depth apart as in
-// PixelPlanes. Every loop is one that compilers turn into vector instructions, with no branch that depends on
+// PixelPlanes. The loops are such that compilers turn them into vector instructions: no branch depends on
 // a pixel. What is read and what is written must not overlap.
 
 /// Pixels to be read.

@@ -68,6 +68,10 @@ void write_bytes(const std::filesystem::path& file, const char* bytes, std::size
     temporary.move_to_target();
 }
 
+/// Of 0 to 9. Writing the pictures takes far longer than level tlm takes to make them; higher levels take several
+/// times as long again and save little.
+constexpr int kPngCompressionLevel = 2;
+
 /// The PNG file's bytes. The specification holds geometry alone, no date and no software: the same picture
 /// makes the same file.
 std::vector<unsigned char> png_bytes(const std::filesystem::path& file, const ColourImage& image) {
@@ -84,8 +88,8 @@ std::vector<unsigned char> png_bytes(const std::filesystem::path& file, const Co
     std::vector<unsigned char> bytes;
     OIIO::Filesystem::IOVecOutput memory(bytes);
     if (!output->set_ioproxy(&memory)) fail(file, "the PNG writer cannot write to memory");
-    const OIIO::ImageSpec spec(image.width_pixels, image.height_pixels, kColourChannels,
-                               OIIO::TypeDesc::UINT8);
+    OIIO::ImageSpec spec(image.width_pixels, image.height_pixels, kColourChannels, OIIO::TypeDesc::UINT8);
+    spec.attribute("png:compressionLevel", kPngCompressionLevel);
     if (!output->open(file.string(), spec) || !output->write_image(OIIO::TypeDesc::UINT8, channels.data()) ||
         !output->close()) {
         fail(file, output->geterror());

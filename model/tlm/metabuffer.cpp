@@ -44,7 +44,15 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
     dont_initialize();
 }
 
-Metabuffer::~Metabuffer() = default;
+/// The kernel finds a port that goes by looking at the newest first, so the newest modules go first.
+Metabuffer::~Metabuffer() {
+    while (!composers_.empty()) {
+        composers_.pop_back();
+    }
+    while (!buses_.empty()) {
+        buses_.pop_back();
+    }
+}
 
 void Metabuffer::make_display_side() {
     swap_lock_ = std::make_unique<SwapLock>("swap_lock", scenario_, dvi_out_.edge_from(reset_picoseconds_),
