@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::size_t kMostLines = 100;
 /// How far one level may run ahead of the other, in pixels of pictures that wait for their counterparts.
-constexpr std::size_t kMostPixelsAhead = std::size_t{1} << 26;
+constexpr std::size_t kMostPixelsAhead = std::size_t{1} << 24;
 
 constexpr const char* kFooter =
     "Compares every value of report.json but `level`, and every frame's picture on every display. Prints\n"

@@ -65,6 +65,12 @@ class PartNames {
 /// One line of JSON; a report's texts may have been anything.
 std::string shown(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
+std::string member_path(const std::string& path, const std::string& key) {
+    std::string result = path;
+    if (!path.empty()) result += '.';
+    return result += key;
+}
+
 bool is_texts(const Json& value) {
     return value.is_array() &&
            std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_string(); });
@@ -96,7 +102,7 @@ class Comparison {
         for (const auto& [key, value] : left.items()) {
             if (path.empty() && key == "level") continue;
             const auto other = right.find(key);
-            const std::string inner = path.empty() ? key : path + "." + key;
+            const std::string inner = member_path(path, key);
             if (other == right.end()) {
                 only_in(inner, value, true);
             } else {
@@ -106,7 +112,7 @@ class Comparison {
         for (const auto& [key, value] : right.items()) {
             if (path.empty() && key == "level") continue;
             if (!left.contains(key)) {
-                only_in(path.empty() ? key : path + "." + key, value, false);
+                only_in(member_path(path, key), value, false);
             }
         }
     }

@@ -106,7 +106,8 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
     make_composers();
     make_display_side();
     watchdog_ = std::make_unique<Watchdog>(
-        "watchdog", picoseconds(watchdog_interval_picoseconds(scenario)), [this] { return progress(); }, [this] { watchdog_timeout(); });
+        "watchdog", picoseconds(watchdog_interval_picoseconds(scenario)), [this] { return progress(); },
+        [this] { watchdog_timeout(); });
     SC_METHOD(release_reset);
     SC_METHOD(settle);
     sensitive << settle_event_;

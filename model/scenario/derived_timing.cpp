@@ -31,11 +31,12 @@ std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
     double interval = static_cast<double>(scenario.watchdog_cycles) * core_period;
     if (scenario.watchdog_cycles == 0) {
         const auto dvi_in_period = static_cast<double>(clock_period_picoseconds(scenario.clocks.dvi_in_mhz));
-        const auto dvi_out_period = static_cast<double>(clock_period_picoseconds(scenario.clocks.dvi_out_mhz));
+        const auto dvi_out_period =
+            static_cast<double>(clock_period_picoseconds(scenario.clocks.dvi_out_mhz));
         double quiet = 0.0;
         for (const Renderer& renderer : scenario.renderers) {
-            quiet = std::max(quiet,
-                             static_cast<double>(link_timeout_clocks(scenario, renderer)) * dvi_in_period);
+            quiet =
+                std::max(quiet, static_cast<double>(link_timeout_clocks(scenario, renderer)) * dvi_in_period);
         }
         const DviTiming out{scenario.displays.width_pixels, scenario.displays.height_pixels};
         quiet += 2.0 * static_cast<double>(out.frame_clocks()) * dvi_out_period;

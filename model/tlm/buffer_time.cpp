@@ -77,7 +77,8 @@ std::int64_t BufferTime::not_before(const Release& release, std::int64_t now) co
 }
 
 SlotTime BufferTime::slot_time(std::int64_t earliest, std::int64_t now) const {
-    const Release release = release_for(planned_pixels(), config_.capacity_pixels - config_.ready_space_pixels);
+    const Release release =
+        release_for(planned_pixels(), config_.capacity_pixels - config_.ready_space_pixels);
     if (release.frame < 0) {
         return {earliest, earliest, 0, 0};
     }
@@ -126,9 +127,10 @@ std::int64_t BufferTime::arrived(int frame, std::int64_t through_cycle) const {
     std::int64_t pixels = slot(frame).planned;
     for (const Run& run : runs_) {
         if (run.frame == frame && last_arrival(run) > through_cycle) {
-            const std::int64_t beats = through_cycle < run.first_arrival
-                                           ? 0
-                                           : (through_cycle - run.first_arrival) / config_.cycles_per_beat + 1;
+            const std::int64_t beats =
+                through_cycle < run.first_arrival
+                    ? 0
+                    : (through_cycle - run.first_arrival) / config_.cycles_per_beat + 1;
             pixels = std::min(pixels, run.first_pixel + std::min<std::int64_t>(
                                                             run.pixels, beats * config_.pixels_per_beat));
         }
@@ -149,10 +151,9 @@ void BufferTime::start_frame(int frame) {
 }
 
 void BufferTime::tell_needed_step(const Frame& frame) {
-    column_.set_needed_step(config_.renderer,
-                            frame.planned < frame.pixels
-                                ? config_.renderer + frame.segment.first_use(frame.planned)
-                                : kNoStep);
+    column_.set_needed_step(config_.renderer, frame.planned < frame.pixels
+                                                  ? config_.renderer + frame.segment.first_use(frame.planned)
+                                                  : kNoStep);
 }
 
 /// Where a pixel arrives later than the column would need it if nothing else held it up, the column must be
@@ -273,10 +274,9 @@ bool BufferTime::is_settled(const Run& run, std::int64_t now) const {
     const Release first_step{run.frame, 0};
     const std::int64_t start = not_before(first_step, now);
     // The pixels of the frame before are still let go of as they are used, which is known only so far.
-    const bool previous_known =
-        !keeps(run.frame - 1) || last <= column_.known_through(now) ||
-        (column_.started(run.frame - 1) &&
-         column_.frame(run.frame - 1).last_known_step() >= frame_end_step());
+    const bool previous_known = !keeps(run.frame - 1) || last <= column_.known_through(now) ||
+                                (column_.started(run.frame - 1) &&
+                                 column_.frame(run.frame - 1).last_known_step() >= frame_end_step());
     return previous_known && last <= start + config_.renderer && last <= start + first_use;
 }
 
@@ -298,8 +298,7 @@ const ComposerCounters& BufferTime::finish(std::int64_t through_cycle, std::int6
             break;
         }
         const std::int64_t beats = (through_cycle - run.first_arrival) / config_.cycles_per_beat + 1;
-        run.pixels =
-            static_cast<int>(std::min<std::int64_t>(run.pixels, beats * config_.pixels_per_beat));
+        run.pixels = static_cast<int>(std::min<std::int64_t>(run.pixels, beats * config_.pixels_per_beat));
         count_run(run);
     }
     runs_.clear();

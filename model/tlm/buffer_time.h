@@ -116,7 +116,7 @@ class BufferTime {
         bool has_row = false;
         Segment segment;
         std::int64_t pixels = 0;
-        std::int64_t planned = 0;  ///< pixels whose arrival is known
+        std::int64_t planned = 0;        ///< pixels whose arrival is known
         std::int64_t prefetched_at = 0;  ///< so many pixels make it prefetched
         std::int64_t prefetched_cycle = kUnknownCycle;
         bool closed = false;

@@ -144,7 +144,9 @@ class ColumnTime {
     };
 
     FrameTime& current() { return frames_[static_cast<std::size_t>(newest_frame_ % kFramesKept)]; }
-    const FrameTime& current() const { return frames_[static_cast<std::size_t>(newest_frame_ % kFramesKept)]; }
+    const FrameTime& current() const {
+        return frames_[static_cast<std::size_t>(newest_frame_ % kFramesKept)];
+    }
     void count_stall(int renderer, std::int64_t first, std::int64_t last);
     void forget_stalls(std::int64_t now);
 
@@ -157,7 +159,7 @@ class ColumnTime {
     MinimumTree needed_steps_;
     std::priority_queue<Arrival, std::vector<Arrival>, std::greater<>> arrivals_;
     std::vector<std::pair<std::int64_t, std::int64_t>> spans_;  ///< by frame
-    std::vector<Waiter> waiters_;  ///< a heap, the earliest first
+    std::vector<Waiter> waiters_;                               ///< a heap, the earliest first
     std::int64_t stalled_cycles_ = 0;
     std::vector<std::int64_t> stalled_for_;
     std::vector<Stall> newest_stalls_;  ///< counted already, perhaps beyond the present

@@ -145,8 +145,8 @@ void Composer::tell_table(int frame) {
 
 // ---- PIPEREADY and STARTFRAME ----
 
-::tlm::tlm_sync_enum Composer::take_pipeready(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& /*phase*/,
-                                              sc_core::sc_time& /*delay*/) {
+::tlm::tlm_sync_enum Composer::take_pipeready(::tlm::tlm_generic_payload& payload,
+                                              ::tlm::tlm_phase& /*phase*/, sc_core::sc_time& /*delay*/) {
     below_pipeready_ = content_of<PipelineFrame>(payload).cycle;
     raise_pipeready();
     return ::tlm::TLM_ACCEPTED;
@@ -317,9 +317,9 @@ std::string Composer::waiting_for(std::int64_t through_cycle) const {
         const Segment* const segment = buffer_.segment(frame);
         if (column_.may_stall() && segment != nullptr && segment->covers(x, y) &&
             buffer_.arrived(frame, through_cycle) <= segment->pixel_at(x, y)) {
-            return "waits for pixel " + std::to_string(segment->pixel_at(x, y)) + " of its segment in frame " +
-                   std::to_string(frame) + " at raster position " + std::to_string(x) + ", " +
-                   std::to_string(y);
+            return "waits for pixel " + std::to_string(segment->pixel_at(x, y)) +
+                   " of its segment in frame " + std::to_string(frame) + " at raster position " +
+                   std::to_string(x) + ", " + std::to_string(y);
         }
         return "waits for its column to move on";
     }

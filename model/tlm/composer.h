@@ -1,11 +1,12 @@
 #pragma once
 
+#include <tlm_utils/passthrough_target_socket.h>
+#include <tlm_utils/simple_initiator_socket.h>
+
 #include <array>
 #include <cstdint>
 #include <string>
 #include <systemc>
-#include <tlm_utils/passthrough_target_socket.h>
-#include <tlm_utils/simple_initiator_socket.h>
 
 #include "datapath/composition.h"
 #include "scenario/scenario.h"
@@ -26,7 +27,8 @@ namespace metabuffer::tlm {
 class Composer final : public sc_core::sc_module {
   public:
     ::tlm_utils::passthrough_target_socket<Composer> bus_socket{"bus_socket"};  ///< BusTransfer, BusNotice
-    ::tlm_utils::passthrough_target_socket_optional<Composer> pipe_in_socket{"pipe_in_socket"};  ///< from above
+    ::tlm_utils::passthrough_target_socket_optional<Composer> pipe_in_socket{
+        "pipe_in_socket"};                                                              ///< from above
     ::tlm_utils::simple_initiator_socket<Composer> pipe_out_socket{"pipe_out_socket"};  ///< PipelineFrame
 
     struct Settings {
@@ -77,10 +79,10 @@ class Composer final : public sc_core::sc_module {
     bool slot_wanted_ = false;  ///< the bus waits to be told
     std::int64_t earliest_slot_ = 0;
 
-    int next_frame_ = 0;                              ///< to start next
-    std::int64_t below_pipeready_ = kUnknownCycle;    ///< for that frame
-    std::int64_t own_pipeready_ = kUnknownCycle;      ///< for the frame before it
-    sc_core::sc_event composited_event_;              ///< PIPEMASTER: the column has composited a frame
+    int next_frame_ = 0;                            ///< to start next
+    std::int64_t below_pipeready_ = kUnknownCycle;  ///< for that frame
+    std::int64_t own_pipeready_ = kUnknownCycle;    ///< for the frame before it
+    sc_core::sc_event composited_event_;            ///< PIPEMASTER: the column has composited a frame
     std::size_t next_starved_ = 0;
     int line_row_ = -1;  ///< source row that the band's line holds
 

@@ -54,8 +54,9 @@ void DviDecoder::decode(const DviFrame& frame) {
     decoded.events.clear();
     newest_rejections_.clear();
     newest_expectations_.assign(1, {0, expect_, number_});
-    const std::int64_t first_line =
-        frame.first_edge + std::int64_t{DviTiming::kVerticalBackLines} * timing_.line_clocks() + kDecoderClocks;
+    const std::int64_t first_line = frame.first_edge +
+                                    std::int64_t{DviTiming::kVerticalBackLines} * timing_.line_clocks() +
+                                    kDecoderClocks;
     decoded.first_pixel_edge = first_line + timing_.line_clocks() + kFramebufferClocks;
     decoded.pixels = 0;
     decoded.line_pixels = timing_.active_pixels;
@@ -90,8 +91,9 @@ void DviDecoder::decode(const DviFrame& frame) {
         }
         ++lines_seen;
     }
-    const std::int64_t vsync = first_line + std::int64_t{frame.active_lines + DviTiming::kVerticalFrontLines} *
-                                                timing_.line_clocks();
+    const std::int64_t vsync =
+        first_line +
+        std::int64_t{frame.active_lines + DviTiming::kVerticalFrontLines} * timing_.line_clocks();
     if (!frame_lives_ || lines_seen == 0) {
         return;
     }
@@ -105,8 +107,7 @@ void DviDecoder::decode(const DviFrame& frame) {
         event.number = number_;
         event.colour = colour_image_;
         event.depth = frame.image;
-        event.last_pixel_edge = first_line +
-                                std::int64_t{frame.active_lines - 1} * timing_.line_clocks() +
+        event.last_pixel_edge = first_line + std::int64_t{frame.active_lines - 1} * timing_.line_clocks() +
                                 timing_.active_pixels - 1;
         expect(Expect::kColour, vsync);
     }

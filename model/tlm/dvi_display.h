@@ -1,8 +1,9 @@
 #pragma once
 
+#include <tlm_utils/passthrough_target_socket.h>
+
 #include <functional>
 #include <systemc>
-#include <tlm_utils/passthrough_target_socket.h>
 #include <utility>
 
 #include "formats/image.h"

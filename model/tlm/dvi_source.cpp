@@ -144,8 +144,8 @@ std::string DviSource::waiting_for(std::int64_t picoseconds) const {
         return "is silent before pair " + std::to_string(pair_);
     }
     // A frame's last clock leaves the source without one.
-    const bool idle = state_ == State::kIdle || (state_ == State::kFrame &&
-                                                 picoseconds >= clock_.picoseconds_of(next_edge_ - 1));
+    const bool idle = state_ == State::kIdle ||
+                      (state_ == State::kFrame && picoseconds >= clock_.picoseconds_of(next_edge_ - 1));
     if (!idle || next_pair_ >= static_cast<std::uint32_t>(scenario_.frames)) {
         return {};
     }

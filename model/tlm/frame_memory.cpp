@@ -22,8 +22,8 @@ void FrameMemory::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_t
     }
     access.page_miss = static_cast<std::int64_t>(page) != open_page_;
     access.wait_cycles = access.page_miss ? page_miss_cycles_ : 0;
-    access.words = static_cast<int>(
-        std::min<std::int64_t>(wanted, std::int64_t{page + 1} * page_words_ - address));
+    access.words =
+        static_cast<int>(std::min<std::int64_t>(wanted, std::int64_t{page + 1} * page_words_ - address));
     if (!access.peek) {
         open_page_ = page;
     }

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <tlm_utils/passthrough_target_socket.h>
+
 #include <cstdint>
 #include <systemc>
-#include <tlm_utils/passthrough_target_socket.h>
 
 #include "scenario/scenario.h"
 #include "tlm/payload.h"

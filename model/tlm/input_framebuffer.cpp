@@ -92,7 +92,8 @@ std::int64_t InputFramebuffer::next_link_edge(std::int64_t edge) const {
         next = std::min(next, link_events_.front().edge);
     }
     if (request_open_) {
-        for (const std::int64_t end : {timeout_start_edge_ + timeout_clocks_, filling_since_edge_ + pair_clocks_}) {
+        for (const std::int64_t end :
+             {timeout_start_edge_ + timeout_clocks_, filling_since_edge_ + pair_clocks_}) {
             if (end > edge) {
                 next = std::min(next, end);
             }
@@ -394,8 +395,8 @@ void InputFramebuffer::start_burst(std::int64_t cycle, int row, int recovered_sl
     counters_.bus.recovered_slots += recovered_slots;
     ++counters_.bus.bursts;
     burst_row_ = row;
-    burst_left_ = static_cast<int>(
-        std::min<std::int64_t>(scenario_.bus.burst_pixels, granted.pixels - granted.sent));
+    burst_left_ =
+        static_cast<int>(std::min<std::int64_t>(scenario_.bus.burst_pixels, granted.pixels - granted.sent));
     burst_beats_ = 0;
     recovered_slots_ = recovered_slots;
     granted_ = cycle;
@@ -467,7 +468,7 @@ int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64
     advance(place, first_words);
     while (pixels < burst_left_ && place.column == 0) {
         const int words = std::min(burst_left_ - pixels, int{place.row.sdx});
-        const std::int64_t wanted_cycle = cycle + pixels / pixels_per_beat_ * cycles_per_beat_;
+        const std::int64_t wanted_cycle = cycle + std::int64_t{pixels / pixels_per_beat_} * cycles_per_beat_;
         const MemoryAccess& access = access_memory(place, words, wanted_cycle, true);
         if (access.page_miss || access.wait_cycles > 0) {
             break;
@@ -625,13 +626,15 @@ RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
             case SpanKind::kBeats: {
                 bus.busy_cycles -= excess;
                 const std::int64_t beats = (done + cycles_per_beat_ - 1) / cycles_per_beat_;
-                bus.pixels_sent -= span.pixels - std::min<std::int64_t>(span.pixels, beats * pixels_per_beat_);
+                bus.pixels_sent -=
+                    span.pixels - std::min<std::int64_t>(span.pixels, beats * pixels_per_beat_);
                 break;
             }
         }
     }
-    bus.idle_cycles = through_cycle + 1 -
-                      (bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.poll_cycles + bus.lost_cycles);
+    bus.idle_cycles =
+        through_cycle + 1 -
+        (bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.poll_cycles + bus.lost_cycles);
     counters.name = renderer_.name;
     return counters;
 }
@@ -647,9 +650,8 @@ std::int64_t InputFramebuffer::link_pixels(std::int64_t through_edge) const {
     if (clocks <= 0 || frame.pixels == 0) {
         return link_pixels_before_;
     }
-    const std::int64_t pixels =
-        clocks / frame.line_clocks * frame.line_pixels +
-        std::min<std::int64_t>(clocks % frame.line_clocks, frame.line_pixels);
+    const std::int64_t pixels = clocks / frame.line_clocks * frame.line_pixels +
+                                std::min<std::int64_t>(clocks % frame.line_clocks, frame.line_pixels);
     return link_pixels_before_ + std::min(frame.pixels, pixels);
 }
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <tlm_utils/passthrough_target_socket.h>
+#include <tlm_utils/simple_initiator_socket.h>
+
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -8,8 +11,6 @@
 #include <optional>
 #include <string>
 #include <systemc>
-#include <tlm_utils/passthrough_target_socket.h>
-#include <tlm_utils/simple_initiator_socket.h>
 #include <vector>
 
 #include "datapath/arbitration/arbitration_policy.h"
@@ -35,10 +36,11 @@ class InputFramebuffer final : public sc_core::sc_module {
     ::tlm_utils::passthrough_target_socket<InputFramebuffer> link_socket{"link_socket"};  ///< DecodedFrame
     sc_core::sc_out<bool> pair_request_o{"pair_request_o"};                               ///< DVI input clock
     ::tlm_utils::simple_initiator_socket<InputFramebuffer> memory_socket{"memory_socket"};  ///< MemoryAccess
-    ::tlm_utils::simple_initiator_socket<InputFramebuffer> bus_socket{"bus_socket"};  ///< BusTransfer, BusNotice
+    ::tlm_utils::simple_initiator_socket<InputFramebuffer> bus_socket{
+        "bus_socket"};  ///< BusTransfer, BusNotice
 
     struct Settings {
-        int renderer = 0;                ///< index, from 0
+        int renderer = 0;                  ///< index, from 0
         std::int64_t first_link_edge = 0;  ///< first DVI input clock without reset
         std::int64_t first_cycle = 0;      ///< first core clock without reset
         ContentShelf* shelf = nullptr;     ///< null: no images
@@ -111,9 +113,9 @@ class InputFramebuffer final : public sc_core::sc_module {
     };
     enum class SpanKind : std::uint8_t { kTable, kBeats, kPageMiss, kLost };
     struct Span {
-        SpanKind kind;
+        SpanKind kind = SpanKind::kTable;
         CycleSpan cycles;
-        int pixels;
+        int pixels = 0;  ///< kBeats: moved; kPageMiss: 1 if a page was opened
     };
 
     void bus_process();
@@ -182,8 +184,8 @@ class InputFramebuffer final : public sc_core::sc_module {
     // The bus side.
     sc_core::sc_event bus_wake_;
     State state_ = State::kRequest;
-    std::int64_t now_ = 0;         ///< the kernel's core clock
-    std::int64_t next_cycle_;      ///< of the next decision
+    std::int64_t now_ = 0;     ///< the kernel's core clock
+    std::int64_t next_cycle_;  ///< of the next decision
     std::int64_t limit_ = 0;
     bool running_ = false;
     int frames_started_ = 0;
@@ -209,7 +211,8 @@ class InputFramebuffer final : public sc_core::sc_module {
     Message<BusTransfer> bus_transfer_;
 
     RendererCounters counters_;
-    std::vector<Span> newest_spans_;  ///< since the last decision: counted already, perhaps beyond the present
+    std::vector<Span>
+        newest_spans_;  ///< since the last decision: counted already, perhaps beyond the present
     std::vector<FrameSource> frame_sources_;
 };
 

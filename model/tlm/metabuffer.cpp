@@ -10,7 +10,9 @@ namespace {
 
 constexpr std::int64_t kResetCycles = 2;
 
-std::string numbered(const std::string& stem, std::size_t index) { return stem + "_" + std::to_string(index + 1); }
+std::string numbered(const std::string& stem, std::size_t index) {
+    return stem + "_" + std::to_string(index + 1);
+}
 
 std::string numbered(const std::string& stem, std::size_t renderer, std::size_t display) {
     return numbered(numbered(stem, renderer), display);
@@ -58,8 +60,8 @@ void Metabuffer::make_display_side() {
     swap_lock_ = std::make_unique<SwapLock>("swap_lock", scenario_, dvi_out_.edge_from(reset_picoseconds_),
                                             first_cycle_);
     swap_lock_->on_shown_by(options_.observer);
-    const std::int64_t raster_pixels = std::int64_t{scenario_.displays.raster_width_pixels()} *
-                                       scenario_.displays.raster_height_pixels();
+    const std::int64_t raster_pixels =
+        std::int64_t{scenario_.displays.raster_width_pixels()} * scenario_.displays.raster_height_pixels();
     const bool may_stall = scenario_.composer.on_starvation == StarvationMode::kStall;
     for (std::size_t d = 0; d < displays(); ++d) {
         columns_.push_back(
@@ -88,8 +90,8 @@ void Metabuffer::make_renderer_side() {
         const std::int64_t first_link_edge = dvi_in_.edge_from(reset_picoseconds_);
         auto source = std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_,
                                                   static_cast<int>(r), first_link_edge);
-        auto decoder = std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(),
-                                                    scenario_.renderers[r].timing());
+        auto decoder =
+            std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(), scenario_.renderers[r].timing());
         InputFramebuffer::Settings settings;
         settings.renderer = static_cast<int>(r);
         settings.first_link_edge = first_link_edge;
@@ -105,11 +107,9 @@ void Metabuffer::make_renderer_side() {
         framebuffer->pair_request_o(*pair_requests_.back());
         source->link_socket.bind(decoder->link_socket);
         decoder->framebuffer_socket.bind(framebuffer->link_socket);
-        frame_memories_.push_back(
-            make_memory(numbered("frame_memory", r).c_str(), static_cast<int>(r)));
+        frame_memories_.push_back(make_memory(numbered("frame_memory", r).c_str(), static_cast<int>(r)));
         framebuffer->memory_socket.bind(*frame_memories_.back().socket);
-        buses_.push_back(
-            std::make_unique<Bus>(numbered("bus", r).c_str(), static_cast<int>(displays())));
+        buses_.push_back(std::make_unique<Bus>(numbered("bus", r).c_str(), static_cast<int>(displays())));
         framebuffer->bus_socket.bind(buses_.back()->framebuffer_socket);
         dvi_sources_.push_back(std::move(source));
         dvi_decoders_.push_back(std::move(decoder));
@@ -147,8 +147,8 @@ std::int64_t Metabuffer::run_limit() const {
         if (!column->started(scenario_.frames - 1)) {
             limit = std::max(limit, core_cycle() + column->raster_pixels());
         } else {
-            limit = std::max(limit,
-                             column->frame(scenario_.frames - 1).extrapolated_cycle(column->last_step()));
+            limit =
+                std::max(limit, column->frame(scenario_.frames - 1).extrapolated_cycle(column->last_step()));
         }
     }
     return std::min(before_look, limit);

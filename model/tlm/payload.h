@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <stdexcept>
 #include <tlm>
 #include <vector>
 
@@ -58,7 +59,9 @@ Content& content_of(::tlm::tlm_generic_payload& payload) {
     Content* content = nullptr;
     payload.get_extension(content);
     if (content == nullptr) {
-        SC_REPORT_ERROR("/metabuffer/tlm/extension", "a transaction came without the extension that it needs");
+        const char* const message = "a transaction came without the extension that it needs";
+        SC_REPORT_ERROR("/metabuffer/tlm/extension", message);
+        throw std::logic_error(message);  // if error reports have been told not to throw
     }
     return *content;
 }
@@ -66,12 +69,12 @@ Content& content_of(::tlm::tlm_generic_payload& payload) {
 /// DVI link, dvi_source to dvi_decoder: a frame, told when its first clock is on the link. The payload's data
 /// are the link words of its first scanline.
 struct DviFrame : Extension<DviFrame> {
-    FrameKind sent_as = FrameKind::kColour;   ///< which half of each word the image lines carry
-    const PixelImage* image = nullptr;        ///< lives as long as the scenario
-    std::vector<std::uint32_t> control;       ///< the control scanline as it is on the link
-    int active_lines = 0;                     ///< a fault may have changed it
-    int last_line_pixels = 0;                 ///< likewise
-    std::int64_t first_edge = 0;              ///< DVI input clock of the frame's first clock
+    FrameKind sent_as = FrameKind::kColour;  ///< which half of each word the image lines carry
+    const PixelImage* image = nullptr;       ///< lives as long as the scenario
+    std::vector<std::uint32_t> control;      ///< the control scanline as it is on the link
+    int active_lines = 0;                    ///< a fault may have changed it
+    int last_line_pixels = 0;                ///< likewise
+    std::int64_t first_edge = 0;             ///< DVI input clock of the frame's first clock
 };
 
 /// What the decoder has found, at the clock in which the input framebuffer reads it.
@@ -84,17 +87,17 @@ struct LinkEvent {
     bool colour_start = false;
     bool pair_good = false;
     std::uint32_t number = 0;
-    ViewportTable table;                     ///< with colour_start
-    const PixelImage* colour = nullptr;      ///< with pair_good: whose colour half and whose depth half
+    ViewportTable table;                 ///< with colour_start
+    const PixelImage* colour = nullptr;  ///< with pair_good: whose colour half and whose depth half
     const PixelImage* depth = nullptr;
-    std::int64_t last_pixel_edge = 0;        ///< with pair_good: the DVI input clock of the pair's last pixel
+    std::int64_t last_pixel_edge = 0;  ///< with pair_good: the DVI input clock of the pair's last pixel
 };
 
 /// dvi_decoder to input_framebuffer: a frame and what becomes of it.
 struct DecodedFrame : Extension<DecodedFrame> {
-    std::vector<LinkEvent> events;     ///< in order of time
-    std::int64_t first_pixel_edge = 0; ///< DVI input clock in which the first pixel reaches the framebuffer
-    std::int64_t pixels = 0;           ///< pixels that reach it, line by line
+    std::vector<LinkEvent> events;      ///< in order of time
+    std::int64_t first_pixel_edge = 0;  ///< DVI input clock in which the first pixel reaches the framebuffer
+    std::int64_t pixels = 0;            ///< pixels that reach it, line by line
     int line_pixels = 0;
     int line_clocks = 0;
 };
@@ -144,7 +147,8 @@ struct BusTransfer : Extension<BusTransfer> {
     std::int64_t earliest = 0;  ///< no slot before this clock
 
     // What the composer answers.
-    int pixels_taken = 0;  ///< kBeats: up to and including the beat behind which BUSREADY fell or is not known
+    int pixels_taken =
+        0;  ///< kBeats: up to and including the beat behind which BUSREADY fell or is not known
     BufferTime::Verdict verdict = BufferTime::Verdict::kTaken;  ///< kBeats, kRecheck
     SlotTime slot;                                              ///< kEndOfBurst
 };

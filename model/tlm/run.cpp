@@ -46,8 +46,8 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         stopwatch.start();
     });
     machine.on_finished([] { sc_core::sc_pause(); });
-    const auto chunk = sc_core::sc_time::from_value(
-        static_cast<sc_dt::uint64>(kChunkCycles * clock_period_picoseconds(scenario.clocks.core_mhz)));
+    const std::int64_t chunk_picoseconds = kChunkCycles * clock_period_picoseconds(scenario.clocks.core_mhz);
+    const auto chunk = sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(chunk_picoseconds));
     // Elaboration is start-up, not simulation.
     sc_core::sc_start(sc_core::SC_ZERO_TIME);
     while (!machine.finished()) {

@@ -39,7 +39,8 @@ void print(const char* what, const RunReport& report) {
 int compare_memories(int argc, char** argv) {
     const int banks = argc == 3 ? std::atoi(argv[2]) : 0;
     if (banks < 1 || banks > kLargestBankCount) {
-        std::cerr << "usage: banked_memory SCENARIO.yaml BANKS    BANKS is 1 to " << kLargestBankCount << '\n';
+        std::cerr << "usage: banked_memory SCENARIO.yaml BANKS    BANKS is 1 to " << kLargestBankCount
+                  << '\n';
         return 2;
     }
     try {

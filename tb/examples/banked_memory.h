@@ -1,9 +1,10 @@
 #pragma once
 
+#include <tlm_utils/passthrough_target_socket.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <systemc>
-#include <tlm_utils/passthrough_target_socket.h>
 #include <vector>
 
 #include "scenario/scenario.h"

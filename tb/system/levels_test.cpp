@@ -94,9 +94,9 @@ struct Happenings {
 TEST_CASE("the random machines do all that a machine can do", "[system][random]") {
     REQUIRE(kRegistered);
     TlmRuns runs;
-    for (std::uint64_t seed = 1; seed <= kBatches * kMachinesPerBatch; ++seed) {
-        runs.push_back(
-            std::make_unique<TlmRun>("machine_" + std::to_string(seed), random_scenario(seed), false));
+    for (int seed = 1; seed <= kBatches * kMachinesPerBatch; ++seed) {
+        runs.push_back(std::make_unique<TlmRun>("machine_" + std::to_string(seed),
+                                                random_scenario(static_cast<std::uint64_t>(seed)), false));
     }
     REQUIRE(simulate_until([&runs] {
         return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run->finished(); });

@@ -7,20 +7,197 @@
 namespace metabuffer::test {
 namespace {
 
-TEST_CASE("buffer time: agrees with a clocked column in glitch mode") {
+using tlm::BeatRun;
+using tlm::BufferTime;
+using tlm::ColumnTime;
+using tlm::kUnknownCycle;
+using tlm::SlotTime;
+
+// ---- against a clocked column: every answer at every decision, every counter at the run's end ----
+
+TEST_CASE(
+    "buffer time: in glitch mode a raster pixel starves whose pixel is sampled no earlier than it is used") {
     const auto seed = random_seed(501);
     INFO("METABUFFER_SEED=" << seed);
-    SetupRange range;
-    const ColumnReplay::Met met = replay_random_columns(seed, 400, range);
-    printf("bursts %d unknown %d undecided %d drops %d ahead %d cb %d levels %d starved %ld late %ld replayed %ld stalled %ld\n", met.bursts, met.slots_unknown, met.undecided, met.drops, met.ahead, met.callbacks, met.levels, met.starved, met.late, met.replayed, met.stalled);
+    const ColumnReplay::Met met = replay_random_columns(seed, 500, SetupRange{});
+    CHECK(met.starved > 1000);
+    CHECK(met.late > 1000);
+    CHECK(met.replayed > 1000);
+    CHECK(met.stalled == 0);
+    CHECK(met.bursts > 1000);
+    CHECK(met.slots_unknown > 100);
+    CHECK(met.ahead > 1000);
+    CHECK(met.callbacks > 1000);
+    CHECK(met.levels > 1000);
 }
-TEST_CASE("buffer time: agrees with a clocked column in stall mode") {
+
+TEST_CASE("buffer time: in stall mode the column stands still until the pixel is there") {
     const auto seed = random_seed(502);
     INFO("METABUFFER_SEED=" << seed);
     SetupRange range;
     range.stall = true;
-    const ColumnReplay::Met met = replay_random_columns(seed, 400, range);
-    printf("bursts %d unknown %d undecided %d drops %d ahead %d cb %d levels %d starved %ld late %ld replayed %ld stalled %ld\n", met.bursts, met.slots_unknown, met.undecided, met.drops, met.ahead, met.callbacks, met.levels, met.starved, met.late, met.replayed, met.stalled);
+    const ColumnReplay::Met met = replay_random_columns(seed, 500, range);
+    CHECK(met.starved == 0);
+    CHECK(met.late == 0);
+    CHECK(met.stalled > 1000);
+    CHECK(met.replayed > 1000);
+    CHECK(met.slots_unknown > 100);
+    CHECK(met.callbacks > 1000);
+}
+
+TEST_CASE("buffer time: a burst beyond the ready space goes on while the beat on its way and one more fit") {
+    const auto seed = random_seed(503);
+    INFO("METABUFFER_SEED=" << seed);
+    SetupRange range;
+    range.tight_bursts = true;
+    range.most_spare_pixels = 8;
+    range.most_ready_beats = 3;
+    for (const bool stall : {false, true}) {
+        INFO((stall ? "stall" : "glitch") << " mode");
+        range.stall = stall;
+        const ColumnReplay::Met met = replay_random_columns(seed + (stall ? 1 : 0), 500, range);
+        CHECK(met.drops > 300);
+        CHECK(met.undecided > 30);
+    }
+}
+
+TEST_CASE("buffer time: wide rasters of small rows and many frames count like narrow ones") {
+    const auto seed = random_seed(505);
+    INFO("METABUFFER_SEED=" << seed);
+    SetupRange range;
+    range.largest_width = 40;
+    range.largest_height = 4;
+    range.most_frames = 7;
+    range.largest_multiple = 9;
+    range.most_composers = 2;
+    for (const bool stall : {false, true}) {
+        INFO((stall ? "stall" : "glitch") << " mode");
+        range.stall = stall;
+        const ColumnReplay::Met met = replay_random_columns(seed + (stall ? 1 : 0), 200, range);
+        CHECK((stall ? met.stalled : met.starved) > 500);
+    }
+}
+
+// ---- by hand ----
+
+constexpr int kWidth = 8;
+constexpr int kHeight = 2;
+
+ViewportRow row_of(int sdx, int sdy) {
+    ViewportRow row;
+    row.dcomp = 1;
+    row.sdx = static_cast<std::uint16_t>(sdx);
+    row.sdy = static_cast<std::uint16_t>(sdy);
+    row.dmultiple = 1;
+    return row;
+}
+
+BufferTime::Config config_of(int capacity, int ready_space) {
+    BufferTime::Config config;
+    config.capacity_pixels = capacity;
+    config.ready_space_pixels = ready_space;
+    config.raster_width_pixels = kWidth;
+    config.raster_height_pixels = kHeight;
+    return config;
+}
+
+TEST_CASE("buffer time: a composer is prefetched when its table is known and it has no segment") {
+    ColumnTime column(1, kWidth * kHeight, false);
+    BufferTime buffer(config_of(4, 2), column);
+    CHECK(buffer.prefetched_cycle(0) == kUnknownCycle);
+    CHECK(buffer.table_cycle(0) == kUnknownCycle);
+    buffer.begin_frame(0, nullptr, 17, 10);
+    CHECK(buffer.prefetched_cycle(0) == 17);
+    CHECK(buffer.segment(0) == nullptr);
+    CHECK(buffer.slot_time(20, 10).cycle == 20);
+}
+
+TEST_CASE(
+    "buffer time: a composer is prefetched by its last pixel or by the one that leaves no ready space") {
+    ColumnTime column(1, kWidth * kHeight, false);
+    const ViewportRow small = row_of(3, 1);
+    const ViewportRow large = row_of(8, 2);
+    BufferTime whole(config_of(8, 2), column);
+    whole.begin_frame(0, &small, 10, 10);
+    whole.add({0, 2, 11}, 11, 11);
+    CHECK(whole.prefetched_cycle(0) == kUnknownCycle);
+    whole.add({2, 1, 20}, 20, 20);
+    CHECK(whole.prefetched_cycle(0) == 21);
+    BufferTime full(config_of(8, 2), column);
+    full.begin_frame(0, &large, 10, 10);
+    full.add({0, 6, 11}, 11, 11);  // 2 free: a slot would still be taken
+    CHECK(full.prefetched_cycle(0) == kUnknownCycle);
+    CHECK(full.slot_time(17, 11).cycle == 17);
+    full.add({6, 1, 30}, 30, 30);
+    CHECK(full.prefetched_cycle(0) == 31);
+}
+
+TEST_CASE("buffer time: a slot is taken a clock behind the last use that makes the ready space free") {
+    ColumnTime column(1, kWidth * kHeight, false);
+    const ViewportRow row = row_of(8, 2);
+    BufferTime buffer(config_of(8, 2), column);
+    buffer.begin_frame(0, &row, 10, 10);
+    buffer.add({0, 8, 11}, 11, 11);
+    column.set_pipeready_cycle(2);
+    const SlotTime unknown = buffer.slot_time(20, 11);
+    CHECK(unknown.cycle == kUnknownCycle);
+    CHECK(unknown.frame == 0);
+    CHECK(unknown.step == 2);  // pixel 0 is composited in step 1 and pixel 1 in step 2
+    column.start(0, 40);
+    buffer.start_frame(0);
+    CHECK(buffer.slot_time(20, 11).cycle == 43);
+    CHECK(buffer.slot_time(50, 11).cycle == 50);
+}
+
+TEST_CASE("buffer time: BUSREADY is not asked in a burst whose rest fits one beat") {
+    ColumnTime column(1, kWidth * kHeight, false);
+    const ViewportRow row = row_of(8, 2);
+    BufferTime::Config config = config_of(8, 4);
+    config.pixels_per_beat = 2;
+    BufferTime buffer(config, column);
+    column.set_pipeready_cycle(2);
+    buffer.begin_frame(0, &row, 10, 10);
+    buffer.add({0, 8, 11}, 11, 11);
+    using Verdict = BufferTime::Verdict;
+    CHECK(buffer.busready_in_burst(8, 15, 2, 11) == Verdict::kTaken);
+    CHECK(buffer.busready_in_burst(8, 15, 3, 11) == Verdict::kDropped);
+    CHECK(buffer.busready_in_burst(5, 15, 3, 11) == Verdict::kTaken);    // 3 free for the 3 that are left
+    CHECK(buffer.busready_in_burst(5, 15, 9, 11) == Verdict::kDropped);  // two beats need 4
+    CHECK(buffer.busready_in_burst(4, 15, 9, 11) == Verdict::kTaken);
+    // The column may have begun by a later clock: then it is not known.
+    CHECK(buffer.busready_in_burst(8, 200, 3, 11) == Verdict::kUndecided);
+    CHECK(buffer.may_cut(5));
+    CHECK_FALSE(buffer.may_cut(4));
+    CHECK(buffer.slot_fits_behind(2));
+    CHECK_FALSE(BufferTime(config_of(5, 4), column).slot_fits_behind(2));
+}
+
+TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is late if that was its last") {
+    for (const std::int64_t first_cycle : {54, 55}) {
+        ColumnTime column(1, kWidth * kHeight, false);
+        const ViewportRow row = row_of(8, 1);
+        BufferTime buffer(config_of(8, 2), column);
+        column.set_pipeready_cycle(2);
+        buffer.begin_frame(0, &row, 10, 10);
+        buffer.add({0, 7, 11}, 11, 11);  // no slot is left: prefetched
+        column.start(0, 48);             // pixel 7 is used in clock 48 + 1 + 7
+        buffer.start_frame(0);
+        buffer.add({7, 1, first_cycle}, first_cycle, first_cycle);  // sampled a clock later
+        buffer.close_frame(0, kWidth * kHeight, 64);
+        const ComposerCounters counters = buffer.finish(100, 0);
+        CHECK(counters.starved_pixels == (first_cycle == 55 ? 1 : 0));
+        CHECK(counters.late_pixels == (first_cycle == 55 ? 1 : 0));
+        CHECK(counters.buffer_high_water == 7);
+    }
+}
+
+TEST_CASE("buffer time: a drop of BUSREADY behind the end of the run has not happened") {
+    ColumnTime column(1, kWidth * kHeight, false);
+    BufferTime buffer(config_of(8, 2), column);
+    buffer.begin_frame(0, nullptr, 10, 10);
+    buffer.count_drop(30);
+    buffer.count_drop(41);
+    CHECK(buffer.finish(40, 3).busready_drops == 1);
 }
 
 }  // namespace

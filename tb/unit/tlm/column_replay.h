@@ -118,7 +118,8 @@ class ColumnReplay {
     }
     std::int64_t composited_event() const {
         const int frame = column_.newest_frame();
-        return frame < 0 || frame < frames_composited_ ? kNever : column_.frame(frame).cycle_of(column_.last_step());
+        return frame < 0 || frame < frames_composited_ ? kNever
+                                                       : column_.frame(frame).cycle_of(column_.last_step());
     }
 
     bool take_one() {
@@ -131,8 +132,8 @@ class ColumnReplay {
             if (head(r) <= end_) candidates.push_back(r);
         }
         if (!candidates.empty() && random_.one_in(3)) {
-            const std::size_t r =
-                candidates[static_cast<std::size_t>(random_.between(0, static_cast<int>(candidates.size()) - 1))];
+            const std::size_t r = candidates[static_cast<std::size_t>(
+                random_.between(0, static_cast<int>(candidates.size()) - 1))];
             now_ += random_.between(0, static_cast<int>(first - now_));
             if (head(r) > now_ && may_run_ahead(r)) {
                 ++met_.ahead;
@@ -148,7 +149,8 @@ class ColumnReplay {
         for (std::size_t r = 0; r < buses_.size(); ++r) {
             if (head(r) == first) same.push_back(static_cast<int>(r));
         }
-        const int chosen = same[static_cast<std::size_t>(random_.between(0, static_cast<int>(same.size()) - 1))];
+        const int chosen =
+            same[static_cast<std::size_t>(random_.between(0, static_cast<int>(same.size()) - 1))];
         if (chosen == -1) {
             take_composited();
         } else if (chosen == -2) {
@@ -173,7 +175,8 @@ class ColumnReplay {
     // ---- the bus side ----
 
     void decide(std::size_t r) {
-        INFO("composer " << r << ", frame " << buses_[r].frame << ", burst " << buses_[r].burst << ", now " << now_);
+        INFO("composer " << r << ", frame " << buses_[r].frame << ", burst " << buses_[r].burst << ", now "
+                         << now_);
         if (!buses_[r].table_sent) {
             send_table(r);
         } else if (buses_[r].beat > 0) {
@@ -192,8 +195,8 @@ class ColumnReplay {
             // TABLEREADY rises where the composer lets go of the frame two before, and is read a clock later.
             const std::int64_t end = bus.buffer->frame_end_cycle(number - 2);
             REQUIRE(end < frame.table_sent);
-            REQUIRE(end == log_.steps[static_cast<std::size_t>(number) - 2][static_cast<std::size_t>(
-                               bus.buffer->frame_end_step())]);
+            REQUIRE(end == log_.steps[static_cast<std::size_t>(number) - 2]
+                                     [static_cast<std::size_t>(bus.buffer->frame_end_step())]);
         }
         const auto& row = setup_.composers[r].rows[bus.frame];
         bus.buffer->begin_frame(number, row ? &*row : nullptr, frame.table_cycle, now_);
@@ -224,8 +227,8 @@ class ColumnReplay {
         ++met_.slots_unknown;
         REQUIRE(bus.slot.not_before <= burst.slot_clock);
         // It hangs on a step of the column: the slot is taken a clock behind it.
-        const std::int64_t step = log_.steps[static_cast<std::size_t>(bus.slot.frame)]
-                                            [static_cast<std::size_t>(bus.slot.step)];
+        const std::int64_t step =
+            log_.steps[static_cast<std::size_t>(bus.slot.frame)][static_cast<std::size_t>(bus.slot.step)];
         REQUIRE(std::max(bus.earliest, step + 1) == burst.slot_clock);
         if (random_.one_in(4)) wait_for(bus.slot.frame, bus.slot.step);
     }
@@ -246,8 +249,8 @@ class ColumnReplay {
         const NaiveBeat& beat = burst.beats[bus.beat - 1];
         REQUIRE(bus.buffer->newest_arrival_cycle() == beat.cycle + 1);
         REQUIRE(bus.buffer->planned_pixels() == beat.first_pixel + beat.pixels);
-        const auto verdict = bus.buffer->busready_in_burst(bus.buffer->planned_pixels(),
-                                                           bus.buffer->newest_arrival_cycle(), beat.remaining, now_);
+        const auto verdict = bus.buffer->busready_in_burst(
+            bus.buffer->planned_pixels(), bus.buffer->newest_arrival_cycle(), beat.remaining, now_);
         REQUIRE(verdict != tlm::BufferTime::Verdict::kUndecided);
         check_verdict(r, beat, verdict);
         go_on(r);
@@ -280,8 +283,8 @@ class ColumnReplay {
                 // What is on its way when BUSREADY falls is sent without a look at it.
                 const bool looks = may_cut && (burst.drop_clock < 0 || beat.cycle < burst.drop_clock);
                 if (looks) {
-                    const auto verdict =
-                        bus.buffer->busready_in_burst(run.first_pixel + run.pixels, beat.cycle + 1, beat.remaining, now_);
+                    const auto verdict = bus.buffer->busready_in_burst(run.first_pixel + run.pixels,
+                                                                       beat.cycle + 1, beat.remaining, now_);
                     undecided = verdict == tlm::BufferTime::Verdict::kUndecided;
                     if (!undecided) check_verdict(r, beat, verdict);
                 }
@@ -368,7 +371,9 @@ class ColumnReplay {
 
     // ---- checks ----
 
-    const std::vector<std::int64_t>& steps_of(int frame) const { return log_.steps[static_cast<std::size_t>(frame)]; }
+    const std::vector<std::int64_t>& steps_of(int frame) const {
+        return log_.steps[static_cast<std::size_t>(frame)];
+    }
 
     void check_column() {
         const int newest = column_.newest_frame();
@@ -377,7 +382,8 @@ class ColumnReplay {
         if (newest + 1 < setup_.frames) {
             REQUIRE(steps_of(newest + 1).front() > known);
             const std::int64_t step = random_.between(0, static_cast<int>(column_.last_step()));
-            REQUIRE(column_.not_before(newest + 1, step, now_) <= steps_of(newest + 1)[static_cast<std::size_t>(step)]);
+            REQUIRE(column_.not_before(newest + 1, step, now_) <=
+                    steps_of(newest + 1)[static_cast<std::size_t>(step)]);
             if (random_.one_in(4)) wait_for(newest + 1, step);
         }
         if (newest < 0) return;
@@ -439,7 +445,8 @@ class ColumnReplay {
     }
 
     static std::int64_t through(const std::vector<std::int64_t>& clocks, std::int64_t end) {
-        return std::count_if(clocks.begin(), clocks.end(), [end](std::int64_t clock) { return clock <= end; });
+        return std::count_if(clocks.begin(), clocks.end(),
+                             [end](std::int64_t clock) { return clock <= end; });
     }
 
     void finish() {
@@ -460,8 +467,10 @@ class ColumnReplay {
                 REQUIRE(buffer.arrived(frame, end_) == arrived);
             }
             if (started >= 0) {
-                const std::int64_t position = column_.frame(started).step_at(end_) - static_cast<std::int64_t>(r);
-                buffer.close_frame(started, std::clamp<std::int64_t>(position, 0, column_.raster_pixels()), end_);
+                const std::int64_t position =
+                    column_.frame(started).step_at(end_) - static_cast<std::int64_t>(r);
+                buffer.close_frame(started, std::clamp<std::int64_t>(position, 0, column_.raster_pixels()),
+                                   end_);
                 check_starved(r, started, end_);
             }
             const std::int64_t stalled = column_.stalled_cycles_for(static_cast<int>(r), end_);
@@ -480,7 +489,8 @@ class ColumnReplay {
             REQUIRE(counters.busready_drops == through(log.drops, end_));
             REQUIRE(counters.stalled_cycles == through(log.stalls, end_));
             int high_water = 0;
-            for (std::int64_t clock = 0; clock < static_cast<std::int64_t>(log.held.size()) && clock <= end_; ++clock) {
+            for (std::int64_t clock = 0; clock < static_cast<std::int64_t>(log.held.size()) && clock <= end_;
+                 ++clock) {
                 high_water = std::max(high_water, log.held[static_cast<std::size_t>(clock)]);
             }
             REQUIRE(counters.buffer_high_water == high_water);
@@ -553,7 +563,8 @@ inline NaiveSetup random_setup(Random& random, const SetupRange& range) {
             composer.rows.emplace_back(row);
             if (row.dmultiple > 1) needed = std::max(needed, composer.ready_space_pixels + row.sdx);
         }
-        composer.capacity_pixels = needed + (random.one_in(3) ? 0 : random.between(0, range.most_spare_pixels));
+        composer.capacity_pixels =
+            needed + (random.one_in(3) ? 0 : random.between(0, range.most_spare_pixels));
         composer.burst_pixels = range.tight_bursts ? composer.ready_space_pixels + random.between(1, 40)
                                                    : random.between(1, 2 * composer.ready_space_pixels);
         composer.longest_run = random.between(1, 8);
@@ -572,8 +583,9 @@ inline ColumnReplay::Met replay_random_columns(std::uint64_t seed, int cases, co
     for (int i = 0; i < cases; ++i) {
         const NaiveSetup setup = random_setup(random, range);
         const NaiveColumnLog log = NaiveColumn(setup, random.bits()).run();
-        INFO("case " << i << ": " << setup.composers.size() << " composers, " << setup.frames << " frames, raster "
-                     << setup.raster.width << " x " << setup.raster.height << ", " << log.clocks << " clocks");
+        INFO("case " << i << ": " << setup.composers.size() << " composers, " << setup.frames
+                     << " frames, raster " << setup.raster.width << " x " << setup.raster.height << ", "
+                     << log.clocks << " clocks");
         REQUIRE(log.finished);
         const std::int64_t end =
             random.one_in(2) ? log.clocks + 5 : random.between(0, static_cast<int>(log.clocks));

@@ -194,7 +194,8 @@ class NaiveColumn {
                 if (before[r].stall) log_.composers[r].stalls.push_back(clock_);
                 continue;
             }
-            const bool start = !composers_[r].running && (r == 0 ? before[0].pipeready : before[r - 1].startframe);
+            const bool start =
+                !composers_[r].running && (r == 0 ? before[0].pipeready : before[r - 1].startframe);
             if (composers_[r].running) composite(r);
             if (start) {
                 composers_[r].running = true;
@@ -319,8 +320,10 @@ class NaiveColumn {
         c.wires.tableready = c.kept.size() < 2;
         for (const auto& frame : c.kept) {
             // What the frame before it holds is let go of before this one can start.
-            const bool full = c.setup->capacity_pixels - static_cast<int>(frame->arrived) < c.setup->ready_space_pixels;
-            const bool whole = !frame->has_row || frame->arrived == static_cast<std::int64_t>(frame->pixels.size());
+            const bool full =
+                c.setup->capacity_pixels - static_cast<int>(frame->arrived) < c.setup->ready_space_pixels;
+            const bool whole =
+                !frame->has_row || frame->arrived == static_cast<std::int64_t>(frame->pixels.size());
             if (frame->table_complete && !frame->prefetched && (whole || full)) {
                 frame->prefetched = true;
                 log_.composers[r].frames[static_cast<std::size_t>(frame->number)].prefetched = clock_;
