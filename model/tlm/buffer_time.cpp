@@ -194,6 +194,7 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
     }
     state.closed = true;
     settle(now, now);
+    tell_decline(state, now);
     std::vector<StarvedRun>& starved = state.starved;
     std::sort(starved.begin(), starved.end(), [](const StarvedRun& a, const StarvedRun& b) {
         return std::tie(a.y, a.x_first) < std::tie(b.y, b.x_first);
@@ -219,6 +220,20 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
         replayed -= is_replay(state.segment, run.y) ? run.x_last - run.x_first + 1 : 0;
     }
     counters_.replayed_pixels += replayed;
+}
+
+/// Behind the segment's last pixel, if nothing of the next frame follows, no run of beats shows the level.
+void BufferTime::tell_decline(const Frame& frame, std::int64_t now) const {
+    constexpr std::int64_t kPoints = 16;
+    const std::int64_t end = std::min(frame_end_cycle(frame.number), now);
+    const bool next_follows = frame.number != newest_frame_ && planned_pixels() > 0;
+    if (!on_level_ || next_follows || frame.planned < frame.pixels || newest_arrival_ >= end) {
+        return;
+    }
+    for (std::int64_t point = 1; point <= kPoints; ++point) {
+        const std::int64_t cycle = newest_arrival_ + (end - newest_arrival_) * point / kPoints;
+        on_level_(cycle, static_cast<int>(frame.pixels - released(frame, cycle)));
+    }
 }
 
 bool BufferTime::is_replay(const Segment& segment, int y) const {

@@ -102,7 +102,8 @@ class BufferTime {
 
     // ---- counting ----
 
-    /// Called with what is held before and behind each run of beats, once that is settled.
+    /// Called with what is held before and behind each run of beats and as a frame runs out, in order of time,
+    /// once that is settled.
     void on_level(std::function<void(std::int64_t cycle, int held_pixels)> callback) {
         on_level_ = std::move(callback);
     }
@@ -152,6 +153,7 @@ class BufferTime {
     bool is_settled(const Run& run, std::int64_t now) const;
     void settle(std::int64_t through_cycle, std::int64_t now);
     void count_run(const Run& run);
+    void tell_decline(const Frame& frame, std::int64_t now) const;
     void count_high_water(const Run& run);
     int held_with(const Run& run, int pixels, std::int64_t cycle) const;
     void count_starved_and_late(const Run& run, bool count_late);

@@ -106,6 +106,9 @@ void ColumnTime::advance(std::int64_t now) {
         const std::int64_t next_cycle = time.extrapolated_cycle(arrival.step + 1);
         if (time.delay_step(arrival.step + 1, arrival.cycle + 1) > 0) {
             count_stall(-1, next_cycle, arrival.cycle);
+            if (on_stall_) {
+                on_stall_(newest_frame_, next_cycle, arrival.cycle);
+            }
         }
     }
     time.set_last_known_step(blocked);

@@ -110,6 +110,11 @@ class ColumnTime {
     /// The last composer's output framebuffer takes the newest frame's last pixel in this step.
     std::int64_t last_step() const { return renderers_ + raster_pixels_; }
 
+    /// Called with each stretch of clocks in which the column stands still.
+    void on_stall(std::function<void(int frame, std::int64_t first, std::int64_t last)> callback) {
+        on_stall_ = std::move(callback);
+    }
+
     /// The clocks of a frame's first pixel in the top composer and of its last one in the bottom one; the frame
     /// must have been composited.
     std::int64_t first_pixel_cycle(int frame) const { return spans_[static_cast<std::size_t>(frame)].first; }
@@ -160,6 +165,7 @@ class ColumnTime {
     std::priority_queue<Arrival, std::vector<Arrival>, std::greater<>> arrivals_;
     std::vector<std::pair<std::int64_t, std::int64_t>> spans_;  ///< by frame
     std::vector<Waiter> waiters_;                               ///< a heap, the earliest first
+    std::function<void(int, std::int64_t, std::int64_t)> on_stall_;
     std::int64_t stalled_cycles_ = 0;
     std::vector<std::int64_t> stalled_for_;
     std::vector<Stall> newest_stalls_;  ///< counted already, perhaps beyond the present

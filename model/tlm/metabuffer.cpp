@@ -66,6 +66,11 @@ void Metabuffer::make_display_side() {
     for (std::size_t d = 0; d < displays(); ++d) {
         columns_.push_back(
             std::make_unique<ColumnTime>(static_cast<int>(renderers()), raster_pixels, may_stall));
+        if (options_.observer != nullptr) {
+            columns_.back()->on_stall([this, d](int frame, std::int64_t first, std::int64_t last) {
+                options_.observer->column_stall(static_cast<int>(d) + 1, frame, {first, last});
+            });
+        }
         output_framebuffers_.push_back(
             std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(), scenario_,
                                                 *columns_.back(), *swap_lock_, first_cycle_));

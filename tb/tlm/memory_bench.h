@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+
+#include "scenario/scenario.h"
+#include "socket_bench.h"
+
+namespace metabuffer::test {
+
+inline MemoryConfig memory_config(int page_words, int page_miss_cycles) {
+    MemoryConfig config;
+    config.page_words = page_words;
+    config.page_miss_cycles = page_miss_cycles;
+    return config;
+}
+
+struct Access {
+    bool page_miss = false;
+    int wait_cycles = 0;
+    int words = 0;
+    friend bool operator==(const Access& a, const Access& b) {
+        return a.page_miss == b.page_miss && a.wait_cycles == b.wait_cycles && a.words == b.words;
+    }
+};
+
+/// Asks a memory the way an input framebuffer does.
+class MemoryUser {
+  public:
+    Initiator initiator{"memory_user"};
+
+    Access access(std::int64_t word, int words, bool new_frame = false, bool peek = false) {
+        message_.payload().set_address(static_cast<sc_dt::uint64>(word) * 8);
+        message_.payload().set_data_length(static_cast<unsigned>(words) * 8);
+        *message_ = tlm::MemoryAccess{};
+        message_->new_frame = new_frame;
+        message_->peek = peek;
+        all_ok = initiator.send(message_.payload()) == ::tlm::TLM_OK_RESPONSE && all_ok;
+        return {message_->page_miss, message_->wait_cycles, message_->words};
+    }
+    Access peek(std::int64_t word, int words) { return access(word, words, false, true); }
+
+    bool all_ok = true;
+
+  private:
+    tlm::Message<tlm::MemoryAccess> message_;
+};
+
+}  // namespace metabuffer::test
