@@ -45,7 +45,8 @@ TEST_CASE("bus: a transfer goes to the composer of the display that the address 
         CHECK(dut.framebuffer.send(payload) == ::tlm::TLM_OK_RESPONSE);
         CHECK(dut.transfer->pixels_taken == display);  // the answer comes back in the transfer
         for (int other = 1; other <= kDisplays; ++other) {
-            CHECK(dut.composers[static_cast<std::size_t>(other) - 1]->transports == (other <= display ? 1 : 0));
+            CHECK(dut.composers[static_cast<std::size_t>(other) - 1]->transports ==
+                  (other <= display ? 1 : 0));
         }
     }
 }

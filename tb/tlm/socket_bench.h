@@ -1,10 +1,11 @@
 #pragma once
 
+#include <tlm_utils/passthrough_target_socket.h>
+#include <tlm_utils/simple_initiator_socket.h>
+
 #include <functional>
 #include <string>
 #include <systemc>
-#include <tlm_utils/passthrough_target_socket.h>
-#include <tlm_utils/simple_initiator_socket.h>
 #include <utility>
 
 #include "tlm/payload.h"
@@ -24,7 +25,8 @@ class Initiator final : public sc_core::sc_module {
     ::tlm::tlm_response_status send(::tlm::tlm_generic_payload& payload) {
         sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
         socket->b_transport(payload, delay);
-        return delay == sc_core::SC_ZERO_TIME ? payload.get_response_status() : ::tlm::TLM_GENERIC_ERROR_RESPONSE;
+        return delay == sc_core::SC_ZERO_TIME ? payload.get_response_status()
+                                              : ::tlm::TLM_GENERIC_ERROR_RESPONSE;
     }
 
     using Notice = std::function<void(::tlm::tlm_generic_payload&, const ::tlm::tlm_phase&)>;

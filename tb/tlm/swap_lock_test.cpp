@@ -6,6 +6,7 @@
 
 #include "random_seed.h"
 #include "scenario/scenario.h"
+#include "tlm/column_time.h"
 
 namespace metabuffer::test {
 namespace {
@@ -33,9 +34,14 @@ using Lengths = std::vector<std::vector<int>>;
 /// The output framebuffers and the swap lock edge by edge, with two registers at each crossing.
 class NaiveSwaps {
   public:
-    NaiveSwaps(std::int64_t core_period, std::int64_t dvi_period, int width, int height, const Lengths& lengths)
-        : core_period_(core_period), dvi_period_(dvi_period), line_clocks_(width + 80), height_(height),
-          lengths_(lengths), done_(lengths.front().size(), false) {
+    NaiveSwaps(std::int64_t core_period, std::int64_t dvi_period, int width, int height,
+               const Lengths& lengths)
+        : core_period_(core_period),
+          dvi_period_(dvi_period),
+          line_clocks_(width + 80),
+          height_(height),
+          lengths_(lengths),
+          done_(lengths.front().size(), false) {
         const std::int64_t reset_ends = 2 * core_period - core_period / 2;
         while (first_dvi_edge_ * dvi_period < reset_ends) ++first_dvi_edge_;
         line_ = 6 + height + 1;  // the link comes up with a vertical sync
@@ -64,12 +70,12 @@ class NaiveSwaps {
   private:
     void core_edge(std::int64_t clock, bool swapped) {
         if (clock < 2) return;  // reset
-        const bool seen = core_sync_[1];
         core_sync_[1] = core_sync_[0];
         core_sync_[0] = swapped;
         const bool synchronized = core_sync_[1];
-        (void)seen;
-        if (synchronized_before_(synchronized)) {
+        const bool rises = synchronized && !last_synchronized_;
+        last_synchronized_ = synchronized;
+        if (rises) {
             done_.assign(done_.size(), false);
             ready_ = true;
             pipeready_ = clock;
@@ -95,11 +101,6 @@ class NaiveSwaps {
         bool all = true;
         for (const bool done : done_) all = all && done;
         next_swaplock_ = all && !synchronized;
-    }
-    bool synchronized_before_(bool now) {
-        const bool rises = now && !last_synchronized_;
-        last_synchronized_ = now;
-        return rises;
     }
 
     void dvi_edge(std::int64_t edge, bool swaplock, std::int64_t time) {
@@ -174,7 +175,8 @@ void compare(Random& random, double core_mhz, double dvi_mhz) {
     for (int frame = 0; frame < scenario.frames; ++frame) {
         lengths.emplace_back();
         const int longest = random.one_in(2) ? 5 : 4000;
-        for (int d = 0; d < scenario.displays.count(); ++d) lengths.back().push_back(random.between(3, 3 + longest));
+        for (int d = 0; d < scenario.displays.count(); ++d)
+            lengths.back().push_back(random.between(3, 3 + longest));
     }
     NaiveSwaps naive(core_period, dvi_period, scenario.displays.width_pixels, scenario.displays.height_pixels,
                      lengths);
@@ -189,7 +191,8 @@ void compare(Random& random, double core_mhz, double dvi_mhz) {
         REQUIRE(lock.end_picoseconds() == tlm::kUnknownCycle);
         for (int d = 0; d < scenario.displays.count(); ++d) {
             REQUIRE(listeners.front().swaps.size() == static_cast<std::size_t>(frame));
-            lock.frame_done(frame, naive.done_clocks[static_cast<std::size_t>(frame)][static_cast<std::size_t>(d)]);
+            lock.frame_done(frame,
+                            naive.done_clocks[static_cast<std::size_t>(frame)][static_cast<std::size_t>(d)]);
         }
         REQUIRE(listeners.front().swaps.size() == static_cast<std::size_t>(frame) + 1);
         const Swap& swap = listeners.front().swaps.back();

@@ -20,14 +20,14 @@ TEST_CASE(
     const auto seed = random_seed(501);
     INFO("METABUFFER_SEED=" << seed);
     const ColumnReplay::Met met = replay_random_columns(seed, 500, SetupRange{});
-    CHECK(met.starved > 1000);
-    CHECK(met.late > 1000);
-    CHECK(met.replayed > 1000);
+    CHECK(met.starved > 200);
+    CHECK(met.late > 200);
+    CHECK(met.replayed > 200);
     CHECK(met.stalled == 0);
     CHECK(met.bursts > 1000);
-    CHECK(met.slots_unknown > 100);
-    CHECK(met.ahead > 1000);
-    CHECK(met.callbacks > 1000);
+    CHECK(met.slots_unknown > 30);
+    CHECK(met.ahead > 200);
+    CHECK(met.callbacks > 200);
     CHECK(met.levels > 1000);
 }
 
@@ -39,10 +39,10 @@ TEST_CASE("buffer time: in stall mode the column stands still until the pixel is
     const ColumnReplay::Met met = replay_random_columns(seed, 500, range);
     CHECK(met.starved == 0);
     CHECK(met.late == 0);
-    CHECK(met.stalled > 1000);
-    CHECK(met.replayed > 1000);
-    CHECK(met.slots_unknown > 100);
-    CHECK(met.callbacks > 1000);
+    CHECK(met.stalled > 200);
+    CHECK(met.replayed > 200);
+    CHECK(met.slots_unknown > 30);
+    CHECK(met.callbacks > 200);
 }
 
 TEST_CASE("buffer time: a burst beyond the ready space goes on while the beat on its way and one more fit") {
@@ -56,8 +56,8 @@ TEST_CASE("buffer time: a burst beyond the ready space goes on while the beat on
         INFO((stall ? "stall" : "glitch") << " mode");
         range.stall = stall;
         const ColumnReplay::Met met = replay_random_columns(seed + (stall ? 1 : 0), 500, range);
-        CHECK(met.drops > 300);
-        CHECK(met.undecided > 30);
+        CHECK(met.drops > 100);
+        CHECK(met.undecided > 5);
     }
 }
 
@@ -74,7 +74,23 @@ TEST_CASE("buffer time: wide rasters of small rows and many frames count like na
         INFO((stall ? "stall" : "glitch") << " mode");
         range.stall = stall;
         const ColumnReplay::Met met = replay_random_columns(seed + (stall ? 1 : 0), 200, range);
-        CHECK((stall ? met.stalled : met.starved) > 500);
+        CHECK((stall ? met.stalled : met.starved) > 50);
+    }
+}
+
+TEST_CASE(
+    "buffer time: the level told is what the buffer holds at that clock and levels come in order of time") {
+    const auto seed = random_seed(507);
+    INFO("METABUFFER_SEED=" << seed);
+    for (const bool stall : {false, true}) {
+        INFO((stall ? "stall" : "glitch") << " mode");
+        SetupRange range;
+        range.stall = stall;
+        const ColumnReplay::Met met = replay_random_columns(seed, 200, range);
+        INFO("first wrong: " << met.first_wrong_level);
+        CHECK(met.levels > 1000);
+        CHECK(met.wrong_levels == 0);
+        CHECK(met.unordered_levels == 0);
     }
 }
 

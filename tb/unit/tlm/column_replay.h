@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "tlm/buffer_time.h"
@@ -34,14 +35,16 @@ class ColumnReplay {
             config.raster_height_pixels = setup.raster.height;
             buses_.emplace_back();
             buses_.back().buffer = std::make_unique<tlm::BufferTime>(config, column_);
-            buses_.back().buffer->on_level([this, r](std::int64_t cycle, int held) {
-                INFO("composer " << r << ", level at clock " << cycle);
-                const std::vector<int>& truth = log_.composers[r].held;
-                REQUIRE(cycle < static_cast<std::int64_t>(truth.size()));
-                REQUIRE(held == truth[static_cast<std::size_t>(cycle)]);
-                ++levels_checked_;
-            });
+            buses_.back().buffer->on_level(
+                [this, r](std::int64_t cycle, int held) { check_level(r, cycle, held); });
         }
+        column_.on_stall([this](int frame, std::int64_t first, std::int64_t last) {
+            REQUIRE(frame == column_.newest_frame());
+            for (std::int64_t clock = first; clock <= last; ++clock) {
+                INFO("stalled at clock " << clock);
+                REQUIRE(std::binary_search(log_.stalls.begin(), log_.stalls.end(), clock));
+            }
+        });
         pipeready_event_ = log.pipeready.front();
         tell_pipeready();
     }
@@ -63,6 +66,9 @@ class ColumnReplay {
         int ahead = 0;
         int callbacks = 0;
         int levels = 0;
+        int wrong_levels = 0;      ///< not what is held at that clock
+        int unordered_levels = 0;  ///< earlier than one told before
+        std::string first_wrong_level;
         std::int64_t starved = 0;
         std::int64_t late = 0;
         std::int64_t replayed = 0;
@@ -75,6 +81,9 @@ class ColumnReplay {
             ahead += o.ahead;
             callbacks += o.callbacks;
             levels += o.levels;
+            wrong_levels += o.wrong_levels;
+            unordered_levels += o.unordered_levels;
+            if (first_wrong_level.empty()) first_wrong_level = o.first_wrong_level;
             starved += o.starved;
             late += o.late;
             replayed += o.replayed;
@@ -82,11 +91,7 @@ class ColumnReplay {
             return *this;
         }
     };
-    Met met() const {
-        Met met = met_;
-        met.levels = levels_checked_;
-        return met;
-    }
+    const Met& met() const { return met_; }
 
   private:
     static constexpr std::int64_t kNever = tlm::kUnknownCycle;
@@ -99,6 +104,7 @@ class ColumnReplay {
         std::size_t beat = 0;  ///< not 0: BUSREADY is not known yet, look again
         std::int64_t earliest = 0;
         tlm::SlotTime slot;
+        std::int64_t newest_level = -1;
     };
 
     // ---- what comes next ----
@@ -429,6 +435,24 @@ class ColumnReplay {
         }
     }
 
+    void check_level(std::size_t r, std::int64_t cycle, int held) {
+        const std::vector<int>& truth = log_.composers[r].held;
+        // Behind the last clock simulated everything has been let go of.
+        const int wanted =
+            cycle < static_cast<std::int64_t>(truth.size()) ? truth[static_cast<std::size_t>(cycle)] : 0;
+        ++met_.levels;
+        if (held != wanted) {
+            ++met_.wrong_levels;
+            if (met_.first_wrong_level.empty()) {
+                met_.first_wrong_level = "composer " + std::to_string(r) + ", clock " +
+                                         std::to_string(cycle) + ": " + std::to_string(held) + " told, " +
+                                         std::to_string(wanted) + " held";
+            }
+        }
+        met_.unordered_levels += cycle < buses_[r].newest_level ? 1 : 0;
+        buses_[r].newest_level = cycle;
+    }
+
     /// The runs of a closed frame against the pixels that starved up to a clock.
     void check_starved(std::size_t r, int frame, std::int64_t through) {
         std::vector<StarvedRun> wanted;
@@ -518,7 +542,6 @@ class ColumnReplay {
     bool pipeready_told_ = false;
     std::int64_t pipeready_event_ = kNever;
     std::deque<Waiting> waiting_;
-    int levels_checked_ = 0;
     Met met_;
 };
 
@@ -592,6 +615,9 @@ inline ColumnReplay::Met replay_random_columns(std::uint64_t seed, int cases, co
         ColumnReplay replay(setup, log, end, random.bits());
         replay.run();
         met += replay.met();
+        if (met.wrong_levels > 0 && met.first_wrong_level.rfind("case", 0) != 0) {
+            met.first_wrong_level = "case " + std::to_string(i) + ", " + met.first_wrong_level;
+        }
     }
     return met;
 }

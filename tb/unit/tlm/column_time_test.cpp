@@ -177,6 +177,22 @@ TEST_CASE("column time: two composers that wait for one clock each count it and 
     CHECK(column.stalled_cycles_for(2, 100) == 9);
 }
 
+TEST_CASE("column time: who waits for a pixel on its way waits no longer than that when another waits on") {
+    ColumnTime column(2, 50, true);
+    column.start(0, 30);
+    column.set_needed_step(0, 9);
+    column.add_arrival(1, 9, 47);
+    column.set_needed_step(1, kNoStep);
+    column.advance(31);
+    CHECK(column.frame(0).cycle_of(9) == 39);
+    CHECK(column.frame(0).cycle_of(10) == kUnknownCycle);
+    CHECK(column.stalled_cycles(45) == 6);
+    CHECK(column.stalled_cycles_for(1, 45) == 6);
+    CHECK(column.stalled_cycles(60) == 21);
+    CHECK(column.stalled_cycles_for(0, 60) == 21);
+    CHECK(column.stalled_cycles_for(1, 60) == 8);
+}
+
 TEST_CASE("column time: stalls far in the past are forgotten and still counted") {
     constexpr int kStalls = 3000;
     ColumnTime column(1, 2 * kStalls, true);
@@ -187,6 +203,9 @@ TEST_CASE("column time: stalls far in the past are forgotten and still counted")
         column.set_needed_step(0, i);
         column.add_arrival(0, i - 1, cycle + 2);
         column.advance(cycle);
+        column.advance(cycle);  // the stall that ends in the future is kept
+        REQUIRE(column.stalled_cycles(cycle) == 2 * i - 2);
+        REQUIRE(column.stalled_cycles(cycle + 1) == 2 * i - 1);
         cycle += 3;
         REQUIRE(column.frame(0).cycle_of(i) == cycle);
         REQUIRE(column.stalled_cycles(cycle) == 2 * i);
