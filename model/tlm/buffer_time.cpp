@@ -226,13 +226,17 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
 void BufferTime::tell_decline(const Frame& frame, std::int64_t now) const {
     constexpr std::int64_t kPoints = 16;
     const std::int64_t end = std::min(frame_end_cycle(frame.number), now);
-    const bool next_follows = frame.number != newest_frame_ && planned_pixels() > 0;
+    bool next_follows = false;
+    for (int next = frame.number + 1; next <= newest_frame_; ++next) {
+        next_follows = next_follows || slot(next).planned > 0;
+    }
     if (!on_level_ || next_follows || frame.planned < frame.pixels || newest_arrival_ >= end) {
         return;
     }
     for (std::int64_t point = 1; point <= kPoints; ++point) {
         const std::int64_t cycle = newest_arrival_ + (end - newest_arrival_) * point / kPoints;
-        on_level_(cycle, static_cast<int>(frame.pixels - released(frame, cycle)));
+        on_level_(cycle, static_cast<int>(frame.pixels - released(frame, cycle) +
+                                          held_of_previous(frame.number, cycle)));
     }
 }
 
