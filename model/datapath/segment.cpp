@@ -7,7 +7,6 @@ namespace metabuffer {
 Segment::Segment(const ViewportRow& row, int raster_width_pixels, int raster_height_pixels)
     : row_(row),
       raster_width_(raster_width_pixels),
-      raster_height_(raster_height_pixels),
       left_(std::max<int>(0, row.dx)),
       right_(std::min(raster_width_pixels, row.dx + row.sdx * row.dmultiple)),
       top_(std::max<int>(0, row.dy)),

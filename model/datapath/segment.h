@@ -46,7 +46,6 @@ class Segment {
   private:
     ViewportRow row_;
     int raster_width_ = 0;
-    int raster_height_ = 0;
     int left_ = 0;
     int right_ = 0;
     int top_ = 0;

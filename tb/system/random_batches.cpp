@@ -8,6 +8,8 @@
 namespace metabuffer::test {
 namespace {
 
+constexpr int kQuickBatches = 10;
+
 class RandomBatch final : public Catch::ITestInvoker {
   public:
     RandomBatch(int batch, std::function<void(const std::vector<std::uint64_t>&)> run)
@@ -37,10 +39,11 @@ bool register_random_batches(const std::string& name,
     for (int batch = 0; batch < kBatches; ++batch) {
         const std::string seeds = " of seeds " + std::to_string(batch * kMachinesPerBatch + 1) + " to " +
                                   std::to_string((batch + 1) * kMachinesPerBatch);
+        // The sanitizers run the first batches only; the others are more of the same.
+        const std::string tags = batch < kQuickBatches ? "[system][random]" : "[system][random][slow]";
         // Registers in its constructor, as the macro does for a function.
         const Catch::AutoReg registration(new RandomBatch(batch, run), CATCH_INTERNAL_LINEINFO,
-                                          Catch::StringRef(),
-                                          Catch::NameAndTags{name + seeds, "[system][random]"});
+                                          Catch::StringRef(), Catch::NameAndTags{name + seeds, tags});
     }
     return true;
 }
