@@ -1,6 +1,7 @@
 #include "tlm/buffer_time.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <tuple>
 
 namespace metabuffer::tlm {
@@ -329,6 +330,9 @@ const ComposerCounters& BufferTime::finish(std::int64_t through_cycle, std::int6
 }
 
 void BufferTime::count_run(const Run& run) {
+    if (!keeps(run.frame)) {
+        throw std::logic_error("beats of a frame that is forgotten have not been counted");
+    }
     count_high_water(run);
     if (on_level_) {
         on_level_(run.first_arrival - 1, held_with(run, 0, run.first_arrival - 1));

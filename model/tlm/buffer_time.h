@@ -61,8 +61,6 @@ class BufferTime {
 
     /// What BUSREADY does to beats of a burst.
     enum class Verdict : std::uint8_t { kTaken, kDropped, kUndecided };
-    /// The burst can be cut: the ready space is smaller than a burst of so many pixels.
-    bool may_cut(int burst_pixels) const { return config_.ready_space_pixels < burst_pixels; }
     /// Whether BUSREADY stays high in a burst at the clock `sampled` in which all but the frame's pixels from
     /// `first_missing` on have been sampled, with `remaining` pixels of the burst behind them.
     Verdict busready_in_burst(std::int64_t first_missing, std::int64_t sampled, int remaining,
@@ -77,10 +75,6 @@ class BufferTime {
     void add(const BeatRun& beats, std::int64_t granted, std::int64_t now);
     /// From when on another slot is taken, given the first clock in which BUSREADY counts all that was sent.
     SlotTime slot_time(std::int64_t earliest, std::int64_t now) const;
-    /// BUSREADY may answer for the next slot while the burst's last beat, of so many pixels, is on its way.
-    bool slot_fits_behind(int last_beat_pixels) const {
-        return config_.capacity_pixels - last_beat_pixels >= config_.ready_space_pixels;
-    }
 
     // ---- the pipeline side ----
 

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <tlm_utils/passthrough_target_socket.h>
-#include <tlm_utils/simple_initiator_socket.h>
-
 #include <memory>
 #include <systemc>
 #include <vector>
+
+#include "tlm/payload.h"
 
 namespace metabuffer::tlm {
 
@@ -14,8 +13,8 @@ namespace metabuffer::tlm {
 /// of its own.
 class Bus final : public sc_core::sc_module {
   public:
-    ::tlm_utils::passthrough_target_socket<Bus> framebuffer_socket{"framebuffer_socket"};  ///< BusTransfer
-    using ComposerSocket = ::tlm_utils::simple_initiator_socket<Bus>;
+    TargetSocket<Bus, BusTransfer> framebuffer_socket{"framebuffer_socket"};  ///< BusTransfer
+    using ComposerSocket = InitiatorSocket<Bus, BusTransfer>;
 
     Bus(const sc_core::sc_module_name& name, int displays);
 

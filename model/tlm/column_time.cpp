@@ -122,10 +122,12 @@ void ColumnTime::count_stall(int renderer, std::int64_t first, std::int64_t last
 /// Only a stall that ends in the future can be cut short by the end of the run.
 void ColumnTime::forget_stalls(std::int64_t now) {
     constexpr std::size_t kMany = 1024;
-    if (newest_stalls_.size() >= kMany) {
+    if (newest_stalls_.size() >= forget_at_) {
         newest_stalls_.erase(std::remove_if(newest_stalls_.begin(), newest_stalls_.end(),
                                             [now](const Stall& stall) { return stall.last <= now; }),
                              newest_stalls_.end());
+        // Where most of them are still to come, looking at all of them each time would take for ever.
+        forget_at_ = std::max(kMany, 2 * newest_stalls_.size());
     }
 }
 

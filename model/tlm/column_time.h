@@ -168,6 +168,7 @@ class ColumnTime {
     std::function<void(int, std::int64_t, std::int64_t)> on_stall_;
     std::int64_t stalled_cycles_ = 0;
     std::vector<std::int64_t> stalled_for_;
+    std::size_t forget_at_ = 0;         ///< so many of them are worth a look
     std::vector<Stall> newest_stalls_;  ///< counted already, perhaps beyond the present
 };
 

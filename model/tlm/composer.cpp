@@ -189,7 +189,6 @@ void Composer::start_column(int frame, std::int64_t cycle) {
 
 ::tlm::tlm_sync_enum Composer::take_startframe(::tlm::tlm_generic_payload& payload,
                                                ::tlm::tlm_phase& /*phase*/, sc_core::sc_time& /*delay*/) {
-    ++content_of<PipelineFrame>(payload).cycle;
     start_frame(payload);
     return ::tlm::TLM_ACCEPTED;
 }

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <tlm_utils/passthrough_target_socket.h>
-#include <tlm_utils/simple_initiator_socket.h>
-
 #include <array>
 #include <cstdint>
 #include <string>
@@ -26,10 +23,9 @@ namespace metabuffer::tlm {
 /// the pipeline.
 class Composer final : public sc_core::sc_module {
   public:
-    ::tlm_utils::passthrough_target_socket<Composer> bus_socket{"bus_socket"};  ///< BusTransfer, BusNotice
-    ::tlm_utils::passthrough_target_socket_optional<Composer> pipe_in_socket{
-        "pipe_in_socket"};                                                              ///< from above
-    ::tlm_utils::simple_initiator_socket<Composer> pipe_out_socket{"pipe_out_socket"};  ///< PipelineFrame
+    TargetSocket<Composer, BusTransfer> bus_socket{"bus_socket"};  ///< BusTransfer, BusNotice
+    OptionalTargetSocket<Composer, PipelineFrame> pipe_in_socket{"pipe_in_socket"};  ///< from above
+    InitiatorSocket<Composer, PipelineFrame> pipe_out_socket{"pipe_out_socket"};     ///< PipelineFrame
 
     struct Settings {
         int renderer = 0;  ///< place in the column, from 0; composer 0 is the PIPEMASTER

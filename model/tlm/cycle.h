@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <systemc>
 
 namespace metabuffer::tlm {
@@ -19,8 +20,12 @@ class ClockDomain {
     /// The edge at which a level that another domain changed at that time has passed the two registers of
     /// this domain. A change at an edge is captured by the next one.
     std::int64_t edge_seeing(std::int64_t picoseconds) const { return edge_at(picoseconds) + 2; }
-    /// Time from now to an edge that has not passed.
+    /// Time from now to an edge. Raises /metabuffer/tlm/past if that has passed.
     sc_core::sc_time until(std::int64_t edge) const {
+        if (picoseconds_of(edge) < static_cast<std::int64_t>(sc_core::sc_time_stamp().value())) {
+            SC_REPORT_ERROR("/metabuffer/tlm/past",
+                            ("clock " + std::to_string(edge) + " has passed").c_str());
+        }
         return sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(picoseconds_of(edge))) -
                sc_core::sc_time_stamp();
     }

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <tlm_utils/passthrough_target_socket.h>
-#include <tlm_utils/simple_initiator_socket.h>
-
 #include <array>
 #include <cstdint>
 #include <string>
@@ -20,9 +17,8 @@ namespace metabuffer::tlm {
 /// input framebuffer learns of it. The causes and clocks are those of level rtl.
 class DviDecoder final : public sc_core::sc_module {
   public:
-    ::tlm_utils::passthrough_target_socket<DviDecoder> link_socket{"link_socket"};  ///< DviFrame
-    ::tlm_utils::simple_initiator_socket<DviDecoder> framebuffer_socket{
-        "framebuffer_socket"};  ///< DecodedFrame
+    TargetSocket<DviDecoder, DviFrame> link_socket{"link_socket"};                       ///< DviFrame
+    InitiatorSocket<DviDecoder, DecodedFrame> framebuffer_socket{"framebuffer_socket"};  ///< DecodedFrame
 
     /// timing: the mode of the renderer's link.
     DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing);

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <tlm_utils/passthrough_target_socket.h>
-
 #include <functional>
 #include <systemc>
 #include <utility>
@@ -14,7 +12,7 @@ namespace metabuffer::tlm {
 /// A display, box E of the paper's Figure 1: takes the frames that have been on its DVI link.
 class DviDisplay final : public sc_core::sc_module {
   public:
-    ::tlm_utils::passthrough_target_socket<DviDisplay> dvi_socket{"dvi_socket"};  ///< ShownFrame
+    TargetSocket<DviDisplay, ShownFrame> dvi_socket{"dvi_socket"};  ///< ShownFrame
 
     explicit DviDisplay(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
         dvi_socket.register_b_transport(this, &DviDisplay::take_frame);

@@ -119,7 +119,6 @@ void DviSource::send_frame(std::int64_t edge) {
     if (has_fault(FaultKind::kCrc)) {
         flip_byte(frame.control, kControlCrcOffset);
     }
-    frame.sent_as = kind_;
     frame.image = &renderer_.image_of_pair(pair_);
     frame.active_lines = timing_.active_lines - (has_fault(FaultKind::kShortFrame) ? 1 : 0) +
                          (has_fault(FaultKind::kLongFrame) ? 1 : 0);

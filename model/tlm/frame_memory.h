@@ -1,7 +1,5 @@
 #pragma once
 
-#include <tlm_utils/passthrough_target_socket.h>
-
 #include <cstdint>
 #include <systemc>
 
@@ -17,7 +15,7 @@ namespace metabuffer::tlm {
 /// tb/examples/banked_memory.h.
 class FrameMemory final : public sc_core::sc_module {
   public:
-    ::tlm_utils::passthrough_target_socket<FrameMemory> socket{"socket"};
+    TargetSocket<FrameMemory, MemoryAccess> socket{"socket"};
 
     FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config);
 

@@ -308,6 +308,12 @@ BusTransfer& InputFramebuffer::transfer(int display) {
     bus_transfer_->frame = frames_started_ - 1;
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     bus_socket->b_transport(payload, delay);
+    if (!payload.is_response_ok()) {
+        SC_REPORT_ERROR("/metabuffer/input_framebuffer/bus",
+                        (std::string(name()) + ": a transfer to display " + std::to_string(display) +
+                         " was answered " + payload.get_response_string())
+                            .c_str());
+    }
     return *bus_transfer_;
 }
 
@@ -442,6 +448,15 @@ MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::in
     new_frame_ = false;
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     memory_socket->b_transport(payload, delay);
+    const MemoryAccess& answer = *memory_access_;
+    if (!payload.is_response_ok() || answer.words < 1 || answer.words > words || answer.wait_cycles < 0) {
+        // An architect's own memory may stand there; without progress the burst would never end.
+        SC_REPORT_ERROR("/metabuffer/input_framebuffer/memory",
+                        (std::string(name()) + ": its memory answered " + payload.get_response_string() +
+                         ", " + std::to_string(answer.words) + " of " + std::to_string(words) +
+                         " words after " + std::to_string(answer.wait_cycles) + " clocks")
+                            .c_str());
+    }
     return *memory_access_;
 }
 
@@ -566,6 +581,8 @@ void InputFramebuffer::ask_for_slot(Row& row) {
     row.slot = transfer(row.row.dcomp).slot;
 }
 
+/// A notice may come while this bus plans a burst of its own: what it has sent may start a column. It only
+/// changes what is known of rows that wait; run_bus() looks again behind each decision.
 ::tlm::tlm_sync_enum InputFramebuffer::take_notice(::tlm::tlm_generic_payload& payload,
                                                    ::tlm::tlm_phase& phase, sc_core::sc_time& /*delay*/) {
     const auto& notice = content_of<BusNotice>(payload);
@@ -679,13 +696,17 @@ std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
                 }
             }
             std::string composers;
-            for (const Row& row : rows_) {
-                if (row.sent < row.pixels) {
+            // A burst under way has been counted to its end.
+            const std::int64_t unsent = counters_.bus.pixels_sent - counters(through_cycle).bus.pixels_sent;
+            for (std::size_t i = 0; i < rows_.size(); ++i) {
+                const Row& row = rows_[i];
+                const bool in_burst = unsent > 0 && static_cast<int>(i) == burst_row_;
+                if (in_burst || row.sent < row.pixels) {
                     composers += (composers.empty() ? "" : ", ") + std::to_string(row.row.dcomp);
                 }
             }
             return "waits for BUSREADY of the composers of display " + composers + " with " +
-                   std::to_string(pixels_left_) + " pixels of frame " + frame + " to send";
+                   std::to_string(pixels_left_ + unsent) + " pixels of frame " + frame + " to send";
         }
         case State::kDone:
             return {};

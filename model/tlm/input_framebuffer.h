@@ -1,8 +1,5 @@
 #pragma once
 
-#include <tlm_utils/passthrough_target_socket.h>
-#include <tlm_utils/simple_initiator_socket.h>
-
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -33,11 +30,10 @@ namespace metabuffer::tlm {
 /// decision, and no further than run_limit, behind which the run may have ended.
 class InputFramebuffer final : public sc_core::sc_module {
   public:
-    ::tlm_utils::passthrough_target_socket<InputFramebuffer> link_socket{"link_socket"};  ///< DecodedFrame
-    sc_core::sc_out<bool> pair_request_o{"pair_request_o"};                               ///< DVI input clock
-    ::tlm_utils::simple_initiator_socket<InputFramebuffer> memory_socket{"memory_socket"};  ///< MemoryAccess
-    ::tlm_utils::simple_initiator_socket<InputFramebuffer> bus_socket{
-        "bus_socket"};  ///< BusTransfer, BusNotice
+    TargetSocket<InputFramebuffer, DecodedFrame> link_socket{"link_socket"};         ///< DecodedFrame
+    sc_core::sc_out<bool> pair_request_o{"pair_request_o"};                          ///< DVI input clock
+    InitiatorSocket<InputFramebuffer, MemoryAccess> memory_socket{"memory_socket"};  ///< MemoryAccess
+    InitiatorSocket<InputFramebuffer, BusTransfer> bus_socket{"bus_socket"};  ///< BusTransfer, BusNotice
 
     struct Settings {
         int renderer = 0;                  ///< index, from 0

@@ -86,7 +86,7 @@ Metabuffer::Memory Metabuffer::make_memory(const char* name, int renderer) const
         return options_.make_memory(name, scenario_, renderer);
     }
     auto memory = std::make_unique<FrameMemory>(name, scenario_.memory);
-    ::tlm::tlm_base_target_socket_b<>* const socket = &memory->socket;
+    AnyTargetSocket<MemoryAccess>* const socket = &memory->socket;
     return {std::move(memory), socket};
 }
 

@@ -34,10 +34,10 @@ namespace metabuffer::tlm {
 class Metabuffer final : public sc_core::sc_module {
   public:
     /// What takes the place of FrameMemory for a renderer (index, from 0): any module with a target socket that
-    /// answers MemoryAccess.
+    /// answers MemoryAccess, at once: it is asked from methods, and must not wait.
     struct Memory {
         std::unique_ptr<sc_core::sc_module> module;
-        ::tlm::tlm_base_target_socket_b<>* socket = nullptr;
+        AnyTargetSocket<MemoryAccess>* socket = nullptr;
     };
     struct Options {
         bool images = true;                    ///< false: no pixel is touched, on_frame_shown is not called
@@ -54,7 +54,8 @@ class Metabuffer final : public sc_core::sc_module {
     /// Called when a composited frame (from 0) has been shown in full for the first time on a display (from 1).
     void on_frame_shown(FrameShown callback) { on_frame_shown_ = std::move(callback); }
     /// Called once, when the scenario's last frame has been shown on every display or the watchdog has found
-    /// that nothing moves.
+    /// that nothing moves. What a machine does behind its end, if it stands beside others in one elaboration,
+    /// means nothing.
     void on_finished(std::function<void()> callback) { on_finished_ = std::move(callback); }
     bool finished() const { return finished_; }
 

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <tlm_utils/passthrough_target_socket.h>
-#include <tlm_utils/simple_initiator_socket.h>
-
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -23,8 +20,8 @@ namespace metabuffer::tlm {
 /// time at which they have been on the DVI link.
 class OutputFramebuffer final : public sc_core::sc_module, public SwapListener {
   public:
-    ::tlm_utils::passthrough_target_socket<OutputFramebuffer> pipe_socket{"pipe_socket"};  ///< PipelineFrame
-    ::tlm_utils::simple_initiator_socket<OutputFramebuffer> dvi_socket{"dvi_socket"};      ///< ShownFrame
+    TargetSocket<OutputFramebuffer, PipelineFrame> pipe_socket{"pipe_socket"};  ///< PipelineFrame
+    InitiatorSocket<OutputFramebuffer, ShownFrame> dvi_socket{"dvi_socket"};    ///< ShownFrame
 
     /// Scenario, column and swap lock must outlive the module. pipeready_cycle: the core clock in which
     /// PIPEREADY rises for the first time.

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <tlm_utils/passthrough_target_socket.h>
+#include <tlm_utils/simple_initiator_socket.h>
+
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
@@ -18,7 +21,7 @@
 /// everywhere; docs/transaction-level.md describes each socket.
 namespace metabuffer::tlm {
 
-/// An extension that is kept with its payload by who made both; it is not cloned.
+/// An extension that its Message owns, as it owns the payload.
 template <typename Self>
 class Extension : public ::tlm::tlm_extension<Self> {
   public:
@@ -66,15 +69,36 @@ Content& content_of(::tlm::tlm_generic_payload& payload) {
     return *content;
 }
 
+/// The protocol of a kind of boundary, by the extension that its payloads must have. The extensions and phases are
+/// not ignorable, so these are not the base protocol, and a socket binds to one of its own kind only.
+template <typename Content>
+struct Protocol {
+    using tlm_payload_type = ::tlm::tlm_generic_payload;
+    using tlm_phase_type = ::tlm::tlm_phase;
+};
+
+constexpr unsigned kSocketBits = 32;  ///< a parameter of every socket; nothing here depends on it
+template <typename Module, typename Content>
+using InitiatorSocket = ::tlm_utils::simple_initiator_socket<Module, kSocketBits, Protocol<Content>>;
+template <typename Module, typename Content>
+using TargetSocket = ::tlm_utils::passthrough_target_socket<Module, kSocketBits, Protocol<Content>>;
+template <typename Module, typename Content>
+using OptionalTargetSocket =
+    ::tlm_utils::passthrough_target_socket_optional<Module, kSocketBits, Protocol<Content>>;
+/// What any target socket of a protocol is, whatever its module.
+template <typename Content>
+using AnyTargetSocket =
+    ::tlm::tlm_base_target_socket_b<kSocketBits, ::tlm::tlm_fw_transport_if<Protocol<Content>>,
+                                    ::tlm::tlm_bw_transport_if<Protocol<Content>>>;
+
 /// DVI link, dvi_source to dvi_decoder: a frame, told when its first clock is on the link. The payload's data
 /// are the link words of its first scanline.
 struct DviFrame : Extension<DviFrame> {
-    FrameKind sent_as = FrameKind::kColour;  ///< which half of each word the image lines carry
-    const PixelImage* image = nullptr;       ///< lives as long as the scenario
-    std::vector<std::uint32_t> control;      ///< the control scanline as it is on the link
-    int active_lines = 0;                    ///< a fault may have changed it
-    int last_line_pixels = 0;                ///< likewise
-    std::int64_t first_edge = 0;             ///< DVI input clock of the frame's first clock
+    const PixelImage* image = nullptr;   ///< lives as long as the scenario
+    std::vector<std::uint32_t> control;  ///< the control scanline as it is on the link
+    int active_lines = 0;                ///< a fault may have changed it
+    int last_line_pixels = 0;            ///< likewise
+    std::int64_t first_edge = 0;         ///< DVI input clock of the frame's first clock
 };
 
 /// What the decoder has found, at the clock in which the input framebuffer reads it.

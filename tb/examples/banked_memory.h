@@ -1,7 +1,5 @@
 #pragma once
 
-#include <tlm_utils/passthrough_target_socket.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <systemc>
@@ -19,7 +17,7 @@ namespace metabuffer::examples {
 /// Between frames the banks close their pages, as the machine's memory does.
 class BankedMemory final : public sc_core::sc_module {
   public:
-    ::tlm_utils::passthrough_target_socket<BankedMemory> socket{"socket"};
+    tlm::TargetSocket<BankedMemory, tlm::MemoryAccess> socket{"socket"};
 
     /// banks: 1 or more. Page size and the price of a miss are those of the scenario's `memory`.
     BankedMemory(const sc_core::sc_module_name& name, const MemoryConfig& config, int banks)

@@ -13,15 +13,16 @@ namespace {
 constexpr int kDisplays = 3;
 
 struct BusBench {
-    Initiator framebuffer{"framebuffer"};
+    Initiator<tlm::BusTransfer> framebuffer{"framebuffer"};
     tlm::Bus bus{"bus", kDisplays};
-    std::vector<std::unique_ptr<Target>> composers;
+    std::vector<std::unique_ptr<Target<tlm::BusTransfer>>> composers;
     tlm::Message<tlm::BusTransfer> transfer;
 
     BusBench() {
         framebuffer.socket.bind(bus.framebuffer_socket);
         for (int display = 1; display <= kDisplays; ++display) {
-            composers.push_back(std::make_unique<Target>(("composer_" + std::to_string(display)).c_str()));
+            composers.push_back(
+                std::make_unique<Target<tlm::BusTransfer>>(("composer_" + std::to_string(display)).c_str()));
             bus.composer_socket(display).bind(composers.back()->socket);
         }
         elaborate();
@@ -73,7 +74,7 @@ TEST_CASE("bus: a composer's notice goes back to the input framebuffer with its 
 // ---- the smallest block of all ----
 
 TEST_CASE("dvi display: takes each frame as it is on the link") {
-    Initiator framebuffer("framebuffer");
+    Initiator<tlm::ShownFrame> framebuffer("framebuffer");
     tlm::DviDisplay display("display");
     framebuffer.socket.bind(display.dvi_socket);
     elaborate();

@@ -33,9 +33,9 @@ PixelImage test_image() {
 }
 
 struct DecoderBench {
-    Initiator source{"dvi_source"};
+    Initiator<tlm::DviFrame> source{"dvi_source"};
     tlm::DviDecoder decoder{"dvi_decoder", DviTiming{kWidth, kActiveLines}};
-    Target framebuffer{"input_framebuffer"};
+    Target<tlm::DecodedFrame> framebuffer{"input_framebuffer"};
     PixelImage image = test_image();
     tlm::Message<tlm::DviFrame> frame;
     std::vector<tlm::DecodedFrame> decoded;
@@ -50,7 +50,6 @@ struct DecoderBench {
 
     void make(FrameKind kind, std::uint32_t number, const ViewportTable& table = {}) {
         *frame = tlm::DviFrame{};
-        frame->sent_as = kind;
         frame->image = &image;
         frame->control = control_line(kWidth, kind, number, table);
         frame->active_lines = kActiveLines;

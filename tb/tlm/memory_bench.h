@@ -26,7 +26,7 @@ struct Access {
 /// Asks a memory the way an input framebuffer does.
 class MemoryUser {
   public:
-    Initiator initiator{"memory_user"};
+    Initiator<tlm::MemoryAccess> initiator{"memory_user"};
 
     Access access(std::int64_t word, int words, bool new_frame = false, bool peek = false) {
         message_.payload().set_address(static_cast<sc_dt::uint64>(word) * 8);

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <tlm_utils/passthrough_target_socket.h>
-#include <tlm_utils/simple_initiator_socket.h>
-
 #include <functional>
 #include <string>
 #include <systemc>
@@ -12,10 +9,11 @@
 
 namespace metabuffer::test {
 
-/// What drives a block's target socket.
+/// What drives a block's target socket, of the protocol whose extension is Content.
+template <typename Content>
 class Initiator final : public sc_core::sc_module {
   public:
-    ::tlm_utils::simple_initiator_socket<Initiator> socket{"socket"};
+    tlm::InitiatorSocket<Initiator, Content> socket{"socket"};
 
     explicit Initiator(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
         socket.register_nb_transport_bw(this, &Initiator::take_notice);
@@ -41,9 +39,10 @@ class Initiator final : public sc_core::sc_module {
 };
 
 /// What stands behind a block's initiator socket.
+template <typename Content>
 class Target final : public sc_core::sc_module {
   public:
-    ::tlm_utils::passthrough_target_socket<Target> socket{"socket"};
+    tlm::TargetSocket<Target, Content> socket{"socket"};
 
     explicit Target(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
         socket.register_b_transport(this, &Target::b_transport);
@@ -69,7 +68,8 @@ class Target final : public sc_core::sc_module {
 inline void elaborate() { sc_core::sc_start(sc_core::SC_ZERO_TIME); }
 
 /// Sends a payload without any extension; the id of the report that it raises.
-inline std::string report_of_empty_payload(Initiator& initiator) {
+template <typename Content>
+std::string report_of_empty_payload(Initiator<Content>& initiator) {
     ::tlm::tlm_generic_payload payload;
     try {
         initiator.send(payload);

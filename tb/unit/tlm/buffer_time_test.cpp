@@ -182,10 +182,6 @@ TEST_CASE("buffer time: BUSREADY is not asked in a burst whose rest fits one bea
     CHECK(buffer.busready_in_burst(4, 15, 9, 11) == Verdict::kTaken);
     // The column may have begun by a later clock: then it is not known.
     CHECK(buffer.busready_in_burst(8, 200, 3, 11) == Verdict::kUndecided);
-    CHECK(buffer.may_cut(5));
-    CHECK_FALSE(buffer.may_cut(4));
-    CHECK(buffer.slot_fits_behind(2));
-    CHECK_FALSE(BufferTime(config_of(5, 4), column).slot_fits_behind(2));
 }
 
 TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is late if that was its last") {

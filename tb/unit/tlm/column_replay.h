@@ -277,7 +277,7 @@ class ColumnReplay {
     void go_on(std::size_t r) {
         Bus& bus = buses_[r];
         const NaiveBurst& burst = frame_log(r)->bursts[bus.burst];
-        const bool may_cut = bus.buffer->may_cut(burst.wanted_pixels);
+        const bool may_cut = bus.buffer->config().ready_space_pixels < burst.wanted_pixels;
         REQUIRE((may_cut || burst.drop_clock < 0));
         while (bus.beat < burst.beats.size()) {
             const NaiveBeat& first = burst.beats[bus.beat];
@@ -318,7 +318,9 @@ class ColumnReplay {
         if (burst.drop_clock >= 0) {
             bus.earliest = std::max(burst.drop_clock, last.cycle) + 2;
         } else {
-            const bool trusted = burst.beats.size() > 1 && bus.buffer->slot_fits_behind(last.pixels);
+            const tlm::BufferTime::Config& config = bus.buffer->config();
+            const bool trusted =
+                burst.beats.size() > 1 && config.capacity_pixels - last.pixels >= config.ready_space_pixels;
             bus.earliest = last.cycle + (trusted ? 1 : 2);
         }
         bus.beat = 0;
