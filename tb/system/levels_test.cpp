@@ -22,7 +22,7 @@ void compare_levels(const std::vector<std::uint64_t>& seeds) {
     std::vector<LevelRuns> runs;
     TraceSwitch trace;
     for (const std::uint64_t seed : seeds) {
-        runs.emplace_back("machine_" + std::to_string(seed), random_scenario(seed));
+        runs.emplace_back("machine_" + std::to_string(seed), random_level_scenario(seed));
         trace.add(runs.back().rtl->machine());
     }
     simulate_until([&runs] {

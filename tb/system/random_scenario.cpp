@@ -291,6 +291,49 @@ Scenario random_scenario(std::uint64_t seed) {
     return scenario;
 }
 
+Scenario random_long_scenario(std::uint64_t seed) {
+    constexpr int kMostFrames = 8;
+    constexpr std::uint64_t kOwnSequence = 0x4C6F6E67;  // not the numbers that made the scenario
+    Scenario scenario = random_scenario(seed);
+    Random random(seed ^ kOwnSequence);
+    scenario.name = "random_long_" + std::to_string(seed);
+    scenario.frames = random.between(4, kMostFrames);
+    if (random.one_in(4)) {
+        const std::size_t renderers = scenario.renderers.size();
+        for (int extra = random.between(1, 6); extra > 0; --extra) {
+            Renderer copy =
+                scenario
+                    .renderers[static_cast<std::size_t>(random.between(0, static_cast<int>(renderers) - 1))];
+            copy.name += "_again_" + std::to_string(extra);
+            scenario.renderers.push_back(std::move(copy));
+        }
+    }
+    for (Renderer& renderer : scenario.renderers) {
+        const std::vector<RendererFrame> choice = renderer.frames;
+        renderer.frames.clear();
+        while (static_cast<int>(renderer.frames.size()) < scenario.frames) {
+            RendererFrame entry =
+                choice[static_cast<std::size_t>(random.between(0, static_cast<int>(choice.size()) - 1))];
+            if (random.one_in(3)) {
+                entry.table.clear();
+                entry.viewport.reset();
+            }
+            const int times = random.between(1, 4);
+            renderer.frames.insert(renderer.frames.end(), static_cast<std::size_t>(times), entry);
+        }
+    }
+    if (random.one_in(3)) {
+        scenario.memory.page_words = random.between(1, 3);
+    }
+    check_scenario(scenario);
+    return scenario;
+}
+
+Scenario random_level_scenario(std::uint64_t seed) {
+    constexpr std::uint64_t kOneIn = 3;
+    return seed % kOneIn == 0 ? random_long_scenario(seed) : random_scenario(seed);
+}
+
 std::string describe(const Scenario& scenario) {
     std::ostringstream text;
     const DisplayConfig& displays = scenario.displays;

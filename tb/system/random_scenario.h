@@ -13,6 +13,13 @@ namespace metabuffer::test {
 /// everywhere.
 Scenario random_scenario(std::uint64_t seed);
 
+/// Another such scenario, of more frames, in which tables come back, go away and stay empty for a while, of pages of
+/// a few words, and in deeper columns: what it takes for the memory of earlier frames to matter.
+Scenario random_long_scenario(std::uint64_t seed);
+
+/// What the levels are compared on: of every three seeds, the third makes a long scenario.
+Scenario random_level_scenario(std::uint64_t seed);
+
 /// Its main parameters on one line, to go with a failure.
 std::string describe(const Scenario& scenario);
 

@@ -20,7 +20,7 @@ TEST_CASE("random scenarios survive being kept as files", "[system][random]") {
     const std::filesystem::path directory = pattern;
     for (std::uint64_t seed = 1; seed <= 600; ++seed) {
         INFO("seed " << seed);
-        const Scenario scenario = random_scenario(seed);
+        const Scenario scenario = random_level_scenario(seed);
         write_scenario(scenario, directory / std::to_string(seed));
         const Scenario loaded = load_scenario(directory / std::to_string(seed) / "scenario.yaml");
         CHECK(scenario_difference(scenario, loaded).empty());

@@ -43,7 +43,7 @@ std::optional<std::uint64_t> whole_number(std::string_view text) {
 int compare_levels(std::uint64_t first, std::uint64_t count) {
     std::vector<LevelRuns> runs;
     for (std::uint64_t seed = first; seed < first + count; ++seed) {
-        runs.emplace_back("machine_" + std::to_string(seed), random_scenario(seed));
+        runs.emplace_back("machine_" + std::to_string(seed), random_level_scenario(seed));
     }
     simulate_until([&runs] {
         return std::all_of(runs.begin(), runs.end(), [](const LevelRuns& run) { return run.finished(); });
@@ -61,7 +61,7 @@ int compare_levels(std::uint64_t first, std::uint64_t count) {
 int run(const std::vector<std::string_view>& words) {
     if (words.size() == 3 && words[0] == "--write") {
         if (const auto seed = whole_number(words[1])) {
-            write_scenario(random_scenario(*seed), words[2]);
+            write_scenario(random_level_scenario(*seed), words[2]);
             return EXIT_SUCCESS;
         }
     }
