@@ -42,7 +42,7 @@ void compare_gated_machines(std::uint64_t first_seed) {
 
 }  // namespace
 
-TEST_CASE("clock gating changes neither clocks nor counters nor pictures (seeds 1001 on)", "[system]") {
+TEST_CASE("clock gating changes neither clocks nor counters nor pictures (seeds 1001 on)", "[system][slow]") {
     compare_gated_machines(1001);
 }
 
@@ -51,6 +51,6 @@ TEST_CASE("clock gating changes neither clocks nor counters nor pictures (seeds 
     compare_gated_machines(170);
 }
 
-TEST_CASE("clock gating changes neither clocks nor counters nor pictures (seeds 2001 on)", "[system]") {
+TEST_CASE("clock gating changes neither clocks nor counters nor pictures (seeds 2001 on)", "[system][slow]") {
     compare_gated_machines(2001);
 }

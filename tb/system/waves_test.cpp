@@ -259,7 +259,7 @@ TEST_CASE("Every signal of the save files is in the waveform", "[waves]") {
     }
 }
 
-TEST_CASE("The waveforms show what their page says", "[waves]") {
+TEST_CASE("The waveforms show what their page says", "[waves][slow]") {
     const std::vector<PageSection> sections = read_page();
     std::vector<std::string> shown;
     for (const PageSection& section : sections) {
