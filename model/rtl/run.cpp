@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <exception>
 #include <fstream>
@@ -15,6 +14,7 @@
 
 #include "rtl/metabuffer.h"
 #include "scenario/scenario_loader.h"
+#include "simulation/simulation_run.h"
 
 namespace metabuffer::rtl {
 namespace {
@@ -27,18 +27,6 @@ sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
     return sc_core::sc_time(static_cast<double>(cycles * clock_period_picoseconds(scenario.clocks.core_mhz)),
                             sc_core::SC_PS);
 }
-
-class Stopwatch {
-  public:
-    void start() { started_ = Clock::now(); }
-    void stop() { total_ += Clock::now() - started_; }
-    double seconds() const { return std::chrono::duration<double>(total_).count(); }
-
-  private:
-    using Clock = std::chrono::steady_clock;
-    Clock::time_point started_;
-    Clock::duration total_{};
-};
 
 /// The waveform of a run: open between its first and last cycle. It grows under another name beside the file
 /// and takes the file's place when it is whole, so that a run that shows nothing destroys nothing.
@@ -174,26 +162,15 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         }
     }
 
-    Stopwatch stopwatch;
+    SimulationRun simulation(options.on_frame_shown);
     Metabuffer machine("metabuffer", scenario);
     if (options.trace && machine.matching_blocks(options.trace->blocks) == 0) {
         throw InputError(
             "--trace-modules: no block matches; blocks are named like input_framebuffer_1, composer_1_2 or "
             "output_framebuffer_1");
     }
-    std::exception_ptr callback_error;
-    machine.on_frame_shown([&](int frame, int display, const ColourImage& image) {
-        stopwatch.stop();
-        if (options.on_frame_shown && !callback_error) {
-            // The kernel would wrap what is thrown through it: it waits outside.
-            try {
-                options.on_frame_shown(frame, display, image);
-            } catch (...) {
-                callback_error = std::current_exception();
-                sc_core::sc_pause();
-            }
-        }
-        stopwatch.start();
+    machine.on_frame_shown([&simulation](int frame, int display, const ColourImage& image) {
+        simulation.frame_shown(frame, display, image);
     });
     machine.on_finished([&] {
         result.report = machine.report();
@@ -216,12 +193,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         } else if (window) {
             next = std::min(next, window->first);
         }
-        stopwatch.start();
-        sc_core::sc_start(cycles_to_time(scenario, next - cycle));
-        stopwatch.stop();
-        if (callback_error) {
-            std::rethrow_exception(callback_error);
-        }
+        simulation.advance(cycles_to_time(scenario, next - cycle));
         if (waveform) {
             result.traced->last = machine.finished() ? machine.core_cycle() : next - 1;
         }
@@ -236,7 +208,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     if (options.trace && !result.traced && result.trace_note.empty()) {
         result.trace_note = "the run ended before the window began";
     }
-    result.simulation_seconds = stopwatch.seconds();
+    result.simulation_seconds = simulation.seconds();
     return result;
 }
 

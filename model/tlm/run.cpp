@@ -1,26 +1,9 @@
 #include "tlm/run.h"
 
-#include <chrono>
-#include <exception>
-
+#include "simulation/simulation_run.h"
 #include "tlm/metabuffer.h"
 
 namespace metabuffer::tlm {
-namespace {
-
-class Stopwatch {
-  public:
-    void start() { started_ = Clock::now(); }
-    void stop() { total_ += Clock::now() - started_; }
-    double seconds() const { return std::chrono::duration<double>(total_).count(); }
-
-  private:
-    using Clock = std::chrono::steady_clock;
-    Clock::time_point started_;
-    Clock::duration total_{};
-};
-
-}  // namespace
 
 RunResult run(const Scenario& scenario, const RunOptions& options) {
     /// Between two looks at the machine from outside: most frames take longer.
@@ -30,20 +13,9 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     machine_options.images = options.images;
     machine_options.observer = options.observer;
     Metabuffer machine("metabuffer", scenario, machine_options);
-    Stopwatch stopwatch;
-    std::exception_ptr callback_error;
-    machine.on_frame_shown([&](int frame, int display, const ColourImage& image) {
-        stopwatch.stop();
-        if (options.on_frame_shown && !callback_error) {
-            // The kernel would wrap what is thrown through it: it waits outside.
-            try {
-                options.on_frame_shown(frame, display, image);
-            } catch (...) {
-                callback_error = std::current_exception();
-                sc_core::sc_pause();
-            }
-        }
-        stopwatch.start();
+    SimulationRun simulation(options.on_frame_shown);
+    machine.on_frame_shown([&simulation](int frame, int display, const ColourImage& image) {
+        simulation.frame_shown(frame, display, image);
     });
     machine.on_finished([] { sc_core::sc_pause(); });
     const std::int64_t chunk_picoseconds = kChunkCycles * clock_period_picoseconds(scenario.clocks.core_mhz);
@@ -51,19 +23,14 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     // Elaboration is start-up, not simulation.
     sc_core::sc_start(sc_core::SC_ZERO_TIME);
     while (!machine.finished()) {
-        stopwatch.start();
-        sc_core::sc_start(chunk);
-        stopwatch.stop();
-        if (callback_error) {
-            std::rethrow_exception(callback_error);
-        }
+        simulation.advance(chunk);
         if (options.on_progress) {
             options.on_progress(machine.core_cycle(),
                                 static_cast<double>(machine.raster_pixels_taken()) /
                                     static_cast<double>(machine.raster_pixels_to_take()));
         }
     }
-    return {machine.report(), stopwatch.seconds()};
+    return {machine.report(), simulation.seconds()};
 }
 
 }  // namespace metabuffer::tlm

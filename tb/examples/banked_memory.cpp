@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
-#include <memory>
 #include <string>
 
 #include "scenario/scenario_loader.h"
@@ -15,19 +14,6 @@ namespace metabuffer::examples {
 namespace {
 
 constexpr int kLargestBankCount = 1024;
-
-tlm::Metabuffer::Options with_banks(int banks) {
-    tlm::Metabuffer::Options options;
-    options.images = false;
-    options.make_memory = [banks](const char* name, const Scenario& scenario, int /*renderer*/) {
-        auto memory = std::make_unique<BankedMemory>(name, scenario.memory, banks);
-        tlm::Metabuffer::Memory made;
-        made.socket = &memory->socket;
-        made.module = std::move(memory);
-        return made;
-    };
-    return options;
-}
 
 void print(const char* what, const RunReport& report) {
     const BusCounters bus = report.total_bus();

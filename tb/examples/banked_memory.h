@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <systemc>
+#include <utility>
 #include <vector>
 
 #include "scenario/scenario.h"
+#include "tlm/metabuffer.h"
 #include "tlm/payload.h"
 
 namespace metabuffer::examples {
@@ -53,5 +56,19 @@ class BankedMemory final : public sc_core::sc_module {
     int page_miss_cycles_;
     std::vector<std::int64_t> open_page_;
 };
+
+/// A machine that counts only, with such memories.
+inline tlm::Metabuffer::Options with_banks(int banks) {
+    tlm::Metabuffer::Options options;
+    options.images = false;
+    options.make_memory = [banks](const char* name, const Scenario& scenario, int /*renderer*/) {
+        auto memory = std::make_unique<BankedMemory>(name, scenario.memory, banks);
+        tlm::Metabuffer::Memory made;
+        made.socket = &memory->socket;
+        made.module = std::move(memory);
+        return made;
+    };
+    return options;
+}
 
 }  // namespace metabuffer::examples

@@ -24,24 +24,6 @@ std::string quoted(const std::string& word) {
 
 }  // namespace
 
-ScratchDirectory::ScratchDirectory() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "metabuffer-test-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) {
-        throw std::runtime_error("no scratch directory " + pattern);
-    }
-    path_ = pattern;
-}
-
-ScratchDirectory::~ScratchDirectory() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-}
-
-std::filesystem::path ScratchDirectory::write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name) << text;
-    return path_ / name;
-}
-
 bool ProgramResult::complains_in_one_line() const {
     return err.size() > 1 && err.back() == '\n' && std::count(err.begin(), err.end(), '\n') == 1;
 }

@@ -6,24 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "scratch_directory.h"
+
 namespace metabuffer::test {
-
-/// A directory for one test's files, gone when the test ends.
-class ScratchDirectory {
-  public:
-    ScratchDirectory();
-    ScratchDirectory(const ScratchDirectory&) = delete;
-    ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-    ~ScratchDirectory();
-
-    const std::filesystem::path& path() const { return path_; }
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-    /// Writes a text file and returns where it is.
-    std::filesystem::path write(const std::string& name, const std::string& text) const;
-
-  private:
-    std::filesystem::path path_;
-};
 
 /// What a run of the program gave.
 struct ProgramResult {

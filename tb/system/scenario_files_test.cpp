@@ -1,23 +1,18 @@
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <cstdint>
-#include <filesystem>
 #include <string>
-#include <system_error>
 
 #include "random_scenario.h"
 #include "scenario/scenario_loader.h"
 #include "scenario/scenario_writer.h"
 #include "scenario_difference.h"
+#include "scratch_directory.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;
 
 TEST_CASE("random scenarios survive being kept as files", "[system][random]") {
-    std::string pattern = (std::filesystem::temp_directory_path() / "metabuffer-XXXXXX").string();
-    REQUIRE(mkdtemp(pattern.data()) != nullptr);
-    const std::filesystem::path directory = pattern;
+    const ScratchDirectory directory;
     for (std::uint64_t seed = 1; seed <= 600; ++seed) {
         INFO("seed " << seed);
         const Scenario scenario = random_level_scenario(seed);
@@ -25,5 +20,4 @@ TEST_CASE("random scenarios survive being kept as files", "[system][random]") {
         const Scenario loaded = load_scenario(directory / std::to_string(seed) / "scenario.yaml");
         CHECK(scenario_difference(scenario, loaded).empty());
     }
-    std::filesystem::remove_all(directory);
 }

@@ -68,26 +68,13 @@ Scenario scenario_of(const std::string& name) {
     return load_scenario(std::string(METABUFFER_SCENARIO_DIRECTORY) + "/" + name + ".yaml", {});
 }
 
-tlm::Metabuffer::Options with_banks(int banks) {
-    tlm::Metabuffer::Options options;
-    options.images = false;
-    options.make_memory = [banks](const char* name, const Scenario& scenario, int /*renderer*/) {
-        auto memory = std::make_unique<BankedMemory>(name, scenario.memory, banks);
-        tlm::Metabuffer::Memory made;
-        made.socket = &memory->socket;
-        made.module = std::move(memory);
-        return made;
-    };
-    return options;
-}
-
 TEST_CASE("banked memory: with one bank the machine reports what it does with its own memory") {
     const Scenario scenario = scenario_of("paper-figure-starved");
     tlm::Metabuffer::Options own_options;
     own_options.images = false;
     tlm::Metabuffer own("own", scenario, own_options);
-    tlm::Metabuffer one_bank("one_bank", scenario, with_banks(1));
-    tlm::Metabuffer four_banks("four_banks", scenario, with_banks(4));
+    tlm::Metabuffer one_bank("one_bank", scenario, examples::with_banks(1));
+    tlm::Metabuffer four_banks("four_banks", scenario, examples::with_banks(4));
     int running = 3;
     for (tlm::Metabuffer* const machine : {&own, &one_bank, &four_banks}) {
         machine->on_finished([&running] {

@@ -1,7 +1,6 @@
 #include "report/picture_writer.h"
 
 #include <OpenImageIO/imageio.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,40 +9,13 @@
 #include <string>
 
 #include "random_seed.h"
+#include "scratch_directory.h"
 
 using namespace metabuffer;
+using test::ScratchDirectory;
 namespace fs = std::filesystem;
 
 namespace {
-
-/// A directory of the test's own that goes with it.
-class ScratchDirectory {
-  public:
-    ScratchDirectory()
-        : path_(fs::temp_directory_path() / ("metabuffer-picture-test-" + std::to_string(getpid()))) {
-        fs::remove_all(path_);
-        fs::create_directories(path_);
-    }
-    ScratchDirectory(const ScratchDirectory&) = delete;
-    ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-    ~ScratchDirectory() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-
-    fs::path operator/(const std::string& name) const { return path_ / name; }
-
-    std::vector<std::string> names() const {
-        std::vector<std::string> result;
-        for (const auto& entry : fs::directory_iterator(path_))
-            result.push_back(entry.path().filename().string());
-        std::sort(result.begin(), result.end());
-        return result;
-    }
-
-  private:
-    fs::path path_;
-};
 
 std::string content(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);

@@ -34,7 +34,7 @@ std::string error_of(const std::filesystem::path& file,
 }
 
 /// The Z values of an image with `depth` as its depth file, all in one row.
-std::vector<std::uint32_t> depths(const TemporaryDirectory& directory, const std::string& depth, int width,
+std::vector<std::uint32_t> depths(const ScratchDirectory& directory, const std::string& depth, int width,
                                   DepthFormat format, const DepthRange& range) {
     write_black(directory / "colour.png", width, 1);
     const PixelImage image = load_image(directory / "colour.png", directory / depth, format, range);
@@ -46,7 +46,7 @@ std::vector<std::uint32_t> depths(const TemporaryDirectory& directory, const std
 }  // namespace
 
 TEST_CASE("image: 8-bit integers as they are, A and Z by default") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     write_picture<std::uint8_t>(directory / "a.png", 2, 2, {},
                                 {0, 1, 2, 3, 4, 5, 127, 128, 129, 253, 254, 255});
     const PixelImage image = load(directory / "a.png");
@@ -57,7 +57,7 @@ TEST_CASE("image: 8-bit integers as they are, A and Z by default") {
 }
 
 TEST_CASE("image: 16-bit and 32-bit integers by their high byte") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const std::vector<std::uint16_t> words{0x0000, 0x00FF, 0x0100, 0x12FF, 0x8000, 0xFFFF};
     const std::vector<Pixel> high{Pixel(0, 0, 1, 255, 0), Pixel(0x12, 0x80, 0xFF, 255, 0)};
     for (const char* name : {"a.png", "a.tif"}) {
@@ -71,7 +71,7 @@ TEST_CASE("image: 16-bit and 32-bit integers by their high byte") {
 }
 
 TEST_CASE("image: floats are clamped, scaled and rounded halves up") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const std::vector<float> samples{-1.0F, 0.0F,      0.00196F,   0.00197F, 0.5F, 0.499F,      1.0F, 1.5F,
                                      0.25F, kInfinity, -kInfinity, 0.998F,   0.1F, 1.0F / 3.0F, 0.75F};
     // 0.00196 * 255 = 0.4998, 0.00197 * 255 = 0.50235, 0.5 * 255 = 127.5, 0.499 * 255 = 127.245,
@@ -92,7 +92,7 @@ TEST_CASE("image: floats are clamped, scaled and rounded halves up") {
 }
 
 TEST_CASE("image: halves, also below normal ones") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     // Nearest halves: 0.1 -> 0.0999756 (25.49 -> 25), 1e-6 is below the normal halves.
     const std::vector<float> samples{0.5F, 0.1F, 1e-6F, -0.25F, 1.0F, 2.0F, kInfinity, 0.75F, 0.999F};
     write_picture(directory / "a.exr", 3, 1, {{"R", "G", "B"}, TypeDesc::HALF}, samples);
@@ -102,7 +102,7 @@ TEST_CASE("image: halves, also below normal ones") {
 }
 
 TEST_CASE("image: every finite half gives what its float gives") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     std::vector<float> samples;
     for (int exponent = -26; exponent <= 1; ++exponent) {
         for (int mantissa = 0; mantissa < 1024; mantissa += 31) {
@@ -121,7 +121,7 @@ TEST_CASE("image: every finite half gives what its float gives") {
 }
 
 TEST_CASE("image: alpha is associated on reading") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const PictureFormat format{kRgba, TypeDesc::UINT8, {}, true};
     write_picture<std::uint8_t>(directory / "a.png", 3, 1, format,
                                 {200, 100, 50, 255, 200, 100, 50, 0, 255, 255, 255, 128});
@@ -134,7 +134,7 @@ TEST_CASE("image: alpha is associated on reading") {
 }
 
 TEST_CASE("image: z24 has no alpha, the colours stay associated") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const PictureFormat format{kRgba, TypeDesc::UINT8, {}, true};
     write_picture<std::uint8_t>(directory / "a.png", 2, 1, format, {255, 255, 255, 128, 9, 9, 9, 0});
     CHECK(load(directory / "a.png", DepthFormat::kZ24).values ==
@@ -142,7 +142,7 @@ TEST_CASE("image: z24 has no alpha, the colours stay associated") {
 }
 
 TEST_CASE("image: half colours beside a float Z are exact") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const PictureFormat format{
         kRgbaz,
         TypeDesc::FLOAT,
@@ -160,14 +160,14 @@ TEST_CASE("image: half colours beside a float Z are exact") {
 }
 
 TEST_CASE("image: channels go by name, wherever they stand and whatever else there is") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const PictureFormat format{{"N.x", "Z", "depth.V", "B", "R", "G"}, TypeDesc::FLOAT};
     write_picture<float>(directory / "a.exr", 1, 1, format, {kNan, 0.5F, 0.0F, 0.0F, 1.0F, 0.5F});
     CHECK(load(directory / "a.exr").values == std::vector<Pixel>{Pixel(255, 128, 0, 255, 32768)});
 }
 
 TEST_CASE("image: tiles read as scanlines do") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const int width = 70;
     const int height = 41;
     OIIO::ImageSpec spec(width, height, 3, TypeDesc::UINT8);
@@ -191,7 +191,7 @@ TEST_CASE("image: tiles read as scanlines do") {
 }
 
 TEST_CASE("image: float Z over the depth range") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const std::vector<float> z{-5.0F, 10.0F, 20.0F, 30.0F, 40.0F, 15.0F, kInfinity, -kInfinity};
     write_picture(directory / "z.tif", 8, 1, {{"Z"}, TypeDesc::FLOAT}, z);
     // (15 - 10) / 20 = 0.25: 16383.75 and 4194303.75; 0.5: 32767.5 and 8388607.5, halves up.
@@ -211,7 +211,7 @@ TEST_CASE("image: float Z over the depth range") {
 }
 
 TEST_CASE("image: integer Z is taken as it is") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     write_picture<std::uint8_t>(directory / "z8.png", 3, 1, {{"Y"}, TypeDesc::UINT8}, {0, 7, 255});
     CHECK(depths(directory, "z8.png", 3, DepthFormat::kA8Z16, {10.0, 30.0}) ==
           std::vector<std::uint32_t>{0, 7, 255});
@@ -235,7 +235,7 @@ TEST_CASE("image: integer Z is taken as it is") {
 }
 
 TEST_CASE("image: a Z of the image and a depth file of its own") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     write_picture<float>(directory / "a.exr", 2, 1, {kRgbaz, TypeDesc::FLOAT},
                          {1.0F, 1.0F, 1.0F, 1.0F, kNan, 1.0F, 1.0F, 1.0F, 1.0F, 0.5F});
     write_picture<std::uint16_t>(directory / "z.png", 2, 1, {{"Y"}, TypeDesc::UINT16}, {11, 22});
@@ -258,7 +258,7 @@ TEST_CASE("image: a Z of the image and a depth file of its own") {
 }
 
 TEST_CASE("image: missing channels are named") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     write_picture<std::uint8_t>(directory / "grey.png", 1, 1, {{"Y"}}, {1});
     CHECK(error_of(directory / "grey.png") ==
           (directory / "grey.png").string() + ": has the channels Y; use R, G and B, and A and Z if need be");
@@ -269,7 +269,7 @@ TEST_CASE("image: missing channels are named") {
 }
 
 TEST_CASE("image: what is not a number is told with its place") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     for (std::size_t channel = 0; channel < 5; ++channel) {
         for (const auto type : {TypeDesc::FLOAT, TypeDesc::HALF}) {
             std::vector<float> samples(30, 0.5F);
@@ -287,7 +287,7 @@ TEST_CASE("image: what is not a number is told with its place") {
 }
 
 TEST_CASE("image: signed integers are rejected") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     write_picture<std::int16_t>(directory / "a.tif", 1, 1, {{"R", "G", "B"}, TypeDesc::INT16}, {1, 2, 3});
     CHECK(error_of(directory / "a.tif") ==
           (directory / "a.tif").string() +
@@ -300,7 +300,7 @@ TEST_CASE("image: signed integers are rejected") {
 }
 
 TEST_CASE("image: doubles that the library does not read from TIFF are told, not taken for zeros") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     write_picture<double>(directory / "line.tif", 3, 1, {{"Z"}, TypeDesc::DOUBLE}, {0.1, 0.2, 0.3});
     write_black(directory / "colour.png", 3, 1);
     CHECK(error_of(directory / "colour.png", directory / "line.tif") ==
@@ -321,7 +321,7 @@ TEST_CASE("image: doubles that the library does not read from TIFF are told, not
 }
 
 TEST_CASE("image: files that cannot be read") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const std::string folder = directory.path().string();
     CHECK(error_of(directory / "absent.png") ==
           folder + "/absent.png: cannot be read: No such file or directory");
@@ -332,11 +332,11 @@ TEST_CASE("image: files that cannot be read") {
         CHECK(error.rfind(folder + "/" + name + ": is not a readable image: ", 0) == 0);
         CHECK(error.find("; use an intact file in a format that OpenImageIO reads") != std::string::npos);
     };
-    directory.write_text("empty.png", "");
+    directory.write("empty.png", "");
     check_unreadable("empty.png");
-    directory.write_text("text.png", "this is no image\n");
+    directory.write("text.png", "this is no image\n");
     check_unreadable("text.png");
-    directory.write_text("unknown.xyz", "nor is this\n");
+    directory.write("unknown.xyz", "nor is this\n");
     check_unreadable("unknown.xyz");
     std::vector<float> noise(std::size_t{64} * 64 * 3);
     for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = static_cast<float>((i * 7919) % 1000) / 1000.0F;
@@ -353,7 +353,7 @@ TEST_CASE("image: files that cannot be read") {
 }
 
 TEST_CASE("image: sizes up to 8192 a side") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     write_black(directory / "wide.png", 8192, 1);
     CHECK(load(directory / "wide.png").width_pixels == 8192);
     write_black(directory / "wider.png", 8193, 1);
@@ -365,7 +365,7 @@ TEST_CASE("image: sizes up to 8192 a side") {
 }
 
 TEST_CASE("image: only the first of several subimages is read") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const auto output = OIIO::ImageOutput::create("a.tif");
     const std::string file = (directory / "a.tif").string();
     const std::vector<OIIO::ImageSpec> specs{OIIO::ImageSpec(1, 1, 3, TypeDesc::UINT8),

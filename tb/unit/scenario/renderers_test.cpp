@@ -261,8 +261,8 @@ TEST_CASE("renderers: image files are relative to the scenario, or absolute") {
     const ScenarioFixture fixture;
     std::filesystem::create_directories(fixture.directory() / "images");
     write_black(fixture.directory() / "images/small.png", 12, 3);
-    fixture.directory().write_text("images/scenario.yaml",
-                                   with_frame("      - {image: ../image.png, viewport: {x: 0, y: 0}}\n"));
+    fixture.directory().write("images/scenario.yaml",
+                              with_frame("      - {image: ../image.png, viewport: {x: 0, y: 0}}\n"));
     CHECK(load_scenario(fixture.directory() / "images/scenario.yaml").renderers[0].image_width_pixels == 16);
     CHECK(fixture.parse(with_frame("      - {image: images/small.png, viewport: {x: 0, y: 0}}\n"))
               .renderers[0]

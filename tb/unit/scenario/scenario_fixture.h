@@ -1,7 +1,6 @@
 #pragma once
 
 #include <OpenImageIO/imageio.h>
-#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -10,35 +9,9 @@
 #include <vector>
 
 #include "scenario/scenario_loader.h"
+#include "scratch_directory.h"
 
 namespace metabuffer::test {
-
-/// A directory of the test's own that goes when the test does.
-class TemporaryDirectory {
-  public:
-    TemporaryDirectory() {
-        std::string name = (std::filesystem::temp_directory_path() / "metabuffer-XXXXXX").string();
-        REQUIRE(mkdtemp(name.data()) != nullptr);
-        path_ = name;
-    }
-    ~TemporaryDirectory() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    TemporaryDirectory(const TemporaryDirectory&) = delete;
-    TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-
-    const std::filesystem::path& path() const { return path_; }
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
-    std::filesystem::path write_text(const std::string& name, const std::string& content) const {
-        std::ofstream(path_ / name, std::ios::binary) << content;
-        return path_ / name;
-    }
-
-  private:
-    std::filesystem::path path_;
-};
 
 /// What a file is to look like: `file_type` of all channels, or one type per channel.
 struct PictureFormat {
@@ -105,7 +78,7 @@ class ScenarioFixture {
 
     ScenarioFixture() { write_black(directory_ / "image.png", 16, 8); }
 
-    const TemporaryDirectory& directory() const { return directory_; }
+    const ScratchDirectory& directory() const { return directory_; }
 
     Scenario parse(const std::string& text, const std::vector<std::string>& overrides = {}) const {
         std::vector<ScenarioOverride> parsed;
@@ -123,7 +96,7 @@ class ScenarioFixture {
     }
 
   private:
-    TemporaryDirectory directory_;
+    ScratchDirectory directory_;
 };
 
 }  // namespace metabuffer::test

@@ -408,22 +408,22 @@ TEST_CASE("scenario: files") {
     };
     CHECK(error("absent.yaml") == folder + "/absent.yaml: cannot be read: No such file or directory");
     CHECK(error("") == folder + "/: cannot be read: Is a directory");
-    fixture.directory().write_text("empty.yaml", "");
+    fixture.directory().write("empty.yaml", "");
     CHECK(error("empty.yaml") ==
           folder + "/empty.yaml:1: the scenario is empty; use at least the keys displays and renderers");
-    fixture.directory().write_text("bad.yaml", "bus:\n  width_bits: 48\n" + ScenarioFixture::minimal());
+    fixture.directory().write("bad.yaml", "bus:\n  width_bits: 48\n" + ScenarioFixture::minimal());
     CHECK(error("bad.yaml") ==
           folder + "/bad.yaml:2: bus.width_bits: 48 is not a bus width; use 16, 32, 64, 128, 256 or 512");
-    const auto good = fixture.directory().write_text("good one.yaml", ScenarioFixture::minimal());
+    const auto good = fixture.directory().write("good one.yaml", ScenarioFixture::minimal());
     const Scenario scenario = load_scenario(good, {parse_override("frames=3")});
     CHECK(scenario.name == "good one");
     CHECK(scenario.frames == 3);
-    fixture.directory().write_text("windows.yaml",
-                                   "displays: {width: 16, height: 8}\r\nrenderers:\r\n"
-                                   "  - frames:\r\n      - image: image.png\r\n"
-                                   "        viewport: {x: 0, y: 0}\r\n");
+    fixture.directory().write("windows.yaml",
+                              "displays: {width: 16, height: 8}\r\nrenderers:\r\n"
+                              "  - frames:\r\n      - image: image.png\r\n"
+                              "        viewport: {x: 0, y: 0}\r\n");
     CHECK(error("windows.yaml").empty());
-    fixture.directory().write_text("zeros.yaml", std::string(100, '\0'));
+    fixture.directory().write("zeros.yaml", std::string(100, '\0'));
     CHECK(error("zeros.yaml").rfind(folder + "/zeros.yaml:1: ", 0) == 0);
 }
 

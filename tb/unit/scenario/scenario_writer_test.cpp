@@ -104,7 +104,7 @@ std::string content_of(const std::filesystem::path& file) {
 TEST_CASE("a scenario with no default in it is read back as it was written", "[scenario][writer]") {
     for (const DepthFormat format : {DepthFormat::kA8Z16, DepthFormat::kZ24}) {
         INFO(to_string(format));
-        const TemporaryDirectory directory;
+        const ScratchDirectory directory;
         const Scenario scenario = unusual_scenario(format);
         const Scenario loaded = round_trip(scenario, directory / "deep/down");
         CHECK(scenario_difference(scenario, loaded).empty());
@@ -119,7 +119,7 @@ TEST_CASE("a scenario with no default in it is read back as it was written", "[s
 }
 
 TEST_CASE("pixels keep every bit that a link carries", "[scenario][writer]") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     Scenario scenario = unusual_scenario(DepthFormat::kA8Z16);
     CHECK(round_trip(scenario, directory / "a8z16").renderers[0].image_of_pair(0) ==
           scenario.renderers[0].image_of_pair(0));
@@ -138,7 +138,7 @@ TEST_CASE("images of one row and of one pixel are read back", "[scenario][writer
     for (const DepthFormat format : {DepthFormat::kA8Z16, DepthFormat::kZ24}) {
         for (const std::pair<int, int>& size : {std::pair(40, 1), std::pair(6, 1), std::pair(6, 40)}) {
             INFO(to_string(format) << " " << size.first << "x" << size.second);
-            const TemporaryDirectory directory;
+            const ScratchDirectory directory;
             Scenario scenario = unusual_scenario(format);
             scenario.faults.clear();
             scenario.renderers.resize(1);
@@ -155,7 +155,7 @@ TEST_CASE("images of one row and of one pixel are read back", "[scenario][writer
 }
 
 TEST_CASE("a table that is not its viewport's split is written as a table", "[scenario][writer]") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     Scenario scenario = unusual_scenario(DepthFormat::kA8Z16);
     RendererFrame& frame = scenario.renderers[0].frames[0];
     frame.table.pop_back();
@@ -165,7 +165,7 @@ TEST_CASE("a table that is not its viewport's split is written as a table", "[sc
 }
 
 TEST_CASE("names that no file can hold are refused", "[scenario][writer]") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     for (const std::string& name : {std::string(), std::string("two\nlines"), std::string("a\tb")}) {
         Scenario scenario = unusual_scenario(DepthFormat::kZ24);
         scenario.name = name;
@@ -178,7 +178,7 @@ TEST_CASE("names that no file can hold are refused", "[scenario][writer]") {
 }
 
 TEST_CASE("a place that cannot be written is told in one line", "[scenario][writer]") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const Scenario scenario = unusual_scenario(DepthFormat::kZ24);
     const auto error_of = [&scenario](const std::filesystem::path& place) {
         try {
@@ -188,7 +188,7 @@ TEST_CASE("a place that cannot be written is told in one line", "[scenario][writ
         }
         return std::string();
     };
-    directory.write_text("file", "");
+    directory.write("file", "");
     CHECK(error_of(directory / "file/below").find("file/below") != std::string::npos);
     std::filesystem::create_directories(directory / "images/image_1.tif/in the way");
     const std::string image = error_of(directory / "images");
@@ -199,7 +199,7 @@ TEST_CASE("a place that cannot be written is told in one line", "[scenario][writ
 }
 
 TEST_CASE("a write that fails leaves no earlier scenario beside its images", "[scenario][writer]") {
-    const TemporaryDirectory directory;
+    const ScratchDirectory directory;
     const Scenario scenario = unusual_scenario(DepthFormat::kZ24);
     write_scenario(scenario, directory.path());
     std::filesystem::remove(directory / "depth_2.tif");

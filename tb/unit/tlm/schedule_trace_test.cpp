@@ -1,7 +1,5 @@
 #include "tlm/schedule_trace.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -15,43 +13,16 @@
 #include "random_seed.h"
 #include "report/picture_writer.h"
 #include "scenario/scenario_loader.h"
+#include "scratch_directory.h"
 
 using namespace metabuffer;
+using test::ScratchDirectory;
 using tlm::CycleSpan;
 using tlm::ScheduleTrace;
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 namespace {
-
-class ScratchDirectory {
-  public:
-    ScratchDirectory()
-        : path_(fs::temp_directory_path() / ("metabuffer-schedule-test-" + std::to_string(getpid()))) {
-        fs::remove_all(path_);
-        fs::create_directories(path_);
-    }
-    ScratchDirectory(const ScratchDirectory&) = delete;
-    ScratchDirectory& operator=(const ScratchDirectory&) = delete;
-    ~ScratchDirectory() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-
-    fs::path operator/(const std::string& name) const { return path_ / name; }
-
-    std::vector<std::string> names() const {
-        std::vector<std::string> result;
-        for (const auto& entry : fs::directory_iterator(path_)) {
-            result.push_back(entry.path().filename().string());
-        }
-        std::sort(result.begin(), result.end());
-        return result;
-    }
-
-  private:
-    fs::path path_;
-};
 
 /// Two renderers on two displays.
 Scenario machine(double core_mhz = 100.0) {

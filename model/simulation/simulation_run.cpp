@@ -1,0 +1,27 @@
+#include "simulation/simulation_run.h"
+
+namespace metabuffer {
+
+void SimulationRun::frame_shown(int frame, int display, const ColourImage& image) {
+    in_kernel_ += Clock::now() - entered_;
+    if (on_frame_shown_ && !error_) {
+        try {
+            on_frame_shown_(frame, display, image);
+        } catch (...) {
+            error_ = std::current_exception();
+            sc_core::sc_pause();
+        }
+    }
+    entered_ = Clock::now();
+}
+
+void SimulationRun::advance(const sc_core::sc_time& time) {
+    entered_ = Clock::now();
+    sc_core::sc_start(time);
+    in_kernel_ += Clock::now() - entered_;
+    if (error_) {
+        std::rethrow_exception(error_);
+    }
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <chrono>
+#include <exception>
+#include <functional>
+#include <systemc>
+#include <utility>
+
+#include "formats/image.h"
+
+namespace metabuffer {
+
+/// Runs the kernel for a level that has time: measures what it takes without the host's callback, and brings an
+/// exception of that callback out of the kernel, which would wrap it.
+class SimulationRun {
+  public:
+    using FrameShown = std::function<void(int frame, int display, const ColourImage&)>;
+
+    /// on_frame_shown: the host's; may be empty, may throw.
+    explicit SimulationRun(FrameShown on_frame_shown) : on_frame_shown_(std::move(on_frame_shown)) {}
+
+    /// For the machine to call within the kernel. After the first exception the callback is left alone.
+    void frame_shown(int frame, int display, const ColourImage& image);
+    /// Lets that much time pass, or less if the machine pauses. Throws what the callback has thrown.
+    void advance(const sc_core::sc_time& time);
+    /// Wall time in the kernel so far.
+    double seconds() const { return std::chrono::duration<double>(in_kernel_).count(); }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+
+    FrameShown on_frame_shown_;
+    std::exception_ptr error_;
+    Clock::time_point entered_;
+    Clock::duration in_kernel_{};
+};
+
+}  // namespace metabuffer
