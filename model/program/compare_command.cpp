@@ -156,15 +156,12 @@ void print_times(const LevelProcess& rtl, const LevelProcess& tlm) {
 }  // namespace
 
 CompareCommand::CompareCommand(CLI::App& program)
-    : command_(
-          program.add_subcommand("compare", "Run a scenario at levels rtl and tlm; tell where they differ")),
-      scenario_(*command_) {
-    command_->add_flag("--no-images", no_images_, "Compare the counters only");
-    command_->add_flag("--quiet", quiet_, "Print nothing but differences");
-    command_->footer(kFooter);
+    : Command(program, "compare", "Run a scenario at levels rtl and tlm; tell where they differ"),
+      scenario_(command()) {
+    command().add_flag("--no-images", no_images_, "Compare the counters only");
+    command().add_flag("--quiet", quiet_, "Print nothing but differences");
+    command().footer(kFooter);
 }
-
-bool CompareCommand::chosen() const { return command_->parsed(); }
 
 ExitStatus CompareCommand::execute() {
     const Scenario scenario = scenario_.load();

@@ -1,26 +1,43 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <iostream>
-#include <string_view>
+#include <iterator>
+#include <memory>
+#include <string>
 #include <systemc>
+#include <vector>
 
 #include "program/compare_command.h"
 #include "program/exit_status.h"
 #include "program/failure.h"
 #include "program/run_command.h"
+#include "scenario/text.h"
 
 namespace {
 
+using Commands = std::vector<std::unique_ptr<metabuffer::Command>>;
+
+std::vector<std::string> names_of(const Commands& commands) {
+    std::vector<std::string> names;
+    names.reserve(commands.size());
+    std::transform(commands.begin(), commands.end(), std::back_inserter(names),
+                   [](const auto& command) { return command->name(); });
+    return names;
+}
+
 /// A command line that cannot be understood: one line, and where help is.
-int report_usage(const CLI::App& program, const CLI::ParseError& error, int argc, char** argv) {
+int report_usage(const CLI::App& program, const Commands& commands, const CLI::ParseError& error, int argc,
+                 char** argv) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
         return program.exit(error);  // --help or --version
     }
-    const std::string_view first = argc > 1 ? argv[1] : "";
+    const std::string first = argc > 1 ? argv[1] : "";
+    const std::vector<std::string> names = names_of(commands);
     if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && !first.empty() &&
-        first.front() != '-' && first != "run" && first != "compare") {
-        std::cerr << "metabuffer: " << first
-                  << " is not a command; use run or compare, or see metabuffer --help\n";
+        first.front() != '-' && std::find(names.begin(), names.end(), first) == names.end()) {
+        std::cerr << "metabuffer: " << metabuffer::text::quoted(first) << " is not a command; use "
+                  << metabuffer::text::joined(names, "or") << ", or see metabuffer --help\n";
     } else {
         std::cerr << "metabuffer: " << error.what() << "; see metabuffer --help\n";
     }
@@ -33,15 +50,18 @@ int sc_main(int argc, char** argv) {
     CLI::App program("The Metabuffer: an executable model of image-compositing hardware", "metabuffer");
     program.require_subcommand(1);
     program.set_version_flag("--version", METABUFFER_VERSION);
-    metabuffer::RunCommand run(program);
-    metabuffer::CompareCommand compare(program);
+    Commands commands;
+    commands.push_back(std::make_unique<metabuffer::RunCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::CompareCommand>(program));
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return report_usage(program, error, argc, argv);
+        return report_usage(program, commands, error, argc, argv);
     }
     try {
-        return compare.chosen() ? compare.execute() : run.execute();
+        const auto chosen = std::find_if(commands.begin(), commands.end(),
+                                         [](const auto& command) { return command->chosen(); });
+        return (*chosen)->execute();
     } catch (...) {
         const metabuffer::Failure failure = metabuffer::current_failure();
         std::cerr << failure.message << '\n';

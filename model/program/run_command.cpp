@@ -88,50 +88,48 @@ struct RunCommand::Outcome {
 };
 
 RunCommand::RunCommand(CLI::App& program)
-    : command_(program.add_subcommand("run", "Run a scenario; write its pictures and its report")),
-      scenario_(*command_) {
-    command_
-        ->add_option("--level", level_,
-                     "tlm: by transactions; rtl: clock by clock; functional: the pictures alone, no time "
-                     "(default: tlm, for a .vcd trace rtl)")
+    : Command(program, "run", "Run a scenario; write its pictures and its report"), scenario_(command()) {
+    command()
+        .add_option("--level", level_,
+                    "tlm: by transactions; rtl: clock by clock; functional: the pictures alone, no time "
+                    "(default: tlm, for a .vcd trace rtl)")
         ->check(CLI::IsMember({kTlm, kRtl, kFunctional}));
-    command_->add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
+    command().add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
     add_trace_options();
-    command_->add_flag("--no-images", no_images_,
+    command().add_flag("--no-images", no_images_,
                        "Counters only: no pictures, and those of an earlier run in the directory go");
-    command_->add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
-    command_->add_flag("--quiet", quiet_, "Print no summary and no progress");
-    command_->footer(kFooter);
+    command().add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
+    command().add_flag("--quiet", quiet_, "Print no summary and no progress");
+    command().footer(kFooter);
 }
 
 void RunCommand::add_trace_options() {
-    CLI::Option* const trace = command_->add_option(
+    CLI::Option* const trace = command().add_option(
         "--trace", trace_file_,
         "Write a trace: FILE.vcd, a waveform (level rtl), or FILE.json, what each bus and display does when, "
         "for ui.perfetto.dev (level tlm)");
     constexpr std::int64_t kLargestCycles = 1'000'000'000'000;
     const std::array<CLI::Option*, 4> waveform_options{
-        command_
-            ->add_option("--trace-window", trace_window_,
-                         "What a waveform shows: startframe:K, frames:A-B, cycles:A-B, first-busready-drop, "
-                         "first-starved-pixel, or all (gigabytes for a whole frame)")
+        command()
+            .add_option("--trace-window", trace_window_,
+                        "What a waveform shows: startframe:K, frames:A-B, cycles:A-B, first-busready-drop, "
+                        "first-starved-pixel, or all (gigabytes for a whole frame)")
             ->capture_default_str(),
-        command_
-            ->add_option("--trace-before", trace_before_cycles_, "Core clocks before the event (default 200)")
+        command()
+            .add_option("--trace-before", trace_before_cycles_, "Core clocks before the event (default 200)")
             ->check(CLI::Range(std::int64_t{0}, kLargestCycles)),
-        command_->add_option("--trace-after", trace_after_cycles_, "Core clocks after it (default 2000)")
+        command()
+            .add_option("--trace-after", trace_after_cycles_, "Core clocks after it (default 2000)")
             ->check(CLI::Range(std::int64_t{0}, kLargestCycles)),
-        command_
-            ->add_option("--trace-modules", trace_blocks_,
-                         "Only these blocks: comma-separated shell patterns such as 'composer_1_*,swap_lock'")
+        command()
+            .add_option("--trace-modules", trace_blocks_,
+                        "Only these blocks: comma-separated shell patterns such as 'composer_1_*,swap_lock'")
             ->delimiter(',')};
     for (CLI::Option* option : waveform_options) {
         option->needs(trace);
         waveform_options_.push_back(option);
     }
 }
-
-bool RunCommand::chosen() const { return command_->parsed(); }
 
 std::string RunCommand::level() const {
     if (!level_.empty()) return level_;

@@ -5,11 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "program/exit_status.h"
+#include "program/command.h"
 #include "program/scenario_options.h"
 
 namespace CLI {
-class App;
 class Option;
 }  // namespace CLI
 
@@ -18,15 +17,12 @@ namespace metabuffer {
 class PictureSink;
 
 /// `metabuffer run`: one scenario at one level; writes pictures and report, prints a summary.
-class RunCommand {
+class RunCommand final : public Command {
   public:
     /// Adds the subcommand and its options.
     explicit RunCommand(CLI::App& program);
 
-    /// Whether the command line names this command.
-    bool chosen() const;
-    /// Throws InputError and OutputError.
-    ExitStatus execute();
+    ExitStatus execute() override;
 
   private:
     struct Outcome;
@@ -40,7 +36,6 @@ class RunCommand {
     void print_summary(const Outcome& outcome, const std::string& directory) const;
     ExitStatus judge(const Outcome& outcome) const;
 
-    CLI::App* command_;
     ScenarioOptions scenario_;
     std::string level_;  ///< empty if it is not given
     std::string out_directory_;
