@@ -1,21 +1,10 @@
 #include "program/level_process.h"
 
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <array>
-#include <cerrno>
-#include <csignal>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
-#include <iostream>
-#include <system_error>
 
 #include "report/report.h"
 #include "rtl/run.h"
-#include "scenario/scenario_loader.h"
 #include "tlm/run.h"
 
 namespace metabuffer {
@@ -36,26 +25,15 @@ struct LevelMessage {
 
 namespace {
 
-/// The child's end of the pipe.
+/// A run's messages to the parent.
 class Sender {
   public:
-    explicit Sender(int descriptor) : descriptor_(descriptor) {}
+    explicit Sender(const ChildProcess::Sender& pipe) : pipe_(pipe) {}
 
-    /// Ends the process if nobody reads any more.
-    void send(const void* bytes, std::size_t count) const {
-        const char* at = static_cast<const char*>(bytes);
-        while (count > 0) {
-            const ssize_t written = write(descriptor_, at, count);
-            if (written < 0 && errno == EINTR) continue;
-            if (written <= 0) _exit(kExitModelError);
-            at += written;
-            count -= static_cast<std::size_t>(written);
-        }
-    }
     void send(LevelMessage message, const void* payload, std::size_t bytes) const {
         message.bytes = bytes;
-        send(&message, sizeof message);
-        send(payload, bytes);
+        pipe_.send(&message, sizeof message);
+        pipe_.send(payload, bytes);
     }
     void send_picture(int frame, int display, const ColourImage& image) const {
         LevelMessage message;
@@ -88,7 +66,7 @@ class Sender {
     }
 
   private:
-    int descriptor_;
+    ChildProcess::Sender pipe_;
 };
 
 /// Runs a level as its own options ask for; `run` is the level's.
@@ -107,8 +85,7 @@ void run_level(const Scenario& scenario, Options options, bool images, const Sen
 }
 
 /// What the process of a run does.
-[[noreturn]] void run_and_send(TimedLevel level, const Scenario& scenario, bool images,
-                               const Sender& sender) {
+void run_and_send(TimedLevel level, const Scenario& scenario, bool images, const Sender& sender) {
     try {
         if (level == TimedLevel::kRtl) {
             run_level(scenario, rtl::RunOptions{}, images, sender, rtl::run);
@@ -120,68 +97,22 @@ void run_level(const Scenario& scenario, Options options, bool images, const Sen
     } catch (...) {
         sender.send_failure(current_failure());
     }
-    // What the kernel printed; the parent's destructors are the parent's business.
-    std::cout.flush();
-    std::fflush(nullptr);
-    _exit(kExitDone);
-}
-
-std::string how_it_ended(int status) {
-    if (WIFSIGNALED(status)) return std::string("ended by a signal: ") + strsignal(WTERMSIG(status));
-    return "ended with exit status " + std::to_string(WEXITSTATUS(status)) + " and without a report";
-}
-
-[[noreturn]] void fail_to_start(const char* what) {
-    throw InputError(std::string("metabuffer: no ") + what +
-                     " for a run: " + std::generic_category().message(errno));
 }
 
 }  // namespace
 
 const char* level_name(TimedLevel level) { return level == TimedLevel::kRtl ? "rtl" : "tlm"; }
 
-LevelProcess::LevelProcess(TimedLevel level, const Scenario& scenario, bool images) : level_(level) {
-    std::array<int, 2> ends{};
-    if (pipe(ends.data()) != 0) fail_to_start("pipe");
-    // Or both processes would print what is still in there.
-    std::cout.flush();
-    std::fflush(nullptr);
-    const pid_t parent = getpid();
-    process_ = fork();
-    if (process_ == 0) {
-        close(ends[0]);
-        // A run that nobody waits for ends, however its parent did.
-        prctl(PR_SET_PDEATHSIG, SIGKILL);
-        if (getppid() != parent) _exit(kExitModelError);
-        run_and_send(level, scenario, images, Sender(ends[1]));
-    }
-    const int error = errno;
-    close(ends[1]);
-    if (process_ < 0) {
-        close(ends[0]);
-        errno = error;
-        fail_to_start("process");
-    }
-    descriptor_ = ends[0];
-}
-
-LevelProcess::~LevelProcess() {
-    if (ended()) return;
-    kill(process_, SIGKILL);
-    waitpid(process_, nullptr, 0);
-    close(descriptor_);
-}
+LevelProcess::LevelProcess(TimedLevel level, const Scenario& scenario, bool images)
+    : level_(level), process_([level, &scenario, images](const ChildProcess::Sender& pipe) {
+          run_and_send(level, scenario, images, Sender(pipe));
+      }) {}
 
 std::vector<LevelProcess::Picture> LevelProcess::receive() {
     std::vector<Picture> pictures;
-    std::array<char, std::size_t{1} << 16> buffer{};
-    const ssize_t got = read(descriptor_, buffer.data(), buffer.size());
-    if (got > 0) {
-        received_.append(buffer.data(), static_cast<std::size_t>(got));
-        take_messages(pictures);
-    } else if (got == 0 || errno != EINTR) {
-        end();
-    }
+    process_.receive(received_);
+    take_messages(pictures);
+    if (process_.ended()) end();
     return pictures;
 }
 
@@ -221,15 +152,11 @@ void LevelProcess::take_message(const LevelMessage& message, const char* payload
 }
 
 void LevelProcess::end() {
-    close(descriptor_);
-    descriptor_ = -1;
-    int status = 0;
-    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
-    }
-    const bool well = WIFEXITED(status) && WEXITSTATUS(status) == kExitDone;
-    if (failure_ || (result_ && well)) return;
+    const std::string& complaint = process_.complaint();
+    if (failure_ || (result_ && complaint.empty())) return;
     result_.reset();
-    failure_ = Failure{kExitModelError, how_it_ended(status)};
+    failure_ = Failure{kExitModelError,
+                       complaint.empty() ? "ended with exit status 0 and without a report" : complaint};
 }
 
 }  // namespace metabuffer

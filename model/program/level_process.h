@@ -1,12 +1,11 @@
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "exploration/child_process.h"
 #include "formats/image.h"
 #include "program/failure.h"
 #include "scenario/scenario.h"
@@ -19,9 +18,8 @@ enum class TimedLevel : std::uint8_t { kRtl, kTlm };
 /// "rtl", "tlm".
 const char* level_name(TimedLevel level);
 
-/// A run of one level in a process of its own, since SystemC elaborates once in a process. It hands its pictures
-/// and its report over by a pipe, and waits while nobody reads. Construct it before this process elaborates
-/// anything.
+/// A run of one level in a process of its own, which hands its pictures and its report over, waits while nobody reads,
+/// and ends with this object. Construct it before this process elaborates anything.
 class LevelProcess {
   public:
     /// A frame (from 0) as it was shown on a display (from 1).
@@ -40,16 +38,12 @@ class LevelProcess {
     /// Starts the run. Without `images` no picture comes. Throws InputError if this computer has no process for
     /// it.
     LevelProcess(TimedLevel level, const Scenario& scenario, bool images);
-    /// Ends the run if it is still going on.
-    ~LevelProcess();
-    LevelProcess(const LevelProcess&) = delete;
-    LevelProcess& operator=(const LevelProcess&) = delete;
 
     TimedLevel level() const { return level_; }
     /// Whether all has been received that will ever come.
-    bool ended() const { return descriptor_ < 0; }
+    bool ended() const { return process_.ended(); }
     /// To poll for reading until the process has ended.
-    int descriptor() const { return descriptor_; }
+    int descriptor() const { return process_.descriptor(); }
     /// Reads what is there, waiting if there is nothing, and returns the pictures that are complete.
     std::vector<Picture> receive();
 
@@ -65,8 +59,7 @@ class LevelProcess {
     void end();
 
     TimedLevel level_;
-    pid_t process_ = -1;
-    int descriptor_ = -1;
+    ChildProcess process_;
     std::string received_;  ///< up to one message that is not complete
     double progress_ = 0.0;
     std::optional<Result> result_;

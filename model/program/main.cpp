@@ -10,8 +10,13 @@
 
 #include "program/compare_command.h"
 #include "program/exit_status.h"
+#include "program/export_command.h"
 #include "program/failure.h"
+#include "program/plot_command.h"
+#include "program/report_command.h"
 #include "program/run_command.h"
+#include "program/size_command.h"
+#include "program/sweep_command.h"
 #include "scenario/text.h"
 
 namespace {
@@ -53,6 +58,11 @@ int sc_main(int argc, char** argv) {
     Commands commands;
     commands.push_back(std::make_unique<metabuffer::RunCommand>(program));
     commands.push_back(std::make_unique<metabuffer::CompareCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::SweepCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::SizeCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::ReportCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::PlotCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::ExportCommand>(program));
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

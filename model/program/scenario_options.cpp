@@ -2,8 +2,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "scenario/scenario_loader.h"
-
 namespace metabuffer {
 
 ScenarioOptions::ScenarioOptions(CLI::App& command) {
@@ -15,12 +13,14 @@ ScenarioOptions::ScenarioOptions(CLI::App& command) {
         ->check(CLI::Range(1, 1'000'000));
 }
 
-Scenario ScenarioOptions::load() const {
+std::vector<ScenarioOverride> ScenarioOptions::overrides() const {
     std::vector<ScenarioOverride> overrides;
     overrides.reserve(overrides_.size() + 1);
     for (const std::string& text : overrides_) overrides.push_back(parse_override(text));
     if (frames_) overrides.push_back({"frames", std::to_string(*frames_)});
-    return load_scenario(file_, overrides);
+    return overrides;
 }
+
+Scenario ScenarioOptions::load() const { return load_scenario(file_, overrides()); }
 
 }  // namespace metabuffer

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "scenario/scenario.h"
+#include "scenario/scenario_loader.h"
 
 namespace CLI {
 class App;
@@ -21,6 +21,8 @@ class ScenarioOptions {
     ScenarioOptions& operator=(const ScenarioOptions&) = delete;
 
     const std::string& file() const { return file_; }
+    /// What --set and --frames ask for. Throws InputError.
+    std::vector<ScenarioOverride> overrides() const;
     /// Throws InputError.
     Scenario load() const;
 

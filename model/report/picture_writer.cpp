@@ -72,9 +72,10 @@ void write_bytes(const std::filesystem::path& file, const char* bytes, std::size
 /// times as long again and save little.
 constexpr int kPngCompressionLevel = 2;
 
-/// The PNG file's bytes. The specification holds geometry alone, no date and no software: the same picture
-/// makes the same file.
-std::vector<unsigned char> png_bytes(const std::filesystem::path& file, const ColourImage& image) {
+}  // namespace
+
+// The specification holds geometry alone, no date and no software: the same picture makes the same file.
+std::string png_bytes(const ColourImage& image, const std::filesystem::path& file) {
     std::vector<std::uint8_t> channels;
     channels.reserve(image.values.size() * kColourChannels);
     for (const std::uint32_t colour : image.values) {
@@ -94,14 +95,12 @@ std::vector<unsigned char> png_bytes(const std::filesystem::path& file, const Co
         !output->close()) {
         fail(file, output->geterror());
     }
-    return bytes;
+    return {bytes.begin(), bytes.end()};
 }
 
-}  // namespace
-
 void write_png(const std::filesystem::path& file, const ColourImage& image) {
-    const std::vector<unsigned char> bytes = png_bytes(file, image);
-    write_bytes(file, reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string bytes = png_bytes(image, file);
+    write_bytes(file, bytes.data(), bytes.size());
 }
 
 void write_text(const std::filesystem::path& file, const std::string& text) {

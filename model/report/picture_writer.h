@@ -10,6 +10,10 @@
 
 namespace metabuffer {
 
+/// The bytes of an 8-bit RGB PNG file: the same for the same picture. `file` is what an error names. Throws
+/// OutputError.
+std::string png_bytes(const ColourImage& image, const std::filesystem::path& file = "picture.png");
+
 /// Writes an 8-bit RGB PNG, by way of a temporary file beside it so that a failure leaves nothing
 /// half-written. Throws OutputError.
 void write_png(const std::filesystem::path& file, const ColourImage& image);

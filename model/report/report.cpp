@@ -1,5 +1,6 @@
 #include "report/report.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace metabuffer {
@@ -25,6 +26,14 @@ const char* reject_cause_key(RejectCause cause) {
 double BusCounters::utilization() const {
     const std::int64_t wanted = busy_cycles + table_cycles + page_miss_cycles + poll_cycles + lost_cycles;
     return wanted == 0 ? 0.0 : static_cast<double>(busy_cycles) / static_cast<double>(wanted);
+}
+
+std::int64_t RendererCounters::total_rejected_frames() const {
+    return std::accumulate(rejected_frames.begin(), rejected_frames.end(), std::int64_t{0});
+}
+
+std::int64_t RendererCounters::total_rejected_rows() const {
+    return std::accumulate(rejected_rows.begin(), rejected_rows.end(), std::int64_t{0});
 }
 
 void RendererCounters::add_rejected_rows(std::uint32_t pair, const ValidatedTable& table) {
@@ -60,26 +69,25 @@ void ComposerCounters::add_starved_run(const StarvedRun& run) {
     if (starved_run_count <= kStarvedRunsKept) starved_runs.push_back(run);
 }
 
-std::int64_t RunReport::total_starved_pixels() const {
-    return std::accumulate(
-        composers.begin(), composers.end(), std::int64_t{0},
-        [](std::int64_t sum, const ComposerCounters& composer) { return sum + composer.starved_pixels; });
+std::int64_t RunReport::total_starved_pixels() const { return total_composer().starved_pixels; }
+
+std::int64_t RunReport::total_stalled_cycles() const { return total_composer().stalled_cycles; }
+
+std::int64_t RunReport::total_rejected_frames() const {
+    return std::accumulate(renderers.begin(), renderers.end(), std::int64_t{0},
+                           [](std::int64_t sum, const RendererCounters& renderer) {
+                               return sum + renderer.total_rejected_frames();
+                           });
 }
 
-std::int64_t RunReport::total_stalled_cycles() const {
-    std::int64_t total = 0;
-    for (const ComposerCounters& composer : composers) total += composer.stalled_cycles;
-    return total;
+std::int64_t RunReport::total_rejected_rows() const {
+    return std::accumulate(renderers.begin(), renderers.end(), std::int64_t{0},
+                           [](std::int64_t sum, const RendererCounters& renderer) {
+                               return sum + renderer.total_rejected_rows();
+                           });
 }
 
-std::int64_t RunReport::total_rejected() const {
-    std::int64_t sum = 0;
-    for (const RendererCounters& renderer : renderers) {
-        sum = std::accumulate(renderer.rejected_frames.begin(), renderer.rejected_frames.end(), sum);
-        sum = std::accumulate(renderer.rejected_rows.begin(), renderer.rejected_rows.end(), sum);
-    }
-    return sum;
-}
+std::int64_t RunReport::total_rejected() const { return total_rejected_frames() + total_rejected_rows(); }
 
 BusCounters RunReport::total_bus() const {
     BusCounters total;
@@ -97,6 +105,39 @@ BusCounters RunReport::total_bus() const {
         total.recovered_slots += bus.recovered_slots;
     }
     return total;
+}
+
+ComposerCounters RunReport::total_composer() const {
+    ComposerCounters total;
+    for (const ComposerCounters& composer : composers) {
+        total.starved_pixels += composer.starved_pixels;
+        total.stalled_cycles += composer.stalled_cycles;
+        total.buffer_high_water = std::max(total.buffer_high_water, composer.buffer_high_water);
+        total.busready_drops += composer.busready_drops;
+        total.late_pixels += composer.late_pixels;
+        total.replayed_pixels += composer.replayed_pixels;
+    }
+    return total;
+}
+
+std::int64_t RunReport::frames_shown() const {
+    if (displays.empty()) return 0;
+    return std::min_element(displays.begin(), displays.end(),
+                            [](const DisplayCounters& a, const DisplayCounters& b) {
+                                return a.frames_shown < b.frames_shown;
+                            })
+        ->frames_shown;
+}
+
+std::int64_t RunReport::composition_cycles() const {
+    // Both ends count: the last pixel is composited in the clock end_cycle.
+    return frames.empty() ? 0 : frames.back().end_cycle - frames.front().start_cycle + 1;
+}
+
+std::optional<double> RunReport::frames_per_second() const {
+    const std::int64_t clocks = composition_cycles();
+    if (clocks <= 0) return std::nullopt;
+    return core_mhz * 1.0e6 * static_cast<double>(frames.size()) / static_cast<double>(clocks);
 }
 
 }  // namespace metabuffer

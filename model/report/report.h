@@ -45,6 +45,8 @@ struct RendererCounters {
     std::int64_t repeated_frames = 0;
     std::int64_t dropped_frames = 0;
 
+    std::int64_t total_rejected_frames() const;
+    std::int64_t total_rejected_rows() const;
     /// Counts the rows that a pair's table lost and keeps the messages of the first kRowMessagesKept.
     void add_rejected_rows(std::uint32_t pair, const ValidatedTable& table);
 };
@@ -119,9 +121,19 @@ struct RunReport {
     std::vector<std::string> watchdog;  ///< what waited for what, if the watchdog ended the run
 
     std::int64_t total_starved_pixels() const;
-    std::int64_t total_stalled_cycles() const;  ///< of all composers
-    std::int64_t total_rejected() const;        ///< frames and rows
-    BusCounters total_bus() const;              ///< the sums over all renderers
+    std::int64_t total_stalled_cycles() const;   ///< of all composers
+    std::int64_t total_rejected_frames() const;  ///< for whatever cause
+    std::int64_t total_rejected_rows() const;
+    std::int64_t total_rejected() const;      ///< frames and rows
+    BusCounters total_bus() const;            ///< the sums over all renderers
+    ComposerCounters total_composer() const;  ///< the sums over all composers; the high water is the highest
+
+    /// The frames that every display has shown.
+    std::int64_t frames_shown() const;
+    /// Clocks from the first pixel composited to the last, both included; 0 if no frame was composited.
+    std::int64_t composition_cycles() const;
+    /// Composited frames over those clocks; none if there are none.
+    std::optional<double> frames_per_second() const;
 };
 
 /// The report as JSON text, keys in a fixed order.

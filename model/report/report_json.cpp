@@ -115,16 +115,7 @@ Json totals_json(const RunReport& report) {
         dropped += renderer.dropped_frames;
     }
 
-    ComposerCounters composers;
-    for (const ComposerCounters& composer : report.composers) {
-        composers.starved_pixels += composer.starved_pixels;
-        composers.stalled_cycles += composer.stalled_cycles;
-        composers.buffer_high_water = std::max(composers.buffer_high_water, composer.buffer_high_water);
-        composers.busready_drops += composer.busready_drops;
-        composers.late_pixels += composer.late_pixels;
-        composers.replayed_pixels += composer.replayed_pixels;
-    }
-
+    const ComposerCounters composers = report.total_composer();
     DisplayCounters displays;
     for (const DisplayCounters& display : report.displays) {
         displays.frames_shown += display.frames_shown;

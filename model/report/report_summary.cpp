@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "report/report.h"
+#include "report/text_table.h"
 
 namespace metabuffer {
 
@@ -19,13 +20,6 @@ constexpr std::size_t kListedLines = 8;
 constexpr std::size_t kNameCharacters = 16;
 
 constexpr double kPercent = 100.0;
-
-/// Characters a UTF-8 text takes on the screen: its bytes without those that continue a character.
-std::size_t screen_width(const std::string& text) {
-    return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char byte) {
-        return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U;
-    }));
-}
 
 std::string shortened(const std::string& name) {
     if (screen_width(name) <= kNameCharacters) return name;
@@ -59,34 +53,6 @@ std::string counted(std::int64_t count, const std::string& thing) {
     return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
 
-/// Columns as wide as their widest cell; the first is left-aligned, the others are numbers.
-class TextTable {
-  public:
-    void add(std::vector<std::string> cells) { rows_.push_back(std::move(cells)); }
-
-    std::string text() const {
-        std::vector<std::size_t> widths;
-        for (const auto& row : rows_) {
-            widths.resize(std::max(widths.size(), row.size()));
-            for (std::size_t n = 0; n < row.size(); ++n)
-                widths[n] = std::max(widths[n], screen_width(row[n]));
-        }
-        std::string result;
-        for (const auto& row : rows_) {
-            for (std::size_t n = 0; n < row.size(); ++n) {
-                const std::string padding(widths[n] - screen_width(row[n]), ' ');
-                result += "  ";
-                result += n == 0 ? row[n] + padding : padding + row[n];
-            }
-            result += '\n';
-        }
-        return result;
-    }
-
-  private:
-    std::vector<std::vector<std::string>> rows_;
-};
-
 /// Lines of a list that may be long: the first few, then how many more there are.
 std::string listed(const std::vector<std::string>& lines) {
     std::string result;
@@ -98,28 +64,6 @@ std::string listed(const std::vector<std::string>& lines) {
     return result;
 }
 
-std::int64_t rejected_frames(const RendererCounters& renderer) {
-    std::int64_t sum = 0;
-    for (const std::int64_t count : renderer.rejected_frames) sum += count;
-    return sum;
-}
-
-std::int64_t rejected_rows(const RendererCounters& renderer) {
-    std::int64_t sum = 0;
-    for (const std::int64_t count : renderer.rejected_rows) sum += count;
-    return sum;
-}
-
-/// The frames that every display has shown.
-std::int64_t frames_shown(const RunReport& report) {
-    if (report.displays.empty()) return 0;
-    return std::min_element(report.displays.begin(), report.displays.end(),
-                            [](const DisplayCounters& a, const DisplayCounters& b) {
-                                return a.frames_shown < b.frames_shown;
-                            })
-        ->frames_shown;
-}
-
 std::string machine(const RunReport& report) {
     return counted(static_cast<std::int64_t>(report.renderers.size()), "renderer") + ", " +
            counted(static_cast<std::int64_t>(report.displays.size()), "display");
@@ -127,18 +71,15 @@ std::string machine(const RunReport& report) {
 
 std::string timing_lines(const RunReport& report) {
     const std::string mhz = plain(report.core_mhz) + " MHz";
-    std::string text = "frames      " + std::to_string(frames_shown(report)) + " shown on every display, " +
+    std::string text = "frames      " + std::to_string(report.frames_shown()) + " shown on every display, " +
                        std::to_string(report.frames.size()) + " composited\n" + "clocks      " +
                        std::to_string(report.core_cycles) + " core clocks at " + mhz + "\n";
     if (report.frames.empty()) return text;
 
-    // Both ends count: the last pixel is composited in the clock end_cycle.
-    const std::int64_t clocks = report.frames.back().end_cycle - report.frames.front().start_cycle + 1;
-    const auto frames = static_cast<double>(report.frames.size());
-    if (clocks > 0) {
-        text += "frame rate  " + decimal(report.core_mhz * 1.0e6 * frames / static_cast<double>(clocks), 2) +
+    if (const auto rate = report.frames_per_second()) {
+        text += "frame rate  " + decimal(*rate, 2) +
                 " frames/s: " + counted(static_cast<std::int64_t>(report.frames.size()), "frame") + " in " +
-                counted(clocks, "clock") + ", first pixel to last\n";
+                counted(report.composition_cycles(), "clock") + ", first pixel to last\n";
     }
 
     std::vector<std::int64_t> latencies;
@@ -184,7 +125,8 @@ std::string bus_table(const RunReport& report) {
         dropped += renderer.dropped_frames;
         if (report.renderers.size() > kRenderersDown) continue;
         table.add(bus_cells(shortened(renderer.name), renderer.bus, renderer.repeated_frames,
-                            renderer.dropped_frames, rejected_frames(renderer) + rejected_rows(renderer)));
+                            renderer.dropped_frames,
+                            renderer.total_rejected_frames() + renderer.total_rejected_rows()));
     }
     if (report.renderers.size() != 1) {
         table.add(bus_cells("all", report.total_bus(), repeated, dropped, report.total_rejected()));
@@ -306,7 +248,7 @@ std::string rejected_lists(const RunReport& report) {
             rows.push_back(renderer.name + ": " + message);
         }
         const std::int64_t untold =
-            rejected_rows(renderer) - static_cast<std::int64_t>(renderer.rejected_row_messages.size());
+            renderer.total_rejected_rows() - static_cast<std::int64_t>(renderer.rejected_row_messages.size());
         if (untold > 0) rows.push_back(renderer.name + ": " + counted(untold, "further row"));
     }
     return (frames.empty() ? "" : "\nrejected frames:\n" + listed(frames)) +
@@ -339,12 +281,8 @@ std::string stalled_verdict(const RunReport& report) {
 }
 
 std::string rejected_verdict(const RunReport& report) {
-    std::int64_t frames = 0;
-    std::int64_t rows = 0;
-    for (const RendererCounters& renderer : report.renderers) {
-        frames += rejected_frames(renderer);
-        rows += rejected_rows(renderer);
-    }
+    const std::int64_t frames = report.total_rejected_frames();
+    const std::int64_t rows = report.total_rejected_rows();
     std::string text;
     if (frames != 0) text += counted(frames, "frame");
     if (rows != 0) text += (text.empty() ? "" : " and ") + counted(rows, "table row");
@@ -363,7 +301,7 @@ std::string joined(const std::vector<std::string>& parts) {
 std::string functional_summary(const RunReport& report) {
     const std::string rejected = rejected_verdict(report);
     return report.scenario + " (functional: " + machine(report) + ", no clock)\n" + "frames      " +
-           std::to_string(frames_shown(report)) + " shown on every display\n" + rejected_lists(report) +
+           std::to_string(report.frames_shown()) + " shown on every display\n" + rejected_lists(report) +
            "\n" + (rejected.empty() ? "nothing rejected" : rejected) + "\n";
 }
 

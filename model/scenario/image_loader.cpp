@@ -57,6 +57,15 @@ std::uint32_t scaled(double value, std::uint32_t maximum) {
     return static_cast<std::uint32_t>(std::floor(std::clamp(value, 0.0, 1.0) * maximum + 0.5));
 }
 
+/// Keeps OpenImageIO and OpenEXR from making threads. A sweep reads images and forks, and the child reads more: there
+/// OpenEXR would wait for ever for its threads, which fork() does not take along.
+void read_in_this_thread() {
+    // OpenEXR has threads of its own, one even for a count of 1; -1 is none. Of the state of the process, not of a
+    // scenario: once is enough.
+    static const bool done = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
+    static_cast<void>(done);
+}
+
 /// What reads a channel's samples needs: the file as it is, unconverted.
 class NativeImage {
   public:
@@ -69,6 +78,7 @@ class NativeImage {
         if (!std::ifstream(file)) {
             fail(file, "cannot be read: " + std::generic_category().message(errno == 0 ? EIO : errno));
         }
+        read_in_this_thread();
         input_ = OIIO::ImageInput::open(file.string());
         if (input_ == nullptr) fail_unreadable(OIIO::geterror());
         spec_ = input_->spec();

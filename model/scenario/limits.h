@@ -52,6 +52,8 @@ constexpr IntegerRange kFaultPair{0, std::numeric_limits<std::uint32_t>::max()};
 constexpr IntegerRange kDelayPairs{1, 1'000'000};
 constexpr IntegerRange kImagePixels{1, 8192};  ///< per side
 constexpr std::int64_t kComposers = 65536;     ///< displays times renderers
+constexpr IntegerRange kRendererCopies{1, kComposers};
+constexpr std::int64_t kCopiedFrames = 1'000'000;  ///< copies times frames, over all renderers
 
 }  // namespace limits
 }  // namespace metabuffer

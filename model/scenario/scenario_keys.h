@@ -1,37 +1,25 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
+#include <optional>
 #include <string_view>
 #include <vector>
 
+#include "scenario/limits.h"
+#include "scenario/schema.h"
+
 namespace metabuffer {
 
-enum class KeyShape : std::uint8_t { kScalar, kMap, kList };
+/// Every place of a scenario file.
+const Schema& scenario_schema();
 
-/// One place of a scenario. A list's entries are written "[]": `renderers[].frames[].viewport.x`.
-struct ScenarioKey {
-    const char* pattern;
-    KeyShape shape;
-    const char* meaning;  ///< completes "use ..."
+/// What a whole-number key takes.
+struct WholeNumbers {
+    IntegerRange range;
+    std::vector<std::int64_t> only;  ///< ascending, if not all of the range will do
 };
 
-/// Every place of a scenario, the one list that the reader, overrides and documentation go by.
-const std::vector<ScenarioKey>& scenario_keys();
-
-/// The place of that pattern, or null; the empty pattern is the scenario itself.
-const ScenarioKey* find_scenario_key(std::string_view pattern);
-
-/// Whether a map may hold the key.
-bool is_key_of(std::string_view map_pattern, std::string_view key);
-
-/// The keys a map may hold, in the order of the list.
-std::vector<std::string> keys_of(std::string_view map_pattern);
-
-/// What to tell about a key that the map does not know: the path of the nearest known one. A key that is
-/// known elsewhere is named with where it belongs, unless one of this map is nearly the same.
-std::string nearest_key(std::string_view map_pattern, std::string_view map_path, std::string_view key);
-
-std::string key_pattern(std::string_view map_pattern, std::string_view key);
+/// What the key of that pattern ("bus.width_bits") takes; nothing if its values are no whole numbers.
+std::optional<WholeNumbers> whole_numbers_of(std::string_view pattern);
 
 }  // namespace metabuffer

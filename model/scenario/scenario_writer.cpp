@@ -14,6 +14,7 @@
 
 #include "scenario/names.h"
 #include "scenario/output_error.h"
+#include "scenario/scenario_keys.h"
 #include "scenario/scenario_loader.h"
 #include "scenario/text.h"
 
@@ -134,35 +135,30 @@ std::string table_text(const ViewportTable& table) {
     return table.empty() ? "[]" : text.str() + "]";
 }
 
+/// Every key of the machine, from the one list: what stands in a map goes on the map's line.
 void write_settings(std::ostream& out, const Scenario& scenario) {
-    const DisplayConfig& displays = scenario.displays;
-    const ClockConfig& clocks = scenario.clocks;
-    const MemoryConfig& memory = scenario.memory;
-    const BusConfig& bus = scenario.bus;
-    const ComposerConfig& composer = scenario.composer;
-    out << "name: " << name("name", scenario.name) << "\n"
-        << "displays: {columns: " << displays.columns << ", rows: " << displays.rows
-        << ", width: " << displays.width_pixels << ", height: " << displays.height_pixels
-        << ", supersample: " << displays.supersample << ", background: [" << int{displays.background[0]}
-        << ", " << int{displays.background[1]} << ", " << int{displays.background[2]} << "]}\n"
-        << "composition: " << to_string(scenario.composition) << "\n"
-        << "depth_format: " << to_string(scenario.depth_format) << "\n"
-        << "depth_range: [" << text::number(scenario.depth_near) << ", " << text::number(scenario.depth_far)
-        << "]\n"
-        << "clocks: {core_mhz: " << text::number(clocks.core_mhz)
-        << ", dvi_in_mhz: " << text::number(clocks.dvi_in_mhz)
-        << ", dvi_out_mhz: " << text::number(clocks.dvi_out_mhz) << "}\n"
-        << "memory: {page_words: " << memory.page_words << ", page_miss_cycles: " << memory.page_miss_cycles
-        << ", words_per_cycle: " << memory.words_per_cycle << "}\n"
-        << "bus: {width_bits: " << bus.width_bits << ", burst_pixels: " << bus.burst_pixels
-        << ", arbitration: " << to_string(bus.arbitration) << "}\n"
-        << "composer: {buffer_pixels: " << composer.buffer_pixels
-        << ", ready_space_pixels: " << composer.ready_space_pixels
-        << ", on_starvation: " << to_string(composer.on_starvation) << "}\n"
-        << "pacing: " << to_string(scenario.pacing) << "\n"
-        << "link_timeout_pairs: " << scenario.link_timeout_pairs << "\n"
-        << "watchdog_cycles: " << scenario.watchdog_cycles << "\n"
-        << "frames: " << scenario.frames << "\n";
+    const std::uint8_t* background = scenario.displays.background;
+    std::map<std::string, std::string> values = scenario_settings(scenario);
+    values["name"] = name("name", scenario.name);
+    values["displays.background"] = "[" + std::to_string(background[0]) + ", " +
+                                    std::to_string(background[1]) + ", " + std::to_string(background[2]) +
+                                    "]";
+    values["depth_range"] =
+        "[" + text::number(scenario.depth_near) + ", " + text::number(scenario.depth_far) + "]";
+    const Schema& schema = scenario_schema();
+    for (const std::string& key : schema.keys_of("")) {
+        if (const auto value = values.find(key); value != values.end()) {
+            out << key << ": " << value->second << "\n";
+        }
+        if (schema.find(key)->shape != KeyShape::kMap) continue;
+        const char* before = ": {";
+        out << key;
+        for (const std::string& inner : schema.keys_of(key)) {
+            out << before << inner << ": " << values.at(key_pattern(key, inner));
+            before = ", ";
+        }
+        out << "}\n";
+    }
 }
 
 void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWall& wall,
@@ -198,6 +194,36 @@ void write_text_file(const std::filesystem::path& file, const std::string& conte
 }
 
 }  // namespace
+
+std::map<std::string, std::string> scenario_settings(const Scenario& scenario) {
+    const DisplayConfig& displays = scenario.displays;
+    return {
+        {"name", scenario.name},
+        {"displays.columns", std::to_string(displays.columns)},
+        {"displays.rows", std::to_string(displays.rows)},
+        {"displays.width", std::to_string(displays.width_pixels)},
+        {"displays.height", std::to_string(displays.height_pixels)},
+        {"displays.supersample", std::to_string(displays.supersample)},
+        {"composition", to_string(scenario.composition)},
+        {"depth_format", to_string(scenario.depth_format)},
+        {"clocks.core_mhz", text::number(scenario.clocks.core_mhz)},
+        {"clocks.dvi_in_mhz", text::number(scenario.clocks.dvi_in_mhz)},
+        {"clocks.dvi_out_mhz", text::number(scenario.clocks.dvi_out_mhz)},
+        {"memory.page_words", std::to_string(scenario.memory.page_words)},
+        {"memory.page_miss_cycles", std::to_string(scenario.memory.page_miss_cycles)},
+        {"memory.words_per_cycle", std::to_string(scenario.memory.words_per_cycle)},
+        {"bus.width_bits", std::to_string(scenario.bus.width_bits)},
+        {"bus.burst_pixels", std::to_string(scenario.bus.burst_pixels)},
+        {"bus.arbitration", to_string(scenario.bus.arbitration)},
+        {"composer.buffer_pixels", std::to_string(scenario.composer.buffer_pixels)},
+        {"composer.ready_space_pixels", std::to_string(scenario.composer.ready_space_pixels)},
+        {"composer.on_starvation", to_string(scenario.composer.on_starvation)},
+        {"pacing", to_string(scenario.pacing)},
+        {"link_timeout_pairs", std::to_string(scenario.link_timeout_pairs)},
+        {"watchdog_cycles", std::to_string(scenario.watchdog_cycles)},
+        {"frames", std::to_string(scenario.frames)},
+    };
+}
 
 void write_scenario(const Scenario& scenario, const std::filesystem::path& directory) {
     std::ostringstream out;

@@ -1,10 +1,16 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "scenario/scenario.h"
 
 namespace metabuffer {
+
+/// The value of every scenario key that is a single value and stands outside of lists ("bus.width_bits" to "64"), as
+/// scenario files write it; a name without quotation marks.
+std::map<std::string, std::string> scenario_settings(const Scenario& scenario);
 
 /// Writes a scenario as files that load_scenario() reads back as an equal one: `scenario.yaml` with every key,
 /// and beside it `image_N.tif` (8-bit R G B A, alpha associated, so that no reader multiplies the colours by it)

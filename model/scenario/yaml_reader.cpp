@@ -161,42 +161,53 @@ std::optional<std::size_t> index_of(const std::string& word) {
     return index;
 }
 
-[[noreturn]] void fail_shape(const Value& value, const std::string& path, const ScenarioKey& key) {
+[[noreturn]] void fail_shape(const Schema& schema, const Value& value, const std::string& path,
+                             const SchemaKey& key) {
     std::string use = key.meaning;
-    if (key.shape == KeyShape::kMap) use += " with the keys " + text::joined(keys_of(key.pattern), "and");
-    if (path.empty() && value.kind == ValueKind::kNothing) {
-        fail_at(value.place, path, "the scenario is empty; use at least the keys displays and renderers");
+    if (key.shape == KeyShape::kMap) {
+        use += " with the keys " + text::joined(schema.keys_of(key.pattern), "and");
     }
+    if (path.empty() && value.kind == ValueKind::kNothing) fail_at(value.place, path, schema.empty_message());
     fail_at(value.place, path, "is " + described(value) + "; use " + use);
 }
 
-[[noreturn]] void fail_unknown_key(const Place& place, const ScenarioKey& map, const std::string& map_path,
-                                   const std::string& key) {
-    fail_at(place, key_pattern(map_path, key),
-            "is not a known key; the nearest is " + nearest_key(map.pattern, map_path, key));
+std::string unknown_key(const Schema& schema, const SchemaKey& map, const std::string& map_path,
+                        const std::string& key) {
+    return "is not a known key; the nearest is " + schema.nearest_key(map.pattern, map_path, key);
 }
 
-void check_structure_of(const Value& value, const std::string& pattern, const std::string& path) {
-    const ScenarioKey& key = *find_scenario_key(pattern);
+void check_structure_of(const Schema& schema, const Value& value, const std::string& pattern,
+                        const std::string& path) {
+    const SchemaKey& key = *schema.find(pattern);
     switch (key.shape) {
         case KeyShape::kScalar:
+        case KeyShape::kAny:
             break;  // the reader of the value says better what it should be
         case KeyShape::kMap:
-            if (value.kind != ValueKind::kMap) fail_shape(value, path, key);
+        case KeyShape::kFreeMap: {
+            if (value.kind != ValueKind::kMap) fail_shape(schema, value, path, key);
+            const bool is_free = key.shape == KeyShape::kFreeMap;
             for (const Member& member : value.members) {
-                if (!is_key_of(pattern, member.key)) fail_unknown_key(member.place, key, path, member.key);
-                check_structure_of(member.value, key_pattern(pattern, member.key),
-                                   key_pattern(path, member.key));
+                const std::string member_path = key_pattern(path, member.key);
+                if (!is_free && !schema.is_key_of(pattern, member.key)) {
+                    fail_at(member.place, member_path, unknown_key(schema, key, path, member.key));
+                }
+                check_structure_of(schema, member.value,
+                                   is_free ? pattern + "[]" : key_pattern(pattern, member.key), member_path);
             }
             break;
+        }
         case KeyShape::kList:
-            if (value.kind != ValueKind::kList) fail_shape(value, path, key);
+            if (value.kind != ValueKind::kList) fail_shape(schema, value, path, key);
             for (std::size_t i = 0; i < value.items.size(); ++i) {
-                check_structure_of(value.items[i], pattern + "[]", item_path(path, i));
+                check_structure_of(schema, value.items[i], pattern + "[]", item_path(path, i));
             }
             break;
     }
 }
+
+constexpr const char* kNoKeyPath =
+    " is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x";
 
 /// Walks an override's path down the tree and makes the maps on the way.
 class OverrideWalk {
@@ -204,8 +215,10 @@ class OverrideWalk {
     OverrideWalk(Value& root, Place place) : current_(&root), place_(std::move(place)) {}
 
     void step(const Step& step) {
-        const ScenarioKey& key = *find_scenario_key(pattern_);
+        const SchemaKey& key = *schema_.find(pattern_);
         switch (key.shape) {
+            case KeyShape::kFreeMap:
+            case KeyShape::kAny:  // scenarios have neither
             case KeyShape::kScalar:
                 fail_at(place_, path_, "has nothing inside; use --set " + path_ + "=VALUE");
             case KeyShape::kMap:
@@ -220,12 +233,12 @@ class OverrideWalk {
     Value& target() { return *current_; }
 
   private:
-    void into_map(const ScenarioKey& map, const Step& step) {
-        if (step.bracketed || !is_key_of(pattern_, step.word)) {
-            fail_unknown_key(place_, map, path_, step.word);
+    void into_map(const SchemaKey& map, const Step& step) {
+        if (step.bracketed || !schema_.is_key_of(pattern_, step.word)) {
+            fail_at(place_, key_pattern(path_, step.word), unknown_key(schema_, map, path_, step.word));
         }
         if (current_->kind == ValueKind::kNothing) current_->kind = ValueKind::kMap;
-        if (current_->kind != ValueKind::kMap) fail_shape(*current_, path_, map);
+        if (current_->kind != ValueKind::kMap) fail_shape(schema_, *current_, path_, map);
         Value* member = current_->find(step.word);
         if (member == nullptr) {
             Value made;
@@ -238,9 +251,9 @@ class OverrideWalk {
         path_ = key_pattern(path_, step.word);
     }
 
-    void into_list(const ScenarioKey& list, const Step& step) {
+    void into_list(const SchemaKey& list, const Step& step) {
         if (current_->kind != ValueKind::kList && current_->kind != ValueKind::kNothing) {
-            fail_shape(*current_, path_, list);
+            fail_shape(schema_, *current_, path_, list);
         }
         const std::size_t count = current_->items.size();
         const std::string use = count == 0
@@ -254,6 +267,7 @@ class OverrideWalk {
         path_ = item_path(path_, *index);
     }
 
+    const Schema& schema_ = scenario_schema();
     Value* current_;
     Place place_;
     std::string pattern_;
@@ -292,6 +306,52 @@ std::optional<double> decimal_number(const std::string& text) {
     return value;
 }
 
+bool is_letter(char character) {
+    return (character >= 'a' && character <= 'z') || (character >= 'A' && character <= 'Z');
+}
+
+/// Whether the text means just itself in YAML wherever it stands. It may say no of some that do.
+bool is_plain(const std::string& text) {
+    const bool simple = !text.empty() && std::all_of(text.begin(), text.end(), [](char character) {
+        return is_letter(character) || is_digit(character) ||
+               std::string_view("_-+./").find(character) != std::string_view::npos;
+    });
+    const std::size_t first = simple && (text[0] == '-' || text[0] == '+') ? 1 : 0;
+    if (!simple || first == text.size()) return false;
+    const bool is_path = text[0] == '.' && text.find('/') != std::string::npos;
+    return (is_path || is_letter(text[first]) || is_digit(text[first])) && text != "null" && text != "Null" &&
+           text != "NULL";
+}
+
+/// A scalar in flow style. What quotation marks keep from being a number keeps them.
+std::string scalar_text(const Value& value) {
+    const bool is_number = decimal_number(value.text).has_value();
+    if (is_number ? !value.quoted : is_plain(value.text)) return value.text;
+    const bool has_control = std::any_of(value.text.begin(), value.text.end(), [](char character) {
+        return static_cast<unsigned char>(character) < 0x20U || character == 0x7F;
+    });
+    if (!has_control) {
+        // In single quotes nothing is special but the quote.
+        std::string result = "'";
+        for (const char character : value.text) {
+            result += character == '\'' ? "''" : std::string(1, character);
+        }
+        return result + "'";
+    }
+    constexpr std::string_view kDigits = "0123456789ABCDEF";
+    std::string result = "\"";
+    for (const char character : value.text) {
+        const auto code = static_cast<unsigned char>(character);
+        if (code < 0x20U || code == 0x7FU) {
+            result += std::string("\\x") + kDigits[code >> 4U] + kDigits[code & 0xFU];
+        } else {
+            if (character == '"' || character == '\\') result += '\\';
+            result += character;
+        }
+    }
+    return result + "\"";
+}
+
 }  // namespace
 
 std::string Place::describe() const { return line > 0 ? *origin + ":" + std::to_string(line) : *origin; }
@@ -322,6 +382,28 @@ std::string described(const Value& value) {
     return "";
 }
 
+std::string flow_text(const Value& value) {
+    std::string text;
+    switch (value.kind) {
+        case ValueKind::kNothing:
+            return "~";
+        case ValueKind::kScalar:
+            return scalar_text(value);
+        case ValueKind::kList:
+            for (const Value& item : value.items) text += (text.empty() ? "" : ", ") + flow_text(item);
+            return "[" + text + "]";
+        case ValueKind::kMap:
+            for (const Member& member : value.members) {
+                Value key;
+                key.kind = ValueKind::kScalar;
+                key.text = member.key;
+                text += (text.empty() ? "" : ", ") + scalar_text(key) + ": " + flow_text(member.value);
+            }
+            return "{" + text + "}";
+    }
+    return text;
+}
+
 Value parse_yaml(const std::string& text, const std::shared_ptr<const std::string>& origin, bool has_lines) {
     TreeBuilder builder(origin, has_lines);
     const Place start = builder.place(YAML::Mark());
@@ -347,10 +429,7 @@ void apply_override(Value& root, const ScenarioOverride& override_) {
     const Place place{origin, 0};
     const std::optional<std::vector<Step>> steps = split_path(override_.path);
     if (!steps.has_value()) {
-        fail_at(
-            place, "",
-            text::quoted(override_.path) +
-                " is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x");
+        fail_at(place, "", text::quoted(override_.path) + kNoKeyPath);
     }
     Value value = parse_yaml(override_.value, origin, false);
     OverrideWalk walk(root, place);
@@ -358,7 +437,36 @@ void apply_override(Value& root, const ScenarioOverride& override_) {
     walk.target() = std::move(value);
 }
 
-void check_structure(const Value& root) { check_structure_of(root, "", ""); }
+KeyPath find_key_path(const Schema& schema, const std::string& path, const std::string& where) {
+    const auto fail = [&where](const std::string& message) {
+        throw InputError(text::one_line((where.empty() ? "" : where + ": ") + message));
+    };
+    const std::optional<std::vector<Step>> steps = split_path(path);
+    if (!steps.has_value()) fail(text::quoted(path) + kNoKeyPath);
+    KeyPath found;
+    for (const Step& step : *steps) {
+        const SchemaKey& key = *schema.find(found.pattern);
+        if (key.shape == KeyShape::kMap) {
+            const std::string inner = key_pattern(found.path, step.word);
+            if (step.bracketed || !schema.is_key_of(found.pattern, step.word)) {
+                fail(inner + ": " + unknown_key(schema, key, found.path, step.word));
+            }
+            found = {inner, key_pattern(found.pattern, step.word)};
+        } else if (key.shape == KeyShape::kList) {
+            const std::optional<std::size_t> index = index_of(step.word);
+            if (!index.has_value()) {
+                fail(found.path + ": " + text::quoted(step.word) + " is not an index; use an index of " +
+                     found.path + ", from 0");
+            }
+            found = {item_path(found.path, *index), found.pattern + "[]"};
+        } else {
+            fail(found.path + ": has nothing inside; use " + found.path);
+        }
+    }
+    return found;
+}
+
+void check_structure(const Value& root, const Schema& schema) { check_structure_of(schema, root, "", ""); }
 
 Place find_place(const Value& root, const std::string& path) {
     const Value* value = &root;
@@ -380,11 +488,10 @@ Place find_place(const Value& root, const std::string& path) {
 
 Entry Entry::child(const std::string& key) const {
     std::string pattern = key_pattern(pattern_, key);
-    if (find_scenario_key(pattern) == nullptr) {
-        throw std::logic_error("no such scenario key: " + pattern);
-    }
+    if (schema_->find(pattern) == nullptr) throw std::logic_error("no such key: " + pattern);
     const Value* value = value_ == nullptr ? nullptr : value_->find(key);
-    return {value, key_pattern(path_, key), std::move(pattern), value == nullptr ? place_ : value->place};
+    return {schema_, value, key_pattern(path_, key), std::move(pattern),
+            value == nullptr ? place_ : value->place};
 }
 
 std::vector<Entry> Entry::items() const {
@@ -393,9 +500,24 @@ std::vector<Entry> Entry::items() const {
     entries.reserve(value_->items.size());
     for (std::size_t i = 0; i < value_->items.size(); ++i) {
         const Value& item = value_->items[i];
-        entries.push_back(Entry(&item, item_path(path_, i), pattern_ + "[]", item.place));
+        entries.push_back(Entry(schema_, &item, item_path(path_, i), pattern_ + "[]", item.place));
     }
     return entries;
+}
+
+std::vector<std::pair<std::string, Entry>> Entry::members() const {
+    std::vector<std::pair<std::string, Entry>> entries;
+    if (value_ == nullptr) return entries;
+    entries.reserve(value_->members.size());
+    for (const Member& member : value_->members) {
+        entries.emplace_back(member.key, Entry(schema_, &member.value, key_pattern(path_, member.key),
+                                               pattern_ + "[]", member.place));
+    }
+    return entries;
+}
+
+std::string Entry::where() const {
+    return text::one_line(place_.describe() + (path_.empty() ? "" : ": " + path_));
 }
 
 void Entry::fail(const std::string& message) const { fail_at(place_, path_, message); }
@@ -439,7 +561,7 @@ double Entry::number(const NumberRange& allowed) const {
 }
 
 std::string Entry::name() const {
-    const std::string use = std::string(find_scenario_key(pattern_)->meaning) + ", on one line";
+    const std::string use = std::string(schema_->find(pattern_)->meaning) + ", on one line";
     const std::string& words = scalar(use);
     if (words.empty()) fail("is empty; use " + use);
     const bool has_control = std::any_of(words.begin(), words.end(), [](char character) {
@@ -447,6 +569,23 @@ std::string Entry::name() const {
     });
     if (has_control) fail(described(*value_) + " has control characters; use " + use);
     return words;
+}
+
+std::string Entry::line() const {
+    const std::string use = schema_->find(pattern_)->meaning;
+    std::string words = text::one_line(scalar(use));
+    if (words.empty()) fail("is empty; use " + use);
+    return words;
+}
+
+bool Entry::boolean() const { return choice({"true", "false"}, "true or false") == "true"; }
+
+std::string Entry::flow() const {
+    if (value_ == nullptr || value_->kind == ValueKind::kNothing) {
+        fail(std::string("is ") + (value_ == nullptr ? "missing" : "nothing") + "; use " +
+             schema_->find(pattern_)->meaning);
+    }
+    return flow_text(*value_);
 }
 
 int Entry::one_of(const std::vector<int>& allowed, const std::string& what) const {

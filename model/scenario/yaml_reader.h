@@ -3,14 +3,16 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
+#include "scenario/schema.h"
 #include "scenario/text.h"
 
-/// The scenario's YAML as a tree whose every value knows where it came from, and typed reading of it.
+/// YAML as a tree whose every value knows where it came from, and typed reading of it by a schema.
 namespace metabuffer::input {
 
 /// Where a value stands: a line of a file, or an override.
@@ -47,42 +49,64 @@ struct Member {
 /// "'abc'", "a list", "a map" or "nothing".
 std::string described(const Value& value);
 
+/// The value in flow style on one line, as an override takes it: reads back as the same.
+std::string flow_text(const Value& value);
+
 /// Parses text that stands in a file (lines count) or in an override (they do not). Throws InputError on what
 /// is not YAML, on a second document, on a key twice in a map and on endless nesting.
 Value parse_yaml(const std::string& text, const std::shared_ptr<const std::string>& origin, bool has_lines);
 
-/// Puts an override's value into the tree. Throws InputError.
+/// Puts an override's value into a scenario's tree. Throws InputError.
 void apply_override(Value& root, const ScenarioOverride& override_);
+
+/// A path of keys and indices as overrides have it.
+struct KeyPath {
+    std::string path;     ///< written one way: "renderers[0].frames[1].viewport.x"
+    std::string pattern;  ///< "renderers[].frames[].viewport.x"
+};
+
+/// Looks up a path that may be written either way, with any indices. Throws InputError, which begins with `where`
+/// and names the nearest known key.
+KeyPath find_key_path(const Schema& schema, const std::string& path, const std::string& where);
 
 /// Throws InputError at the first unknown key and at the first value that is a map, a list or a scalar where
 /// it should be something else.
-void check_structure(const Value& root);
+void check_structure(const Value& root, const Schema& schema);
 
 /// The place of what the path names ("renderers[0].frames[1].table"), or of the innermost thing around it
 /// that the tree has.
 Place find_place(const Value& root, const std::string& path);
 
-/// A place of the scenario while it is read: the value there, if any, and the key path for messages.
+/// A place of a file while it is read: the value there, if any, and the key path for messages.
 class Entry {
   public:
-    explicit Entry(const Value& root) : value_(&root), place_(root.place) {}
+    /// Both must outlive the entry.
+    Entry(const Value& root, const Schema& schema) : schema_(&schema), value_(&root), place_(root.place) {}
 
     bool present() const { return value_ != nullptr; }
     const Place& place() const { return place_; }
     const std::string& path() const { return path_; }
 
-    /// The key of a map. Asking for a key that the list of scenario keys does not have is a programming
-    /// error.
+    /// The key of a map. Asking for a key that the schema does not have is a programming error.
     Entry child(const std::string& key) const;
     /// A list's entries, none if there is no list.
     std::vector<Entry> items() const;
+    /// The keys of a map that may hold any, and their values.
+    std::vector<std::pair<std::string, Entry>> members() const;
 
-    /// Throws InputError: place, path, message.
+    /// "file.yaml:3: bus.width_bits", which begins messages.
+    std::string where() const;
+    /// Throws InputError: where, message.
     [[noreturn]] void fail(const std::string& message) const;
 
     std::int64_t integer(const IntegerRange& allowed) const;
     double number(const NumberRange& allowed) const;
     std::string name() const;
+    /// A scalar whose line breaks become spaces, not empty.
+    std::string line() const;
+    bool boolean() const;
+    /// Whatever it is, in flow style; fails if there is nothing.
+    std::string flow() const;
     /// A whole number out of a list of allowed ones, which `what` names ("a bus width").
     template <std::size_t Count>
     int one_of(const std::array<int, Count>& allowed, const std::string& what) const {
@@ -97,13 +121,18 @@ class Entry {
     std::string choice(const std::vector<std::string>& allowed, const std::string& what) const;
 
   private:
-    Entry(const Value* value, std::string path, std::string pattern, Place place)
-        : value_(value), path_(std::move(path)), pattern_(std::move(pattern)), place_(std::move(place)) {}
+    Entry(const Schema* schema, const Value* value, std::string path, std::string pattern, Place place)
+        : schema_(schema),
+          value_(value),
+          path_(std::move(path)),
+          pattern_(std::move(pattern)),
+          place_(std::move(place)) {}
 
     /// The scalar's text; fails if there is none. `use` is what would be right.
     const std::string& scalar(const std::string& use) const;
     std::int64_t whole_number(const std::string& use) const;
 
+    const Schema* schema_;
     const Value* value_;
     std::string path_;
     std::string pattern_;

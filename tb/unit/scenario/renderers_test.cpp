@@ -60,7 +60,7 @@ TEST_CASE("renderers: each has frames, each frame an image and a viewport or a t
     CHECK(fixture.error(head + "  - name: ball\n    frames: []\n") ==
           "test.yaml:4: renderers[0].frames: has no entries; use at least one frame");
     CHECK(fixture.error(head + "  - ball\n") ==
-          "test.yaml:3: renderers[0]: is 'ball'; use a map with the keys name and frames");
+          "test.yaml:3: renderers[0]: is 'ball'; use a map with the keys name, copies and frames");
     CHECK(fixture.error(head + "  - name: ball\n    frames: {image: image.png}\n") ==
           "test.yaml:4: renderers[0].frames: is a map; use a list of frames, each with an image and a "
           "viewport or "

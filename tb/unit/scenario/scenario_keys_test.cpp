@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "scenario/text.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {
@@ -26,6 +27,7 @@ constexpr const char* kEveryKey =
     "frames: 1\n"
     "renderers:\n"
     "  - name: ball\n"
+    "    copies: 1\n"
     "    frames:\n"
     "      - {image: image.png, depth: depth.png, viewport: {x: 0, y: 0, multiple: 1}}\n"
     "      - {image: image.png, table: [[1, 0, 0, 16, 8, 0, 0, 1]]}\n"
@@ -61,7 +63,7 @@ TEST_CASE("scenario keys: every key of the list is read, and only with a value o
     const ScenarioFixture fixture;
     write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
                   std::vector<std::uint16_t>(std::size_t{16} * 8));
-    for (const ScenarioKey& key : scenario_keys()) {
+    for (const SchemaKey& key : scenario_schema().keys()) {
         if (std::string(key.pattern).empty()) continue;
         const std::string path = with_indices(key.pattern);
         for (const std::string wrong : {"{}", "[[]]", "", "~", "'\x07'"}) {
@@ -96,17 +98,54 @@ TEST_CASE("scenario keys: the paths for documentation leave out a list's entries
 }
 
 TEST_CASE("scenario keys: every key's surroundings are in the list with the right shape") {
-    for (const ScenarioKey& key : scenario_keys()) {
+    for (const SchemaKey& key : scenario_schema().keys()) {
         const std::string pattern = key.pattern;
         INFO(pattern);
         CHECK_FALSE(std::string(key.meaning).empty());
         const bool is_entry = pattern.size() > 2 && pattern.compare(pattern.size() - 2, 2, "[]") == 0;
         const std::size_t end =
             is_entry ? pattern.size() - 2 : (pattern.find('.') == std::string::npos ? 0 : pattern.rfind('.'));
-        const ScenarioKey* around = find_scenario_key(pattern.substr(0, end));
+        const SchemaKey* around = scenario_schema().find(pattern.substr(0, end));
         REQUIRE(around != nullptr);
         if (!pattern.empty()) CHECK(around->shape == (is_entry ? KeyShape::kList : KeyShape::kMap));
     }
+}
+
+TEST_CASE("scenario keys: what a whole-number key takes is what the reader takes") {
+    const ScenarioFixture fixture;
+    write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
+                  std::vector<std::uint16_t>(std::size_t{16} * 8));
+    int count = 0;
+    for (const SchemaKey& key : scenario_schema().keys()) {
+        const std::optional<WholeNumbers> numbers = whole_numbers_of(key.pattern);
+        const bool other = std::string(key.pattern).find(".table") != std::string::npos;
+        // The text of the error says whether the reader asks for a whole number there.
+        const std::string wrong = key.shape == KeyShape::kScalar && !other
+                                      ? fixture.error(kEveryKey, {with_indices(key.pattern) + "=x"})
+                                      : std::string();
+        INFO(key.pattern << ": " << wrong);
+        CHECK(numbers.has_value() == (wrong.find("is not a whole number") != std::string::npos));
+        if (!numbers) continue;
+        ++count;
+        const auto error = [&](std::int64_t value) {
+            return fixture.error(kEveryKey, {with_indices(key.pattern) + "=" + std::to_string(value)});
+        };
+        if (numbers->only.empty()) {
+            CHECK(wrong.find("; use " + text::range(numbers->range)) != std::string::npos);
+            for (const std::int64_t beyond : {numbers->range.low - 1, numbers->range.high + 1}) {
+                CHECK(error(beyond).find("is out of range; use " + text::range(numbers->range)) !=
+                      std::string::npos);
+            }
+        }
+        for (const std::int64_t value : numbers->only) {
+            CHECK(error(value).find(key.pattern) == std::string::npos);
+            CHECK(error(3 * value).find(" is not a ") != std::string::npos);
+        }
+        CHECK(std::is_sorted(numbers->only.begin(), numbers->only.end()));
+    }
+    CHECK(count == 22);
+    CHECK_FALSE(whole_numbers_of("bus").has_value());
+    CHECK_FALSE(whole_numbers_of("").has_value());
 }
 
 TEST_CASE("scenario keys: an unknown key names the nearest known one") {

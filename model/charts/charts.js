@@ -1,0 +1,741 @@
+// From rows of results to specifications for Vega. Runs in the report page and, for `metabuffer plot`, in node.
+//
+// A request:
+//   chart       "lines", "scatter", "heatmap", "pareto", "policy" or "histogram"
+//   rows        [{x, y, c, f, glitch, rejected, id, tip}]: place, colour and panel of a row; whether its picture is less
+//               than whole (pareto), since something was rejected (heatmap); what the page shows for it. x, y and c are numbers or texts, or null.
+//   x, y, colour, facet: {title, log, percent}; log: true, false, or undefined to let the values decide
+//   ownScales   whether each panel has a vertical axis of its own; their order is then that of the rows
+//   references  [{value, label}]: lines across, on the axis that has the figure
+//   width, height, theme ("light", "dark"), font, fontSize, title
+//
+// Texts of rows never get into the specification's expressions: they are data all the way.
+const metabufferCharts = (() => {
+    "use strict";
+
+    // Okabe and Ito's colours, which the colour-blind can tell apart, without those too pale for the background.
+    const themes = {
+        light: {
+            background: "#ffffff", text: "#1c2530", quiet: "#5b6672", line: "#aab3bd", grid: "#e6eaee",
+            series: ["#0072b2", "#d55e00", "#009e73", "#c26a9d", "#c98a00", "#3f9fd6", "#4d4d4d"],
+            good: "#0072b2", bad: "#d55e00", zero: "#eef1f4", absent: "#c3c9d0", sequence: [0, 0.85],
+        },
+        dark: {
+            background: "#171c22", text: "#e3e8ee", quiet: "#9aa6b2", line: "#4d5864", grid: "#2a323b",
+            series: ["#56b4e9", "#ff9d57", "#2fc79a", "#e08cbb", "#f0c541", "#8fa8ff", "#c4c4c4"],
+            good: "#56b4e9", bad: "#ff9d57", zero: "#29323b", absent: "#4b5560", sequence: [0.3, 1],
+        },
+    };
+    const shapes = ["circle", "square", "triangle-up", "diamond", "triangle-down", "cross", "triangle-right"];
+    const dashes = [[1, 0], [6, 3], [2, 2], [8, 3, 2, 3]];
+    const badName = "starved or rejected";
+    const mostLegendEntries = 28;
+    const mostTicksOfData = 12;
+    const mostSymbols = 6000;
+
+    const isNumber = value => typeof value === "number" && Number.isFinite(value);
+    const isThere = value => value !== null && value !== undefined && value !== "";
+    const distinct = values => [...new Set(values)];
+
+    /// "number" if all that is there is a number, else "category".
+    function kindOf(values) {
+        const there = values.filter(isThere);
+        return there.length > 0 && there.every(isNumber) ? "number" : "category";
+    }
+
+    const collator = new Intl.Collator("en", {numeric: true});
+    function inOrder(values) {
+        return distinct(values.filter(isThere)).sort((a, b) =>
+            isNumber(a) && isNumber(b) ? a - b : isNumber(a) ? -1 : isNumber(b) ? 1 : collator.compare(a, b));
+    }
+
+    /// A loop, since the rows may be too many for the arguments of Math.min().
+    function extent(values) {
+        let least = Infinity, most = -Infinity;
+        for (const value of values) {
+            if (!isNumber(value)) continue;
+            if (value < least) least = value;
+            if (value > most) most = value;
+        }
+        return least <= most ? [least, most] : [0, 1];
+    }
+
+    /// Whether values grow by a factor rather than by a step: 32, 64, 128.
+    function isGeometric(values) {
+        const sorted = inOrder(values);
+        if (sorted.length < 3 || sorted[0] <= 0) return false;
+        const ratios = sorted.slice(1).map((value, n) => value / sorted[n]);
+        const [least, most] = extent(ratios);
+        return least >= 1.25 && most / least < 1.6 && sorted[sorted.length - 1] / sorted[0] >= 4;
+    }
+
+    function spansDecades(values) {
+        const there = values.filter(value => isNumber(value) && value > 0);
+        const [least, most] = extent(there);
+        return there.length > 2 && there.length === values.filter(isThere).length && most / least > 50;
+    }
+
+    /// 1, 2, 5, 10, ... from at or below `least` to at or above `most`; powers of ten alone if that is more than `wanted`.
+    function roundNumbers(least, most, wanted = 9) {
+        const steps = [];
+        for (let power = Math.floor(Math.log10(least)); power <= Math.ceil(Math.log10(most)); ++power)
+            for (const digit of [1, 2, 5]) steps.push(Number((digit * 10 ** power).toPrecision(1)));
+        const first = steps.filter(step => step <= least * 1.0000001).pop();
+        const last = steps.find(step => step >= most * 0.9999999);
+        const inside = steps.filter(step => step >= first && step <= last);
+        const powers = inside.filter(step => Math.abs(Math.log10(step) % 1) < 1e-9);
+        return {first, last, ticks: inside.length > wanted && powers.length > 1 ? powers : inside};
+    }
+
+    function formatNumber(value) {
+        if (value === 0) return "0";
+        const size = Math.abs(value);
+        if (Number.isInteger(value) && size < 1e7) return vega.format(",d")(value);
+        if (size >= 1e7) return vega.format(".4~s")(value);
+        if (size < 1e-3) return vega.format(".3~e")(value);
+        return vega.format(size >= 1000 ? ",.1~f" : ".4~g")(value);
+    }
+    const formatValue = value => isNumber(value) ? formatNumber(value) : isThere(value) ? String(value) : "–";
+
+    const numberLabel = "datum.value == 0 ? '0' : abs(datum.value) >= 1e6 ? format(datum.value, '.4~s') : " +
+        "abs(datum.value) < 1e-3 ? format(datum.value, '.2~e') : format(datum.value, ',.6~r')";
+    const percentLabel = "format(datum.value, '.3~%')";
+
+    /// Every so many of the ticks, so that there are `wanted` at most.
+    function thinned(ticks, wanted) {
+        const step = Math.ceil(ticks.length / Math.max(2, wanted));
+        return ticks.filter((_, n) => n % step === 0);
+    }
+
+    /// A scale for numbers with the ticks that go with it. `values` decide what `axis` leaves open.
+    function numberScale(name, range, values, axis, options) {
+        const [least, most] = extent(values);
+        const wanted = options.wanted || 9;
+        const log = axis.log;
+        if (log && least > 0) {
+            if (options.ticksOfData && distinct(values).length <= mostTicksOfData)
+                return {scale: {name, type: "log", domain: [least, most], range, padding: options.padding},
+                        ticks: thinned(inOrder(values), wanted)};
+            const round = roundNumbers(least, most, Math.min(9, wanted));
+            return {scale: {name, type: "log", domain: [round.first, round.last], range}, ticks: round.ticks};
+        }
+        if (log && least >= 0 && most > 0) {  // zero has no place on a logarithmic axis, and a glitch-free run has zero
+            const there = values.filter(value => isNumber(value) && value > 0);
+            const round = roundNumbers(Math.max(extent(there)[0], most / 1e6), most, Math.min(8, wanted));
+            return {scale: {name, type: "symlog", constant: round.first, domain: [0, round.last], range},
+                    ticks: [0, ...round.ticks]};
+        }
+        if (options.ticksOfData) {
+            const there = inOrder(values);
+            return {scale: {name, type: "linear", zero: false, domain: [least, most], range, padding: options.padding},
+                    ticks: there.length <= mostTicksOfData ? thinned(there, wanted) : undefined};
+        }
+        const fromZero = options.zero || (least >= 0 && least < 0.4 * most);
+        const nothing = least === most && !fromZero;
+        return {scale: {name, type: "linear", nice: true, range, zero: false,
+                        domain: [fromZero ? Math.min(0, least) : nothing ? least - 1 : least,
+                                 nothing ? most + 1 : fromZero && most <= 0 ? 1 : most]}};
+    }
+
+    /// Where a chart is drawn: as the whole view, or as one of several panels.
+    function placeOf(request, panelCount) {
+        const {width, height} = request;
+        if (panelCount <= 1) {
+            return {single: true, columns: 1, w: {signal: "width"}, h: {signal: "height"}, across: "width",
+                    upward: [{signal: "height"}, 0], mostWidth: width, mostHeight: height};
+        }
+        const mostColumns = Math.max(1, Math.min(panelCount, Math.floor(width / 270), 4));
+        const rows = Math.ceil(panelCount / mostColumns);
+        const columns = Math.ceil(panelCount / rows);  // four panels: two by two rather than three and one
+        const names = inOrder(request.rows.map(row => row.x)).filter(value => !isNumber(value));
+        const rowPadding = names.some(name => name.length > 6) ? 110 : 68;  // for what is written below a panel
+        const w = Math.max(110, Math.floor((width - 8) / columns - 60));
+        const h = request.panelHeight || Math.max(110, Math.floor((height - 30) / rows - rowPadding));
+        return {single: false, columns, rowPadding, w: {value: w}, h: {value: h}, across: [0, w], upward: [h, 0],
+                mostWidth: w, mostHeight: h};
+    }
+
+    function config(theme, request) {
+        const font = request.font || "sans-serif";
+        const size = request.fontSize || 12;
+        return {
+            background: theme.background,
+            title: {font, fontSize: size + 3, fontWeight: 600, color: theme.text, anchor: "start", offset: 12,
+                    subtitleFont: font, subtitleFontSize: size, subtitleColor: theme.quiet, subtitlePadding: 4},
+            axis: {labelFont: font, titleFont: font, labelFontSize: size - 1, titleFontSize: size, titleFontWeight: 500,
+                   labelColor: theme.quiet, titleColor: theme.text, domainColor: theme.line, tickColor: theme.line,
+                   gridColor: theme.grid, titlePadding: 8, tickSize: 4, labelLimit: request.labelLimit && 160,
+                   titleLimit: 0, labelOverlap: "greedy"},
+            legend: {labelFont: font, titleFont: font, labelFontSize: size - 1, titleFontSize: size - 1,
+                     titleFontWeight: 600, labelColor: theme.text, titleColor: theme.text, labelLimit: request.labelLimit,
+                     titleLimit: request.labelLimit, symbolStrokeWidth: 1.8, rowPadding: 4, columnPadding: 16, symbolSize: 70,
+                     gradientLength: 140, gradientThickness: 12},
+            text: {font, fontSize: size - 1, fill: theme.text},
+        };
+    }
+
+    /// How an axis writes names that may be too long to stand side by side.
+    function nameLabels(names, place, legendWidth) {
+        const longest = names.reduce((length, name) => Math.max(length, formatValue(name).length), 0);
+        const room = (place.mostWidth - (place.single ? 60 + legendWidth : 0)) / Math.max(1, names.length);
+        return longest * 6.8 + 8 > room ? {labelAngle: -35, labelAlign: "right", labelBaseline: "middle", labelOverlap: names.length > 30}
+                                           : {labelOverlap: names.length > 30};
+    }
+
+    const besidePanels = request => new Set(request.rows.map(row => row.f)).size > 1;
+
+    function legendPlace(request, entries) {
+        if (request.width >= 620 && !besidePanels(request)) return {orient: "right", offset: 14, columns: entries > 20 ? 2 : 1};
+        return {orient: "bottom", offset: 8, columns: Math.max(1, Math.floor(request.width / 210)), direction: "horizontal"};
+    }
+
+    /// The scales that tell series apart: colour and symbol, and dashes once the colours are used up. Numbers in order
+    /// have colours in order.
+    function seriesScales(request, theme, names, symbol) {
+        const ordered = names.length > 2 && names.every(isNumber);
+        const colours = ordered ? {scheme: "viridis", count: names.length, extent: theme.sequence}
+                                : names.map((_, n) => theme.series[n % theme.series.length]);
+        const scales = [
+            {name: "colour", type: "ordinal", domain: names, range: colours},
+            {name: "shape", type: "ordinal", domain: names, range: names.map((_, n) => shapes[(n + Math.floor(n / shapes.length)) % shapes.length])},
+            {name: "dash", type: "ordinal", domain: names,
+             range: names.map((_, n) => dashes[Math.floor(n / theme.series.length) % dashes.length])},
+        ];
+        const legends = [];
+        const notes = [];
+        if (names.length > mostLegendEntries) {
+            notes.push(`${names.length} colours are too many for a legend`);
+        } else if (names.length > 1 || (names.length === 1 && names[0] !== "")) {
+            legends.push({
+                ...(symbol === "square" ? {fill: "colour", symbolType: "square"}
+                                        : {stroke: "colour", fill: "colour", shape: "shape"}),
+                title: request.colour && request.colour.title || null, ...legendPlace(request, names.length),
+            });
+        }
+        return {scales, legends, notes};
+    }
+
+    /// Text beside marks can be nothing, which Vega would print as "null".
+    const seriesOf = row => isThere(row.c) ? row.c : "";
+    function seriesNamesOf(rows) {
+        const names = inOrder(rows.map(row => row.c));
+        return names.length && rows.every(row => isThere(row.c)) ? names : [...names, ""];
+    }
+
+    function axisLabels(axis, ticks, extra) {
+        return {title: axis.title || null, encode: {labels: {update: {text: {
+            signal: axis.percent ? percentLabel : numberLabel}}}}, ...extra, ...(ticks ? {values: ticks, tickCount: undefined} : {})};
+    }
+
+    /// The horizontal axis of rows: numbers along a line, texts side by side.
+    function horizontal(request, place, rows, options = {}) {
+        const values = rows.map(row => row.x).filter(isThere);
+        const axis = {...request.x};
+        if (kindOf(values) === "number") {
+            if (axis.log === undefined) axis.log = isGeometric(values);
+            const {scale, ticks} = numberScale("x", place.across, values, axis,
+                                               {ticksOfData: options.ticksOfData, padding: 14,
+                                                wanted: place.mostWidth / 40});
+            return {scale, axis: axisLabels(axis, ticks, {orient: "bottom", scale: "x", grid: !options.ticksOfData,
+                                                          tickCount: Math.max(3, Math.floor(place.mostWidth / 80))})};
+        }
+        const names = inOrder(values);
+        return {scale: {name: "x", type: "point", domain: names, range: place.across, padding: 0.5},
+                axis: {orient: "bottom", scale: "x", title: axis.title || null,
+                       ...nameLabels(names, place, 60)}};
+    }
+
+    function vertical(request, place, values, options = {}) {
+        const axis = {...request.y};
+        if (axis.log === undefined) axis.log = options.mayBeLog && spansDecades(values);
+        const all = values.concat(request.references.map(line => line.value));
+        const upward = !options.roomAbove ? place.upward : [place.upward[0], 18];
+        const {scale, ticks} = numberScale("y", upward, all, axis, {zero: options.zero, wanted: place.mostHeight / 24});
+        return {scale, axis: axisLabels(axis, ticks, {orient: "left", scale: "y", grid: true,
+                                                      tickCount: Math.max(3, Math.floor(place.mostHeight / 50))})};
+    }
+
+    function referenceMarks(request, place, theme, upright) {
+        const data = {name: "references", values: request.references};
+        const at = upright ? {x: {scale: "x", field: "value"}, y: {value: 0}, y2: place.h}
+                           : {y: {scale: "y", field: "value"}, x: {value: 0}, x2: place.w};
+        const text = upright ? {x: {scale: "x", field: "value", offset: 5}, y: {value: 4}, baseline: {value: "top"}}
+                             : {x: {...place.w, offset: -4}, align: {value: "right"},
+                                y: {scale: "y", field: "value", offset: -4}, baseline: {value: "bottom"}};
+        return {data: request.references.length ? [data] : [], marks: request.references.length ? [
+            {type: "rule", from: {data: "references"}, interactive: false, encode: {update: {
+                ...at, stroke: {value: theme.text}, strokeWidth: {value: 1}, strokeDash: {value: [5, 4]}}}},
+            {type: "text", from: {data: "references"}, interactive: false, encode: {update: {
+                ...text, text: {field: "label"}, fill: {value: theme.text}}}},
+        ] : []};
+    }
+
+    // The page shows an object's point, and a text as it is.
+    const pointing = {tooltip: {signal: "datum.id == null ? datum.tip : datum"}, cursor: {signal: "datum.id == null ? 'default' : 'pointer'"}};
+
+    /// One symbol for each row that has a place.
+    function symbols(data, theme, options = {}) {
+        const size = options.size || 46;
+        return {type: "symbol", name: options.name || "points", from: {data}, encode: {
+            enter: {x: {scale: "x", field: "x"}, y: {scale: "y", field: "y"}, ...pointing, ...options.enter},
+            update: {size: {value: size}, stroke: {value: theme.background}, strokeWidth: {value: 0.8},
+                     fillOpacity: {value: options.opacity || 1}, ...options.update},
+            hover: {size: {value: size * 2.4}, fillOpacity: {value: 1}, stroke: {value: theme.text}},
+        }};
+    }
+
+    /// What has no value (unmet, failed), at the top of the chart.
+    function lostMarks(data, theme) {
+        return {type: "symbol", name: "lost", from: {data}, encode: {
+            enter: {x: {scale: "x", field: "x"}, y: {value: 7}, shape: {value: "M-.5,-.5L.5,.5M.5,-.5L-.5,.5"},
+                    ...pointing},
+            update: {size: {value: 70}, stroke: {scale: "colour", field: "s"}, strokeWidth: {value: 1.8},
+                     fill: {value: "transparent"}},
+            hover: {size: {value: 160}, stroke: {value: theme.text}},
+        }};
+    }
+
+    function markRow(row) {
+        return {x: row.x, y: row.y, s: seriesOf(row), id: row.id === undefined ? null : row.id, tip: row.tip || null};
+    }
+
+    /// Mean and range of y by series and x; where a series has rows at some x but no value there, a gap.
+    function meansOf(rows, decimals) {
+        const groups = new Map();
+        for (const row of rows) {
+            const key = JSON.stringify([seriesOf(row), row.x]);
+            if (!groups.has(key)) groups.set(key, {s: seriesOf(row), x: row.x, values: [], ids: []});
+            const group = groups.get(key);
+            if (isNumber(row.y)) group.values.push(row.y);
+        }
+        const order = new Map(inOrder(rows.map(row => row.x)).map((value, n) => [value, n]));
+        return [...groups.values()].sort((a, b) => order.get(a.x) - order.get(b.x)).map(group => {
+            const there = group.values.length > 0;
+            const [lo, hi] = extent(group.values);
+            return {s: group.s, x: group.x, n: group.values.length, there, lo: there ? lo : null, hi: there ? hi : null,
+                    y: there ? group.values.reduce((sum, value) => sum + value, 0) / group.values.length : null,
+                    decimals};
+        });
+    }
+
+    function plural(count, thing) {
+        return `${formatNumber(count)} ${thing}${count === 1 ? "" : "s"}`;
+    }
+
+    const builders = {};
+
+    builders.lines = (request, place, theme, rows, panels) => {
+        const names = seriesNamesOf(rows);
+        const series = seriesScales(request, theme, names);
+        const valued = rows.filter(row => isNumber(row.y));
+        const lost = rows.filter(row => !isNumber(row.y));
+        const x = horizontal(request, place, rows, {ticksOfData: true});
+        const y = vertical(request, place, valued.map(row => row.y),
+                           {mayBeLog: request.y.mayBeLog, roomAbove: lost.length > 0});
+        const notes = [...series.notes];
+        if (lost.length) notes.push(`× at the top: no value (${plural(lost.length, "point")})`);
+        let spread = false;
+        const panel = panelRows => {
+            const means = meansOf(panelRows);
+            const several = means.some(mean => mean.n > 1);
+            spread = spread || several;
+            const drawn = panelRows.filter(row => isNumber(row.y));
+            const references = referenceMarks(request, place, theme, false);
+            return {
+                scales: [x.scale, y.scale], axes: [x.axis, y.axis],
+                data: [{name: "means", values: means}, {name: "rows", values: drawn.map(markRow)},
+                       {name: "gone", values: panelRows.filter(row => !isNumber(row.y)).map(markRow)},
+                       ...references.data],
+                marks: [
+                    {type: "group", from: {facet: {name: "line", data: "means", groupby: "s"}}, interactive: false,
+                     marks: [
+                         ...(several ? [{type: "area", from: {data: "line"}, interactive: false, encode: {update: {
+                             x: {scale: "x", field: "x"}, y: {scale: "y", field: "lo"}, y2: {scale: "y", field: "hi"},
+                             defined: {field: "there"}, fill: {scale: "colour", field: "s"},
+                             fillOpacity: {value: 0.13}}}}] : []),
+                         {type: "line", from: {data: "line"}, interactive: false, encode: {update: {
+                             x: {scale: "x", field: "x"}, y: {scale: "y", field: "y"}, defined: {field: "there"},
+                             stroke: {scale: "colour", field: "s"}, strokeDash: {scale: "dash", field: "s"},
+                             strokeWidth: {value: 2}, strokeJoin: {value: "round"}}}},
+                     ]},
+                    ...references.marks,
+                    symbols("rows", theme, {
+                        size: drawn.length > 600 ? 24 : 52, opacity: several ? 0.65 : 1,
+                        enter: {fill: {scale: "colour", field: "s"}, shape: {scale: "shape", field: "s"}}}),
+                    lostMarks("gone", theme),
+                ],
+            };
+        };
+        const drawnPanels = panels.map(panel);
+        if (spread) notes.push("line: mean of the points that share a place; band: from the least to the most");
+        return {panels: drawnPanels, scales: series.scales, legends: series.legends, notes};
+    };
+
+    builders.scatter = (request, place, theme, rows, panels) => {
+        const drawnRows = rows.filter(row => isNumber(row.y) && isThere(row.x));
+        const names = seriesNamesOf(rows);
+        const gradual = names.length > 8 && names.every(isNumber);
+        const series = gradual
+            ? {scales: [{name: "colour", type: "linear", domain: extent(names),
+                         range: {scheme: "viridis", extent: theme.sequence}}],
+               legends: [{fill: "colour", type: "gradient", title: request.colour.title || null,
+                          orient: request.width >= 620 && !besidePanels(request) ? "right" : "bottom"}], notes: []}
+            : seriesScales(request, theme, names);
+        const x = horizontal(request, place, drawnRows);
+        const y = vertical(request, place, drawnRows.map(row => row.y));
+        const notes = [...series.notes];
+        const lost = rows.length - drawnRows.length;
+        if (lost) notes.push(`not shown: ${plural(lost, "point")} without a value`);
+        const many = drawnRows.length > 400;
+        return {panels: panels.map(panelRows => {
+            const references = referenceMarks(request, place, theme, false);
+            return {scales: [x.scale, y.scale], axes: [x.axis, y.axis],
+                    data: [{name: "rows", values: panelRows.filter(row => isNumber(row.y) && isThere(row.x)).map(markRow)},
+                           ...references.data],
+                    marks: [...references.marks, symbols("rows", theme, {
+                        size: many ? 26 : 52, opacity: many ? 0.6 : 0.85,
+                        enter: {fill: {scale: "colour", field: "s"},
+                                ...(gradual ? {} : {shape: {scale: "shape", field: "s"}})}})]};
+        }), scales: series.scales, legends: series.legends, notes};
+    };
+
+    /// The rows of which no other one costs less and gives at least as much: the cheapest of each rate that is a record.
+    function frontOf(rows) {
+        const sorted = [...rows].sort((a, b) => a.x - b.x || b.y - a.y);
+        const front = [];
+        let best = -Infinity;
+        for (const row of sorted) {
+            if (row.y <= best) continue;
+            best = row.y;
+            front.push(row);
+        }
+        return front;
+    }
+
+    builders.pareto = (request, place, theme, rows, panels) => {
+        const drawnRows = rows.filter(row => isNumber(row.x) && isNumber(row.y));
+        const notes = [];
+        const lost = rows.length - drawnRows.length;
+        if (lost) notes.push(`not shown: ${plural(lost, "point")} without a value`);
+        const kinds = ["no glitch", badName].filter(kind =>
+            drawnRows.some(row => Boolean(row.glitch) === (kind === badName)));
+        const clean = drawnRows.some(row => !row.glitch);
+        if (!clean && drawnRows.length) notes.push("no point is free of glitches: the front is drawn through those with");
+        const x = horizontal({...request, x: {...request.x, log: request.x.log === undefined
+            ? spansDecades(drawnRows.map(row => row.x)) : request.x.log}}, place, drawnRows);
+        const y = vertical(request, place, drawnRows.map(row => row.y));
+        const isBad = `datum.kind == '${badName}'`;
+        return {panels: panels.map(panelRows => {
+            const drawn = panelRows.filter(row => isNumber(row.x) && isNumber(row.y));
+            const free = drawn.filter(row => !row.glitch);
+            const front = frontOf(free.length ? free : drawn);
+            const onFront = new Set(front);
+            const references = referenceMarks(request, place, theme, false);
+            const most = extent(drawn.map(row => row.x))[1];
+            // On to the right: what costs more gives at least that.
+            const line = front.map(row => ({x: row.x, y: row.y}));
+            if (line.length && most > line[line.length - 1].x) line.push({x: most, y: line[line.length - 1].y});
+            return {
+                scales: [x.scale, y.scale], axes: [x.axis, y.axis],
+                data: [{name: "steps", values: line},
+                       {name: "rows", values: drawn.map(row => ({
+                           ...markRow(row), kind: row.glitch ? badName : "no glitch", front: onFront.has(row)}))
+                           .sort((a, b) => a.front - b.front)},
+                       ...references.data],
+                marks: [
+                    {type: "line", name: "front", from: {data: "steps"}, interactive: false, encode: {update: {
+                        x: {scale: "x", field: "x"}, y: {scale: "y", field: "y"}, interpolate: {value: "step-after"},
+                        stroke: {value: theme.text}, strokeWidth: {value: 1.6}}}},
+                    ...references.marks,
+                    symbols("rows", theme, {
+                        size: drawn.length > 400 ? 30 : 56,
+                        enter: {shape: {scale: "kindShape", field: "kind"}, fill: {scale: "kindColour", field: "kind"}},
+                        update: {fillOpacity: {signal: isBad + " ? 0.35 : datum.front ? 1 : 0.6"},
+                                 stroke: {signal: `datum.front ? '${theme.text}' : ${isBad} ? '${theme.bad}' : ` +
+                                                  `'${theme.background}'`},
+                                 strokeWidth: {signal: "datum.front ? 1.5 : 0.8"}}}),
+                ],
+            };
+        }), scales: [
+            {name: "kindColour", type: "ordinal", domain: kinds,
+             range: kinds.map(kind => kind === badName ? theme.bad : theme.good)},
+            {name: "kindShape", type: "ordinal", domain: kinds,
+             range: kinds.map(kind => kind === badName ? "triangle-up" : "circle")},
+        ], legends: kinds.length ? [{fill: "kindColour", shape: "kindShape", title: null,
+                                     ...legendPlace(request, 2)}] : [],
+        notes: drawnRows.length ? ["line: the front, the cheapest of each frame rate", ...notes] : notes};
+    };
+
+    builders.heatmap = (request, place, theme, rows, panels) => {
+        const columns = inOrder(rows.map(row => row.x));
+        const lines = inOrder(rows.map(row => row.y));
+        if (kindOf(lines) === "category") lines.reverse();  // texts are read from the top, numbers grow upwards
+        let mostInCell = 0;
+        let rejected = false;
+        let lost = 0;
+        const cells = panels.map(panelRows => {
+            const groups = new Map();
+            for (const row of panelRows) {
+                if (!isThere(row.x) || !isThere(row.y)) continue;
+                const key = JSON.stringify([row.x, row.y]);
+                if (!groups.has(key)) groups.set(key, []);
+                groups.get(key).push(row);
+            }
+            return [...groups.values()].map(group => {
+                const values = group.map(row => row.c).filter(isNumber);
+                mostInCell = Math.max(mostInCell, group.length);
+                if (!values.length) ++lost;
+                const mean = values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : null;
+                const only = group.length === 1 ? group[0] : null;
+                const isRejected = mean !== null && group.some(row => row.rejected);
+                rejected = rejected || isRejected;
+                const label = mean === null ? "×" : request.colour.percent
+                    ? vega.format(".3~%")(mean) : formatNumber(Number(mean.toPrecision(4)));
+                return {x: group[0].x, y: group[0].y, v: mean, text: label + (isRejected ? "†" : ""), id: only && only.id !== undefined ? only.id : null,
+                        tip: only ? only.tip || null : `${plural(group.length, "point")}: mean ${label}` +
+                            (values.length ? `, ${formatNumber(extent(values)[0])} to ${formatNumber(extent(values)[1])}` : "") +
+                            (values.length < group.length ? `, ${group.length - values.length} without a value` : "")};
+            });
+        });
+        const values = cells.flat().map(cell => cell.v).filter(isNumber);
+        const [least, most] = extent(values);
+        const countsBadness = least === 0 && most > 0;
+        const uneven = request.colour.log !== false && least >= 0 && most > 0 &&
+            (request.colour.log || most / Math.max(least, most / 1e6) > 100 && values.length > 3);
+        const round = uneven ? roundNumbers(extent(values.filter(value => value > 0))[0], most) : null;
+        const scale = {name: "colour", domain: round ? [round.first, round.last] : [least, least < most ? most : least + 1],
+                       type: uneven ? "log" : "linear",
+                       range: countsBadness ? {scheme: "yelloworangered", extent: [0.12, 0.95]}
+                                            : {scheme: "viridis", extent: [0.08, 1]}};
+        const besideLegend = request.width >= 620 && place.single ? 120 : 0;
+        const longest = cells.flat().reduce((length, cell) => Math.max(length, cell.text.length), 0);
+        const roomAcross = place.mostWidth * (place.single ? 0.72 : 1) / Math.max(1, columns.length);
+        const withText = roomAcross > longest * 6.6 + 4 && place.mostHeight / Math.max(1, lines.length) > 17;
+        const zero = countsBadness ? [{test: "datum.v === 0", value: theme.zero}] : [];
+        const labels = {update: {text: {signal: "isNumber(datum.value) ? " + numberLabel + " : datum.value"}}};
+        const notes = [];
+        if (mostInCell > 1) notes.push(`each field is the mean of up to ${plural(mostInCell, "point")}`);
+        if (countsBadness) notes.push("pale: zero");
+        if (rejected) notes.push("†: frames or table rows were rejected, so the picture is not whole");
+        if (lost) notes.push("×: no value");
+        return {panels: cells.map(panelCells => ({
+            scales: [{name: "x", type: "band", domain: columns, range: place.across, padding: 0.03},
+                     {name: "y", type: "band", domain: lines, range: place.upward, padding: 0.03}],
+            axes: [{orient: "bottom", scale: "x", title: request.x.title || null, domain: false, ticks: false,
+                    labelPadding: 6, encode: {labels}, ...nameLabels(columns, place, besideLegend)},
+                   {orient: "left", scale: "y", title: request.y.title || null, domain: false, ticks: false,
+                    labelPadding: 6, encode: {labels}}],
+            data: [{name: "fields", values: panelCells}],
+            marks: [
+                {type: "rect", name: "cells", from: {data: "fields"}, encode: {
+                    enter: {x: {scale: "x", field: "x"}, width: {scale: "x", band: 1}, y: {scale: "y", field: "y"},
+                            height: {scale: "y", band: 1}, cornerRadius: {value: 1}, ...pointing},
+                    update: {fill: [{test: "!isNumber(datum.v)", value: theme.absent}, ...zero,
+                                    {scale: "colour", field: "v"}], stroke: {value: "transparent"}, strokeWidth: {value: 2}},
+                    hover: {stroke: {value: theme.text}},
+                }},
+                ...(withText ? [{type: "text", from: {data: "fields"}, interactive: false, encode: {update: {
+                    x: {scale: "x", field: "x", band: 0.5}, y: {scale: "y", field: "y", band: 0.5},
+                    align: {value: "center"}, baseline: {value: "middle"}, text: {field: "text"},
+                    fill: [{test: "!isNumber(datum.v)", value: theme.text},
+                           ...zero.map(rule => ({...rule, value: theme.quiet})),
+                           {signal: "luminance(scale('colour', datum.v)) > 0.4 ? '#15191d' : '#ffffff'"}]}}}] : []),
+            ],
+        })), scales: [scale], legends: values.length && least < most ? [{
+            fill: "colour", type: "gradient", title: request.colour.title || null,
+            ...(round ? {values: round.ticks} : {}),
+            encode: {labels: {update: {text: {signal: request.colour.percent ? percentLabel : numberLabel}}}},
+            ...(request.width >= 620 && !besidePanels(request) ? {orient: "right", offset: 14} : {orient: "bottom", offset: 8})}] : [],
+        notes};
+    };
+
+    /// One bar for each category, its height the mean, with every point on it.
+    builders.policy = (request, place, theme, rows, panels) => {
+        const valued = rows.filter(row => isNumber(row.y) && isThere(row.x));
+        const names = inOrder(rows.map(row => row.x));
+        const coloured = rows.some(row => isThere(row.c));
+        const seriesNames = coloured ? seriesNamesOf(rows) : names;
+        const series = seriesScales(coloured ? request : {...request, colour: null}, theme, seriesNames, "square");
+        const notes = [...series.notes];
+        if (valued.length > names.length) notes.push("bar: mean; line: from the least to the most; circles: the points");
+        const panelOf = panelRows => {
+            const drawn = panelRows.filter(row => isNumber(row.y) && isThere(row.x)).slice(0, mostSymbols)
+                .map(row => ({...markRow(row), s: coloured ? seriesOf(row) : row.x}));
+            const means = meansOf(drawn.map(row => ({x: row.x, y: row.y, c: row.s})));
+            for (const mean of means) {
+                mean.id = null;
+                mean.tip = `${coloured ? mean.x + ", " + mean.s : mean.x}: mean ${formatNumber(Number(mean.y.toPrecision(4)))} of ` +
+                    `${plural(mean.n, "point")}, ${formatNumber(mean.lo)} to ${formatNumber(mean.hi)}`;
+            }
+            const own = request.ownScales ? drawn : valued;
+            const y = vertical({...request, y: {...request.y, ...(panelRows[0] && panelRows[0].axis)}}, place,
+                               own.map(row => row.y), {zero: true});
+            // The points of a bar side by side, in the order in which they come.
+            const counts = new Map();
+            for (const row of drawn) counts.set(row.x + "\n" + row.s, (counts.get(row.x + "\n" + row.s) || 0) + 1);
+            const seen = new Map();
+            for (const row of drawn) {
+                const key = row.x + "\n" + row.s;
+                seen.set(key, (seen.get(key) || 0) + 1);
+                row.along = seen.get(key) / (counts.get(key) + 1);
+            }
+            const bandOf = coloured ? "scale('x', datum.x) + scale('in', datum.s)" : "scale('x', datum.x)";
+            const bandwidth = coloured ? "bandwidth('in')" : "bandwidth('x')";
+            const references = referenceMarks(request, place, theme, false);
+            const x = {name: "x", type: "band", domain: names, range: place.across, padding: 0.28};
+            return {
+                scales: [x, y.scale, ...(coloured ? [{name: "in", type: "band", domain: seriesNames, padding: 0.06,
+                                                      range: [0, {signal: "bandwidth('x')"}]}] : [])],
+                axes: [{orient: "bottom", scale: "x", title: request.x.title || null, ticks: false, labelPadding: 6,
+                        ...nameLabels(names, place, coloured && request.width >= 620 ? 120 : 0)}, y.axis],
+                data: [{name: "means", values: means}, {name: "rows", values: drawn}, ...references.data],
+                marks: [
+                    {type: "rect", name: "bars", from: {data: "means"}, encode: {
+                        enter: {x: {signal: bandOf}, width: {signal: bandwidth}, y: {scale: "y", field: "y"},
+                                y2: {scale: "y", value: 0}, ...pointing},
+                        update: {fill: {scale: "colour", field: "s"}, fillOpacity: {value: 0.55}},
+                        hover: {fillOpacity: {value: 0.8}}}},
+                    {type: "rule", from: {data: "means"}, interactive: false, encode: {update: {
+                        x: {signal: `${bandOf} + ${bandwidth} / 2`}, y: {scale: "y", field: "lo"},
+                        y2: {scale: "y", field: "hi"}, stroke: {value: theme.text}, strokeWidth: {value: 1.4}}}},
+                    ...(valued.length > names.length ? [{type: "symbol", name: "points", from: {data: "rows"}, encode: {
+                        enter: {x: {signal: `${bandOf} + ${bandwidth} * datum.along`}, y: {scale: "y", field: "y"},
+                                ...pointing},
+                        update: {size: {value: drawn.length > 300 ? 12 : 30}, fill: {scale: "colour", field: "s"},
+                                 stroke: {value: theme.background}, strokeWidth: {value: 0.6},
+                                 fillOpacity: {value: 0.9}},
+                        hover: {size: {value: 90}, stroke: {value: theme.text}}}}] : []),
+                    ...references.marks,
+                ],
+            };
+        };
+        return {panels: panels.map(panelOf), scales: series.scales, legends: coloured ? series.legends : [], notes};
+    };
+
+    builders.histogram = (request, place, theme, rows, panels) => {
+        const there = rows.filter(row => isNumber(row.x));
+        const names = seriesNamesOf(rows);
+        const series = seriesScales(request, theme, names, "square");
+        const values = there.map(row => row.x);
+        const log = request.x.log && extent(values)[0] > 0;
+        const onto = log ? Math.log10 : value => value;
+        const back = log ? value => 10 ** value : value => value;
+        const [least, most] = extent(values.map(onto));
+        const wanted = Math.max(8, Math.min(40, Math.ceil(Math.sqrt(there.length) * 1.5)));
+        const rough = (most - least || 1) / wanted;
+        const power = 10 ** Math.floor(Math.log10(rough));
+        let step = [1, 2, 2.5, 5, 10].map(factor => factor * power).find(candidate => candidate >= rough * 0.9999);
+        if (!log && values.every(Number.isInteger)) step = Math.max(1, Math.round(step));
+        const first = Math.floor(least / step) * step;
+        const count = Math.floor((most - first) / step + 1e-9) + 1;
+        const binned = panels.map(panelRows => {
+            const bins = new Map();
+            for (const row of panelRows) {
+                if (!isNumber(row.x)) continue;
+                const n = Math.min(count - 1, Math.floor((onto(row.x) - first) / step + 1e-9));
+                const key = n + "\n" + seriesOf(row);
+                if (!bins.has(key)) bins.set(key, {n, s: seriesOf(row), count: 0});
+                ++bins.get(key).count;
+            }
+            const heights = new Map();
+            return names.flatMap(name => [...bins.values()].filter(bin => bin.s === name)).map(bin => {
+                const from = heights.get(bin.n) || 0;
+                heights.set(bin.n, from + bin.count);
+                const x0 = back(first + bin.n * step), x1 = back(first + (bin.n + 1) * step);
+                return {x0, x1, y0: from, y1: from + bin.count, s: bin.s, id: null,
+                        tip: `${formatNumber(x0)} to ${formatNumber(x1)}: ${plural(bin.count, "point")}`};
+            });
+        });
+        const edges = [back(first), back(first + count * step)];
+        const lines = request.references.map(line => line.value);
+        const x = numberScale("x", place.across, [...edges, ...lines], {log}, {});
+        if (!log) x.scale = {...x.scale, domain: extent([...edges, ...lines]), nice: false};
+        const y = vertical({...request, references: []}, place, binned.flat().map(bin => bin.y1), {zero: true});
+        const notes = [...series.notes];
+        if (there.length < rows.length) notes.push(`not shown: ${plural(rows.length - there.length, "point")} without a value`);
+        return {panels: binned.map(bins => {
+            const references = referenceMarks(request, place, theme, true);
+            return {
+                scales: [x.scale, y.scale],
+                axes: [axisLabels(request.x, x.ticks, {orient: "bottom", scale: "x",
+                                                       tickCount: Math.max(3, Math.floor(place.mostWidth / 80))}), y.axis],
+                data: [{name: "counts", values: bins}, ...references.data],
+                marks: [{type: "rect", name: "bins", from: {data: "counts"}, encode: {
+                    enter: {x: {scale: "x", field: "x0", offset: 0.5}, x2: {scale: "x", field: "x1", offset: -0.5},
+                            y: {scale: "y", field: "y1"}, y2: {scale: "y", field: "y0"}, ...pointing},
+                    update: {fill: {scale: "colour", field: "s"}, fillOpacity: {value: 0.85}},
+                    hover: {fillOpacity: {value: 1}}}}, ...references.marks],
+            };
+        }), scales: series.scales, legends: series.legends, notes};
+    };
+
+    /// Scenario files among the texts go by their names alone, if these still tell them apart.
+    function withShortNames(rows) {
+        const short = text => text.replace(/(?:[^\s,]*\/)?([^\s,/]+)\.ya?ml(?=$|,)/g, "$1");
+        let result = rows;
+        for (const field of ["x", "y", "c", "f"]) {
+            const texts = distinct(rows.map(row => row[field]).filter(value => typeof value === "string"));
+            const names = new Map(texts.map(text => [text, short(text)]));
+            if (texts.every(text => names.get(text) === text) || distinct([...names.values()]).length < texts.length) continue;
+            result = result.map(row => names.has(row[field]) ? {...row, [field]: names.get(row[field])} : row);
+        }
+        return result;
+    }
+
+    /// The specification, and what a reader should know of the picture: {spec, notes}.
+    function build(input) {
+        const request = {width: 720, height: 440, theme: "light", references: [], labelLimit: 260, ...input, rows: withShortNames(input.rows)};
+        const placeless = ["lines", "heatmap", "policy"].includes(request.chart)
+            ? request.rows.filter(row => !isThere(row.x)).length : 0;
+        if (placeless) request.rows = request.rows.filter(row => isThere(row.x));
+        request.x = request.x || {};
+        request.y = request.y || {};
+        request.colour = request.colour || {};
+        const theme = themes[request.theme];
+        const facetValues = request.rows.map(row => row.f);
+        const facets = request.ownScales ? distinct(facetValues) : inOrder(facetValues);
+        const panels = facets.length > 1 ? facets.map(facet => request.rows.filter(row => row.f === facet)) : [request.rows];
+        const place = placeOf(request, panels.length);
+        const built = builders[request.chart](request, place, theme, request.rows, panels);
+        if (placeless) built.notes.push(`not shown: ${plural(placeless, "point")} without a place on the horizontal axis`);
+        const spec = {
+            description: request.description || request.title || "",
+            background: theme.background, padding: request.padding || 6, config: config(theme, request),
+            scales: built.scales, legends: built.legends,
+        };
+        // What the panels' vertical axes show is said once, above them: beside them there may not be room.
+        const upward = !place.single && request.y.title ? ["↑ " + request.y.title] : [];
+        const lines = [...(request.notesBelowTitle && built.notes.length ? [built.notes.join("; ")] : []), ...upward];
+        if (request.title) {
+            spec.title = {text: request.title, ...(lines.length ? {subtitle: lines} : {})};
+        } else if (lines.length) {
+            spec.title = {text: lines, fontSize: request.fontSize || 12, fontWeight: 400, color: theme.text};
+        }
+        if (place.single) {
+            const [panel] = built.panels;
+            Object.assign(spec, {width: request.width, height: request.height,
+                                 autosize: {type: "fit", contains: "padding"}, data: panel.data, axes: panel.axes,
+                                 scales: [...built.scales, ...panel.scales], marks: panel.marks});
+        } else {
+            spec.autosize = "pad";
+            spec.layout = {columns: place.columns, padding: {row: place.rowPadding, column: 58}, bounds: "flush", align: "all"};
+            const facetTitle = request.facet && request.facet.title;
+            spec.marks = built.panels.map((panel, n) => {
+                const lastOfColumn = n + place.columns >= built.panels.length;
+                return {
+                    type: "group", encode: {update: {width: place.w, height: place.h}},
+                    title: {text: facetTitle ? `${facetTitle} ${facets[n]}` : String(facets[n]), fontSize: request.fontSize || 12,
+                            fontWeight: 600, anchor: "start", offset: 6, frame: "group"},
+                    data: panel.data, scales: panel.scales, marks: panel.marks,
+                    axes: panel.axes.map(axis => {
+                        const isTitled = axis.orient === "bottom" && lastOfColumn;
+                        return {...axis, title: isTitled ? axis.title : null};
+                    }),
+                };
+            });
+        }
+        return {spec, notes: built.notes};
+    }
+
+    return {build, kindOf, inOrder, isGeometric, formatValue, isNumber, isThere, frontOf};
+})();

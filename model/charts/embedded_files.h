@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string_view>
+
+/// The files of this folder that are part of the program, as they are.
+namespace metabuffer::charts::embedded {
+
+/// Vega, as one script that leaves a constant `vega` behind.
+std::string_view vega_bundle();
+/// From rows of results to Vega's specifications: `metabufferCharts`.
+std::string_view charts_js();
+std::string_view page_js();
+std::string_view page_css();
+/// With @NAME@ where the page's parts go.
+std::string_view page_html();
+/// `metabufferPlot`, for node.
+std::string_view plot_js();
+
+}  // namespace metabuffer::charts::embedded

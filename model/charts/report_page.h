@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace metabuffer::charts {
+
+constexpr std::size_t kBytesPerMebibyte = std::size_t{1} << 20;
+
+struct PageOptions {
+    std::string title;      ///< empty: the results' names
+    std::string condition;  ///< an expression over the results' columns; empty: all points
+    /// How much of the page reports and pictures may take; those that go beyond are left out, and the page says so.
+    std::size_t most_embedded_bytes = 24 * kBytesPerMebibyte;
+};
+
+/// Results as one page of HTML that needs nothing but a browser: charts, table, and each point's report and pictures.
+/// The same bytes for the same results. Throws InputError for files that are no results and for a bad condition.
+std::string report_page(const std::vector<std::filesystem::path>& files, const PageOptions& options);
+
+}  // namespace metabuffer::charts

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <functional>
+#include <string>
+
+namespace metabuffer {
+
+/// Work done in a process of its own, which hands bytes over by a pipe and waits while nobody reads. SystemC elaborates
+/// once in a process, and what crashes there does no harm here.
+class ChildProcess {
+  public:
+    /// The child's end of the pipe.
+    class Sender {
+      public:
+        explicit Sender(int descriptor) : descriptor_(descriptor) {}
+        /// Ends the process if nobody reads any more.
+        void send(const void* bytes, std::size_t count) const;
+
+      private:
+        int descriptor_;
+    };
+    using Work = std::function<void(const Sender&)>;
+
+    /// Starts it. The child ends when `work` returns, and dies with this process. An exception that leaves `work` ends
+    /// it badly. Construct it before this process elaborates anything. Throws InputError if this computer has no
+    /// process for it.
+    explicit ChildProcess(const Work& work);
+    /// Ends the child if it is still at work.
+    ~ChildProcess();
+    ChildProcess(const ChildProcess&) = delete;
+    ChildProcess& operator=(const ChildProcess&) = delete;
+
+    /// Whether all has been received that will ever come.
+    bool ended() const { return descriptor_ < 0; }
+    /// To poll for reading until it has ended.
+    int descriptor() const { return descriptor_; }
+    /// Appends what is there, waiting if there is nothing.
+    void receive(std::string& bytes);
+    /// Once it has ended: empty if well, else how ("ended by a signal: Aborted").
+    const std::string& complaint() const { return complaint_; }
+
+  private:
+    void reap();
+
+    pid_t process_ = -1;
+    int descriptor_ = -1;
+    std::string complaint_;
+};
+
+}  // namespace metabuffer

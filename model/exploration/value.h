@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace metabuffer::exploration {
+
+/// A setting or a figure as tables hold it: nothing, a whole number, a number or a text.
+using Value = std::variant<std::monostate, std::int64_t, double, std::string>;
+
+/// What a scenario's text stands for: a number if all of it is one, nothing if it is empty, else itself.
+Value value_of(std::string_view text);
+
+/// Numbers as short as they read back the same; nothing is the empty text.
+std::string text_of(const Value& value);
+
+}  // namespace metabuffer::exploration

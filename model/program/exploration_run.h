@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "exploration/explorer.h"
+#include "exploration/sweep_plan.h"
+
+namespace metabuffer {
+
+/// Runs a plan at level tlm with a progress line, Ctrl-C ending it in order; what sweep and size have in common.
+/// `results`: where to keep it; none: nowhere. `processes`: 0 for one on each processor. Throws InputError and
+/// OutputError.
+exploration::Exploration run_exploration(const exploration::SweepPlan& plan,
+                                         const std::optional<std::filesystem::path>& results, int processes,
+                                         bool quiet);
+
+/// How many points took how long.
+void print_pace(const exploration::Exploration& exploration);
+/// Of a search: each point's settings, its smallest value and what is to be said about it.
+void print_smallest(const exploration::SweepPlan& plan, const exploration::Exploration& exploration);
+/// How the points ended, with the reasons of the first that failed.
+void print_outcomes(const exploration::Exploration& exploration);
+
+}  // namespace metabuffer

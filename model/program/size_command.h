@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "exploration/sweep_plan.h"
+#include "program/command.h"
+#include "program/scenario_options.h"
+
+namespace metabuffer {
+
+/// `metabuffer size`: the smallest value of a key that meets a goal, over the values of other keys.
+class SizeCommand final : public Command {
+  public:
+    explicit SizeCommand(CLI::App& program);
+
+    ExitStatus execute() override;
+
+  private:
+    exploration::SweepDescription description() const;
+
+    ScenarioOptions scenario_;
+    std::string minimize_;
+    std::vector<std::string> over_;
+    std::string goal_;
+    std::optional<double> frame_rate_hz_;
+    int checks_ = 0;
+    std::string results_file_;
+    int processes_ = 0;  ///< 0: one for each processor
+    bool quiet_ = false;
+};
+
+}  // namespace metabuffer

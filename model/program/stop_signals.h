@@ -1,0 +1,24 @@
+#pragma once
+
+#include <csignal>
+
+namespace metabuffer {
+
+/// Turns Ctrl-C and SIGTERM into something to poll for while it lives, so that what is under way can be ended in order.
+/// Processes that are started meanwhile do not see these signals.
+class StopSignals {
+  public:
+    StopSignals();
+    ~StopSignals();
+    StopSignals(const StopSignals&) = delete;
+    StopSignals& operator=(const StopSignals&) = delete;
+
+    /// Readable once a signal has come; -1 if this computer does not offer it.
+    int descriptor() const { return descriptor_; }
+
+  private:
+    sigset_t former_{};
+    int descriptor_ = -1;
+};
+
+}  // namespace metabuffer

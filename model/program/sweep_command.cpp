@@ -1,0 +1,72 @@
+#include "program/sweep_command.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+
+#include "exploration/sweep_plan.h"
+#include "program/exploration_run.h"
+
+namespace metabuffer {
+namespace {
+
+constexpr const char* kFooter =
+    "A sweep file names a scenario and axes over its keys: see docs/exploration.md. Each point runs at level "
+    "tlm in a\n"
+    "process of its own, and is in the results for good when it has ended: after Ctrl-C, or a kill, the same "
+    "command\n"
+    "goes on where it stopped. A point that fails is kept with its reason.\n"
+    "Examples:\n"
+    "  metabuffer sweep scenarios/study-small-buffers.yaml\n"
+    "  metabuffer report out/study-small-buffers.db -o out/report.html\n"
+    "Exit status: 0 every point has ended, failed ones too; 2 bad input; 130 stopped by Ctrl-C.";
+
+void print_points(const exploration::SweepPlan& plan) {
+    for (const exploration::Point& point : plan.points) {
+        const char* separator = "";
+        for (const exploration::Setting& setting : point.settings) {
+            std::cout << separator << setting.key << '=' << setting.value;
+            separator = " ";
+        }
+        std::cout << '\n';
+    }
+}
+
+}  // namespace
+
+SweepCommand::SweepCommand(CLI::App& program)
+    : Command(program, "sweep", "Run a scenario over ranges of its keys; keep the results in a file") {
+    command().add_option("SWEEP", file_, "The sweep, a YAML file")->required();
+    command().add_option("-o,--out", results_file_, "The results, an SQLite file (default: out/NAME.db)");
+    command()
+        .add_option("--processes", processes_, "Simulations at once (default: one for each processor)")
+        ->check(CLI::Range(1, 4096));
+    command().add_flag("--list", list_, "Print the points and run nothing");
+    command().add_flag("--quiet", quiet_, "Print no summary and no progress");
+    command().footer(kFooter);
+}
+
+ExitStatus SweepCommand::execute() {
+    const exploration::SweepPlan plan = make_plan(exploration::load_sweep(file_));
+    if (list_) {
+        print_points(plan);
+        return kExitDone;
+    }
+    const std::filesystem::path results = results_file_.empty()
+                                              ? std::filesystem::path("out") / (plan.name + ".db")
+                                              : std::filesystem::path(results_file_);
+    const exploration::Exploration exploration = run_exploration(plan, results, processes_, quiet_);
+    if (!quiet_) {
+        print_pace(exploration);
+        if (plan.filtered_points > 0) std::cout << plan.filtered_points << " points filtered out\n";
+        print_outcomes(exploration);
+        std::cout << "results in " << results.string() << std::endl;
+    }
+    if (exploration.stopped) {
+        std::cerr << "stopped; the same command goes on from here\n";
+        return kExitStopped;
+    }
+    return kExitDone;
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+#include "program/command.h"
+
+namespace metabuffer {
+
+/// `metabuffer sweep`: runs every point of a sweep file at level tlm and keeps the results in a file.
+class SweepCommand final : public Command {
+  public:
+    explicit SweepCommand(CLI::App& program);
+
+    ExitStatus execute() override;
+
+  private:
+    std::string file_;
+    std::string results_file_;
+    int processes_ = 0;  ///< 0: one for each processor
+    bool list_ = false;
+    bool quiet_ = false;
+};
+
+}  // namespace metabuffer

@@ -1,0 +1,355 @@
+#include "scenario/scenario_reader.h"
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "scenario/image_loader.h"
+#include "scenario/limits.h"
+#include "scenario/names.h"
+#include "scenario/scenario_keys.h"
+#include "scenario/scenario_rules.h"
+#include "scenario/text.h"
+
+namespace metabuffer::input {
+namespace {
+
+/// One entry of a renderer's list as the file has it, before images are read.
+struct FrameSource {
+    Entry entry;
+    std::filesystem::path image;
+    std::optional<std::filesystem::path> depth;
+    RendererFrame frame;
+};
+
+struct RendererSource {
+    Entry entry;
+    std::string name;
+    int copies = 1;
+    std::vector<FrameSource> frames;
+    std::size_t first = 0;  ///< of its renderers
+};
+
+/// The scenario without its images, and where to find those.
+struct Draft {
+    Scenario scenario;
+    std::vector<RendererSource> sources;
+};
+
+int integer(const Entry& entry, const IntegerRange& allowed) {
+    return static_cast<int>(entry.integer(allowed));
+}
+
+void read_optional(const Entry& entry, const IntegerRange& allowed, int& value) {
+    if (entry.present()) value = integer(entry, allowed);
+}
+
+void read_optional(const Entry& entry, const NumberRange& allowed, double& value) {
+    if (entry.present()) value = entry.number(allowed);
+}
+
+template <typename Enum>
+void read_optional(const Entry& entry, Enum& value) {
+    if (entry.present()) value = entry.choice<Enum>();
+}
+
+void read_displays(const Entry& entry, DisplayConfig& displays) {
+    if (!entry.present()) entry.fail("is missing; use a map with at least the keys width and height");
+    read_optional(entry.child("columns"), limits::kGridDisplays, displays.columns);
+    read_optional(entry.child("rows"), limits::kGridDisplays, displays.rows);
+    displays.width_pixels = integer(entry.child("width"), limits::kDisplayPixels);
+    displays.height_pixels = integer(entry.child("height"), limits::kDisplayPixels);
+    if (const Entry supersample = entry.child("supersample"); supersample.present()) {
+        displays.supersample = supersample.one_of(limits::kSupersamples, "a supersampling");
+    }
+    if (const Entry background = entry.child("background"); background.present()) {
+        const std::vector<Entry> channels = background.items();
+        if (channels.size() != std::size(displays.background)) {
+            background.fail("has " + std::to_string(channels.size()) +
+                            " entries; use three whole numbers 0 to 255, [R, G, B]");
+        }
+        std::transform(channels.begin(), channels.end(), std::begin(displays.background),
+                       [](const Entry& channel) {
+                           return static_cast<std::uint8_t>(channel.integer(limits::kChannel));
+                       });
+    }
+}
+
+void read_depth_range(const Entry& entry, Scenario& scenario) {
+    if (!entry.present()) return;
+    const std::vector<Entry> ends = entry.items();
+    if (ends.size() != 2) {
+        entry.fail("has " + std::to_string(ends.size()) + " entries; use two numbers, [near, far]");
+    }
+    scenario.depth_near = ends[0].number(limits::kDepth);
+    scenario.depth_far = ends[1].number(limits::kDepth);
+}
+
+void read_machine(const Entry& root, Scenario& scenario) {
+    const Entry clocks = root.child("clocks");
+    read_optional(clocks.child("core_mhz"), limits::kClockMhz, scenario.clocks.core_mhz);
+    read_optional(clocks.child("dvi_in_mhz"), limits::kClockMhz, scenario.clocks.dvi_in_mhz);
+    read_optional(clocks.child("dvi_out_mhz"), limits::kClockMhz, scenario.clocks.dvi_out_mhz);
+
+    const Entry memory = root.child("memory");
+    read_optional(memory.child("page_words"), limits::kPageWords, scenario.memory.page_words);
+    read_optional(memory.child("page_miss_cycles"), limits::kPageMissCycles,
+                  scenario.memory.page_miss_cycles);
+    read_optional(memory.child("words_per_cycle"), limits::kWordsPerCycle, scenario.memory.words_per_cycle);
+
+    const Entry bus = root.child("bus");
+    if (const Entry width = bus.child("width_bits"); width.present()) {
+        scenario.bus.width_bits = width.one_of(limits::kBusWidthsBits, "a bus width");
+    }
+    read_optional(bus.child("burst_pixels"), limits::kBurstPixels, scenario.bus.burst_pixels);
+    read_optional(bus.child("arbitration"), scenario.bus.arbitration);
+
+    const Entry composer = root.child("composer");
+    read_optional(composer.child("buffer_pixels"), limits::kBufferPixels, scenario.composer.buffer_pixels);
+    scenario.composer.ready_space_pixels =
+        std::max(scenario.bus.burst_pixels, in_flight_pixels(scenario.bus, scenario.memory));
+    read_optional(composer.child("ready_space_pixels"), limits::kReadySpacePixels,
+                  scenario.composer.ready_space_pixels);
+    read_optional(composer.child("on_starvation"), scenario.composer.on_starvation);
+
+    read_optional(root.child("pacing"), scenario.pacing);
+    read_optional(root.child("link_timeout_pairs"), limits::kLinkTimeoutPairs, scenario.link_timeout_pairs);
+    if (const Entry watchdog = root.child("watchdog_cycles"); watchdog.present()) {
+        scenario.watchdog_cycles = watchdog.integer(limits::kWatchdogCycles);
+    }
+}
+
+ViewportRow read_row(const Entry& entry) {
+    const std::vector<Entry> fields = entry.items();
+    if (fields.size() != 8) {
+        entry.fail("has " + std::to_string(fields.size()) +
+                   " entries; use eight, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]");
+    }
+    const auto unsigned_field = [&fields](std::size_t index) {
+        return static_cast<std::uint16_t>(fields[index].integer(limits::kUnsignedField));
+    };
+    const auto signed_field = [&fields](std::size_t index) {
+        return static_cast<std::int16_t>(fields[index].integer(limits::kSignedField));
+    };
+    return {unsigned_field(0), unsigned_field(1), unsigned_field(2), unsigned_field(3),
+            unsigned_field(4), signed_field(5),   signed_field(6),   unsigned_field(7)};
+}
+
+FrameSource read_frame(const Entry& entry, const std::filesystem::path& base) {
+    FrameSource source{entry, base / entry.child("image").name(), std::nullopt, {}};
+    if (const Entry depth = entry.child("depth"); depth.present()) source.depth = base / depth.name();
+
+    const Entry viewport = entry.child("viewport");
+    const Entry table = entry.child("table");
+    if (viewport.present() && table.present()) {
+        table.fail("stands beside a viewport; use one of the two");
+    }
+    if (!viewport.present() && !table.present()) {
+        entry.fail("has neither a viewport nor a table; use one of the two");
+    }
+    if (viewport.present()) {
+        Viewport& position = source.frame.viewport.emplace();
+        position.x = integer(viewport.child("x"), limits::kViewportPosition);
+        position.y = integer(viewport.child("y"), limits::kViewportPosition);
+        read_optional(viewport.child("multiple"), limits::kViewportMultiple, position.multiple);
+        source.frame.table_line = viewport.place().line;
+    } else {
+        for (const Entry& row : table.items()) source.frame.table.push_back(read_row(row));
+        source.frame.table_line = table.place().line;
+    }
+    return source;
+}
+
+std::vector<RendererSource> read_renderers(const Entry& entry, const std::filesystem::path& base) {
+    if (!entry.present()) entry.fail("is missing; use a list of at least one renderer");
+    std::vector<RendererSource> renderers;
+    for (const Entry& item : entry.items()) {
+        RendererSource renderer{item, "renderer_" + std::to_string(renderers.size() + 1), 1, {}, 0};
+        if (const Entry name = item.child("name"); name.present()) renderer.name = name.name();
+        read_optional(item.child("copies"), limits::kRendererCopies, renderer.copies);
+        const Entry frames = item.child("frames");
+        if (!frames.present()) frames.fail("is missing; use a list of at least one frame");
+        for (const Entry& frame : frames.items()) renderer.frames.push_back(read_frame(frame, base));
+        renderers.push_back(std::move(renderer));
+    }
+    return renderers;
+}
+
+/// Makes the scenario's renderers, copies written out, without images.
+void make_renderers(Draft& draft) {
+    std::int64_t copied_frames = 0;
+    for (RendererSource& source : draft.sources) {
+        std::vector<Renderer>& renderers = draft.scenario.renderers;
+        source.first = renderers.size();
+        if (source.copies > 1) {
+            copied_frames += std::int64_t{source.copies} * static_cast<std::int64_t>(source.frames.size());
+            const auto total = static_cast<std::int64_t>(renderers.size()) + source.copies;
+            if (total > limits::kComposers || copied_frames > limits::kCopiedFrames) {
+                source.entry.child("copies").fail(
+                    "makes " + std::to_string(total) + " renderers and " + std::to_string(copied_frames) +
+                    " frames so far; use at most " + std::to_string(limits::kComposers) + " and " +
+                    std::to_string(limits::kCopiedFrames));
+            }
+        }
+        Renderer renderer;
+        for (const FrameSource& frame : source.frames) renderer.frames.push_back(frame.frame);
+        for (int copy = 1; copy <= source.copies; ++copy) {
+            renderer.name = source.copies == 1 ? source.name : source.name + "_" + std::to_string(copy);
+            renderers.push_back(renderer);
+        }
+    }
+}
+
+Fault read_fault(const Entry& entry, const std::vector<std::string>& names) {
+    Fault fault;
+    const Entry renderer = entry.child("renderer");
+    const std::string name = renderer.name();
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+        renderer.fail(text::quoted(name) + " is not a renderer" +
+                      (names.empty() ? std::string("; there is none")
+                                     : "; the nearest is " + text::nearest(name, names)));
+    }
+    fault.renderer = static_cast<int>(found - names.begin());
+    fault.pair = static_cast<std::uint32_t>(entry.child("pair").integer(limits::kFaultPair));
+    fault.kind = entry.child("kind").choice<FaultKind>();
+    read_optional(entry.child("frame"), fault.frame);
+    const Entry delay = entry.child("delay_pairs");
+    if (fault.kind == FaultKind::kDelay) {
+        fault.delay_pairs = integer(delay, limits::kDelayPairs);
+    } else if (delay.present()) {
+        delay.fail(std::string("does not go with kind ") + to_string(fault.kind) +
+                   "; use it with kind delay only");
+    }
+    return fault;
+}
+
+std::vector<Fault> read_faults(const Entry& entry, const std::vector<Renderer>& renderers) {
+    std::vector<std::string> names;
+    names.reserve(renderers.size());
+    for (const Renderer& renderer : renderers) names.push_back(renderer.name);
+    std::vector<Fault> faults;
+    for (const Entry& fault : entry.items()) faults.push_back(read_fault(fault, names));
+    return faults;
+}
+
+PixelImage load(const FrameSource& source, const Scenario& scenario) {
+    try {
+        return load_image(source.image, source.depth, scenario.depth_format,
+                          {scenario.depth_near, scenario.depth_far});
+    } catch (const InputError& error) {
+        // The message starts with the file's name, which tells the two keys apart.
+        const std::string message = error.what();
+        const bool is_depth = source.depth.has_value() && source.depth != source.image &&
+                              message.rfind(text::one_line(source.depth->string()) + ": ", 0) == 0;
+        source.entry.child(is_depth ? "depth" : "image").fail(message);
+    }
+}
+
+void split_viewport_of(RendererFrame& frame, const Entry& entry, const Renderer& renderer,
+                       const DisplayWall& wall) {
+    if (!frame.viewport.has_value()) return;
+    try {
+        frame.table =
+            split_viewport(*frame.viewport, renderer.image_width_pixels, renderer.image_height_pixels, wall);
+    } catch (const std::invalid_argument& error) {
+        entry.child("viewport").fail(error.what());
+    }
+}
+
+/// Reads the images of one renderer and splits its viewports.
+void read_images(const RendererSource& source, const Scenario& scenario, ImageShelf& shelf,
+                 Renderer& renderer) {
+    std::map<const PixelImage*, std::size_t> indices;  // into the renderer's own list
+    for (std::size_t i = 0; i < source.frames.size(); ++i) {
+        const FrameSource& frame_source = source.frames[i];
+        RendererFrame& frame = renderer.frames[i];
+        const ImageShelf::Key key{frame_source.image, frame_source.depth, scenario.depth_format,
+                                  scenario.depth_near, scenario.depth_far};
+        const std::shared_ptr<const PixelImage>& image =
+            shelf.image_of(key, [&] { return load(frame_source, scenario); });
+        const auto [known, is_new] = indices.try_emplace(image.get(), renderer.images.size());
+        if (is_new) renderer.images.push_back(image);
+        frame.image = known->second;
+        const PixelImage& first = *renderer.images.front();
+        renderer.image_width_pixels = first.width_pixels;
+        renderer.image_height_pixels = first.height_pixels;
+        split_viewport_of(frame, frame_source.entry, renderer, scenario.displays.wall());
+    }
+}
+
+void read_images(Draft& draft, ImageShelf& shelf) {
+    for (const RendererSource& source : draft.sources) {
+        Renderer& original = draft.scenario.renderers[source.first];
+        read_images(source, draft.scenario, shelf, original);
+        for (std::size_t i = 1; i < static_cast<std::size_t>(source.copies); ++i) {
+            Renderer& copy = draft.scenario.renderers[source.first + i];
+            std::string name = std::move(copy.name);
+            copy = original;
+            copy.name = std::move(name);
+        }
+    }
+}
+
+/// The path by which the file has what a rule names by the index of a renderer, of which copies have their own.
+std::string path_in_file(const std::string& path, const Draft& draft) {
+    const std::string list = "renderers[";
+    if (path.rfind(list, 0) != 0) return path;
+    const std::size_t renderer = std::stoul(path.substr(list.size()));
+    const auto after = std::upper_bound(
+        draft.sources.begin(), draft.sources.end(), renderer,
+        [](std::size_t index, const RendererSource& source) { return index < source.first; });
+    return list + std::to_string(after - draft.sources.begin() - 1) + path.substr(path.find(']'));
+}
+
+/// Turns a broken rule into an error with the line of what broke it.
+void throw_if(const std::optional<RuleViolation>& violation, const Draft& draft, const Value& tree) {
+    if (!violation.has_value()) return;
+    const std::string path = path_in_file(violation->path, draft);
+    throw InputError(
+        text::one_line(find_place(tree, path).describe() + ": " + path + ": " + violation->message));
+}
+
+Draft read_draft(const Value& tree, const std::string& default_name, const std::filesystem::path& base) {
+    check_structure(tree, scenario_schema());
+    const Entry root(tree, scenario_schema());
+    Draft draft;
+    Scenario& scenario = draft.scenario;
+    const Entry name = root.child("name");
+    scenario.name = name.present() ? name.name() : default_name;
+    read_displays(root.child("displays"), scenario.displays);
+    read_optional(root.child("composition"), scenario.composition);
+    read_optional(root.child("depth_format"), scenario.depth_format);
+    read_depth_range(root.child("depth_range"), scenario);
+    read_machine(root, scenario);
+
+    draft.sources = read_renderers(root.child("renderers"), base);
+    make_renderers(draft);
+    scenario.faults = read_faults(root.child("faults"), scenario.renderers);
+    std::size_t longest = 1;
+    for (const RendererSource& source : draft.sources) longest = std::max(longest, source.frames.size());
+    scenario.frames = static_cast<int>(std::min<std::size_t>(longest, limits::kFrames.high));
+    read_optional(root.child("frames"), limits::kFrames, scenario.frames);
+    throw_if(settings_violation(scenario), draft, tree);
+    return draft;
+}
+
+}  // namespace
+
+Scenario read_settings(const Value& tree, const std::string& default_name) {
+    return read_draft(tree, default_name, {}).scenario;
+}
+
+Scenario read_scenario(const Value& tree, const std::string& default_name, const std::filesystem::path& base,
+                       ImageShelf& shelf) {
+    // Reading images takes longest: everything else is checked first.
+    Draft draft = read_draft(tree, default_name, base);
+    read_images(draft, shelf);
+    throw_if(renderers_violation(draft.scenario), draft, tree);
+    return std::move(draft.scenario);
+}
+
+}  // namespace metabuffer::input

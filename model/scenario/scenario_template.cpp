@@ -1,0 +1,77 @@
+#include "scenario/scenario_template.h"
+
+#include <utility>
+
+#include "scenario/scenario_keys.h"
+#include "scenario/scenario_reader.h"
+#include "scenario/scenario_writer.h"
+#include "scenario/text.h"
+#include "scenario/text_file.h"
+#include "scenario/yaml_reader.h"
+
+namespace metabuffer {
+
+struct ScenarioTemplate::Content {
+    std::filesystem::path file;
+    std::string text;
+    std::filesystem::path base;
+    std::string default_name;
+    input::Value tree;
+    input::ImageShelf shelf;
+
+    /// Calls read with the tree that has the overrides in it.
+    template <typename Read>
+    auto with(const std::vector<ScenarioOverride>& overrides, Read read) const {
+        if (overrides.empty()) return read(tree);
+        input::Value changed = tree;
+        for (const ScenarioOverride& override_ : overrides) input::apply_override(changed, override_);
+        return read(changed);
+    }
+};
+
+ScenarioTemplate::ScenarioTemplate(const std::filesystem::path& file)
+    : ScenarioTemplate(input::text_of_file(file), file.string(), file.parent_path()) {}
+
+ScenarioTemplate::ScenarioTemplate(std::string text, const std::string& origin,
+                                   const std::filesystem::path& base)
+    : content_(std::make_unique<Content>()) {
+    content_->file = origin;
+    content_->base = base;
+    content_->default_name = text::one_line(content_->file.stem().string());
+    if (content_->default_name.empty()) content_->default_name = "scenario";
+    content_->tree = input::parse_yaml(text, std::make_shared<const std::string>(origin), true);
+    content_->text = std::move(text);
+}
+
+ScenarioTemplate::ScenarioTemplate(ScenarioTemplate&&) noexcept = default;
+ScenarioTemplate& ScenarioTemplate::operator=(ScenarioTemplate&&) noexcept = default;
+ScenarioTemplate::~ScenarioTemplate() = default;
+
+const std::filesystem::path& ScenarioTemplate::file() const { return content_->file; }
+
+const std::string& ScenarioTemplate::text() const { return content_->text; }
+
+Scenario ScenarioTemplate::scenario(const std::vector<ScenarioOverride>& overrides) const {
+    return content_->with(overrides, [this](const input::Value& tree) {
+        return input::read_scenario(tree, content_->default_name, content_->base, content_->shelf);
+    });
+}
+
+std::map<std::string, std::string> ScenarioTemplate::settings(
+    const std::vector<ScenarioOverride>& overrides) const {
+    return content_->with(overrides, [this](const input::Value& tree) {
+        return scenario_settings(input::read_settings(tree, content_->default_name));
+    });
+}
+
+std::vector<std::string> setting_keys() {
+    std::vector<std::string> keys;
+    for (const SchemaKey& key : scenario_schema().keys()) {
+        const std::string pattern = key.pattern;
+        if (key.shape == KeyShape::kScalar && pattern.find("[]") == std::string::npos)
+            keys.push_back(pattern);
+    }
+    return keys;
+}
+
+}  // namespace metabuffer

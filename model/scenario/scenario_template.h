@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scenario/scenario_loader.h"
+
+namespace metabuffer {
+
+/// A scenario file read once, from which many scenarios are made that differ in their overrides. Images are kept, so
+/// that the second scenario that shows one does not read it again. Not for two threads at once; a process may fork and
+/// both go on with it.
+class ScenarioTemplate {
+  public:
+    /// Reads the file, not its images. Throws InputError.
+    explicit ScenarioTemplate(const std::filesystem::path& file);
+    /// The same from text; `origin` names it in messages and `base` is what image paths are relative to.
+    ScenarioTemplate(std::string text, const std::string& origin, const std::filesystem::path& base);
+    ScenarioTemplate(ScenarioTemplate&&) noexcept;
+    ScenarioTemplate& operator=(ScenarioTemplate&&) noexcept;
+    ~ScenarioTemplate();
+
+    /// The file, or the origin of the text.
+    const std::filesystem::path& file() const;
+    /// The file's text.
+    const std::string& text() const;
+    /// The scenario with these overrides, as load_scenario() makes it. Throws InputError.
+    Scenario scenario(const std::vector<ScenarioOverride>& overrides) const;
+    /// As scenario_settings() has them (scenario_writer.h), overrides and defaults in place. Reads no images, and
+    /// checks what can be checked without. Throws InputError.
+    std::map<std::string, std::string> settings(const std::vector<ScenarioOverride>& overrides) const;
+
+  private:
+    struct Content;
+    std::unique_ptr<Content> content_;
+};
+
+/// The keys that settings() has, in the order of the documentation.
+std::vector<std::string> setting_keys();
+
+}  // namespace metabuffer

@@ -1,0 +1,80 @@
+#include "scenario/schema.h"
+
+#include <utility>
+
+#include "scenario/text.h"
+
+namespace metabuffer {
+namespace {
+
+bool ends_with(std::string_view text, std::string_view end) {
+    return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
+}
+
+/// The last key of a pattern, empty for a list's entry.
+std::string_view last_key(std::string_view pattern) {
+    if (ends_with(pattern, "[]")) return {};
+    const std::size_t dot = pattern.rfind('.');
+    return dot == std::string_view::npos ? pattern : pattern.substr(dot + 1);
+}
+
+/// What a pattern's key stands in: "" for the keys at the top.
+std::string_view enclosing_map(std::string_view pattern) {
+    const std::size_t dot = pattern.rfind('.');
+    return dot == std::string_view::npos ? std::string_view() : pattern.substr(0, dot);
+}
+
+}  // namespace
+
+Schema::Schema(std::string empty_message, std::vector<SchemaKey> keys)
+    : empty_message_(std::move(empty_message)), keys_(std::move(keys)) {
+    for (std::size_t i = 0; i < keys_.size(); ++i) places_.emplace(keys_[i].pattern, i);
+}
+
+const SchemaKey* Schema::find(std::string_view pattern) const {
+    const auto found = places_.find(pattern);
+    return found == places_.end() ? nullptr : &keys_[found->second];
+}
+
+bool Schema::is_key_of(std::string_view map_pattern, std::string_view key) const {
+    // A key with a dot in it would otherwise pass for a path.
+    return !key.empty() && key.find_first_of(".[]") == std::string_view::npos &&
+           find(key_pattern(map_pattern, key)) != nullptr;
+}
+
+std::vector<std::string> Schema::keys_of(std::string_view map_pattern) const {
+    std::vector<std::string> keys;
+    for (const SchemaKey& key : keys_) {
+        const std::string_view pattern = key.pattern;
+        if (!last_key(pattern).empty() && enclosing_map(pattern) == map_pattern) {
+            keys.emplace_back(last_key(pattern));
+        }
+    }
+    return keys;
+}
+
+std::vector<std::string> Schema::paths() const {
+    std::vector<std::string> paths;
+    for (const SchemaKey& key : keys_) {
+        if (!last_key(key.pattern).empty()) paths.emplace_back(key.pattern);
+    }
+    return paths;
+}
+
+std::string Schema::nearest_key(std::string_view map_pattern, std::string_view map_path,
+                                std::string_view key) const {
+    constexpr int kSlip = 2;  // edits that are still a slip of the pen
+    const std::string sibling = text::nearest(key, keys_of(map_pattern));
+    if (text::edit_distance(key, sibling) > kSlip && !key.empty()) {
+        for (const SchemaKey& elsewhere : keys_) {
+            if (last_key(elsewhere.pattern) == key) return elsewhere.pattern;
+        }
+    }
+    return key_pattern(map_path, sibling);
+}
+
+std::string key_pattern(std::string_view map_pattern, std::string_view key) {
+    return map_pattern.empty() ? std::string(key) : std::string(map_pattern) + "." + std::string(key);
+}
+
+}  // namespace metabuffer

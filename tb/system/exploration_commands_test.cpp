@@ -1,0 +1,303 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "exploration/results_database.h"
+#include "program/exit_status.h"
+#include "program_run.h"
+#include "workplace.h"
+
+// `metabuffer sweep`, `size` and `export` from outside: what is run is what `metabuffer run` runs, and what has ended
+// stays.
+
+using namespace metabuffer;
+using namespace metabuffer::exploration;
+using namespace metabuffer::test;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+namespace {
+
+/// A sweep over a starved machine: 2 x 40 points.
+constexpr const char* kSweep = R"(
+scenario: scenario.yaml
+set: {memory.page_words: 16, composer.ready_space_pixels: 8}
+axes:
+  - {key: bus.width_bits, values: [16, 64]}
+  - {key: composer.buffer_pixels, range: {from: 20, to: 59, step: 1}}
+)";
+
+ProgramResult sweep(const Workplace& place, const std::vector<std::string>& arguments = {}) {
+    return run_program(place, std::vector<std::string>{"sweep", "sweep.yaml", "-o", "r.db"} + arguments);
+}
+
+/// Starts a sweep in a shell, which then does something to it.
+ProgramResult sweep_and(const Workplace& place, const std::string& what) {
+    return run_program(
+        "/bin/sh", place,
+        {"-c", std::string(METABUFFER_PROGRAM) + " sweep sweep.yaml -o r.db --processes 2 & " + what});
+}
+
+/// Some figures of every point, by its settings.
+std::map<std::string, std::vector<Value>> points_of(const Workplace& place,
+                                                    const std::string& file = "r.db") {
+    std::map<std::string, std::vector<Value>> points;
+    const auto table = ResultsReader(place / file)
+                           .results({"bus.width_bits", "composer.buffer_pixels", "status", "starved_pixels",
+                                     "core_cycles", "bursts"},
+                                    "");
+    for (const auto& row : table.rows) {
+        points[text_of(row[0]) + " " + text_of(row[1])] = {row.begin() + 2, row.end()};
+    }
+    return points;
+}
+
+std::size_t rows_in(const Workplace& place, const std::string& file = "r.db") {
+    return ResultsReader(place / file).results().rows.size();
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    return lines;
+}
+
+}  // namespace
+
+TEST_CASE("sweep: every point is what run gives for its settings", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    const ProgramResult result = sweep(place);
+    CHECK(result.status == kExitDone);
+    CHECK(result.err.empty());
+    CHECK_THAT(result.out, Contains("80 of 80 points"));
+    const auto points = points_of(place);
+    REQUIRE(points.size() == 80);
+    for (const std::string width : {"16", "64"}) {
+        for (const std::string buffer : {"20", "37", "59"}) {
+            CAPTURE(width, buffer);
+            REQUIRE(place
+                        .run({"--no-images", "--quiet", "--set", "memory.page_words=16", "--set",
+                              "composer.ready_space_pixels=8", "--set", "bus.width_bits=" + width, "--set",
+                              "composer.buffer_pixels=" + buffer})
+                        .status == kExitDone);
+            const auto report = place.report();
+            const std::vector<Value> expected{std::string("done"),
+                                              report["totals"]["starved_pixels"].get<std::int64_t>(),
+                                              report["core_cycles"].get<std::int64_t>(),
+                                              report["totals"]["bus"]["bursts"].get<std::int64_t>()};
+            CHECK(points.at(width + " " + buffer) == expected);
+        }
+    }
+    // Nothing but the results, and nothing to be done the next time.
+    CHECK_FALSE(place.exists("r.db-wal"));
+    CHECK_FALSE(place.exists("r.db.lock"));
+    CHECK_THAT(sweep(place).out, Contains("80 points were there already"));
+}
+
+TEST_CASE("sweep: after kill -9 the same command goes on and the results are those of one go",
+          "[program][sweep]") {
+    Workplace place;
+    place.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    const auto expected = points_of(place);
+    std::filesystem::remove(place / "r.db");
+    std::size_t kept = 0;
+    for (const char* moment : {"0.35", "0.4", "0.5"}) {
+        sweep_and(place, std::string("sleep ") + moment + "; kill -9 $!; wait");
+        if (!place.exists("r.db")) continue;  // killed before there was anything
+        const std::size_t rows = rows_in(place);
+        CHECK(rows >= kept);
+        kept = rows;
+    }
+    CHECK(sweep(place).status == kExitDone);
+    CHECK(points_of(place) == expected);
+}
+
+TEST_CASE("sweep: a signal to stop ends it in order", "[program][sweep]") {
+    const Workplace place;
+    std::string many = kSweep;
+    many.replace(many.find("to: 59"), 6, "to: 9000");
+    place.write("sweep.yaml", many);
+    const ProgramResult stopped = sweep_and(place, "sleep 0.6; kill -TERM $!; wait $!");
+    CHECK(stopped.status == kExitStopped);
+    CHECK_THAT(stopped.err, Contains("the same command goes on from here"));
+    CHECK_FALSE(place.exists("r.db-wal"));
+    CHECK_FALSE(place.exists("r.db.lock"));
+    CHECK(rows_in(place) > 0);
+}
+
+TEST_CASE("sweep: points that fail are kept with their reasons", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml",
+                "scenario: scenario.yaml\naxes:\n"
+                "  - {key: name, values: [good, crash, exit, error, exception, input, watchdog]}\n");
+    const ProgramResult result =
+        run_program(METABUFFER_FAULTY_PROGRAM, place, {"sweep", "sweep.yaml", "-o", "r.db"});
+    CHECK(result.status == kExitDone);
+    CHECK_THAT(result.out, Contains("told to throw"));
+    std::map<std::string, std::pair<std::string, std::string>> outcomes;
+    for (const auto& row : ResultsReader(place / "r.db").results({"name", "status", "reason"}, "").rows) {
+        outcomes[text_of(row[0])] = {text_of(row[1]), text_of(row[2])};
+    }
+    REQUIRE(outcomes.size() == 7);
+    CHECK(outcomes["good"].first == "done");
+    CHECK(outcomes["crash"] ==
+          std::pair<std::string, std::string>("crashed", "its process ended by a signal: Aborted"));
+    CHECK(outcomes["exit"].first == "crashed");
+    CHECK(outcomes["error"].first == "failed");
+    CHECK_THAT(outcomes["error"].second, Contains("metabuffer/test: told to fail"));
+    CHECK(outcomes["exception"].first == "failed");
+    CHECK(outcomes["input"] == std::pair<std::string, std::string>("invalid", "told to refuse"));
+    CHECK(outcomes["watchdog"].first == "watchdog");
+    CHECK_THAT(outcomes["watchdog"].second, Contains("composer_1_1 waits for a pixel"));
+}
+
+TEST_CASE("sweep: the list has every point in order and runs nothing", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", std::string(kSweep) + "filter: composer.buffer_pixels >= bus.width_bits\n");
+    const ProgramResult result = run_program(place, {"sweep", "sweep.yaml", "--list"});
+    CHECK(result.status == kExitDone);
+    const std::vector<std::string> lines = lines_of(result.out);
+    REQUIRE(lines.size() == 40);  // 16 bits all of them, 64 bits none
+    CHECK(lines.front() == "bus.width_bits=16 composer.buffer_pixels=20");
+    CHECK(lines.back() == "bus.width_bits=16 composer.buffer_pixels=59");
+    CHECK_FALSE(place.exists("out"));
+}
+
+TEST_CASE("sweep: changed input does not get mixed into old results", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    // More values are fine.
+    std::string more = kSweep;
+    more.replace(more.find("to: 59"), 6, "to: 61");
+    place.write("sweep.yaml", more);
+    CHECK_THAT(sweep(place).out, Contains("84 of 84 points") && Contains("80 points were there already"));
+    const std::string before = text_of(place / "r.db");
+    place.write("scenario.yaml", std::string(kScenario) + "frames: 1\n");
+    const ProgramResult refused = sweep(place);
+    CHECK(refused.status == kExitBadInput);
+    CHECK(refused.complains_in_one_line());
+    CHECK_THAT(refused.err, StartsWith("'r.db' holds results of other input"));
+    CHECK(text_of(place / "r.db") == before);
+}
+
+TEST_CASE("sweep: pictures are those that run writes", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml",
+                "scenario: scenario.yaml\npictures: true\naxes:\n"
+                "  - {key: renderers.1.frames.0.viewport.multiple, values: [1, 3]}\n");
+    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    const ResultsReader results(place / "r.db");
+    const auto rows = results.results({"run"}, "\"renderers.1.frames.0.viewport.multiple\" = 3").rows;
+    REQUIRE(rows.size() == 1);
+    const auto pictures = results.pictures(std::get<std::int64_t>(rows[0][0]));
+    REQUIRE(pictures.size() == 2);
+    REQUIRE(place.run({"--quiet", "--set", "renderers.1.frames.0.viewport.multiple=3"}).status == kExitDone);
+    CHECK(pictures[0].second == text_of(place / "out" / "display_1.png"));
+    CHECK(pictures[1].second == text_of(place / "out" / "display_2.png"));
+}
+
+TEST_CASE("size: the smallest value is the one that trying all of them finds", "[program][size]") {
+    const Workplace place;
+    const std::vector<std::string> settings{"--set", "memory.page_words=16", "--set",
+                                            "composer.ready_space_pixels=8"};
+    const ProgramResult found = run_program(
+        place,
+        std::vector<std::string>{"size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..200",
+                                 "--over", "bus.width_bits=32,64,256", "--checks", "200", "-o", "size.db"} +
+            settings);
+    CHECK(found.status == kExitDone);
+    place.write("sweep.yaml",
+                "scenario: scenario.yaml\n"
+                "set: {memory.page_words: 16, composer.ready_space_pixels: 8}\n"
+                "axes:\n"
+                "  - {key: bus.width_bits, values: [32, 64, 256]}\n"
+                "  - {key: composer.buffer_pixels, range: {from: 1, to: 200, step: 1}}\n");
+    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    const ResultsReader all(place / "r.db");
+    const auto rows = ResultsReader(place / "size.db")
+                          .results({"bus.width_bits", "smallest", "monotonic", "status"}, "")
+                          .rows;
+    REQUIRE(rows.size() == 3);
+    int found_values = 0;
+    for (const auto& row : rows) {
+        const std::string width = "bus.width_bits = " + text_of(row[0]);
+        CAPTURE(width);
+        std::vector<std::int64_t> good;
+        std::vector<std::int64_t> bad;
+        for (const auto& point :
+             all.results({"composer.buffer_pixels", "starved_pixels = 0 and rejected_rows = 0"}, width)
+                 .rows) {
+            (text_of(point[1]) == "1" ? good : bad).push_back(std::get<std::int64_t>(point[0]));
+        }
+        REQUIRE(good.size() + bad.size() == 200);
+        if (good.empty()) {
+            CHECK(row[1] == Value());
+            CHECK(text_of(row[3]) == "unmet");
+            continue;
+        }
+        ++found_values;
+        const std::int64_t smallest = *std::min_element(good.begin(), good.end());
+        CHECK(row[1] == Value(smallest));
+        CHECK_THAT(found.out, Contains(std::to_string(smallest)));
+        // As many checks as there are values: every one above it that is bad was seen.
+        const bool is_monotonic = bad.empty() || *std::max_element(bad.begin(), bad.end()) < smallest;
+        CHECK(text_of(row[2]) == (is_monotonic ? "1" : "0"));
+    }
+    CHECK(found_values > 0);  // the narrower buses starve with any of these buffers
+}
+
+TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[program][size]") {
+    const Workplace place;
+    const std::vector<std::string> files = place.names();
+    const std::vector<std::pair<std::vector<std::string>, std::string>> mistakes{
+        {{"--minimize", "composer.bufer_pixels"}, "the nearest is composer.buffer_pixels"},
+        {{"--minimize", "composer.buffer_pixels=9..3"}, "use from at most to"},
+        {{"--minimize", "composer.buffer_pixels=few"}, "is not a whole number"},
+        {{"--minimize", "clocks.core_mhz"}, "does not hold a whole number"},
+        {{"--minimize", "composer.buffer_pixels", "--over", "bus.width_bits"}, "has no values"},
+        {{"--minimize", "composer.buffer_pixels", "--over", "bus.widht_bits=64"},
+         "the nearest is bus.width_bits"},
+        {{"--minimize", "composer.buffer_pixels", "--goal", "starved"},
+         "--goal starved: 'starved' is not known"},
+        {{"--minimize", "composer.buffer_pixels", "--goal", "starved_pixels ="}, "--goal starved_pixels ="},
+        {{"--minimize", "composer.buffer_pixels", "-o", "scenario.yaml"}, "scenario.yaml"},
+    };
+    for (const auto& [arguments, message] : mistakes) {
+        const ProgramResult result =
+            run_program(place, std::vector<std::string>{"size", "scenario.yaml"} + arguments);
+        CAPTURE(arguments, result.out, result.err);
+        CHECK(result.status == kExitBadInput);
+        CHECK(result.complains_in_one_line());
+        CHECK_THAT(result.err, Contains(message));
+    }
+    std::vector<std::string> left = place.names();
+    left.erase(
+        std::remove_if(left.begin(), left.end(), [](const std::string& name) { return name[0] == '.'; }),
+        left.end());
+    CHECK(left == files);
+}
+
+TEST_CASE("export: rows are the points and conditions choose among them", "[program][export]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    const ProgramResult all = run_program(place, {"export", "r.db"});
+    CHECK(all.status == kExitDone);
+    CHECK(lines_of(all.out).size() == 81);
+    const ProgramResult some = run_program(place, {"export", "r.db", "--format", "json", "--where",
+                                                   "bus.width_bits = 64 and composer.buffer_pixels < 23",
+                                                   "--columns", "composer.buffer_pixels,starved_pixels"});
+    CHECK(some.status == kExitDone);
+    const auto json = nlohmann::json::parse(some.out);
+    REQUIRE(json.size() == 3);
+    CHECK(json[0]["composer.buffer_pixels"] == 20);
+    CHECK(json[2]["composer.buffer_pixels"] == 22);
+    CHECK(json[1]["starved_pixels"].is_number_integer());
+}

@@ -1,0 +1,196 @@
+#include "load_scenario.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "formats/control_scanline.h"
+#include "random_seed.h"
+#include "scenario/limits.h"
+#include "scenario/scenario_loader.h"
+
+namespace metabuffer::test {
+namespace {
+
+template <typename Value, std::size_t Count>
+Value one_of(Random& random, const std::array<Value, Count>& values) {
+    return values[static_cast<std::size_t>(random.between(0, static_cast<int>(Count) - 1))];
+}
+
+DisplayConfig random_displays(Random& random) {
+    DisplayConfig displays;
+    displays.columns = random.between(1, 3);
+    displays.rows = random.between(1, 3);
+    displays.width_pixels = random.between(4, 72);
+    displays.height_pixels = random.between(4, 48);
+    if (random.one_in(8)) displays.supersample = 2;
+    return displays;
+}
+
+int random_multiple(Random& random) {
+    if (random.one_in(20)) return random.between(5, 30);
+    return random.one_in(2) ? 1 : random.between(2, 4);
+}
+
+/// A row that is valid on its own.
+ViewportRow random_row(Random& random, const ViewportLimits& limits, int display, int multiple) {
+    const auto axis = [&](int image, int raster) {
+        const int most = std::min(image, (raster + 2 * multiple - 2) / multiple);
+        const int count = random.one_in(3) ? most : random.between(1, most);
+        const int highest = std::min(raster - 1, raster + multiple - count * multiple - 1);
+        return std::array<int, 3>{random.between(0, image - count), count,
+                                  random.between(1 - multiple, highest)};
+    };
+    const auto [sx, sdx, dx] = axis(limits.image_width_pixels, limits.raster_width_pixels);
+    const auto [sy, sdy, dy] = axis(limits.image_height_pixels, limits.raster_height_pixels);
+    ViewportRow row;
+    row.dcomp = static_cast<std::uint16_t>(display);
+    row.sx = static_cast<std::uint16_t>(sx);
+    row.sy = static_cast<std::uint16_t>(sy);
+    row.sdx = static_cast<std::uint16_t>(sdx);
+    row.sdy = static_cast<std::uint16_t>(sdy);
+    row.dx = static_cast<std::int16_t>(dx);
+    row.dy = static_cast<std::int16_t>(dy);
+    row.dmultiple = static_cast<std::uint16_t>(multiple);
+    return row;
+}
+
+ViewportTable random_rows(Random& random, const ViewportLimits& limits) {
+    ViewportTable table;
+    const int common = random_multiple(random);
+    for (int display = 1; display <= limits.displays; ++display) {
+        if (random.one_in(4)) continue;
+        table.push_back(
+            random_row(random, limits, display, random.one_in(2) ? common : random_multiple(random)));
+    }
+    for (std::size_t i = table.size(); i > 1; --i) {
+        std::swap(table[i - 1], table[static_cast<std::size_t>(random.between(0, static_cast<int>(i) - 1))]);
+    }
+    return table;
+}
+
+int width_for_rows(int rows) {
+    ControlScanline content;
+    content.table.resize(static_cast<std::size_t>(rows));
+    return static_cast<int>((control_scanline_bytes(content) + kLinkBytesPerPixel - 1) / kLinkBytesPerPixel);
+}
+
+/// An image of a good part of the wall, somewhere on it.
+Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
+    constexpr int kLargestImage = 160;
+    const DisplayWall wall = scenario.displays.wall();
+    const int multiple = random_multiple(random);
+    const int wall_width = wall.columns * wall.raster_width_pixels;
+    const int wall_height = wall.rows * wall.raster_height_pixels;
+    Renderer renderer;
+    renderer.name = "renderer_" + std::to_string(index + 1);
+    renderer.image_width_pixels =
+        std::clamp(wall_width * random.between(20, 110) / (100 * multiple), 1, kLargestImage);
+    renderer.image_width_pixels =
+        std::max(renderer.image_width_pixels, width_for_rows(scenario.displays.count()));
+    renderer.image_height_pixels =
+        std::clamp(wall_height * random.between(20, 110) / (100 * multiple), 2, kLargestImage);
+    renderer.images.push_back(std::make_shared<const PixelImage>(
+        renderer.image_width_pixels, renderer.image_height_pixels, scenario.background_pixel()));
+    const bool by_rows = random.one_in(4);
+    for (int frame = random.between(1, scenario.frames); frame > 0; --frame) {
+        RendererFrame entry;
+        if (by_rows) {
+            entry.table = random_rows(random, scenario.limits(renderer));
+        } else {
+            Viewport viewport;
+            viewport.multiple = multiple;
+            const auto place = [&](int image, int extent) {
+                const int room = extent - image * multiple;
+                return random.between(std::min(0, room) - extent / 8, std::max(0, room) + extent / 8);
+            };
+            viewport.x = place(renderer.image_width_pixels, wall_width);
+            viewport.y = place(renderer.image_height_pixels, wall_height);
+            entry.viewport = viewport;
+            entry.table =
+                split_viewport(viewport, renderer.image_width_pixels, renderer.image_height_pixels, wall);
+        }
+        renderer.frames.push_back(std::move(entry));
+    }
+    return renderer;
+}
+
+/// Pixels a clock that a table needs in its busiest raster row, if all columns run side by side.
+double busiest_row(const ViewportTable& table, const DisplayWall& wall) {
+    double most = 0.0;
+    for (int y = 0; y < wall.raster_height_pixels; ++y) {
+        double sum = 0.0;
+        for (const ViewportRow& row : table) {
+            if (y < row.dy || y >= row.dy + row.sdy * row.dmultiple) continue;
+            sum += static_cast<double>(row.sdx) / (row.dmultiple * wall.raster_width_pixels);
+        }
+        most = std::max(most, sum);
+    }
+    return most;
+}
+
+/// Of random buses and memories the one that comes closest to what the tables need, or to some share of it.
+void choose_bus(Random& random, Scenario& scenario) {
+    constexpr int kTries = 12;
+    double needed = 0.0;
+    for (const Renderer& renderer : scenario.renderers) {
+        for (const RendererFrame& frame : renderer.frames) {
+            needed = std::max(needed, busiest_row(frame.table, scenario.displays.wall()));
+        }
+    }
+    const double wanted = needed * one_of(random, std::array<double, 6>{0.6, 0.9, 1.1, 1.4, 1.8, 3.0});
+    double closest = std::numeric_limits<double>::max();
+    for (int tried = 0; tried < kTries; ++tried) {
+        BusConfig bus = scenario.bus;
+        MemoryConfig memory;
+        bus.width_bits = 16 << random.between(0, 5);
+        bus.burst_pixels =
+            random.one_in(3) ? one_of(random, std::array<int, 4>{8, 16, 32, 64}) : random.between(1, 48);
+        memory.words_per_cycle = random.between(1, 8);
+        memory.page_words = random.one_in(4) ? 512 : random.between(4, 128);
+        memory.page_miss_cycles = random.one_in(3) ? 0 : random.between(1, 10);
+        const double burst_cycles =
+            static_cast<double>(bus.burst_pixels) / pixels_per_beat(bus, memory) * cycles_per_beat(bus) +
+            memory.page_miss_cycles * (1.0 + static_cast<double>(bus.burst_pixels) / memory.page_words);
+        const double distance = std::abs(bus.burst_pixels / burst_cycles - wanted) / wanted;
+        if (distance < closest) {
+            closest = distance;
+            scenario.bus = bus;
+            scenario.memory = memory;
+        }
+    }
+}
+
+}  // namespace
+
+Scenario random_load_scenario(std::uint64_t seed) {
+    Random random(seed);
+    Scenario scenario;
+    scenario.name = "load_" + std::to_string(seed);
+    scenario.displays = random_displays(random);
+    const std::array<double, 6> mhz{100.0, 100.0, 100.0, 50.0, 200.0, 133.3};
+    scenario.clocks = {one_of(random, mhz), one_of(random, mhz), one_of(random, mhz)};
+    scenario.composer.buffer_pixels = static_cast<int>(limits::kBufferPixels.high);
+    scenario.frames = random.between(1, 3);
+    scenario.pacing = random.one_in(4) ? Pacing::kFreeRunning : Pacing::kLockstep;
+    scenario.bus.arbitration = random.one_in(2) ? Arbitration::kIrsa
+                                                : static_cast<Arbitration>(random.between(0, 3));
+    const int renderers = random.one_in(2) ? 1 : random.between(1, 3);
+    for (int index = 0; index < renderers; ++index) {
+        scenario.renderers.push_back(random_renderer(random, scenario, index));
+    }
+    choose_bus(random, scenario);
+    const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
+    const int burst = scenario.bus.burst_pixels;
+    int ready = burst;
+    if (random.one_in(3)) ready = random.one_in(2) ? random.between(1, 2 * burst) : in_flight;
+    scenario.composer.ready_space_pixels = std::max(in_flight, ready);
+    check_scenario(scenario);
+    return scenario;
+}
+
+}  // namespace metabuffer::test
