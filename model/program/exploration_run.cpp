@@ -140,4 +140,18 @@ void print_outcomes(const Exploration& exploration) {
     }
 }
 
+ExitStatus judge(const Exploration& exploration) {
+    if (exploration.stopped) {
+        std::cerr << "stopped; with the results in a file the same command goes on from here\n";
+        return kExitStopped;
+    }
+    const std::vector<PointRecord>& points = exploration.points;
+    const bool all_invalid = std::all_of(points.begin(), points.end(), [](const PointRecord& point) {
+        return point.status == RunStatus::kInvalid;
+    });
+    if (!all_invalid) return kExitDone;
+    std::cerr << points.front().reason << '\n';
+    return kExitBadInput;
+}
+
 }  // namespace metabuffer

@@ -5,6 +5,7 @@
 
 #include "exploration/explorer.h"
 #include "exploration/sweep_plan.h"
+#include "program/exit_status.h"
 
 namespace metabuffer {
 
@@ -21,5 +22,7 @@ void print_pace(const exploration::Exploration& exploration);
 void print_smallest(const exploration::SweepPlan& plan, const exploration::Exploration& exploration);
 /// How the points ended, with the reasons of the first that failed.
 void print_outcomes(const exploration::Exploration& exploration);
+/// What the caller is told, with a line on stderr if it was stopped or if no point makes a scenario.
+ExitStatus judge(const exploration::Exploration& exploration);
 
 }  // namespace metabuffer

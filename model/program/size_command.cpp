@@ -28,7 +28,8 @@ constexpr const char* kFooter =
     "  metabuffer size scenarios/case-4.yaml --minimize composer.buffer_pixels --over bus.width_bits=64,128\n"
     "  metabuffer size scenarios/paper-figure.yaml --minimize bus.burst_pixels=1..256 \\\n"
     "      --over bus.arbitration=irsa,round-robin,edf --over memory.page_miss_cycles=0..12+3\n"
-    "Exit status: 0 every search has ended, 2 bad input, 130 stopped by Ctrl-C.";
+    "Exit status: 0 every search has ended; 2 bad input, or no point makes a scenario; 130 stopped by "
+    "Ctrl-C.";
 
 /// "KEY=REST" in two; REST is empty without a '='.
 std::pair<std::string, std::string> split_assignment(const std::string& text) {
@@ -135,11 +136,7 @@ ExitStatus SizeCommand::execute() {
         print_pace(exploration);
         if (!results_file_.empty()) std::cout << "results in " << results_file_ << '\n';
     }
-    if (exploration.stopped) {
-        std::cerr << "stopped\n";
-        return kExitStopped;
-    }
-    return kExitDone;
+    return judge(exploration);
 }
 
 }  // namespace metabuffer

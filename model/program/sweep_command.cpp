@@ -19,7 +19,8 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  metabuffer sweep scenarios/study-small-buffers.yaml\n"
     "  metabuffer report out/study-small-buffers.db -o out/report.html\n"
-    "Exit status: 0 every point has ended, failed ones too; 2 bad input; 130 stopped by Ctrl-C.";
+    "Exit status: 0 every point has ended, failed ones too; 2 bad input, or no point makes a scenario; 130\n"
+    "stopped by Ctrl-C.";
 
 void print_points(const exploration::SweepPlan& plan) {
     for (const exploration::Point& point : plan.points) {
@@ -62,11 +63,7 @@ ExitStatus SweepCommand::execute() {
         print_outcomes(exploration);
         std::cout << "results in " << results.string() << std::endl;
     }
-    if (exploration.stopped) {
-        std::cerr << "stopped; the same command goes on from here\n";
-        return kExitStopped;
-    }
-    return kExitDone;
+    return judge(exploration);
 }
 
 }  // namespace metabuffer

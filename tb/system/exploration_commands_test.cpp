@@ -157,6 +157,21 @@ TEST_CASE("sweep: points that fail are kept with their reasons", "[program][swee
     CHECK_THAT(outcomes["watchdog"].second, Contains("composer_1_1 waits for a pixel"));
 }
 
+TEST_CASE("sweep: a scenario that no point makes valid is bad input", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    place.write("scenario.yaml", std::string(kScenario) + "frams: 2\n");
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"sweep", "sweep.yaml", "--quiet", "-o", "r.db"},
+          std::vector<std::string>{"size", "scenario.yaml", "--quiet", "--minimize",
+                                   "composer.buffer_pixels=1..99"}}) {
+        const ProgramResult result = run_program(place, command);
+        CHECK(result.status == kExitBadInput);
+        CHECK(result.complains_in_one_line());
+        CHECK_THAT(result.err, Contains("scenario.yaml:") && Contains("the nearest is frames"));
+    }
+}
+
 TEST_CASE("sweep: the list has every point in order and runs nothing", "[program][sweep]") {
     const Workplace place;
     place.write("sweep.yaml", std::string(kSweep) + "filter: composer.buffer_pixels >= bus.width_bits\n");
