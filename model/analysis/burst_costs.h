@@ -19,8 +19,8 @@ enum class FirstWord : std::uint8_t {
 /// the pixels from b * burst_pixels on, and every page miss and every beat follows from their addresses.
 class BurstCosts {
   public:
-    BurstCosts(const Segment& segment, int image_width_pixels, const BusConfig& bus, const MemoryConfig& memory,
-               FirstWord first_word);
+    BurstCosts(const Segment& segment, int image_width_pixels, const BusConfig& bus,
+               const MemoryConfig& memory, FirstWord first_word);
 
     std::int64_t bursts() const { return static_cast<std::int64_t>(latest_start_.size()); }
     /// Clocks of all bursts before burst b; b from 0 to bursts().

@@ -101,6 +101,16 @@ const metabufferCharts = (() => {
         "abs(datum.value) < 1e-3 ? format(datum.value, '.2~e') : format(datum.value, ',.6~r')";
     const percentLabel = "format(datum.value, '.3~%')";
 
+    /// Round numbers between `least` and `most`, about five.
+    function evenNumbers(least, most) {
+        const rough = (most - least) / 5;
+        const power = 10 ** Math.floor(Math.log10(rough));
+        const step = [1, 2, 5, 10].map(factor => factor * power).find(candidate => candidate >= rough * 0.9999);
+        const ticks = [];
+        for (let n = Math.ceil(least / step); n * step <= most * 1.0000001; ++n) ticks.push(Number((n * step).toPrecision(12)));
+        return ticks;
+    }
+
     /// Every so many of the ticks, so that there are `wanted` at most.
     function thinned(ticks, wanted) {
         const step = Math.ceil(ticks.length / Math.max(2, wanted));
@@ -543,7 +553,7 @@ const metabufferCharts = (() => {
             ],
         })), scales: [scale], legends: values.length && least < most ? [{
             fill: "colour", type: "gradient", title: request.colour.title || null,
-            ...(round ? {values: round.ticks} : {}),
+            values: round ? round.ticks : evenNumbers(least, most),
             encode: {labels: {update: {text: {signal: request.colour.percent ? percentLabel : numberLabel}}}},
             ...(request.width >= 620 && !besidePanels(request) ? {orient: "right", offset: 14} : {orient: "bottom", offset: 8})}] : [],
         notes};

@@ -91,6 +91,23 @@
     const shownValue = (field, value) => field.percent && isNumber(value) ? vega.format(".1~%")(value) : formatValue(value);
 
     const variedAxes = axisFields.filter(field => isVaried(field, points));
+    /// Axes that went together in the sweep, so that either tells the other: one stands for both.
+    const representative = new Map();
+    for (const field of variedAxes) {
+        const pairsWith = other => {
+            const forth = new Map(), back = new Map();
+            return points.every(item => {
+                const [a, b] = [field.get(item), other.get(item)];
+                if (!forth.has(a)) forth.set(a, b);
+                if (!back.has(b)) back.set(b, a);
+                return forth.get(a) === b && back.get(b) === a;
+            });
+        };
+        const twin = variedAxes.slice(0, variedAxes.indexOf(field)).find(other =>
+            representative.get(other) === other && pairsWith(other));
+        representative.set(field, twin || field);
+    }
+    const ownAxes = variedAxes.filter(field => representative.get(field) === field);
     const offeredFigures = (smallestField ? [smallestField] : []).concat(
         figureFields.filter(field => hasValues(field, points)));
 
@@ -236,7 +253,7 @@
                 logLevel: vega.Warn, tooltip: (_, event, item, value) => showTooltip(handler, event, item, value)});
             view.addEventListener("click", (event, item) => {
                 const id = item && item.datum ? item.datum.id : undefined;
-                if (isNumber(id) && entities[id+1]) openPanel(entities[id]);
+                if (isNumber(id) && entities[id]) openPanel(entities[id]);
             });
             this.view = view;
             this.caption.textContent = notes.map(note => note[0].toUpperCase() + note.slice(1) + ".").join(" ");
@@ -256,7 +273,8 @@
 
     /// The settings that are not drawn otherwise, as one text: "irsa, 32".
     function othersField(taken) {
-        const others = variedAxes.filter(field => !taken.includes(field) && !filters.has(field.key));
+        const drawn = taken.map(field => representative.get(field));
+        const others = ownAxes.filter(field => !drawn.includes(field) && !filters.has(field.key));
         if (!others.length) return noField;
         if (others.length === 1) return others[0];
         return {key: "others", title: others.map(field => field.title).join(", "),
@@ -274,15 +292,31 @@
     const leftOut = [];
 
     const numericAxes = variedAxes.filter(field => kindOf(points.map(field.get)) === "number");
-    const firstNumericAxis = numericAxes.find(field => field.name === "bus.width_bits") || numericAxes[0];
+    /// The one to draw over: the bus's width, if it makes a curve, else the numbers of which there are most.
+    const valueCount = field => valuesOf(field, points).length;
+    const firstNumericAxis = numericAxes.find(field => field.name === "bus.width_bits" && valueCount(field) > 2) ||
+        numericAxes.reduce((best, field) => best && valueCount(best) >= valueCount(field) ? best : field, undefined);
     const panelFields = variedAxes.filter(field => valuesOf(field, points).length <= mostPanels);
     const scaleChoice = (state, chart) => choice("scale", [{label: "linear", value: false}, {label: "logarithmic", value: true}],
                                                  state.log, log => { state.log = log; chart.refresh(); });
+    /// Colours by all axes that are not drawn otherwise, unless these make a tangle.
+    const allOthers = {key: "others", title: "all other axes"};
+    const colourOf = state => state.colour === allOthers ? othersField([state.x, state.panels]) : state.colour;
+    function usualColour(state) {
+        const all = othersField([state.x, state.panels]);
+        if (all === noField || valuesOf(all, points).length <= mostLines) return allOthers;
+        const rest = ownAxes.filter(field => field !== representative.get(state.x) && field !== state.panels &&
+            valueCount(field) <= mostColours);
+        return rest.find(field => kindOf(points.map(field.get)) === "category") || rest[0] || noField;
+    }
+    const colourChoice = (state, chart) => choice("colour", [
+        ...(variedAxes.length > 1 ? [{label: allOthers.title, value: allOthers}] : []), {label: "none", value: noField},
+        ...optionsOf([...variedAxes, statusField])], state.colour, field => { state.colour = field; chart.refresh(); });
     const panelOptions = [{label: "one chart", value: noField}, ...optionsOf(panelFields)];
 
     /// Panels by the axis that leaves few lines in each, if there are too many lines for one chart.
     function usualPanels(x) {
-        const others = variedAxes.filter(field => field !== x);
+        const others = ownAxes.filter(field => field !== representative.get(x));
         const lines = others.reduce((count, field) => count * valuesOf(field, points).length, 1);
         if (lines <= 8 || others.length < 2) return noField;
         const candidates = others.filter(field => panelFields.includes(field));
@@ -300,16 +334,15 @@
         }
         const state = {x: firstNumericAxis || variedAxes[0]};
         state.panels = usualPanels(state.x);
+        state.colour = usualColour(state);
         const chart = new Chart("smallest", `Smallest ${searchKey} against an axis, a line for each other setting`, () => ({
             chart: "lines", x: axisTitle(state.x), y: {title: smallestField.title, mayBeLog: true},
-            colour: {title: othersField([state.x, state.panels]).title}, facet: {title: ""},
-            fields: [smallestField],
-            rows: rowsOf(shownPoints, {x: state.x, y: smallestField, c: othersField([state.x, state.panels]),
-                                       f: state.panels})}), 380);
+            colour: {title: colourOf(state).title}, facet: {title: state.panels.title}, fields: [smallestField],
+            rows: rowsOf(shownPoints, {x: state.x, y: smallestField, c: colourOf(state), f: state.panels})}), 380);
         const goals = [...new Set(data.sources.map(source => source.goal).filter(isThere))].join(" or ");
         section("smallest", `Smallest ${searchKey}`, goals ? `The smallest value at which the goal holds: ${goals}.` : "", [
             choice("against", optionsOf(variedAxes), state.x, field => { state.x = field; chart.refresh(); }),
-            ...(variedAxes.length > 1 ? [choice("panels", panelOptions, state.panels, field => {
+            ...(variedAxes.length > 1 ? [colourChoice(state, chart), choice("panels", panelOptions, state.panels, field => {
                 state.panels = field;
                 chart.refresh();
             })] : [])], chart.figure);
@@ -319,11 +352,12 @@
         if (!lookedField || !simulations.length) return;
         const figures = figureFields.filter(field => hasValues(field, simulations));
         if (!figures.length) return;
-        const state = {y: figures.includes(starvedField) ? starvedField : figures[0], panels: usualPanels(null), log: false};
+        const state = {x: lookedField, y: figures.includes(starvedField) ? starvedField : figures[0], panels: usualPanels(null),
+                       colour: allOthers, log: false};
         const chart = new Chart("search", `A figure of every simulation against ${searchKey}`, () => {
-            const colour = othersField([state.panels]);
+            const colour = colourOf(state);
             return {chart: "lines", x: axisTitle(lookedField, true), y: axisTitle(state.y, state.log),
-                    colour: {title: colour.title}, facet: {title: ""}, fields: [state.y],
+                    colour: {title: colour.title}, facet: {title: state.panels.title}, fields: [state.y],
                     rows: rowsOf(shownSimulations.filter(item => isThere(item.looked)),
                                  {x: lookedField, y: state.y, c: colour, f: state.panels})};
         }, 360);
@@ -338,7 +372,7 @@
     }
 
     function addMap() {
-        if (variedAxes.length < 2) {
+        if (ownAxes.length < 2) {
             leftOut.push("Heat map: it takes two axes with more than one value.");
             return;
         }
@@ -348,7 +382,7 @@
         }
         const glitches = starvedField && isVaried(starvedField, points) ? starvedField : null;
         const state = {x: firstNumericAxis || variedAxes[0]};
-        const second = variedAxes.filter(field => field !== state.x);
+        const second = ownAxes.filter(field => field !== representative.get(state.x));
         state.y = second.find(field => valuesOf(field, points).length <= mostFields) || second[0];
         state.figure = smallestField || glitches || (rateField && hasValues(rateField, points) ? rateField : offeredFigures[0]);
         const chart = new Chart("map", "Heat map of a figure over two axes", () => {
@@ -429,25 +463,19 @@
         }
         const state = {x: firstNumericAxis || across[0], y: rateField && figures.includes(rateField) ? rateField : figures[0],
                        panels: noField, log: false};
-        const others = {key: "others", title: "all other axes"};
-        const lineCount = othersField([state.x]) === noField ? 1 : valuesOf(othersField([state.x]), points).length;
-        const rest = variedAxes.filter(field => field !== state.x && valuesOf(field, points).length <= mostColours);
-        state.colour = lineCount <= mostLines ? others
-            : rest.find(field => kindOf(points.map(field.get)) === "category") || rest[0] || noField;
+        state.colour = usualColour(state);
         const chart = new Chart("lines", "A figure against an axis or another figure", () => {
-            const colour = state.colour === others ? othersField([state.x, state.panels]) : state.colour;
+            const colour = colourOf(state);
             const isAxis = variedAxes.includes(state.x);
             return {chart: isAxis ? "lines" : "scatter", x: axisTitle(state.x), y: axisTitle(state.y, state.log),
-                    colour: {title: colour.title}, facet: {title: ""}, fields: [state.x, state.y],
+                    colour: {title: colour.title}, facet: {title: state.panels.title}, fields: [state.x, state.y],
                     rows: rowsOf(shownPoints, {x: state.x, y: state.y, c: colour, f: state.panels})};
         }, 380);
         section("lines", "Any figure", "", [
             choice("figure", optionsOf(figures), state.y, field => { state.y = field; chart.refresh(); }),
             choice("against", optionsOf(across), state.x, field => { state.x = field; chart.refresh(); }),
             scaleChoice(state, chart),
-            choice("colour", [...(variedAxes.length > 1 ? [{label: "all other axes", value: others}] : []),
-                              {label: "none", value: noField}, ...optionsOf([...variedAxes, statusField])], state.colour,
-                   field => { state.colour = field; chart.refresh(); }),
+            colourChoice(state, chart),
             ...(variedAxes.length > 1 ? [choice("panels", panelOptions, noField, field => {
                 state.panels = field;
                 chart.refresh();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -33,7 +34,19 @@ constexpr const char* kSmallest = "smallest";
 struct VariedAxis {
     std::string column;  ///< its name in expressions
     bool is_number = false;
+    std::string
+        twin;  ///< the first axis that went together with it, so that either tells the other; or itself
 };
+
+/// Whether two columns of a table tell each other.
+bool go_together(const ResultsReader::Table& table, std::size_t left, std::size_t right) {
+    std::map<Value, Value> forth;
+    std::map<Value, Value> back;
+    return std::all_of(table.rows.begin(), table.rows.end(), [&](const std::vector<Value>& row) {
+        return forth.emplace(row[left], row[right]).first->second == row[right] &&
+               back.emplace(row[right], row[left]).first->second == row[left];
+    });
+}
 
 std::vector<VariedAxis> varied_axes(const ResultsReader& reader, const std::string& condition) {
     const std::size_t count = reader.identity().keys.size();
@@ -49,7 +62,11 @@ std::vector<VariedAxis> varied_axes(const ResultsReader& reader, const std::stri
         const bool is_number = std::none_of(values.begin(), values.end(), [](const Value& value) {
             return std::holds_alternative<std::string>(value);
         });
-        axes.push_back({columns[n], is_number});
+        VariedAxis axis{columns[n], is_number, columns[n]};
+        for (std::size_t m = n; m > 0; --m) {
+            if (go_together(table, n + 1, m)) axis.twin = columns[m - 1];
+        }
+        axes.push_back(std::move(axis));
     }
     return axes;
 }
@@ -120,9 +137,16 @@ class Defaults {
         return axis != axes_.end() ? axis->column : first_but({});
     }
 
+    /// Also if one that goes together with it is.
+    bool is_taken(const VariedAxis& axis, const std::set<std::string>& taken) const {
+        return std::any_of(axes_.begin(), axes_.end(), [&](const VariedAxis& other) {
+            return other.twin == axis.twin && taken.count(other.column) != 0;
+        });
+    }
+
     std::string first_but(const std::set<std::string>& taken) const {
         const auto axis = std::find_if(axes_.begin(), axes_.end(),
-                                       [&](const VariedAxis& a) { return taken.count(a.column) == 0; });
+                                       [&](const VariedAxis& a) { return !is_taken(a, taken); });
         return axis != axes_.end() ? axis->column : "";
     }
 
@@ -138,7 +162,7 @@ class Defaults {
     std::string others(const std::set<std::string>& taken) const {
         std::string expression;
         for (const VariedAxis& axis : axes_) {
-            if (taken.count(axis.column) != 0) continue;
+            if (axis.twin != axis.column || is_taken(axis, taken)) continue;
             expression += (expression.empty() ? "" : " || ', ' || ") + axis.column;
         }
         return expression;
@@ -205,8 +229,8 @@ class RowReader {
                         told_apart.is_null() ? Json(name) : Json(text_of_json(told_apart) + ", " + name);
                 }
                 Json item = {{"x", at(row, x_)}, {"y", y_.empty() ? Json() : at(row, y_[n])}};
-                item["c"] = std::move(colour);
-                item["f"] = std::move(facet);
+                item["c"] = colour;
+                item["f"] = facet;
                 if (has_panels_by_y) item["axis"] = {{"percent", is_share(request.y[n])}};
                 const bool is_rejected = is_above_zero(at(row, rejected_));
                 item["rejected"] = is_rejected;
@@ -258,8 +282,9 @@ Json chart_json(const PlotRequest& request, const exploration::ResultsIdentity& 
     json["height"] = request.height_pixels;
     json["x"] = axis_json(request.x_title, column_title(request.x, identity), {request.x}, request.log_x);
     json["y"] = axis_json(request.y_title, y_title, request.y, request.log_y);
-    json["colour"] =
-        axis_json("", has_colours ? colour_title(request.colour, identity) : "", {request.colour}, false);
+    const std::string figure = request.y.size() > 1 && request.chart != ChartKind::kPolicy ? ", figure" : "";
+    json["colour"] = axis_json("", has_colours ? colour_title(request.colour, identity) + figure : "",
+                               {request.colour}, false);
     json["facet"] = {{"title", request.facet.empty() ? "" : column_title(request.facet, identity)}};
     json["ownScales"] = has_panels_by_y;
     json["references"] = Json::array();

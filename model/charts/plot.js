@@ -30,5 +30,9 @@ function metabufferPlot(request) {
         const [w, h] = sizeOf(svg);
         const fits = Math.abs(w - width) <= 2 && Math.abs(h - height) <= 2;
         return fits ? svg : draw(2 * width - w, 2 * height - h);
-    }).then(svg => process.stdout.write(svg + "\n"));
+    }).then(svg => {
+        // Coordinates have fifteen digits, of which no screen shows more than two behind the point.
+        const short = svg.replace(/<[^>]*>/g, tag => tag.replace(/(\.\d\d)\d+/g, "$1"));
+        process.stdout.write(short + "\n");
+    });
 }

@@ -8,6 +8,7 @@
 #include <systemc>
 #include <vector>
 
+#include "program/analyze_command.h"
 #include "program/compare_command.h"
 #include "program/exit_status.h"
 #include "program/export_command.h"
@@ -60,6 +61,7 @@ int sc_main(int argc, char** argv) {
     commands.push_back(std::make_unique<metabuffer::CompareCommand>(program));
     commands.push_back(std::make_unique<metabuffer::SweepCommand>(program));
     commands.push_back(std::make_unique<metabuffer::SizeCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::AnalyzeCommand>(program));
     commands.push_back(std::make_unique<metabuffer::ReportCommand>(program));
     commands.push_back(std::make_unique<metabuffer::PlotCommand>(program));
     commands.push_back(std::make_unique<metabuffer::ExportCommand>(program));

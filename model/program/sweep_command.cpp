@@ -17,8 +17,8 @@ constexpr const char* kFooter =
     "command\n"
     "goes on where it stopped. A point that fails is kept with its reason.\n"
     "Examples:\n"
-    "  metabuffer sweep scenarios/study-small-buffers.yaml\n"
-    "  metabuffer report out/study-small-buffers.db -o out/report.html\n"
+    "  metabuffer sweep scenarios/studies/small-buffers.yaml\n"
+    "  metabuffer report out/small-buffers.db -o out/small-buffers.html\n"
     "Exit status: 0 every point has ended, failed ones too; 2 bad input, or no point makes a scenario; 130\n"
     "stopped by Ctrl-C.";
 

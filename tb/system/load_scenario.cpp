@@ -177,8 +177,8 @@ Scenario random_load_scenario(std::uint64_t seed) {
     scenario.composer.buffer_pixels = static_cast<int>(limits::kBufferPixels.high);
     scenario.frames = random.between(1, 3);
     scenario.pacing = random.one_in(4) ? Pacing::kFreeRunning : Pacing::kLockstep;
-    scenario.bus.arbitration = random.one_in(2) ? Arbitration::kIrsa
-                                                : static_cast<Arbitration>(random.between(0, 3));
+    scenario.bus.arbitration =
+        random.one_in(2) ? Arbitration::kIrsa : static_cast<Arbitration>(random.between(0, 3));
     const int renderers = random.one_in(2) ? 1 : random.between(1, 3);
     for (int index = 0; index < renderers; ++index) {
         scenario.renderers.push_back(random_renderer(random, scenario, index));

@@ -46,7 +46,8 @@ std::size_t marks(const std::string& svg, const std::string& kind, const std::st
 /// Other programs are found nowhere while it lives.
 class NoPrograms {
   public:
-    explicit NoPrograms(const ScratchDirectory& empty) : path_(std::getenv("PATH")) {
+    explicit NoPrograms(const ScratchDirectory& empty) {
+        if (const char* const path = std::getenv("PATH")) path_ = path;
         setenv("PATH", empty.path().c_str(), 1);
     }
     NoPrograms(const NoPrograms&) = delete;
@@ -116,6 +117,31 @@ TEST_CASE("Every chart has a mark for every point that has a value", "[charts]")
     CHECK_THAT(bins, Contains(">asked for</text>"));
 
     CHECK(marks(plot_svg(file, request_of(ChartKind::kScatter)), "symbol", "points") == 3);
+}
+
+TEST_CASE("Axes that go together count as one", "[charts]") {
+    const ScratchDirectory scratch;
+    {
+        exploration::ResultsIdentity identity;
+        identity.keys = {"bus.burst_pixels", "composer.ready_space_pixels", "bus.arbitration"};
+        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
+        for (const char* pixels : {"8", "16", "32"}) {
+            for (const char* policy : {"irsa", "edf"}) {
+                const auto run = done_run(
+                    {{identity.keys[0], pixels}, {identity.keys[1], pixels}, {identity.keys[2], policy}},
+                    {{"frames_per_second", 100.0}});
+                database.add_point(point_of(run), run);
+            }
+        }
+    }
+    const std::string lines = plot_svg(scratch / "results.db", {});
+    CHECK(count(lines, "class=\"mark-line ") == 2);  // a policy each, not a point each
+    PlotRequest over_twin;
+    over_twin.x = "composer.ready_space_pixels";
+    CHECK(count(plot_svg(scratch / "results.db", over_twin), "class=\"mark-line ") == 2);
+    const std::string map = plot_svg(scratch / "results.db", request_of(ChartKind::kHeatmap));
+    CHECK(marks(map, "rect", "cells") == 6);
+    CHECK_THAT(map, Contains(">bus.arbitration</text>") && !Contains(">composer.ready_space_pixels</text>"));
 }
 
 TEST_CASE("The front leaves out what costs as much and gives less", "[charts]") {

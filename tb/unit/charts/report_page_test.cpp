@@ -17,6 +17,7 @@
 using namespace metabuffer;
 using namespace metabuffer::test;
 using Catch::Matchers::Contains;
+using Catch::Matchers::Equals;
 using charts::PageOptions;
 using charts::report_page;
 using nlohmann::json;
@@ -134,7 +135,7 @@ TEST_CASE("The page's elements nest and its parts are all filled in", "[charts]"
     const std::string page = report_page({sample_results(scratch)}, {});
     CHECK(page.rfind("<!DOCTYPE html>", 0) == 0);
     const std::string markup = markup_of(page);
-    CHECK(nesting_error(markup) == "");
+    CHECK_THAT(nesting_error(markup), Equals(""));
     CHECK_THAT(markup, Contains("<title>sample</title>"));
     CHECK_THAT(markup, Contains("<h1>sample</h1>"));
     for (const char* part : {"@TITLE@", "@STYLE@", "@DATA@", "@VEGA@", "@CHARTS@", "@PAGE@"}) {
@@ -175,7 +176,7 @@ TEST_CASE("Nothing in the results can become markup", "[charts]") {
     CHECK(count(page, "<script") == count(harmless, "<script"));
     CHECK(count(page, kScriptEnd) == count(harmless, kScriptEnd));
     CHECK(count(page, "<!--") == count(harmless, "<!--"));
-    CHECK(nesting_error(markup_of(page)) == "");
+    CHECK_THAT(nesting_error(markup_of(page)), Equals(""));
     CHECK_THAT(page, Contains("<h1>&lt;/script&gt;&lt;script&gt;alert(1)"));
     // As data it is all there; what is no UTF-8 is replaced.
     const std::string kept = evil.substr(0, evil.size() - 1) + "\xEF\xBF\xBD";

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace metabuffer::analysis {
+
+/// When the composers of a slot table get their slots, whoever else is ready. "Grants" of a row are the slots that it
+/// takes while it is continuously ready.
+///
+/// After a burst of a single beat a composer is passed over for one clock (docs/design.md), so a row that owns several
+/// slots in a row may get only the first of them; `passed_over` says that bursts are so short.
+class SlotShares {
+  public:
+    SlotShares() = default;
+    /// table: row indices below `rows`, each at least once.
+    SlotShares(std::vector<int> table, std::size_t rows, bool passed_over);
+
+    const std::vector<int>& table() const { return table_; }
+    std::size_t rows() const { return slots_.size(); }
+    std::int64_t slots(std::size_t row) const { return slots_[row]; }
+    /// Grants that the row is sure of in each rotation.
+    std::int64_t sure_grants(std::size_t row) const { return sure_grants_[row]; }
+
+    /// The rivals' clocks before a row's `grants`-th grant, from any slot on: at most rate * grants + spread, if a slot
+    /// of row j takes slot_cycles[j] clocks; those of the row itself that it is passed over in take own_lost_cycles.
+    struct Wait {
+        double rate = 0.0;
+        double spread = 0.0;
+        std::vector<double> most;  ///< exactly, for 1 to sure_grants(row) grants; [0] is 0
+    };
+    Wait wait(std::size_t row, const std::vector<double>& slot_cycles, double own_lost_cycles) const;
+
+    /// While `row` gets `grants` slots, a rival that is ready all the time gets at least
+    /// grants * rate - loss of its own.
+    struct Fairness {
+        double rate = 0.0;
+        double loss = 0.0;
+    };
+    Fairness fairness(std::size_t row, std::size_t rival) const;
+
+  private:
+    bool is_sure(std::size_t slot) const;
+
+    std::vector<int> table_;
+    std::vector<std::int64_t> slots_;
+    std::vector<std::int64_t> sure_grants_;
+    bool passed_over_ = false;
+};
+
+}  // namespace metabuffer::analysis
