@@ -111,9 +111,10 @@ std::string demand_lines(const TableAnalysis& table, const Analysis& analysis) {
     text +=
         figure("load of the bus", percent_of(static_cast<double>(supply.frame_cycles()), period),
                std::to_string(supply.frame_cycles()) + " clocks of " + decimal(period, 0) + " for a frame");
-    if (demand.most_at_once > supply.sustained) {
-        text += figure("short at the busiest", rate(demand.most_at_once - supply.sustained),
-                       "pixels a clock, which must have been sent before");
+    if (table.load > 1.0) {
+        text += figure("at its busiest", decimal(kPercent * table.load, 1) + " %",
+                       rate((table.load - 1.0) * supply.sustained) +
+                           " pixels a clock too many: they must have been sent before");
     }
     if (table.excess_cycles(period) > 0.0) {
         text += figure("short in a frame", decimal(std::ceil(table.excess_pixels(period)), 0),

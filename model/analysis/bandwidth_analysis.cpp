@@ -79,6 +79,16 @@ Supply supply_of(const BusTable& table, const Scenario& scenario, std::int64_t p
     return supply;
 }
 
+double load_of(const BusTable& table, const Supply& supply) {
+    RowSums clocks;
+    for (const BusUser& user : table.users()) {
+        const double each = as_double(user.costs.total()) / as_double(user.segment.pixels());
+        clocks.add(user.segment.top(), user.segment.bottom(), user.releases.rate * each);
+    }
+    return std::max(clocks.most(),
+                    as_double(supply.frame_cycles()) / as_double(table.machine().raster_pixels));
+}
+
 TableAnalysis analyze_table(const Scenario& scenario, int renderer_index, const ViewportTable& rows) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
     ViewportLimits limits = scenario.limits(renderer);
@@ -117,6 +127,7 @@ TableAnalysis analyze_table(const Scenario& scenario, int renderer_index, const 
     }
     table.demand = demand_of(table, scenario);
     table.supply = supply_of(bus, scenario, table.demand.pixels);
+    table.load = load_of(bus, table.supply);
     if (bus.machine().has_slots()) {
         for (const int row : bus.shares().table()) {
             table.slot_displays.push_back(valid.rows[static_cast<std::size_t>(row)].dcomp);

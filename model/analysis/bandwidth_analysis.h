@@ -58,7 +58,10 @@ struct TableAnalysis {
     Demand demand;
     Supply supply;
     std::vector<int> slot_displays;  ///< the slot table, by display; empty for edf
-    double rotation_cycles = 0.0;    ///< of the slot table, with average bursts
+    /// Clocks of the bus that the composers of the busiest raster row need in each clock, or the whole frame does in
+    /// each of the raster's, whichever is more. Beyond 1 the bus cannot keep pace: pixels must have been sent before.
+    double load = 0.0;
+    double rotation_cycles = 0.0;  ///< of the slot table, with average bursts
 
     /// Clocks of bus by which a frame is longer than `period_cycles`; 0 or less: the bus can carry it.
     double excess_cycles(double period_cycles) const {

@@ -115,7 +115,7 @@ class BufferBound::FillTimes {
             const bool done = had >= wanted && !bound_.several_frames_;
             return done ? table.residual_cycles() : fill(table, rival);
         }
-        const SlotShares::Fairness fairness = table.shares().fairness(row, rival);
+        const SlotShares::Fairness& fairness = table.rivalry(row, rival).fairness;
         const double had = std::max(0.0, fairness.rate * as_double(own) - fairness.loss);
         std::int64_t missing = wanted - static_cast<std::int64_t>(std::floor(had));
         if (bound_.several_frames_) {
@@ -220,7 +220,8 @@ BufferCase BufferBound::case_of(Place place, std::int64_t buffer_pixels, const F
     result.refill_pixels = refills_[place.table];
     for (std::size_t j = 0; j < table.users().size(); ++j) {
         ColumnShift shift;
-        if (j != place.row) shift = {fill.later(table, place.row, j), fill.later(table, j, place.row)};
+        if (j != place.row && table.knows_rivals())
+            shift = {fill.later(table, place.row, j), fill.later(table, j, place.row)};
         result.shifts.push_back(shift);
         std::int64_t largest = 0;
         for (const BusTable& other : tables_) {

@@ -48,8 +48,11 @@ BusTable::BusTable(const Scenario& scenario, int renderer, const ViewportTable& 
     for (const ViewportRow& row : rows) add_user(scenario, source, row);
     if (users_.empty()) return;
     const bool equal = machine_.arbitration == Arbitration::kRoundRobin;
-    shares_ =
-        SlotShares(equal ? equal_slot_table(rows) : slot_table(rows), rows.size(), machine_.single_beats());
+    RepeatedSlot repeated = RepeatedSlot::kGranted;
+    if (machine_.single_beats()) {
+        repeated = machine_.work_conserving() ? RepeatedSlot::kSkipped : RepeatedSlot::kLost;
+    }
+    shares_ = SlotShares(equal ? equal_slot_table(rows) : slot_table(rows), rows.size(), repeated);
     for (const BusUser& user : users_) {
         residual_cycles_ = std::max(residual_cycles_, static_cast<double>(user.costs.longest()) - 1.0);
     }
@@ -59,7 +62,9 @@ BusTable::BusTable(const Scenario& scenario, int renderer, const ViewportTable& 
     // A composer passed over for a clock.
     if (machine_.single_beats() || !machine_.whole_bursts()) residual_cycles_ += 1.0;
     if (first_word_ == FirstWord::kHits) residual_cycles_ += static_cast<double>(machine_.page_miss_cycles);
-    if (machine_.has_slots()) find_waits();
+    if (!machine_.has_slots()) return;
+    find_waits();
+    if (knows_rivals()) find_rivalries();
 }
 
 void BusTable::find_first_word(const Renderer& renderer, const MemoryConfig& memory,
@@ -197,6 +202,23 @@ void BusTable::find_waits() {
         user.wait.spread = mean.spread + others;
         for (std::size_t m = 1; m < mean.most.size(); ++m) {
             user.wait.most[m] = std::min(user.wait.most[m], mean.most[m] + others);
+        }
+    }
+}
+
+void BusTable::find_rivalries() {
+    rivalries_.resize(users_.size() * users_.size());
+    std::vector<double> only_rival(users_.size(), 0.0);
+    for (std::size_t row = 0; row < users_.size(); ++row) {
+        for (std::size_t rival = 0; rival < users_.size(); ++rival) {
+            if (rival == row) continue;
+            Rivalry& rivalry = rivalries_[row * users_.size() + rival];
+            rivalry.fairness = shares_.fairness(row, rival);
+            only_rival[rival] = users_[rival].slot_average;
+            const SlotShares::Wait wait = shares_.wait(row, only_rival, 0.0);
+            only_rival[rival] = 0.0;
+            rivalry.slot_rate = wait.rate;
+            rivalry.slot_spread = wait.spread + users_[rival].slot_excess;
         }
     }
 }

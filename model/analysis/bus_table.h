@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -78,9 +79,21 @@ struct BusUser {
     int display() const { return segment.row().dcomp; }
 };
 
+/// What the slots of one composer mean for another.
+struct Rivalry {
+    /// What the other gets at least, if it is ready, beside so many grants of the one.
+    SlotShares::Fairness fairness;
+    /// Clocks of the other's slots before so many grants of the one: at most slot_rate * grants + slot_spread.
+    double slot_rate = 0.0;
+    double slot_spread = 0.0;
+};
+
 /// A renderer's table of one frame, as what its bus has to carry.
 class BusTable {
   public:
+    /// In a longer table, rivals are not looked at one by one.
+    static constexpr std::size_t kMostRivals = 64;
+
     /// The rows must be valid for the scenario's raster and the renderer's image.
     BusTable(const Scenario& scenario, int renderer, const ViewportTable& rows);
 
@@ -88,6 +101,11 @@ class BusTable {
     int renderer() const { return renderer_; }
     const std::vector<BusUser>& users() const { return users_; }
     const SlotShares& shares() const { return shares_; }
+    bool knows_rivals() const { return users_.size() <= kMostRivals; }
+    /// Both by row. Only if knows_rivals(), and not for EDF.
+    const Rivalry& rivalry(std::size_t row, std::size_t rival) const {
+        return rivalries_[row * users_.size() + rival];
+    }
     /// How each burst's first word finds the memory.
     FirstWord first_word() const { return first_word_; }
     /// Clocks until a burst or a lost slot under way is over, with the page miss that a frame begins with if that is
@@ -104,12 +122,14 @@ class BusTable {
     Portions whole_burst_portions(const BusUser& user) const;
     Portions cut_burst_portions(const BusUser& user) const;
     void find_waits();
+    void find_rivalries();
 
     MachineFigures machine_;
     int renderer_;
     FirstWord first_word_ = FirstWord::kMisses;
     std::vector<BusUser> users_;
     SlotShares shares_;
+    std::vector<Rivalry> rivalries_;
     double residual_cycles_ = 0.0;
 };
 

@@ -60,11 +60,9 @@ class RivalRule {
         const RivalGrants grants(table_, j, buffer_.buffer_pixels);
         rival.slack = grants.slack();
         if (machine_.has_slots()) {
-            std::vector<double> only_rival(table_.users().size(), 0.0);
-            only_rival[j] = table_.users()[j].slot_average;
-            const SlotShares::Wait wait = table_.shares().wait(row_, only_rival, 0.0);
-            rival.slot_rate = wait.rate;
-            rival.slot_spread = wait.spread + table_.users()[j].slot_excess;
+            const Rivalry& rivalry = table_.rivalry(row_, j);
+            rival.slot_rate = rivalry.slot_rate;
+            rival.slot_spread = rivalry.slot_spread;
             add_granted_beside_slots(rival, grants);
         } else {
             add_granted_beside_deadlines(rival, grants);
@@ -77,19 +75,20 @@ class RivalRule {
     /// ready since the frame began, or since it was done with the frame before. From then on it got its slots beside
     /// the composer's.
     void add_granted_beside_slots(Rival& rival, const RivalGrants& grants) const {
-        const SlotShares::Fairness fairness = table_.shares().fairness(row_, rival.row);
+        const SlotShares::Fairness& fairness = table_.rivalry(row_, rival.row).fairness;
         const double burst = as_double(machine_.burst_pixels);
         const double rate = fairness.rate * burst;
         const double loss = fairness.loss * burst;
         const double full_at_first = as_double(grants.when_full(0));
         const double room_at_first = rate * jobs_.granted_by_room(jobs_.first());
-        double lowest = full_at_first + room_at_first;  // of what it had when full, and its slots until then
+        double lowest =
+            full_at_first - room_at_first;  // of what it had when full, less the composer's own until then
         for (std::int64_t at = 0; at < count_; ++at) {
             const std::int64_t portion = jobs_.first() + at;
             if (at > 0) {
                 const std::int64_t full = grants.when_full(grants.released_before(
                     jobs_.freed_at(portion - 1) - Jobs::kBusreadyCycles - buffer_.shifts[rival.row].later));
-                lowest = std::min(lowest, as_double(full) + rate * jobs_.granted_by_room(portion));
+                lowest = std::min(lowest, as_double(full) - rate * jobs_.granted_by_room(portion));
             }
             const double own = rate * jobs_.granted_before(portion);
             double granted = std::min(own - loss, std::max(full_at_first, lowest + own - loss));

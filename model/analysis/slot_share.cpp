@@ -11,22 +11,22 @@ constexpr std::size_t kLargestExactTable = 512;
 
 }  // namespace
 
-SlotShares::SlotShares(std::vector<int> table, std::size_t rows, bool passed_over)
-    : table_(std::move(table)), slots_(rows, 0), sure_grants_(rows, 0), passed_over_(passed_over) {
+SlotShares::SlotShares(std::vector<int> table, std::size_t rows, RepeatedSlot repeated)
+    : table_(std::move(table)), slots_(rows, 0), sure_grants_(rows, 0), repeated_(repeated) {
     for (std::size_t slot = 0; slot < table_.size(); ++slot) {
         const auto row = static_cast<std::size_t>(table_[slot]);
         ++slots_[row];
         sure_grants_[row] += is_sure(slot) ? 1 : 0;
     }
+    // Behind each grant somebody else is granted first. From there on the row's next slot is its own, and that comes
+    // before the table has gone round: but it may be the only one.
+    if (repeated_ == RepeatedSlot::kSkipped) std::fill(sure_grants_.begin(), sure_grants_.end(), 1);
 }
 
-/// A slot that its row gets even if it had the one before. A row that has the whole table gets every slot: passed
-/// over, it is alone, and the bus asks again.
+/// A slot that its row gets even if it had the one before.
 bool SlotShares::is_sure(std::size_t slot) const {
     const std::size_t before = slot == 0 ? table_.size() - 1 : slot - 1;
-    const int row = table_[slot];
-    return !passed_over_ || table_[before] != row ||
-           slots_[static_cast<std::size_t>(row)] == static_cast<std::int64_t>(table_.size()) || rows() == 1;
+    return repeated_ == RepeatedSlot::kGranted || rows() == 1 || table_[before] != table_[slot];
 }
 
 SlotShares::Wait SlotShares::wait(std::size_t row, const std::vector<double>& slot_cycles,
@@ -41,11 +41,12 @@ SlotShares::Wait SlotShares::wait(std::size_t row, const std::vector<double>& sl
     };
     double rotation = 0.0;
     for (std::size_t slot = 0; slot < count; ++slot) {
-        const bool own_grant = table_[slot] == static_cast<int>(row) && is_sure(slot);
-        rotation += own_grant ? 0.0 : cycles_of(slot);
+        const bool own = table_[slot] == static_cast<int>(row);
+        const bool free_of_cost = repeated_ == RepeatedSlot::kSkipped || is_sure(slot);
+        rotation += own && free_of_cost ? 0.0 : cycles_of(slot);
     }
     wait.rate = rotation / static_cast<double>(grants);
-    if (count > kLargestExactTable) {
+    if (count > kLargestExactTable || repeated_ == RepeatedSlot::kSkipped) {
         std::fill(wait.most.begin() + 1, wait.most.end(), rotation);
         wait.spread = rotation;
         return wait;
@@ -73,15 +74,13 @@ SlotShares::Fairness SlotShares::fairness(std::size_t row, std::size_t rival) co
     Fairness fairness;
     fairness.rate = static_cast<double>(sure_grants_[rival]) / static_cast<double>(slots_[row]);
     const std::size_t count = table_.size();
-    if (count > kLargestExactTable) {
+    if (count > kLargestExactTable || repeated_ == RepeatedSlot::kSkipped) {
         fairness.loss = static_cast<double>(sure_grants_[rival]);
         return fairness;
     }
     for (std::size_t start = 0; start < count; ++start) {
         std::int64_t own = 0;
         std::int64_t rivals = 0;
-        // The rival may have had the slot before the window's first.
-        bool rival_before = true;
         for (std::size_t step = 0; own < slots_[row]; ++step) {
             const int owner = table_[(start + step) % count];
             if (owner == static_cast<int>(row)) {
@@ -89,9 +88,7 @@ SlotShares::Fairness SlotShares::fairness(std::size_t row, std::size_t rival) co
                 fairness.loss = std::max(
                     fairness.loss, fairness.rate * static_cast<double>(own) - static_cast<double>(rivals));
             }
-            const bool is_rival = owner == static_cast<int>(rival);
-            rivals += is_rival && !(passed_over_ && rival_before) ? 1 : 0;
-            rival_before = is_rival;
+            rivals += owner == static_cast<int>(rival) && is_sure((start + step) % count) ? 1 : 0;
         }
     }
     return fairness;

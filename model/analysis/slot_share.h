@@ -5,21 +5,26 @@
 
 namespace metabuffer::analysis {
 
+/// What becomes of a composer's slot right behind its own burst. Behind a burst of a single beat a composer is passed
+/// over for one clock (docs/design.md).
+enum class RepeatedSlot : std::uint8_t {
+    kGranted,  ///< it gets the slot: bursts have several beats
+    kLost,  ///< single beats, slots that cannot be used are waited for: of two slots in a row it may get one
+    kSkipped,  ///< single beats, others take the slot: slots with nobody ready between them are skipped, too
+};
+
 /// When the composers of a slot table get their slots, whoever else is ready. "Grants" of a row are the slots that it
 /// takes while it is continuously ready.
-///
-/// After a burst of a single beat a composer is passed over for one clock (docs/design.md), so a row that owns several
-/// slots in a row may get only the first of them; `passed_over` says that bursts are so short.
 class SlotShares {
   public:
     SlotShares() = default;
     /// table: row indices below `rows`, each at least once.
-    SlotShares(std::vector<int> table, std::size_t rows, bool passed_over);
+    SlotShares(std::vector<int> table, std::size_t rows, RepeatedSlot repeated);
 
     const std::vector<int>& table() const { return table_; }
     std::size_t rows() const { return slots_.size(); }
     std::int64_t slots(std::size_t row) const { return slots_[row]; }
-    /// Grants that the row is sure of in each rotation.
+    /// Grants that the row is sure of while the table goes round once.
     std::int64_t sure_grants(std::size_t row) const { return sure_grants_[row]; }
 
     /// The rivals' clocks before a row's `grants`-th grant, from any slot on: at most rate * grants + spread, if a slot
@@ -45,7 +50,7 @@ class SlotShares {
     std::vector<int> table_;
     std::vector<std::int64_t> slots_;
     std::vector<std::int64_t> sure_grants_;
-    bool passed_over_ = false;
+    RepeatedSlot repeated_ = RepeatedSlot::kGranted;
 };
 
 }  // namespace metabuffer::analysis

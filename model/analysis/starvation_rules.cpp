@@ -14,8 +14,6 @@ namespace {
 constexpr double kNever = -1e18;
 /// Sums of clocks are whole but for averages.
 constexpr double kRounding = 1e-6;
-/// Beyond it only the rule of slots is tried: the others look at every pair of rows.
-constexpr std::size_t kMostRivals = 64;
 
 double as_double(std::int64_t value) { return static_cast<double>(value); }
 
@@ -190,7 +188,7 @@ class PollRule {
         const std::int64_t full = rival.when_full(0) / machine_.burst_pixels;
         double bursts = 0.0;
         if (machine_.has_slots()) {
-            const SlotShares::Fairness fairness = table_.shares().fairness(row_, j);
+            const SlotShares::Fairness& fairness = table_.rivalry(row_, j).fairness;
             bursts = std::floor(fairness.rate * as_double(grants) - fairness.loss);
         } else {
             const std::int64_t pixel = (grants - 1) * machine_.burst_pixels;
@@ -242,7 +240,7 @@ bool in_time(const BusTable& table, std::size_t row, const Portions& portions, c
     PortionFlags known(static_cast<std::size_t>(jobs.count()), 0);
     if (machine.has_slots()) slot_rule(table, me, jobs, known);
     if (all_known(known, jobs)) return true;
-    if (!machine.work_conserving() || table.users().size() > kMostRivals) return false;
+    if (!machine.work_conserving() || !table.knows_rivals()) return false;
     if (machine.whole_bursts()) PollRule(table, row, jobs, buffer).apply(known);
     return all_known(known, jobs) || rival_rule(table, row, jobs, buffer, known);
 }

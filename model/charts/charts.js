@@ -159,9 +159,11 @@ const metabufferCharts = (() => {
         const columns = Math.ceil(panelCount / rows);  // four panels: two by two rather than three and one
         const names = inOrder(request.rows.map(row => row.x)).filter(value => !isNumber(value));
         const rowPadding = names.some(name => name.length > 6) ? 110 : 68;  // for what is written below a panel
-        const w = Math.max(110, Math.floor((width - 8) / columns - 60));
+        const heights = request.chart === "heatmap" ? inOrder(request.rows.map(row => row.y)) : [];
+        const columnPadding = Math.max(58, ...heights.map(name => formatValue(name).length * 7.4 + 22));  // and beside it
+        const w = Math.max(110, Math.floor((width - 8) / columns - columnPadding - 2));
         const h = request.panelHeight || Math.max(110, Math.floor((height - 30) / rows - rowPadding));
-        return {single: false, columns, rowPadding, w: {value: w}, h: {value: h}, across: [0, w], upward: [h, 0],
+        return {single: false, columns, rowPadding, columnPadding, w: {value: w}, h: {value: h}, across: [0, w], upward: [h, 0],
                 mostWidth: w, mostHeight: h};
     }
 
@@ -555,7 +557,7 @@ const metabufferCharts = (() => {
             fill: "colour", type: "gradient", title: request.colour.title || null,
             values: round ? round.ticks : evenNumbers(least, most),
             encode: {labels: {update: {text: {signal: request.colour.percent ? percentLabel : numberLabel}}}},
-            ...(request.width >= 620 && !besidePanels(request) ? {orient: "right", offset: 14} : {orient: "bottom", offset: 8})}] : [],
+            ...(request.width >= 620 && !besidePanels(request) ? {orient: "right", offset: 14} : {orient: "bottom", offset: 8, direction: "horizontal", gradientLength: Math.min(300, request.width / 2)})}] : [],
         notes};
     };
 
@@ -728,7 +730,7 @@ const metabufferCharts = (() => {
                                  scales: [...built.scales, ...panel.scales], marks: panel.marks});
         } else {
             spec.autosize = "pad";
-            spec.layout = {columns: place.columns, padding: {row: place.rowPadding, column: 58}, bounds: "flush", align: "all"};
+            spec.layout = {columns: place.columns, padding: {row: place.rowPadding, column: place.columnPadding}, bounds: "flush", align: "all"};
             const facetTitle = request.facet && request.facet.title;
             spec.marks = built.panels.map((panel, n) => {
                 const lastOfColumn = n + place.columns >= built.panels.length;

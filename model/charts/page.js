@@ -590,6 +590,26 @@
 
     const shellWord = word => /^[\w.,:\/=+@%-]+$/.test(word) ? word : "'" + word.replace(/'/g, "'\\''") + "'";
 
+    /// A value as --set reads it: what YAML would take for something else than a text is quoted.
+    function yamlValue(value) {
+        if (isNumber(value)) return String(value);
+        const isCollection = /^[[{]/.test(value);
+        const isPlain = /^[A-Za-z_./][\w./+ -]*$/.test(value) && !/ $/.test(value);
+        return isCollection || isPlain ? value : "'" + value.replace(/'/g, "''") + "'";
+    }
+
+    /// A file's path seen from where its folder's is seen from.
+    function joinedPath(folder, file) {
+        if (!folder || file.startsWith("/")) return file;
+        const parts = [];
+        for (const part of `${folder}/${file}`.split("/")) {
+            const isUp = part === ".." && parts.length && parts[parts.length - 1] !== ".." && parts[parts.length - 1];
+            if (isUp) parts.pop();
+            else if (part !== "." && (part || !parts.length)) parts.push(part);
+        }
+        return parts.join("/");
+    }
+
     /// The command that runs a point by hand, with pictures.
     function commandOf(item) {
         const source = data.sources[item.source];
@@ -597,13 +617,13 @@
         const settings = [...(source.fixed || [])];
         data.axes.forEach((key, n) => {
             if (!isThere(item.axes[n])) return;
-            if (key === "scenario") scenario = String(item.axes[n]);
+            if (key === "scenario") scenario = joinedPath(source.base, String(item.axes[n]));
             else settings.push([key, item.axes[n]]);
         });
         const found = item.isPoint ? item.smallest : item.looked;
         if (source.search_key && isThere(found)) settings.push([source.search_key, found]);
         return ["metabuffer run " + shellWord(scenario),
-                ...settings.map(([key, value]) => "    --set " + shellWord(`${key}=${value}`)),
+                ...settings.map(([key, value]) => "    --set " + shellWord(`${key}=${yamlValue(value)}`)),
                 `    --out out/${item.isPoint ? "point" : "simulation"}-${item.id}`].join(" \\\n");
     }
 

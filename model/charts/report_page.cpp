@@ -115,8 +115,15 @@ class PageData {
         Json list = Json::array();
         for (const Source& source : sources_) {
             const exploration::ResultsIdentity& identity = source.reader.identity();
+            Json fixed = Json::array();
+            for (const exploration::Setting& setting : identity.fixed) {
+                fixed.push_back({setting.key, json_of(exploration::value_of_setting(setting.value))});
+            }
             list.push_back({{"file", source.file.filename().string()},
                             {"name", identity.name},
+                            {"scenario", identity.scenario},
+                            {"base", identity.base},
+                            {"fixed", std::move(fixed)},
                             {"search_key", identity.search_key},
                             {"goal", identity.goal}});
         }
@@ -189,7 +196,7 @@ class PageData {
                 const Json texts = Json::parse(exploration::text_of(columns.in(row, "settings")));
                 std::vector<Value> settings;
                 for (const std::string& key : source.keys()) {
-                    settings.push_back(exploration::value_of(texts.value(key, std::string())));
+                    settings.push_back(exploration::value_of_setting(texts.value(key, std::string())));
                 }
                 if (shown.count(settings) == 0) continue;
                 if (list.size() >= kMostSimulations) {

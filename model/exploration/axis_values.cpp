@@ -28,7 +28,9 @@ double without_noise(double value) {
 }
 
 std::string number_text(double value, bool whole) {
-    return whole ? std::to_string(std::llround(value)) : text::number(without_noise(value));
+    // A whole number however it is written: keys that take only these do not know 1e+05.
+    const bool is_whole = whole || (value == std::floor(value) && std::abs(value) < kLargestNumber);
+    return is_whole ? std::to_string(std::llround(value)) : text::number(without_noise(value));
 }
 
 std::string text_of(const AxisNumber& number) { return number_text(number.value, number.is_whole); }

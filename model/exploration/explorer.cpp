@@ -7,7 +7,11 @@
 #include <cerrno>
 #include <chrono>
 #include <deque>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <list>
+#include <set>
 #include <utility>
 
 #include "exploration/expression.h"
@@ -18,21 +22,24 @@
 namespace metabuffer::exploration {
 namespace {
 
-/// CRC-32, continued from a former one.
-unsigned long crc_of(unsigned long crc, const void* bytes, std::size_t count) {
-    return crc32_z(crc, static_cast<const Bytef*>(bytes), count);
+/// What stands for a file's content.
+std::string content_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) return "missing";
+    const std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    const unsigned long crc = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+    return std::to_string(bytes.size()) + " bytes, CRC-32 " + std::to_string(crc);
 }
 
-/// Every pixel of every image, since pictures and sizes depend on them.
-unsigned long crc_of_images(const Scenario& scenario) {
-    unsigned long crc = 0;
-    for (const Renderer& renderer : scenario.renderers) {
-        for (const auto& image : renderer.images) {
-            crc = crc_of(crc, image->values.data(), image->values.size() * sizeof image->values[0]);
-        }
-    }
-    return crc;
+/// Whether points that differ in this key may show different images.
+bool may_change_images(const std::string& key) {
+    return key.rfind("renderers", 0) == 0 && key.find(".viewport") == std::string::npos &&
+           key.find(".table") == std::string::npos && key.find(".copies") == std::string::npos;
 }
+
+/// Whether a run would end so again. One that crashed may have been killed from outside, for memory say, and a file that
+/// was missing may be there now.
+bool is_final(RunStatus status) { return status != RunStatus::kCrashed && status != RunStatus::kInvalid; }
 
 std::string described(const std::string& key, std::int64_t value) {
     return key + "=" + std::to_string(value);
@@ -66,9 +73,7 @@ class Explorer::Session {
         bool all_invalid = true;
         std::map<std::int64_t, std::int64_t> run_ids;  ///< of a search, by value
         std::optional<PointRecord> failure;  ///< of a search: a run that tells nothing about the goal
-        std::string last_reason;
-        RunRecord largest;  ///< of a search: the run with the largest value
-        std::int64_t largest_value = 0;
+        RunRecord largest;                   ///< of a search: the run with the largest value
     };
     using Jobs = std::list<Job>;
 
@@ -87,6 +92,7 @@ class Explorer::Session {
     bool begin_point();
     void begin(Task task);
     void fill();
+    int poll_milliseconds() const;
     void wait();
     void take(const Task& task, const RunRecord& record, std::optional<std::int64_t> known_run);
     void take_searched(const Task& task, const RunRecord& record, std::int64_t run);
@@ -110,13 +116,18 @@ class Explorer::Session {
     Jobs jobs_;
     std::deque<Task> queue_;
     std::vector<Active> active_;
+    int processes_;  ///< simulations at once
     std::vector<std::optional<PointRecord>> records_;
     Progress progress_;
     bool stopped_ = false;
 };
 
 Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, const ExploreOptions& options)
-    : explorer_(explorer), results_(results), options_(options), records_(plan().points.size()) {
+    : explorer_(explorer),
+      results_(results),
+      options_(options),
+      processes_(options.processes),
+      records_(plan().points.size()) {
     progress_.points = plan().points.size();
     if (!plan().search) return;
     goal_.emplace(plan().search->goal, goal_names(plan().keys, plan().search->key), plan().search->where);
@@ -139,7 +150,7 @@ Exploration Explorer::Session::explore() {
 
 /// As many simulations as may run at once.
 void Explorer::Session::fill() {
-    while (static_cast<int>(active_.size()) < options_.processes) {
+    while (static_cast<int>(active_.size()) < processes_) {
         if (!queue_.empty()) {
             const Task task = queue_.front();
             queue_.pop_front();
@@ -155,7 +166,8 @@ bool Explorer::Session::begin_point() {
     if (next_point_ == plan().points.size()) return false;
     const std::size_t point = next_point_++;
     if (results_ != nullptr) {
-        if (std::optional<PointRecord> known = results_->find_point(plan().points[point].settings)) {
+        std::optional<PointRecord> known = results_->find_point(plan().points[point].settings);
+        if (known && is_final(known->status)) {
             ++progress_.points_reused;
             ended(point, std::move(*known));
             return true;
@@ -192,14 +204,28 @@ void Explorer::Session::begin(Task task) {
     }
     const std::vector<Setting> settings = settings_of(task);
     if (results_ != nullptr) {
-        if (const auto known = results_->find_run(settings)) {
+        const auto known = results_->find_run(settings);
+        if (known && is_final(known->second.status)) {
             take(task, known->second, known->first);
             return;
         }
     }
     RunRequest request{explorer_.template_of(settings), plan().overrides_of(settings), settings,
                        plan().pictures};
-    active_.push_back({task, std::make_unique<RunProcess>(explorer_.simulate_, std::move(request))});
+    try {
+        active_.push_back({task, std::make_unique<RunProcess>(explorer_.simulate_, std::move(request))});
+    } catch (const InputError&) {
+        // No more processes or descriptors for now: those that there are will do.
+        if (active_.empty()) throw;
+        processes_ = static_cast<int>(active_.size());
+        queue_.push_front(task);
+    }
+}
+
+/// How long to wait for something to happen before the time limits are looked at.
+int Explorer::Session::poll_milliseconds() const {
+    constexpr int kLookMilliseconds = 100;
+    return options_.time_limit_seconds > 0.0 ? kLookMilliseconds : -1;
 }
 
 void Explorer::Session::wait() {
@@ -208,7 +234,7 @@ void Explorer::Session::wait() {
     for (const Active& active : active_) waited.push_back({active.process->descriptor(), POLLIN, 0});
     // A negative descriptor is passed over.
     waited.push_back({options_.stop_descriptor, POLLIN, 0});
-    if (poll(waited.data(), waited.size(), -1) < 0) {
+    if (poll(waited.data(), waited.size(), poll_milliseconds()) < 0) {
         if (errno == EINTR) return;
         throw InputError("metabuffer: cannot wait for runs");
     }
@@ -218,8 +244,13 @@ void Explorer::Session::wait() {
     }
     std::vector<Active> finished;
     for (std::size_t n = 0; n < active_.size(); ++n) {
-        if (waited[n].revents == 0) continue;
-        active_[n].process->receive();
+        if (waited[n].revents != 0) {
+            active_[n].process->receive();
+        } else if (options_.time_limit_seconds > 0.0 &&
+                   active_[n].process->seconds() > options_.time_limit_seconds) {
+            active_[n].process->give_up("took longer than its time limit of " +
+                                        text::number(options_.time_limit_seconds) + " s");
+        }
         if (active_[n].process->ended()) finished.push_back(std::move(active_[n]));
     }
     active_.erase(std::remove_if(active_.begin(), active_.end(),
@@ -264,7 +295,7 @@ bool Explorer::Session::meets_goal(const RunRecord& record) const {
             if (name == kinds[n].name) return record.figures[n];
         }
         for (const Setting& setting : record.settings) {
-            if (name == setting.key) return value_of(setting.value);
+            if (name == setting.key) return value_of_setting(setting.value);
         }
         return {};
     });
@@ -275,10 +306,7 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
     --job.under_way;
     job.run_ids[*task.value] = run;
     job.all_invalid = job.all_invalid && record.status == RunStatus::kInvalid;
-    if (*task.value >= job.largest_value) {
-        job.largest_value = *task.value;
-        job.largest = record;
-    }
+    if (job.run_ids.rbegin()->first == *task.value) job.largest = record;
     if (record.status == RunStatus::kFailed || record.status == RunStatus::kCrashed) {
         // It says nothing about the goal, so neither can the search.
         PointRecord failure;
@@ -298,8 +326,15 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
 }
 
 std::string Explorer::Session::why_unmet(const Job& job) const {
-    const std::string at = described(plan().search->key, job.largest_value);
-    if (!job.largest.reason.empty()) return at + ": " + job.largest.reason;
+    const std::int64_t lowest = job.run_ids.begin()->first;
+    const std::int64_t largest = job.run_ids.rbegin()->first;
+    const std::string range = std::to_string(lowest) + " to " + std::to_string(largest);
+    const std::string what = job.search->exhaustive()
+                                 ? "no value of " + range + " meets the goal"
+                                 : "none of " + std::to_string(job.run_ids.size()) + " values looked at, " +
+                                       range + ", meets the goal";
+    const std::string at = "; " + described(plan().search->key, largest);
+    if (!job.largest.reason.empty()) return what + at + ": " + job.largest.reason;
     std::string figures;
     const std::vector<FigureKind>& kinds = figure_kinds();
     const std::vector<std::string>& used = goal_->names();
@@ -308,8 +343,7 @@ std::string Explorer::Session::why_unmet(const Job& job) const {
         figures +=
             std::string(figures.empty() ? "" : ", ") + kinds[n].name + " " + text_of(job.largest.figures[n]);
     }
-    return "no value up to " + std::to_string(job.largest_value) + " meets the goal; " + at + " gives " +
-           figures;
+    return what + at + " gives " + figures;
 }
 
 PointRecord Explorer::Session::outcome_of(const Job& job) const {
@@ -322,7 +356,7 @@ PointRecord Explorer::Session::outcome_of(const Job& job) const {
         point.note = job.search->note();
         return point;
     }
-    point.run = job.run_ids.at(job.largest_value);
+    point.run = job.run_ids.rbegin()->second;
     point.status = job.all_invalid ? RunStatus::kInvalid : RunStatus::kUnmet;
     point.reason = job.all_invalid ? job.largest.reason : why_unmet(job);
     return point;
@@ -349,33 +383,57 @@ void Explorer::Session::report_progress() {
 }
 
 Explorer::Explorer(const SweepPlan& plan, Simulate simulate) : plan_(&plan), simulate_(std::move(simulate)) {
+    const bool images_change = std::any_of(plan.keys.begin(), plan.keys.end(), may_change_images);
+    std::set<std::filesystem::path> with_images;
     for (const Point& point : plan.points) {
         const std::filesystem::path file = plan.scenario_file(point.settings);
         const auto [known, is_new] = templates_.try_emplace(file);
-        if (!is_new) continue;
-        known->second = std::make_shared<const ScenarioTemplate>(file);
-        const std::string& text = known->second->text();
-        fingerprint_ +=
-            file.filename().string() + ": text " + std::to_string(crc_of(0, text.data(), text.size()));
+        if (is_new) {
+            known->second = std::make_shared<const ScenarioTemplate>(file);
+            add_input(file);
+        }
+        if (!images_change && with_images.count(file) != 0) continue;
         try {
-            // What the processes of the runs will find in memory.
-            const Scenario scenario = known->second->scenario(plan.overrides_of(point.settings));
-            fingerprint_ += ", images " + std::to_string(crc_of_images(scenario));
+            read_images_of(point, *known->second);
+            with_images.insert(file);
         } catch (const InputError&) {
             // The point's own run will tell.
         }
-        fingerprint_ += "; ";
     }
+}
+
+/// The processes of the runs are to find the images in memory.
+void Explorer::read_images_of(const Point& point, const ScenarioTemplate& scenario) {
+    const std::vector<ScenarioOverride> overrides = plan_->overrides_of(point.settings);
+    const std::size_t known = inputs_.size();
+    for (const std::filesystem::path& file : scenario.image_files(overrides)) add_input(file);
+    if (inputs_.size() > known) scenario.scenario(overrides);
+}
+
+/// Relative to the sweep, so that a copy of the whole elsewhere is the same.
+void Explorer::add_input(const std::filesystem::path& file) {
+    std::filesystem::path base = plan_->base.empty() ? plan_->scenario.parent_path() : plan_->base;
+    if (base.empty()) base = ".";
+    const std::string name = std::filesystem::absolute(file)
+                                 .lexically_normal()
+                                 .lexically_proximate(std::filesystem::absolute(base).lexically_normal())
+                                 .string();
+    if (inputs_.count(name) == 0) inputs_[name] = content_of(file);
 }
 
 ResultsIdentity Explorer::identity(const std::string& program_version) const {
     ResultsIdentity identity;
     identity.name = plan_->name;
-    identity.fingerprint =
-        fingerprint_ + "version " + program_version + (plan_->pictures ? "; pictures" : "");
-    for (const ScenarioOverride& fixed : plan_->fixed) {
-        identity.fingerprint += "; " + fixed.path + "=" + fixed.value;
-    }
+    identity.inputs = inputs_;
+    identity.scenario = plan_->scenario.lexically_normal().string();
+    identity.base = plan_->base.lexically_normal().string();
+    for (const ScenarioOverride& setting : plan_->fixed)
+        identity.fixed.push_back({setting.path, setting.value});
+    identity.fingerprint = "version " + program_version + (plan_->pictures ? "; pictures" : "");
+    std::vector<std::string> fixed;
+    for (const ScenarioOverride& setting : plan_->fixed) fixed.push_back(setting.path + "=" + setting.value);
+    std::sort(fixed.begin(), fixed.end());
+    for (const std::string& setting : fixed) identity.fingerprint += "; " + setting;
     identity.keys = plan_->keys;
     if (plan_->search) {
         const SearchDescription& search = *plan_->search;
@@ -383,8 +441,8 @@ ResultsIdentity Explorer::identity(const std::string& program_version) const {
                                 ", checks " + std::to_string(search.checks);
         for (const std::int64_t value : search.candidates)
             identity.fingerprint += " " + std::to_string(value);
-        identity.search_key = plan_->search->key;
-        identity.goal = plan_->search->goal;
+        identity.search_key = search.key;
+        identity.goal = search.goal;
     }
     return identity;
 }

@@ -30,7 +30,8 @@ struct Progress {
 };
 
 struct ExploreOptions {
-    int processes = 1;  ///< simulations at once, >= 1
+    int processes = 1;                ///< simulations at once, >= 1
+    double time_limit_seconds = 0.0;  ///< for one simulation, in real time; 0: none
     /// Whenever something has ended. May be empty.
     std::function<void(const Progress&)> on_progress;
     /// Becomes readable when the exploration is to stop, leaving runs under way unfinished; -1: never.
@@ -48,8 +49,8 @@ struct Exploration {
 /// them.
 class Explorer {
   public:
-    /// Reads the plan's scenario files and the images of the first point of each. The plan must outlive it. Throws
-    /// InputError.
+    /// Reads the plan's scenario files and, as far as they are valid, the images of its points. The plan must outlive
+    /// it. Throws InputError.
     Explorer(const SweepPlan& plan, Simulate simulate);
 
     /// What the results are made from, the program's version among it.
@@ -62,12 +63,15 @@ class Explorer {
   private:
     class Session;
 
+    void read_images_of(const Point& point, const ScenarioTemplate& scenario);
+    void add_input(const std::filesystem::path& file);
     const std::shared_ptr<const ScenarioTemplate>& template_of(const std::vector<Setting>& settings) const;
 
     const SweepPlan* plan_;
     Simulate simulate_;
     std::map<std::filesystem::path, std::shared_ptr<const ScenarioTemplate>> templates_;
-    std::string fingerprint_;  ///< of the scenarios' texts and images
+    std::map<std::string, std::string>
+        inputs_;  ///< scenario and image files, and what stands for their content
 };
 
 }  // namespace metabuffer::exploration

@@ -100,6 +100,14 @@ class WriterLock {
     int descriptor_ = -1;
 };
 
+/// The same for every spelling, symbolic links included; never one that SQLite takes for something else, ":memory:".
+std::filesystem::path real_path(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::filesystem::path real =
+        std::filesystem::weakly_canonical(std::filesystem::absolute(file), error);
+    return error ? std::filesystem::absolute(file) : real;
+}
+
 std::string deflated(const std::string& text) {
     // Reports are repetitive: higher levels take several times as long and save little.
     constexpr int kLevel = 1;
@@ -141,7 +149,12 @@ void check_identity(const std::filesystem::path& file, const ResultsIdentity& he
             file, "of another sweep (" + or_none(held.name) + " instead of " + or_none(wanted.name) + ")");
     }
     if (held.fingerprint != wanted.fingerprint) {
-        fail_identity(file, "of other input (its scenario or settings have changed since)");
+        fail_identity(file, "of other input (settings that all points share have changed since)");
+    }
+    for (const auto& [input, content] : wanted.inputs) {
+        const auto known = held.inputs.find(input);
+        if (known == held.inputs.end() || known->second == content) continue;
+        fail_identity(file, "of other input ('" + text::one_line(input) + "' has changed since)");
     }
 }
 
@@ -241,8 +254,9 @@ RunStatus run_status_of(const std::string& text) {
 struct ResultsDatabase::Content {
     Content(const std::filesystem::path& file_in, const ResultsIdentity& identity)
         : file(file_in),
-          lock(file_in),
-          database(file_in.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyTimeoutMilliseconds) {
+          lock(real_path(file_in)),
+          database(real_path(file_in).string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
+                   kBusyTimeoutMilliseconds) {
         const bool is_new = is_empty_database(database);
         if (!is_new) {
             check_holds_results(database, file);
@@ -252,7 +266,13 @@ struct ResultsDatabase::Content {
         // What is committed survives the end of the process either way; the system's end may take the last points.
         database.exec("PRAGMA synchronous = NORMAL");
         SQLite::Statement(database, "PRAGMA journal_mode = WAL").executeStep();
-        if (is_new) create_schema(database, identity);
+        if (is_new) {
+            create_schema(database, identity);
+        } else {
+            SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
+            add_inputs(database, identity);
+            transaction.commit();
+        }
         statements.emplace(database);
     }
     Content(const Content&) = delete;
@@ -345,7 +365,7 @@ struct ResultsDatabase::Content {
             insert.bind(1, id);
             insert.bind(2, position++);
             insert.bind(3, setting.key);
-            bind_value(insert, 4, value_of(setting.value));
+            bind_value(insert, 4, value_of_setting(setting.value));
             insert.exec();
         }
     }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,16 +53,24 @@ struct PointRecord {
 /// What the results in a file were made from: two sweeps may share a file if these are equal.
 struct ResultsIdentity {
     std::string name;
-    std::string fingerprint;        ///< of all input but the axes' values
+    std::string fingerprint;  ///< of the settings that all points share
+    /// The files that points are made from and what stands for their content. Points may be added that need more of
+    /// them; one that both know must be the same.
+    std::map<std::string, std::string> inputs;
     std::vector<std::string> keys;  ///< of the axes
     std::string search_key;         ///< empty: no search
     std::string goal;               ///< of the search
+    // How a point is run by hand; not compared, since files may be called from another folder.
+    std::string scenario;        ///< the file; empty if an axis names it,
+    std::string base;            ///< relative to this folder
+    std::vector<Setting> fixed;  ///< settings that all points share
 };
 
 /// The results of a sweep in one SQLite file. The schema, which reports and charts read:
 ///
 /// meta(key, value)        schema_version, program_version, name, fingerprint, search_key, goal, ...
 /// axes(position, key)     the keys of the settings
+/// inputs(file, content)   what the points were made from
 /// runs(id, settings, status, reason, <a column for each of figure_kinds()>, wall_seconds, report)
 ///                         report: report.json as zlib deflates it; NULL if there is none
 /// points(id, settings, status, reason, run, smallest, monotonic, runs, note)

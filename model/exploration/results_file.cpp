@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "exploration/expression.h"
@@ -27,6 +28,7 @@ constexpr std::array<const char*, 9> kPointColumns{"point", "status", "reason", 
 constexpr const char* kTables = R"(
     CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
     CREATE TABLE axes (position INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE);
+    CREATE TABLE inputs (file TEXT PRIMARY KEY, content TEXT NOT NULL) WITHOUT ROWID;
     CREATE TABLE points (id INTEGER PRIMARY KEY, settings TEXT NOT NULL UNIQUE, status TEXT NOT NULL,
                          reason TEXT NOT NULL, run INTEGER REFERENCES runs (id), smallest, monotonic,
                          runs INTEGER NOT NULL, note TEXT NOT NULL);
@@ -111,6 +113,16 @@ void check_holds_results(const SQLite::Database& database, const std::filesystem
     }
 }
 
+void add_inputs(SQLite::Database& database, const ResultsIdentity& identity) {
+    SQLite::Statement insert(database, "INSERT OR IGNORE INTO inputs (file, content) VALUES (?, ?)");
+    for (const auto& [file, content] : identity.inputs) {
+        insert.bind(1, file);
+        insert.bind(2, content);
+        insert.exec();
+        insert.reset();
+    }
+}
+
 void create_schema(SQLite::Database& database, const ResultsIdentity& identity) {
     SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
     database.exec(kTables);
@@ -130,6 +142,9 @@ void create_schema(SQLite::Database& database, const ResultsIdentity& identity) 
     add_meta("fingerprint", identity.fingerprint);
     add_meta("search_key", identity.search_key);
     add_meta("goal", identity.goal);
+    add_meta("scenario", identity.scenario);
+    add_meta("base", identity.base);
+    add_meta("fixed", canonical_text(identity.fixed));
 
     SQLite::Statement insert_axis(database, "INSERT INTO axes (position, key) VALUES (?, ?)");
     for (std::size_t n = 0; n < identity.keys.size(); ++n) {
@@ -138,6 +153,7 @@ void create_schema(SQLite::Database& database, const ResultsIdentity& identity) 
         insert_axis.exec();
         insert_axis.reset();
     }
+    add_inputs(database, identity);
     database.exec("PRAGMA application_id = " + std::to_string(kResultsApplicationId));
     database.exec("PRAGMA user_version = " + std::to_string(kResultsSchemaVersion));
     transaction.commit();
@@ -149,6 +165,14 @@ ResultsIdentity read_identity(const SQLite::Database& database) {
     identity.fingerprint = meta(database, "fingerprint");
     identity.search_key = meta(database, "search_key");
     identity.goal = meta(database, "goal");
+    identity.scenario = meta(database, "scenario");
+    identity.base = meta(database, "base");
+    const auto fixed = nlohmann::ordered_json::parse(meta(database, "fixed"), nullptr, false);
+    for (const auto& [key, value] : fixed.items()) identity.fixed.push_back({key, value.get<std::string>()});
+    SQLite::Statement inputs(database, "SELECT file, content FROM inputs");
+    while (inputs.executeStep()) {
+        identity.inputs[inputs.getColumn(0).getString()] = inputs.getColumn(1).getString();
+    }
     SQLite::Statement axes(database, "SELECT key FROM axes ORDER BY position");
     while (axes.executeStep()) identity.keys.push_back(axes.getColumn(0).getString());
     return identity;
@@ -181,6 +205,8 @@ void fail_to_read(const std::filesystem::path& file, const SQLite::Exception& er
             throw InputError(name + " is no file of results: it is no SQLite file");
         case SQLITE_CORRUPT:
             throw InputError(name + " is damaged: " + text::one_line(error.what()));
+        case SQLITE_BUSY:
+            throw InputError(name + " is being read by another process; try again when that is through");
         default:
             throw InputError(name + " cannot be read: " + text::one_line(error.what()));
     }

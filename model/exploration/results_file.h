@@ -32,6 +32,9 @@ void check_holds_results(const SQLite::Database& database, const std::filesystem
 /// Tables, view, meta and axes, for an empty database.
 void create_schema(SQLite::Database& database, const ResultsIdentity& identity);
 
+/// Those of the identity's inputs that the results do not know yet.
+void add_inputs(SQLite::Database& database, const ResultsIdentity& identity);
+
 ResultsIdentity read_identity(const SQLite::Database& database);
 
 /// The columns of a table or view.

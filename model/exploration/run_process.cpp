@@ -116,9 +116,19 @@ RunProcess::RunProcess(const Simulate& simulate, RunRequest request)
           sender.send(bytes.data(), bytes.size());
       })) {}
 
+double RunProcess::seconds() const { return now_seconds() - started_seconds_; }
+
+void RunProcess::give_up(const std::string& reason) {
+    process_.reset();
+    given_up_ = reason;
+}
+
 RunRecord RunProcess::record() const {
     RunRecord record;
-    if (process_->complaint().empty() && !received_.empty()) {
+    if (process_ == nullptr) {
+        record.status = RunStatus::kCrashed;
+        record.reason = given_up_;
+    } else if (process_->complaint().empty() && !received_.empty()) {
         record = unpacked(received_);
     } else {
         record.status = RunStatus::kCrashed;
@@ -127,7 +137,7 @@ RunRecord RunProcess::record() const {
             (process_->complaint().empty() ? std::string("ended without a report") : process_->complaint());
     }
     record.settings = request_.settings;
-    record.wall_seconds = now_seconds() - started_seconds_;
+    record.wall_seconds = seconds();
     return record;
 }
 

@@ -37,7 +37,11 @@ class RunProcess {
     RunProcess(const Simulate& simulate, RunRequest request);
 
     int descriptor() const { return process_->descriptor(); }
-    bool ended() const { return process_->ended(); }
+    bool ended() const { return process_ == nullptr || process_->ended(); }
+    /// Real time since it began.
+    double seconds() const;
+    /// Ends it: its record is that of a crash with this reason.
+    void give_up(const std::string& reason);
     /// Reads what is there.
     void receive() { process_->receive(received_); }
     /// Once it has ended.
@@ -48,6 +52,7 @@ class RunProcess {
     double started_seconds_;
     std::unique_ptr<ChildProcess> process_;
     std::string received_;
+    std::string given_up_;  ///< why, if it was
 };
 
 }  // namespace metabuffer::exploration

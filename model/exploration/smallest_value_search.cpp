@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <queue>
 #include <stdexcept>
+#include <utility>
 
 namespace metabuffer::exploration {
 namespace {
@@ -115,7 +117,8 @@ void SmallestValueSearch::advance() {
                 if (first) {
                     step_ = Step::kHalve;
                 } else if (highest == last_index()) {
-                    step_ = Step::kFinished;
+                    step_ = Step::kCheckGaps;
+                    ask_in_gaps();
                 } else {
                     // Doubles the value, not its distance from the start of the range.
                     const std::int64_t doubled = std::max<std::int64_t>(1, value_at(highest)) * 2;
@@ -138,12 +141,34 @@ void SmallestValueSearch::advance() {
                 }
                 break;
             }
+            case Step::kCheckGaps:
+                step_ = first ? Step::kHalve : Step::kFinished;
+                break;
             case Step::kCheck:
                 step_ = Step::kHalveBelow;
                 break;
             case Step::kFinished:
                 break;
         }
+    }
+}
+
+/// Between the values looked at, most where they are farthest apart: one of them may meet the goal although the largest
+/// does not.
+void SmallestValueSearch::ask_in_gaps() {
+    std::priority_queue<std::pair<Index, Index>> gaps;  // length and start
+    Index former = seen_.begin()->first;
+    for (const auto& [index, meets] : seen_) {
+        gaps.emplace(index - former, former);
+        former = index;
+    }
+    for (int asked = 0; asked < description_.checks && gaps.top().first > 1; ++asked) {
+        const auto [length, start] = gaps.top();
+        gaps.pop();
+        const Index half = length / 2;
+        ask(start + half);
+        gaps.emplace(half, start);
+        gaps.emplace(length - half, start + half);
     }
 }
 

@@ -13,7 +13,8 @@ namespace metabuffer::exploration {
 
 /// Looks for the smallest value of a whole-number key that meets a goal, without trying them all: doubles until one
 /// does, halves the gap below it, and then looks at further values on both sides, since nothing says that a goal which
-/// 40 meets is met by 41 as well. What they show is told, not smoothed over.
+/// 40 meets is met by 41 as well. What they show is told, not smoothed over. If none does up to the end of the range,
+/// further values are looked at between those.
 ///
 /// Whoever asks runs the values that wanted() names, in any order and as many at once as it likes, and takes each.
 class SmallestValueSearch {
@@ -37,7 +38,7 @@ class SmallestValueSearch {
     std::string note() const;
 
   private:
-    enum class Step : std::uint8_t { kDouble, kHalve, kCheck, kHalveBelow, kFinished };
+    enum class Step : std::uint8_t { kDouble, kCheckGaps, kHalve, kCheck, kHalveBelow, kFinished };
     /// A value's place in the range or among the candidates.
     using Index = std::int64_t;
 
@@ -49,6 +50,7 @@ class SmallestValueSearch {
     Index last_miss_below(Index index) const;
     void advance();
     void ask(Index index);
+    void ask_in_gaps();
     void ask_for_checks();
 
     SearchDescription description_;

@@ -1,6 +1,8 @@
 #include "exploration/sweep_plan.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <utility>
@@ -237,10 +239,10 @@ class Filter {
         }
         return expression_->holds([&](const std::string& name) {
             for (const Setting& setting : settings) {
-                if (setting.key == name) return value_of(setting.value);
+                if (setting.key == name) return value_of_setting(setting.value);
             }
             const auto found = values.find(name);
-            return found == values.end() ? Value() : value_of(found->second);
+            return found == values.end() ? Value() : value_of_setting(found->second);
         });
     }
 
@@ -276,11 +278,50 @@ std::optional<std::vector<std::string>> range_values(const std::string& text, co
 
 }  // namespace
 
+namespace {
+
+std::string with_bytes_written_out(const std::string& text) {
+    std::string result;
+    for (const char character : text) {
+        const auto byte = static_cast<unsigned char>(character);
+        if (byte < 0x80) {
+            result += character;
+            continue;
+        }
+        std::array<char, 8> code{};
+        std::snprintf(code.data(), code.size(), "\\x%02x", byte);
+        result += code.data();
+    }
+    return result;
+}
+
+/// A goal that no run has a say in is met always or never.
+void check_goal(const SweepPlan& plan) {
+    const SearchDescription& search = *plan.search;
+    const Expression goal(search.goal, goal_names(plan.keys, search.key), search.where);
+    const std::vector<std::string>& used = goal.names();
+    const std::vector<FigureKind>& figures = figure_kinds();
+    const bool names_figure = std::any_of(figures.begin(), figures.end(), [&used](const FigureKind& figure) {
+        return std::find(used.begin(), used.end(), figure.name) != used.end();
+    });
+    if (!names_figure) {
+        fail(search.where, "the goal " + text::quoted(search.goal) +
+                               " names no figure of a run; use one, as in starved_pixels = 0");
+    }
+}
+
+}  // namespace
+
 std::string canonical_text(const std::vector<Setting>& settings) {
     nlohmann::ordered_json text = nlohmann::ordered_json::object();
     for (const Setting& setting : settings) text[setting.key] = setting.value;
-    // A file's name may hold bytes that are not UTF-8.
-    return text.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    try {
+        return text.dump();
+    } catch (const nlohmann::ordered_json::type_error&) {
+        // A file's name may hold bytes that are not UTF-8; two such names stay two.
+        for (auto& value : text) value = with_bytes_written_out(value.get<std::string>());
+        return text.dump();
+    }
 }
 
 std::string default_goal() {
@@ -361,9 +402,7 @@ SweepPlan make_plan(const SweepDescription& description) {
     plan.keys = keys_of(description.axes);
     plan.pictures = description.pictures;
     plan.search = description.search;
-    if (plan.search) {
-        const Expression goal(plan.search->goal, goal_names(plan.keys, plan.search->key), plan.search->where);
-    }
+    if (plan.search) check_goal(plan);
     const Scenarios scenarios(plan, description);
     const Filter filter(plan, description, scenarios);
     Odometer odometer(description.axes);

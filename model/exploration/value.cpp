@@ -3,9 +3,11 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <memory>
 #include <system_error>
 
 #include "scenario/text.h"
+#include "scenario/yaml_reader.h"
 
 namespace metabuffer::exploration {
 
@@ -22,6 +24,18 @@ Value value_of(std::string_view text) {
     if (!is_word && number_end.ec == std::errc() && number_end.ptr == end && std::isfinite(number))
         return number;
     return std::string(text);
+}
+
+Value value_of_setting(const std::string& flow) {
+    const bool is_quoted = !flow.empty() && (flow.front() == '\'' || flow.front() == '"');
+    if (is_quoted) {
+        const input::Value scalar =
+            input::parse_yaml(flow, std::make_shared<const std::string>("a setting"), false);
+        return scalar.text;
+    }
+    const bool has_plus =
+        flow.size() > 1 && flow.front() == '+' && std::isdigit(static_cast<unsigned char>(flow[1])) != 0;
+    return value_of(has_plus ? std::string_view(flow).substr(1) : std::string_view(flow));
 }
 
 std::string text_of(const Value& value) {

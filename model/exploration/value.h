@@ -13,6 +13,10 @@ using Value = std::variant<std::monostate, std::int64_t, double, std::string>;
 /// What a scenario's text stands for: a number if all of it is one, nothing if it is empty, else itself.
 Value value_of(std::string_view text);
 
+/// What a YAML scalar in flow style stands for: quotation marks are not part of a text, and what is in them is never a
+/// number; a sign before a number may be a plus. Lists and maps are texts as they are.
+Value value_of_setting(const std::string& flow);
+
 /// Numbers as short as they read back the same; nothing is the empty text.
 std::string text_of(const Value& value);
 

@@ -1,5 +1,6 @@
 #include "program/exploration_run.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -50,6 +51,12 @@ void show(const ProgressLine& line, const Progress& progress) {
     line.show(text.data() + (seconds_to_go ? duration(*seconds_to_go) : std::string("?")));
 }
 
+/// A watchdog's reason names every block that waits: the results have all of it.
+std::string shortened(const std::string& reason) {
+    constexpr std::size_t kMostCharacters = 240;
+    return reason.size() <= kMostCharacters ? reason : reason.substr(0, kMostCharacters) + "...";
+}
+
 void make_folder_of(const std::filesystem::path& file) {
     if (!file.has_parent_path()) return;
     std::error_code error;
@@ -70,8 +77,19 @@ std::string described(const std::vector<Setting>& settings) {
 
 }  // namespace
 
+void add_options(CLI::App& command, ProcessOptions& options) {
+    command
+        .add_option("--processes", options.processes, "Simulations at once (default: one for each processor)")
+        ->check(CLI::Range(1, 4096));
+    command
+        .add_option("--time-limit", options.time_limit_seconds,
+                    "Seconds after which a simulation is given up, as a crash (default: none)")
+        ->check(CLI::PositiveNumber);
+}
+
 Exploration run_exploration(const exploration::SweepPlan& plan,
-                            const std::optional<std::filesystem::path>& results, int processes, bool quiet) {
+                            const std::optional<std::filesystem::path>& results,
+                            const ProcessOptions& processes, bool quiet) {
     const exploration::Explorer explorer(plan, simulate_by_transactions);
     std::optional<exploration::ResultsDatabase> database;
     if (results) {
@@ -79,8 +97,10 @@ Exploration run_exploration(const exploration::SweepPlan& plan,
         database.emplace(exploration::ResultsDatabase::open(*results, explorer.identity(METABUFFER_VERSION)));
     }
     exploration::ExploreOptions options;
-    options.processes =
-        processes > 0 ? processes : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    options.processes = processes.processes > 0
+                            ? processes.processes
+                            : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    options.time_limit_seconds = processes.time_limit_seconds;
     const ProgressLine line(!quiet);
     options.on_progress = [&line](const Progress& progress) { show(line, progress); };
     const StopSignals signals;
@@ -133,7 +153,7 @@ void print_outcomes(const Exploration& exploration) {
     }
     for (std::size_t n = 0; n < std::min(failed.size(), kListedFailures); ++n) {
         std::cout << to_string(failed[n]->status) << ": " << described(failed[n]->settings) << ": "
-                  << failed[n]->reason << '\n';
+                  << shortened(failed[n]->reason) << '\n';
     }
     if (failed.size() > kListedFailures) {
         std::cout << "... and " << failed.size() - kListedFailures << " more in the results\n";

@@ -7,14 +7,26 @@
 #include "exploration/sweep_plan.h"
 #include "program/exit_status.h"
 
+namespace CLI {
+class App;
+}
+
 namespace metabuffer {
 
+/// How the simulations of an exploration run.
+struct ProcessOptions {
+    int processes = 0;                ///< at once; 0: one for each processor
+    double time_limit_seconds = 0.0;  ///< for one of them; 0: none
+};
+/// --processes and --time-limit, for a command that keeps `options`.
+void add_options(CLI::App& command, ProcessOptions& options);
+
 /// Runs a plan at level tlm with a progress line, Ctrl-C ending it in order; what sweep and size have in common.
-/// `results`: where to keep it; none: nowhere. `processes`: 0 for one on each processor. Throws InputError and
+/// `results`: where to keep it; none: nowhere. Throws InputError and
 /// OutputError.
 exploration::Exploration run_exploration(const exploration::SweepPlan& plan,
-                                         const std::optional<std::filesystem::path>& results, int processes,
-                                         bool quiet);
+                                         const std::optional<std::filesystem::path>& results,
+                                         const ProcessOptions& processes, bool quiet);
 
 /// How many points took how long.
 void print_pace(const exploration::Exploration& exploration);

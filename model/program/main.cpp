@@ -1,5 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <iterator>
@@ -18,6 +20,7 @@
 #include "program/run_command.h"
 #include "program/size_command.h"
 #include "program/sweep_command.h"
+#include "scenario/output_error.h"
 #include "scenario/text.h"
 
 namespace {
@@ -73,7 +76,11 @@ int sc_main(int argc, char** argv) {
     try {
         const auto chosen = std::find_if(commands.begin(), commands.end(),
                                          [](const auto& command) { return command->chosen(); });
-        return (*chosen)->execute();
+        const metabuffer::ExitStatus status = (*chosen)->execute();
+        if (std::fflush(stdout) != 0 || !std::cout.flush()) {
+            throw metabuffer::OutputError("standard output cannot be written");
+        }
+        return status;
     } catch (...) {
         const metabuffer::Failure failure = metabuffer::current_failure();
         std::cerr << failure.message << '\n';
@@ -82,6 +89,8 @@ int sc_main(int argc, char** argv) {
 }
 
 int main(int argc, char** argv) {
+    // A file that may not grow is an error of its writer, told in a line.
+    std::signal(SIGXFSZ, SIG_IGN);
     // The kernel's banner has no place in a program's output.
     setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 0);
     return sc_core::sc_elab_and_sim(argc, argv);

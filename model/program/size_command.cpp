@@ -6,7 +6,6 @@
 #include <iostream>
 #include <utility>
 
-#include "program/exploration_run.h"
 #include "scenario/text.h"
 
 namespace metabuffer {
@@ -93,9 +92,7 @@ SizeCommand::SizeCommand(CLI::App& program)
         ->check(CLI::Range(0, 1'000'000))
         ->capture_default_str();
     command().add_option("-o,--out", results_file_, "Keep the results in this SQLite file, as sweep does");
-    command()
-        .add_option("--processes", processes_, "Simulations at once (default: one for each processor)")
-        ->check(CLI::Range(1, 4096));
+    add_options(command(), processes_);
     command().add_flag("--quiet", quiet_, "Print the table alone");
     command().footer(kFooter);
 }

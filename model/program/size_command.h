@@ -6,6 +6,7 @@
 
 #include "exploration/sweep_plan.h"
 #include "program/command.h"
+#include "program/exploration_run.h"
 #include "program/scenario_options.h"
 
 namespace metabuffer {
@@ -27,7 +28,7 @@ class SizeCommand final : public Command {
     std::optional<double> frame_rate_hz_;
     int checks_ = 0;
     std::string results_file_;
-    int processes_ = 0;  ///< 0: one for each processor
+    ProcessOptions processes_;
     bool quiet_ = false;
 };
 

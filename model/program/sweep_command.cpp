@@ -5,7 +5,6 @@
 #include <iostream>
 
 #include "exploration/sweep_plan.h"
-#include "program/exploration_run.h"
 
 namespace metabuffer {
 namespace {
@@ -39,9 +38,7 @@ SweepCommand::SweepCommand(CLI::App& program)
     : Command(program, "sweep", "Run a scenario over ranges of its keys; keep the results in a file") {
     command().add_option("SWEEP", file_, "The sweep, a YAML file")->required();
     command().add_option("-o,--out", results_file_, "The results, an SQLite file (default: out/NAME.db)");
-    command()
-        .add_option("--processes", processes_, "Simulations at once (default: one for each processor)")
-        ->check(CLI::Range(1, 4096));
+    add_options(command(), processes_);
     command().add_flag("--list", list_, "Print the points and run nothing");
     command().add_flag("--quiet", quiet_, "Print no summary and no progress");
     command().footer(kFooter);

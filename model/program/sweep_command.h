@@ -3,6 +3,7 @@
 #include <string>
 
 #include "program/command.h"
+#include "program/exploration_run.h"
 
 namespace metabuffer {
 
@@ -16,7 +17,7 @@ class SweepCommand final : public Command {
   private:
     std::string file_;
     std::string results_file_;
-    int processes_ = 0;  ///< 0: one for each processor
+    ProcessOptions processes_;
     bool list_ = false;
     bool quiet_ = false;
 };

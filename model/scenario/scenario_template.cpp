@@ -1,5 +1,6 @@
 #include "scenario/scenario_template.h"
 
+#include <set>
 #include <utility>
 
 #include "scenario/scenario_keys.h"
@@ -54,6 +55,26 @@ const std::string& ScenarioTemplate::text() const { return content_->text; }
 Scenario ScenarioTemplate::scenario(const std::vector<ScenarioOverride>& overrides) const {
     return content_->with(overrides, [this](const input::Value& tree) {
         return input::read_scenario(tree, content_->default_name, content_->base, content_->shelf);
+    });
+}
+
+std::vector<std::filesystem::path> ScenarioTemplate::image_files(
+    const std::vector<ScenarioOverride>& overrides) const {
+    return content_->with(overrides, [this](const input::Value& tree) {
+        std::set<std::filesystem::path> files;
+        const input::Value* const renderers = tree.find("renderers");
+        if (renderers == nullptr) return std::vector<std::filesystem::path>();
+        for (const input::Value& renderer : renderers->items) {
+            const input::Value* const frames = renderer.find("frames");
+            if (frames == nullptr) continue;
+            for (const input::Value& frame : frames->items) {
+                for (const char* key : {"image", "depth"}) {
+                    const input::Value* const name = frame.find(key);
+                    if (name != nullptr && !name->text.empty()) files.insert(content_->base / name->text);
+                }
+            }
+        }
+        return std::vector<std::filesystem::path>(files.begin(), files.end());
     });
 }
 

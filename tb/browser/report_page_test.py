@@ -8,6 +8,7 @@ its driver and Selenium; --keep DIR leaves pages and screenshots there.
 import argparse
 import json
 import pathlib
+import shlex
 import shutil
 import sqlite3
 import subprocess
@@ -287,6 +288,14 @@ class ReportPage(unittest.TestCase):
         command = self.one("#command").text
         self.assertIn(f"--set bus.width_bits={point['bus.width_bits']} ", command)
         self.assertIn(f"--set bus.arbitration={point['bus.arbitration']} ", command)
+        # What the command says is what the point was: it is run, by the shell that a reader would paste it into.
+        script = command.replace("metabuffer run", f"{shlex.quote(str(options.program))} run", 1)
+        done = subprocess.run(["bash", "-c", script], cwd=self.folder, text=True, stdout=subprocess.DEVNULL,
+                              stderr=subprocess.PIPE)
+        self.assertEqual("", done.stderr)
+        by_hand = json.loads((self.folder / f"out/point-{point['point']}/report.json").read_text(encoding="utf-8"))
+        self.assertEqual(HOSTILE_RENDERER, by_hand["renderers"][0]["name"])
+        self.assertEqual(point["core_cycles"], by_hand["core_cycles"])
         # Pictures of four displays, each of the right size, not broken.
         self.wait(lambda: self.browser.execute_script(
             "const images = [...document.querySelectorAll('#panel img')];"
@@ -355,8 +364,8 @@ class ReportPage(unittest.TestCase):
         self.open(self.grid_page)
         self.assertEqual(HOSTILE, self.one("h1").text)
         self.assertEqual(HOSTILE, self.browser.title)
-        for place in ("#axes", "#points"):  # as a YAML value, quotes doubled
-            self.assertIn(HOSTILE_RENDERER.replace("'", "''"), self.one(place).text)
+        for place in ("#axes", "#points"):
+            self.assertIn(next(iter(self.points.values()))["renderers.0.name"], self.one(place).text)
         self.assertIsNone(self.browser.execute_script("return window.hostile || null"))
 
     def test_no_sideways_scroll_on_a_phone(self):

@@ -40,7 +40,7 @@ void add(ResultsDatabase& database, const std::string& width_bits, const std::st
 
 ScratchDirectory& with_results(ScratchDirectory& scratch) {
     ResultsDatabase database = ResultsDatabase::open(
-        scratch / "r.db", {"widths", "f", {"bus.width_bits", "bus.arbitration"}, "", ""});
+        scratch / "r.db", {"widths", "f", {}, {"bus.width_bits", "bus.arbitration"}, "", "", "", "", {}});
     add(database, "128", "irsa", 3);
     add(database, "64", "edf", -1);
     add(database, "64", "irsa", 5);

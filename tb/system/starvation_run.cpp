@@ -13,7 +13,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "report/report.h"
 #include "tlm/run.h"
 
 namespace metabuffer::test {
@@ -35,6 +34,7 @@ Starvation starvation_of(const RunReport& report) {
     for (const RendererCounters& renderer : report.renderers) {
         result.rejected_for_buffer += renderer.rejected_rows[static_cast<std::size_t>(RowDefect::kBuffer)];
     }
+    result.bus = report.total_bus();
     result.watchdog_lines = static_cast<std::int64_t>(report.watchdog.size());
     return result;
 }

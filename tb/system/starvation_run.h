@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "report/report.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::test {
@@ -15,6 +16,7 @@ struct Starvation {
     std::int64_t watchdog_lines = 0;
     int most_starved_renderer = 0;  ///< from 1; 0: nothing starved
     int most_starved_display = 0;
+    BusCounters bus;  ///< of all renderers
 
     bool none() const { return starved_pixels == 0 && rejected_for_buffer == 0 && watchdog_lines == 0; }
 };

@@ -18,8 +18,8 @@ ViewportTable random_rows(test::Random& random) {
     ViewportTable rows(static_cast<std::size_t>(random.between(1, 6)));
     std::uint16_t display = 0;
     for (ViewportRow& row : rows) {
-        row = {++display, 0, 0, static_cast<std::uint16_t>(random.between(1, 40)), 1000, 0, 0,
-               static_cast<std::uint16_t>(random.between(1, 4))};
+        row = {++display, 0, 0, static_cast<std::uint16_t>(random.between(1, 40)),
+               1000,      0, 0, static_cast<std::uint16_t>(random.between(1, 4))};
     }
     return rows;
 }
@@ -64,7 +64,8 @@ TEST_CASE("a composer that stays ready waits no longer than its slots say", "[an
     for (int round = 0; round < 300; ++round) {
         const ViewportTable rows = random_rows(random);
         const bool passed_over = random.one_in(3);
-        const SlotShares shares(slot_table(rows), rows.size(), passed_over);
+        const SlotShares shares(slot_table(rows), rows.size(),
+                                passed_over ? RepeatedSlot::kSkipped : RepeatedSlot::kGranted);
         const auto row = static_cast<std::size_t>(random.between(0, static_cast<int>(rows.size()) - 1));
         std::vector<double> cycles(rows.size());
         for (double& each : cycles) each = random.between(1, 50);
@@ -94,7 +95,8 @@ TEST_CASE("a rival that stays ready gets its share beside a composer", "[analysi
         const ViewportTable rows = random_rows(random);
         if (rows.size() < 2) continue;
         const bool passed_over = random.one_in(3);
-        const SlotShares shares(slot_table(rows), rows.size(), passed_over);
+        const SlotShares shares(slot_table(rows), rows.size(),
+                                passed_over ? RepeatedSlot::kSkipped : RepeatedSlot::kGranted);
         const SlotShares::Fairness fairness = shares.fairness(0, 1);
         const PlayedBus bus = play(random, rows, 0, 1, passed_over, 400);
         for (std::size_t start = 0; start < bus.grants.size(); start += 3) {
@@ -113,13 +115,15 @@ TEST_CASE("a rival that stays ready gets its share beside a composer", "[analysi
 
 TEST_CASE("the sure grants of a row are its slots unless bursts are single beats", "[analysis]") {
     const std::vector<int> table{0, 0, 1, 0, 2};
-    const SlotShares whole(table, 3, false);
+    const SlotShares whole(table, 3, RepeatedSlot::kGranted);
     CHECK(whole.sure_grants(0) == 3);
     CHECK(whole.slots(0) == 3);
-    const SlotShares beats(table, 3, true);
-    CHECK(beats.sure_grants(0) == 2);
-    CHECK(beats.slots(0) == 3);
-    CHECK(beats.sure_grants(1) == 1);
-    const SlotShares alone({0}, 1, true);
+    const SlotShares lost(table, 3, RepeatedSlot::kLost);
+    CHECK(lost.sure_grants(0) == 2);
+    CHECK(lost.slots(0) == 3);
+    CHECK(lost.sure_grants(1) == 1);
+    const SlotShares skipped(table, 3, RepeatedSlot::kSkipped);
+    CHECK(skipped.sure_grants(0) == 1);
+    const SlotShares alone({0}, 1, RepeatedSlot::kSkipped);
     CHECK(alone.sure_grants(0) == 1);
 }

@@ -271,7 +271,9 @@ TEST_CASE("explorer: a search finds the smallest value and keeps every simulatio
     CHECK(exploration.points[2].smallest == 1);
     CHECK(exploration.points[0].monotonic == true);
     CHECK(exploration.points[3].status == RunStatus::kUnmet);
-    CHECK(exploration.points[3].reason.find("no value up to 60000 meets the goal") == 0);
+    CHECK(exploration.points[3].reason.find("none of ") == 0);
+    CHECK(exploration.points[3].reason.find("values looked at, 1 to 60000, meets the goal") !=
+          std::string::npos);
     CHECK(exploration.points[3].reason.find("starved_pixels 7") != std::string::npos);
     std::size_t runs = 0;
     for (const PointRecord& point : exploration.points) runs += static_cast<std::size_t>(point.runs);
@@ -331,7 +333,9 @@ TEST_CASE("explorer: results of other input are refused") {
     const SweepPlan plan = place.plan("composer.buffer_pixels", {"10"});
     const auto identity = [&plan] { return Explorer(plan, starving).identity("1"); };
     const ResultsIdentity first = identity();
-    CHECK(identity().fingerprint == first.fingerprint);
+    CHECK(identity().inputs == first.inputs);
+    CHECK(first.inputs.count("scenario.yaml") == 1);
+    CHECK(first.inputs.count("view.ppm") == 1);
     SECTION("another scenario") {
         place.directory.write("scenario.yaml", std::string(kScenario) + "frames: 2\n");
     }
@@ -340,6 +344,99 @@ TEST_CASE("explorer: results of other input are refused") {
         other[20] = '!';
         place.directory.write("view.ppm", other);
     }
-    CHECK(identity().fingerprint != first.fingerprint);
+    const std::filesystem::path file = place.directory / "r.db";
+    { ResultsDatabase::open(file, first); }
+    CHECK_THROWS_AS(ResultsDatabase::open(file, identity()), InputError);
     CHECK(Explorer(plan, starving).identity("2").fingerprint != first.fingerprint);
+}
+
+TEST_CASE("explorer: images that only later points show are input as well") {
+    const Place place;
+    place.directory.write("other.ppm", image());
+    const SweepPlan plan = place.plan("renderers.0.frames.0.image", {"missing.ppm", "view.ppm", "other.ppm"});
+    const auto identity = [&plan] { return Explorer(plan, starving).identity("1"); };
+    const ResultsIdentity first = identity();
+    CHECK(first.inputs.at("missing.ppm") == "missing");
+    CHECK(first.inputs.at("other.ppm") == first.inputs.at("view.ppm"));
+    place.directory.write("other.ppm", image() + " ");
+    CHECK(identity().inputs.at("other.ppm") != first.inputs.at("other.ppm"));
+}
+
+TEST_CASE("explorer: a scenario may be added to the results of others") {
+    const Place place;
+    place.directory.write("second.yaml", kScenario);
+    const auto plan_of = [&place](const std::vector<std::string>& scenarios) {
+        SweepDescription description;
+        description.name = "test";
+        description.base = place.directory.path();
+        description.axes.push_back(Axis{{kScenarioAxis}, {scenarios}, {"test"}});
+        return make_plan(description);
+    };
+    for (const std::vector<std::string>& scenarios :
+         {std::vector<std::string>{"scenario.yaml"},
+          std::vector<std::string>{"second.yaml", "scenario.yaml"}}) {
+        const SweepPlan plan = plan_of(scenarios);
+        const Explorer explorer(plan, starving);
+        ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+        const Exploration exploration = explorer.run(&results, with_processes(1));
+        CHECK(exploration.points.size() == scenarios.size());
+        CHECK(exploration.progress.runs == 1);
+    }
+    place.directory.write("scenario.yaml", std::string(kScenario) + "# changed\n");
+    const SweepPlan plan = plan_of({"second.yaml", "scenario.yaml"});
+    CHECK_THROWS_AS(ResultsDatabase::open(place.directory / "r.db", Explorer(plan, starving).identity("1")),
+                    InputError);
+}
+
+TEST_CASE("explorer: what was killed from outside or missed a file is tried again") {
+    const Place place;
+    const SweepPlan plan = place.plan("renderers.0.frames.0.image", {"view.ppm", "late.ppm"});
+    const std::filesystem::path told = place.directory / "told";
+    const Simulate simulate = [&told](const Scenario& scenario, bool /*pictures*/) {
+        if (!std::filesystem::exists(told)) kill(getpid(), SIGKILL);
+        return simulation_of(scenario, 1);
+    };
+    const auto statuses = [&] {
+        const Explorer explorer(plan, simulate);
+        ResultsIdentity identity = explorer.identity("1");
+        identity.inputs.erase("late.ppm");  // it is no other content but none so far
+        ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", identity);
+        std::vector<RunStatus> result;
+        for (const PointRecord& point : explorer.run(&results, with_processes(1)).points) {
+            result.push_back(point.status);
+        }
+        return result;
+    };
+    CHECK(statuses() == std::vector<RunStatus>{RunStatus::kCrashed, RunStatus::kInvalid});
+    std::ofstream(told) << "go";
+    place.directory.write("late.ppm", image());
+    CHECK(statuses() == std::vector<RunStatus>{RunStatus::kDone, RunStatus::kDone});
+}
+
+TEST_CASE("explorer: a simulation that takes too long is given up with its reason") {
+    const Place place;
+    const SweepPlan plan = place.plan("name", {"stuck", "quick"});
+    const Explorer explorer(plan, [](const Scenario& scenario, bool /*pictures*/) {
+        if (scenario.name == "stuck") kill(getpid(), SIGSTOP);
+        return simulation_of(scenario, 1);
+    });
+    ExploreOptions options = with_processes(2);
+    options.time_limit_seconds = 2.0;
+    const std::vector<PointRecord> points = explorer.run(nullptr, options).points;
+    REQUIRE(points.size() == 2);
+    CHECK(points[0].status == RunStatus::kCrashed);
+    CHECK(points[0].reason == "took longer than its time limit of 2 s");
+    CHECK(points[1].status == RunStatus::kDone);
+}
+
+TEST_CASE("explorer: a search over negative values that none meets ends as unmet") {
+    const Place place;
+    SweepPlan plan = place.plan("watchdog_cycles", {"70000"});
+    plan.search = describe_search("renderers.0.frames.0.viewport.x", -9, -3, "test");
+    const Explorer explorer(plan, starving);
+    const std::vector<PointRecord> points = explorer.run(nullptr, with_processes(2)).points;
+    REQUIRE(points.size() == 1);
+    CHECK(points[0].status == RunStatus::kUnmet);
+    CHECK(points[0].reason.find(
+              "no value of -9 to -3 meets the goal; renderers.0.frames.0.viewport.x=-3 gives") == 0);
 }

@@ -35,7 +35,9 @@ namespace {
 
 using test::ScratchDirectory;
 
-ResultsIdentity sweep_identity() { return {"widths", "f00d", {"bus.width_bits", "bus.arbitration"}, "", ""}; }
+ResultsIdentity sweep_identity() {
+    return {"widths", "f00d", {}, {"bus.width_bits", "bus.arbitration"}, "", "", "", "", {}};
+}
 
 std::vector<Setting> settings_of(int width_bits, const std::string& arbitration) {
     return {{"bus.width_bits", std::to_string(width_bits)}, {"bus.arbitration", arbitration}};
@@ -334,7 +336,8 @@ TEST_CASE("results: keys may be anything - names of figures and quotes included"
     const std::vector<std::string> keys{"renderers", "run", "scenario", "o'dd\"key",
                                         "renderers.0.frames.0.viewport.x"};
     {
-        ResultsDatabase database = ResultsDatabase::open(directory / "results.db", {"", "", keys, "", ""});
+        ResultsDatabase database =
+            ResultsDatabase::open(directory / "results.db", {"", "", {}, keys, "", "", "", "", {}});
         std::vector<Setting> settings;
         settings.reserve(keys.size());
         for (const std::string& key : keys) settings.push_back({key, std::to_string(settings.size() + 1)});
@@ -665,7 +668,7 @@ TEST_CASE("results: a file of other input is refused with what differs") {
     ResultsIdentity other = search;
     other.fingerprint = "beef";
     CHECK(refusal_to_write(file, other) ==
-          begin + "of other input (its scenario or settings have changed since)" + end);
+          begin + "of other input (settings that all points share have changed since)" + end);
     other = search;
     other.keys = {"bus.width_bits"};
     CHECK(refusal_to_write(file, other) ==

@@ -145,3 +145,21 @@ TEST_CASE(
         CHECK(search.note().empty() == agrees);
     }
 }
+
+TEST_CASE("smallest value search: a goal that holds in a window only is found between the doubled values") {
+    // No power of two meets it, and the largest value does not.
+    SmallestValueSearch search(range(1, 4096));
+    run(search, [](std::int64_t value) { return value >= 2100 && value < 4000; });
+    CHECK(search.smallest() == 2100);
+    CHECK_FALSE(search.monotonic());
+}
+
+TEST_CASE("smallest value search: with enough checks a goal that is not met has been looked for everywhere") {
+    SmallestValueSearch search(range(-20, 40, 100));
+    const auto looked_at = run(search, [](std::int64_t) { return false; });
+    CHECK(looked_at.size() == 61);
+    CHECK(search.exhaustive());
+    SmallestValueSearch short_search(range(-20, 4000, 4));
+    run(short_search, [](std::int64_t) { return false; });
+    CHECK_FALSE(short_search.exhaustive());
+}

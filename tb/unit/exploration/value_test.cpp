@@ -41,4 +41,15 @@ TEST_CASE("value: texts of numbers read back the same") {
     CHECK(text_of(Value(33.33)) == "33.33");
 }
 
+TEST_CASE("value: a setting is what its YAML means") {
+    CHECK(value_of_setting("64") == Value(std::int64_t{64}));
+    CHECK(value_of_setting("+64") == Value(std::int64_t{64}));
+    CHECK(value_of_setting("'64'") == Value(std::string("64")));
+    CHECK(value_of_setting("'it''s'") == Value(std::string("it's")));
+    CHECK(value_of_setting("\"a b\"") == Value(std::string("a b")));
+    CHECK(value_of_setting("{x: 1, y: 2}") == Value(std::string("{x: 1, y: 2}")));
+    CHECK(value_of_setting("edf") == Value(std::string("edf")));
+    CHECK(value_of_setting("") == Value());
+}
+
 }  // namespace metabuffer::exploration
