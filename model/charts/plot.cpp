@@ -283,9 +283,12 @@ Json chart_json(const PlotRequest& request, const exploration::ResultsIdentity& 
     json["x"] = axis_json(request.x_title, column_title(request.x, identity), {request.x}, request.log_x);
     json["y"] = axis_json(request.y_title, y_title, request.y, request.log_y);
     const std::string figure = request.y.size() > 1 && request.chart != ChartKind::kPolicy ? ", figure" : "";
-    json["colour"] = axis_json("", has_colours ? colour_title(request.colour, identity) + figure : "",
-                               {request.colour}, false);
-    json["facet"] = {{"title", request.facet.empty() ? "" : column_title(request.facet, identity)}};
+    json["colour"] =
+        axis_json(request.colour_title, has_colours ? colour_title(request.colour, identity) + figure : "",
+                  {request.colour}, false);
+    const std::string facet_title =
+        request.facet_title.empty() ? column_title(request.facet, identity) : request.facet_title;
+    json["facet"] = {{"title", request.facet.empty() ? "" : facet_title}};
     json["ownScales"] = has_panels_by_y;
     json["references"] = Json::array();
     for (const ReferenceLine& line : request.references) {

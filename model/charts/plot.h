@@ -29,6 +29,8 @@ struct PlotRequest {
     std::string title;
     std::string x_title;  ///< empty: what the expression is called
     std::string y_title;
+    std::string colour_title;
+    std::string facet_title;
     bool log_x = false;  ///< false: only if the values grow by a factor, as 32, 64, 128 do
     bool log_y = false;
     int width_pixels = 720;

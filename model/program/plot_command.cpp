@@ -72,6 +72,8 @@ void PlotCommand::add_chart_options() {
     command().add_option("--title", request_.title, "Above the chart");
     command().add_option("--x-title", request_.x_title, "Below the horizontal axis");
     command().add_option("--y-title", request_.y_title, "Beside the vertical axis");
+    command().add_option("--colour-title", request_.colour_title, "Above the legend");
+    command().add_option("--facet-title", request_.facet_title, "Above each panel, before its value");
     command().add_flag("--log-x", request_.log_x,
                        "Logarithmic, as it is anyway for values such as 32, 64, 128");
     command().add_flag("--log-y", request_.log_y, "Logarithmic");
