@@ -106,28 +106,73 @@ class BufferBound::FillTimes {
     /// By how much a rival's composer is prefetched behind this one, as far as this bus goes.
     double behind(const BusTable& table, std::size_t row, std::size_t rival) const {
         const MachineFigures& machine = table.machine();
-        const std::int64_t own = divide_up(held_pixels(table, row), machine.burst_pixels);
-        const std::int64_t wanted = grants(table, rival);
         if (!machine.has_slots()) {
+            const std::int64_t own = divide_up(held_pixels(table, row), machine.burst_pixels);
+            const std::int64_t wanted = grants(table, rival);
             const std::int64_t pixel = (own - 1) * machine.burst_pixels;
             const RivalGrants grants(table, rival, buffer_pixels_);
             const std::int64_t had = grants.bursts_due_before(table.users()[row].segment.first_use(pixel));
             const bool done = had >= wanted && !bound_.several_frames_;
             return done ? table.residual_cycles() : fill(table, rival);
         }
-        const SlotShares::Fairness& fairness = table.rivalry(row, rival).fairness;
-        const double had = std::max(0.0, fairness.rate * as_double(own) - fairness.loss);
-        std::int64_t missing = wanted - static_cast<std::int64_t>(std::floor(had));
+        const double by_slots = for_grants(table, rival, missing_grants(table, row, rival));
+        if (bound_.several_frames_ || !machine.work_conserving()) return by_slots;
+        return behind_by_room(table, row, rival, by_slots);
+    }
+
+    /// Grants that a rival may still need when the composer of `row` is prefetched.
+    std::int64_t missing_grants(const BusTable& table, std::size_t row, std::size_t rival) const {
+        const MachineFigures& machine = table.machine();
+        const std::int64_t wanted = grants(table, rival);
+        std::int64_t missing = wanted - beside(table, row, rival);
         if (bound_.several_frames_) {
             // Or it was kept from its slots by pixels of the frame before.
-            const std::size_t index = static_cast<std::size_t>(&table - bound_.tables_.data());
-            const double refill = bound_.refills_[index][rival];
-            const double short_of_ready = as_double(std::max(machine.ready_space, machine.burst_pixels));
-            missing = std::max(missing, static_cast<std::int64_t>(std::ceil(
-                                            (refill + short_of_ready) / as_double(machine.burst_pixels))) +
-                                            cuts(table));
+            const auto index = static_cast<std::size_t>(&table - bound_.tables_.data());
+            const double pixels = bound_.refills_[index][rival] +
+                                  as_double(std::max(machine.ready_space, machine.burst_pixels));
+            const double refill = std::ceil(pixels / as_double(machine.burst_pixels));
+            missing = std::max(missing, static_cast<std::int64_t>(refill) + cuts(table));
         }
-        return for_grants(table, rival, std::clamp<std::int64_t>(missing, 0, wanted));
+        return std::clamp<std::int64_t>(missing, 0, wanted);
+    }
+
+    /// Grants that a rival has had at least when the composer of `row` is prefetched, unless it was full.
+    std::int64_t beside(const BusTable& table, std::size_t row, std::size_t rival) const {
+        const std::int64_t own = divide_up(held_pixels(table, row), table.machine().burst_pixels);
+        const SlotShares::Fairness& fairness = table.rivalry(row, rival).fairness;
+        return static_cast<std::int64_t>(
+            std::floor(std::max(0.0, fairness.rate * as_double(own) - fairness.loss)));
+    }
+
+    /// The same, as far as the others have room: they have their shares by then, and take no more than that leaves and
+    /// their rasters let go meanwhile. Raised until it holds, from no time on.
+    double behind_by_room(const BusTable& table, std::size_t row, std::size_t rival, double by_slots) const {
+        constexpr int kMostSteps = 16;
+        const std::int64_t missing = missing_grants(table, row, rival);
+        const double own = table.residual_cycles() +
+                           as_double(missing) * (as_double(table.users()[rival].costs.longest()) + 1.0);
+        double clocks = own;
+        for (int step = 0; step < kMostSteps; ++step) {
+            double raised = own;
+            for (std::size_t k = 0; k < table.users().size() && raised < by_slots; ++k) {
+                if (k == rival) continue;
+                const Rivalry& slots = table.rivalry(rival, k);
+                const RivalGrants other(table, k, buffer_pixels_);
+                // Its own column may have started before.
+                const double lead = k == row ? 0.0 : for_grants(table, row, missing_grants(table, k, row));
+                const auto position = static_cast<std::int64_t>(clocks + lead) + 1;
+                const std::int64_t had = std::min(
+                    other.when_full(0), k == row ? other.all() : other.of_bursts(beside(table, row, k)));
+                const double room = other.clocks(other.at_most(other.released_before(position))) -
+                                    other.clocks(had) + other.slack();
+                raised +=
+                    std::min(slots.slot_rate * as_double(missing) + slots.slot_spread, std::max(0.0, room));
+            }
+            if (raised <= clocks) return clocks;
+            clocks = raised;
+            if (clocks >= by_slots) return by_slots;
+        }
+        return by_slots;
     }
 
     const BufferBound& bound_;
@@ -191,9 +236,7 @@ double BufferBound::refill_pixels(const BusTable& table, std::size_t row) const 
     if (!several_frames_) return 0.0;
     if (!machine.has_slots()) return as_double(limits::kBufferPixels.high);
     const BusUser& user = table.users()[row];
-    const double each = user.slot_average + 1.0 + user.wait.rate;
-    const double once = table.residual_cycles() + user.wait.spread + user.slot_excess +
-                        as_double(user.costs.longest() + Jobs::kBusreadyCycles);
+    const BusTable::SureBursts sure = table.sure_bursts(row);
     double most = 0.0;
     for (const BusTable& before : tables_) {
         if (before.renderer() != table.renderer()) continue;
@@ -202,10 +245,10 @@ double BufferBound::refill_pixels(const BusTable& table, std::size_t row) const 
             const ViewportRow& old_row = old.segment.row();
             for (std::int64_t line = 0; line < old_row.sdy; ++line) {
                 const std::int64_t first = line * old_row.sdx;
-                const double clocks = as_double(machine.raster_pixels - old.segment.last_use(first));
-                const double grants = std::max(0.0, std::floor((clocks - once) / each));
-                most = std::max(
-                    most, as_double(old.segment.pixels() - first) - grants * as_double(machine.burst_pixels));
+                const std::int64_t clocks =
+                    machine.raster_pixels - old.segment.last_use(first) - Jobs::kBusreadyCycles;
+                const double brought = sure.in(as_double(clocks)) * as_double(machine.burst_pixels);
+                most = std::max(most, as_double(old.segment.pixels() - first) - brought);
             }
         }
     }

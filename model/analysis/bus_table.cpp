@@ -81,6 +81,15 @@ void BusTable::find_first_word(const Renderer& renderer, const MemoryConfig& mem
     if (lowest / memory.page_words == highest / memory.page_words) first_word_ = FirstWord::kHits;
 }
 
+BusTable::SureBursts BusTable::sure_bursts(std::size_t row) const {
+    const BusUser& user = users_[row];
+    // A clock more for each if it is passed over; and the last one must have ended.
+    const double each = user.slot_average + 1.0 + user.wait.rate;
+    const double once =
+        residual_cycles_ + user.wait.spread + user.slot_excess + static_cast<double>(user.costs.longest());
+    return {1.0 / each, once / each + 1.0};
+}
+
 double BusTable::cut_cycles() const {
     const double page_miss =
         first_word_ == FirstWord::kMisses ? static_cast<double>(machine_.page_miss_cycles) : 0.0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -111,6 +112,14 @@ class BusTable {
     /// Clocks until a burst or a lost slot under way is over, with the page miss that a frame begins with if that is
     /// its only one.
     double residual_cycles() const { return residual_cycles_; }
+    /// A composer with room for whole bursts is sure to get rate * clocks - loss of them, from any clock on, whatever the
+    /// others do. Not for EDF.
+    struct SureBursts {
+        double rate = 0.0;
+        double loss = 0.0;
+        double in(double clocks) const { return std::max(0.0, rate * clocks - loss); }
+    };
+    SureBursts sure_bursts(std::size_t row) const;
     /// What a composer cut short may cost beside its pixels: another page miss, a beat that is not full, a clock.
     double cut_cycles() const;
     /// At least so many pixels pass before a composer that was granted a burst cuts it short.

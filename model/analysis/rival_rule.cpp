@@ -81,19 +81,29 @@ class RivalRule {
         const double loss = fairness.loss * burst;
         const double full_at_first = as_double(grants.when_full(0));
         const double room_at_first = rate * jobs_.granted_by_room(jobs_.first());
-        double lowest =
-            full_at_first - room_at_first;  // of what it had when full, less the composer's own until then
+        const BusTable::SureBursts sure = table_.sure_bursts(rival.row);
+        // What it had when it was full, less what it is sure to have got by then.
+        double lowest_by_grants = full_at_first - room_at_first;
+        double lowest_by_time = full_at_first - burst * sure.rate * as_double(jobs_.freed_at(jobs_.first()));
+        const double at_start = std::max(0.0, rate * jobs_.granted_before(jobs_.first()) - loss);
         for (std::int64_t at = 0; at < count_; ++at) {
             const std::int64_t portion = jobs_.first() + at;
+            const double now = as_double(jobs_.freed_at(portion));
             if (at > 0) {
-                const std::int64_t full = grants.when_full(grants.released_before(
-                    jobs_.freed_at(portion - 1) - Jobs::kBusreadyCycles - buffer_.shifts[rival.row].later));
-                lowest = std::min(lowest, as_double(full) - rate * jobs_.granted_by_room(portion));
+                const std::int64_t position = jobs_.freed_at(portion - 1) - Jobs::kBusreadyCycles;
+                const double full = as_double(
+                    grants.when_full(grants.released_before(position - buffer_.shifts[rival.row].later)));
+                lowest_by_grants = std::min(lowest_by_grants, full - rate * jobs_.granted_by_room(portion));
+                lowest_by_time = std::min(lowest_by_time, full - burst * sure.rate * now);
             }
-            const double own = rate * jobs_.granted_before(portion);
-            double granted = std::min(own - loss, std::max(full_at_first, lowest + own - loss));
+            const double own = rate * jobs_.granted_before(portion) - loss;
+            const double by_time = burst * sure.in(now);
+            const double since_start = std::max(own, at_start + by_time);
+            const double since_full = std::max({full_at_first, lowest_by_grants + own,
+                                                lowest_by_time + burst * (sure.rate * now - sure.loss)});
+            double granted = std::min(since_start, since_full);
             if (buffer_.follows_a_frame) {
-                granted = std::min(granted, refilled(rival) + std::max(0.0, own - room_at_first - loss));
+                granted = std::min(granted, refilled(rival) + std::max({0.0, own - room_at_first, by_time}));
             }
             add_granted(rival, grants, portion, granted);
         }
