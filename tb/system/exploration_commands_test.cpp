@@ -316,3 +316,74 @@ TEST_CASE("export: rows are the points and conditions choose among them", "[prog
     CHECK(json[2]["composer.buffer_pixels"] == 22);
     CHECK(json[1]["starved_pixels"].is_number_integer());
 }
+
+TEST_CASE("report: a page that holds the points and their reports", "[program][report]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    const ProgramResult result =
+        run_program(place, {"report", "r.db", "-o", "page.html", "--title", "Two <buses>"});
+    CHECK(result.status == kExitDone);
+    CHECK(result.err.empty());
+    const std::string page = text_of(place / "page.html");
+    CHECK_THAT(page, Contains("Two &lt;buses&gt;") && !Contains("Two <buses>"));
+    CHECK_THAT(page, Contains("composer.buffer_pixels"));
+    // The same results make the same page.
+    REQUIRE(run_program(place, {"report", "r.db", "-o", "again.html", "--title", "Two <buses>"}).status ==
+            kExitDone);
+    CHECK(text_of(place / "again.html") == page);
+}
+
+TEST_CASE("plot: a chart as SVG and as PNG", "[program][plot]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    for (const std::string chart : {"lines", "heatmap", "pareto", "policy", "histogram", "scatter"}) {
+        CAPTURE(chart);
+        const ProgramResult result =
+            run_program(place, {"plot", "r.db", "-o", chart + ".svg", "--chart", chart});
+        CHECK(result.status == kExitDone);
+        CHECK(result.err.empty());
+        CHECK_THAT(text_of(place / (chart + ".svg")), StartsWith("<svg"));
+    }
+    REQUIRE(run_program(place, {"plot", "r.db", "-o", "p.png", "--width", "300", "--height", "200"}).status ==
+            kExitDone);
+    CHECK_THAT(text_of(place / "p.png"), StartsWith("\x89PNG"));
+}
+
+TEST_CASE("report and plot: wrong arguments are told in a line and leave nothing",
+          "[program][report][plot]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
+    place.write("text.db", "this is no database, but it is long enough to be one if it wanted to be one");
+    const std::vector<std::string> files = place.names();
+    const std::vector<std::pair<std::vector<std::string>, std::string>> mistakes{
+        {{"report", "r.db"}, "-o"},
+        {{"report", "none.db", "-o", "p.html"}, "there is no such file"},
+        {{"report", "text.db", "-o", "p.html"}, "text.db"},
+        {{"report", "r.db", "-o", "p.html", "--where", "starved"}, "'starved' is not known"},
+        {{"report", "r.db", "-o", "no/such/folder/p.html"}, "no/such/folder/p.html"},
+        {{"plot", "r.db", "-o", "p.jpg"}, "p.jpg"},
+        {{"plot", "r.db", "-o", "p.svg", "--chart", "pie"}, "pie"},
+        {{"plot", "r.db", "-o", "p.svg", "--x", "bus.widht_bits"}, "the nearest is bus.width_bits"},
+        {{"plot", "r.db", "-o", "p.svg", "--where", "bus.width_bits > 1000"}, "no point"},
+        {{"plot", "r.db", "-o", "p.svg", "--width", "3"}, "--width"},
+    };
+    for (const auto& [arguments, message] : mistakes) {
+        const ProgramResult result = run_program(place, arguments);
+        CAPTURE(arguments, result.out, result.err);
+        CHECK(result.status == kExitBadInput);
+        CHECK(result.complains_in_one_line());
+        CHECK_THAT(result.err, Contains(message));
+    }
+    std::vector<std::string> left = place.names();
+    left.erase(
+        std::remove_if(left.begin(), left.end(), [](const std::string& name) { return name[0] == '.'; }),
+        left.end());
+    std::vector<std::string> expected = files;
+    expected.erase(std::remove_if(expected.begin(), expected.end(),
+                                  [](const std::string& name) { return name[0] == '.'; }),
+                   expected.end());
+    CHECK(left == expected);
+}
