@@ -49,7 +49,6 @@ Json list_json(const Items& items, Convert convert) {
 
 Json table_json(const TableAnalysis& table, const Analysis& analysis) {
     const double period = analysis.period_cycles;
-    const bool short_of_bus = table.excess_cycles(period) > 0.0;
     return {{"renderer", table.renderer_name},
             {"frames", table.frames},
             {"tasks", list_json(table.tasks, task_json)},
@@ -64,13 +63,16 @@ Json table_json(const TableAnalysis& table, const Analysis& analysis) {
               {"sustained_pixels_per_cycle", table.supply.sustained},
               {"table_cycles", table.supply.table_cycles},
               {"burst_cycles", table.supply.burst_cycles},
+              {"least_burst_cycles", table.supply.least_burst_cycles},
               {"beats", table.supply.beats},
               {"page_misses", table.supply.page_misses},
               {"whole_bursts", table.supply.whole_bursts},
               {"frame_load", static_cast<double>(table.supply.frame_cycles()) / period},
               {"busiest_load", table.load},
-              {"short_pixels_per_frame", short_of_bus ? table.excess_pixels(period) : 0.0},
-              {"short_pixels_per_cycle", short_of_bus ? table.excess_pixels(period) / period : 0.0}}},
+              {"most_pixels_short_per_frame", table.most_pixels_short(period)},
+              {"least_pixels_short_per_frame", table.least_pixels_short(period)},
+              {"most_pixels_short_per_cycle", table.most_pixels_short(period) / period},
+              {"least_pixels_short_per_cycle", table.least_pixels_short(period) / period}}},
             {"slot_table", {{"displays", table.slot_displays}, {"rotation_cycles", table.rotation_cycles}}},
             {"composers", list_json(table.composers, composer_json)},
             {"rejected_rows", list_json(table.rejected, rejected_json)}};
@@ -89,6 +91,7 @@ std::string analysis_json(const Analysis& analysis) {
                  {"period_cycles", analysis.period_cycles},
                  {"asked_frame_rate_hz", optional_json(analysis.asked_frame_rate_hz)},
                  {"sustained_frame_rate_hz", analysis.sustained_frame_rate_hz},
+                 {"best_frame_rate_hz", analysis.best_frame_rate_hz},
                  {"buffer",
                   {{"scenario_pixels", analysis.composer.buffer_pixels},
                    {"scenario_is_safe", analysis.scenario_is_safe},

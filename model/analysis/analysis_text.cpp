@@ -116,12 +116,17 @@ std::string demand_lines(const TableAnalysis& table, const Analysis& analysis) {
                        rate((table.load - 1.0) * supply.sustained) +
                            " pixels a clock too many: they must have been sent before");
     }
-    if (table.excess_cycles(period) > 0.0) {
-        text += figure("short in a frame", decimal(std::ceil(table.excess_pixels(period)), 0),
-                       "pixels, " + rate(table.excess_pixels(period) / period) +
-                           " a clock: no buffer makes up for that; the bus carries " +
-                           decimal(analysis.core_mhz * 1e6 / static_cast<double>(supply.frame_cycles()), 2) +
-                           " frames/s");
+    const double most_short = table.most_pixels_short(period);
+    const double least_short = table.least_pixels_short(period);
+    if (least_short > 0.0) {
+        text += figure("short in a frame", decimal(std::ceil(least_short), 0),
+                       "pixels or more, " + rate(least_short / period) +
+                           " a clock: with no buffer can the bus carry them");
+    }
+    if (most_short > 0.0) {
+        text += figure(least_short > 0.0 ? "with page misses" : "short in a frame",
+                       decimal(std::ceil(most_short), 0),
+                       "pixels, " + rate(most_short / period) + " a clock, if every page counted is missed");
     }
     return text;
 }
@@ -167,13 +172,23 @@ std::string rate_lines(const Analysis& analysis) {
     std::string text = "frame rate, in frames/s:\n";
     if (analysis.asked_frame_rate_hz) text += figure("asked for", decimal(*analysis.asked_frame_rate_hz, 2));
     text += figure("raster, back to back", decimal(raster_hz, 2));
+    const bool whole = analysis.composer.ready_space_pixels >= analysis.bus.burst_pixels;
+    const std::string certain = whole ? "for certain" : "if no burst is cut short";
     const bool bus_is_slower = analysis.sustained_frame_rate_hz < raster_hz;
-    text += figure("buses can carry", decimal(analysis.sustained_frame_rate_hz, 2),
-                   bus_is_slower ? "less than the raster takes" : "all that the raster takes");
+    text += figure(
+        "buses can carry", decimal(analysis.sustained_frame_rate_hz, 2),
+        bus_is_slower ? certain : std::string("all that the raster takes") + (whole ? "" : ", " + certain));
+    if (bus_is_slower)
+        text += figure("at best", decimal(analysis.best_frame_rate_hz, 2), "each page opened once");
     if (analysis.asked_frame_rate_hz) {
-        const bool held = *analysis.asked_frame_rate_hz <= analysis.sustained_frame_rate_hz;
-        text += held ? "  the rate asked for can be carried\n"
-                     : "  the rate asked for cannot be held with any buffer\n";
+        const double asked = *analysis.asked_frame_rate_hz;
+        if (asked <= analysis.sustained_frame_rate_hz) {
+            text += "  the rate asked for can be carried\n";
+        } else if (asked > analysis.best_frame_rate_hz) {
+            text += "  the rate asked for cannot be held with any buffer\n";
+        } else {
+            text += "  whether the rate asked for can be held is for the page misses to say: run it\n";
+        }
     }
     return text;
 }

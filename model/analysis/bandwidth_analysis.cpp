@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <set>
 
 #include "analysis/buffer_bound.h"
 #include "analysis/bus_table.h"
@@ -58,7 +59,21 @@ Demand demand_of(const TableAnalysis& table, const Scenario& scenario) {
     return demand;
 }
 
-Supply supply_of(const BusTable& table, const Scenario& scenario, std::int64_t pixels) {
+/// Pages that a table's segments touch: each frame begins with none open.
+std::int64_t pages_of(const BusTable& table, int image_width, int page_words) {
+    std::set<std::int64_t> pages;
+    for (const BusUser& user : table.users()) {
+        const ViewportRow& row = user.segment.row();
+        for (std::int64_t line = row.sy; line < row.sy + row.sdy; ++line) {
+            const std::int64_t first = (line * image_width + row.sx) / page_words;
+            const std::int64_t last = (line * image_width + row.sx + row.sdx - 1) / page_words;
+            for (std::int64_t page = first; page <= last; ++page) pages.insert(page);
+        }
+    }
+    return static_cast<std::int64_t>(pages.size());
+}
+
+Supply supply_of(const BusTable& table, const Scenario& scenario, int image_width, std::int64_t pixels) {
     const MachineFigures& machine = table.machine();
     Supply supply;
     supply.raw = as_double(machine.pixels_per_beat) / as_double(machine.cycles_per_beat);
@@ -75,6 +90,12 @@ Supply supply_of(const BusTable& table, const Scenario& scenario, std::int64_t p
         supply.page_misses += 1;
         supply.burst_cycles += machine.page_miss_cycles;
     }
+    // Cut bursts may have other beats, but none has more pixels than fit.
+    const std::int64_t least_beats =
+        supply.whole_bursts ? supply.beats : (pixels + machine.pixels_per_beat - 1) / machine.pixels_per_beat;
+    supply.least_burst_cycles =
+        least_beats * machine.cycles_per_beat +
+        machine.page_miss_cycles * pages_of(table, image_width, scenario.memory.page_words);
     supply.sustained = pixels == 0 ? supply.raw : as_double(pixels) / as_double(supply.burst_cycles);
     return supply;
 }
@@ -89,7 +110,21 @@ double load_of(const BusTable& table, const Supply& supply) {
                     as_double(supply.frame_cycles()) / as_double(table.machine().raster_pixels));
 }
 
-TableAnalysis analyze_table(const Scenario& scenario, int renderer_index, const ViewportTable& rows) {
+/// The bound's copy of a table, since what its bursts cost takes longest to find; made anew if it has none.
+const BusTable& bus_table(const BufferBound& bound, const Scenario& scenario, int renderer_index,
+                          const ViewportTable& rows, std::optional<BusTable>& made) {
+    for (const BusTable& table : bound.tables()) {
+        const bool same =
+            table.renderer() == renderer_index &&
+            std::equal(table.users().begin(), table.users().end(), rows.begin(), rows.end(),
+                       [](const BusUser& user, const ViewportRow& row) { return user.segment.row() == row; });
+        if (same) return table;
+    }
+    return made.emplace(scenario, renderer_index, rows);
+}
+
+TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, int renderer_index,
+                            const ViewportTable& rows) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
     ViewportLimits limits = scenario.limits(renderer);
     const ValidatedTable own_buffers = validate_table(rows, limits);
@@ -97,7 +132,8 @@ TableAnalysis analyze_table(const Scenario& scenario, int renderer_index, const 
     // needs is the question.
     limits.buffer_pixels = static_cast<int>(limits::kBufferPixels.high);
     const ValidatedTable valid = validate_table(rows, limits);
-    const BusTable bus(scenario, renderer_index, valid.rows);
+    std::optional<BusTable> made;
+    const BusTable& bus = bus_table(bound, scenario, renderer_index, valid.rows, made);
 
     TableAnalysis table;
     table.renderer = renderer_index;
@@ -126,7 +162,7 @@ TableAnalysis analyze_table(const Scenario& scenario, int renderer_index, const 
         table.rotation_cycles += as_double(composer.slots) * user.slot_average;
     }
     table.demand = demand_of(table, scenario);
-    table.supply = supply_of(bus, scenario, table.demand.pixels);
+    table.supply = supply_of(bus, scenario, renderer.image_width_pixels, table.demand.pixels);
     table.load = load_of(bus, table.supply);
     if (bus.machine().has_slots()) {
         for (const int row : bus.shares().table()) {
@@ -137,8 +173,8 @@ TableAnalysis analyze_table(const Scenario& scenario, int renderer_index, const 
 }
 
 /// The different tables of a renderer, each with the frames that have it.
-void add_tables(const Scenario& scenario, int renderer_index, const AnalysisOptions& options,
-                std::vector<TableAnalysis>& tables) {
+void add_tables(const Scenario& scenario, const BufferBound& bound, int renderer_index,
+                const AnalysisOptions& options, std::vector<TableAnalysis>& tables) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
     const std::size_t first = tables.size();
     std::vector<const ViewportTable*> known;
@@ -155,17 +191,27 @@ void add_tables(const Scenario& scenario, int renderer_index, const AnalysisOpti
         const auto index = static_cast<std::size_t>(same - known.begin());
         if (same == known.end()) {
             known.push_back(rows);
-            tables.push_back(analyze_table(scenario, renderer_index, *rows));
+            tables.push_back(analyze_table(scenario, bound, renderer_index, *rows));
         }
         tables[first + index].frames.push_back(static_cast<int>(frame));
     }
 }
 
+double pixels_short(std::int64_t pixels, std::int64_t table_cycles, std::int64_t burst_cycles,
+                    double period_cycles) {
+    if (as_double(table_cycles + burst_cycles) <= period_cycles) return 0.0;
+    const double available = std::max(0.0, period_cycles - as_double(table_cycles));
+    return as_double(pixels) * (1.0 - available / as_double(burst_cycles));
+}
+
 }  // namespace
 
-double TableAnalysis::excess_pixels(double period_cycles) const {
-    const double available = std::max(0.0, period_cycles - as_double(supply.table_cycles));
-    return as_double(demand.pixels) - available * supply.sustained;
+double TableAnalysis::most_pixels_short(double period_cycles) const {
+    return pixels_short(demand.pixels, supply.table_cycles, supply.burst_cycles, period_cycles);
+}
+
+double TableAnalysis::least_pixels_short(double period_cycles) const {
+    return pixels_short(demand.pixels, supply.table_cycles, supply.least_burst_cycles, period_cycles);
 }
 
 Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
@@ -181,8 +227,9 @@ Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
     analysis.memory = scenario.memory;
     analysis.bus = scenario.bus;
     analysis.composer = scenario.composer;
+    const BufferBound bound(scenario);
     for (int renderer = 0; renderer < analysis.renderers; ++renderer) {
-        add_tables(scenario, renderer, options, analysis.tables);
+        add_tables(scenario, bound, renderer, options, analysis.tables);
     }
 
     const double core_hz = scenario.clocks.core_mhz * kHertzPerMegahertz;
@@ -191,12 +238,14 @@ Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
     analysis.asked_frame_rate_hz = options.frame_rate_hz;
     analysis.period_cycles = options.frame_rate_hz ? core_hz / *options.frame_rate_hz : raster_cycles;
     double longest_cycles = raster_cycles;
+    double least_cycles = raster_cycles;
     for (const TableAnalysis& table : analysis.tables) {
         longest_cycles = std::max(longest_cycles, as_double(table.supply.frame_cycles()));
+        least_cycles = std::max(least_cycles, as_double(table.supply.least_frame_cycles()));
     }
     analysis.sustained_frame_rate_hz = core_hz / longest_cycles;
+    analysis.best_frame_rate_hz = core_hz / least_cycles;
 
-    const BufferBound bound(scenario);
     const BufferBound::Result found = bound.find();
     analysis.least_buffer_pixels = bound.smallest_legal_pixels();
     analysis.whole_buffer_pixels = bound.whole_segment_pixels();

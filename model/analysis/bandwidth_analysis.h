@@ -26,6 +26,8 @@ struct Supply {
     double sustained = 0.0;         ///< with page misses and beats that are not full, as this table has them
     std::int64_t table_cycles = 0;  ///< of a frame: frame start and table
     std::int64_t burst_cycles = 0;  ///< of a frame: bursts with their page misses
+    /// The same with each page opened once, which no order of the bursts can better.
+    std::int64_t least_burst_cycles = 0;
     std::int64_t beats = 0;
     std::int64_t page_misses = 0;
     /// Bursts are never cut short, so that clocks and misses are those of the run; at most, since a page counts as
@@ -33,6 +35,7 @@ struct Supply {
     bool whole_bursts = true;
 
     std::int64_t frame_cycles() const { return table_cycles + burst_cycles; }
+    std::int64_t least_frame_cycles() const { return table_cycles + least_burst_cycles; }
 };
 
 /// One valid row of a table.
@@ -63,12 +66,10 @@ struct TableAnalysis {
     double load = 0.0;
     double rotation_cycles = 0.0;  ///< of the slot table, with average bursts
 
-    /// Clocks of bus by which a frame is longer than `period_cycles`; 0 or less: the bus can carry it.
-    double excess_cycles(double period_cycles) const {
-        return static_cast<double>(supply.frame_cycles()) - period_cycles;
-    }
-    /// Pixels of a frame that the bus cannot carry in `period_cycles`.
-    double excess_pixels(double period_cycles) const;
+    /// Pixels of a frame that the bus cannot carry in `period_cycles`: at most, and at least whatever the order of the
+    /// bursts. 0 if it can carry them.
+    double most_pixels_short(double period_cycles) const;
+    double least_pixels_short(double period_cycles) const;
 };
 
 /// Section 5.1 of the paper for a scenario.
@@ -88,8 +89,9 @@ struct Analysis {
     /// Clocks of a frame: the raster's, frames back to back, or those of the frame rate asked for.
     double period_cycles = 0.0;
     std::optional<double> asked_frame_rate_hz;
-    /// Frames a second that each bus can carry, and no more than the raster can take.
+    /// Frames a second that every bus can carry, and no more than the raster can take: for certain, and at best.
     double sustained_frame_rate_hz = 0.0;
+    double best_frame_rate_hz = 0.0;
 
     std::int64_t least_buffer_pixels = 0;  ///< the smallest with which no row is rejected
     std::int64_t whole_buffer_pixels = 0;  ///< the smallest that holds every segment

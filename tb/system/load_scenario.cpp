@@ -165,6 +165,18 @@ void choose_bus(Random& random, Scenario& scenario) {
     }
 }
 
+/// Pairs that are late or do not come, so that frames are made of earlier ones.
+void add_faults(Random& random, Scenario& scenario) {
+    for (int renderer = 0; renderer < static_cast<int>(scenario.renderers.size()); ++renderer) {
+        Fault fault;
+        fault.renderer = renderer;
+        fault.pair = static_cast<std::uint32_t>(random.between(0, scenario.frames - 1));
+        fault.kind = random.one_in(2) ? FaultKind::kMissing : FaultKind::kDelay;
+        fault.delay_pairs = fault.kind == FaultKind::kDelay ? random.between(1, 4) : 0;
+        scenario.faults.push_back(fault);
+    }
+}
+
 }  // namespace
 
 Scenario random_load_scenario(std::uint64_t seed) {
@@ -189,6 +201,7 @@ Scenario random_load_scenario(std::uint64_t seed) {
     int ready = burst;
     if (random.one_in(3)) ready = random.one_in(2) ? random.between(1, 2 * burst) : in_flight;
     scenario.composer.ready_space_pixels = std::max(in_flight, ready);
+    if (random.one_in(6)) add_faults(random, scenario);
     check_scenario(scenario);
     return scenario;
 }

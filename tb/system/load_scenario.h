@@ -8,7 +8,7 @@ namespace metabuffer::test {
 
 /// A small scenario whose buses have to carry about what they can, from a third of it to twice as much: one to three
 /// renderers, one to nine displays, every multiple, offset, policy, bus, burst, ready space and page, one to three
-/// frames whose viewports move. Every link is good, and composer.buffer_pixels is the largest legal one: it is for
+/// frames whose viewports move, some pairs late or missing. composer.buffer_pixels is the largest legal one: it is for
 /// the test to choose. The same seed gives the same scenario everywhere.
 Scenario random_load_scenario(std::uint64_t seed);
 
