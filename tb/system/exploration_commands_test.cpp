@@ -66,6 +66,15 @@ std::vector<std::string> lines_of(const std::string& text) {
     return lines;
 }
 
+/// Without those of the program's output, which the test keeps in hidden files.
+std::vector<std::string> visible_names(const Workplace& place) {
+    std::vector<std::string> names = place.names();
+    names.erase(
+        std::remove_if(names.begin(), names.end(), [](const std::string& name) { return name[0] == '.'; }),
+        names.end());
+    return names;
+}
+
 }  // namespace
 
 TEST_CASE("sweep: every point is what run gives for its settings", "[program][sweep]") {
@@ -270,7 +279,7 @@ TEST_CASE("size: the smallest value is the one that trying all of them finds", "
 
 TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[program][size]") {
     const Workplace place;
-    const std::vector<std::string> files = place.names();
+    const std::vector<std::string> files = visible_names(place);
     const std::vector<std::pair<std::vector<std::string>, std::string>> mistakes{
         {{"--minimize", "composer.bufer_pixels"}, "the nearest is composer.buffer_pixels"},
         {{"--minimize", "composer.buffer_pixels=9..3"}, "use from at most to"},
@@ -292,11 +301,7 @@ TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[progra
         CHECK(result.complains_in_one_line());
         CHECK_THAT(result.err, Contains(message));
     }
-    std::vector<std::string> left = place.names();
-    left.erase(
-        std::remove_if(left.begin(), left.end(), [](const std::string& name) { return name[0] == '.'; }),
-        left.end());
-    CHECK(left == files);
+    CHECK(visible_names(place) == files);
 }
 
 TEST_CASE("export: rows are the points and conditions choose among them", "[program][export]") {
@@ -357,7 +362,7 @@ TEST_CASE("report and plot: wrong arguments are told in a line and leave nothing
     place.write("sweep.yaml", kSweep);
     REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
     place.write("text.db", "this is no database, but it is long enough to be one if it wanted to be one");
-    const std::vector<std::string> files = place.names();
+    const std::vector<std::string> files = visible_names(place);
     const std::vector<std::pair<std::vector<std::string>, std::string>> mistakes{
         {{"report", "r.db"}, "-o"},
         {{"report", "none.db", "-o", "p.html"}, "there is no such file"},
@@ -377,13 +382,5 @@ TEST_CASE("report and plot: wrong arguments are told in a line and leave nothing
         CHECK(result.complains_in_one_line());
         CHECK_THAT(result.err, Contains(message));
     }
-    std::vector<std::string> left = place.names();
-    left.erase(
-        std::remove_if(left.begin(), left.end(), [](const std::string& name) { return name[0] == '.'; }),
-        left.end());
-    std::vector<std::string> expected = files;
-    expected.erase(std::remove_if(expected.begin(), expected.end(),
-                                  [](const std::string& name) { return name[0] == '.'; }),
-                   expected.end());
-    CHECK(left == expected);
+    CHECK(visible_names(place) == files);
 }
