@@ -6,18 +6,14 @@
 
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <system_error>
-#include <thread>
 
+#include "scenario/quiet_fork.h"
 #include "scenario/scenario_loader.h"
 
 namespace metabuffer {
@@ -31,40 +27,6 @@ std::string how_it_ended(int status) {
 [[noreturn]] void fail_to_start(const char* what) {
     throw InputError(std::string("metabuffer: no ") + what +
                      " for a run: " + std::generic_category().message(errno));
-}
-
-#if defined(__SANITIZE_ADDRESS__)
-constexpr bool kHasSanitizer = true;
-#elif defined(__has_feature)
-constexpr bool kHasSanitizer = __has_feature(address_sanitizer);
-#else
-constexpr bool kHasSanitizer = false;
-#endif
-
-/// Whether every other thread of this process sleeps.
-bool other_threads_sleep() {
-    const std::string own = std::to_string(gettid());
-    for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
-        if (task.path().filename() == own) continue;
-        std::ifstream stream(task.path() / "stat");
-        const std::string stat{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-        // The state stands behind the name, which may hold anything.
-        const std::size_t name_end = stat.rfind(')');
-        if (name_end != std::string::npos && stat.compare(name_end, 3, ") S") != 0) return false;
-    }
-    return true;
-}
-
-/// The C library's memory takes no harm from fork(), but that of the address sanitizer does: a lock that a library's
-/// thread holds at that moment would stay locked in the child. OpenImageIO's libraries start such threads as they are
-/// loaded; from then on these have nothing to do.
-void let_threads_come_to_rest() {
-    constexpr int kLooks = 2'000;
-    constexpr int kQuietLooks = 3;
-    for (int look = 0, quiet = 0; look < kLooks && quiet < kQuietLooks; ++look) {
-        quiet = other_threads_sleep() ? quiet + 1 : 0;
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
 }
 
 [[noreturn]] void be_the_child(const ChildProcess::Work& work, int descriptor, pid_t parent) {
@@ -102,9 +64,8 @@ ChildProcess::ChildProcess(const Work& work) {
     // Or both processes would print what is still in there.
     std::cout.flush();
     std::fflush(nullptr);
-    if (kHasSanitizer) let_threads_come_to_rest();
     const pid_t parent = getpid();
-    process_ = fork();
+    process_ = quiet_fork();
     if (process_ == 0) {
         close(ends[0]);
         be_the_child(work, ends[1], parent);

@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "rtl/metabuffer.h"
+#include "scenario/quiet_fork.h"
 #include "scenario/scenario_loader.h"
 #include "simulation/simulation_run.h"
 
@@ -108,7 +109,7 @@ std::optional<CycleRange> scout(const Scenario& scenario, const TraceWindow& win
     if (pipe(ends.data()) != 0) {
         throw InputError(std::string("--trace: no pipe for the scouting run: ") + std::strerror(errno));
     }
-    const pid_t child = fork();
+    const pid_t child = quiet_fork();
     if (child < 0) {
         throw InputError(std::string("--trace: no process for the scouting run: ") + std::strerror(errno));
     }

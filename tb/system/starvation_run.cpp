@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "scenario/quiet_fork.h"
 #include "tlm/run.h"
 
 namespace metabuffer::test {
@@ -63,7 +64,7 @@ Starvation run_with_buffer(const Scenario& scenario, int buffer_pixels) {
     // Or both processes would print what is still in there.
     std::cout.flush();
     std::fflush(nullptr);
-    const pid_t child = fork();
+    const pid_t child = quiet_fork();
     if (child == 0) {
         close(ends[0]);
         run_in_child(scenario, buffer_pixels, ends[1]);

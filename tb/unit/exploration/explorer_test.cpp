@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "exploration/figures.h"
+#include "scenario/quiet_fork.h"
 #include "scratch_directory.h"
 
 // Explorations with a stand-in for the level: what a run does is the scenario's name or its buffer.
@@ -229,7 +230,7 @@ TEST_CASE("explorer: what is killed goes on with the points that had not ended")
     std::size_t kept = 0;
     // Killed again and again, a little later each time.
     for (int round = 1; round <= 4; ++round) {
-        const pid_t victim = fork();
+        const pid_t victim = quiet_fork();
         if (victim == 0) {
             ResultsDatabase results = ResultsDatabase::open(file, explorer.identity("1"));
             ExploreOptions options = with_processes(3);

@@ -27,6 +27,7 @@
 #include "exploration/figures.h"
 #include "random_seed.h"
 #include "scenario/output_error.h"
+#include "scenario/quiet_fork.h"
 #include "scenario/scenario_loader.h"
 #include "scratch_directory.h"
 
@@ -118,7 +119,7 @@ class Child {
     explicit Child(const std::function<void(int)>& work) {
         std::array<int, 2> ends{};
         if (pipe(ends.data()) != 0) throw std::runtime_error("no pipe");
-        process_ = fork();
+        process_ = quiet_fork();
         if (process_ < 0) throw std::runtime_error("no process");
         if (process_ == 0) {
             close(ends[0]);
@@ -604,7 +605,7 @@ TEST_CASE("results: a writer that is killed holds no file - even while a child o
     REQUIRE(pipe(life.data()) == 0);
     Child writer([&](int descriptor) {
         const ResultsDatabase database = ResultsDatabase::open(file, sweep_identity());
-        if (fork() == 0) {
+        if (quiet_fork() == 0) {
             close(life[1]);
             char byte = 0;
             _exit(static_cast<int>(read(life[0], &byte, 1)));

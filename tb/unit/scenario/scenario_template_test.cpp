@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "scenario/quiet_fork.h"
 #include "scenario/scenario_keys.h"
 #include "scenario_difference.h"
 #include "unit/scenario/scenario_fixture.h"
@@ -146,7 +147,7 @@ TEST_CASE("scenario template: a forked child goes on reading images") {
                     "displays: {width: 64, height: 64}\n"
                     "renderers: [{frames: [{image: image.exr, viewport: {x: 0, y: 0}}]}]\n");
     CHECK(scenarios.scenario({}).renderers[0].images[0]->at(0, 0).z() == 0x8000);
-    const pid_t child = fork();
+    const pid_t child = quiet_fork();
     if (child == 0) {
         constexpr unsigned kPatienceSeconds = 60;
         alarm(kPatienceSeconds);  // ends a child that waits for ever
