@@ -1,30 +1,22 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <vector>
 
 #include "analysis/analysis_report.h"
 #include "report/text_table.h"
 #include "scenario/names.h"
+#include "scenario/text.h"
 
 namespace metabuffer::analysis {
 namespace {
 
+using text::counted;
+using text::decimal;
+
 constexpr double kPercent = 100.0;
 
-std::string decimal(double value, int digits) {
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-    return text.data();
-}
-
 std::string rate(double pixels_per_cycle) { return decimal(pixels_per_cycle, 3); }
-
-std::string counted(std::int64_t count, const std::string& thing) {
-    return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
-}
 
 std::string list_of(const std::vector<int>& numbers) {
     std::string text;

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "analysis/arithmetic.h"
 #include "analysis/buffer_bound.h"
 #include "analysis/bus_table.h"
 #include "formats/control_scanline.h"
@@ -12,8 +13,6 @@
 
 namespace metabuffer::analysis {
 namespace {
-
-double as_double(std::int64_t value) { return static_cast<double>(value); }
 
 /// Sums over raster rows, from where each of them changes.
 class RowSums {

@@ -4,18 +4,11 @@
 #include <cmath>
 #include <set>
 
+#include "analysis/arithmetic.h"
 #include "analysis/starvation_rules.h"
 #include "scenario/limits.h"
 
 namespace metabuffer::analysis {
-namespace {
-
-double as_double(std::int64_t value) { return static_cast<double>(value); }
-
-std::int64_t divide_up(std::int64_t value, std::int64_t divisor) { return (value + divisor - 1) / divisor; }
-
-}  // namespace
-
 /// How long composers take to be prefetched, once each table of a frame is known and the frame before is composited.
 /// From then on a composer is ready until it is prefetched.
 class BufferBound::FillTimes {

@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/arithmetic.h"
+
 namespace metabuffer::analysis {
 namespace {
-
-constexpr double kNever = -1e18;
-constexpr double kRounding = 1e-6;
-
-double as_double(std::int64_t value) { return static_cast<double>(value); }
 
 class RivalRule {
   public:

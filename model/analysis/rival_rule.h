@@ -12,8 +12,6 @@ namespace metabuffer::analysis {
 /// By portion: 1 if it is known to be in time.
 using PortionFlags = std::vector<char>;
 
-inline std::int64_t as_int(std::size_t size) { return static_cast<std::int64_t>(size); }
-
 /// The rule of rivals, for the portions that are not known to be in time: from the last time that the composer was not
 /// ready, the bus is busy, and each rival takes no more than its slots beside the composer's own and no more than it
 /// has room for (EDF: no more than is due before). For a bus that is work-conserving. Looks at pairs of portions, in

@@ -6,16 +6,11 @@
 #include <limits>
 #include <vector>
 
+#include "analysis/arithmetic.h"
 #include "analysis/rival_rule.h"
 
 namespace metabuffer::analysis {
 namespace {
-
-constexpr double kNever = -1e18;
-/// Sums of clocks are whole but for averages.
-constexpr double kRounding = 1e-6;
-
-double as_double(std::int64_t value) { return static_cast<double>(value); }
 
 /// The burst under way when the column starts: its pixels behind those that made the composer prefetched.
 bool first_burst_in_time(const BusTable& table, const BusUser& me, std::int64_t buffer_pixels) {

@@ -18,12 +18,11 @@ std::string spaced(std::string name) {
 std::string column_title(const std::string& expression, const exploration::ResultsIdentity& identity) {
     if (expression == "smallest" && !identity.search_key.empty()) return "smallest " + identity.search_key;
     if (expression == "wall_seconds") return "wall time (s)";
-    const auto& kinds = exploration::figure_kinds();
-    const auto kind = std::find_if(kinds.begin(), kinds.end(),
-                                   [&](const exploration::FigureKind& k) { return expression == k.name; });
-    if (kind == kinds.end()) return expression;
-    const std::string name = spaced(kind->name);
-    const std::string unit = kind->unit;
+    const std::optional<std::size_t> figure = exploration::figure_index(expression);
+    if (!figure) return expression;
+    const exploration::FigureKind& kind = exploration::figure_kinds()[*figure];
+    const std::string name = spaced(kind.name);
+    const std::string unit = kind.unit;
     const bool says_unit = name.find(unit) != std::string::npos || name.find(" per ") != std::string::npos;
     return says_unit ? name : name + " (" + unit + ")";
 }

@@ -134,14 +134,13 @@ class PageData {
         Json list = Json::array();
         const auto& kinds = exploration::figure_kinds();
         for (const std::string& name : figures_) {
-            const auto kind = std::find_if(kinds.begin(), kinds.end(),
-                                           [&](const exploration::FigureKind& k) { return name == k.name; });
-            const bool is_figure = kind != kinds.end();
-            list.push_back({{"name", name},
-                            {"title", column_title(name, {})},
-                            {"unit", is_figure ? kind->unit : "s"},
-                            {"meaning", is_figure ? kind->meaning : "from the process's start to its end"},
-                            {"percent", is_share(name)}});
+            const std::optional<std::size_t> figure = exploration::figure_index(name);
+            list.push_back(
+                {{"name", name},
+                 {"title", column_title(name, {})},
+                 {"unit", figure ? kinds[*figure].unit : "s"},
+                 {"meaning", figure ? kinds[*figure].meaning : "from the process's start to its end"},
+                 {"percent", is_share(name)}});
         }
         return list;
     }

@@ -3,18 +3,13 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "exploration/value.h"
+#include "exploration/value_json.h"
 
 namespace metabuffer::charts {
 
 using Json = nlohmann::ordered_json;
 
-inline Json json_of(const exploration::Value& value) {
-    if (const auto* whole = std::get_if<std::int64_t>(&value)) return *whole;
-    if (const auto* number = std::get_if<double>(&value)) return *number;
-    if (const auto* words = std::get_if<std::string>(&value)) return *words;
-    return nullptr;
-}
+inline Json json_of(const exploration::Value& value) { return exploration::json_of<Json>(value); }
 
 /// JSON for the inside of a script, of a page or of node: nothing in it can end the script, and what is no UTF-8 is
 /// replaced.

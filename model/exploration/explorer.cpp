@@ -290,10 +290,8 @@ void Explorer::Session::take(const Task& task, const RunRecord& record,
 bool Explorer::Session::meets_goal(const RunRecord& record) const {
     if (record.status != RunStatus::kDone) return false;
     return goal_->holds([&record](const std::string& name) -> Value {
-        const std::vector<FigureKind>& kinds = figure_kinds();
-        for (std::size_t n = 0; n < std::min(kinds.size(), record.figures.size()); ++n) {
-            if (name == kinds[n].name) return record.figures[n];
-        }
+        const std::optional<std::size_t> figure = figure_index(name);
+        if (figure && *figure < record.figures.size()) return record.figures[*figure];
         for (const Setting& setting : record.settings) {
             if (name == setting.key) return value_of_setting(setting.value);
         }

@@ -46,18 +46,6 @@ Value latency_cycles(const Sums& sums) {
     return longest ? Value(*longest) : Value();
 }
 
-std::int64_t repeated_frames(const Sums& sums) {
-    std::int64_t sum = 0;
-    for (const RendererCounters& renderer : sums.report.renderers) sum += renderer.repeated_frames;
-    return sum;
-}
-
-std::int64_t dropped_frames(const Sums& sums) {
-    std::int64_t sum = 0;
-    for (const RendererCounters& renderer : sums.report.renderers) sum += renderer.dropped_frames;
-    return sum;
-}
-
 Value pixels_per_cycle(const Sums& sums) {
     const BusCounters& bus = sums.bus;
     return ratio(bus.pixels_sent,
@@ -105,9 +93,9 @@ const std::vector<Figure>& all_figures() {
         {{"rejected_rows", "rows", "rows of viewport tables rejected"},
          [](const Sums& s) -> Value { return s.report.total_rejected_rows(); }},
         {{"repeated_frames", "frames", "frames that showed a renderer's earlier pair again, all renderers"},
-         [](const Sums& s) -> Value { return repeated_frames(s); }},
+         [](const Sums& s) -> Value { return s.report.total_repeated_frames(); }},
         {{"dropped_frames", "frames", "pairs that newer ones overtook before they were shown, all renderers"},
-         [](const Sums& s) -> Value { return dropped_frames(s); }},
+         [](const Sums& s) -> Value { return s.report.total_dropped_frames(); }},
         {{"busy_cycles", "clocks", "clocks in which a pixel moved, all buses"},
          [](const Sums& s) -> Value { return s.bus.busy_cycles; }},
         {{"table_cycles", "clocks", "clocks in which the viewport table was broadcast, all buses"},
@@ -175,6 +163,14 @@ const std::vector<FigureKind>& figure_kinds() {
         return result;
     }();
     return kinds;
+}
+
+std::optional<std::size_t> figure_index(const std::string& name) {
+    const std::vector<FigureKind>& kinds = figure_kinds();
+    const auto found = std::find_if(kinds.begin(), kinds.end(),
+                                    [&name](const FigureKind& kind) { return name == kind.name; });
+    if (found == kinds.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - kinds.begin());
 }
 
 std::vector<Value> figures_of(const RunReport& report, const Scenario& scenario) {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "exploration/value.h"
@@ -21,6 +24,9 @@ struct FigureKind {
 /// and the cost: renderers, displays, composers, buffer_bits (composers x buffer_pixels x 64), bus_wires (renderers x
 /// width_bits).
 const std::vector<FigureKind>& figure_kinds();
+
+/// The place of the figure of that name in that order; none if there is no such figure.
+std::optional<std::size_t> figure_index(const std::string& name);
 
 /// The figures of a run, in that order. A figure that the run does not have is nothing.
 std::vector<Value> figures_of(const RunReport& report, const Scenario& scenario);

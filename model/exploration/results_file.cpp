@@ -189,10 +189,9 @@ std::vector<std::string> column_names(const SQLite::Database& database, const st
 std::vector<std::string> axis_columns(const std::vector<std::string>& keys) {
     std::vector<std::string> columns;
     for (const std::string& key : keys) {
-        const bool is_figure = std::any_of(figure_kinds().begin(), figure_kinds().end(),
-                                           [&key](const FigureKind& figure) { return key == figure.name; });
         const bool is_taken =
-            is_figure || std::find(kPointColumns.begin(), kPointColumns.end(), key) != kPointColumns.end();
+            figure_index(key).has_value() ||
+            std::find(kPointColumns.begin(), kPointColumns.end(), key) != kPointColumns.end();
         columns.push_back(is_taken ? "axis." + key : key);
     }
     return columns;

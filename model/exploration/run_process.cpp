@@ -2,12 +2,10 @@
 
 #include <chrono>
 #include <exception>
-#include <nlohmann/json.hpp>
-#include <type_traits>
 #include <utility>
-#include <variant>
 
 #include "exploration/figures.h"
+#include "exploration/value_json.h"
 #include "report/picture_writer.h"
 #include "scenario/text.h"
 
@@ -18,18 +16,6 @@ using Json = nlohmann::json;
 
 double now_seconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-Json json_of(const Value& value) {
-    return std::visit(
-        [](const auto& held) -> Json {
-            if constexpr (std::is_same_v<std::decay_t<decltype(held)>, std::monostate>) {
-                return nullptr;
-            } else {
-                return held;
-            }
-        },
-        value);
 }
 
 Value value_from(const Json& json) {
@@ -75,7 +61,7 @@ RunRecord outcome_of(const Simulate& simulate, const RunRequest& request) {
 
 std::vector<std::uint8_t> packed(const RunRecord& record) {
     Json figures = Json::array();
-    for (const Value& value : record.figures) figures.push_back(json_of(value));
+    for (const Value& value : record.figures) figures.push_back(json_of<Json>(value));
     Json pictures = Json::array();
     for (const auto& [display, png] : record.pictures) {
         pictures.push_back({display, Json::binary({png.begin(), png.end()})});

@@ -276,10 +276,6 @@ std::optional<std::vector<std::string>> range_values(const std::string& text, co
     return values_of(range);
 }
 
-}  // namespace
-
-namespace {
-
 std::string with_bytes_written_out(const std::string& text) {
     std::string result;
     for (const char character : text) {
@@ -300,10 +296,8 @@ void check_goal(const SweepPlan& plan) {
     const SearchDescription& search = *plan.search;
     const Expression goal(search.goal, goal_names(plan.keys, search.key), search.where);
     const std::vector<std::string>& used = goal.names();
-    const std::vector<FigureKind>& figures = figure_kinds();
-    const bool names_figure = std::any_of(figures.begin(), figures.end(), [&used](const FigureKind& figure) {
-        return std::find(used.begin(), used.end(), figure.name) != used.end();
-    });
+    const bool names_figure = std::any_of(
+        used.begin(), used.end(), [](const std::string& name) { return figure_index(name).has_value(); });
     if (!names_figure) {
         fail(search.where, "the goal " + text::quoted(search.goal) +
                                " names no figure of a run; use one, as in starved_pixels = 0");

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <nlohmann/json.hpp>
-#include <variant>
+
+#include "exploration/value_json.h"
 
 namespace metabuffer::exploration {
 
@@ -30,13 +29,6 @@ std::string csv_line(const std::vector<std::string>& texts) {
     return line + "\r\n";
 }
 
-Json json_value(const Value& value) {
-    if (const auto* whole = std::get_if<std::int64_t>(&value)) return *whole;
-    if (const auto* number = std::get_if<double>(&value)) return *number;
-    if (const auto* words = std::get_if<std::string>(&value)) return *words;
-    return nullptr;
-}
-
 }  // namespace
 
 std::string csv_text(const ResultsReader::Table& table) {
@@ -53,7 +45,7 @@ std::string json_text(const ResultsReader::Table& table) {
     std::string text = "[";
     for (const std::vector<Value>& row : table.rows) {
         Json object = Json::object();
-        for (std::size_t n = 0; n < row.size(); ++n) object[table.columns[n]] = json_value(row[n]);
+        for (std::size_t n = 0; n < row.size(); ++n) object[table.columns[n]] = json_of<Json>(row[n]);
         text +=
             (text.size() == 1 ? "\n" : ",\n") + object.dump(-1, ' ', false, Json::error_handler_t::replace);
     }

@@ -19,9 +19,12 @@
 #include "program/progress_line.h"
 #include "report/report_difference.h"
 #include "scenario/scenario_loader.h"
+#include "scenario/text.h"
 
 namespace metabuffer {
 namespace {
+
+using text::counted;
 
 constexpr std::size_t kMostLines = 100;
 /// How far one level may run ahead of the other, in pixels of pictures that wait for their counterparts.
@@ -128,10 +131,6 @@ void receive_all(LevelProcess& rtl, LevelProcess& tlm, PictureComparison& pictur
         show_progress(progress, rtl, tlm);
     }
     pictures.finish();
-}
-
-std::string counted(std::size_t count, const std::string& thing) {
-    return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
 
 /// What of the two runs was compared.

@@ -87,6 +87,18 @@ std::int64_t RunReport::total_rejected_rows() const {
                            });
 }
 
+std::int64_t RunReport::total_repeated_frames() const {
+    return std::accumulate(
+        renderers.begin(), renderers.end(), std::int64_t{0},
+        [](std::int64_t sum, const RendererCounters& renderer) { return sum + renderer.repeated_frames; });
+}
+
+std::int64_t RunReport::total_dropped_frames() const {
+    return std::accumulate(
+        renderers.begin(), renderers.end(), std::int64_t{0},
+        [](std::int64_t sum, const RendererCounters& renderer) { return sum + renderer.dropped_frames; });
+}
+
 std::int64_t RunReport::total_rejected() const { return total_rejected_frames() + total_rejected_rows(); }
 
 BusCounters RunReport::total_bus() const {

@@ -124,7 +124,9 @@ struct RunReport {
     std::int64_t total_stalled_cycles() const;   ///< of all composers
     std::int64_t total_rejected_frames() const;  ///< for whatever cause
     std::int64_t total_rejected_rows() const;
-    std::int64_t total_rejected() const;      ///< frames and rows
+    std::int64_t total_rejected() const;  ///< frames and rows
+    std::int64_t total_repeated_frames() const;
+    std::int64_t total_dropped_frames() const;
     BusCounters total_bus() const;            ///< the sums over all renderers
     ComposerCounters total_composer() const;  ///< the sums over all composers; the high water is the highest
 

@@ -106,13 +106,9 @@ Json display_json(int display, const DisplayCounters& counters) {
 Json totals_json(const RunReport& report) {
     FrameCounts frames{};
     RowCounts rows{};
-    std::int64_t repeated = 0;
-    std::int64_t dropped = 0;
     for (const RendererCounters& renderer : report.renderers) {
         for (std::size_t n = 0; n < frames.size(); ++n) frames[n] += renderer.rejected_frames[n];
         for (std::size_t n = 0; n < rows.size(); ++n) rows[n] += renderer.rejected_rows[n];
-        repeated += renderer.repeated_frames;
-        dropped += renderer.dropped_frames;
     }
 
     const ComposerCounters composers = report.total_composer();
@@ -125,8 +121,8 @@ Json totals_json(const RunReport& report) {
     return {{"bus", bus_json(report.total_bus())},
             {"rejected_frames", rejected_frames_json(frames)},
             {"rejected_rows", rejected_rows_json(rows)},
-            {"repeated_frames", repeated},
-            {"dropped_frames", dropped},
+            {"repeated_frames", report.total_repeated_frames()},
+            {"dropped_frames", report.total_dropped_frames()},
             {"starved_pixels", composers.starved_pixels},
             {"stalled_cycles", composers.stalled_cycles},
             {"buffer_high_water", composers.buffer_high_water},

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <iomanip>
 #include <locale>
 #include <map>
 #include <sstream>
@@ -7,10 +6,14 @@
 
 #include "report/report.h"
 #include "report/text_table.h"
+#include "scenario/text.h"
 
 namespace metabuffer {
 
 namespace {
+
+using text::counted;
+using text::decimal;
 
 // The machine may have thousands of composers and the terminal has 100 columns: past these counts the summary
 // tells of the whole and of the worst, and leaves the rest to report.json.
@@ -34,23 +37,12 @@ std::string shortened(const std::string& name) {
     return result + ellipsis;
 }
 
-std::string decimal(double value, int digits) {
-    std::ostringstream text;
-    text.imbue(std::locale::classic());
-    text << std::fixed << std::setprecision(digits) << value;
-    return text.str();
-}
-
 /// A number with as many digits as it needs: "100", "33.33".
 std::string plain(double value) {
     std::ostringstream text;
     text.imbue(std::locale::classic());
     text << value;
     return text.str();
-}
-
-std::string counted(std::int64_t count, const std::string& thing) {
-    return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
 }
 
 /// Lines of a list that may be long: the first few, then how many more there are.
@@ -118,18 +110,15 @@ std::string bus_table(const RunReport& report) {
     TextTable table;
     table.add({"bus", "used %", "poll %", "pixels sent", "page misses", "recovered", "repeated", "dropped",
                "rejected"});
-    std::int64_t repeated = 0;
-    std::int64_t dropped = 0;
     for (const RendererCounters& renderer : report.renderers) {
-        repeated += renderer.repeated_frames;
-        dropped += renderer.dropped_frames;
         if (report.renderers.size() > kRenderersDown) continue;
         table.add(bus_cells(shortened(renderer.name), renderer.bus, renderer.repeated_frames,
                             renderer.dropped_frames,
                             renderer.total_rejected_frames() + renderer.total_rejected_rows()));
     }
     if (report.renderers.size() != 1) {
-        table.add(bus_cells("all", report.total_bus(), repeated, dropped, report.total_rejected()));
+        table.add(bus_cells("all", report.total_bus(), report.total_repeated_frames(),
+                            report.total_dropped_frames(), report.total_rejected()));
     }
 
     std::string text = "\nbuses, in % of the clocks with something to send:\n" + table.text();

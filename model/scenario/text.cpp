@@ -4,6 +4,9 @@
 #include <array>
 #include <charconv>
 #include <cstddef>
+#include <iomanip>
+#include <locale>
+#include <sstream>
 
 namespace metabuffer::text {
 namespace {
@@ -49,6 +52,13 @@ std::string number(double value) {
     std::array<char, 32> digits{};
     const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
     return error == std::errc() ? std::string(digits.data(), end) : std::to_string(value);
+}
+
+std::string decimal(double value, int digits) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << std::fixed << std::setprecision(digits) << value;
+    return text.str();
 }
 
 std::string range(const IntegerRange& range) {

@@ -6,7 +6,7 @@
 
 #include "scenario/limits.h"
 
-/// Wording that the messages of the scenario and image readers share.
+/// Wording that messages, reports and tables share.
 namespace metabuffer::text {
 
 /// Control characters and runs of white space become one space each; none at either end.
@@ -20,6 +20,15 @@ std::string joined(const std::vector<std::string>& items, std::string_view conju
 
 /// The shortest text that reads back as the same number.
 std::string number(double value);
+
+/// With so many digits behind the point.
+std::string decimal(double value, int digits);
+
+/// "1 pair", "3 pairs".
+template <typename Count>
+std::string counted(Count count, const std::string& thing) {
+    return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
+}
 
 /// "1 to 64".
 std::string range(const IntegerRange& range);

@@ -88,11 +88,7 @@ Simulation simulation_of(const Scenario& scenario, std::int64_t core_cycles) {
 }
 
 Value figure(const RunRecord& run, const std::string& name) {
-    const auto& kinds = figure_kinds();
-    for (std::size_t n = 0; n < kinds.size(); ++n) {
-        if (name == kinds[n].name) return run.figures.at(n);
-    }
-    return {};
+    return run.figures.at(figure_index(name).value());
 }
 
 RunRecord run_of(const ResultsDatabase& results, const PointRecord& point) {

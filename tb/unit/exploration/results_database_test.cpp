@@ -44,19 +44,12 @@ std::vector<Setting> settings_of(int width_bits, const std::string& arbitration)
     return {{"bus.width_bits", std::to_string(width_bits)}, {"bus.arbitration", arbitration}};
 }
 
-std::size_t figure_index(const std::string& name) {
-    for (std::size_t n = 0; n < figure_kinds().size(); ++n) {
-        if (name == figure_kinds()[n].name) return n;
-    }
-    throw std::out_of_range(name);
-}
-
 RunRecord run_of(std::vector<Setting> settings, std::int64_t starved_pixels = 0) {
     RunRecord run;
     run.settings = std::move(settings);
     run.figures.resize(figure_kinds().size());
-    run.figures[figure_index("starved_pixels")] = starved_pixels;
-    run.figures[figure_index("frames_per_second")] = 59.5;
+    run.figures[figure_index("starved_pixels").value()] = starved_pixels;
+    run.figures[figure_index("frames_per_second").value()] = 59.5;
     run.report = "{\"scenario\": \"x\"}\n";
     run.wall_seconds = 0.25;
     return run;
@@ -538,7 +531,7 @@ TEST_CASE("results: whatever moment the writer is killed at - what it had added 
             const auto run = database.find_run(settings_of(n, "irsa"));
             REQUIRE(run);
             REQUIRE(run->first == *point->run);
-            REQUIRE(run->second.figures.at(figure_index("starved_pixels")) == Value(std::int64_t{n}));
+            REQUIRE(run->second.figures.at(figure_index("starved_pixels").value()) == Value(std::int64_t{n}));
         }
         added += static_cast<int>(told);
         // One that was added and not told of is there in full or not at all.
