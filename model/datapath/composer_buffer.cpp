@@ -36,7 +36,7 @@ bool ComposerBuffer::push(Pixel pixel) {
     }
     Frame& frame = newest();
     const std::int64_t k = frame.arrived++;
-    if (k < frame.released) {
+    if (k < frame.released || frame.abandoned) {
         return false;
     }
     if (held_ == capacity_) {
@@ -47,9 +47,30 @@ bool ComposerBuffer::push(Pixel pixel) {
     return true;
 }
 
+std::optional<std::int64_t> ComposerBuffer::next_pixel() const {
+    if (receiving_ended_frame_ || frames_ == 0) {
+        return std::nullopt;
+    }
+    return newest().arrived;
+}
+
+std::int64_t ComposerBuffer::missing_pixels() const {
+    return frames_ == 0 || newest().whole() ? 0 : newest().segment.pixels() - newest().arrived;
+}
+
+void ComposerBuffer::lose(std::int64_t count) {
+    Frame& frame = newest();
+    if (!frame.abandoned) {
+        held_ -= static_cast<int>(std::max<std::int64_t>(frame.arrived - frame.released, 0));
+        frame.abandoned = true;
+    }
+    frame.arrived += count;
+    write_address_ = static_cast<int>((write_address_ + count) % capacity_);
+}
+
 void ComposerBuffer::release_through(std::int64_t k) {
     Frame& frame = head();
-    if (frame.arrived > frame.released) {
+    if (!frame.abandoned && frame.arrived > frame.released) {
         held_ -= static_cast<int>(std::min(frame.arrived, k + 1) - frame.released);
     }
     frame.released = k + 1;
@@ -58,7 +79,7 @@ void ComposerBuffer::release_through(std::int64_t k) {
 void ComposerBuffer::end_frame() {
     if (has_segment()) {
         // The last pixel's last use is behind the raster: nothing of this frame is held any more.
-        receiving_ended_frame_ = frames_ == 1 && !segment_complete();
+        receiving_ended_frame_ = frames_ == 1 && !head().whole();
     }
     head_ = (head_ + 1) % kFrames;
     --frames_;

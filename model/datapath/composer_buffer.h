@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "datapath/segment.h"
@@ -33,8 +34,17 @@ class ComposerBuffer {
     void set_row(const ViewportRow& row);
     /// The table is complete.
     void end_table();
-    /// The next pixel of the segment. False if it came too late and was dropped.
+    /// The next pixel of the segment. False if it was dropped: it came too late, or its frame is abandoned.
     bool push(Pixel pixel);
+    /// Place in its segment of the pixel that push() takes next; none if pixels of a frame that is over come.
+    std::optional<std::int64_t> next_pixel() const;
+    /// What push() drops belongs to a frame that is abandoned.
+    bool abandoning() const { return !receiving_ended_frame_ && frames_ > 0 && newest().abandoned; }
+    /// Pixels that the newest frame still lacks.
+    std::int64_t missing_pixels() const;
+    /// `count` pixels of the newest frame will not come. What is left of the frame is abandoned: none of it is
+    /// kept, and nothing need be waited for.
+    void lose(std::int64_t count);
 
     // ---- the pipeline side: the oldest frame ----
 
@@ -43,10 +53,13 @@ class ComposerBuffer {
     bool table_complete() const { return frames_ > 0 && head().table_complete; }
     bool has_segment() const { return frames_ > 0 && head().has_segment; }
     const Segment& segment() const { return head().segment; }
-    /// Every pixel of the oldest frame's segment has arrived.
-    bool segment_complete() const { return !has_segment() || head().arrived == head().segment.pixels(); }
+    /// Every pixel of the oldest frame's segment has arrived, or is not waited for.
+    bool segment_complete() const { return !has_segment() || head().abandoned || head().whole(); }
+    /// Pixels of the oldest frame were lost on the bus.
+    bool abandoned() const { return head().abandoned; }
     bool has_arrived(std::int64_t k) const { return k < head().arrived; }
-    /// The storage address of pixel k, for has_arrived(k) pixels that are not released.
+    /// The storage address of pixel k, for has_arrived(k) pixels that are not released, of a frame that is not
+    /// abandoned.
     int address_of(std::int64_t k) const {
         return static_cast<int>(static_cast<std::uint32_t>(head().base_address + k) %
                                 static_cast<std::uint32_t>(capacity_));
@@ -65,14 +78,18 @@ class ComposerBuffer {
     struct Frame {
         bool table_complete = false;
         bool has_segment = false;
+        bool abandoned = false;
         Segment segment;
         std::int64_t arrived = 0;
         std::int64_t released = 0;
         std::int64_t base_address = 0;  ///< of pixel 0
+
+        bool whole() const { return !has_segment || arrived == segment.pixels(); }
     };
 
     const Frame& head() const { return frame_[head_]; }
     Frame& head() { return frame_[head_]; }
+    const Frame& newest() const { return frame_[(head_ + frames_ - 1) % kFrames]; }
     Frame& newest() { return frame_[(head_ + frames_ - 1) % kFrames]; }
 
     int capacity_;

@@ -44,6 +44,8 @@ struct RendererCounters {
     std::vector<std::string> rejected_row_messages;             ///< "pair 0, row 2: ...", the first few
     std::int64_t repeated_frames = 0;
     std::int64_t dropped_frames = 0;
+    std::int64_t injected_faults =
+        0;  ///< what the scenario's faults did to the renderer's link, bus and composers
 
     std::int64_t total_rejected_frames() const;
     std::int64_t total_rejected_rows() const;
@@ -83,6 +85,7 @@ struct ComposerCounters {
     std::int64_t busready_drops = 0;   ///< bursts it cut short
     std::int64_t late_pixels = 0;      ///< arrived after their last use and were dropped
     std::int64_t replayed_pixels = 0;  ///< local pixels read again from the moving window
+    std::int64_t lost_pixels = 0;      ///< sent and never arrived: their frames are not shown
     std::optional<Glitch> first_glitch;
     std::optional<Glitch> last_glitch;
     std::int64_t starved_run_count = 0;
@@ -97,6 +100,7 @@ struct ComposerCounters {
 struct DisplayCounters {
     std::int64_t frames_shown = 0;
     std::int64_t stalled_cycles = 0;  ///< clocks its column stood still
+    std::int64_t kept_frames = 0;     ///< of those shown, frames of lost pixels: the picture before stayed
 };
 
 struct FrameRecord {

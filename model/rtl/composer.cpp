@@ -10,7 +10,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       display_(static_cast<std::uint16_t>(display)),
       composition_(scenario.composition),
       on_starvation_(scenario.composer.on_starvation),
-      background_(scenario.background_pixel()),
+      background_{scenario.background_pixel(), true, false},
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_height_(scenario.displays.raster_height_pixels()),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
@@ -79,7 +79,7 @@ bool Composer::idle(bool was_running) const {
 void Composer::pipeline_edge() {
     bool start = false;
     if (running_) {
-        composite(pipemaster_ ? background_ : pipe_i.read().pixel);
+        composite(pipemaster_ ? background_ : pipe_i.read());
     } else {
         if (pipe_valid_) {
             pipe_valid_ = false;
@@ -104,20 +104,22 @@ void Composer::start_frame() {
     frame_spans_.back().startframe_cycle = clock_edge_number(core_period_picoseconds_);
 }
 
-void Composer::composite(Pixel upstream) {
+void Composer::composite(const PipePixel& upstream) {
     if (walker_.x() == 0 && walker_.y() == 0) {
         frame_spans_.back().start_cycle = clock_edge_number(core_period_picoseconds_);
     }
-    PipePixel out{upstream, true};
+    PipePixel out{upstream.pixel, true, upstream.lost};
     local_starved_ = false;
     if (walker_.covered()) {
         const std::int64_t k = walker_.pixel();
-        local_starved_ = !buffer_.has_arrived(k);
-        if (local_starved_) {
+        local_starved_ = next_pixel_missing();
+        if (buffer_.abandoned()) {
+            out.lost = true;
+        } else if (local_starved_) {
             count_glitch();
         } else {
             const Pixel local = buffer_.at_address(buffer_.address_of(k));
-            out.pixel = compose(composition_, local, upstream);
+            out.pixel = compose(composition_, local, upstream.pixel);
             counters_.replayed_pixels += walker_.replayed() ? 1 : 0;
         }
         if (walker_.last_use()) {
@@ -155,7 +157,7 @@ void Composer::note_first(std::int64_t& cycle) const {
 }
 
 bool Composer::next_pixel_missing() const {
-    return running_ && walker_.covered() && !buffer_.has_arrived(walker_.pixel());
+    return running_ && walker_.covered() && !buffer_.abandoned() && !buffer_.has_arrived(walker_.pixel());
 }
 
 // ---- the bus side ----
@@ -176,6 +178,9 @@ void Composer::bus_edge() {
                                 (std::string(name()) + " was sent a third frame's table").c_str());
                 return;
             }
+            if (const std::int64_t missing = buffer_.missing_pixels(); missing > 0) {
+                lose_pixels(missing);  // the bus sends a frame to its end before the next one's table
+            }
             buffer_.begin_frame();
             if (beat.last) {
                 buffer_.end_table();
@@ -193,6 +198,18 @@ void Composer::bus_edge() {
 }
 
 void Composer::take_beat(const BusBeat& beat) {
+    if (const std::optional<std::int64_t> next = buffer_.next_pixel()) {
+        if (beat.first < *next) {
+            SC_REPORT_ERROR("/metabuffer/composer/protocol",
+                            (std::string(name()) + " was sent pixel " + std::to_string(beat.first) +
+                             " of its segment when " + std::to_string(*next) + " was next")
+                                .c_str());
+            return;
+        }
+        if (beat.first > *next) {
+            lose_pixels(beat.first - *next);
+        }
+    }
     for (int i = 0; i < beat.count; ++i) {
         if (buffer_.free_pixels() == 0) {
             SC_REPORT_ERROR("/metabuffer/composer/protocol",
@@ -200,11 +217,16 @@ void Composer::take_beat(const BusBeat& beat) {
             return;
         }
         if (!buffer_.push(Pixel(beat.words[static_cast<std::size_t>(i)]))) {
-            ++counters_.late_pixels;
+            counters_.late_pixels += buffer_.abandoning() ? 0 : 1;
         }
     }
     announced_ = static_cast<int>(beat.remaining);
     counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, buffer_.held_pixels());
+}
+
+void Composer::lose_pixels(std::int64_t count) {
+    counters_.lost_pixels += count;
+    buffer_.lose(count);
 }
 
 // ---- the handshakes ----

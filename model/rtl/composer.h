@@ -30,9 +30,12 @@ namespace metabuffer::rtl {
 ///   and is counted. `stall`: STALL is raised one clock ahead, and the column stands still at the next edge;
 ///   while COLUMNSTALL is high no register of the pipeline side changes. In `glitch` mode COLUMNSTALL is not
 ///   looked at.
+/// - a pixel lost on the bus shows by the place that the next beat names, or by the next frame's table. The rest of
+///   that frame is abandoned here: where it covers the raster, the upstream pixel passes marked `lost`, which keeps
+///   the frame off the displays, and nothing is waited for.
 ///
-/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a third
-/// frame's table.
+/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer or out of order,
+/// a third frame's table.
 class Composer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -83,11 +86,12 @@ class Composer final : public Block {
     void reset();
     void pipeline_edge();
     void start_frame();
-    void composite(Pixel upstream);
+    void composite(const PipePixel& upstream);
     void count_glitch();
     void end_frame();
     void bus_edge();
     void take_beat(const BusBeat& beat);
+    void lose_pixels(std::int64_t count);
     void drive_handshakes(bool was_running);
     bool idle(bool was_running) const;
     bool slot_ready() const;
@@ -99,7 +103,7 @@ class Composer final : public Block {
     std::uint16_t display_;
     Composition composition_;
     StarvationMode on_starvation_;
-    Pixel background_;
+    PipePixel background_;
     int raster_width_;
     int raster_height_;
     int ready_space_pixels_;

@@ -381,6 +381,7 @@ void InputFramebuffer::fill_beat(Row& row) {
     beat_.last = false;
     beat_.destination = table_row.dcomp;
     beat_.count = 0;
+    beat_.first = static_cast<std::uint32_t>(row.segment.pixels() - row.left);
     do {
         beat_.words[beat_.count++] = frame_memory_.read(row.address).word();
         --row.left;

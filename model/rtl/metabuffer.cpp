@@ -7,18 +7,13 @@
 #include <numeric>
 #include <utility>
 
+#include "rtl/wires.h"
 #include "scenario/derived_timing.h"
 
 namespace metabuffer::rtl {
 namespace {
 
 constexpr int kResetCycles = 2;
-
-std::string numbered(const char* stem, std::size_t index) { return stem + ("_" + std::to_string(index + 1)); }
-
-std::string numbered(const char* stem, std::size_t renderer, std::size_t display) {
-    return numbered(numbered(stem, renderer).c_str(), display);
-}
 
 sc_core::sc_time picoseconds(std::int64_t count) {
     return sc_core::sc_time(static_cast<double>(count), sc_core::SC_PS);
@@ -32,65 +27,7 @@ std::int64_t earlier(std::int64_t a, std::int64_t b) {
     return std::min(a, b);
 }
 
-template <typename Value>
-class SignalBank {
-  public:
-    /// One signal, named by its place, for each of `count` places.
-    template <typename NameOf>
-    SignalBank(std::size_t count, NameOf name_of) {
-        for (std::size_t i = 0; i < count; ++i) {
-            signals_.push_back(std::make_unique<sc_core::sc_signal<Value>>(name_of(i).c_str()));
-        }
-    }
-    sc_core::sc_signal<Value>& operator[](std::size_t i) { return *signals_[i]; }
-
-  private:
-    std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
-};
-
 }  // namespace
-
-/// Every wire between two blocks, by the paper's names where it has one. The pipeline wires of display d run
-/// from PIPE_0_d (above the top composer) to PIPE_M_d; wire r leaves composer r.
-struct Metabuffer::Wires {
-    Wires(std::size_t renderers, std::size_t displays)
-        : link_in(renderers, [](std::size_t r) { return numbered("DVI_IN", r); }),
-          pixel(renderers, [](std::size_t r) { return numbered("PIXEL", r); }),
-          event(renderers, [](std::size_t r) { return numbered("EVENT", r); }),
-          pair_request(renderers, [](std::size_t r) { return numbered("PAIR_REQUEST", r); }),
-          bus(renderers, [](std::size_t r) { return numbered("BUS", r); }),
-          pipemaster(renderers, [](std::size_t r) { return numbered("PIPEMASTER", r); }),
-          busready(renderers * displays, name_of("BUSREADY", displays)),
-          tableready(renderers * displays, name_of("TABLEREADY", displays)),
-          stall(renderers * displays, name_of("STALL", displays)),
-          pipe((renderers + 1) * displays, name_of("PIPE", displays)),
-          startframe((renderers + 1) * displays, name_of("STARTFRAME", displays)),
-          pipeready((renderers + 1) * displays, name_of("PIPEREADY", displays)),
-          column_stall(displays, [](std::size_t d) { return numbered("COLUMNSTALL", d); }),
-          framedone(displays, [](std::size_t d) { return numbered("FRAMEDONE", d); }),
-          link_out(displays, [](std::size_t d) { return numbered("DVI_OUT", d); }) {}
-
-    static std::function<std::string(std::size_t)> name_of(const char* stem, std::size_t displays) {
-        return [stem, displays](std::size_t i) { return numbered(stem, i / displays, i % displays); };
-    }
-
-    SignalBank<DviLink> link_in;
-    SignalBank<DecodedPixel> pixel;
-    SignalBank<DecoderEvent> event;
-    SignalBank<bool> pair_request;
-    SignalBank<BusBeat> bus;
-    SignalBank<bool> pipemaster;
-    SignalBank<bool> busready;
-    SignalBank<bool> tableready;
-    SignalBank<bool> stall;
-    SignalBank<PipePixel> pipe;
-    SignalBank<bool> startframe;
-    SignalBank<bool> pipeready;  ///< wire r is raised by composer r, the last one by the output framebuffer
-    SignalBank<bool> column_stall;
-    SignalBank<bool> framedone;
-    SignalBank<DviLink> link_out;
-    sc_core::sc_signal<bool> swaplock{"SWAPLOCK"};
-};
 
 Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scenario, ClockGating gating)
     : Block(name),
@@ -209,6 +146,7 @@ void Metabuffer::make_composers() {
 void Metabuffer::make_display_side() {
     swap_lock_ = std::make_unique<SwapLock>("swap_lock", static_cast<int>(displays()));
     swap_lock_->swaplock_o(wires_->swaplock);
+    swap_lock_->swapskip_o(wires_->swapskip);
     blocks_.push_back(swap_lock_.get());
     const std::size_t bottom = renderers() * displays();
     for (std::size_t d = 0; d < displays(); ++d) {
@@ -230,9 +168,12 @@ void Metabuffer::make_display_side() {
         framebuffer->column_stall_i(wires_->column_stall[d]);
         framebuffer->pipeready_o(wires_->pipeready[bottom + d]);
         framebuffer->framedone_o(wires_->framedone[d]);
+        framebuffer->framebad_o(wires_->framebad[d]);
         framebuffer->swaplock_i(wires_->swaplock);
+        framebuffer->swapskip_i(wires_->swapskip);
         framebuffer->link_o(wires_->link_out[d]);
         swap_lock_->framedone_i[d](wires_->framedone[d]);
+        swap_lock_->framebad_i[d](wires_->framebad[d]);
         blocks_.push_back(framebuffer.get());
 
         auto display = std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str());
@@ -402,6 +343,7 @@ RunReport Metabuffer::report() const {
         DisplayCounters counters;
         counters.frames_shown = last_frame_shown_[d] + 1;
         counters.stalled_cycles = output_framebuffers_[d]->stalled_cycles();
+        counters.kept_frames = output_framebuffers_[d]->kept_frames();
         report.displays.push_back(counters);
     }
     return report;

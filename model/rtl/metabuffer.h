@@ -18,6 +18,8 @@
 
 namespace metabuffer::rtl {
 
+struct Wires;
+
 /// The whole machine of the paper's Figure 1, from the renderers' graphics cards to the displays: M
 /// renderers, N displays, M x N composers, wired and clocked. Renderer r, display d and their composer are
 /// the children dvi_source_r, dvi_decoder_r, input_framebuffer_r, composer_r_d, output_framebuffer_d and
@@ -74,9 +76,14 @@ class Metabuffer final : public Block {
     std::int64_t raster_pixels_taken() const;
     std::int64_t raster_pixels_to_take() const;
 
-  private:
-    struct Wires;
+    /// Every wire between two blocks, for whoever binds to the machine from outside.
+    Wires& wires() { return *wires_; }
+    sc_core::sc_clock& core_clk() { return *core_clk_; }
+    sc_core::sc_clock& dvi_in_clk() { return *dvi_in_clk_; }
+    sc_core::sc_clock& dvi_out_clk() { return *dvi_out_clk_; }
+    sc_core::sc_signal<bool>& reset() { return reset_; }
 
+  private:
     std::size_t displays() const { return static_cast<std::size_t>(scenario_.displays.count()); }
     std::size_t renderers() const { return scenario_.renderers.size(); }
     const Composer& composer(std::size_t renderer, std::size_t display) const {

@@ -27,12 +27,13 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
 
 void OutputFramebuffer::reset() {
     swapped_synchronizer_.reset();
-    swapped_seen_ = receiving_ = frame_done_ = framedone_ = pipeready_ = false;
+    swapped_seen_ = receiving_ = frame_done_ = framedone_ = framebad_ = pipeready_ = false;
     back_ = 0;
     frames_taken_ = 0;
     averager_.restart();
     pipeready_o.write(false);
     framedone_o.write(false);
+    framebad_o.write(false);
 }
 
 void OutputFramebuffer::end_of_elaboration() {
@@ -53,7 +54,10 @@ void OutputFramebuffer::clock_edge() {
     const bool swapped = swapped_synchronizer_.sample(swapped_.read());
     if (swapped && !swapped_seen_) {
         frame_done_ = false;
-        back_ = 1 - back_;
+        if (!swapskip_i.read()) {
+            back_ = 1 - back_;
+        }
+        mark_frame(false);
     }
     swapped_seen_ = swapped;
     // Nothing ever raises COLUMNSTALL in glitch mode.
@@ -83,6 +87,13 @@ void OutputFramebuffer::clock_edge() {
     }
 }
 
+void OutputFramebuffer::mark_frame(bool bad) {
+    if (bad != framebad_) {
+        framebad_ = bad;
+        framebad_o.write(bad);
+    }
+}
+
 void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
     if (!pixel.valid) {
         SC_REPORT_ERROR(
@@ -92,6 +103,9 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
         return;
     }
     ++pixels_taken_;
+    if (pixel.lost) {
+        mark_frame(true);
+    }
     if (averager_.push(pixel.pixel, banks_[back_][next_word_])) {
         ++next_word_;
     }
@@ -106,9 +120,11 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
 
 void OutputFramebuffer::dvi_reset() {
     swaplock_synchronizer_.reset();
+    swapskip_synchronizer_.reset();
     swap_pending_ = false;
     front_ = 1;
     front_frame_ = -1;
+    picture_shown_ = false;
     x_ = 0;
     // The first frame is preceded by its vertical sync.
     line_ = timing_.frame_lines() - DviTiming::kVerticalSyncLines;
@@ -123,7 +139,12 @@ void OutputFramebuffer::start_dvi_frame() {
         return;
     }
     swap_pending_ = false;
-    front_ = 1 - front_;
+    if (swap_skipped_) {
+        ++kept_frames_;
+    } else {
+        front_ = 1 - front_;
+        picture_shown_ = true;
+    }
     ++front_frame_;
     swapped_.write(true);
 }
@@ -133,11 +154,13 @@ void OutputFramebuffer::dvi_clock_edge() {
         dvi_reset();
         return;
     }
+    const bool swapskip = swapskip_synchronizer_.sample(swapskip_i.read());
     const bool swaplock = swaplock_synchronizer_.sample(swaplock_i.read());
     if (!swaplock) {
         swapped_.write(false);
     } else if (!swapped_.read()) {
         swap_pending_ = true;
+        swap_skipped_ = swapskip;
     }
 
     if (x_ == 0) {
@@ -154,7 +177,7 @@ void OutputFramebuffer::dvi_clock_edge() {
     DviLink link;
     link.vsync = vsync_line_;
     link.de = active_line_ && x_ < timing_.active_pixels;
-    link.data = link.de && front_frame_ >= 0 ? banks_[front_][next_shown_++] : 0;
+    link.data = link.de && picture_shown_ ? banks_[front_][next_shown_++] : 0;
     const int sync_start = timing_.active_pixels + DviTiming::kHorizontalFrontPixels;
     link.hsync = x_ >= sync_start && x_ < sync_start + DviTiming::kHorizontalSyncPixels;
     if (!(link == link_)) {
@@ -171,7 +194,9 @@ void OutputFramebuffer::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, startframe_i, path("STARTFRAME_in"));
     sc_core::sc_trace(file, pipeready_o, path("PIPEREADY"));
     sc_core::sc_trace(file, framedone_o, path("FRAMEDONE"));
+    sc_core::sc_trace(file, framebad_o, path("FRAMEBAD"));
     sc_core::sc_trace(file, swaplock_i, path("SWAPLOCK"));
+    sc_core::sc_trace(file, swapskip_i, path("SWAPSKIP"));
     sc_core::sc_trace(file, swapped_, path("swapped"));
     sc_trace(file, pipe_i.read(), path("PIPE_in"));
     sc_trace(file, link_o.read(), path("DVI"));

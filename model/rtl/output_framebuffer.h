@@ -21,7 +21,8 @@ namespace metabuffer::rtl {
 /// falls once the swap has come back. PIPEREADY is high while a bank is free and no frame is under way. In
 /// the DVI output clock, frame follows frame of DviTiming from reset on, in step on all displays. SWAPLOCK
 /// (every FRAMEDONE) crosses through two registers; if it has been seen by the first clock of a DVI
-/// frame, the banks swap there. Before the first swap the display is shown black.
+/// frame, the banks swap there; with SWAPSKIP (any FRAMEBAD) the display goes on showing the frame before, and the new
+/// one's bank is free again. Before the first swap the display is shown black.
 class OutputFramebuffer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};          ///< core clock
@@ -32,7 +33,9 @@ class OutputFramebuffer final : public Block {
     sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
     sc_core::sc_out<bool> pipeready_o{"pipeready_o"};
     sc_core::sc_out<bool> framedone_o{"framedone_o"};
+    sc_core::sc_out<bool> framebad_o{"framebad_o"};  ///< with FRAMEDONE: pixels of the frame were lost
     sc_core::sc_in<bool> swaplock_i{"swaplock_i"};
+    sc_core::sc_in<bool> swapskip_i{"swapskip_i"};  ///< with SWAPLOCK: the frame is not to be shown
     sc_core::sc_out<DviLink> link_o{"link_o"};
 
     OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
@@ -45,6 +48,8 @@ class OutputFramebuffer final : public Block {
     /// Number of the composited frame that is on the display, -1: none yet.
     int front_frame() const { return front_frame_; }
     std::int64_t stalled_cycles() const { return stalled_cycles_; }
+    /// Frames that were not shown since pixels of theirs were lost.
+    std::int64_t kept_frames() const { return kept_frames_; }
     /// Raster pixels taken so far, for the watchdog.
     std::int64_t pixels_taken() const { return pixels_taken_; }
 
@@ -53,6 +58,7 @@ class OutputFramebuffer final : public Block {
     void clock_edge();
     void reset();
     void take_pixel(const PipePixel& pixel);
+    void mark_frame(bool bad);
     void dvi_clock_edge();
     void dvi_reset();
     void start_dvi_frame();
@@ -77,6 +83,7 @@ class OutputFramebuffer final : public Block {
     bool receiving_ = false;
     bool frame_done_ = false;  ///< the back bank holds a whole frame
     bool framedone_ = false;   ///< the wire
+    bool framebad_ = false;    ///< the wire; set while the frame comes in
     bool pipeready_ = false;
     std::size_t back_ = 0;
     std::int64_t raster_position_ = 0;
@@ -87,9 +94,13 @@ class OutputFramebuffer final : public Block {
 
     // DVI output registers.
     Synchronizer<bool> swaplock_synchronizer_;
+    Synchronizer<bool> swapskip_synchronizer_;
     bool swap_pending_ = false;
+    bool swap_skipped_ = false;  ///< the pending swap shows nothing new
     std::size_t front_ = 1;
     int front_frame_ = -1;
+    bool picture_shown_ = false;  ///< the front bank holds a frame
+    std::int64_t kept_frames_ = 0;
     int x_ = 0;
     int line_ = 0;
     bool active_line_ = false;

@@ -114,7 +114,7 @@ ViewportRow BusBeat::row() const {
 
 bool operator==(const BusBeat& a, const BusBeat& b) {
     return a.kind == b.kind && a.last == b.last && a.count == b.count && a.destination == b.destination &&
-           a.remaining == b.remaining &&
+           a.remaining == b.remaining && a.first == b.first &&
            std::equal(a.words.begin(), a.words.begin() + a.count, b.words.begin());
 }
 
@@ -139,15 +139,17 @@ void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::str
     sc_core::sc_trace(file, value.destination, name + ".destination");
     sc_core::sc_trace(file, value.count, name + ".count");
     sc_core::sc_trace(file, value.remaining, name + ".remaining");
+    sc_core::sc_trace(file, value.first, name + ".first");
     sc_core::sc_trace(file, value.words[0], name + ".word_0");
 }
 
 std::ostream& operator<<(std::ostream& out, const PipePixel& value) {
-    return out << (value.valid ? "pixel " : "no pixel ") << value.pixel.word();
+    return out << (value.valid ? (value.lost ? "lost pixel " : "pixel ") : "no pixel ") << value.pixel.word();
 }
 
 void sc_trace(sc_core::sc_trace_file* file, const PipePixel& value, const std::string& name) {
     sc_core::sc_trace(file, value.valid, name + ".valid");
+    sc_core::sc_trace(file, value.lost, name + ".lost");
     // A Pixel is one 64-bit word; the tracer wants a reference to the word itself.
     static_assert(sizeof(Pixel) == sizeof(std::uint64_t));
     sc_core::sc_trace(file, reinterpret_cast<const std::uint64_t&>(value.pixel), name + ".pixel");

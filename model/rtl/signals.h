@@ -73,6 +73,7 @@ struct BusBeat {
     std::uint8_t count = 0;
     std::uint16_t destination = 0;  ///< display of the composer addressed, from 1
     std::uint32_t remaining = 0;    ///< pixels of the burst behind this beat
+    std::uint32_t first = 0;        ///< kPixels: place in the segment of the beat's first pixel, from 0
     std::array<std::uint64_t, kMaximumBeatPixels> words{};
 
     static BusBeat frame_start(bool last);
@@ -87,9 +88,10 @@ void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::str
 struct PipePixel {
     Pixel pixel;
     bool valid = false;
+    bool lost = false;  ///< a composer's local pixel for this place was lost on its bus
 };
 inline bool operator==(const PipePixel& a, const PipePixel& b) {
-    return a.pixel == b.pixel && a.valid == b.valid;
+    return a.pixel == b.pixel && a.valid == b.valid && a.lost == b.lost;
 }
 std::ostream& operator<<(std::ostream& out, const PipePixel& value);
 void sc_trace(sc_core::sc_trace_file* file, const PipePixel& value, const std::string& name);

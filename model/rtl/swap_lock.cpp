@@ -10,17 +10,26 @@ bool high(const sc_core::sc_in<bool>& wire) { return wire.read(); }
 }  // namespace
 
 SwapLock::SwapLock(const sc_core::sc_module_name& name, int displays)
-    : Block(name), framedone_i("framedone_i", static_cast<std::size_t>(displays)) {
+    : Block(name),
+      framedone_i("framedone_i", static_cast<std::size_t>(displays)),
+      framebad_i("framebad_i", static_cast<std::size_t>(displays)) {
     SC_METHOD(update);
     for (auto& wire : framedone_i) {
         sensitive << wire;
     }
+    for (auto& wire : framebad_i) {
+        sensitive << wire;
+    }
 }
 
-void SwapLock::update() { swaplock_o.write(std::all_of(framedone_i.begin(), framedone_i.end(), high)); }
+void SwapLock::update() {
+    swaplock_o.write(std::all_of(framedone_i.begin(), framedone_i.end(), high));
+    swapskip_o.write(std::any_of(framebad_i.begin(), framebad_i.end(), high));
+}
 
 void SwapLock::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, swaplock_o, path("SWAPLOCK"));
+    sc_core::sc_trace(file, swapskip_o, path("SWAPSKIP"));
 }
 
 ColumnStall::ColumnStall(const sc_core::sc_module_name& name, int renderers)

@@ -5,11 +5,14 @@
 namespace metabuffer::rtl {
 
 /// The swap lock between the output framebuffers: SWAPLOCK is high while every column has composited its
-/// frame. Combinational.
+/// frame, SWAPSKIP while pixels of a frame that any of them holds were lost: then all keep the picture they show.
+/// Combinational.
 class SwapLock final : public Block {
   public:
     sc_core::sc_vector<sc_core::sc_in<bool>> framedone_i;
+    sc_core::sc_vector<sc_core::sc_in<bool>> framebad_i;
     sc_core::sc_out<bool> swaplock_o{"swaplock_o"};
+    sc_core::sc_out<bool> swapskip_o{"swapskip_o"};
 
     SwapLock(const sc_core::sc_module_name& name, int displays);
     SC_HAS_PROCESS(SwapLock);

@@ -24,17 +24,27 @@ enum class Pacing : std::uint8_t { kLockstep, kFreeRunning };
 
 /// What a renderer can be told to do wrong with one pair, to see the machine cope.
 enum class FaultKind : std::uint8_t {
-    kMagic,       ///< the control scanline's magic is not MBUF
-    kVersion,     ///< its version is not 1
-    kKind,        ///< its kind is neither 0 nor 1 (and its CRC holds)
-    kCrc,         ///< its CRC-32 does not match
-    kNumber,      ///< its frame number is one more than the pair's (and its CRC holds)
-    kShortLine,   ///< the last image scanline is a pixel short
-    kLongLine,    ///< the last image scanline is a pixel long
-    kShortFrame,  ///< the last image scanline is missing
-    kLongFrame,   ///< there is one image scanline too many
-    kMissing,     ///< the frame is not sent
-    kDelay,       ///< the link is silent for delay_pairs pair times before the frame
+    kMagic,        ///< the control scanline's magic is not MBUF
+    kVersion,      ///< its version is not 1
+    kKind,         ///< its kind is neither 0 nor 1 (and its CRC holds)
+    kCrc,          ///< its CRC-32 does not match
+    kNumber,       ///< its frame number is one more than the pair's (and its CRC holds)
+    kShortLine,    ///< the last image scanline is a pixel short
+    kLongLine,     ///< the last image scanline is a pixel long
+    kShortFrame,   ///< the last image scanline is missing
+    kLongFrame,    ///< there is one image scanline too many
+    kMissing,      ///< the frame is not sent
+    kDelay,        ///< the link is silent for delay_pairs pair times before the frame
+    kRepeated,     ///< the frame is sent twice
+    kOtherPair,    ///< the frame is that of the next pair: number, table and image
+    kControlByte,  ///< one byte of the control scanline is changed by `bits`
+    kPixelBits,    ///< `bits` of the image pixel at (x, y) are flipped on the link
+    kDrift,        ///< from the pair on, the link's clock runs `ppm` millionths fast; level rtl only
+    // Inside the machine, at level rtl only, from core clock from_cycle on:
+    kBusreadyLow,   ///< BUSREADY of a composer is low for `cycles`
+    kPipereadyLow,  ///< PIPEREADY of a composer is low for `cycles`
+    kLostBeat,      ///< the bus loses its next `beats` beats of pixels for one composer
+    kRandomStalls,  ///< each handshake of the renderer's row is held back in `percent` of the clocks, for `cycles`
 };
 
 struct Fault {
@@ -43,6 +53,18 @@ struct Fault {
     FaultKind kind = FaultKind::kCrc;
     FrameKind frame = FrameKind::kColour;  ///< which frame of the pair
     int delay_pairs = 0;                   ///< kDelay only: pair times, >= 1
+    int lines = 1;                         ///< kShortFrame, kLongFrame: missing or added, >= 1
+    int byte = 0;                          ///< kControlByte: from 0
+    std::uint32_t bits = 0;                ///< kControlByte: 1..255; kPixelBits: 1..0xFFFFFF
+    int x = 0;                             ///< kPixelBits
+    int y = 0;
+    int ppm = 0;                         ///< kDrift: -100000..100000
+    int display = 0;                     ///< kBusreadyLow, kPipereadyLow, kLostBeat: from 1
+    std::int64_t from_cycle = 0;         ///< faults inside the machine: core clock
+    std::optional<std::int64_t> cycles;  ///< how long, >= 1; for ever if empty
+    int beats = 1;                       ///< kLostBeat: >= 1
+    int percent = 0;                     ///< kRandomStalls: 1..99
+    std::uint64_t seed = 1;              ///< kRandomStalls
 };
 
 struct DisplayConfig {

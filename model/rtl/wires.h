@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// The name of a block or wire of renderer and display (indices, from 0) as the paper counts, from 1.
+inline std::string numbered(const char* stem, std::size_t index) {
+    return stem + ("_" + std::to_string(index + 1));
+}
+
+inline std::string numbered(const char* stem, std::size_t renderer, std::size_t display) {
+    return numbered(numbered(stem, renderer).c_str(), display);
+}
+
+/// A row of signals of one kind.
+template <typename Value>
+class SignalBank {
+  public:
+    /// One signal, named by its place, for each of `count` places.
+    template <typename NameOf>
+    SignalBank(std::size_t count, NameOf name_of) {
+        for (std::size_t i = 0; i < count; ++i) {
+            signals_.push_back(std::make_unique<sc_core::sc_signal<Value>>(name_of(i).c_str()));
+        }
+    }
+    sc_core::sc_signal<Value>& operator[](std::size_t i) { return *signals_[i]; }
+    std::size_t size() const { return signals_.size(); }
+
+  private:
+    std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
+};
+
+/// Every wire between two blocks, by the paper's names where it has one. The pipeline wires of display d run
+/// from PIPE_0_d (above the top composer) to PIPE_M_d; wire r leaves composer r.
+struct Wires {
+    Wires(std::size_t renderers, std::size_t displays)
+        : link_in(renderers, [](std::size_t r) { return numbered("DVI_IN", r); }),
+          pixel(renderers, [](std::size_t r) { return numbered("PIXEL", r); }),
+          event(renderers, [](std::size_t r) { return numbered("EVENT", r); }),
+          pair_request(renderers, [](std::size_t r) { return numbered("PAIR_REQUEST", r); }),
+          bus(renderers, [](std::size_t r) { return numbered("BUS", r); }),
+          pipemaster(renderers, [](std::size_t r) { return numbered("PIPEMASTER", r); }),
+          busready(renderers * displays, name_of("BUSREADY", displays)),
+          tableready(renderers * displays, name_of("TABLEREADY", displays)),
+          stall(renderers * displays, name_of("STALL", displays)),
+          pipe((renderers + 1) * displays, name_of("PIPE", displays)),
+          startframe((renderers + 1) * displays, name_of("STARTFRAME", displays)),
+          pipeready((renderers + 1) * displays, name_of("PIPEREADY", displays)),
+          column_stall(displays, [](std::size_t d) { return numbered("COLUMNSTALL", d); }),
+          framedone(displays, [](std::size_t d) { return numbered("FRAMEDONE", d); }),
+          framebad(displays, [](std::size_t d) { return numbered("FRAMEBAD", d); }),
+          link_out(displays, [](std::size_t d) { return numbered("DVI_OUT", d); }) {}
+
+    static std::function<std::string(std::size_t)> name_of(const char* stem, std::size_t displays) {
+        return [stem, displays](std::size_t i) { return numbered(stem, i / displays, i % displays); };
+    }
+
+    /// The bus as composer i (renderer * displays + display) sees it.
+    sc_core::sc_signal<BusBeat>& bus_seen_by(std::size_t i) { return bus[i / framedone.size()]; }
+
+    SignalBank<DviLink> link_in;
+    SignalBank<DecodedPixel> pixel;
+    SignalBank<DecoderEvent> event;
+    SignalBank<bool> pair_request;
+    SignalBank<BusBeat> bus;
+    SignalBank<bool> pipemaster;
+    SignalBank<bool> busready;
+    SignalBank<bool> tableready;
+    SignalBank<bool> stall;
+    SignalBank<PipePixel> pipe;
+    SignalBank<bool> startframe;
+    SignalBank<bool> pipeready;  ///< wire r is raised by composer r, the last one by the output framebuffer
+    SignalBank<bool> column_stall;
+    SignalBank<bool> framedone;
+    SignalBank<bool> framebad;
+    SignalBank<DviLink> link_out;
+    sc_core::sc_signal<bool> swaplock{"SWAPLOCK"};
+    sc_core::sc_signal<bool> swapskip{"SWAPSKIP"};
+};
+
+}  // namespace metabuffer::rtl
