@@ -4,6 +4,7 @@
 #include <string>
 
 #include "formats/pixel.h"
+#include "scenario/fault_keys.h"
 #include "scenario/names.h"
 #include "scenario/scenario.h"
 
@@ -106,10 +107,10 @@ inline std::string scenario_difference(const Scenario& left, const Scenario& rig
         const Fault& other = right.faults[f];
         const std::string fault = "fault " + std::to_string(f);
         first.compare(fault + " renderer", one.renderer, other.renderer);
-        first.compare(fault + " pair", one.pair, other.pair);
         first.compare(fault + " kind", to_string(one.kind), to_string(other.kind));
-        first.compare(fault + " frame", to_string(one.frame), to_string(other.frame));
-        first.compare(fault + " delay", one.delay_pairs, other.delay_pairs);
+        for (const FaultKey& key : fault_keys()) {
+            first.compare(fault + " " + key.name, key.value(one).value_or(-1), key.value(other).value_or(-1));
+        }
     }
     return first.text();
 }

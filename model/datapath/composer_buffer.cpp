@@ -31,12 +31,8 @@ void ComposerBuffer::end_table() { newest().table_complete = true; }
 bool ComposerBuffer::push(Pixel pixel) {
     const int address = write_address_;
     write_address_ = write_address_ + 1 == capacity_ ? 0 : write_address_ + 1;
-    if (receiving_ended_frame_) {
-        return false;
-    }
-    Frame& frame = newest();
-    const std::int64_t k = frame.arrived++;
-    if (k < frame.released || frame.abandoned) {
+    Frame& frame = receiving();
+    if (!keeps(frame, frame.arrived++)) {
         return false;
     }
     if (held_ == capacity_) {
@@ -48,19 +44,22 @@ bool ComposerBuffer::push(Pixel pixel) {
 }
 
 std::optional<std::int64_t> ComposerBuffer::next_pixel() const {
-    if (receiving_ended_frame_ || frames_ == 0) {
+    if (!receiving_ended_frame_ && frames_ == 0) {
         return std::nullopt;
     }
-    return newest().arrived;
+    return receiving().arrived;
 }
 
 std::int64_t ComposerBuffer::missing_pixels() const {
-    return frames_ == 0 || newest().whole() ? 0 : newest().segment.pixels() - newest().arrived;
+    if (!next_pixel().has_value() || receiving().whole()) {
+        return 0;
+    }
+    return receiving().segment.pixels() - receiving().arrived;
 }
 
 void ComposerBuffer::lose(std::int64_t count) {
-    Frame& frame = newest();
-    if (!frame.abandoned) {
+    Frame& frame = receiving();
+    if (!frame.abandoned && !receiving_ended_frame_) {
         held_ -= static_cast<int>(std::max<std::int64_t>(frame.arrived - frame.released, 0));
         frame.abandoned = true;
     }
@@ -80,6 +79,10 @@ void ComposerBuffer::end_frame() {
     if (has_segment()) {
         // The last pixel's last use is behind the raster: nothing of this frame is held any more.
         receiving_ended_frame_ = frames_ == 1 && !head().whole();
+        if (receiving_ended_frame_) {
+            ended_ = head();
+            ended_.released = ended_.segment.pixels();
+        }
     }
     head_ = (head_ + 1) % kFrames;
     --frames_;

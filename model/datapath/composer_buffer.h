@@ -34,16 +34,20 @@ class ComposerBuffer {
     void set_row(const ViewportRow& row);
     /// The table is complete.
     void end_table();
+    // Pixels are those of the newest frame; when it is over before they have all come, they are its pixels still.
+
     /// The next pixel of the segment. False if it was dropped: it came too late, or its frame is abandoned.
     bool push(Pixel pixel);
-    /// Place in its segment of the pixel that push() takes next; none if pixels of a frame that is over come.
+    /// Place in its segment of the pixel that push() takes next; none if no frame's pixels are to come.
     std::optional<std::int64_t> next_pixel() const;
+    /// push() would keep the next pixel.
+    bool keeps_next() const { return next_pixel().has_value() && keeps(receiving(), receiving().arrived); }
     /// What push() drops belongs to a frame that is abandoned.
-    bool abandoning() const { return !receiving_ended_frame_ && frames_ > 0 && newest().abandoned; }
-    /// Pixels that the newest frame still lacks.
+    bool abandoning() const { return next_pixel().has_value() && receiving().abandoned; }
+    /// Pixels that have not come yet.
     std::int64_t missing_pixels() const;
-    /// `count` pixels of the newest frame will not come. What is left of the frame is abandoned: none of it is
-    /// kept, and nothing need be waited for.
+    /// The next `count` pixels will not come. What is left of their frame, unless it is over, is abandoned: none of
+    /// it is kept, and nothing need be waited for.
     void lose(std::int64_t count);
 
     // ---- the pipeline side: the oldest frame ----
@@ -87,16 +91,22 @@ class ComposerBuffer {
         bool whole() const { return !has_segment || arrived == segment.pixels(); }
     };
 
+    static bool keeps(const Frame& frame, std::int64_t k) { return k >= frame.released && !frame.abandoned; }
+
     const Frame& head() const { return frame_[head_]; }
     Frame& head() { return frame_[head_]; }
     const Frame& newest() const { return frame_[(head_ + frames_ - 1) % kFrames]; }
     Frame& newest() { return frame_[(head_ + frames_ - 1) % kFrames]; }
+    /// The frame that the bus sends.
+    const Frame& receiving() const { return receiving_ended_frame_ ? ended_ : newest(); }
+    Frame& receiving() { return receiving_ended_frame_ ? ended_ : newest(); }
 
     int capacity_;
     int raster_width_;
     int raster_height_;
     std::vector<Pixel> storage_;
     Frame frame_[kFrames];
+    Frame ended_;  ///< while receiving_ended_frame_: the frame that is over
     int head_ = 0;
     int frames_ = 0;
     bool receiving_ended_frame_ = false;  ///< pixels of a frame that is over may still arrive

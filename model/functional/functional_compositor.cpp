@@ -124,16 +124,77 @@ class PictureBuilder {
     ColourImage picture_;
 };
 
+/// Whether the byte belongs to what the control scanline of the pair says, and not to the zeros behind it.
+bool is_content(const Renderer& renderer, std::uint32_t pair, int byte) {
+    ControlScanline content;
+    content.table = renderer.frame_of_pair(pair).table;
+    return static_cast<std::size_t>(byte) < control_scanline_bytes(content);
+}
+
+/// Whether a fault keeps its frame from being taken.
+bool spoils_frame(const Scenario& scenario, const Fault& fault) {
+    switch (fault.kind) {
+        case FaultKind::kMagic:
+        case FaultKind::kVersion:
+        case FaultKind::kKind:
+        case FaultKind::kCrc:
+        case FaultKind::kNumber:
+        case FaultKind::kShortLine:
+        case FaultKind::kLongLine:
+        case FaultKind::kShortFrame:
+        case FaultKind::kLongFrame:
+        case FaultKind::kMissing:
+        case FaultKind::kOtherPair:
+            return true;
+        case FaultKind::kControlByte:
+            return is_content(scenario.renderers[static_cast<std::size_t>(fault.renderer)], fault.pair,
+                              fault.byte);
+        default:
+            return false;
+    }
+}
+
 /// Whether a pair with these faults never reaches the back bank in time. A link that is silent for some pair
-/// times and then needs one more for the pair itself is late only past the timeout.
+/// times and then needs one more for the pair itself is late only past the timeout; a colour frame that comes twice
+/// takes half a pair time more, which counts if the depth frame is then late.
 bool is_lost(const Scenario& scenario, int renderer, std::uint32_t pair) {
-    std::int64_t pair_times = 1;
+    std::int64_t half_pair_times = 2;
+    bool colour_repeated = false;
+    bool depth_delayed = false;
     for (const Fault& fault : scenario.faults) {
         if (fault.renderer != renderer || fault.pair != pair) continue;
-        if (fault.kind != FaultKind::kDelay) return true;
-        pair_times += fault.delay_pairs;
+        if (spoils_frame(scenario, fault)) return true;
+        half_pair_times += 2 * std::int64_t{fault.delay_pairs};
+        const bool in_colour = fault.frame == FrameKind::kColour;
+        colour_repeated = colour_repeated || (fault.kind == FaultKind::kRepeated && in_colour);
+        depth_delayed = depth_delayed || (fault.kind == FaultKind::kDelay && !in_colour);
     }
-    return pair_times > scenario.link_timeout_pairs;
+    half_pair_times += colour_repeated && depth_delayed ? 1 : 0;
+    return half_pair_times > 2 * std::int64_t{scenario.link_timeout_pairs};
+}
+
+/// The pair's image with the bits that faults flip in its two frames; null if there are none.
+std::shared_ptr<const PixelImage> image_with_flipped_bits(const Scenario& scenario, int renderer,
+                                                          std::uint32_t pair) {
+    std::shared_ptr<PixelImage> copy;
+    for (const Fault& fault : scenario.faults) {
+        if (fault.kind != FaultKind::kPixelBits || fault.renderer != renderer || fault.pair != pair) continue;
+        if (copy == nullptr) {
+            const Renderer& source = scenario.renderers[static_cast<std::size_t>(renderer)];
+            copy = std::make_shared<PixelImage>(source.image_of_pair(pair));
+        }
+        Pixel& pixel = copy->at(fault.x, fault.y);
+        // In a word R, G, B lie as on the link; of the depth half A lies above them, and Z in the upper 32 bits.
+        std::uint64_t flips = fault.bits;
+        if (fault.frame == FrameKind::kDepth) {
+            const std::uint64_t z_bits = fault.bits & far_z(scenario.depth_format);
+            const std::uint64_t a_bits =
+                scenario.depth_format == DepthFormat::kA8Z16 ? std::uint64_t{fault.bits} >> 16 : 0;
+            flips = (z_bits << 32) | (a_bits << 24);
+        }
+        pixel = Pixel(pixel.word() ^ flips);
+    }
+    return copy;
 }
 
 }  // namespace
@@ -291,9 +352,12 @@ std::vector<Contribution> contributions_of(const Scenario& scenario, const std::
         if (pairs.at(index) < 0) continue;
         const Renderer& renderer = scenario.renderers[index];
         const auto pair = static_cast<std::uint32_t>(pairs[index]);
-        contributions[index] = {
-            &renderer.image_of_pair(pair),
-            validate_table(renderer.frame_of_pair(pair).table, scenario.limits(renderer)).rows};
+        Contribution& contribution = contributions[index];
+        contribution.copy = image_with_flipped_bits(scenario, static_cast<int>(index), pair);
+        contribution.image =
+            contribution.copy != nullptr ? contribution.copy.get() : &renderer.image_of_pair(pair);
+        contribution.rows =
+            validate_table(renderer.frame_of_pair(pair).table, scenario.limits(renderer)).rows;
     }
     return contributions;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
@@ -15,6 +16,8 @@ namespace metabuffer::functional {
 struct Contribution {
     const PixelImage* image = nullptr;
     ViewportTable rows;
+    /// Keeps the image where it is not the scenario's own: a copy with the bits that a fault flips on the link.
+    std::shared_ptr<const PixelImage> copy = nullptr;
 };
 
 /// The golden reference, written without the clocked model's datapath: paints every renderer's rectangle over

@@ -18,6 +18,7 @@
 #include "program/level_process.h"
 #include "program/progress_line.h"
 #include "report/report_difference.h"
+#include "scenario/fault_keys.h"
 #include "scenario/scenario_loader.h"
 #include "scenario/text.h"
 
@@ -164,6 +165,8 @@ CompareCommand::CompareCommand(CLI::App& program)
 
 ExitStatus CompareCommand::execute() {
     const Scenario scenario = scenario_.load();
+    // Before level rtl runs, which takes longer.
+    refuse_faults_of_level_rtl(scenario, level_name(TimedLevel::kTlm));
     PictureComparison pictures;
     LevelProcess rtl(TimedLevel::kRtl, scenario, !no_images_);
     LevelProcess tlm(TimedLevel::kTlm, scenario, !no_images_);

@@ -9,7 +9,7 @@ enum ExitStatus : int {
     kExitBadInput = 2,    ///< scenario, images or command line, a place that cannot be written among them
     kExitStrict = 3,      ///< --strict, and something starved or was rejected
     kExitWatchdog = 4,    ///< nothing moved any more (of compare: the levels agree on that, so it is done)
-    kExitDifferent = 5,   ///< compare: the levels differ
+    kExitDifferent = 5,   ///< compare: the levels differ; run --check: the level breaks a rule
     kExitStopped = 130,   ///< sweep and size: stopped by Ctrl-C, as shells put it
 };
 

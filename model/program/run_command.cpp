@@ -7,6 +7,8 @@
 #include <iostream>
 
 #include "functional/functional_compositor.h"
+#include "program/machine_check.h"
+#include "program/picture_check.h"
 #include "program/progress_line.h"
 #include "program/result_folder.h"
 #include "report/picture_writer.h"
@@ -35,7 +37,7 @@ constexpr const char* kFooter =
     "  metabuffer run scenarios/paper-figure-starved.yaml --trace out/trace.vcd \\\n"
     "      --trace-window first-starved-pixel --trace-modules 'composer_*,input_framebuffer_3'\n"
     "Exit status: 0 done; 1 the model failed; 2 bad input; 3 --strict and something starved or was\n"
-    "rejected; 4 the watchdog: nothing moved any more.";
+    "rejected; 4 the watchdog: nothing moved any more; 5 --check and the model broke a rule.";
 
 void show_progress(const ProgressLine& line, std::int64_t core_cycles, double share) {
     std::array<char, 96> text{};
@@ -85,6 +87,8 @@ struct RunCommand::Outcome {
     double simulation_seconds = 0.0;  ///< 0: the level has no time
     std::string trace_line;           ///< what the trace shows, empty if there is none
     std::string trace_note;           ///< why there is none although one was asked for
+    std::string compared;             ///< what a check has compared, empty without one
+    std::string check_trace_options;  ///< what shows a check's first violation, empty if there is none
 };
 
 RunCommand::RunCommand(CLI::App& program)
@@ -92,12 +96,16 @@ RunCommand::RunCommand(CLI::App& program)
     command()
         .add_option("--level", level_,
                     "tlm: by transactions; rtl: clock by clock; functional: the pictures alone, no time "
-                    "(default: tlm, for a .vcd trace rtl)")
+                    "(default: tlm, for a .vcd trace and for --check rtl)")
         ->check(CLI::IsMember({kTlm, kRtl, kFunctional}));
     command().add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
     add_trace_options();
     command().add_flag("--no-images", no_images_,
                        "Counters only: no pictures, and those of an earlier run in the directory go");
+    command().add_flag(
+        "--check", check_,
+        "Hold every wire to the machine's rules and every pixel to level functional (level rtl), "
+        "or the pictures alone (level tlm); exit with 5 if a rule is broken");
     command().add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
     command().add_flag("--quiet", quiet_, "Print no summary and no progress");
     command().footer(kFooter);
@@ -133,12 +141,21 @@ void RunCommand::add_trace_options() {
 
 std::string RunCommand::level() const {
     if (!level_.empty()) return level_;
-    return std::filesystem::path(trace_file_).extension() == kWaveformExtension ? kRtl : kTlm;
+    const std::filesystem::path extension = std::filesystem::path(trace_file_).extension();
+    const bool schedule = extension == kScheduleExtension;
+    return extension == kWaveformExtension || (check_ && !schedule) ? kRtl : kTlm;
 }
 
 void RunCommand::check_combination(const std::string& level) const {
     if (no_images_ && level == kFunctional) {
         throw InputError("--no-images: level functional makes nothing but pictures; use --level tlm or rtl");
+    }
+    if (check_ && level == kFunctional) {
+        throw InputError(
+            "--check: level functional is what the others are checked against; use --level rtl or tlm");
+    }
+    if (check_ && no_images_ && level == kTlm) {
+        throw InputError("--check: level tlm makes no pictures to check with --no-images; use --level rtl");
     }
     if (trace_file_.empty()) return;
     const std::string trace = "--trace " + trace_file_ + ": ";
@@ -168,8 +185,28 @@ void RunCommand::check_combination(const std::string& level) const {
     }
 }
 
-RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& pictures) const {
+/// What was found before a block's own error ended the run is told too.
+RunCommand::Outcome RunCommand::run_checked_rtl(const Scenario& scenario, PictureSink& pictures) const {
+    MachineCheck check(scenario);
+    try {
+        Outcome outcome = run_rtl(scenario, pictures, &check);
+        check.finish(outcome.report);
+        outcome.report.check = check.record();
+        outcome.compared = check.compared();
+        outcome.check_trace_options = check.trace_options();
+        return outcome;
+    } catch (...) {
+        if (check.record().violations > 0) print_violations(check.record(), check.trace_options());
+        throw;
+    }
+}
+
+RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& pictures,
+                                        MachineCheck* check) const {
     rtl::RunOptions options;
+    if (check != nullptr) {
+        options.on_built = [check](rtl::Metabuffer& machine) { check->attach(machine); };
+    }
     if (!trace_file_.empty()) {
         rtl::TraceWindow window = rtl::parse_trace_window(trace_window_);
         window.before_cycles = trace_before_cycles_.value_or(window.before_cycles);
@@ -184,7 +221,7 @@ RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& p
     }
     options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
     rtl::RunResult result = rtl::run(scenario, options);
-    Outcome outcome{std::move(result.report), result.simulation_seconds, "", result.trace_note};
+    Outcome outcome{std::move(result.report), result.simulation_seconds, "", result.trace_note, "", ""};
     if (result.traced) {
         outcome.trace_line = "waveform " + trace_file_ + ": core clocks " +
                              std::to_string(result.traced->first) + " to " +
@@ -200,12 +237,20 @@ RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& p
     options.observer = trace ? &*trace : nullptr;
     options.images = !no_images_;
     const ProgressLine progress(!quiet_);
+    std::optional<PictureCheck> check;
+    if (check_) check.emplace(scenario);
     options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
         pictures.take(frame, display, image);
+        if (check) check->take(frame, display, image);
     };
     options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
     tlm::RunResult result = tlm::run(scenario, options);
-    Outcome outcome{std::move(result.report), result.simulation_seconds, "", ""};
+    Outcome outcome{std::move(result.report), result.simulation_seconds, "", "", "", ""};
+    if (check) {
+        check->finish(outcome.report);
+        outcome.report.check = check->record();
+        outcome.compared = check->compared();
+    }
     if (trace) {
         trace->finish(outcome.report.core_cycles);
         outcome.trace_line = "schedule " + trace_file_ + ": to be opened at https://ui.perfetto.dev";
@@ -228,7 +273,9 @@ ExitStatus RunCommand::execute() {
     if (level == kFunctional) {
         outcome.report = run_functional(scenario, pictures);
     } else {
-        outcome = level == kRtl ? run_rtl(scenario, pictures) : run_tlm(scenario, pictures);
+        outcome = level == kTlm ? run_tlm(scenario, pictures)
+                  : check_      ? run_checked_rtl(scenario, pictures)
+                                : run_rtl(scenario, pictures, nullptr);
     }
     if (no_images_) {
         remove_pictures(directory);
@@ -253,17 +300,36 @@ void RunCommand::print_summary(const Outcome& outcome, const std::string& direct
         std::fflush(stdout);
     }
     if (!outcome.trace_line.empty()) std::cout << outcome.trace_line << '\n';
+    if (outcome.report.check) {
+        const std::int64_t violations = outcome.report.check->violations;
+        std::cout << "checked: " << outcome.compared << ": "
+                  << (violations == 0
+                          ? "no violation"
+                          : std::to_string(violations) + (violations == 1 ? " violation" : " violations"))
+                  << '\n';
+    }
+}
+
+void RunCommand::print_violations(const CheckRecord& record, const std::string& trace_options) const {
+    std::cerr << scenario_.file() << ": --check: the model has broken a rule\n";
+    for (const std::string& violation : record.first_violations) std::cerr << "  " << violation << '\n';
+    const auto more = record.violations - static_cast<std::int64_t>(record.first_violations.size());
+    if (more > 0) std::cerr << "  and " << more << " more\n";
+    if (!trace_options.empty()) std::cerr << "  the first one's waveform: " << trace_options << '\n';
 }
 
 ExitStatus RunCommand::judge(const Outcome& outcome) const {
     const RunReport& report = outcome.report;
+    const bool wrong = report.check && report.check->violations > 0;
+    if (wrong) print_violations(*report.check, outcome.check_trace_options);
     if (!report.watchdog.empty()) {
         std::cerr << scenario_.file() << ": the watchdog ended the run: nothing moves any more\n";
         for (const std::string& finding : report.watchdog) {
             std::cerr << "  " << finding << '\n';
         }
-        return kExitWatchdog;
+        return wrong ? kExitDifferent : kExitWatchdog;
     }
+    if (wrong) return kExitDifferent;
     if (strict_ && (report.total_starved_pixels() > 0 || report.total_stalled_cycles() > 0 ||
                     report.total_rejected() > 0)) {
         std::cerr << scenario_.file() << ": --strict: " << report.total_starved_pixels()

@@ -7,6 +7,7 @@
 
 #include "program/command.h"
 #include "program/scenario_options.h"
+#include "report/report.h"
 
 namespace CLI {
 class Option;
@@ -14,6 +15,7 @@ class Option;
 
 namespace metabuffer {
 
+class MachineCheck;
 class PictureSink;
 
 /// `metabuffer run`: one scenario at one level; writes pictures and report, prints a summary.
@@ -28,11 +30,13 @@ class RunCommand final : public Command {
     struct Outcome;
 
     void add_trace_options();
-    /// The level that is asked for; without one, that of the trace.
+    /// The level that is asked for; without one, that of the trace, or of the check.
     std::string level() const;
     void check_combination(const std::string& level) const;
-    Outcome run_rtl(const Scenario& scenario, PictureSink& pictures) const;
+    Outcome run_checked_rtl(const Scenario& scenario, PictureSink& pictures) const;
+    Outcome run_rtl(const Scenario& scenario, PictureSink& pictures, MachineCheck* check) const;
     Outcome run_tlm(const Scenario& scenario, PictureSink& pictures) const;
+    void print_violations(const CheckRecord& record, const std::string& trace_options) const;
     void print_summary(const Outcome& outcome, const std::string& directory) const;
     ExitStatus judge(const Outcome& outcome) const;
 
@@ -46,6 +50,7 @@ class RunCommand final : public Command {
     std::optional<std::int64_t> trace_after_cycles_;
     std::vector<std::string> trace_blocks_;
     bool no_images_ = false;
+    bool check_ = false;
     bool strict_ = false;
     bool quiet_ = false;
 };

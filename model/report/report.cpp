@@ -99,6 +99,12 @@ std::int64_t RunReport::total_dropped_frames() const {
         [](std::int64_t sum, const RendererCounters& renderer) { return sum + renderer.dropped_frames; });
 }
 
+std::int64_t RunReport::total_injected_faults() const {
+    return std::accumulate(
+        renderers.begin(), renderers.end(), std::int64_t{0},
+        [](std::int64_t sum, const RendererCounters& renderer) { return sum + renderer.injected_faults; });
+}
+
 std::int64_t RunReport::total_rejected() const { return total_rejected_frames() + total_rejected_rows(); }
 
 BusCounters RunReport::total_bus() const {
@@ -128,6 +134,7 @@ ComposerCounters RunReport::total_composer() const {
         total.busready_drops += composer.busready_drops;
         total.late_pixels += composer.late_pixels;
         total.replayed_pixels += composer.replayed_pixels;
+        total.lost_pixels += composer.lost_pixels;
     }
     return total;
 }

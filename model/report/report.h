@@ -44,8 +44,8 @@ struct RendererCounters {
     std::vector<std::string> rejected_row_messages;             ///< "pair 0, row 2: ...", the first few
     std::int64_t repeated_frames = 0;
     std::int64_t dropped_frames = 0;
-    std::int64_t injected_faults =
-        0;  ///< what the scenario's faults did to the renderer's link, bus and composers
+    /// Faults of the scenario that have taken effect on the renderer's link, its bus and its composers.
+    std::int64_t injected_faults = 0;
 
     std::int64_t total_rejected_frames() const;
     std::int64_t total_rejected_rows() const;
@@ -111,6 +111,21 @@ struct FrameRecord {
     std::vector<int> pairs;                      ///< the pair each renderer contributed, -1: none
 };
 
+/// What checks of a run have found.
+struct CheckRecord {
+    static constexpr std::size_t kViolationsKept = 10;
+
+    int rules = 0;              ///< that every wire was held to; 0: only pictures were compared
+    std::int64_t pictures = 0;  ///< compared with the functional level
+    std::int64_t violations = 0;
+    std::vector<std::string> first_violations;  ///< a line each, the first kViolationsKept
+
+    void add(const std::string& violation) {
+        ++violations;
+        if (first_violations.size() < kViolationsKept) first_violations.push_back(violation);
+    }
+};
+
 /// Everything report.json tells of a run.
 struct RunReport {
     std::string scenario;
@@ -123,6 +138,7 @@ struct RunReport {
     std::vector<DisplayCounters> displays;
     int buffer_pixels = 0;
     std::vector<std::string> watchdog;  ///< what waited for what, if the watchdog ended the run
+    std::optional<CheckRecord> check;   ///< only of a run that was checked
 
     std::int64_t total_starved_pixels() const;
     std::int64_t total_stalled_cycles() const;   ///< of all composers
@@ -131,6 +147,7 @@ struct RunReport {
     std::int64_t total_rejected() const;  ///< frames and rows
     std::int64_t total_repeated_frames() const;
     std::int64_t total_dropped_frames() const;
+    std::int64_t total_injected_faults() const;
     BusCounters total_bus() const;            ///< the sums over all renderers
     ComposerCounters total_composer() const;  ///< the sums over all composers; the high water is the highest
 

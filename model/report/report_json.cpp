@@ -5,7 +5,7 @@
 
 #include "report/report.h"
 
-// Every key is always there: a level that has no clock reports zeros for what is counted in clocks, and empty
+// Every key but "check", which only a checked run has, is always there: a level that has no clock reports zeros for what is counted in clocks, and empty
 // lists for what it has no records of.
 
 namespace metabuffer {
@@ -63,7 +63,8 @@ Json renderer_json(const RendererCounters& renderer) {
             {"rejected_rows", rejected_rows_json(renderer.rejected_rows)},
             {"rejected_row_messages", renderer.rejected_row_messages},
             {"repeated_frames", renderer.repeated_frames},
-            {"dropped_frames", renderer.dropped_frames}};
+            {"dropped_frames", renderer.dropped_frames},
+            {"injected_faults", renderer.injected_faults}};
 }
 
 Json glitch_json(const std::optional<Glitch>& glitch) {
@@ -90,6 +91,7 @@ Json composer_json(const ComposerCounters& composer) {
             {"busready_drops", composer.busready_drops},
             {"late_pixels", composer.late_pixels},
             {"replayed_pixels", composer.replayed_pixels},
+            {"lost_pixels", composer.lost_pixels},
             {"first_glitch", glitch_json(composer.first_glitch)},
             {"starved_run_count", composer.starved_run_count},
             {"starved_runs", starved_runs_json(composer.starved_runs)}};
@@ -98,7 +100,8 @@ Json composer_json(const ComposerCounters& composer) {
 Json display_json(int display, const DisplayCounters& counters) {
     return {{"display", display},
             {"frames_shown", counters.frames_shown},
-            {"stalled_cycles", counters.stalled_cycles}};
+            {"stalled_cycles", counters.stalled_cycles},
+            {"kept_frames", counters.kept_frames}};
 }
 
 /// Sums over the machine; the buffers' high water is the highest. A display's stalled clocks are its
@@ -116,6 +119,7 @@ Json totals_json(const RunReport& report) {
     for (const DisplayCounters& display : report.displays) {
         displays.frames_shown += display.frames_shown;
         displays.stalled_cycles += display.stalled_cycles;
+        displays.kept_frames += display.kept_frames;
     }
 
     return {{"bus", bus_json(report.total_bus())},
@@ -123,14 +127,17 @@ Json totals_json(const RunReport& report) {
             {"rejected_rows", rejected_rows_json(rows)},
             {"repeated_frames", report.total_repeated_frames()},
             {"dropped_frames", report.total_dropped_frames()},
+            {"injected_faults", report.total_injected_faults()},
             {"starved_pixels", composers.starved_pixels},
             {"stalled_cycles", composers.stalled_cycles},
             {"buffer_high_water", composers.buffer_high_water},
             {"busready_drops", composers.busready_drops},
             {"late_pixels", composers.late_pixels},
             {"replayed_pixels", composers.replayed_pixels},
+            {"lost_pixels", composers.lost_pixels},
             {"frames_shown", displays.frames_shown},
-            {"display_stalled_cycles", displays.stalled_cycles}};
+            {"display_stalled_cycles", displays.stalled_cycles},
+            {"kept_frames", displays.kept_frames}};
 }
 
 }  // namespace
@@ -159,6 +166,12 @@ std::string report_json(const RunReport& report) {
     json["displays"] = std::move(displays);
     json["totals"] = totals_json(report);
     json["watchdog"] = report.watchdog;
+    if (report.check) {
+        json["check"] = {{"rules", report.check->rules},
+                         {"pictures", report.check->pictures},
+                         {"violations", report.check->violations},
+                         {"first_violations", report.check->first_violations}};
+    }
     // Names come from the user's file and need not be UTF-8: what is not is replaced, not refused.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

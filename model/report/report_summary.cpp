@@ -278,6 +278,23 @@ std::string rejected_verdict(const RunReport& report) {
     return text.empty() ? "" : text + " rejected";
 }
 
+/// What only a scenario with faults has to tell of.
+std::string faults_verdict(const RunReport& report) {
+    const std::int64_t faults = report.total_injected_faults();
+    return faults == 0 ? "" : counted(faults, "fault") + " injected";
+}
+
+std::string lost_verdict(const RunReport& report) {
+    const std::int64_t pixels = report.total_composer().lost_pixels;
+    return pixels == 0 ? "" : counted(pixels, "pixel") + " lost on the buses";
+}
+
+std::string kept_verdict(const RunReport& report) {
+    std::int64_t frames = 0;  // each display keeps its picture, so the frame counts once
+    for (const DisplayCounters& display : report.displays) frames = std::max(frames, display.kept_frames);
+    return frames == 0 ? "" : counted(frames, "frame") + " kept off the displays";
+}
+
 std::string joined(const std::vector<std::string>& parts) {
     std::string text;
     for (const std::string& part : parts) {
@@ -301,7 +318,9 @@ std::string report_summary(const RunReport& report) {
     return report.scenario + " (" + report.level + ": " + machine(report) + ")\n" + timing_lines(report) +
            bus_table(report) + high_water(report) + starved_list(report) + stalled_list(report) +
            rejected_lists(report) + "\n" +
-           joined({starved_verdict(report), stalled_verdict(report), rejected_verdict(report)}) + "\n";
+           joined({starved_verdict(report), stalled_verdict(report), rejected_verdict(report),
+                   lost_verdict(report), kept_verdict(report), faults_verdict(report)}) +
+           "\n";
 }
 
 }  // namespace metabuffer

@@ -15,6 +15,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       raster_height_(scenario.displays.raster_height_pixels()),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
+      longest_gap_cycles_(scenario.memory.page_miss_cycles + cycles_per_beat(scenario.bus)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
       buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_) {
@@ -71,7 +72,7 @@ void Composer::clock_edge() {
 /// and nothing is on its way to a register.
 bool Composer::idle(bool was_running) const {
     return !running_ && !was_running && !startframe_ && !startframe_i.read() && !pipe_valid_ && !burst_cut_ &&
-           !(pipemaster_ && pipeready_) && bus_i.read().kind == BusBeat::Kind::kNone;
+           announced_ == 0 && !(pipemaster_ && pipeready_) && bus_i.read().kind == BusBeat::Kind::kNone;
 }
 
 // ---- the pipeline side ----
@@ -108,16 +109,15 @@ void Composer::composite(const PipePixel& upstream) {
     if (walker_.x() == 0 && walker_.y() == 0) {
         frame_spans_.back().start_cycle = clock_edge_number(core_period_picoseconds_);
     }
-    PipePixel out{upstream.pixel, true, upstream.lost};
+    const bool abandoned = buffer_.abandoned();
+    PipePixel out{upstream.pixel, true, upstream.lost || abandoned};
     local_starved_ = false;
     if (walker_.covered()) {
         const std::int64_t k = walker_.pixel();
-        local_starved_ = next_pixel_missing();
-        if (buffer_.abandoned()) {
-            out.lost = true;
-        } else if (local_starved_) {
+        local_starved_ = !abandoned && !buffer_.has_arrived(k);
+        if (local_starved_) {
             count_glitch();
-        } else {
+        } else if (!abandoned) {
             const Pixel local = buffer_.at_address(buffer_.address_of(k));
             out.pixel = compose(composition_, local, upstream.pixel);
             counters_.replayed_pixels += walker_.replayed() ? 1 : 0;
@@ -170,6 +170,7 @@ void Composer::bus_edge() {
         case BusBeat::Kind::kPixels:
             if (beat.destination == display_) {
                 take_beat(beat);
+                return;
             }
             break;
         case BusBeat::Kind::kFrameStart:
@@ -195,23 +196,27 @@ void Composer::bus_edge() {
             }
             break;
     }
+    if (announced_ > 0 && ++silent_cycles_ == longest_gap_cycles_) {
+        announced_ =
+            0;  // what was announced does not come: lost, or its burst was stopped by another than this
+    }
 }
 
 void Composer::take_beat(const BusBeat& beat) {
-    if (const std::optional<std::int64_t> next = buffer_.next_pixel()) {
-        if (beat.first < *next) {
-            SC_REPORT_ERROR("/metabuffer/composer/protocol",
-                            (std::string(name()) + " was sent pixel " + std::to_string(beat.first) +
-                             " of its segment when " + std::to_string(*next) + " was next")
-                                .c_str());
-            return;
-        }
-        if (beat.first > *next) {
-            lose_pixels(beat.first - *next);
-        }
+    const std::optional<std::int64_t> next = buffer_.next_pixel();
+    if (!next || beat.first < *next) {
+        SC_REPORT_ERROR(
+            "/metabuffer/composer/protocol",
+            (std::string(name()) + " was sent pixel " + std::to_string(beat.first) + " of its segment when " +
+             (next ? std::to_string(*next) + " was next" : "it was sent no table"))
+                .c_str());
+        return;
+    }
+    if (beat.first > *next) {
+        lose_pixels(beat.first - *next);
     }
     for (int i = 0; i < beat.count; ++i) {
-        if (buffer_.free_pixels() == 0) {
+        if (buffer_.free_pixels() == 0 && buffer_.keeps_next()) {
             SC_REPORT_ERROR("/metabuffer/composer/protocol",
                             (std::string(name()) + " was sent a pixel for a full buffer").c_str());
             return;
@@ -221,6 +226,7 @@ void Composer::take_beat(const BusBeat& beat) {
         }
     }
     announced_ = static_cast<int>(beat.remaining);
+    silent_cycles_ = 0;
     counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, buffer_.held_pixels());
 }
 

@@ -30,12 +30,15 @@ namespace metabuffer::rtl {
 ///   and is counted. `stall`: STALL is raised one clock ahead, and the column stands still at the next edge;
 ///   while COLUMNSTALL is high no register of the pipeline side changes. In `glitch` mode COLUMNSTALL is not
 ///   looked at.
-/// - a pixel lost on the bus shows by the place that the next beat names, or by the next frame's table. The rest of
-///   that frame is abandoned here: where it covers the raster, the upstream pixel passes marked `lost`, which keeps
-///   the frame off the displays, and nothing is waited for.
+/// - a pixel lost on the bus shows by the place that the next beat names, or by the next frame's table. What is left
+///   of that frame is abandoned here: every raster pixel that is composited from the next clock on passes as it
+///   comes from above, marked `lost`, which keeps the frame off the displays, and nothing is waited for. If no
+///   raster pixel is left, the frame has gone without its lost pixels, which have starved.
+/// - a burst ends for the composer with its last beat, at its own BUSREADY's fall, or when no beat of it has come
+///   for a page miss and a beat.
 ///
-/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer or out of order,
-/// a third frame's table.
+/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, sent again or
+/// without a table, a third frame's table.
 class Composer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -108,6 +111,7 @@ class Composer final : public Block {
     int raster_height_;
     int ready_space_pixels_;
     int pixels_per_beat_;
+    int longest_gap_cycles_;  ///< from a beat of a burst to the next one: a page miss and the beat
     std::int64_t core_period_picoseconds_;
 
     ClockGate gate_;
@@ -126,6 +130,7 @@ class Composer final : public Block {
     bool pipe_valid_ = false;
     bool local_starved_ = false;
     int announced_ = 0;       ///< pixels of the burst under way that are still to come
+    int silent_cycles_ = 0;   ///< since its last beat, while announced_ > 0
     bool burst_cut_ = false;  ///< BUSREADY has just been dropped: the beat sampled now is the burst's last
     int frame_ = -1;          ///< number of the frame composited, from 0
     std::function<void(const Glitch&)> on_glitch_;

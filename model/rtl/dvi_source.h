@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "formats/dvi_timing.h"
 #include "rtl/block.h"
 #include "rtl/signals.h"
+#include "scenario/link_program.h"
 
 namespace metabuffer::rtl {
 
@@ -16,13 +16,16 @@ namespace metabuffer::rtl {
 /// Timing: after reset one vertical sync, then frame after frame of DviTiming. lockstep: the first clock of a
 /// pair follows the clock that sees pair_request high with no pair under way, and one pair a frame is sent;
 /// between pairs the link stays in blanking. free-running: pair follows pair without pause, for ever.
-/// Faults of the scenario (see Fault) spoil or delay the frames they name.
+/// Faults of the scenario (see Fault) spoil, delay or repeat the frames they name, as LinkProgram tells. A clock that
+/// drifts is not made here: clock_ppm_o, written with the first clock of a pair, tells how far it is to be off.
 class DviSource final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
     sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
     sc_core::sc_in<bool> pair_request_i{"pair_request_i"};
     sc_core::sc_out<DviLink> link_o{"link_o"};
+    /// Millionths that the link's clock is to run fast: of the newest drift fault whose pair has begun, 0 at first.
+    sc_core::sc_out<int> clock_ppm_o{"clock_ppm_o"};
 
     /// The scenario must outlive the module. renderer: index, from 0.
     DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
@@ -32,6 +35,9 @@ class DviSource final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
 
+    /// Faults of the scenario that have taken effect on the link.
+    std::int64_t injected_faults() const { return program_.injected_faults(); }
+
   private:
     enum class State : std::uint8_t { kFirstSync, kIdle, kSilence, kFrame };
 
@@ -39,35 +45,23 @@ class DviSource final : public Block {
     void clock_edge();
     void start_frame_or_blank();
     bool start_next_frame();
-    void prepare_frame();
-    const Fault* fault_of(FrameKind kind, FaultKind fault) const;
-    bool has_fault(FaultKind fault) const { return fault_of(kind_, fault) != nullptr; }
     int active_pixels_of_line() const;
     std::uint32_t active_data() const;
     void step_raster();
 
     const Scenario& scenario_;
-    const Renderer& renderer_;
-    int renderer_index_;
     DviTiming timing_;
+    LinkProgram program_;
 
     ClockGate gate_;
     sc_core::sc_event_or_list wake_events_;
 
     State state_ = State::kFirstSync;
-    std::uint32_t next_pair_ = 0;  ///< number of the next pair to start
-    std::uint32_t pair_ = 0;       ///< the pair under way
-    bool pair_under_way_ = false;
-    FrameKind kind_ = FrameKind::kColour;
-    bool delay_served_ = false;
-    std::int64_t silence_clocks_ = 0;
-    std::vector<std::uint32_t> control_;  ///< the frame's control scanline
-    const PixelImage* image_ = nullptr;
+    std::int64_t silence_clocks_ = 0;  ///< still to go
     int x_ = 0;
     int line_ = 0;
-    int active_lines_ = 0;  ///< of the frame under way: a fault may change it
     bool vsync_line_ = false;
-    int line_active_pixels_ = 0;  ///< of the line under way: likewise
+    int line_active_pixels_ = 0;  ///< of the line under way
     DviLink link_;
 };
 

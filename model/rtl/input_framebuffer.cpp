@@ -59,13 +59,18 @@ void InputFramebuffer::link_clock_edge() {
     ++link_edge_;
     if (reset_i.read()) {
         link_reset();
-        return;
+    } else {
+        run_link();
     }
+    previous_edge_picoseconds_ = static_cast<std::int64_t>(sc_core::sc_time_stamp().value());
+}
+
+void InputFramebuffer::run_link() {
     const DecodedPixel& pixel = pixel_i.read();
     if (pixel.valid) {
         frame_memory_.write_half(pixel.kind, pixel.address, pixel.data);
-        // link_edge_ counts this edge; the decoder took the pixel from the link at the one before.
-        last_pixel_edge_ = link_edge_ - 2;
+        // The decoder took the pixel from the link at the edge before.
+        last_pixel_picoseconds_ = previous_edge_picoseconds_;
         ++link_pixels_;
     }
     take_event(event_i.read());
@@ -158,8 +163,7 @@ std::optional<bool> InputFramebuffer::answer_to_request() {
 void InputFramebuffer::swap_banks() {
     frame_memory_.swap_banks();
     front_rows_ = back_table_;
-    front_source_ = {static_cast<int>(back_number_), true,
-                     last_pixel_edge_ * clock_period_picoseconds(scenario_.clocks.dvi_in_mhz)};
+    front_source_ = {static_cast<int>(back_number_), true, last_pixel_picoseconds_};
     front_valid_ = true;
     superseded_ = false;
     back_bank_ = BackBank::kFree;
@@ -325,7 +329,7 @@ void InputFramebuffer::stop_burst_on_busready() {
     burst_row_ = kNoRow;
     burst_left_ = 0;
     page_wait_ = 0;
-    announced_ = 0;
+    announced_ = announced_before_ = 0;  // the burst granted now is not judged by this one's rest
 }
 
 /// False if no burst starts in this clock.

@@ -82,6 +82,7 @@ class InputFramebuffer final : public Block {
     };
 
     void link_clock_edge();
+    void run_link();
     void link_reset();
     void take_event(const DecoderEvent& event);
     void accept_pair(std::uint32_t number);
@@ -145,7 +146,8 @@ class InputFramebuffer final : public Block {
     ViewportTable back_table_;  ///< as it comes; once the pair is whole, its valid rows
     std::uint32_t back_number_ = 0;
     std::int64_t link_edge_ = 0;  ///< number of the link clock's edge
-    std::int64_t last_pixel_edge_ = 0;
+    std::int64_t previous_edge_picoseconds_ = 0;
+    std::int64_t last_pixel_picoseconds_ = 0;  ///< when the last pixel was on the link
     std::int64_t filling_since_edge_ = 0;
     std::int64_t link_pixels_ = 0;
     bool front_valid_ = false;

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "rtl/machine_faults.h"
 #include "rtl/wires.h"
 #include "scenario/derived_timing.h"
 
@@ -37,11 +38,13 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
       dvi_in_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
       dvi_out_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
       wires_(std::make_unique<Wires>(renderers(), displays())),
+      faults_(std::make_unique<MachineFaults>(scenario, *wires_)),
       last_frame_shown_(displays(), -1) {
     make_clocks();
     make_renderer_side();
     make_composers();
     make_display_side();
+    blocks_.insert(blocks_.end(), faults_->blocks().begin(), faults_->blocks().end());
     watchdog_ = std::make_unique<Watchdog>(
         "watchdog", picoseconds(watchdog_interval_picoseconds(scenario)), [this] { return progress(); },
         [this] { watchdog_timeout(); });
@@ -77,17 +80,21 @@ void Metabuffer::make_clocks() {
 
 void Metabuffer::make_renderer_side() {
     for (std::size_t r = 0; r < renderers(); ++r) {
+        sc_core::sc_signal<bool>* const drifting_clk = faults_->drifting_clock(r, dvi_in_period_picoseconds_);
+        sc_core::sc_signal<bool>& link_clk = drifting_clk != nullptr ? *drifting_clk : *dvi_in_clk_;
+        link_clks_.push_back(&link_clk);
         auto source = std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_,
                                                   static_cast<int>(r), gating_);
-        source->clk_i(*dvi_in_clk_);
+        source->clk_i(link_clk);
         source->reset_i(reset_);
         source->pair_request_i(wires_->pair_request[r]);
         source->link_o(wires_->link_in[r]);
+        source->clock_ppm_o(wires_->clock_ppm[r]);
         blocks_.push_back(source.get());
 
         auto decoder =
             std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(), scenario_.renderers[r].timing());
-        decoder->clk_i(*dvi_in_clk_);
+        decoder->clk_i(link_clk);
         decoder->reset_i(reset_);
         decoder->link_i(wires_->link_in[r]);
         decoder->pixel_o(wires_->pixel[r]);
@@ -98,10 +105,11 @@ void Metabuffer::make_renderer_side() {
                                                               scenario_, static_cast<int>(r));
         framebuffer->clk_i(*core_clk_);
         framebuffer->reset_i(reset_);
-        framebuffer->dvi_clk_i(*dvi_in_clk_);
+        framebuffer->dvi_clk_i(link_clk);
         framebuffer->pixel_i(wires_->pixel[r]);
         framebuffer->event_i(wires_->event[r]);
-        framebuffer->pair_request_o(wires_->pair_request[r]);
+        framebuffer->pair_request_o(
+            faults_->raised(Handshake::kPairRequest, r, 0, wires_->pair_request[r], link_clk));
         framebuffer->bus_o(wires_->bus[r]);
         for (std::size_t d = 0; d < displays(); ++d) {
             framebuffer->busready_i[d](wires_->busready[r * displays() + d]);
@@ -126,15 +134,18 @@ void Metabuffer::make_composers() {
             composer->clk_i(*core_clk_);
             composer->reset_i(reset_);
             composer->pipemaster_i(wires_->pipemaster[r]);
-            composer->bus_i(wires_->bus[r]);
-            composer->busready_o(wires_->busready[above]);
-            composer->tableready_o(wires_->tableready[above]);
+            composer->bus_i(faults_->bus_for(r, d));
+            composer->busready_o(
+                faults_->raised(Handshake::kBusready, r, d, wires_->busready[above], *core_clk_));
+            composer->tableready_o(
+                faults_->raised(Handshake::kTableready, r, d, wires_->tableready[above], *core_clk_));
             composer->startframe_i(wires_->startframe[above]);
             composer->startframe_o(wires_->startframe[below]);
             composer->pipe_i(wires_->pipe[above]);
             composer->pipe_o(wires_->pipe[below]);
             composer->pipeready_i(wires_->pipeready[below]);
-            composer->pipeready_o(wires_->pipeready[above]);
+            composer->pipeready_o(
+                faults_->raised(Handshake::kPipeready, r, d, wires_->pipeready[above], *core_clk_));
             composer->column_stall_i(wires_->column_stall[d]);
             composer->stall_o(wires_->stall[above]);
             blocks_.push_back(composer.get());
@@ -166,7 +177,8 @@ void Metabuffer::make_display_side() {
         framebuffer->startframe_i(wires_->startframe[bottom + d]);
         framebuffer->pipe_i(wires_->pipe[bottom + d]);
         framebuffer->column_stall_i(wires_->column_stall[d]);
-        framebuffer->pipeready_o(wires_->pipeready[bottom + d]);
+        framebuffer->pipeready_o(faults_->raised(Handshake::kPipeready, renderers(), d,
+                                                 wires_->pipeready[bottom + d], *core_clk_));
         framebuffer->framedone_o(wires_->framedone[d]);
         framebuffer->framebad_o(wires_->framebad[d]);
         framebuffer->swaplock_i(wires_->swaplock);
@@ -332,6 +344,7 @@ RunReport Metabuffer::report() const {
         RendererCounters counters = framebuffer.counters();
         counters.name = scenario_.renderers[r].name;
         counters.rejected_frames = dvi_decoders_[r]->rejected_frames();
+        counters.injected_faults = dvi_sources_[r]->injected_faults() + faults_->injected_faults(r);
         report.renderers.push_back(std::move(counters));
         for (std::size_t d = 0; d < displays(); ++d) {
             report.composers.push_back(composer(r, d).counters());

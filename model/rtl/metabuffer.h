@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@
 namespace metabuffer::rtl {
 
 struct Wires;
+class MachineFaults;
 
 /// The whole machine of the paper's Figure 1, from the renderers' graphics cards to the displays: M
 /// renderers, N displays, M x N composers, wired and clocked. Renderer r, display d and their composer are
@@ -26,7 +28,8 @@ struct Wires;
 /// dvi_display_d, all counted from 1.
 ///
 /// Each clock domain has its clock; domains of equal period share one, since their edges are the same. All
-/// clocks rise at time 0; reset is high for the first two core clocks.
+/// clocks rise at time 0; reset is high for the first two core clocks. Faults of the scenario inside the machine have
+/// blocks of their own (MachineFaults); a machine without such faults has none of them.
 ///
 /// Only the blocks' own errors are raised; see their headers.
 class Metabuffer final : public Block {
@@ -67,6 +70,13 @@ class Metabuffer final : public Block {
     std::int64_t first_busready_drop_cycle() const;
     std::int64_t first_starved_cycle() const;
     std::int64_t startframe_cycle(int frame) const;
+    /// The pair that a renderer (index, from 0) contributes to a composited frame (from 0), -1: none yet; nothing
+    /// before its input framebuffer has started the frame.
+    std::optional<int> pair_of_frame(std::size_t renderer, int frame) const {
+        const auto& sources = input_framebuffers_[renderer]->frame_sources();
+        const auto f = static_cast<std::size_t>(frame);
+        return f < sources.size() ? std::optional<int>(sources[f].pair) : std::nullopt;
+    }
     /// Core cycle of a frame's last pixel in the last column to end it, once every column has.
     std::int64_t frame_end_cycle(int frame) const;
 
@@ -80,6 +90,8 @@ class Metabuffer final : public Block {
     Wires& wires() { return *wires_; }
     sc_core::sc_clock& core_clk() { return *core_clk_; }
     sc_core::sc_clock& dvi_in_clk() { return *dvi_in_clk_; }
+    /// The clock of a renderer's link (index): the DVI input clock, unless a fault lets it drift.
+    sc_core::sc_signal<bool>& link_clk(std::size_t renderer) { return *link_clks_[renderer]; }
     sc_core::sc_clock& dvi_out_clk() { return *dvi_out_clk_; }
     sc_core::sc_signal<bool>& reset() { return reset_; }
 
@@ -117,6 +129,8 @@ class Metabuffer final : public Block {
     sc_core::sc_clock* dvi_out_clk_ = nullptr;
     sc_core::sc_signal<bool> reset_{"reset", true};
     std::unique_ptr<Wires> wires_;
+    std::unique_ptr<MachineFaults> faults_;
+    std::vector<sc_core::sc_signal<bool>*> link_clks_;  ///< by renderer
 
     std::vector<std::unique_ptr<DviSource>> dvi_sources_;
     std::vector<std::unique_ptr<DviDecoder>> dvi_decoders_;

@@ -54,7 +54,8 @@ void OutputFramebuffer::clock_edge() {
     const bool swapped = swapped_synchronizer_.sample(swapped_.read());
     if (swapped && !swapped_seen_) {
         frame_done_ = false;
-        if (!swapskip_i.read()) {
+        // Stands since the swap, which has crossed two registers since.
+        if (!swap_skipped_) {
             back_ = 1 - back_;
         }
         mark_frame(false);
@@ -120,8 +121,7 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
 
 void OutputFramebuffer::dvi_reset() {
     swaplock_synchronizer_.reset();
-    swapskip_synchronizer_.reset();
-    swap_pending_ = false;
+    swap_pending_ = swap_skipped_ = false;
     front_ = 1;
     front_frame_ = -1;
     picture_shown_ = false;
@@ -154,13 +154,13 @@ void OutputFramebuffer::dvi_clock_edge() {
         dvi_reset();
         return;
     }
-    const bool swapskip = swapskip_synchronizer_.sample(swapskip_i.read());
     const bool swaplock = swaplock_synchronizer_.sample(swaplock_i.read());
     if (!swaplock) {
         swapped_.write(false);
     } else if (!swapped_.read()) {
         swap_pending_ = true;
-        swap_skipped_ = swapskip;
+        // Needs no registers of its own: it stands at least as long as SWAPLOCK, which has crossed two.
+        swap_skipped_ = swapskip_i.read();
     }
 
     if (x_ == 0) {

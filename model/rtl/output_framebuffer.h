@@ -21,8 +21,10 @@ namespace metabuffer::rtl {
 /// falls once the swap has come back. PIPEREADY is high while a bank is free and no frame is under way. In
 /// the DVI output clock, frame follows frame of DviTiming from reset on, in step on all displays. SWAPLOCK
 /// (every FRAMEDONE) crosses through two registers; if it has been seen by the first clock of a DVI
-/// frame, the banks swap there; with SWAPSKIP (any FRAMEBAD) the display goes on showing the frame before, and the new
-/// one's bank is free again. Before the first swap the display is shown black.
+/// frame, the banks swap there. FRAMEBAD rises with the first pixel marked `lost` and falls when the swap has come
+/// back, so SWAPSKIP (any FRAMEBAD) stands while SWAPLOCK does and is read where SWAPLOCK is seen: if it is high, the
+/// display goes on showing what it shows, and the new frame's bank is free again. Before the first swap with a
+/// good frame the display is shown black.
 class OutputFramebuffer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};          ///< core clock
@@ -94,9 +96,8 @@ class OutputFramebuffer final : public Block {
 
     // DVI output registers.
     Synchronizer<bool> swaplock_synchronizer_;
-    Synchronizer<bool> swapskip_synchronizer_;
     bool swap_pending_ = false;
-    bool swap_skipped_ = false;  ///< the pending swap shows nothing new
+    bool swap_skipped_ = false;  ///< the last swap, or the pending one, shows nothing new
     std::size_t front_ = 1;
     int front_frame_ = -1;
     bool picture_shown_ = false;  ///< the front bank holds a frame

@@ -173,6 +173,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     machine.on_frame_shown([&simulation](int frame, int display, const ColourImage& image) {
         simulation.frame_shown(frame, display, image);
     });
+    if (options.on_built) options.on_built(machine);
     machine.on_finished([&] {
         result.report = machine.report();
         sc_core::sc_pause();

@@ -14,6 +14,8 @@
 
 namespace metabuffer::rtl {
 
+class Metabuffer;
+
 /// A waveform that a run is asked for.
 struct TraceRequest {
     std::filesystem::path file;  ///< must end in .vcd
@@ -23,6 +25,9 @@ struct TraceRequest {
 
 struct RunOptions {
     std::optional<TraceRequest> trace;
+    /// Once the machine has been built and before it starts: for whoever binds to its wires. It lives until the run
+    /// ends; a run that only looks for a waveform's window is not told of.
+    std::function<void(Metabuffer& machine)> on_built;
     /// Each composited frame (from 0) on each display (from 1), once it has been shown in full.
     std::function<void(int frame, int display, const ColourImage&)> on_frame_shown;
     /// Now and then while the run lasts: core clocks done, share of the run's raster pixels composited.

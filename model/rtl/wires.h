@@ -38,11 +38,12 @@ class SignalBank {
     std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
 };
 
-/// Every wire between two blocks, by the paper's names where it has one. The pipeline wires of display d run
+/// Every wire between two blocks, as the block that reads it sees it, by the paper's names where it has one. The pipeline wires of display d run
 /// from PIPE_0_d (above the top composer) to PIPE_M_d; wire r leaves composer r.
 struct Wires {
     Wires(std::size_t renderers, std::size_t displays)
         : link_in(renderers, [](std::size_t r) { return numbered("DVI_IN", r); }),
+          clock_ppm(renderers, [](std::size_t r) { return numbered("CLOCK_PPM", r); }),
           pixel(renderers, [](std::size_t r) { return numbered("PIXEL", r); }),
           event(renderers, [](std::size_t r) { return numbered("EVENT", r); }),
           pair_request(renderers, [](std::size_t r) { return numbered("PAIR_REQUEST", r); }),
@@ -57,16 +58,29 @@ struct Wires {
           column_stall(displays, [](std::size_t d) { return numbered("COLUMNSTALL", d); }),
           framedone(displays, [](std::size_t d) { return numbered("FRAMEDONE", d); }),
           framebad(displays, [](std::size_t d) { return numbered("FRAMEBAD", d); }),
-          link_out(displays, [](std::size_t d) { return numbered("DVI_OUT", d); }) {}
+          link_out(displays, [](std::size_t d) { return numbered("DVI_OUT", d); }),
+          own_bus_(renderers * displays) {}
 
     static std::function<std::string(std::size_t)> name_of(const char* stem, std::size_t displays) {
         return [stem, displays](std::size_t i) { return numbered(stem, i / displays, i % displays); };
     }
 
-    /// The bus as composer i (renderer * displays + display) sees it.
-    sc_core::sc_signal<BusBeat>& bus_seen_by(std::size_t i) { return bus[i / framedone.size()]; }
+    /// The bus as composer i (renderer * displays + display) sees it: its renderer's, unless a fault lies between.
+    sc_core::sc_signal<BusBeat>& bus_seen_by(std::size_t i) {
+        return own_bus_[i] ? *own_bus_[i] : bus[i / framedone.size()];
+    }
+    /// From now on composer i sees a bus of its own, which whoever asks for it drives.
+    sc_core::sc_signal<BusBeat>& own_bus(std::size_t i) {
+        if (!own_bus_[i]) {
+            const std::size_t displays = framedone.size();
+            own_bus_[i] = std::make_unique<sc_core::sc_signal<BusBeat>>(
+                numbered("BUS", i / displays, i % displays).c_str());
+        }
+        return *own_bus_[i];
+    }
 
     SignalBank<DviLink> link_in;
+    SignalBank<int> clock_ppm;  ///< how far a fault puts the link's clock off
     SignalBank<DecodedPixel> pixel;
     SignalBank<DecoderEvent> event;
     SignalBank<bool> pair_request;
@@ -84,6 +98,9 @@ struct Wires {
     SignalBank<DviLink> link_out;
     sc_core::sc_signal<bool> swaplock{"SWAPLOCK"};
     sc_core::sc_signal<bool> swapskip{"SWAPSKIP"};
+
+  private:
+    std::vector<std::unique_ptr<sc_core::sc_signal<BusBeat>>> own_bus_;
 };
 
 }  // namespace metabuffer::rtl

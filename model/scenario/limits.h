@@ -51,7 +51,20 @@ constexpr IntegerRange kSignedField{std::numeric_limits<std::int16_t>::min(),
 constexpr IntegerRange kFaultPair{0, std::numeric_limits<std::uint32_t>::max()};
 constexpr IntegerRange kDelayPairs{1, 1'000'000};
 constexpr IntegerRange kImagePixels{1, 8192};  ///< per side
-constexpr std::int64_t kComposers = 65536;     ///< displays times renderers
+// Faults: the image, or its link, sets closer bounds where it knows them.
+constexpr IntegerRange kFaultLines{1, kImagePixels.high};
+constexpr IntegerRange kFaultByte{0, 3 * kImagePixels.high - 1};  ///< three bytes a pixel of the scanline
+constexpr IntegerRange kFaultPosition{0, kImagePixels.high - 1};
+constexpr IntegerRange kByteBits{1, 0xFF};
+constexpr IntegerRange kLinkPixelBits{1, 0xFF'FFFF};
+constexpr IntegerRange kFaultPpm{-100'000, 100'000};
+constexpr IntegerRange kFaultDisplay{1, kGridDisplays.high* kGridDisplays.high};
+constexpr IntegerRange kFaultFromCycle{0, 1'000'000'000'000'000};
+constexpr IntegerRange kFaultCycles{1, 1'000'000'000'000'000};
+constexpr IntegerRange kFaultBeats{1, 1'000'000'000};
+constexpr IntegerRange kFaultPercent{1, 99};
+constexpr IntegerRange kFaultSeed{0, 1'000'000'000'000'000};
+constexpr std::int64_t kComposers = 65536;  ///< displays times renderers
 constexpr IntegerRange kRendererCopies{1, kComposers};
 constexpr std::int64_t kCopiedFrames = 1'000'000;  ///< copies times frames, over all renderers
 

@@ -22,7 +22,8 @@ namespace metabuffer {
 enum class StarvationMode : std::uint8_t { kGlitch, kStall };
 enum class Pacing : std::uint8_t { kLockstep, kFreeRunning };
 
-/// What a renderer can be told to do wrong with one pair, to see the machine cope.
+/// What can be told to go wrong, on a renderer's link or inside the machine, to see the machine cope. fault_keys.h
+/// tells which fields go with which kind.
 enum class FaultKind : std::uint8_t {
     kMagic,        ///< the control scanline's magic is not MBUF
     kVersion,      ///< its version is not 1
@@ -31,8 +32,8 @@ enum class FaultKind : std::uint8_t {
     kNumber,       ///< its frame number is one more than the pair's (and its CRC holds)
     kShortLine,    ///< the last image scanline is a pixel short
     kLongLine,     ///< the last image scanline is a pixel long
-    kShortFrame,   ///< the last image scanline is missing
-    kLongFrame,    ///< there is one image scanline too many
+    kShortFrame,   ///< the last `lines` image scanlines are missing
+    kLongFrame,    ///< there are `lines` image scanlines too many
     kMissing,      ///< the frame is not sent
     kDelay,        ///< the link is silent for delay_pairs pair times before the frame
     kRepeated,     ///< the frame is sent twice
@@ -53,18 +54,19 @@ struct Fault {
     FaultKind kind = FaultKind::kCrc;
     FrameKind frame = FrameKind::kColour;  ///< which frame of the pair
     int delay_pairs = 0;                   ///< kDelay only: pair times, >= 1
-    int lines = 1;                         ///< kShortFrame, kLongFrame: missing or added, >= 1
-    int byte = 0;                          ///< kControlByte: from 0
+    int lines = 1;                         ///< kShortFrame, kLongFrame: missing or added, 1..image lines
+    int byte = 0;                          ///< kControlByte: of the control scanline, from 0
     std::uint32_t bits = 0;                ///< kControlByte: 1..255; kPixelBits: 1..0xFFFFFF
-    int x = 0;                             ///< kPixelBits
+    int x = 0;                             ///< kPixelBits: within the image
     int y = 0;
-    int ppm = 0;                         ///< kDrift: -100000..100000
-    int display = 0;                     ///< kBusreadyLow, kPipereadyLow, kLostBeat: from 1
-    std::int64_t from_cycle = 0;         ///< faults inside the machine: core clock
-    std::optional<std::int64_t> cycles;  ///< how long, >= 1; for ever if empty
-    int beats = 1;                       ///< kLostBeat: >= 1
-    int percent = 0;                     ///< kRandomStalls: 1..99
-    std::uint64_t seed = 1;              ///< kRandomStalls
+    int ppm = 0;                                        ///< kDrift: -100000..100000
+    int display = 0;                                    ///< kBusreadyLow, kPipereadyLow, kLostBeat: from 1
+    std::int64_t from_cycle = 0;                        ///< faults inside the machine: core clock
+    std::optional<std::int64_t> cycles = std::nullopt;  ///< how long, >= 1; for ever if empty
+    int beats = 1;                                      ///< kLostBeat: >= 1
+    int percent = 0;                                    ///< kRandomStalls: 1..99
+    std::uint64_t seed = 1;                             ///< kRandomStalls
+    std::string where = std::string();  ///< "file.yaml:7: faults[1]", empty if it is not from a file
 };
 
 struct DisplayConfig {

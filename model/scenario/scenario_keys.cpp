@@ -4,6 +4,8 @@
 #include <map>
 #include <string>
 
+#include "scenario/fault_keys.h"
+
 namespace metabuffer {
 namespace {
 
@@ -79,6 +81,18 @@ const Schema& scenario_schema() {
             {"faults[].kind", kScalar, "what goes wrong"},
             {"faults[].frame", kScalar, "which frame of the pair"},
             {"faults[].delay_pairs", kScalar, "pair times"},
+            {"faults[].lines", kScalar, "scanlines"},
+            {"faults[].byte", kScalar, "a byte of the control scanline, from 0"},
+            {"faults[].bits", kScalar, "the bits to flip"},
+            {"faults[].x", kScalar, "image pixels"},
+            {"faults[].y", kScalar, "image pixels"},
+            {"faults[].ppm", kScalar, "millionths that the clock is fast"},
+            {"faults[].display", kScalar, "a display, from 1"},
+            {"faults[].from_cycle", kScalar, "core cycle"},
+            {"faults[].cycles", kScalar, "core cycles"},
+            {"faults[].beats", kScalar, "beats"},
+            {"faults[].percent", kScalar, "per cent of the clocks"},
+            {"faults[].seed", kScalar, "any whole number"},
         }};
     return schema;
 }
@@ -105,9 +119,13 @@ std::optional<WholeNumbers> whole_numbers_of(std::string_view pattern) {
         {"renderers[].frames[].viewport.x", {limits::kViewportPosition, {}}},
         {"renderers[].frames[].viewport.y", {limits::kViewportPosition, {}}},
         {"renderers[].frames[].viewport.multiple", {limits::kViewportMultiple, {}}},
-        {"faults[].pair", {limits::kFaultPair, {}}},
-        {"faults[].delay_pairs", {limits::kDelayPairs, {}}},
     };
+    const std::string fault_list = "faults[].";
+    if (pattern.substr(0, fault_list.size()) == fault_list) {
+        const FaultKey* const key = find_fault_key(pattern.substr(fault_list.size()));
+        if (key == nullptr || key->shape == FaultKey::Shape::kFrame) return std::nullopt;
+        return WholeNumbers{key->range, {}};
+    }
     const auto found = numbers.find(pattern);
     return found == numbers.end() ? std::nullopt : std::optional<WholeNumbers>(found->second);
 }

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "scenario/fault_keys.h"
 #include "scenario/image_loader.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
@@ -203,9 +204,7 @@ void make_renderers(Draft& draft) {
     }
 }
 
-Fault read_fault(const Entry& entry, const std::vector<std::string>& names) {
-    Fault fault;
-    const Entry renderer = entry.child("renderer");
+int renderer_index(const Entry& renderer, const std::vector<std::string>& names) {
     const std::string name = renderer.name();
     const auto found = std::find(names.begin(), names.end(), name);
     if (found == names.end()) {
@@ -213,16 +212,26 @@ Fault read_fault(const Entry& entry, const std::vector<std::string>& names) {
                       (names.empty() ? std::string("; there is none")
                                      : "; the nearest is " + text::nearest(name, names)));
     }
-    fault.renderer = static_cast<int>(found - names.begin());
-    fault.pair = static_cast<std::uint32_t>(entry.child("pair").integer(limits::kFaultPair));
+    return static_cast<int>(found - names.begin());
+}
+
+Fault read_fault(const Entry& entry, const std::vector<std::string>& names) {
+    Fault fault;
+    fault.where = entry.where();
+    fault.renderer = renderer_index(entry.child("renderer"), names);
     fault.kind = entry.child("kind").choice<FaultKind>();
-    read_optional(entry.child("frame"), fault.frame);
-    const Entry delay = entry.child("delay_pairs");
-    if (fault.kind == FaultKind::kDelay) {
-        fault.delay_pairs = integer(delay, limits::kDelayPairs);
-    } else if (delay.present()) {
-        delay.fail(std::string("does not go with kind ") + to_string(fault.kind) +
-                   "; use it with kind delay only");
+    const std::vector<FaultKeyUse>& uses = fault_keys_of(fault.kind);
+    for (const FaultKey& key : fault_keys()) {
+        const Entry value = entry.child(key.name);
+        const auto use = std::find_if(uses.begin(), uses.end(),
+                                      [&key](const FaultKeyUse& candidate) { return candidate.key == &key; });
+        if (use == uses.end()) {
+            if (value.present()) value.fail(misplaced_fault_key(key, fault.kind));
+        } else if (value.present() || use->required) {
+            key.set(fault, key.shape == FaultKey::Shape::kFrame
+                               ? static_cast<std::int64_t>(value.choice<FrameKind>())
+                               : value.integer(use->range));
+        }
     }
     return fault;
 }

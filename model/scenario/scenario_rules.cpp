@@ -1,9 +1,11 @@
 #include "scenario/scenario_rules.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <vector>
 
+#include "scenario/fault_keys.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
@@ -82,7 +84,7 @@ void check_machine(RuleCheck& check, const Scenario& scenario) {
     check.integer("frames", scenario.frames, limits::kFrames);
 }
 
-void check_names_and_faults(RuleCheck& check, const Scenario& scenario) {
+void check_names(RuleCheck& check, const Scenario& scenario) {
     if (check.failed()) return;
     const auto renderers = static_cast<std::int64_t>(scenario.renderers.size());
     check.require(renderers > 0, "renderers", "has no entries; use at least one renderer");
@@ -106,28 +108,139 @@ void check_names_and_faults(RuleCheck& check, const Scenario& scenario) {
             text::quoted(renderer.name) + " is taken by an earlier renderer; use a name of its own");
         check.require(!renderer.frames.empty(), path + ".frames", "has no entries; use at least one frame");
     }
+}
+
+std::string fault_path(std::size_t index) { return "faults[" + std::to_string(index) + "]"; }
+
+/// The keys that go with its kind are in range, the others have their defaults.
+void check_fault_keys(RuleCheck& check, const Fault& fault, const std::string& path) {
+    const std::vector<FaultKeyUse>& uses = fault_keys_of(fault.kind);
+    const Fault untouched;
+    for (const FaultKey& key : fault_keys()) {
+        const std::string key_path = path + "." + key.name;
+        const std::optional<std::int64_t> value = key.value(fault);
+        const auto use = std::find_if(uses.begin(), uses.end(),
+                                      [&key](const FaultKeyUse& candidate) { return candidate.key == &key; });
+        if (use == uses.end()) {
+            check.require(value == key.value(untouched), key_path, misplaced_fault_key(key, fault.kind));
+        } else if (value.has_value()) {
+            check.integer(key_path, *value, use->range);
+        }
+    }
+}
+
+bool same_frame(const Fault& one, const Fault& other) {
+    return one.renderer == other.renderer && one.pair == other.pair && one.frame == other.frame;
+}
+
+/// Whether two faults of a frame undo or repeat each other, so that it could not be said what they do.
+bool clash(const Fault& one, const Fault& other) {
+    const auto either = [&](FaultKind first, FaultKind second) {
+        return (one.kind == first && other.kind == second) || (one.kind == second && other.kind == first);
+    };
+    if (either(FaultKind::kShortLine, FaultKind::kLongLine) ||
+        either(FaultKind::kShortFrame, FaultKind::kLongFrame)) {
+        return true;
+    }
+    const auto changed_byte = [](const Fault& fault) {
+        switch (fault.kind) {
+            case FaultKind::kMagic:
+                return kControlMagicOffset;
+            case FaultKind::kVersion:
+                return kControlVersionOffset;
+            case FaultKind::kCrc:
+                return kControlCrcOffset;
+            case FaultKind::kControlByte:
+                return fault.byte;
+            default:
+                return -1;
+        }
+    };
+    if (changed_byte(one) >= 0 && changed_byte(one) == changed_byte(other)) return true;
+    if (one.kind != other.kind || one.kind == FaultKind::kControlByte) return false;
+    return one.kind != FaultKind::kPixelBits || (one.x == other.x && one.y == other.y);
+}
+
+bool gives_another_number(const Fault& fault) {
+    return fault.kind == FaultKind::kNumber || fault.kind == FaultKind::kOtherPair;
+}
+
+/// Each pair at most one frame of which bears another's number, and no frames left out so that this one meets the
+/// depth frame of the pair whose number it bears: a good pair of parts of two, which nobody could tell.
+void check_number(RuleCheck& check, const Scenario& scenario, std::size_t index) {
+    const Fault& fault = scenario.faults[index];
+    if (!gives_another_number(fault)) return;
+    const auto is_missing = [&](std::uint32_t pair, FrameKind frame) {
+        return std::any_of(scenario.faults.begin(), scenario.faults.end(), [&](const Fault& other) {
+            return other.kind == FaultKind::kMissing && other.renderer == fault.renderer &&
+                   other.pair == pair && other.frame == frame;
+        });
+    };
+    for (const Fault& other : scenario.faults) {
+        const bool is_another = other.kind != fault.kind || other.frame != fault.frame;
+        if (!is_another || !gives_another_number(other) || other.renderer != fault.renderer ||
+            other.pair != fault.pair) {
+            continue;
+        }
+        check.require(
+            false, fault_path(index) + ".kind",
+            (other.kind == fault.kind
+                 ? std::string(to_string(fault.kind)) + " on both frames of a pair"
+                 : std::string(to_string(fault.kind)) + " and " + to_string(other.kind) + " in one pair") +
+                " can make it a good pair of another number; use one of them on one frame");
+    }
+    check.require(
+        fault.frame != FrameKind::kColour || !is_missing(fault.pair, FrameKind::kDepth) ||
+            !is_missing(fault.pair + 1, FrameKind::kColour),
+        fault_path(index) + ".kind",
+        std::string(to_string(fault.kind)) +
+            " and the next two frames missing make a good pair of parts of two; let one of them come");
+}
+
+void check_faults(RuleCheck& check, const Scenario& scenario) {
+    if (check.failed()) return;
+    const auto renderers = static_cast<std::int64_t>(scenario.renderers.size());
     for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
-        const std::string path = "faults[" + std::to_string(i) + "]";
+        const std::string path = fault_path(i);
         const Fault& fault = scenario.faults[i];
         check.require(fault.renderer >= 0 && fault.renderer < renderers, path + ".renderer",
                       std::to_string(fault.renderer) + " is not a renderer's index; use 0 to " +
                           std::to_string(renderers - 1));
-        if (fault.kind == FaultKind::kDelay) {
-            check.integer(path + ".delay_pairs", fault.delay_pairs, limits::kDelayPairs);
-        } else {
-            check.require(fault.delay_pairs == 0, path + ".delay_pairs",
-                          std::string("does not go with kind ") + to_string(fault.kind) +
-                              "; use it with kind delay only");
+        check_fault_keys(check, fault, path);
+        if (fault.display > 0) {
+            check.integer(path + ".display", fault.display, {1, scenario.displays.count()});
         }
-        const bool number_on_both =
-            fault.kind == FaultKind::kNumber &&
-            std::any_of(scenario.faults.begin(), scenario.faults.end(), [&](const Fault& other) {
-                return other.kind == FaultKind::kNumber && other.renderer == fault.renderer &&
-                       other.pair == fault.pair && other.frame != fault.frame;
-            });
-        check.require(
-            !number_on_both, path + ".kind",
-            "number on both frames of a pair makes it a good pair of another number; use it on one");
+        check_number(check, scenario, i);
+        if (!is_on_link(fault.kind)) continue;
+        for (std::size_t j = 0; j < i; ++j) {
+            const Fault& earlier = scenario.faults[j];
+            if (!is_on_link(earlier.kind) || !same_frame(fault, earlier) || !clash(fault, earlier)) continue;
+            check.require(false, path + ".kind",
+                          std::string(to_string(fault.kind)) + " does not go together with the " +
+                              to_string(earlier.kind) + " of " + fault_path(j) +
+                              " in the same frame; use one of them");
+        }
+        if (check.failed()) return;
+    }
+}
+
+/// What a fault's place in the frame must be, now that the size of its image is known.
+void check_fault_places(RuleCheck& check, const Scenario& scenario) {
+    for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
+        const Fault& fault = scenario.faults[i];
+        const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(fault.renderer)];
+        const int width = renderer.image_width_pixels;
+        const int height = renderer.image_height_pixels;
+        const auto within = [&](const char* key, int value, const IntegerRange& allowed,
+                                const char* of_what) {
+            check.require(allowed.contains(value), fault_path(i) + "." + key,
+                          text::out_of_range(value, allowed) + ", " + of_what);
+        };
+        within("lines", fault.lines, {1, height}, "the lines of the image");
+        within("byte", fault.byte, {0, std::int64_t{width} * kLinkBytesPerPixel - 1},
+               "the bytes of the control scanline");
+        within("x", fault.x, {0, width - 1}, "the columns of the image");
+        within("y", fault.y, {0, height - 1}, "the rows of the image");
     }
 }
 
@@ -181,7 +294,8 @@ std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
     RuleCheck check;
     check_displays(check, scenario);
     check_machine(check, scenario);
-    check_names_and_faults(check, scenario);
+    check_names(check, scenario);
+    check_faults(check, scenario);
     return std::move(check).result();
 }
 
@@ -218,6 +332,7 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
             check_table(check, renderer, frame, frame_path);
         }
     }
+    if (!check.failed()) check_fault_places(check, scenario);
     return std::move(check).result();
 }
 

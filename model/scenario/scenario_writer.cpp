@@ -12,6 +12,7 @@
 #include <system_error>
 #include <vector>
 
+#include "scenario/fault_keys.h"
 #include "scenario/names.h"
 #include "scenario/output_error.h"
 #include "scenario/scenario_keys.h"
@@ -179,9 +180,17 @@ void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWa
 
 void write_fault(std::ostream& out, const Fault& fault, const Scenario& scenario) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(fault.renderer)];
-    out << "  - {renderer: " << name("faults.renderer", renderer.name) << ", pair: " << fault.pair
-        << ", kind: " << to_string(fault.kind) << ", frame: " << to_string(fault.frame);
-    if (fault.kind == FaultKind::kDelay) out << ", delay_pairs: " << fault.delay_pairs;
+    out << "  - {renderer: " << name("faults.renderer", renderer.name) << ", kind: " << to_string(fault.kind);
+    for (const FaultKeyUse& use : fault_keys_of(fault.kind)) {
+        const std::optional<std::int64_t> value = use.key->value(fault);
+        if (!value) continue;
+        out << ", " << use.key->name << ": ";
+        if (use.key->shape == FaultKey::Shape::kFrame) {
+            out << to_string(fault.frame);
+        } else {
+            out << *value;
+        }
+    }
     out << "}\n";
 }
 

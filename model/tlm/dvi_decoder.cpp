@@ -123,7 +123,11 @@ void DviDecoder::end_control_scanline(const DviFrame& frame, std::int64_t edge) 
     const std::uint32_t number = scanline.content.frame_number;
     if (kind_ == FrameKind::kColour) {
         if (expect_ == Expect::kDepth) {
-            // The pair before this one never got its depth frame.
+            // The pair before this one never got its depth frame. Sent again, a colour frame begins its pair anew,
+            // and no pair is lost.
+            if (number == number_) {
+                expect_ = Expect::kAnyColour;
+            }
             reject(RejectCause::kPair, edge);
             frame_lives_ = true;
         }
@@ -138,6 +142,10 @@ void DviDecoder::end_control_scanline(const DviFrame& frame, std::int64_t edge) 
     }
     if (expect_ == Expect::kDepth && number == number_) {
         control_good_ = true;
+        return;
+    }
+    if (expect_ == Expect::kColour && number == number_) {
+        reject(RejectCause::kPair, edge);  // sent again behind its pair, which is whole and stays so
         return;
     }
     // Where the two frames of a pair differ, the lower number is the pair that is lost now.

@@ -1,25 +1,11 @@
 #include "tlm/dvi_source.h"
 
 namespace metabuffer::tlm {
-namespace {
-
-constexpr std::uint32_t kByteMask = 0xFF;
-
-void flip_byte(std::vector<std::uint32_t>& link_words, int byte) {
-    const auto word = static_cast<std::size_t>(byte / kLinkBytesPerPixel);
-    const int shift = 8 * (kLinkBytesPerPixel - 1 - byte % kLinkBytesPerPixel);
-    link_words[word] ^= kByteMask << shift;
-}
-
-}  // namespace
-
 DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
                      std::int64_t first_edge)
     : sc_core::sc_module(name),
-      scenario_(scenario),
-      renderer_(scenario.renderers[static_cast<std::size_t>(renderer)]),
-      renderer_index_(renderer),
-      timing_(renderer_.timing()),
+      timing_(scenario.renderers[static_cast<std::size_t>(renderer)].timing()),
+      program_(scenario, renderer),
       clock_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
       next_edge_(first_edge + std::int64_t{DviTiming::kVerticalSyncLines} * timing_.line_clocks()) {
     SC_METHOD(process);
@@ -49,85 +35,36 @@ void DviSource::process() {
     }
 }
 
-const Fault* DviSource::fault_of(FaultKind fault) const {
-    for (const Fault& candidate : scenario_.faults) {
-        if (candidate.renderer == renderer_index_ && candidate.pair == pair_ && candidate.frame == kind_ &&
-            candidate.kind == fault) {
-            return &candidate;
-        }
-    }
-    return nullptr;
-}
-
 /// What follows a frame, a silence or a pause.
 void DviSource::decide(std::int64_t edge) {
     if (state_ == State::kFrame) {
-        if (kind_ == FrameKind::kColour) {
-            kind_ = FrameKind::kDepth;
-        } else {
-            pair_under_way_ = false;
-        }
+        program_.end_frame();
     }
-    while (true) {
-        if (!pair_under_way_) {
-            const bool may_send =
-                scenario_.pacing == Pacing::kFreeRunning ||
-                (pair_request_i.read() && next_pair_ < static_cast<std::uint32_t>(scenario_.frames));
-            if (!may_send) {
-                state_ = State::kIdle;
-                return;
-            }
-            pair_ = next_pair_++;
-            pair_under_way_ = true;
-            kind_ = FrameKind::kColour;
-            delay_served_ = false;
-        }
-        const Fault* const delay = fault_of(FaultKind::kDelay);
-        if (delay != nullptr && !delay_served_) {
-            delay_served_ = true;
+    switch (program_.next(pair_request_i.read())) {
+        case LinkProgram::Step::kNothing:
+            state_ = State::kIdle;
+            break;
+        case LinkProgram::Step::kSilence:
             state_ = State::kSilence;
-            wake_at(edge + 2 * timing_.frame_clocks() * delay->delay_pairs);
-            return;
-        }
-        delay_served_ = false;
-        if (!has_fault(FaultKind::kMissing)) {
+            wake_at(edge + program_.silence_clocks());
+            break;
+        case LinkProgram::Step::kFrame:
             state_ = State::kFrame;
             send_frame(edge);
-            return;
-        }
-        if (kind_ == FrameKind::kColour) {
-            kind_ = FrameKind::kDepth;
-        } else {
-            pair_under_way_ = false;
-        }
+            break;
     }
 }
 
 void DviSource::send_frame(std::int64_t edge) {
-    ControlScanline content;
-    content.kind = has_fault(FaultKind::kKind) ? static_cast<FrameKind>(2) : kind_;
-    content.frame_number = pair_ + (has_fault(FaultKind::kNumber) ? 1 : 0);
-    content.table = renderer_.frame_of_pair(pair_).table;
+    const LinkFrame& link = program_.frame();
+    if (link.image_is_copy) {
+        images_.push_back(link.image);
+    }
     DviFrame& frame = *frame_;
-    frame.control = encode_control_scanline(content, timing_.active_pixels);
-    if (has_fault(FaultKind::kMagic)) {
-        flip_byte(frame.control, kControlMagicOffset);
-    }
-    if (has_fault(FaultKind::kVersion)) {
-        flip_byte(frame.control, kControlVersionOffset);
-    }
-    if (has_fault(FaultKind::kCrc)) {
-        flip_byte(frame.control, kControlCrcOffset);
-    }
-    frame.image = &renderer_.image_of_pair(pair_);
-    frame.active_lines = timing_.active_lines - (has_fault(FaultKind::kShortFrame) ? 1 : 0) +
-                         (has_fault(FaultKind::kLongFrame) ? 1 : 0);
-    frame.last_line_pixels = timing_.active_pixels;
-    if (has_fault(FaultKind::kShortLine)) {
-        --frame.last_line_pixels;
-    } else if (has_fault(FaultKind::kLongLine)) {
-        ++frame.last_line_pixels;
-    }
+    frame.control = link.control;
+    frame.image = link.image.get();
+    frame.active_lines = link.active_lines;
+    frame.last_line_pixels = link.last_line_pixels;
     frame.first_edge = edge;
 
     ::tlm::tlm_generic_payload& payload = frame_.payload();
@@ -140,15 +77,15 @@ void DviSource::send_frame(std::int64_t edge) {
 
 std::string DviSource::waiting_for(std::int64_t picoseconds) const {
     if (state_ == State::kSilence) {
-        return "is silent before pair " + std::to_string(pair_);
+        return "is silent before pair " + std::to_string(program_.pair());
     }
     // A frame's last clock leaves the source without one.
     const bool idle = state_ == State::kIdle ||
                       (state_ == State::kFrame && picoseconds >= clock_.picoseconds_of(next_edge_ - 1));
-    if (!idle || next_pair_ >= static_cast<std::uint32_t>(scenario_.frames)) {
+    if (!idle || program_.all_pairs_sent()) {
         return {};
     }
-    return "waits for its input framebuffer to ask for pair " + std::to_string(next_pair_);
+    return "waits for its input framebuffer to ask for pair " + std::to_string(program_.next_pair());
 }
 
 }  // namespace metabuffer::tlm

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <systemc>
 #include <vector>
 
 #include "formats/dvi_timing.h"
+#include "scenario/link_program.h"
 #include "scenario/scenario.h"
 #include "tlm/cycle.h"
 #include "tlm/payload.h"
@@ -29,31 +31,28 @@ class DviSource final : public sc_core::sc_module {
     /// One line for the watchdog: what the block waits for; empty if it waits for nothing.
     std::string waiting_for(std::int64_t picoseconds) const;
 
+    /// Faults of the scenario that have taken effect on the link.
+    std::int64_t injected_faults() const { return program_.injected_faults(); }
+
   private:
     enum class State : std::uint8_t { kFirstSync, kIdle, kSilence, kFrame };
 
     void process();
     void decide(std::int64_t edge);
     void send_frame(std::int64_t edge);
-    const Fault* fault_of(FaultKind fault) const;
-    bool has_fault(FaultKind fault) const { return fault_of(fault) != nullptr; }
     void wake_at(std::int64_t edge);
 
-    const Scenario& scenario_;
-    const Renderer& renderer_;
-    int renderer_index_;
     DviTiming timing_;
+    LinkProgram program_;
     ClockDomain clock_;
     sc_core::sc_event wake_event_;
 
     State state_ = State::kFirstSync;
     std::int64_t next_edge_;  ///< the next clock with a decision
-    std::uint32_t next_pair_ = 0;
-    std::uint32_t pair_ = 0;
-    bool pair_under_way_ = false;
-    FrameKind kind_ = FrameKind::kColour;
-    bool delay_served_ = false;
     Message<DviFrame> frame_;
+    /// Images with flipped bits. Whoever is told of a frame knows its image by its address, as long as the machine
+    /// stands.
+    std::vector<std::shared_ptr<const PixelImage>> images_;
 };
 
 }  // namespace metabuffer::tlm

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "scenario/derived_timing.h"
+#include "scenario/fault_keys.h"
 
 namespace metabuffer::tlm {
 namespace {
@@ -31,6 +32,7 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
       reset_picoseconds_(core_.picoseconds_of(kResetCycles) - core_.period_picoseconds() / 2),
       last_frame_shown_(displays(), -1),
       watchdog_interval_(watchdog_interval_picoseconds(scenario)) {
+    refuse_faults_of_level_rtl(scenario, "tlm");
     if (options_.images) {
         shelf_ = std::make_unique<ContentShelf>(scenario.depth_format);
     }
@@ -308,6 +310,7 @@ void Metabuffer::make_report() {
     for (std::size_t r = 0; r < renderers(); ++r) {
         RendererCounters counters = input_framebuffers_[r]->counters(cycle);
         counters.rejected_frames = dvi_decoders_[r]->rejected_frames(dvi_in_.edge_at(now_picoseconds()));
+        counters.injected_faults = dvi_sources_[r]->injected_faults();
         report.renderers.push_back(std::move(counters));
         for (std::size_t d = 0; d < displays(); ++d) {
             report.composers.push_back(composer(r, d).finish(cycle));

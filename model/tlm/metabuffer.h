@@ -30,7 +30,8 @@ namespace metabuffer::tlm {
 /// The whole machine of the paper's Figure 1 as TLM-2.0 modules, from the renderers' graphics cards to the
 /// displays, by the names that level rtl gives them. Reports and pictures are those of level rtl, clock for clock.
 ///
-/// Only the blocks' own errors are raised; see their headers.
+/// Throws InputError if the scenario has a fault that happens clock by clock, which only level rtl has. Otherwise only
+/// the blocks' own errors are raised; see their headers.
 class Metabuffer final : public sc_core::sc_module {
   public:
     /// What takes the place of FrameMemory for a renderer (index, from 0): any module with a target socket that

@@ -94,7 +94,7 @@ using AnyTargetSocket =
 /// DVI link, dvi_source to dvi_decoder: a frame, told when its first clock is on the link. The payload's data
 /// are the link words of its first scanline.
 struct DviFrame : Extension<DviFrame> {
-    const PixelImage* image = nullptr;   ///< lives as long as the scenario
+    const PixelImage* image = nullptr;   ///< lives as long as scenario and source
     std::vector<std::uint32_t> control;  ///< the control scanline as it is on the link
     int active_lines = 0;                ///< a fault may have changed it
     int last_line_pixels = 0;            ///< likewise

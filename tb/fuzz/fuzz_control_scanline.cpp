@@ -1,15 +1,14 @@
 // libFuzzer: whatever a link brings instead of a control scanline is decoded or rejected, never misread, and
-// whatever table it holds is split into rows that stand and rows that are dropped. scripts/test fuzz runs it.
+// whatever table it holds is split into rows that stand and rows that are dropped. scripts/fuzz runs it.
 
 #include <zlib.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <vector>
 
+#include "expectations.h"
 #include "formats/control_scanline.h"
 #include "formats/viewport_table.h"
 
@@ -17,14 +16,6 @@ namespace {
 
 using namespace metabuffer;
 using Bytes = std::vector<std::uint8_t>;
-
-#define EXPECT(condition)                                                                \
-    do {                                                                                 \
-        if (!(condition)) {                                                              \
-            std::fprintf(stderr, "%s:%d: not so: %s\n", __FILE__, __LINE__, #condition); \
-            std::abort();                                                                \
-        }                                                                                \
-    } while (false)
 
 std::size_t u16_at(const Bytes& bytes, std::size_t offset) {
     return bytes[offset] | static_cast<std::size_t>(bytes[offset + 1]) << 8;

@@ -1,31 +1,34 @@
 // libFuzzer: whatever a sweep file holds, reader and planner return a plan or say on one line what is wrong with it.
-// scripts/test fuzz runs it.
+// scripts/fuzz runs it.
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
+#include "expectations.h"
 #include "exploration/sweep_plan.h"
+#include "scratch_directory.h"
 
 namespace {
 
 using namespace metabuffer::exploration;
 
 /// A folder with the scenarios that the seeds name. A plan reads no images.
-std::filesystem::path scenario_folder() {
-    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "fuzz_sweep";
-    std::filesystem::create_directories(folder);
-    const std::string rest =
-        "displays: {width: 16, height: 8}\n"
-        "renderers: [{frames: [{image: a.ppm, viewport: {x: 0, y: 0}}]}]\n";
-    std::ofstream(folder / "case.yaml") << rest;
-    std::ofstream(folder / "wide.yaml") << "bus: {width_bits: 128}\n" << rest;
-    return folder;
-}
+class ScenarioFolder {
+  public:
+    ScenarioFolder() {
+        const std::string rest =
+            "displays: {width: 16, height: 8}\n"
+            "renderers: [{frames: [{image: a.ppm, viewport: {x: 0, y: 0}}]}]\n";
+        scratch_.write("case.yaml", rest);
+        scratch_.write("wide.yaml", "bus: {width_bits: 128}\n" + rest);
+    }
+    const std::filesystem::path& path() const { return scratch_.path(); }
+
+  private:
+    metabuffer::test::ScratchDirectory scratch_;
+};
 
 /// Large plans are the same again and take long.
 bool is_small(const SweepDescription& sweep) {
@@ -45,28 +48,22 @@ void check(const SweepPlan& plan) {
             good = point.settings[i].key == plan.keys[i] &&
                    point.settings[i].value.find('\n') == std::string::npos;
         }
-        if (good) continue;
-        std::fprintf(stderr, "a point without its keys: %s\n", canonical_text(point.settings).c_str());
-        std::abort();
+        if (!good) metabuffer::fuzz::fail("a point without its keys: " + canonical_text(point.settings));
     }
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static const std::filesystem::path folder = scenario_folder();
+    static const ScenarioFolder folder;
     const std::string text(reinterpret_cast<const char*>(data), size);
     // A path that leaves the folder could name a device that never ends.
     if (text.find('/') != std::string::npos) return 0;
     try {
-        const SweepDescription sweep = parse_sweep(text, "fuzz.yaml", folder);
+        const SweepDescription sweep = parse_sweep(text, "fuzz.yaml", folder.path());
         if (is_small(sweep)) check(make_plan(sweep));
     } catch (const metabuffer::InputError& error) {
-        const std::string message = error.what();
-        if (message.empty() || message.find('\n') != std::string::npos) {
-            std::fprintf(stderr, "not one line: '%s'\n", message.c_str());
-            std::abort();
-        }
+        metabuffer::fuzz::expect_one_clear_line(error);
     }
     return 0;
 }

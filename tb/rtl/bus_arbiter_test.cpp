@@ -1,8 +1,13 @@
 #include "rtl/bus_arbiter.h"
 
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
 #include <vector>
 
+#include "scratch_directory.h"
 #include "small_scenario.h"
 
 // The arbiter has no clock and no ports of its own: it answers within the input framebuffer's clock. The
@@ -95,6 +100,61 @@ TEST_CASE("bus arbiter: a new frame starts its own table from the first slot") {
     std::vector<BusRequest> two(2);
     for (BusRequest& request : two) request.pending = request.ready = true;
     CHECK(grants(arbiter, 3, two) == std::vector<int>{0, 1, 0});
+}
+
+/// The values that a waveform shows of one of the arbiter's registers, in order, repetitions left out.
+std::vector<int> waveform_values(const std::filesystem::path& file, const std::string& name) {
+    std::ifstream stream(file);
+    std::string code;
+    std::vector<int> values;
+    for (std::string line; std::getline(stream, line);) {
+        std::istringstream words(line);
+        std::string first;
+        std::string second;
+        words >> first >> second;
+        if (first == "$var" && line.find(' ' + name + ' ') != std::string::npos) {
+            words >> code >> code;  // behind the width
+        } else if (!code.empty() && second == code && first.front() == 'b') {
+            const int value = static_cast<int>(std::stoll(first.substr(1), nullptr, 2));
+            if (values.empty() || values.back() != value) values.push_back(value);
+        }
+    }
+    return values;
+}
+
+TEST_CASE("bus arbiter: the waveform shows the slot and the row that was granted last") {
+    const ScratchDirectory scratch;
+    BusArbiter arbiter("arbiter", Arbitration::kSlotAllocation);
+    sc_core::sc_trace_file* const file = sc_core::sc_create_vcd_trace_file((scratch / "arbiter").c_str());
+    file->set_time_unit(1.0, sc_core::SC_PS);
+    arbiter.trace(file);
+    const sc_core::sc_time clock(10, sc_core::SC_NS);
+    const auto two_rows = [] {
+        const Size raster{64, 64};
+        return std::vector<Segment>{
+            Segment(table_row(1, {0, 0}, {10, 1}, {0, 50}), raster.width, raster.height),
+            Segment(table_row(2, {0, 0}, {20, 1}, {0, 0}), raster.width, raster.height)};
+    };
+    std::vector<BusRequest> both(2);
+    for (BusRequest& request : both) request.pending = request.ready = true;
+    std::vector<BusRequest> none(2);
+
+    arbiter.start_frame(two_rows());  // slots: row 1, row 0, row 1
+    sc_core::sc_start(clock);
+    arbiter.pick(both);  // slot 0, row 1
+    sc_core::sc_start(clock);
+    arbiter.pick(both);  // slot 1, row 0
+    sc_core::sc_start(clock);
+    arbiter.pick(none);  // slot 2 is lost, nothing is granted
+    sc_core::sc_start(clock);
+    arbiter.pick(none);  // back at slot 0
+    sc_core::sc_start(clock);
+    arbiter.start_frame(two_rows());
+    sc_core::sc_start(clock);
+    sc_core::sc_close_vcd_trace_file(file);
+
+    CHECK(waveform_values(scratch / "arbiter.vcd", "slot") == std::vector<int>{0, 1, 2, 0, 1, 0});
+    CHECK(waveform_values(scratch / "arbiter.vcd", "granted_row") == std::vector<int>{-1, 1, 0, -1});
 }
 
 }  // namespace

@@ -17,7 +17,15 @@ namespace metabuffer::test {
 enum class Strap : std::uint8_t { kRelay, kMaster };
 enum class StallWire : std::uint8_t { kOwn, kDriven };
 
-/// A composer of display 1 between a bus, a pipeline above and a pipeline below, all played by the test.
+/// A frame as the bus has brought it to the composer.
+struct FrameOnBus {
+    std::optional<ViewportRow> row;
+    std::map<std::int64_t, int> sampled_at;  ///< by the pixel's place in the segment
+    std::optional<int> loss_seen_at;         ///< the edge that samples what shows that a pixel was lost
+};
+
+/// A composer of display 1 between a bus, a pipeline above and a pipeline below, all played by the test. It is
+/// reached through its ports alone, `composer` apart, which is there for the counters.
 struct ComposerBench {
     Scenario scenario;
     ClockDomain& core;
@@ -103,6 +111,7 @@ struct ComposerBench {
         beat.destination = static_cast<std::uint16_t>(destination);
         beat.count = static_cast<std::uint8_t>(count);
         beat.remaining = static_cast<std::uint32_t>(remaining);
+        beat.first = static_cast<std::uint32_t>(first);
         for (int i = 0; i < count; ++i) {
             beat.words[static_cast<std::size_t>(i)] = local(frame, first + i).word();
         }
@@ -141,12 +150,89 @@ struct ComposerBench {
         return picture;
     }
 
+    /// What the bus has been made to carry, in its order: what follows from it for the pictures follows from
+    /// the ports alone.
+    std::vector<FrameOnBus> frames_on_bus() const {
+        std::vector<FrameOnBus> frames;
+        std::int64_t next = 0;
+        for (const auto& [clock, beat] : beats_) {
+            if (beat.kind == rtl::BusBeat::Kind::kFrameStart) {
+                if (!frames.empty()) note_loss(frames.back(), clock, next, segment_pixels(frames.back()));
+                frames.emplace_back();
+                next = 0;
+            } else if (beat.destination != 1 || frames.empty()) {
+                continue;
+            } else if (beat.kind == rtl::BusBeat::Kind::kTableRow) {
+                frames.back().row = beat.row();
+            } else if (beat.kind == rtl::BusBeat::Kind::kPixels) {
+                note_loss(frames.back(), clock, next, beat.first);
+                for (int i = 0; i < beat.count; ++i) frames.back().sampled_at[beat.first + i] = clock;
+                next = beat.first + beat.count;
+            }
+        }
+        return frames;
+    }
+
+    /// The raster that must follow STARTFRAME at clock `start`, if nothing stalls. A segment pixel shows if an
+    /// earlier edge has sampled it; from the edge behind the one that shows a loss on, no segment pixel does, and
+    /// every raster pixel says so.
+    std::vector<rtl::PipePixel> due_behind(int start, int frame,
+                                           const std::function<Pixel(int)>& from_above = upstream) const {
+        const FrameOnBus on_bus = frames_on_bus().at(static_cast<std::size_t>(frame));
+        const std::vector<std::optional<std::int64_t>> places = places_of(on_bus.row);
+        std::vector<rtl::PipePixel> raster;
+        for (int position = 0; position < raster_pixels(); ++position) {
+            const int clock = start + 1 + position;
+            rtl::PipePixel due{from_above(position), true,
+                               on_bus.loss_seen_at && *on_bus.loss_seen_at < clock};
+            if (const auto& k = places[static_cast<std::size_t>(position)]; k && !due.lost) {
+                const auto sampled = on_bus.sampled_at.find(*k);
+                if (sampled != on_bus.sampled_at.end() && sampled->second < clock)
+                    due.pixel = local(frame, *k);
+            }
+            raster.push_back(due);
+        }
+        return raster;
+    }
+
+    /// The raster as it has left, each pixel with what goes with it.
+    std::vector<rtl::PipePixel> raster_behind(int start) const {
+        std::vector<rtl::PipePixel> raster;
+        for (int i = 0; i < raster_pixels(); ++i) raster.push_back(pipes.at(start + 1 + i));
+        return raster;
+    }
+
+    /// What leaves at the edges at which the column moves, StallWire::kOwn.
+    std::vector<rtl::PipePixel> pixels_that_left() const {
+        std::vector<rtl::PipePixel> left;
+        for (int clock = 0; clock < pipes.end_clock(); ++clock) {
+            if (pipes.at(clock).valid && !stalls.at(clock - 1)) left.push_back(pipes.at(clock));
+        }
+        return left;
+    }
+
     /// Painted row by row, repetition by repetition: the segment over what comes from above.
     std::vector<Pixel> painted(const std::optional<ViewportRow>& row, int frame,
                                const std::function<Pixel(int)>& from_above = upstream) const {
         std::vector<Pixel> picture;
-        for (int i = 0; i < raster_pixels(); ++i) picture.push_back(from_above(i));
-        if (!row) return picture;
+        for (const std::optional<std::int64_t>& k : places_of(row)) {
+            picture.push_back(k ? local(frame, *k) : from_above(static_cast<int>(picture.size())));
+        }
+        return picture;
+    }
+
+  private:
+    static std::int64_t segment_pixels(const FrameOnBus& frame) {
+        return frame.row ? std::int64_t{frame.row->sdx} * frame.row->sdy : 0;
+    }
+    static void note_loss(FrameOnBus& frame, int clock, std::int64_t next, std::int64_t come) {
+        if (come > next && !frame.loss_seen_at) frame.loss_seen_at = clock;
+    }
+
+    /// For each raster position the segment pixel that shows there.
+    std::vector<std::optional<std::int64_t>> places_of(const std::optional<ViewportRow>& row) const {
+        std::vector<std::optional<std::int64_t>> places(static_cast<std::size_t>(raster_pixels()));
+        if (!row) return places;
         const int width = scenario.displays.raster_width_pixels();
         const int height = scenario.displays.raster_height_pixels();
         std::int64_t k = 0;
@@ -156,19 +242,18 @@ struct ComposerBench {
                     const int x = row->dx + i * row->dmultiple + repetition % row->dmultiple;
                     const int y = row->dy + j * row->dmultiple + repetition / row->dmultiple;
                     if (x < 0 || x >= width || y < 0 || y >= height) continue;
-                    picture[static_cast<std::size_t>(y * width + x)] = local(frame, k);
+                    places[static_cast<std::size_t>(y * width + x)] = k;
                 }
             }
         }
-        return picture;
+        return places;
     }
 
-  private:
     /// A composer above: its registers move on at every edge at which the column does not stand still.
     void play_upstream(int clock) {
         // Whether edge clock - 1 has seen COLUMNSTALL: a registered one has moved on since, one that the test
         // drives moves on only now.
-        const bool standing = composer.column_stall_i.read();
+        const bool standing = stall_wire_ == StallWire::kOwn ? stall.read() : column_stall.read();
         const bool held = stall_wire_ == StallWire::kDriven ? standing : std::exchange(stood_, standing);
         if (held) return;
         if (position_ >= 0) {

@@ -450,6 +450,44 @@ TEST_CASE("dvi decoder: a depth frame behind a whole pair lacks its colour frame
     check_events(dut, events);
 }
 
+TEST_CASE("dvi decoder: a colour frame sent twice begins its pair anew and loses none") {
+    DecoderBench dut;
+    dut.add_start();
+    const int first = dut.add(colour(4));
+    const int second = dut.add(colour(4));
+    dut.add(depth(4));
+    dut.run();
+    DecoderEvent again = colour_start(4);
+    again.rejected = true;
+    again.cause = RejectCause::kPair;
+    check_events(dut, {{first + kBehindControl, colour_start(4)},
+                       {second + kBehindControl, again},
+                       {second + kFrame + kVsync, pair_good(4)}});
+    CHECK(rejects(dut, RejectCause::kPair) == 1);
+}
+
+TEST_CASE("dvi decoder: a depth frame sent twice is rejected behind its whole pair and loses none") {
+    DecoderBench dut;
+    dut.add_start();
+    const int first = dut.add(colour(4));
+    dut.add(depth(4));
+    const int second = dut.add(depth(4));
+    const int good = dut.add(colour(5));
+    dut.add(depth(5));
+    dut.run();
+    std::vector<NumberedEvent> events;
+    expect_pair(events, first, 4);
+    DecoderEvent again;
+    again.rejected = true;
+    again.cause = RejectCause::kPair;
+    events.push_back({second + kBehindControl, again});
+    expect_pair(events, good, 5);
+    check_events(dut, events);
+    CHECK(rejects(dut, RejectCause::kPair) == 1);
+    // Nothing of it reaches the memory, where the whole pair may still stand.
+    for (const int clock : dut.pixel_clocks()) CHECK((clock < second || clock >= good));
+}
+
 TEST_CASE("dvi decoder: after a rejection further bad frames are counted, depth frames are passed over") {
     DecoderBench dut;
     dut.add_start();

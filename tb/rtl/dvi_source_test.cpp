@@ -27,6 +27,7 @@ struct SourceBench {
     Scenario scenario;
     sc_core::sc_signal<bool> request;
     sc_core::sc_signal<DviLink> link;
+    sc_core::sc_signal<int> clock_ppm;
     DviSource source;
     const Recording<DviLink>& sent;
 
@@ -36,6 +37,7 @@ struct SourceBench {
         source.reset_i(bench.reset);
         source.pair_request_i(request);
         source.link_o(link);
+        source.clock_ppm_o(clock_ppm);
         bench.trace(source);
     }
 };
@@ -236,9 +238,10 @@ TEST_CASE(
 
 /// Runs a free-running source with one fault in the colour or depth frame of pair 1 and checks everything up
 /// to the end of pair 2: `spoil` turns the good lines of the faulty frame into what must be sent.
-void check_spoilt_frame(FaultKind kind, FrameKind frame, const std::function<void(LinkLines&)>& spoil) {
+void check_spoilt_frame(const Fault& fault, const std::function<void(LinkLines&)>& spoil) {
     ClockedTestbench bench;
-    Scenario scenario = source_scenario(1, {fault_of(kind, 1, frame)});
+    const FrameKind frame = fault.frame;
+    Scenario scenario = source_scenario(1, {fault});
     scenario.pacing = Pacing::kFreeRunning;
     SourceBench dut(bench, "source", scenario);
     Waveform wanted = first_sync();
@@ -251,6 +254,11 @@ void check_spoilt_frame(FaultKind kind, FrameKind frame, const std::function<voi
     }
     bench.run_through(static_cast<int>(wanted.size()));
     check_wave(dut.sent, 0, wanted);
+    CHECK(dut.source.injected_faults() == 1);
+}
+
+void check_spoilt_frame(FaultKind kind, FrameKind frame, const std::function<void(LinkLines&)>& spoil) {
+    check_spoilt_frame(fault_of(kind, 1, frame), spoil);
 }
 
 void flip(std::vector<std::uint32_t>& line, int byte) {
@@ -311,6 +319,115 @@ TEST_CASE("dvi source: fault short-frame leaves the last scanline out") {
 TEST_CASE("dvi source: fault long-frame adds a scanline") {
     check_spoilt_frame(FaultKind::kLongFrame, FrameKind::kColour,
                        [](LinkLines& lines) { lines.emplace_back(std::size_t{kWidth}, 0U); });
+}
+
+TEST_CASE("dvi source: fault short-frame leaves as many scanlines out as it says") {
+    Fault fault = fault_of(FaultKind::kShortFrame, 1, FrameKind::kColour);
+    fault.lines = kHeight;
+    check_spoilt_frame(fault, [](LinkLines& lines) { lines.resize(1); });
+}
+
+TEST_CASE("dvi source: fault long-frame adds as many scanlines as it says") {
+    Fault fault = fault_of(FaultKind::kLongFrame, 1, FrameKind::kDepth);
+    fault.lines = kHeight;
+    check_spoilt_frame(fault, [](LinkLines& lines) {
+        lines.resize(lines.size() + kHeight, std::vector<std::uint32_t>(std::size_t{kWidth}, 0U));
+    });
+}
+
+TEST_CASE("dvi source: fault control-byte flips bits of one byte of the control scanline") {
+    Fault fault = fault_of(FaultKind::kControlByte, 1, FrameKind::kDepth);
+    fault.byte = 22;
+    fault.bits = 0x81;
+    check_spoilt_frame(fault, [](LinkLines& lines) { lines.front()[22 / 3] ^= 0x81U << 8; });
+}
+
+TEST_CASE("dvi source: fault pixel-bits flips link bits of one pixel in a colour frame") {
+    Fault fault = fault_of(FaultKind::kPixelBits, 1, FrameKind::kColour);
+    fault.x = 7;
+    fault.y = 1;
+    fault.bits = 0x80'01'F0;
+    check_spoilt_frame(fault, [](LinkLines& lines) { lines[2][7] ^= 0x8001F0U; });
+}
+
+TEST_CASE("dvi source: fault pixel-bits flips link bits of one pixel in a depth frame") {
+    Fault fault = fault_of(FaultKind::kPixelBits, 1, FrameKind::kDepth);
+    fault.x = kWidth - 1;
+    fault.y = kHeight - 1;
+    fault.bits = 0xFF'FF'FF;
+    check_spoilt_frame(fault, [](LinkLines& lines) { lines.back().back() ^= 0xFFFFFFU; });
+}
+
+TEST_CASE("dvi source: fault other-pair sends number and image and table of the next pair") {
+    ClockedTestbench bench;
+    Scenario scenario = source_scenario(1, {fault_of(FaultKind::kOtherPair, 1, FrameKind::kDepth)});
+    scenario.pacing = Pacing::kFreeRunning;
+    scenario.renderers[0].frames[2].table = {table_row(1, {2, 0}, {3, 3}, {0, 0})};
+    SourceBench dut(bench, "source", scenario);
+    bench.run_through(kFirstSync + 3 * kPair);
+    Waveform wanted = first_sync();
+    append_pair(wanted, scenario, 0);
+    append_frame(wanted, kWidth, lines_of(scenario, 1, FrameKind::kColour));
+    append_frame(wanted, kWidth, lines_of(scenario, 2, FrameKind::kDepth));
+    append_pair(wanted, scenario, 2);
+    check_wave(dut.sent, 0, wanted);
+    CHECK(dut.source.injected_faults() == 1);
+}
+
+TEST_CASE("dvi source: fault repeated sends a frame twice without a gap and each fault of it counts once") {
+    ClockedTestbench bench;
+    Scenario scenario = source_scenario(1, {fault_of(FaultKind::kRepeated, 1, FrameKind::kColour),
+                                            fault_of(FaultKind::kShortLine, 1, FrameKind::kColour),
+                                            fault_of(FaultKind::kRepeated, 2, FrameKind::kDepth)});
+    scenario.pacing = Pacing::kFreeRunning;
+    SourceBench dut(bench, "source", scenario);
+    bench.run_through(kFirstSync + 5 * kPair);
+    Waveform wanted = first_sync();
+    append_pair(wanted, scenario, 0);
+    LinkLines short_line = lines_of(scenario, 1, FrameKind::kColour);
+    short_line.back().pop_back();
+    for (int times = 0; times < 2; ++times) append_frame(wanted, kWidth, short_line);
+    append_frame(wanted, kWidth, lines_of(scenario, 1, FrameKind::kDepth));
+    append_pair(wanted, scenario, 2);
+    append_frame(wanted, kWidth, lines_of(scenario, 2, FrameKind::kDepth));
+    append_pair(wanted, scenario, 3);
+    check_wave(dut.sent, 0, wanted);
+    CHECK(dut.source.injected_faults() == 3);
+}
+
+TEST_CASE(
+    "dvi source: fault repeated on a depth frame holds a requested pair up and no request starts it early") {
+    ClockedTestbench bench;
+    SourceBench dut(bench, "source",
+                    source_scenario(2, {fault_of(FaultKind::kRepeated, 0, FrameKind::kDepth)}));
+    bench.core.drive(dut.request, 0, true);
+    bench.run_through(kFirstSync + 3 * kPair);
+    Waveform wanted = first_sync();
+    append_pair(wanted, dut.scenario, 0);
+    append_frame(wanted, kWidth, lines_of(dut.scenario, 0, FrameKind::kDepth));
+    append_pair(wanted, dut.scenario, 1);
+    check_wave(dut.sent, 0, wanted);
+}
+
+TEST_CASE("dvi source: fault drift is told with the first clock of its pair and stands until the next") {
+    ClockedTestbench bench;
+    Fault fast = fault_of(FaultKind::kDrift, 1, FrameKind::kColour);
+    fast.ppm = 300;
+    Fault normal = fault_of(FaultKind::kDrift, 3, FrameKind::kColour);
+    Scenario scenario = source_scenario(1, {normal, fast});
+    scenario.pacing = Pacing::kFreeRunning;
+    SourceBench dut(bench, "source", scenario);
+    const Recording<int>& ppm = bench.core.record(dut.clock_ppm);
+    bench.run_through(kFirstSync + 4 * kPair);
+    for (int clock = 0; clock < kFirstSync + 4 * kPair; ++clock) {
+        const int pair = (clock - kFirstSync) / kPair;
+        INFO("clock " << clock);
+        REQUIRE(ppm.at(clock) == (clock >= kFirstSync && (pair == 1 || pair == 2) ? 300 : 0));
+    }
+    Waveform wanted = first_sync();
+    for (std::uint32_t pair = 0; pair < 4; ++pair) append_pair(wanted, scenario, pair);
+    check_wave(dut.sent, 0, wanted);  // nothing else changes
+    CHECK(dut.source.injected_faults() == 2);
 }
 
 TEST_CASE("dvi source: fault missing leaves a frame out without a gap, of either kind or both") {

@@ -228,6 +228,7 @@ BusBeat pixel_beat(int destination, const std::vector<Pixel>& pixels, std::size_
     beat.destination = static_cast<std::uint16_t>(destination);
     beat.count = static_cast<std::uint8_t>(count);
     beat.remaining = static_cast<std::uint32_t>(remaining);
+    beat.first = static_cast<std::uint32_t>(first);
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
         beat.words[i] = pixels[first + i].word();
     return beat;
@@ -1015,7 +1016,10 @@ class BusMonitor {
         const int passed_over = std::exchange(one_beat_row_, -1);
         // What the composer had been told when it wrote the BUSREADY that is read now.
         const int seen = announced_.size() >= 2 ? announced_[announced_.size() - 2] : 0;
-        if (row_ >= 0 && seen > most_ && !busready(row_, clock)) row_ = -1;
+        if (row_ >= 0 && seen > most_ && !busready(row_, clock)) {
+            row_ = -1;
+            announced_.back() = 0;  // of the burst that is over; the next one has announced nothing yet
+        }
         if (beat.kind == BeatKind::kNone) {
             REQUIRE(row_ < 0);  // no gap in a burst
             for (int row = 0; row < static_cast<int>(rows_.size()); ++row) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -39,10 +39,13 @@ struct OutputBench {
     sc_core::sc_signal<bool> swaplock;
     sc_core::sc_signal<bool> pipeready;
     sc_core::sc_signal<bool> framedone;
+    sc_core::sc_signal<bool> framebad;
+    sc_core::sc_signal<bool> swapskip;  ///< unused with Swaplock::kOwnFramedone
     sc_core::sc_signal<DviLink> link;
     OutputFramebuffer framebuffer;
     const Recording<bool>& pipereadies;
     const Recording<bool>& framedones;
+    const Recording<bool>& framebads;
     const Recording<DviLink>& links;
 
     OutputBench(ClockedTestbench& bench, const std::string& name, Scenario with, ClockDomain& dvi_domain,
@@ -53,6 +56,7 @@ struct OutputBench {
           framebuffer(name.c_str(), scenario),
           pipereadies(bench.core.record(pipeready)),
           framedones(bench.core.record(framedone)),
+          framebads(bench.core.record(framebad)),
           links(dvi_domain.record(link)) {
         framebuffer.clk_i(bench.core.clk);
         framebuffer.reset_i(bench.reset);
@@ -62,10 +66,13 @@ struct OutputBench {
         framebuffer.column_stall_i(column_stall);
         framebuffer.pipeready_o(pipeready);
         framebuffer.framedone_o(framedone);
+        framebuffer.framebad_o(framebad);
         if (swaplock_from == Swaplock::kOwnFramedone) {
             framebuffer.swaplock_i(framedone);  // a single display
+            framebuffer.swapskip_i(framebad);
         } else {
             framebuffer.swaplock_i(swaplock);
+            framebuffer.swapskip_i(swapskip);
         }
         framebuffer.link_o(link);
         bench.trace(framebuffer);
@@ -73,7 +80,8 @@ struct OutputBench {
 
     /// STARTFRAME at edge `clock`, the raster's pixels at the edges behind it. Stalled clocks stretch what
     /// the pipeline shows then, as its registers would.
-    void send_frame(int clock, const std::vector<Pixel>& raster, const std::vector<int>& stalled = {}) {
+    void send_frame(int clock, const std::vector<Pixel>& raster, const std::vector<int>& stalled = {},
+                    const std::vector<int>& lost = {}) {
         const auto is_stalled = [&stalled](int at) {
             return std::find(stalled.begin(), stalled.end(), at) != stalled.end();
         };
@@ -81,8 +89,9 @@ struct OutputBench {
         core.drive(startframe, clock, true);
         while (is_stalled(clock)) ++clock;
         core.drive(startframe, ++clock, false);
-        for (const Pixel pixel : raster) {
-            core.drive(pipe, clock, PipePixel{pixel, true});
+        for (std::size_t i = 0; i < raster.size(); ++i) {
+            const bool is_lost = std::find(lost.begin(), lost.end(), static_cast<int>(i)) != lost.end();
+            core.drive(pipe, clock, PipePixel{raster[i], true, is_lost});
             while (is_stalled(clock)) ++clock;
             ++clock;
         }
@@ -316,12 +325,96 @@ TEST_CASE(
     CHECK(dut.framebuffer.stalled_cycles() == 17 + 1);
 }
 
+// ---- frames of lost pixels ----
+
+TEST_CASE(
+    "output framebuffer: FRAMEBAD rises with the first lost pixel and falls when the swap has come back") {
+    ClockedTestbench bench;
+    OutputBench early(bench, "early", output_scenario(), bench.core);
+    OutputBench last(bench, "last", output_scenario(), bench.core);
+    const int start = 10;
+    early.send_frame(start, raster(70), {}, {4, 5});
+    last.send_frame(start, raster(71), {}, {kPixels - 1});
+    bench.run_through(dvi_frame_start(2));
+    const int swap = dvi_frame_start(0);
+    CHECK(early.framebads.high() == clock_range(start + 1 + 4, swap + 2));
+    // At the latest with FRAMEDONE.
+    CHECK(last.framebads.high() == clock_range(start + kPixels, swap + 2));
+    CHECK(last.framedones.high() == last.framebads.high());
+}
+
+TEST_CASE("output framebuffer: with SWAPSKIP the picture stays and the frame's bank is free again") {
+    ClockedTestbench bench;
+    OutputBench dut(bench, "dut", output_scenario(), bench.core);
+    const std::vector<std::vector<Pixel>> frames = {raster(72), raster(73), raster(74), raster(75),
+                                                    raster(76)};
+    // Frames 0, 2 and 3 have lost pixels: nothing to show yet, then twice the picture of frame 1.
+    const std::set<int> bad = {0, 2, 3};
+    for (int frame = 0; frame < 5; ++frame) {
+        const int clock = frame == 0 ? 10 : dvi_frame_start(frame - 1) + 3;
+        dut.send_frame(clock, frames[static_cast<std::size_t>(frame)], {},
+                       bad.count(frame) != 0 ? std::vector<int>{frame} : std::vector<int>{});
+    }
+    bench.run_through(dvi_frame_start(6));
+    check_wave(dut.links, display_wave({black(), shown(frames[1]), shown(frames[1]), shown(frames[1]),
+                                        shown(frames[4]), shown(frames[4])}));
+    CHECK(dut.framedones.falls() == std::vector<int>{dvi_frame_start(0) + 2, dvi_frame_start(1) + 2,
+                                                     dvi_frame_start(2) + 2, dvi_frame_start(3) + 2,
+                                                     dvi_frame_start(4) + 2});
+    CHECK(dut.framebuffer.front_frame() == 4);
+    CHECK(dut.framebuffer.kept_frames() == 3);
+}
+
+TEST_CASE("output framebuffer: SWAPSKIP of another display keeps a good frame off this one") {
+    ClockedTestbench bench;
+    OutputBench dut(bench, "dut", output_scenario(), bench.core, Swaplock::kDriven);
+    const auto first = raster(77);
+    const auto second = raster(78);
+    const auto third = raster(79);
+    dut.send_frame(10, first);
+    dut.send_frame(dvi_frame_start(0) + 3, second);
+    dut.send_frame(dvi_frame_start(1) + 3, third);
+    for (int frame = 0; frame < 3; ++frame) {
+        const int done = (frame == 0 ? 10 : dvi_frame_start(frame - 1) + 3) + kPixels;
+        const int swap_back = dvi_frame_start(frame) + 3;
+        bench.core.drive(dut.swaplock, done + 1, true);
+        bench.core.drive(dut.swaplock, swap_back, false);
+        if (frame != 1) continue;
+        bench.core.drive(dut.swapskip, done + 1, true);
+        bench.core.drive(dut.swapskip, swap_back, false);
+    }
+    bench.run_through(dvi_frame_start(4));
+    check_wave(dut.links, display_wave({shown(first), shown(first), shown(third), shown(third)}));
+    CHECK(dut.framebads.high().empty());
+    CHECK(dut.framebuffer.kept_frames() == 1);
+    CHECK(dut.framebuffer.front_frame() == 2);
+}
+
+TEST_CASE(
+    "output framebuffer: SWAPSKIP is read where SWAPLOCK is seen, at the first and at the last moment") {
+    ClockedTestbench bench;
+    OutputBench dut(bench, "dut", output_scenario(), bench.core, Swaplock::kDriven);
+    const auto pixels = raster(80);
+    dut.send_frame(10, pixels);
+    // Both rise for the edge that is the last to bring the swap: seen one edge later, at the frame's first clock.
+    const int frame_1 = dvi_frame_start(1);
+    bench.core.drive(dut.swaplock, frame_1 - 1, true);
+    bench.core.drive(dut.swapskip, frame_1 - 1, true);
+    bench.core.drive(dut.swaplock, frame_1 + 3, false);
+    bench.core.drive(dut.swapskip, frame_1 + 3, false);
+    bench.run_through(dvi_frame_start(3));
+    check_wave(dut.links, display_wave({black(), black(), black()}));
+    CHECK(dut.framebuffer.kept_frames() == 1);
+    CHECK(dut.pipereadies.rises() == std::vector<int>{0, frame_1 + 2});
+}
+
 // ---- two clocks ----
 
 /// The pipeline of a test that sends frame after frame as soon as PIPEREADY is high, `gap` clocks later.
 struct EagerPipeline {
-    EagerPipeline(OutputBench& dut, int frames, int gap) {
-        dut.core.each_clock([this, &dut, frames, gap](int) {
+    /// Frames of odd number lose a pixel if `lossy`.
+    EagerPipeline(OutputBench& dut, int frames, int gap, bool lossy = false) {
+        dut.core.each_clock([this, &dut, frames, gap, lossy](int) {
             if (position_ < 0) {
                 dut.pipe.write(PipePixel{});
                 ready_for_ = dut.pipeready.read() ? ready_for_ + 1 : 0;
@@ -335,7 +428,8 @@ struct EagerPipeline {
             }
             dut.startframe.write(false);
             const auto pixels = raster(50 + static_cast<std::uint64_t>(frame_));
-            dut.pipe.write(PipePixel{pixels[static_cast<std::size_t>(position_)], true});
+            const bool lost = lossy && frame_ % 2 == 1 && position_ == kPixels - 1;
+            dut.pipe.write(PipePixel{pixels[static_cast<std::size_t>(position_)], true, lost});
             position_ = position_ + 1 == kPixels ? -1 : position_ + 1;
         });
     }
@@ -380,6 +474,57 @@ void check_clock_ratio(std::int64_t dvi_period_picoseconds, int gap) {
     while (static_cast<int>(pictures.size()) < kDviFrames) pictures.push_back(pictures.back());
     pictures.resize(kDviFrames);
     check_wave(dut.links, display_wave(pictures));
+}
+
+/// Frame after frame, every other one of lost pixels: the good ones alone are shown, and in their order.
+void check_lossy_clock_ratio(std::int64_t dvi_period_picoseconds, int gap) {
+    constexpr int kFrames = 5;
+    constexpr int kDviFrames = kFrames + 3;
+    ClockedTestbench bench;
+    ClockDomain& dvi = bench.add_clock("dvi", dvi_period_picoseconds);
+    OutputBench dut(bench, "dut", output_scenario(), dvi);
+    EagerPipeline pipeline(dut, kFrames, gap, true);
+    const std::int64_t dvi_clocks = dvi_frame_start(kDviFrames) + 4;
+    bench.run_through(
+        static_cast<int>(dvi_clocks * dvi_period_picoseconds / ClockedTestbench::kCorePeriodPicoseconds));
+    const std::vector<int> done = dut.framedones.rises();
+    REQUIRE(done.size() == kFrames);
+    std::vector<LinkLines> pictures;
+    LinkLines on_display = black();
+    int next_dvi_frame = 0;
+    for (int frame = 0; frame < kFrames; ++frame) {
+        const int seen = seen_at(bench.core, done[static_cast<std::size_t>(frame)], dvi);
+        while (dvi_frame_start(next_dvi_frame) < seen) {
+            pictures.push_back(on_display);
+            ++next_dvi_frame;
+        }
+        if (frame % 2 == 0) on_display = shown(raster(50 + static_cast<std::uint64_t>(frame)));
+        pictures.push_back(on_display);
+        ++next_dvi_frame;
+    }
+    while (static_cast<int>(pictures.size()) < kDviFrames) pictures.push_back(pictures.back());
+    pictures.resize(kDviFrames);
+    check_wave(dut.links, display_wave(pictures));
+    CHECK(dut.framebuffer.kept_frames() == 2);
+    CHECK(dut.framebuffer.front_frame() == kFrames - 1);
+    for (const std::size_t frame : {1, 3}) {
+        CHECK(dut.framebads.at(done[frame]));
+        CHECK(dut.framebads.rises()[frame / 2] <= done[frame]);
+    }
+    CHECK(dut.framebads.falls() == std::vector<int>{dut.framedones.falls()[1], dut.framedones.falls()[3]});
+}
+
+TEST_CASE("output framebuffer: frames of lost pixels with a faster DVI clock") {
+    check_lossy_clock_ratio(7'300, 2);
+}
+TEST_CASE("output framebuffer: frames of lost pixels with a slower DVI clock") {
+    check_lossy_clock_ratio(23'700, 5);
+}
+TEST_CASE("output framebuffer: frames of lost pixels with a DVI clock of nearly the core's period") {
+    check_lossy_clock_ratio(10'010, 1);
+}
+TEST_CASE("output framebuffer: frames of lost pixels with a DVI clock slower than a frame") {
+    check_lossy_clock_ratio(500'000, 0);
 }
 
 TEST_CASE("output framebuffer: a faster DVI clock, each crossing at its two registers' clock") {

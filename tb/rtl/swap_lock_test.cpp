@@ -1,7 +1,7 @@
 #include "rtl/swap_lock.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
-#include <memory>
 #include <vector>
 
 #include "clocked_testbench.h"
@@ -25,34 +25,64 @@ void play_all_patterns(ClockedTestbench& bench, Drive drive) {
     bench.run_through(2 * (1 << kInputs));
 }
 
+struct SwapLockBench {
+    std::vector<sc_core::sc_signal<bool>> framedone;
+    std::vector<sc_core::sc_signal<bool>> framebad;
+    sc_core::sc_signal<bool> swaplock;
+    sc_core::sc_signal<bool> swapskip;
+    SwapLock dut;
+    const Recording<bool>& locked;
+    const Recording<bool>& skipped;
+
+    SwapLockBench(ClockedTestbench& bench, int displays)
+        : framedone(static_cast<std::size_t>(displays)),
+          framebad(static_cast<std::size_t>(displays)),
+          dut("swap_lock", displays),
+          locked(bench.core.record(swaplock)),
+          skipped(bench.core.record(swapskip)) {
+        for (std::size_t i = 0; i < framedone.size(); ++i) {
+            dut.framedone_i[i](framedone[i]);
+            dut.framebad_i[i](framebad[i]);
+        }
+        dut.swaplock_o(swaplock);
+        dut.swapskip_o(swapskip);
+        bench.trace(dut);
+    }
+};
+
 bool bit(int pattern, int index) { return ((pattern >> index) & 1) != 0; }
 
 TEST_CASE("swap lock: SWAPLOCK is high within the clock in which every FRAMEDONE is, and only then") {
     ClockedTestbench bench;
-    std::vector<sc_core::sc_signal<bool>> framedone(kInputs);
-    sc_core::sc_signal<bool> swaplock;
-    SwapLock dut("swap_lock", kInputs);
-    for (std::size_t i = 0; i < kInputs; ++i) dut.framedone_i[i](framedone[i]);
-    dut.swaplock_o(swaplock);
-    bench.trace(dut);
-    const auto& locked = bench.core.record(swaplock);
-    play_all_patterns(bench, [&](int i, bool level) { framedone[static_cast<std::size_t>(i)].write(level); });
-    CHECK_FALSE(locked.at(-1));
-    CHECK(locked.high() == std::vector<int>{15, 31});
+    SwapLockBench dut(bench, kInputs);
+    play_all_patterns(bench,
+                      [&](int i, bool level) { dut.framedone[static_cast<std::size_t>(i)].write(level); });
+    CHECK_FALSE(dut.locked.at(-1));
+    CHECK(dut.locked.high() == std::vector<int>{15, 31});
+    CHECK(dut.skipped.high().empty());
 }
 
-TEST_CASE("swap lock: with one display it is that display's FRAMEDONE") {
+TEST_CASE("swap lock: SWAPSKIP is high within each clock in which any FRAMEBAD is, and only then") {
     ClockedTestbench bench;
-    sc_core::sc_signal<bool> framedone;
-    sc_core::sc_signal<bool> swaplock;
-    SwapLock dut("swap_lock", 1);
-    dut.framedone_i[0](framedone);
-    dut.swaplock_o(swaplock);
-    bench.trace(dut);
-    const auto& locked = bench.core.record(swaplock);
-    bench.core.pulse(framedone, 5);
+    SwapLockBench dut(bench, kInputs);
+    play_all_patterns(bench,
+                      [&](int i, bool level) { dut.framebad[static_cast<std::size_t>(i)].write(level); });
+    CHECK_FALSE(dut.skipped.at(-1));
+    std::vector<int> wanted = clock_range(0, 33);
+    wanted.erase(std::remove_if(wanted.begin(), wanted.end(), [](int clock) { return clock % 16 == 0; }),
+                 wanted.end());
+    CHECK(dut.skipped.high() == wanted);
+    CHECK(dut.locked.high().empty());
+}
+
+TEST_CASE("swap lock: with one display they are that display's FRAMEDONE and FRAMEBAD") {
+    ClockedTestbench bench;
+    SwapLockBench dut(bench, 1);
+    bench.core.pulse(dut.framedone[0], 5);
+    bench.core.pulse(dut.framebad[0], 7);
     bench.run_through(10);
-    CHECK(locked.high() == std::vector<int>{5});
+    CHECK(dut.locked.high() == std::vector<int>{5});
+    CHECK(dut.skipped.high() == std::vector<int>{7});
 }
 
 TEST_CASE("column stall: COLUMNSTALL is high within each clock in which any STALL is, and only then") {

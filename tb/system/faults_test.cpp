@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <memory>
 #include <numeric>
@@ -5,10 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "functional/functional_compositor.h"
 #include "machine_checks.h"
 #include "machine_run.h"
 #include "random_scenario.h"
 #include "random_seed.h"
+#include "scenario/fault_keys.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 #include "tlm_run.h"
@@ -23,10 +27,11 @@ constexpr int kFrames = 4;
 constexpr int kImageWidth = 24;
 constexpr int kImageHeight = 10;
 constexpr int kFaultyRenderer = 0;  // index
+/// Every kind of fault that costs its pair, and a silence longer than the timeout.
 constexpr FaultKind kFaultKinds[] = {FaultKind::kMagic,    FaultKind::kVersion,    FaultKind::kKind,
                                      FaultKind::kCrc,      FaultKind::kNumber,     FaultKind::kShortLine,
                                      FaultKind::kLongLine, FaultKind::kShortFrame, FaultKind::kLongFrame,
-                                     FaultKind::kMissing,  FaultKind::kDelay};
+                                     FaultKind::kMissing,  FaultKind::kDelay,      FaultKind::kOtherPair};
 
 PixelImage noise(Random& random) {
     PixelImage image(kImageWidth, kImageHeight);
@@ -71,12 +76,26 @@ Scenario two_renderers(int different_pairs) {
     return scenario;
 }
 
-Scenario with_fault(FaultKind kind, FrameKind frame, std::uint32_t pair, int delay_pairs) {
+Scenario with_fault(const Fault& fault) {
     Scenario scenario = two_renderers(kFrames);
-    scenario.faults.push_back(
-        {kFaultyRenderer, pair, kind, frame, kind == FaultKind::kDelay ? delay_pairs : 0});
+    scenario.faults.push_back(fault);
     check_scenario(scenario);
     return scenario;
+}
+
+Fault make_fault(FaultKind kind, FrameKind frame, std::uint32_t pair) {
+    Fault fault;
+    fault.renderer = kFaultyRenderer;
+    fault.kind = kind;
+    fault.frame = frame;
+    fault.pair = pair;
+    return fault;
+}
+
+Scenario with_fault(FaultKind kind, FrameKind frame, std::uint32_t pair, int delay_pairs) {
+    Fault fault = make_fault(kind, frame, pair);
+    fault.delay_pairs = kind == FaultKind::kDelay ? delay_pairs : 0;
+    return with_fault(fault);
 }
 
 /// A machine for every kind of fault and either frame of a pair, all in one elaboration.
@@ -127,16 +146,17 @@ std::optional<RejectCause> cause_of(FaultKind kind) {
             return RejectCause::kCrc;
         case FaultKind::kNumber:
         case FaultKind::kMissing:
+        case FaultKind::kOtherPair:
+        case FaultKind::kRepeated:
             return RejectCause::kPair;
         case FaultKind::kShortLine:
         case FaultKind::kLongLine:
         case FaultKind::kShortFrame:
         case FaultKind::kLongFrame:
             return RejectCause::kGeometry;
-        case FaultKind::kDelay:
-            break;
+        default:
+            return std::nullopt;
     }
-    return std::nullopt;
 }
 
 using RejectedFrames = std::array<std::int64_t, kRejectCauseCount>;
@@ -167,7 +187,490 @@ void check_machine(const MachineRun& run) {
     CHECK(other.rejected_frames == RejectedFrames{});
 }
 
+// ---- the table of docs/faults.md, row by row ----
+
+/// What a row of the table says: the fault, whether its pair is lost, and as what it is counted at the link.
+struct Row {
+    Fault fault;
+    bool loses_pair = true;
+    std::optional<RejectCause> cause;
+};
+
+std::vector<int> expected_pairs(const Row& row) {
+    std::vector<int> pairs{0, 1, 2, 3};
+    const auto pair = static_cast<int>(row.fault.pair);
+    if (row.loses_pair) pairs[row.fault.pair] = pair - 1;
+    return pairs;
+}
+
+/// Nothing tells that a frame is missing if none was before it or none comes behind it.
+bool may_go_unnoticed(const Fault& fault) {
+    if (fault.kind != FaultKind::kMissing) return false;
+    return fault.frame == FrameKind::kColour ? fault.pair == 0 : fault.pair == kFrames - 1;
+}
+
+/// In lockstep: the fault's pair is lost or not, as the row says, and no other; the last good one stays.
+void check_lockstep(const MachineRun& run, const Row& row) {
+    RejectedFrames rejected{};
+    if (row.cause) rejected[static_cast<std::size_t>(*row.cause)] = 1;
+    check_machine(run);
+    CHECK(pairs_of(run, 0) == expected_pairs(row));
+    CHECK(pairs_of(run, 1) == std::vector<int>{0, 1, 2, 3});
+    CHECK(faulty(run).repeated_frames == (row.loses_pair ? 1 : 0));
+    CHECK(faulty(run).dropped_frames == 0);
+    CHECK(faulty(run).injected_faults == 1);
+    CHECK(run.report().renderers[1].injected_faults == 0);
+    if (may_go_unnoticed(row.fault)) rejected = RejectedFrames{};
+    CHECK(faulty(run).rejected_frames == rejected);
+}
+
+/// The first pair that is shown behind those up to `pair`.
+int next_pair_shown(const MachineRun& run, int pair) {
+    const std::vector<int> pairs = pairs_of(run, 0);
+    const auto next = std::find_if(pairs.begin(), pairs.end(), [pair](int shown) { return shown > pair; });
+    REQUIRE(next != pairs.end());
+    return *next;
+}
+
+/// Free-running: a lost pair is never shown, and a newer one is within two good pairs.
+void check_free_running(const MachineRun& run, const Row& row) {
+    check_machine(run);
+    const auto lost = static_cast<int>(row.fault.pair);
+    for (const int pair : pairs_of(run, 0)) {
+        if (row.loses_pair) CHECK(pair != lost);
+    }
+    CHECK(faulty(run).injected_faults == 1);
+    CHECK(next_pair_shown(run, lost) <= lost + 2);
+}
+
+/// Colour and depth frame of the first pair, of one in the middle and of the last; then free-running.
+/// `refine` fills in what else the kind needs.
+template <typename Refine>
+void check_row(FaultKind kind, const Row& row, Refine refine) {
+    std::vector<Row> rows;
+    MachineRuns runs;
+    const auto add = [&](FrameKind frame, std::uint32_t pair, Pacing pacing) {
+        Row& one = rows.emplace_back(row);
+        one.fault = make_fault(kind, frame, pair);
+        refine(one);
+        Scenario scenario = with_fault(one.fault);
+        scenario.pacing = pacing;
+        if (pacing == Pacing::kFreeRunning) scenario.frames = 8 * kFrames;
+        runs.push_back(
+            std::make_unique<MachineRun>("machine_" + std::to_string(runs.size() + 1), std::move(scenario)));
+    };
+    for (const FrameKind frame : {FrameKind::kColour, FrameKind::kDepth}) {
+        for (const std::uint32_t pair : {0U, 1U, kFrames - 1U}) add(frame, pair, Pacing::kLockstep);
+        add(frame, 1, Pacing::kFreeRunning);
+    }
+    run_traced(runs);
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        INFO("fault " << to_string(kind) << " in the " << to_string(rows[i].fault.frame) << " frame of pair "
+                      << rows[i].fault.pair << ", " << to_string(runs[i]->scenario().pacing));
+        if (runs[i]->scenario().pacing == Pacing::kLockstep) {
+            check_lockstep(*runs[i], rows[i]);
+        } else {
+            check_free_running(*runs[i], rows[i]);
+        }
+    }
+}
+
+void check_row(FaultKind kind) {
+    check_row(kind, {{}, true, cause_of(kind)}, [](Row& /*row*/) {});
+}
+
+/// The bytes that the control scanline of the faulty renderer's pair says something with.
+int content_bytes(const Scenario& scenario, std::uint32_t pair) {
+    ControlScanline content;
+    content.table = scenario.renderers[kFaultyRenderer].frame_of_pair(pair).table;
+    return static_cast<int>(control_scanline_bytes(content));
+}
+
+/// Eight bad pairs for each byte of the control scanline, one for each bit, then a good one. Images of one line make
+/// short pairs.
+Scenario with_every_bit_flipped(FrameKind frame, int bits, int width) {
+    Random random(7);
+    Scenario scenario;
+    scenario.name = "bytes";
+    scenario.displays.width_pixels = 4;
+    scenario.displays.height_pixels = 1;
+    scenario.clocks.dvi_in_mhz = 200.0;
+    Renderer renderer;
+    renderer.name = "renderer";
+    renderer.image_width_pixels = width;
+    renderer.image_height_pixels = 1;
+    PixelImage image(width, 1);
+    for (Pixel& pixel : image.values) pixel = Pixel(random.bits() & 0xFFFF'FFFF'FFFFU);
+    renderer.images.push_back(std::make_shared<const PixelImage>(image));
+    const ViewportTable table{{1, 0, 0, 4, 1, 0, 0, 1}, {7, 1, 0, 4, 1, 0, 0, 1}, {9, 2, 0, 4, 1, 0, 0, 1}};
+    renderer.frames.push_back({0, table, std::nullopt, 0});
+    scenario.renderers.push_back(renderer);
+    std::uint32_t pair = 0;
+    for (int byte = 0; byte < width * kLinkBytesPerPixel; ++byte, ++pair) {
+        for (int bit = 0; bit < bits; ++bit, ++pair) {
+            Fault fault = make_fault(FaultKind::kControlByte, frame, pair);
+            fault.byte = byte;
+            fault.bits = 1U << bit;
+            scenario.faults.push_back(fault);
+        }
+    }
+    scenario.frames = static_cast<int>(pair);
+    check_scenario(scenario);
+    return scenario;
+}
+
+void check_every_bit(FrameKind frame) {
+    constexpr int kBits = 8;
+    constexpr int kWidth = 24;
+    MachineRuns runs;
+    runs.push_back(std::make_unique<MachineRun>("machine", with_every_bit_flipped(frame, kBits, kWidth)));
+    run_traced(runs);
+    const MachineRun& run = *runs[0];
+    const int content = content_bytes(run.scenario(), 0);
+    REQUIRE(content == 16 + 3 * 16 + 2);
+    const std::vector<int> pairs = pairs_of(run, 0);
+    int last_good = -1;
+    for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
+        const int byte = static_cast<int>(pair) / (kBits + 1);
+        const bool is_good = byte >= content || pair % (kBits + 1) == kBits;
+        if (is_good) last_good = static_cast<int>(pair);
+        INFO("byte " << byte << ", pair " << pair);
+        REQUIRE(pairs[pair] == last_good);
+    }
+    RejectedFrames rejected{};
+    rejected[static_cast<std::size_t>(RejectCause::kMagic)] = std::int64_t{4} * kBits;
+    rejected[static_cast<std::size_t>(RejectCause::kVersion)] = kBits;
+    rejected[static_cast<std::size_t>(RejectCause::kCrc)] = std::int64_t{content - 5} * kBits;
+    CHECK(faulty(run).rejected_frames == rejected);
+    CHECK(faulty(run).injected_faults == std::int64_t{kWidth} * kLinkBytesPerPixel * kBits);
+}
+
 }  // namespace
+
+TEST_CASE("fault magic: the frame is rejected and its pair replaced by the last good one",
+          "[system][faults]") {
+    check_row(FaultKind::kMagic);
+}
+
+TEST_CASE("fault version: the frame is rejected and its pair replaced by the last good one",
+          "[system][faults]") {
+    check_row(FaultKind::kVersion);
+}
+
+TEST_CASE("fault kind: the frame is rejected and its pair replaced by the last good one",
+          "[system][faults]") {
+    check_row(FaultKind::kKind);
+}
+
+TEST_CASE("fault crc: the frame is rejected and its pair replaced by the last good one", "[system][faults]") {
+    check_row(FaultKind::kCrc);
+}
+
+TEST_CASE("fault number: the pair's frames do not match and it is replaced by the last good one",
+          "[system][faults]") {
+    check_row(FaultKind::kNumber);
+}
+
+TEST_CASE("fault other_pair: the pair's frames do not match and it is replaced by the last good one",
+          "[system][faults]") {
+    check_row(FaultKind::kOtherPair);
+}
+
+TEST_CASE("fault short_line: the frame is rejected and its pair replaced by the last good one",
+          "[system][faults]") {
+    check_row(FaultKind::kShortLine);
+}
+
+TEST_CASE("fault long_line: the frame is rejected and its pair replaced by the last good one",
+          "[system][faults]") {
+    check_row(FaultKind::kLongLine);
+}
+
+TEST_CASE("fault short_frame: the frame is rejected however many lines are missing", "[system][faults]") {
+    // The last pair keeps nothing but its control scanline.
+    check_row(FaultKind::kShortFrame, {{}, true, RejectCause::kGeometry}, [](Row& row) {
+        row.fault.lines = row.fault.pair == kFrames - 1 ? kImageHeight : 1 + static_cast<int>(row.fault.pair);
+    });
+}
+
+TEST_CASE("fault long_frame: the frame is rejected however many lines are too many", "[system][faults]") {
+    check_row(FaultKind::kLongFrame, {{}, true, RejectCause::kGeometry}, [](Row& row) {
+        row.fault.lines = row.fault.pair == 1 ? kImageHeight : 1 + static_cast<int>(row.fault.pair);
+    });
+}
+
+TEST_CASE("fault missing: the pair is replaced by the last good one", "[system][faults]") {
+    check_row(FaultKind::kMissing);
+}
+
+TEST_CASE("fault repeated: the second sending is counted and costs nothing", "[system][faults]") {
+    check_row(FaultKind::kRepeated, {{}, false, RejectCause::kPair}, [](Row& /*row*/) {});
+}
+
+TEST_CASE("fault control_byte: a changed byte of the content costs its pair", "[system][faults]") {
+    check_row(FaultKind::kControlByte, {{}, true, RejectCause::kCrc}, [](Row& row) {
+        row.fault.byte = 16 + 7 * static_cast<int>(row.fault.pair);  // in the table
+        row.fault.bits = 0x40;
+    });
+}
+
+TEST_CASE("fault control_byte: a changed byte behind the content changes nothing", "[system][faults]") {
+    const Scenario scenario = two_renderers(kFrames);
+    check_row(FaultKind::kControlByte, {{}, false, std::nullopt}, [&](Row& row) {
+        const int first = content_bytes(scenario, row.fault.pair);
+        const int last = kImageWidth * kLinkBytesPerPixel - 1;
+        REQUIRE(first <= last);
+        row.fault.byte = row.fault.pair == 0 ? first : last;
+        row.fault.bits = 0xFF;
+    });
+}
+
+TEST_CASE(
+    "fault control_byte: every bit of every byte of a colour frame's content costs its pair and no other",
+    "[system][faults]") {
+    check_every_bit(FrameKind::kColour);
+}
+
+TEST_CASE(
+    "fault control_byte: every bit of every byte of a depth frame's content costs its pair and no other",
+    "[system][faults]") {
+    check_every_bit(FrameKind::kDepth);
+}
+
+TEST_CASE("fault pixel_bits: the pair is shown with just that pixel changed", "[system][faults]") {
+    constexpr int kX = 9;
+    constexpr int kY = 4;
+    check_row(FaultKind::kPixelBits, {{}, false, std::nullopt}, [](Row& row) {
+        row.fault.x = kX;
+        row.fault.y = kY;
+        row.fault.bits = row.fault.frame == FrameKind::kColour ? 0x8001FFU : 0x8000FFU;
+    });
+}
+
+TEST_CASE("fault pixel_bits: the picture is that of an image with the pixel so in its file",
+          "[system][faults]") {
+    struct Case {
+        FrameKind frame;
+        DepthFormat format;
+        std::uint32_t bits;
+        Pixel (*changed)(Pixel);
+    };
+    const std::vector<Case> cases{
+        {FrameKind::kColour, DepthFormat::kA8Z16, 0x80'01'FF,
+         [](Pixel p) {
+             return Pixel(static_cast<std::uint8_t>(p.r() ^ 0x80), static_cast<std::uint8_t>(p.g() ^ 0x01),
+                          static_cast<std::uint8_t>(p.b() ^ 0xFF), p.a(), p.z());
+         }},
+        {FrameKind::kDepth, DepthFormat::kA8Z16, 0x40'00'FF,
+         [](Pixel p) {
+             return Pixel(p.r(), p.g(), p.b(), static_cast<std::uint8_t>(p.a() ^ 0x40), p.z() ^ 0xFF);
+         }},
+        {FrameKind::kDepth, DepthFormat::kZ24, 0x80'00'01,
+         [](Pixel p) { return Pixel(p.r(), p.g(), p.b(), 255, p.z() ^ 0x800001); }},
+    };
+    constexpr int kX = 9;
+    constexpr int kY = 4;
+    constexpr std::uint32_t kPair = 2;
+    MachineRuns runs;
+    std::vector<Scenario> wanted;
+    for (const Case& one : cases) {
+        Scenario scenario = two_renderers(kFrames);
+        scenario.composition = Composition::kOver;  // so that alpha shows
+        scenario.depth_format = one.format;
+        wanted.push_back(scenario);
+        std::shared_ptr<const PixelImage>& image = wanted.back().renderers[kFaultyRenderer].images[kPair];
+        PixelImage changed = *image;
+        changed.at(kX, kY) = one.changed(changed.at(kX, kY));
+        image = std::make_shared<const PixelImage>(changed);
+        Fault fault = make_fault(FaultKind::kPixelBits, one.frame, kPair);
+        fault.x = kX;
+        fault.y = kY;
+        fault.bits = one.bits;
+        scenario.faults.push_back(fault);
+        check_scenario(scenario);
+        runs.push_back(
+            std::make_unique<MachineRun>("machine_" + std::to_string(runs.size()), std::move(scenario)));
+    }
+    run_traced(runs);
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        INFO("case " << i);
+        Scenario healthy = runs[i]->scenario();
+        healthy.faults.clear();
+        int changed_pictures = 0;
+        for (int frame = 0; frame < kFrames; ++frame) {
+            const auto pairs = std::vector<int>(2, frame);
+            for (int display = 1; display <= 2; ++display) {
+                INFO("frame " << frame << " on display " << display);
+                const ColourImage expected = functional::composite_display(
+                    wanted[i], functional::contributions_of(wanted[i], pairs), display);
+                const ColourImage before = functional::composite_display(
+                    healthy, functional::contributions_of(healthy, pairs), display);
+                const ColourImage* shown = runs[i]->picture(frame, display);
+                REQUIRE(shown != nullptr);
+                CHECK(shown->values == expected.values);
+                if (expected.values == before.values) continue;
+                ++changed_pictures;
+                CHECK(frame == static_cast<int>(kPair));
+            }
+        }
+        CHECK(changed_pictures == 1);
+    }
+}
+
+TEST_CASE(
+    "fault delay: in lockstep frames go on without the pair and the first one behind the silence has its own",
+    "[system][faults]") {
+    constexpr int kPair = 2;
+    constexpr int kLongest = 7;
+    MachineRuns runs;
+    for (const FrameKind frame : {FrameKind::kColour, FrameKind::kDepth}) {
+        for (int delay = 1; delay <= kLongest; ++delay) {
+            Scenario scenario = two_renderers(kLongest + 6);
+            scenario.frames = kLongest + 6;
+            Fault fault = make_fault(FaultKind::kDelay, frame, kPair);
+            fault.delay_pairs = delay;
+            scenario.faults.push_back(fault);
+            check_scenario(scenario);
+            runs.push_back(std::make_unique<MachineRun>(
+                std::string(to_string(frame)) + "_" + std::to_string(delay), std::move(scenario)));
+        }
+    }
+    run_traced(runs);
+    for (const auto& run : runs) {
+        const Fault& fault = run->scenario().faults[0];
+        INFO(fault.delay_pairs << " pair times before the " << to_string(fault.frame) << " frame");
+        check_machine(*run);
+        CHECK(faulty(*run).injected_faults == 1);
+        CHECK(faulty(*run).rejected_frames == RejectedFrames{});
+        const std::vector<int> pairs = pairs_of(*run, 0);
+        int without = 0;
+        for (std::size_t frame = 0; frame < pairs.size(); ++frame) {
+            INFO("frame " << frame);
+            const bool gone_without = pairs[frame] != static_cast<int>(frame);
+            without += gone_without ? 1 : 0;
+            if (gone_without) CHECK(pairs[frame] == kPair - 1);  // the last good picture stays
+            // Those without are on end: once it is back, each frame has its own pair.
+            if (gone_without) CHECK(static_cast<int>(frame) == kPair - 1 + without);
+        }
+        // A frame is given up every two pair times.
+        CHECK(without >= (fault.delay_pairs + 1) / 2 - 1);
+        CHECK(without <= fault.delay_pairs / 2 + 1);
+        CHECK((without == 0) == (fault.delay_pairs < run->scenario().link_timeout_pairs));
+        CHECK(faulty(*run).repeated_frames == without);
+        CHECK(faulty(*run).dropped_frames == without);  // they come all the same, too late
+    }
+}
+
+TEST_CASE("fault delay: free-running the last good pair stays until the late one or the next is whole",
+          "[system][faults]") {
+    constexpr int kPair = 2;
+    MachineRuns runs;
+    for (const FrameKind frame : {FrameKind::kColour, FrameKind::kDepth}) {
+        for (const int delay : {1, 2, 5}) {
+            Scenario scenario = two_renderers(kFrames);
+            scenario.pacing = Pacing::kFreeRunning;
+            scenario.frames = 60;
+            Fault fault = make_fault(FaultKind::kDelay, frame, kPair);
+            fault.delay_pairs = delay;
+            scenario.faults.push_back(fault);
+            check_scenario(scenario);
+            runs.push_back(std::make_unique<MachineRun>(
+                std::string(to_string(frame)) + "_" + std::to_string(delay), std::move(scenario)));
+        }
+    }
+    run_traced(runs);
+    for (const auto& run : runs) {
+        const Fault& fault = run->scenario().faults[0];
+        INFO(fault.delay_pairs << " pair times before the " << to_string(fault.frame) << " frame");
+        check_machine(*run);
+        CHECK(faulty(*run).injected_faults == 1);
+        const std::vector<int> pairs = pairs_of(*run, 0);
+        const auto shown = [&pairs](int pair) { return std::count(pairs.begin(), pairs.end(), pair); };
+        CHECK(shown(kPair - 1) > shown(kPair + 1));
+        CHECK(next_pair_shown(*run, kPair - 1) <= kPair + 1);
+    }
+}
+
+TEST_CASE("level tlm refuses faults that happen clock by clock and names the level that has them",
+          "[system][faults]") {
+    for (const auto& kind : EnumNames<FaultKind>::kTable) {
+        INFO(kind.name);
+        Scenario scenario = two_renderers(kFrames);
+        Fault fault;
+        fault.kind = kind.value;
+        scenario.faults = {fault};
+        std::string error;
+        try {
+            const TlmRun run(kind.name, scenario);
+        } catch (const InputError& refused) {
+            error = refused.what();
+        }
+        CHECK(error == (is_only_at_level_rtl(kind.value)
+                            ? std::string("faults[0].kind: ") + kind.name +
+                                  " happens clock by clock, which level tlm does not know; use --level rtl"
+                            : std::string()));
+    }
+}
+
+TEST_CASE("several faults in one frame are one rejection and cost one pair", "[system][faults]") {
+    struct Case {
+        std::vector<FaultKind> kinds;
+        RejectCause cause;
+    };
+    const std::vector<Case> cases{
+        {{FaultKind::kCrc, FaultKind::kShortFrame}, RejectCause::kCrc},
+        {{FaultKind::kMagic, FaultKind::kCrc, FaultKind::kKind}, RejectCause::kMagic},
+        {{FaultKind::kKind, FaultKind::kLongLine}, RejectCause::kKind},
+        {{FaultKind::kShortLine, FaultKind::kLongFrame}, RejectCause::kGeometry},
+        {{FaultKind::kPixelBits, FaultKind::kShortLine}, RejectCause::kGeometry},
+        {{FaultKind::kDelay, FaultKind::kVersion}, RejectCause::kVersion},
+    };
+    MachineRuns runs;
+    for (const Case& one : cases) {
+        for (const FrameKind frame : {FrameKind::kColour, FrameKind::kDepth}) {
+            Scenario scenario = two_renderers(kFrames);
+            for (const FaultKind kind : one.kinds) {
+                Fault fault = make_fault(kind, frame, 1);
+                if (kind == FaultKind::kPixelBits) fault.bits = 1;
+                if (kind == FaultKind::kDelay) fault.delay_pairs = 1;
+                scenario.faults.push_back(fault);
+            }
+            check_scenario(scenario);
+            runs.push_back(
+                std::make_unique<MachineRun>("machine_" + std::to_string(runs.size()), std::move(scenario)));
+        }
+    }
+    run_traced(runs);
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        const Case& one = cases[i / 2];
+        INFO("case " << i / 2 << ", " << (i % 2 == 0 ? "colour" : "depth"));
+        check_machine(*runs[i]);
+        RejectedFrames rejected{};
+        rejected[static_cast<std::size_t>(one.cause)] = 1;
+        CHECK(faulty(*runs[i]).rejected_frames == rejected);
+        CHECK(pairs_of(*runs[i], 0) == std::vector<int>{0, 0, 2, 3});
+        CHECK(faulty(*runs[i]).injected_faults == static_cast<std::int64_t>(one.kinds.size()));
+    }
+}
+
+TEST_CASE("a frame with faults that is sent again is rejected again", "[system][faults]") {
+    MachineRuns runs;
+    for (const FrameKind frame : {FrameKind::kColour, FrameKind::kDepth}) {
+        Scenario scenario = with_fault(make_fault(FaultKind::kCrc, frame, 1));
+        scenario.faults.push_back(make_fault(FaultKind::kRepeated, frame, 1));
+        check_scenario(scenario);
+        runs.push_back(std::make_unique<MachineRun>(to_string(frame), std::move(scenario)));
+    }
+    run_traced(runs);
+    for (const auto& run : runs) {
+        check_machine(*run);
+        RejectedFrames rejected{};
+        rejected[static_cast<std::size_t>(RejectCause::kCrc)] = 2;
+        CHECK(faulty(*run).rejected_frames == rejected);
+        CHECK(pairs_of(*run, 0) == std::vector<int>{0, 0, 2, 3});
+        CHECK(faulty(*run).injected_faults == 2);  // the fault of the frame and its second sending
+    }
+}
 
 TEST_CASE("a faulty pair is counted by its cause and replaced by the last good one", "[system][faults]") {
     constexpr std::uint32_t kPair = 1;

@@ -14,14 +14,25 @@ const sc_core::sc_time kFarTooLong(2.0, sc_core::SC_SEC);
 MachineRun::MachineRun(const std::string& name, Scenario scenario, rtl::ClockGating gating)
     : scenario_(std::move(scenario)),
       machine_(std::make_unique<rtl::Metabuffer>(name.c_str(), scenario_, gating)),
+      monitors_(std::make_unique<monitors::MachineMonitors>((name + "_monitors").c_str(), scenario_,
+                                                            *machine_, violations_)),
       shown_(scenario_),
       glitches_(scenario_.renderers.size() * static_cast<std::size_t>(scenario_.displays.count())),
-      located_(glitches_.size()) {
+      located_(glitches_.size()),
+      coverage_(*machine_, scenario_) {
     machine_->on_frame_shown(
         [this](int frame, int display, const ColourImage& image) { shown_.take(frame, display, image); });
     machine_->on_glitch(
         [this](int renderer, int display, const Glitch& glitch) { take_glitch(renderer, display, glitch); });
-    machine_->on_finished([this] { report_ = machine_->report(); });
+    machine_->on_finished([this] {
+        report_ = machine_->report();
+        coverage_.finished(report_);
+        monitors_->finish(report_);
+    });
+    violations_.on_violation([name](const monitors::Violation& violation) {
+        SC_REPORT_ERROR(("/metabuffer/monitor/" + violation.rule).c_str(),
+                        (name + ": " + to_string(violation)).c_str());
+    });
 }
 
 std::size_t MachineRun::composer(int renderer, int display) const {

@@ -5,14 +5,18 @@
 #include <string>
 #include <vector>
 
+#include "machine_coverage.h"
+#include "monitors/machine_monitors.h"
+#include "monitors/violation.h"
 #include "rtl/metabuffer.h"
 #include "scenario/scenario.h"
 #include "shown_pictures.h"
 
 namespace metabuffer::test {
 
-/// A clocked machine and everything that a run of it shows. Several can stand in one elaboration and run side
-/// by side; each has its own clocks.
+/// A clocked machine and everything that a run of it shows, under all monitors: a violation ends the test with an
+/// error that names machine, rule, signal, clock and frame. Several can stand in one elaboration and run side by side;
+/// each has its own clocks.
 class MachineRun {
   public:
     MachineRun(const std::string& name, Scenario scenario, rtl::ClockGating gating = rtl::ClockGating::kOn);
@@ -21,6 +25,8 @@ class MachineRun {
 
     const Scenario& scenario() const { return scenario_; }
     const rtl::Metabuffer& machine() const { return *machine_; }
+    rtl::Metabuffer& machine() { return *machine_; }
+    const monitors::MachineMonitors& monitors() const { return *monitors_; }
     bool finished() const { return machine_->finished(); }
 
     /// The report at the clock in which the run finished.
@@ -48,12 +54,15 @@ class MachineRun {
 
     Scenario scenario_;
     std::unique_ptr<rtl::Metabuffer> machine_;
+    monitors::ViolationLog violations_;
+    std::unique_ptr<monitors::MachineMonitors> monitors_;
     ShownPictures shown_;
     std::vector<std::vector<bool>> glitches_;  ///< by composer: one flag a raster pixel and frame
     std::vector<std::int64_t> located_;        ///< by composer
     bool glitches_malformed_ = false;
     RunReport report_;
     RunReport drained_report_;
+    coverage::CoverageRecorder coverage_;
 };
 
 /// Runs the simulation until the condition holds. False if it does not after a time in which any machine of

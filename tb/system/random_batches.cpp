@@ -12,8 +12,9 @@ constexpr int kQuickBatches = 10;
 
 class RandomBatch final : public Catch::ITestInvoker {
   public:
-    RandomBatch(int batch, std::function<void(const std::vector<std::uint64_t>&)> run)
-        : batch_(batch), run_(std::move(run)) {}
+    RandomBatch(int batch, std::function<void(const std::vector<std::uint64_t>&)> run,
+                std::string soak_option)
+        : batch_(batch), run_(std::move(run)), soak_option_(std::move(soak_option)) {}
 
     void invoke() const override {
         std::vector<std::uint64_t> seeds;
@@ -24,25 +25,29 @@ class RandomBatch final : public Catch::ITestInvoker {
                 seeds.push_back(static_cast<std::uint64_t>(batch_ * kMachinesPerBatch + machine + 1));
             }
         }
+        INFO("to make a machine that fails as small as it can be while failing: scripts/soak 1 SEED"
+             << soak_option_);
         run_(seeds);
     }
 
   private:
     int batch_;
     std::function<void(const std::vector<std::uint64_t>&)> run_;
+    std::string soak_option_;
 };
 
 }  // namespace
 
 bool register_random_batches(const std::string& name,
-                             const std::function<void(const std::vector<std::uint64_t>&)>& run) {
+                             const std::function<void(const std::vector<std::uint64_t>&)>& run,
+                             const std::string& soak_option) {
     for (int batch = 0; batch < kBatches; ++batch) {
         const std::string seeds = " of seeds " + std::to_string(batch * kMachinesPerBatch + 1) + " to " +
                                   std::to_string((batch + 1) * kMachinesPerBatch);
         // The sanitizers run the first batches only; the others are more of the same.
         const std::string tags = batch < kQuickBatches ? "[system][random]" : "[system][random][slow]";
         // Registers in its constructor, as the macro does for a function.
-        const Catch::AutoReg registration(new RandomBatch(batch, run), CATCH_INTERNAL_LINEINFO,
+        const Catch::AutoReg registration(new RandomBatch(batch, run, soak_option), CATCH_INTERNAL_LINEINFO,
                                           Catch::StringRef(), Catch::NameAndTags{name + seeds, tags});
     }
     return true;

@@ -210,6 +210,31 @@ Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
     return renderer;
 }
 
+/// What the fault's kind needs beside the frame that it names.
+void choose_fault_keys(Random& random, const Renderer& renderer, Fault& fault) {
+    switch (fault.kind) {
+        case FaultKind::kDelay:
+            fault.delay_pairs = random.between(1, 4);
+            break;
+        case FaultKind::kShortFrame:
+        case FaultKind::kLongFrame:
+            fault.lines = random.one_in(2) ? 1 : random.between(1, renderer.image_height_pixels);
+            break;
+        case FaultKind::kControlByte:
+            fault.byte = random.between(
+                0, (random.one_in(2) ? 16 : kLinkBytesPerPixel * renderer.image_width_pixels) - 1);
+            fault.bits = static_cast<std::uint32_t>(random.between(1, 255));
+            break;
+        case FaultKind::kPixelBits:
+            fault.x = random.between(0, renderer.image_width_pixels - 1);
+            fault.y = random.between(0, renderer.image_height_pixels - 1);
+            fault.bits = static_cast<std::uint32_t>(random.between(1, 0xFF'FFFF));
+            break;
+        default:
+            break;
+    }
+}
+
 /// At most one fault a pair: two can make a good pair of another number.
 void add_random_faults(Random& random, Scenario& scenario) {
     for (int r = 0; r < static_cast<int>(scenario.renderers.size()); ++r) {
@@ -218,9 +243,9 @@ void add_random_faults(Random& random, Scenario& scenario) {
             Fault fault;
             fault.renderer = r;
             fault.pair = static_cast<std::uint32_t>(pair);
-            fault.kind = static_cast<FaultKind>(random.between(0, static_cast<int>(FaultKind::kDelay)));
+            fault.kind = static_cast<FaultKind>(random.between(0, static_cast<int>(FaultKind::kPixelBits)));
             fault.frame = random.one_in(2) ? FrameKind::kColour : FrameKind::kDepth;
-            fault.delay_pairs = fault.kind == FaultKind::kDelay ? random.between(1, 4) : 0;
+            choose_fault_keys(random, scenario.renderers[static_cast<std::size_t>(r)], fault);
             scenario.faults.push_back(fault);
         }
     }

@@ -34,7 +34,7 @@ void run_and_check(const std::vector<std::uint64_t>& seeds) {
     }
 }
 
-const bool kRegistered = register_random_batches("random systems", run_and_check);
+const bool kRegistered = register_random_batches("random systems", run_and_check, " --plain");
 
 }  // namespace
 

@@ -3,19 +3,26 @@
 #include <cstdint>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <systemc>
 #include <vector>
 
 #include "random_scenario.h"
+#include "scenario/output_error.h"
+#include "scenario/scenario_loader.h"
 #include "scenario/scenario_writer.h"
-#include "tlm_run.h"
+#include "shrink.h"
+#include "soak_judge.h"
 
-// Random machines at both levels, for scripts/soak: one process runs one batch in one elaboration.
+// Random machines under every check and at both levels, for scripts/soak: one process runs one batch in one
+// elaboration. A machine that fails is shrunk by trying smaller ones, each in a process of its own.
 
 using namespace metabuffer;
 using namespace metabuffer::test;
@@ -23,15 +30,27 @@ using namespace metabuffer::test;
 namespace {
 
 constexpr int kUsage = 2;
-constexpr int kDifferent = 5;
+constexpr int kFailed = 5;
+constexpr int kMostRuns = 600;    // of smaller machines
+constexpr int kMostSeconds = 30;  // for each of them
 
 constexpr const char* kHelp =
-    "usage: soak_machines FIRST_SEED COUNT    runs the machines of the seeds at levels rtl and tlm; prints "
-    "for\n"
-    "                                         each 'seed S identical' or 'seed S different' and, indented, "
-    "how\n"
-    "       soak_machines --write SEED DIR    writes a seed's scenario to files\n"
-    "Exit status: 0 all identical; 5 some differ; 1 a model failed; 2 bad arguments.\n";
+    "usage: soak_machines [--plain] FIRST_SEED COUNT\n"
+    "           runs the machines of the seeds; prints 'seed S KIND' for each and, indented, what is wrong\n"
+    "       soak_machines [--plain] --write SEED DIR\n"
+    "           writes a seed's scenario to files\n"
+    "       soak_machines [--plain] --shrink SEED DIR [RUNS [SECONDS]]\n"
+    "           makes a machine that fails as small as it can be while failing, with RUNS tries of SECONDS "
+    "each,\n"
+    "           and writes it to files, with DIR/failure.txt\n"
+    "       soak_machines --judge FILE\n"
+    "           runs the machine of a scenario file\n"
+    "KIND: identical (all is well), different (levels rtl and tlm), check, violation RULE, error, crash, "
+    "hang.\n"
+    "--plain: machines of few frames, as `random systems` has them.\n"
+    "Exit status: 0 all is well; 5 some machine fails; 1 a model failed; 2 bad arguments.\n";
+
+using Words = std::vector<std::string_view>;
 
 std::optional<std::uint64_t> whole_number(std::string_view text) {
     std::uint64_t value = 0;
@@ -40,38 +59,124 @@ std::optional<std::uint64_t> whole_number(std::string_view text) {
     return value;
 }
 
-int compare_levels(std::uint64_t first, std::uint64_t count) {
-    std::vector<LevelRuns> runs;
-    for (std::uint64_t seed = first; seed < first + count; ++seed) {
-        runs.emplace_back("machine_" + std::to_string(seed), random_level_scenario(seed));
-    }
-    simulate_until([&runs] {
-        return std::all_of(runs.begin(), runs.end(), [](const LevelRuns& run) { return run.finished(); });
-    });
-    bool all_identical = true;
-    for (std::uint64_t i = 0; i < count; ++i) {
-        const std::vector<std::string> differences = level_differences(runs[i]);
-        all_identical = all_identical && differences.empty();
-        std::cout << "seed " << first + i << (differences.empty() ? " identical\n" : " different\n");
-        for (const std::string& line : differences) std::cout << "  " << line << '\n';
-    }
-    return all_identical ? EXIT_SUCCESS : kDifferent;
+SoakMachine machine_of(std::uint64_t seed, bool plain) {
+    return {seed, plain ? random_scenario(seed) : random_level_scenario(seed)};
 }
 
-int run(const std::vector<std::string_view>& words) {
+std::string indented(const std::string& text) {
+    std::string result;
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) result += "  " + line + '\n';
+    return result;
+}
+
+int tell(std::uint64_t seed, const SoakVerdict& verdict) {
+    std::cout << "seed " << seed << ' ' << verdict.kind << '\n' << indented(verdict.text);
+    return verdict.good() ? EXIT_SUCCESS : kFailed;
+}
+
+int run_batch(std::uint64_t first, std::uint64_t count, bool plain) {
+    if (count == 1) return tell(first, judge_machine(machine_of(first, plain)));
+    std::vector<SoakMachine> machines;
+    for (std::uint64_t seed = first; seed < first + count; ++seed)
+        machines.push_back(machine_of(seed, plain));
+    const std::vector<SoakVerdict> verdicts = judge_machines(machines);
+    int status = EXIT_SUCCESS;
+    for (std::size_t i = 0; i < verdicts.size(); ++i) {
+        status = std::max(status, tell(machines[i].seed, verdicts[i]));
+    }
+    return status;
+}
+
+/// How large a scenario is, in words.
+std::string size_of(const Scenario& scenario) {
+    std::size_t rows = 0;
+    std::int64_t pixels = 0;
+    for (const Renderer& renderer : scenario.renderers) {
+        for (const RendererFrame& frame : renderer.frames) rows += frame.table.size();
+        pixels += std::int64_t{renderer.image_width_pixels} * renderer.image_height_pixels;
+    }
+    std::ostringstream text;
+    text << scenario.renderers.size() << " renderers, " << scenario.displays.count() << " displays of "
+         << scenario.displays.raster_width_pixels() << "x" << scenario.displays.raster_height_pixels() << ", "
+         << scenario.frames << " frames, " << rows << " table rows, " << scenario.faults.size() << " faults, "
+         << pixels << " image pixels";
+    return text.str();
+}
+
+int shrink_machine(const SoakMachine& machine, const std::filesystem::path& directory, int most_runs,
+                   int most_seconds) {
+    const SoakVerdict verdict = judge_in_child(machine, most_seconds);
+    if (verdict.good()) {
+        std::cout << "seed " << machine.seed << " does not fail\n";
+        return EXIT_SUCCESS;
+    }
+    const Shrunk shrunk = shrink(
+        machine.scenario,
+        [&](const Scenario& scenario) {
+            return judge_in_child({machine.seed, scenario}, most_seconds).kind == verdict.kind;
+        },
+        most_runs);
+    write_scenario(shrunk.scenario, directory);
+    const std::filesystem::path file = directory / "scenario.yaml";
+    const SoakVerdict replayed = judge_in_child({machine.seed, load_scenario(file)}, most_seconds);
+
+    std::ostringstream text;
+    text << "seed " << machine.seed << ' ' << verdict.kind << ", shrunk\n"
+         << replayed.text << "\nbefore: " << size_of(machine.scenario)
+         << "\nafter:  " << size_of(shrunk.scenario) << "\n\n"
+         << describe(shrunk.scenario) << "\n\n"
+         << shrunk.steps.size() << " steps, " << shrunk.runs << " machines tried, "
+         << (shrunk.at_its_smallest ? "no smaller one fails" : "smaller ones have not all been tried")
+         << '\n';
+    for (const std::string& step : shrunk.steps) text << "  " << step << '\n';
+    const bool replays = replayed.kind == verdict.kind;
+    text << "\nThe files "
+         << (replays ? "fail in the same way" : "do not fail in the same way: " + replayed.kind)
+         << ". To see it again:\n  soak_machines --judge " << file.string() << "\n  metabuffer compare "
+         << file.string() << '\n';
+    std::cout << text.str();
+    std::ofstream out(directory / "failure.txt");
+    out << text.str() << std::flush;
+    if (!out) throw OutputError((directory / "failure.txt").string() + ": cannot be written");
+    return kFailed;
+}
+
+/// Nothing if the words are no command.
+std::optional<int> run_command(const Words& words, bool plain) {
+    if (words.size() == 2 && words[0] == "--judge") {
+        return tell(0, judge_machine({0, load_scenario(std::filesystem::path(words[1]))}));
+    }
     if (words.size() == 3 && words[0] == "--write") {
-        if (const auto seed = whole_number(words[1])) {
-            write_scenario(random_level_scenario(*seed), words[2]);
-            return EXIT_SUCCESS;
-        }
+        const auto seed = whole_number(words[1]);
+        if (!seed) return std::nullopt;
+        write_scenario(machine_of(*seed, plain).scenario, words[2]);
+        return EXIT_SUCCESS;
+    }
+    if (words.size() >= 3 && words.size() <= 5 && words[0] == "--shrink") {
+        const auto seed = whole_number(words[1]);
+        const auto runs = words.size() > 3 ? whole_number(words[3]) : kMostRuns;
+        const auto seconds = words.size() > 4 ? whole_number(words[4]) : kMostSeconds;
+        constexpr std::uint64_t kMost = 1'000'000;
+        if (!seed || !runs || !seconds || *runs > kMost || *seconds < 1 || *seconds > kMost)
+            return std::nullopt;
+        return shrink_machine(machine_of(*seed, plain), words[2], static_cast<int>(*runs),
+                              static_cast<int>(*seconds));
     }
     if (words.size() == 2) {
         const auto first = whole_number(words[0]);
         const auto count = whole_number(words[1]);
         if (first && count && *count <= std::numeric_limits<std::uint64_t>::max() - *first) {
-            return compare_levels(*first, *count);
+            return run_batch(*first, *count, plain);
         }
     }
+    return std::nullopt;
+}
+
+int run(Words words) {
+    const bool plain = !words.empty() && words.front() == "--plain";
+    if (plain) words.erase(words.begin());
+    if (const std::optional<int> status = run_command(words, plain)) return *status;
     std::cerr << kHelp;
     return kUsage;
 }

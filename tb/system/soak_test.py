@@ -1,6 +1,6 @@
 """Tests scripts/soak: with a stand-in for soak_machines that misbehaves as told, and with the real one.
 
-usage: soak_test.py SCRIPT SOAK_MACHINES
+usage: soak_test.py SCRIPT SOAK_MACHINES FAULTY_SOAK_MACHINES METABUFFER
 """
 
 import pathlib
@@ -9,7 +9,7 @@ import sys
 import tempfile
 import unittest
 
-SCRIPT, SOAK_MACHINES = sys.argv[1:3]
+SCRIPT, SOAK_MACHINES, FAULTY, METABUFFER = sys.argv[1:5]
 
 # Seeds do what their lists say; the rest is identical.
 STAND_IN = r"""#!/usr/bin/env python3
@@ -18,6 +18,17 @@ if sys.argv[1] == "--write":
     pathlib.Path(sys.argv[3]).mkdir(parents=True, exist_ok=True)
     (pathlib.Path(sys.argv[3]) / "scenario.yaml").write_text("seed " + sys.argv[2])
     sys.exit(0)
+if sys.argv[1] == "--shrink":
+    with open(HERE / "calls-to-shrink", "a") as calls:
+        calls.write(" ".join(sys.argv[2:]) + "\n")
+    pathlib.Path(sys.argv[3]).mkdir(parents=True)
+    (pathlib.Path(sys.argv[3]) / "scenario.yaml").write_text("small " + sys.argv[2])
+    print("before: huge\nafter:  tiny")
+    sys.exit(5)
+if sys.argv[1] == "--plain":
+    with open(HERE / "plain", "a") as calls:
+        calls.write("plain")
+    del sys.argv[1]
 first, count = int(sys.argv[1]), int(sys.argv[2])
 seeds = range(first, first + count)
 with open(HERE / "calls", "a") as calls:
@@ -33,11 +44,14 @@ if count > 1 and any(seed in SIDE_BY_SIDE for seed in seeds):
 for seed in seeds:
     if seed in SILENT:
         continue
-    print("seed", seed, "different" if seed in DIFFERENT else "identical")
+    print("seed", seed, "different" if seed in DIFFERENT else
+          "violation bus/busready" if seed in VIOLATING else "identical")
+    if seed in VIOLATING:
+        print("  BUS_1, core clock 7")
     if seed in DIFFERENT:
         print("  core_cycles: rtl 1, tlm 2")
         print("  watchdog[0]: rtl none, tlm \"x\"")
-sys.exit(5 if any(seed in DIFFERENT for seed in seeds) else 0)
+sys.exit(5 if any(seed in DIFFERENT + VIOLATING for seed in seeds) else 0)
 """
 
 
@@ -50,7 +64,8 @@ class Soak(unittest.TestCase):
 
     def soak(self, *arguments, program=None, **seeds):
         """Runs the script; seeds are lists by what their machines do."""
-        lists = {"CRASHING": (), "HANGING": (), "FAILING": (), "SIDE_BY_SIDE": (), "SILENT": (), "DIFFERENT": ()}
+        lists = {"CRASHING": (), "HANGING": (), "FAILING": (), "SIDE_BY_SIDE": (), "SILENT": (), "DIFFERENT": (),
+                 "VIOLATING": ()}
         lists.update({name.upper(): tuple(values) for name, values in seeds.items()})
         settings = "".join(f"{name} = {values!r}\n" for name, values in lists.items())
         head, body = STAND_IN.split("\n", 1)
@@ -94,6 +109,30 @@ class Soak(unittest.TestCase):
         self.assertIn("different\ncore_cycles: rtl 1, tlm 2\nwatchdog[0]: rtl none", self.failure("seed-3"))
         self.assertEqual(self.calls(), [(1, 8), (9, 8), (17, 4)])  # nothing again
 
+    def test_violation_is_kept_by_its_rule(self):
+        done = self.soak(4, 1, violating=[2])
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("seed-2: violation bus/busready: BUS_1, core clock 7; kept", done.stdout)
+        self.assertIn("4 machines, 1 failed, 1 violation bus/busready", done.stdout)
+        self.assertTrue(self.failure("seed-2").startswith("violation bus/busready\nBUS_1"))
+
+    def test_failures_are_shrunk_unless_that_is_not_wanted(self):
+        done = self.soak(4, 1, "--shrink-runs", 50, different=[3])
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertEqual((self.directory / "soak-failures/seed-3/shrunk/scenario.yaml").read_text(), "small 3")
+        self.assertIn("after:  tiny", self.failure("seed-3"))
+        self.assertEqual((self.directory / "calls-to-shrink").read_text(),
+                         "3 soak-failures/seed-3/shrunk 50 30\n")
+        done = self.soak(4, 1, "--no-shrink", "--out", "plainly", different=[3])
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertFalse((self.directory / "plainly/seed-3/shrunk").exists())
+        self.assertNotIn("tiny", self.failure("seed-3", "plainly"))
+
+    def test_plain_machines(self):
+        done = self.soak(4, 1, "--plain")
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertEqual((self.directory / "plain").read_text(), "plain")
+
     def test_crash_hang_and_error_are_put_down_to_their_seeds(self):
         done = self.soak(16, 1, "--timeout", 4, "--batch", 4, "--out", "elsewhere", crashing=[2], hanging=[7],
                          failing=[12])
@@ -134,12 +173,40 @@ class Soak(unittest.TestCase):
         written = subprocess.run([SOAK_MACHINES, "--write", "5", self.directory / "five"], check=False)
         self.assertEqual(written.returncode, 0)
         self.assertTrue((self.directory / "five/scenario.yaml").is_file())
-        for arguments in [(), ("1",), ("1", "x"), ("-1", "2"), ("--write", "1"), ("1", "2", "3")]:
+        for arguments in [(), ("1",), ("1", "x"), ("-1", "2"), ("--write", "1"), ("1", "2", "3"), ("--plain",),
+                          ("--shrink", "1"), ("--shrink", "1", "there", "few"), ("--judge",)]:
             done = subprocess.run([SOAK_MACHINES, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                   text=True, check=False)
             self.assertEqual(done.returncode, 2)
             self.assertIn("usage", done.stderr)
 
+    def test_machine_of_a_faulty_level_is_shrunk(self):
+        done = self.soak(1, 1, program=FAULTY)
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertIn("seed-1: different", done.stdout)
+        place = self.directory / "soak-failures/seed-1"
+        small = place / "shrunk/scenario.yaml"
+        # The fault shows in the second frame of any machine whose frames are read from the same page.
+        self.assertIn("frames: 2\n", small.read_text())
+        self.assertIn("columns: 1, rows: 1, width: 1, height: 1", small.read_text())
+        story = (place / "shrunk/failure.txt").read_text()
+        self.assertIn("seed 1 different, shrunk", story)
+        self.assertIn("after:  1 renderers, 1 displays of 1x1, 2 frames, 1 table rows", story)
+        self.assertIn("no smaller one fails", story)
+        self.assertIn("The files fail in the same way", story)
+        self.assertEqual(self.status(FAULTY, "--judge", small), 5)
+        self.assertEqual(self.status(SOAK_MACHINES, "--judge", small), 0)  # the right level is at no fault
+        self.assertEqual(self.status(METABUFFER, "compare", small), 0)
+        self.assertEqual(self.status(FAULTY, "--shrink", 2, self.directory / "nothing"), 0)  # does not fail
+        cut_short = self.directory / "cut-short"
+        self.assertEqual(self.status(FAULTY, "--shrink", 1, cut_short, 3), 5)
+        self.assertIn("smaller ones have not all been tried", (cut_short / "failure.txt").read_text())
+
+    def status(self, *words):
+        done = subprocess.run(list(map(str, words)), cwd=self.directory, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300, check=False)
+        return done.returncode
+
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1] + sys.argv[3:])
+    unittest.main(argv=sys.argv[:1] + sys.argv[5:])

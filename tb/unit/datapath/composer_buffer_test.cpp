@@ -117,6 +117,126 @@ TEST_CASE("composer buffer: what still comes of a frame that is over is dropped"
     CHECK(buffer.at_address(buffer.address_of(0)) == numbered(50));
 }
 
+TEST_CASE("composer buffer: a loss abandons its frame: nothing of it is held, kept or waited for") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    begin(buffer, row_of(10, 1));
+    for (int k = 0; k < 3; ++k) buffer.push(numbered(k));
+    buffer.release_through(0);
+    REQUIRE(buffer.held_pixels() == 2);
+    CHECK(buffer.next_pixel() == std::int64_t{3});
+    CHECK(buffer.missing_pixels() == 7);
+    CHECK(buffer.keeps_next());
+    CHECK_FALSE(buffer.abandoned());
+    CHECK_FALSE(buffer.segment_complete());
+    buffer.lose(2);
+    CHECK(buffer.abandoned());
+    CHECK(buffer.abandoning());
+    CHECK(buffer.segment_complete());
+    CHECK(buffer.held_pixels() == 0);
+    CHECK(buffer.next_pixel() == std::int64_t{5});
+    CHECK(buffer.missing_pixels() == 5);
+    CHECK_FALSE(buffer.keeps_next());
+    for (int k = 5; k < 9; ++k) CHECK_FALSE(buffer.push(numbered(k)));
+    CHECK(buffer.held_pixels() == 0);
+    CHECK(buffer.missing_pixels() == 1);
+    buffer.release_through(6);
+    buffer.release_through(9);
+    CHECK(buffer.held_pixels() == 0);
+    buffer.push(numbered(9));
+    CHECK(buffer.missing_pixels() == 0);
+    buffer.end_frame();
+    CHECK_FALSE(buffer.next_pixel().has_value());  // it was whole
+}
+
+TEST_CASE("composer buffer: a second loss in a frame lets go of nothing twice") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    begin(buffer, row_of(2, 1));
+    buffer.push(numbered(0));
+    buffer.push(numbered(1));
+    begin(buffer, row_of(10, 1));
+    buffer.push(numbered(10));
+    REQUIRE(buffer.held_pixels() == 3);
+    buffer.lose(1);
+    CHECK(buffer.held_pixels() == 2);
+    buffer.push(numbered(12));
+    buffer.lose(3);
+    CHECK(buffer.held_pixels() == 2);
+    CHECK(buffer.next_pixel() == std::int64_t{6});
+    // The frame that is composited is whole and stays so.
+    CHECK_FALSE(buffer.abandoned());
+    CHECK(buffer.at_address(buffer.address_of(0)) == numbered(0));
+    CHECK(buffer.at_address(buffer.address_of(1)) == numbered(1));
+    buffer.release_through(1);
+    buffer.end_frame();
+    CHECK(buffer.abandoned());
+    CHECK(buffer.held_pixels() == 0);
+}
+
+TEST_CASE("composer buffer: losses of pixels that were used without having come give nothing back") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    begin(buffer, row_of(10, 1));
+    buffer.push(numbered(0));
+    buffer.release_through(4);
+    buffer.lose(2);  // 1 and 2; the frame is at 5 already
+    CHECK(buffer.held_pixels() == 0);
+    CHECK(buffer.next_pixel() == std::int64_t{3});
+}
+
+TEST_CASE("composer buffer: the frame behind an abandoned one is kept apart and found where it was stored") {
+    for (int lost = 1; lost < 12; ++lost) {
+        INFO(lost << " pixels lost");
+        ComposerBuffer buffer(5, kWidth, kHeight);
+        begin(buffer, row_of(12, 1));
+        buffer.push(numbered(0));
+        buffer.lose(lost);
+        begin(buffer, row_of(5, 1));
+        CHECK_FALSE(buffer.abandoning());
+        CHECK(buffer.next_pixel() == std::int64_t{0});
+        for (int k = 0; k < 5; ++k) CHECK(buffer.push(numbered(100 + k)));
+        CHECK(buffer.held_pixels() == 5);
+        buffer.end_frame();
+        CHECK_FALSE(buffer.abandoned());
+        CHECK(buffer.segment_complete());
+        for (int k = 0; k < 5; ++k) CHECK(buffer.at_address(buffer.address_of(k)) == numbered(100 + k));
+    }
+}
+
+TEST_CASE("composer buffer: what is lost of a frame that is over is known, and abandons no other") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    begin(buffer, row_of(6, 1));
+    buffer.push(numbered(0));
+    buffer.release_through(5);
+    buffer.end_frame();
+    CHECK(buffer.next_pixel() == std::int64_t{1});
+    CHECK_FALSE(buffer.push(numbered(1)));
+    CHECK(buffer.missing_pixels() == 4);
+    buffer.lose(2);
+    CHECK_FALSE(buffer.abandoning());  // it is over: what still comes of it is late
+    CHECK(buffer.next_pixel() == std::int64_t{4});
+    CHECK(buffer.missing_pixels() == 2);
+    buffer.lose(2);
+    CHECK(buffer.missing_pixels() == 0);
+    CHECK(buffer.held_pixels() == 0);
+    begin(buffer, row_of(2, 1));
+    CHECK_FALSE(buffer.abandoned());
+    CHECK(buffer.next_pixel() == std::int64_t{0});
+    CHECK(buffer.push(numbered(50)));
+    CHECK(buffer.at_address(buffer.address_of(0)) == numbered(50));
+}
+
+TEST_CASE("composer buffer: an abandoned frame that is over is abandoned still") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    begin(buffer, row_of(6, 1));
+    buffer.lose(2);
+    buffer.release_through(5);
+    buffer.end_frame();
+    CHECK_FALSE(buffer.has_frame());
+    CHECK(buffer.abandoning());
+    CHECK(buffer.next_pixel() == std::int64_t{2});
+    CHECK_FALSE(buffer.push(numbered(2)));
+    CHECK(buffer.missing_pixels() == 3);
+}
+
 TEST_CASE("composer buffer: the next frame's pixels do not count for the one that is composited") {
     ComposerBuffer buffer(6, kWidth, kHeight);
     begin(buffer, row_of(2, 1));

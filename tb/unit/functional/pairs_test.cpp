@@ -34,9 +34,10 @@ TEST_CASE("without faults frame k is made of every renderer's pair k", "[functio
 }
 
 TEST_CASE("a faulty pair is replaced by the last good one", "[functional][pairs]") {
-    const auto kind = GENERATE(FaultKind::kMagic, FaultKind::kVersion, FaultKind::kKind, FaultKind::kCrc,
-                               FaultKind::kNumber, FaultKind::kShortLine, FaultKind::kLongLine,
-                               FaultKind::kShortFrame, FaultKind::kLongFrame, FaultKind::kMissing);
+    const auto kind =
+        GENERATE(FaultKind::kMagic, FaultKind::kVersion, FaultKind::kKind, FaultKind::kCrc,
+                 FaultKind::kNumber, FaultKind::kShortLine, FaultKind::kLongLine, FaultKind::kShortFrame,
+                 FaultKind::kLongFrame, FaultKind::kMissing, FaultKind::kOtherPair);
     const auto frame = GENERATE(FrameKind::kColour, FrameKind::kDepth);
     const auto pacing = GENERATE(Pacing::kLockstep, Pacing::kFreeRunning);
     INFO("fault kind " << static_cast<int>(kind) << ", frame " << static_cast<int>(frame));
@@ -88,6 +89,78 @@ TEST_CASE("a delay loses the pair only past the link timeout", "[functional][pai
         scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kColour, 1), fault(FaultKind::kCrc, 1)};
         CHECK(pairs_without_time(scenario) == lost);
     }
+}
+
+TEST_CASE("faults that change no picture or only pixels lose no pair", "[functional][pairs]") {
+    const auto kind =
+        GENERATE(FaultKind::kRepeated, FaultKind::kPixelBits, FaultKind::kDrift, FaultKind::kBusreadyLow,
+                 FaultKind::kPipereadyLow, FaultKind::kLostBeat, FaultKind::kRandomStalls);
+    const auto frame = GENERATE(FrameKind::kColour, FrameKind::kDepth);
+    for (const std::uint32_t pair : {0U, 2U}) {
+        CHECK(pairs_without_time(four_frames({fault(kind, pair, frame)})) == kUndisturbed);
+    }
+}
+
+TEST_CASE("a byte of the control scanline loses the pair if it belongs to the content",
+          "[functional][pairs]") {
+    constexpr int kRows = 3;
+    constexpr int kContentBytes = 16 + 16 * kRows + 2;
+    Fault byte = fault(FaultKind::kControlByte, 2);
+    byte.bits = 1;
+    for (const int index : {0, 4, 5, 8, 15, 16, kContentBytes - 1, kContentBytes}) {
+        INFO("byte " << index);
+        byte.byte = index;
+        Scenario scenario = four_frames({byte});
+        scenario.renderers[1].frames.resize(3);
+        scenario.renderers[1].frames[2].table.resize(kRows);
+        const bool lost = index < kContentBytes;
+        CHECK(pairs_without_time(scenario) == (lost ? Pairs{{0, 0}, {1, 1}, {2, 1}, {3, 3}} : kUndisturbed));
+    }
+}
+
+TEST_CASE("a colour frame sent twice counts beside a late depth frame", "[functional][pairs]") {
+    const Pairs lost{{0, 0}, {1, 0}, {2, 2}, {3, 3}};
+    Scenario scenario = four_frames({fault(FaultKind::kDelay, 1, FrameKind::kDepth, 1)});
+    scenario.link_timeout_pairs = 2;
+    CHECK(pairs_without_time(scenario) == kUndisturbed);
+    scenario.faults.push_back(fault(FaultKind::kRepeated, 1));
+    CHECK(pairs_without_time(scenario) == lost);
+    scenario.faults[0].frame = FrameKind::kColour;  // the colour frame comes in time, and the pair goes on
+    CHECK(pairs_without_time(scenario) == kUndisturbed);
+}
+
+TEST_CASE("flipped bits are contributed in the pair's own image and in no other", "[functional][pairs]") {
+    Scenario scenario;
+    scenario.displays.width_pixels = 4;
+    scenario.displays.height_pixels = 4;
+    Renderer renderer;
+    renderer.image_width_pixels = 4;
+    renderer.image_height_pixels = 4;
+    renderer.images = {std::make_shared<const PixelImage>(4, 4, Pixel(0x10, 0x20, 0x30, 0x40, 0x5060))};
+    renderer.frames.resize(1);
+    scenario.renderers = {renderer, renderer};
+    const auto pixel_of = [&scenario](int pair) {
+        const functional::Contribution contribution = contributions_of(scenario, {pair, pair})[1];
+        CHECK(contribution.image->at(2, 2) == Pixel(0x10, 0x20, 0x30, 0x40, 0x5060));
+        return contribution.image->at(1, 3);
+    };
+    Fault bits = fault(FaultKind::kPixelBits, 2);
+    bits.x = 1;
+    bits.y = 3;
+    bits.bits = 0x0F'F0'01;
+    scenario.faults = {bits};
+    CHECK(pixel_of(2) == Pixel(0x1F, 0xD0, 0x31, 0x40, 0x5060));
+    CHECK(pixel_of(1) == Pixel(0x10, 0x20, 0x30, 0x40, 0x5060));
+    CHECK(contributions_of(scenario, {2, 2})[0].image == scenario.renderers[0].images[0].get());
+    bits.frame = FrameKind::kDepth;
+    scenario.faults = {bits};
+    CHECK(pixel_of(2) == Pixel(0x10, 0x20, 0x30, 0x4F, 0xA061));
+    scenario.depth_format = DepthFormat::kZ24;
+    CHECK(pixel_of(2) == Pixel(0x10, 0x20, 0x30, 0x40, 0x0FA061));
+    // Both frames' flips meet in one image.
+    bits.frame = FrameKind::kColour;
+    scenario.faults.push_back(bits);
+    CHECK(pixel_of(2) == Pixel(0x1F, 0xD0, 0x31, 0x40, 0x0FA061));
 }
 
 TEST_CASE("contributions are the pair's image and the rows that stand", "[functional][pairs]") {

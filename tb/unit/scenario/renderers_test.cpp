@@ -307,7 +307,9 @@ TEST_CASE("faults: every kind") {
                                                                {"long_line", FaultKind::kLongLine},
                                                                {"short_frame", FaultKind::kShortFrame},
                                                                {"long_frame", FaultKind::kLongFrame},
-                                                               {"missing", FaultKind::kMissing}};
+                                                               {"missing", FaultKind::kMissing},
+                                                               {"repeated", FaultKind::kRepeated},
+                                                               {"other_pair", FaultKind::kOtherPair}};
     for (const auto& [name, kind] : kinds) {
         const Scenario scenario =
             fixture.parse(with_faults({"{renderer: cube, pair: 4, kind: " + name + "}"}));
@@ -317,6 +319,8 @@ TEST_CASE("faults: every kind") {
         CHECK(scenario.faults[0].kind == kind);
         CHECK(scenario.faults[0].frame == FrameKind::kColour);
         CHECK(scenario.faults[0].delay_pairs == 0);
+        CHECK(scenario.faults[0].lines == 1);
+        CHECK(scenario.faults[0].where == "test.yaml:6: faults[0]");
     }
     const Scenario scenario =
         fixture.parse(with_faults({"{renderer: ball, pair: 4294967295, kind: crc, frame: depth}",
@@ -327,6 +331,38 @@ TEST_CASE("faults: every kind") {
     CHECK(scenario.faults[1].kind == FaultKind::kDelay);
     CHECK(scenario.faults[1].delay_pairs == 3);
     CHECK(fixture.parse("faults: []\n" + ScenarioFixture::minimal()).faults.empty());
+}
+
+TEST_CASE("faults: each kind has its own keys") {
+    const ScenarioFixture fixture;
+    const auto only = [&](const std::string& keys) {
+        return fixture.parse(with_faults({"{renderer: ball, " + keys + "}"})).faults.at(0);
+    };
+    CHECK(only("pair: 0, kind: long_frame, lines: 8").lines == 8);
+    Fault fault = only("pair: 2, frame: depth, kind: control_byte, byte: 47, bits: 129");
+    CHECK(fault.byte == 47);
+    CHECK(fault.bits == 129);
+    CHECK(fault.frame == FrameKind::kDepth);
+    fault = only("pair: 2, kind: pixel_bits, bits: 16777215, x: 15, y: 7");
+    CHECK(fault.bits == 0xFFFFFF);
+    CHECK(fault.x == 15);
+    CHECK(fault.y == 7);
+    fault = only("pair: 2, kind: drift, ppm: -250");
+    CHECK(fault.pair == 2);
+    CHECK(fault.ppm == -250);
+    CHECK(only("pair: 3, kind: drift, ppm: 0").ppm == 0);
+    fault = only("kind: busready_low, display: 1");
+    CHECK(fault.display == 1);
+    CHECK(fault.from_cycle == 0);
+    CHECK_FALSE(fault.cycles.has_value());
+    fault = only("kind: pipeready_low, display: 1, from_cycle: 5000000000, cycles: 7");
+    CHECK(fault.from_cycle == 5'000'000'000);
+    CHECK(fault.cycles == 7);
+    fault = only("kind: lost_beat, display: 1, beats: 3, from_cycle: 9");
+    CHECK(fault.beats == 3);
+    fault = only("kind: random_stalls, percent: 40, seed: 12345678901");
+    CHECK(fault.percent == 40);
+    CHECK(fault.seed == 12'345'678'901U);
 }
 
 TEST_CASE("faults: what is wrong with one has its line") {
@@ -343,7 +379,9 @@ TEST_CASE("faults: what is wrong with one has its line") {
     CHECK(error("{renderer: ball, pair: 0}") ==
           at +
               ".kind: is missing; use magic, version, kind, crc, number, short_line, long_line, short_frame, "
-              "long_frame, missing or delay");
+              "long_frame, missing, delay, repeated, other_pair, control_byte, pixel_bits, drift, "
+              "busready_low, "
+              "pipeready_low, lost_beat or random_stalls");
     CHECK(error("{renderer: ball, pair: 0, kind: crcs}")
               .rfind(at + ".kind: 'crcs' is not a kind of fault; use ", 0) == 0);
     CHECK(error("{renderer: ball, pair: 0, kind: crc, frame: even}") ==
@@ -356,8 +394,29 @@ TEST_CASE("faults: what is wrong with one has its line") {
           at + ".delay_pairs: 0 is out of range; use 1 to 1000000");
     CHECK(error("{renderer: ball, pair: 0, kind: crc, frames: depth}") ==
           at + ".frames: is not a known key; the nearest is faults[1].frame");
-    CHECK(error("crc") ==
-          at + ": is 'crc'; use a map with the keys renderer, pair, kind, frame and delay_pairs");
+    CHECK(error("crc") == at + ": is 'crc'; use a map with the keys renderer, pair, kind, frame, "
+                               "delay_pairs, lines, byte, bits, x, "
+                               "y, ppm, display, from_cycle, cycles, beats, percent and seed");
+    CHECK(error("{renderer: ball, pair: 0, kind: crc, lines: 2}") ==
+          at + ".lines: does not go with kind crc; use it with kind short_frame or long_frame only");
+    CHECK(
+        error("{renderer: ball, pair: 0, kind: busready_low, display: 1}") ==
+        at +
+            ".pair: does not go with kind busready_low; its keys are renderer, kind, display, from_cycle and "
+            "cycles");
+    CHECK(error("{renderer: ball, pair: 0, kind: drift, ppm: 1, frame: depth}") ==
+          at + ".frame: does not go with kind drift; its keys are renderer, kind, pair and ppm");
+    CHECK(error("{renderer: ball, pair: 0, kind: drift}") == at + ".ppm: is missing; use -100000 to 100000");
+    CHECK(
+        error("{renderer: ball, kind: random_stalls, percent: 3, display: 1}") ==
+        at + ".display: does not go with kind random_stalls; use it with kind busready_low, pipeready_low or "
+             "lost_beat only");
+    CHECK(error("{renderer: ball, pair: 0, kind: control_byte, byte: 3}") ==
+          at + ".bits: is missing; use 1 to 255");
+    CHECK(error("{renderer: ball, pair: 0, kind: control_byte, byte: 48, bits: 1}") ==
+          at + ".byte: 48 is out of range; use 0 to 47, the bytes of the control scanline");
+    CHECK(error("{renderer: ball, kind: lost_beat, display: 2}") ==
+          at + ".display: 2 is out of range; use 1 to 1");
 }
 
 }  // namespace metabuffer::test

@@ -3,6 +3,8 @@
 #include <memory>
 #include <string>
 
+#include "scenario/fault_keys.h"
+#include "scenario/names.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {
@@ -39,12 +41,13 @@ std::string error_after(const std::function<void(Scenario&)>& spoil) {
 TEST_CASE("rules: a scenario's name is no path, and a pair's number is spoilt in one frame only") {
     CHECK(error_after([](Scenario& s) { s.name = "../elsewhere"; }) ==
           "name: '../elsewhere' is a path; use a plain name, without slashes");
-    CHECK(error_after([](Scenario& s) {
-              s.faults = {{0, 1, FaultKind::kNumber, FrameKind::kColour, 0},
-                          {0, 1, FaultKind::kNumber, FrameKind::kDepth, 0}};
-          }) ==
-          "faults[0].kind: number on both frames of a pair makes it a good pair of another number; use it "
-          "on one");
+    CHECK(
+        error_after([](Scenario& s) {
+            s.faults = {{0, 1, FaultKind::kNumber, FrameKind::kColour, 0},
+                        {0, 1, FaultKind::kNumber, FrameKind::kDepth, 0}};
+        }) ==
+        "faults[0].kind: number on both frames of a pair can make it a good pair of another number; use one "
+        "of them on one frame");
 }
 
 TEST_CASE("rules: a scenario built in C++ passes") {
@@ -129,6 +132,161 @@ TEST_CASE("rules: renderers and faults") {
     CHECK(error_after([](Scenario& s) {
               s.faults.push_back({0, 0, FaultKind::kCrc, FrameKind::kDepth, 1});
           }) == "faults[0].delay_pairs: does not go with kind crc; use it with kind delay only");
+}
+
+TEST_CASE("rules: a fault's keys go with its kind and lie within its image and the displays") {
+    const auto error_of = [](Fault fault) {
+        return error_after([&fault](Scenario& s) { s.faults.assign(1, fault); });
+    };
+    const auto kind = [](FaultKind value) {
+        Fault fault;
+        fault.kind = value;
+        return fault;
+    };
+    Fault fault = kind(FaultKind::kShortFrame);
+    fault.lines = 8;  // all but the control scanline
+    CHECK(error_of(fault).empty());
+    fault.lines = 9;
+    CHECK(error_of(fault) == "faults[0].lines: 9 is out of range; use 1 to 8, the lines of the image");
+    fault.lines = 0;
+    CHECK(error_of(fault) == "faults[0].lines: 0 is out of range; use 1 to 8192");
+    fault = kind(FaultKind::kLongFrame);
+    fault.lines = 9;
+    CHECK(error_of(fault) == "faults[0].lines: 9 is out of range; use 1 to 8, the lines of the image");
+
+    fault = kind(FaultKind::kControlByte);
+    CHECK(error_of(fault) == "faults[0].bits: 0 is out of range; use 1 to 255");
+    fault.bits = 256;
+    CHECK(error_of(fault) == "faults[0].bits: 256 is out of range; use 1 to 255");
+    fault.bits = 255;
+    fault.byte = 47;
+    CHECK(error_of(fault).empty());
+    fault.byte = 48;
+    CHECK(error_of(fault) ==
+          "faults[0].byte: 48 is out of range; use 0 to 47, the bytes of the control scanline");
+
+    fault = kind(FaultKind::kPixelBits);
+    fault.bits = 0xFFFFFF;
+    fault.x = 15;
+    fault.y = 7;
+    CHECK(error_of(fault).empty());
+    fault.x = 16;
+    CHECK(error_of(fault) == "faults[0].x: 16 is out of range; use 0 to 15, the columns of the image");
+    fault.x = 0;
+    fault.y = 8;
+    CHECK(error_of(fault) == "faults[0].y: 8 is out of range; use 0 to 7, the rows of the image");
+    fault.bits = 0x1000000;
+    CHECK(error_of(fault) == "faults[0].bits: 16777216 is out of range; use 1 to 16777215");
+
+    fault = kind(FaultKind::kDrift);
+    CHECK(error_of(fault).empty());  // back to normal
+    fault.ppm = -100'001;
+    CHECK(error_of(fault) == "faults[0].ppm: -100001 is out of range; use -100000 to 100000");
+
+    fault = kind(FaultKind::kLostBeat);
+    CHECK(error_of(fault) == "faults[0].display: 0 is out of range; use 1 to 4096");
+    fault.display = 1;
+    CHECK(error_of(fault).empty());
+    fault.cycles = 5;
+    CHECK(
+        error_of(fault) ==
+        "faults[0].cycles: does not go with kind lost_beat; use it with kind busready_low, pipeready_low or "
+        "random_stalls only");
+    fault.cycles.reset();
+    fault.display = 2;
+    CHECK(error_of(fault) == "faults[0].display: 2 is out of range; use 1 to 1");
+    fault.display = 1;
+    fault.pair = 3;
+    CHECK(error_of(fault) ==
+          "faults[0].pair: does not go with kind lost_beat; its keys are renderer, kind, display, from_cycle "
+          "and beats");
+
+    fault = kind(FaultKind::kRandomStalls);
+    CHECK(error_of(fault) == "faults[0].percent: 0 is out of range; use 1 to 99");
+    fault.percent = 100;
+    CHECK(error_of(fault) == "faults[0].percent: 100 is out of range; use 1 to 99");
+    fault.percent = 99;
+    CHECK(error_of(fault).empty());
+    fault.seed = ~std::uint64_t{0};
+    CHECK(error_of(fault) == "faults[0].seed: -1 is out of range; use 0 to 1000000000000000");
+}
+
+TEST_CASE("rules: faults of a frame that undo each other or make a pair of parts are refused") {
+    const auto fault = [](FaultKind kind, FrameKind frame = FrameKind::kColour, std::uint32_t pair = 1) {
+        Fault made;
+        made.kind = kind;
+        made.frame = frame;
+        made.pair = pair;
+        return made;
+    };
+    const auto error_of = [](const std::vector<Fault>& faults) {
+        return error_after([&faults](Scenario& s) { s.faults = faults; });
+    };
+    constexpr FrameKind kDepth = FrameKind::kDepth;
+    CHECK(error_of({fault(FaultKind::kShortFrame), fault(FaultKind::kLongFrame)}) ==
+          "faults[1].kind: long_frame does not go together with the short_frame of faults[0] in the same "
+          "frame; "
+          "use one of them");
+    CHECK(
+        error_of({fault(FaultKind::kLongLine), fault(FaultKind::kShortLine)}).rfind("faults[1].kind: ", 0) ==
+        0);
+    CHECK(error_of({fault(FaultKind::kShortFrame), fault(FaultKind::kLongFrame, kDepth)}).empty());
+    CHECK(error_of({fault(FaultKind::kShortFrame), fault(FaultKind::kShortLine)}).empty());
+    CHECK(error_of({fault(FaultKind::kMissing), fault(FaultKind::kMissing)}).rfind("faults[1].kind: ", 0) ==
+          0);
+    CHECK(error_of({fault(FaultKind::kMissing), fault(FaultKind::kMissing, FrameKind::kColour, 2)}).empty());
+
+    Fault byte = fault(FaultKind::kControlByte);
+    byte.bits = 1;
+    byte.byte = 12;
+    CHECK(error_of({byte, fault(FaultKind::kMagic)}).empty());
+    CHECK(error_of({byte, fault(FaultKind::kCrc)}).rfind("faults[1].kind: crc does not go together", 0) == 0);
+    CHECK(error_of({byte, byte}).rfind("faults[1].kind: control_byte does not go together", 0) == 0);
+    Fault other_byte = byte;
+    other_byte.byte = 13;
+    CHECK(error_of({byte, other_byte}).empty());
+
+    Fault pixel = fault(FaultKind::kPixelBits);
+    pixel.bits = 1;
+    CHECK(error_of({pixel, pixel}).rfind("faults[1].kind: pixel_bits does not go together", 0) == 0);
+    Fault other_pixel = pixel;
+    other_pixel.x = 1;
+    CHECK(error_of({pixel, other_pixel}).empty());
+
+    CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kOtherPair, kDepth)}) ==
+          "faults[0].kind: number and other_pair in one pair can make it a good pair of another number; use "
+          "one "
+          "of them on one frame");
+    CHECK(error_of({fault(FaultKind::kOtherPair), fault(FaultKind::kOtherPair, kDepth)})
+              .rfind("faults[0].kind", 0) == 0);
+    CHECK(error_of({fault(FaultKind::kOtherPair), fault(FaultKind::kNumber)}).rfind("faults[0].kind", 0) ==
+          0);
+    CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kNumber, kDepth, 2)}).empty());
+    CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kMissing, kDepth)}).empty());
+    CHECK(
+        error_of({fault(FaultKind::kNumber), fault(FaultKind::kMissing, kDepth),
+                  fault(FaultKind::kMissing, FrameKind::kColour, 2)}) ==
+        "faults[0].kind: number and the next two frames missing make a good pair of parts of two; let one of "
+        "them come");
+}
+
+TEST_CASE("rules: a level without clocks refuses faults that happen clock by clock and names their place") {
+    Scenario scenario = built();
+    CHECK_NOTHROW(refuse_faults_of_level_rtl(scenario, "tlm"));
+    for (const auto& kind : EnumNames<FaultKind>::kTable) {
+        INFO(kind.name);
+        Fault fault;
+        fault.kind = kind.value;
+        scenario.faults = {Fault{}, fault};
+        const std::string error = input_error_of([&] { refuse_faults_of_level_rtl(scenario, "tlm"); });
+        const std::string wanted = std::string(".kind: ") + kind.name +
+                                   " happens clock by clock, which level tlm does not know; use --level rtl";
+        CHECK(error == (is_only_at_level_rtl(kind.value) ? "faults[1]" + wanted : ""));
+        if (error.empty()) continue;
+        scenario.faults[1].where = "file.yaml:7: faults[1]";
+        CHECK(input_error_of([&] { refuse_faults_of_level_rtl(scenario, "tlm"); }) ==
+              "file.yaml:7: faults[1]" + wanted);
+    }
 }
 
 TEST_CASE("rules: images and tables") {

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "scenario/fault_keys.h"
 #include "scenario/image_loader.h"
 #include "scenario/output_error.h"
 #include "scenario/scenario_loader.h"
@@ -72,12 +73,21 @@ Scenario unusual_scenario(DepthFormat format) {
         renderer.frames = {viewport, table, empty};
         scenario.renderers.push_back(std::move(renderer));
     }
-    int pair = 0;
+    // Each key of each kind has a value of its own; the first of a kind has only what it must have.
+    int number = 1;
     for (const auto& kind : EnumNames<FaultKind>::kTable) {
-        const FrameKind frame = pair % 2 == 0 ? FrameKind::kColour : FrameKind::kDepth;
-        const int delay = kind.value == FaultKind::kDelay ? 12 : 0;
-        scenario.faults.push_back({pair % 4, static_cast<std::uint32_t>(pair), kind.value, frame, delay});
-        ++pair;
+        for (const bool required_only : {true, false}) {
+            Fault fault;
+            fault.renderer = number % 4;
+            fault.kind = kind.value;
+            for (const FaultKeyUse& use : fault_keys_of(kind.value)) {
+                if (required_only && !use.required) continue;
+                const bool is_number = use.key->shape == FaultKey::Shape::kWholeNumber;
+                use.key->set(fault, is_number ? ++number % 6 + 1 : 1);
+            }
+            fault.pair += fault.pair == 0 ? 0 : static_cast<std::uint32_t>(10 * number);
+            scenario.faults.push_back(fault);
+        }
     }
     scenario.faults.push_back({0, 4294967295U, FaultKind::kCrc, FrameKind::kDepth, 0});
     check_scenario(scenario);

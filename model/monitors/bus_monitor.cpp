@@ -1,0 +1,388 @@
+#include "monitors/bus_monitor.h"
+
+#include <algorithm>
+
+namespace metabuffer::monitors {
+namespace {
+
+constexpr int kTableRowBits = 128;
+
+std::string number(std::int64_t value) { return std::to_string(value); }
+
+}  // namespace
+
+BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
+                       ViolationLog& log)
+    : sc_core::sc_module(name),
+      busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
+      tableready_i("tableready_i", static_cast<std::size_t>(scenario.displays.count())),
+      bus_("bus " + number(renderer + 1) + ": "),
+      displays_(scenario.displays.count()),
+      frames_(scenario.frames),
+      raster_width_(scenario.displays.raster_width_pixels()),
+      raster_height_(scenario.displays.raster_height_pixels()),
+      image_width_(scenario.renderers[static_cast<std::size_t>(renderer)].image_width_pixels),
+      image_height_(scenario.renderers[static_cast<std::size_t>(renderer)].image_height_pixels),
+      page_words_(scenario.memory.page_words),
+      page_miss_cycles_(scenario.memory.page_miss_cycles),
+      burst_pixels_(scenario.bus.burst_pixels),
+      beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
+      buffer_pixels_(scenario.composer.buffer_pixels),
+      ready_space_pixels_(scenario.composer.ready_space_pixels),
+      cycles_per_beat_(cycles_per_beat(scenario.bus)),
+      cycles_per_row_(std::max(1, kTableRowBits / scenario.bus.width_bits)),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      reporter_(log),
+      levels_(static_cast<std::size_t>(displays_)),
+      rows_(static_cast<std::size_t>(displays_)) {
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+}
+
+void BusMonitor::end_of_elaboration() {
+    bus_name_ = signal_name(bus_i);
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= bus_i.value_changed_event();
+    for (const auto& port : busready_i) {
+        busready_names_.push_back(signal_name(port));
+        wake_events_ |= port.value_changed_event();
+    }
+    for (const auto& port : tableready_i) {
+        wake_events_ |= port.value_changed_event();
+    }
+}
+
+void BusMonitor::violate(const char* rule, const std::string& signal, std::int64_t edge,
+                         const std::string& detail) {
+    reporter_.report(rule, rule, signal, edge, frames_started_ - 1, bus_ + detail);
+}
+
+void BusMonitor::restart() {
+    for (auto& levels : levels_) {
+        levels.clear();
+    }
+    std::fill(rows_.begin(), rows_.end(), Row{});
+    tables_taken_ = active_ = stopped_ = false;
+    table_complete_ = true;
+    frames_started_ = 0;
+    pixels_left_ = 0;
+    unseen_edge_ = kNone;
+}
+
+void BusMonitor::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
+    if (reset_i.read()) {
+        restart();
+        return;
+    }
+    const std::int64_t edge = rtl::clock_edge_number(core_period_picoseconds_);
+    sample_busready(edge);
+    // What BUSREADY answers at this edge: it was written at the one before, with what was announced then.
+    const std::int64_t announced = active_ ? remaining_ : 0;
+    const rtl::BusBeat& beat = bus_i.read();
+    switch (beat.kind) {
+        case rtl::BusBeat::Kind::kNone:
+            break;
+        case rtl::BusBeat::Kind::kFrameStart:
+            take_frame_start(beat, edge);
+            break;
+        case rtl::BusBeat::Kind::kTableRow:
+            take_row(beat, edge);
+            break;
+        case rtl::BusBeat::Kind::kPixels:
+            take_pixels(beat, edge);
+            break;
+    }
+    check_overdue(edge);
+    stop_on_busready(edge, announced);
+    const bool between_frames = table_complete_ && pixels_left_ == 0;
+    tables_taken_ =
+        !between_frames || std::all_of(tableready_i.begin(), tableready_i.end(),
+                                       [](const sc_core::sc_in<bool>& port) { return port.read(); });
+    if (gate_.idle_edge(beat.kind == rtl::BusBeat::Kind::kNone && !active_ && table_complete_)) {
+        next_trigger(wake_events_);
+    }
+}
+
+// ---- BUSREADY as it was ----
+
+void BusMonitor::sample_busready(std::int64_t edge) {
+    for (std::size_t d = 0; d < levels_.size(); ++d) {
+        std::deque<Level>& levels = levels_[d];
+        const bool high = busready_i[d].read();
+        if (!levels.empty() && levels.back().high == high) {
+            continue;
+        }
+        levels.push_back({edge, high});
+        // No grant that is still to be judged lies before this.
+        const std::int64_t oldest_grant = edge - page_miss_cycles_ - cycles_per_beat_;
+        while (levels.size() > 1 && levels[1].edge <= oldest_grant) {
+            levels.pop_front();
+        }
+    }
+}
+
+bool BusMonitor::busready_at(std::size_t display, std::int64_t edge) const {
+    const std::deque<Level>& levels = levels_[display];
+    const auto level = std::find_if(levels.rbegin(), levels.rend(),
+                                    [edge](const Level& candidate) { return candidate.edge <= edge; });
+    return level != levels.rend() && level->high;
+}
+
+// ---- the table ----
+
+void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
+    const std::int64_t left = pixels_left_;
+    if (!table_complete_) {
+        violate("bus/incomplete", edge, "a frame starts while the table before is not complete");
+    } else if (left > 0) {
+        violate("bus/incomplete", edge,
+                "a frame starts while " + number(left) + " pixels of the one before have not been sent");
+    }
+    ++frames_started_;
+    if (frames_started_ > frames_) {
+        violate("bus/frames", edge,
+                "frame " + number(frames_started_) + " of " + number(frames_) + " starts");
+    }
+    if (!tables_taken_) {
+        violate("bus/tableready", edge,
+                "a frame starts behind an edge at which not every TABLEREADY was high");
+    }
+    std::fill(rows_.begin(), rows_.end(), Row{});
+    pixels_left_ = 0;
+    active_ = stopped_ = false;
+    open_page_ = kNone;
+    table_complete_ = beat.last;
+    table_edge_ = free_from_ = edge;
+}
+
+void BusMonitor::take_row(const rtl::BusBeat& beat, std::int64_t edge) {
+    if (table_complete_) {
+        violate("bus/table", edge,
+                frames_started_ == 0 ? "a table row before a frame's start"
+                                     : "a table row behind the table's last");
+    } else if (edge != table_edge_ + cycles_per_row_) {
+        violate("bus/table", edge,
+                "a table row " + number(edge - table_edge_) + " clocks behind the beat before, not " +
+                    number(cycles_per_row_));
+    }
+    enter_row(beat.row(), edge);
+    table_complete_ = table_complete_ || beat.last;
+    table_edge_ = free_from_ = edge;
+}
+
+void BusMonitor::enter_row(const ViewportRow& row, std::int64_t edge) {
+    const std::string subject = "a row for display " + number(row.dcomp);
+    if (row.dcomp < 1 || row.dcomp > displays_) {
+        violate("bus/row", edge, subject + ": there are " + number(displays_));
+        return;
+    }
+    Row& entry = rows_[row.dcomp - std::size_t{1}];
+    if (entry.present) {
+        violate("bus/row", edge, subject + ", which has one");
+        pixels_left_ -= entry.pixels - entry.sent;
+    }
+    const SegmentPlaces places(row, raster_width_, raster_height_);
+    const std::int64_t window = row.dmultiple > 1 ? row.sdx : 0;
+    if (!places.legal() || row.sx + row.sdx > image_width_ || row.sy + row.sdy > image_height_) {
+        violate("bus/row", edge, subject + " that its image or its raster does not hold");
+    } else if (buffer_pixels_ < ready_space_pixels_ + window) {
+        violate("bus/row", edge, subject + " that the composer's buffer can never serve");
+    }
+    entry.present = true;
+    entry.first_word = row.sy * image_width_ + row.sx;
+    entry.width = std::max<std::int64_t>(row.sdx, 1);
+    entry.pixels = places.pixels();
+    entry.sent = 0;
+    pixels_left_ += entry.pixels;
+}
+
+// ---- pixels ----
+
+std::int64_t BusMonitor::address_of(const Row& row, std::int64_t pixel) const {
+    return row.first_word + pixel / row.width * image_width_ + pixel % row.width;
+}
+
+std::int64_t BusMonitor::page_of(const Row& row, std::int64_t pixel) const {
+    return address_of(row, pixel) / page_words_;
+}
+
+/// Pixels of one page, from `pixel` on, that one beat carries when `left` of the burst are to come.
+std::int64_t BusMonitor::beat_size(const Row& row, std::int64_t pixel, std::int64_t left) const {
+    const std::int64_t most = std::min(beat_pixels_, left);
+    const std::int64_t page = page_of(row, pixel);
+    std::int64_t count = 1;
+    while (count < most) {
+        // To the end of the source row, or of the page in it.
+        const std::int64_t in_row = row.width - (pixel + count - 1) % row.width - 1;
+        const std::int64_t in_page = (page + 1) * page_words_ - address_of(row, pixel + count - 1) - 1;
+        if (in_row > 0) {
+            if (in_page == 0) {
+                break;
+            }
+            count += std::min({in_row, in_page, most - count});
+        } else if (page_of(row, pixel + count) == page) {
+            ++count;
+        } else {
+            break;
+        }
+    }
+    return count;
+}
+
+void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
+    if (!table_complete_) {
+        violate("bus/table", edge, "pixels before the table is complete");
+        table_complete_ = true;
+    }
+    const std::size_t display = beat.destination - std::size_t{1};
+    if (beat.destination < 1 || beat.destination > displays_ || !rows_[display].present) {
+        violate("bus/destination", edge,
+                "pixels for display " + number(beat.destination) + ", which has no row in the table");
+        return;
+    }
+    Row& row = rows_[display];
+    if (active_ && display != display_) {
+        violate("bus/one-burst", edge,
+                "a beat for display " + number(beat.destination) + " in a burst for display " +
+                    number(static_cast<std::int64_t>(display_) + 1) + " of which " + number(remaining_) +
+                    " pixels are to come");
+        active_ = false;
+        free_from_ = edge - cycles_per_beat_;
+    }
+    pixels_sent_ += beat.count;
+    check_order(beat, row, edge);
+    if (row.pixels == row.sent) {
+        violate("bus/beyond", edge,
+                "a pixel for display " + number(beat.destination) + " behind the last of its segment of " +
+                    number(row.pixels));
+        return;
+    }
+    const std::int64_t left = burst_left(beat, row, edge);
+    const std::int64_t count = beat_size(row, row.sent, left);
+    if (beat.count != count) {
+        violate("bus/count", edge, number(beat.count) + " pixels in a beat, not " + number(count));
+    }
+    const std::int64_t taken = std::min<std::int64_t>(beat.count, row.pixels - row.sent);
+    if (beat.count > taken) {
+        violate("bus/beyond", edge,
+                "pixels for display " + number(beat.destination) + " behind the last of its segment of " +
+                    number(row.pixels));
+    }
+    const std::int64_t remaining = stopped_ ? 0 : std::max<std::int64_t>(left - beat.count, 0);
+    if (beat.remaining != remaining) {
+        violate("bus/remaining", edge,
+                number(beat.remaining) + " pixels of the burst announced behind a beat, not " +
+                    number(remaining));
+    }
+    open_page_ = page_of(row, row.sent);
+    row.sent += taken;
+    pixels_left_ -= taken;
+    remaining_ = remaining;
+    if (remaining_ == 0) {
+        end_burst(edge);
+    } else {
+        expect_next(row, edge);
+    }
+}
+
+void BusMonitor::check_order(const rtl::BusBeat& beat, const Row& row, std::int64_t edge) {
+    const std::int64_t difference = std::int64_t{beat.first} - row.sent;
+    if (difference != 0) {
+        violate(
+            "bus/order", edge,
+            "pixel " + number(beat.first) + " for display " + number(beat.destination) + " where " +
+                number(row.sent) + " was next: " +
+                (difference > 0 ? number(difference) + " are lost" : number(-difference) + " come twice"));
+    }
+}
+
+/// Pixels of its burst from this beat on, the beat's included; a new burst if none is under way.
+std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, std::int64_t edge) {
+    if (active_) {
+        if (edge != due_) {
+            violate("bus/pace", edge,
+                    "the burst's next beat " + number(edge - beat_edge_) +
+                        " clocks behind the one before, not " + number(due_ - beat_edge_));
+        }
+        ++beats_;
+        return remaining_;
+    }
+    check_grant(beat.destination - std::size_t{1}, page_of(row, row.sent), edge);
+    active_ = true;
+    stopped_ = false;
+    display_ = beat.destination - std::size_t{1};
+    beats_ = 1;
+    ++bursts_;
+    return std::min(burst_pixels_, row.pixels - row.sent);
+}
+
+/// The first beat of a burst is sampled at `edge`: when was the grant, and could it be?
+void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_t edge) {
+    const std::int64_t grant = edge - cycles_per_beat_ - (page == open_page_ ? 0 : page_miss_cycles_);
+    if (grant < free_from_) {
+        violate("bus/pace", edge,
+                "a burst begins " + number(free_from_ - grant) + " clocks too early behind what came before");
+    } else if (!busready_at(display, grant)) {
+        violate("bus/busready", busready_names_[display], edge,
+                "pixels for display " + number(static_cast<std::int64_t>(display) + 1) +
+                    " in a slot of clock " + number(grant) + ", at which its BUSREADY was low");
+    } else if (grant == unseen_edge_ && display == unseen_display_) {
+        violate("bus/passed-over", busready_names_[display], edge,
+                "a slot of clock " + number(grant) + " for display " +
+                    number(static_cast<std::int64_t>(display) + 1) +
+                    ", whose BUSREADY did not count the beat before");
+    }
+}
+
+void BusMonitor::expect_next(const Row& row, std::int64_t edge) {
+    beat_edge_ = edge;
+    next_page_ = page_of(row, std::min(row.sent, row.pixels - 1));
+    due_ = edge + cycles_per_beat_ + (next_page_ == open_page_ ? 0 : page_miss_cycles_);
+}
+
+void BusMonitor::end_burst(std::int64_t edge) {
+    // BUSREADY of this edge was written before its composer could count the burst's only or unannounced last beat.
+    if (beats_ == 1 || stopped_) {
+        unseen_edge_ = edge;
+        unseen_display_ = display_;
+    }
+    active_ = stopped_ = false;
+    free_from_ = edge;
+}
+
+void BusMonitor::check_overdue(std::int64_t edge) {
+    if (active_ && edge == due_) {
+        violate("bus/pace", edge,
+                "no beat of the burst, " + number(remaining_) + " pixels of which are to come, " +
+                    number(edge - beat_edge_) + " clocks behind the one before");
+        active_ = stopped_ = false;
+        free_from_ = edge;
+    }
+    if (!table_complete_ && edge == table_edge_ + cycles_per_row_) {
+        violate("bus/table", edge,
+                "no table row " + number(cycles_per_row_) + " clocks behind the beat before");
+    }
+}
+
+/// BUSREADY low while it answers for the burst: what is read at this edge ends it.
+void BusMonitor::stop_on_busready(std::int64_t edge, std::int64_t announced) {
+    if (!active_ || stopped_ || announced <= beat_pixels_ || busready_at(display_, edge)) {
+        return;
+    }
+    if (edge > beat_edge_) {
+        open_page_ = next_page_;
+    }
+    const std::int64_t begins = due_ - cycles_per_beat_;  // the beat that moves next, in the memory
+    if (begins < edge) {
+        stopped_ = true;
+        return;
+    }
+    active_ = false;
+    free_from_ = edge;
+}
+
+}  // namespace metabuffer::monitors

@@ -1,0 +1,140 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "monitors/rule_reporter.h"
+#include "monitors/segment_places.h"
+#include "monitors/violation.h"
+#include "rtl/block.h"
+#include "rtl/signals.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::monitors {
+
+/// Watches one renderer's bus (sections 5.2 and 5.3 of the paper) as its input framebuffer drives it, beside the
+/// BUSREADY and TABLEREADY that the input framebuffer reads. Changes nothing.
+///
+/// Rules: bus/tableready, bus/incomplete, bus/frames, bus/table, bus/row, bus/destination, bus/one-burst, bus/count,
+/// bus/remaining, bus/order, bus/beyond, bus/pace, bus/busready, bus/passed-over; docs/monitors.md says what each
+/// means. The values of pixels are the scoreboard's.
+/// A violation's cycle is the edge that samples the beat; the input framebuffer drove it at the edge before.
+class BusMonitor final : public sc_core::sc_module {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<rtl::BusBeat> bus_i{"bus_i"};
+    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;    ///< [display]
+    sc_core::sc_vector<sc_core::sc_in<bool>> tableready_i;  ///< [display]
+
+    /// renderer: index, from 0.
+    BusMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
+               ViolationLog& log);
+    SC_HAS_PROCESS(BusMonitor);
+
+    /// Frames whose table has been broadcast, or begun to be.
+    int frames_started() const { return frames_started_; }
+    std::int64_t bursts() const { return bursts_; }
+    std::int64_t pixels_sent() const { return pixels_sent_; }
+    /// Violations that were seen and not reported, since one of the same rule and frame was.
+    std::int64_t unreported() const { return reporter_.unreported(); }
+
+  private:
+    static constexpr std::int64_t kNone = -1;
+
+    /// A row of the frame under way, by display.
+    struct Row {
+        bool present = false;
+        std::int64_t first_word = 0;  ///< address of its pixel 0 in the memory
+        std::int64_t width = 1;       ///< of the source rectangle
+        std::int64_t pixels = 0;
+        std::int64_t sent = 0;
+    };
+    /// A wire's level from an edge on.
+    struct Level {
+        std::int64_t edge = 0;
+        bool high = false;
+    };
+
+    void end_of_elaboration() override;
+    void clock_edge();
+    void restart();
+    void sample_busready(std::int64_t edge);
+    bool busready_at(std::size_t display, std::int64_t edge) const;
+    bool every_tableready() const;
+
+    void take_frame_start(const rtl::BusBeat& beat, std::int64_t edge);
+    void take_row(const rtl::BusBeat& beat, std::int64_t edge);
+    void enter_row(const ViewportRow& row, std::int64_t edge);
+    void take_pixels(const rtl::BusBeat& beat, std::int64_t edge);
+    void check_grant(std::size_t display, std::int64_t page, std::int64_t edge);
+    std::int64_t burst_left(const rtl::BusBeat& beat, const Row& row, std::int64_t edge);
+    void check_order(const rtl::BusBeat& beat, const Row& row, std::int64_t edge);
+    void expect_next(const Row& row, std::int64_t edge);
+    void end_burst(std::int64_t edge);
+    void stop_on_busready(std::int64_t edge, std::int64_t announced);
+    void check_overdue(std::int64_t edge);
+    std::int64_t address_of(const Row& row, std::int64_t pixel) const;
+    std::int64_t page_of(const Row& row, std::int64_t pixel) const;
+    std::int64_t beat_size(const Row& row, std::int64_t pixel, std::int64_t left) const;
+    void violate(const char* rule, const std::string& signal, std::int64_t edge, const std::string& detail);
+    void violate(const char* rule, std::int64_t edge, const std::string& detail) {
+        violate(rule, bus_name_, edge, detail);
+    }
+
+    std::string bus_;  ///< "bus 1: "
+    int displays_;
+    int frames_;
+    int raster_width_;
+    int raster_height_;
+    std::int64_t image_width_;
+    std::int64_t image_height_;
+    std::int64_t page_words_;
+    std::int64_t page_miss_cycles_;
+    std::int64_t burst_pixels_;
+    std::int64_t beat_pixels_;
+    std::int64_t buffer_pixels_;
+    std::int64_t ready_space_pixels_;
+    std::int64_t cycles_per_beat_;
+    std::int64_t cycles_per_row_;
+    std::int64_t core_period_picoseconds_;
+
+    RuleReporter reporter_;
+    rtl::ClockGate gate_{rtl::ClockGating::kOn};
+    sc_core::sc_event_or_list wake_events_;
+    std::string bus_name_;
+    std::vector<std::string> busready_names_;
+
+    std::vector<std::deque<Level>> levels_;  ///< of BUSREADY, by display: as long back as a grant can lie
+    bool tables_taken_ = false;              ///< every TABLEREADY was high at the edge before
+
+    int frames_started_ = 0;
+    bool table_complete_ = true;
+    std::int64_t table_edge_ = kNone;  ///< of the table's last beat so far
+    std::vector<Row> rows_;            ///< [display]
+    std::int64_t pixels_left_ = 0;     ///< of the frame
+    std::int64_t open_page_ = kNone;
+
+    // The burst under way.
+    bool active_ = false;
+    bool stopped_ = false;        ///< by BUSREADY; the beat that was moving is still to come
+    std::size_t display_ = 0;     ///< whose it is
+    std::int64_t remaining_ = 0;  ///< pixels behind its last beat
+    int beats_ = 0;
+    std::int64_t beat_edge_ = kNone;  ///< of its last beat
+    std::int64_t next_page_ = kNone;  ///< of the pixel behind it
+    std::int64_t due_ = kNone;        ///< edge that samples its next beat
+
+    // The next grant.
+    std::int64_t free_from_ = 0;        ///< cannot lie before this edge
+    std::int64_t unseen_edge_ = kNone;  ///< cannot be `unseen_display_`'s at this edge
+    std::size_t unseen_display_ = 0;
+
+    std::int64_t bursts_ = 0;
+    std::int64_t pixels_sent_ = 0;
+};
+
+}  // namespace metabuffer::monitors

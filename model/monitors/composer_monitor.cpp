@@ -1,0 +1,203 @@
+#include "monitors/composer_monitor.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace metabuffer::monitors {
+namespace {
+
+// One report a frame and wire for each of these.
+constexpr const char* kWire = "wire";
+constexpr const char* kRaster = "raster";
+constexpr const char* kOverflow = "overflow";
+
+const char* level(bool high) { return high ? "high" : "low"; }
+
+std::string text(const rtl::PipePixel& value) {
+    std::ostringstream out;
+    out << std::hex << std::showbase << value.pixel.word() << (value.lost ? " marked lost" : "");
+    return out.str();
+}
+
+std::string number(std::int64_t value) { return std::to_string(value); }
+
+}  // namespace
+
+ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
+                                 int display, ViolationLog& log)
+    : sc_core::sc_module(name),
+      composer_("composer " + number(renderer + 1) + ", " + number(display + 1) + ": "),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      observer_(scenario, renderer, display),
+      reporter_(log) {
+    for (const Fault& fault : scenario.faults) {
+        const bool stalls = fault.kind == FaultKind::kRandomStalls;
+        const bool own_display = stalls || fault.display == display + 1;
+        // A PIPEMASTER answers its own PIPEREADY without a wire: a fault of it lies on the one that it waits for.
+        const int pipeready_row = std::max(fault.renderer, 1);
+        if (fault.renderer == renderer && own_display) {
+            held_low_.busready |= stalls || fault.kind == FaultKind::kBusreadyLow;
+            held_low_.tableready |= stalls;
+        }
+        if (pipeready_row == renderer && own_display) {
+            held_low_.pipeready |= stalls || fault.kind == FaultKind::kPipereadyLow;
+        }
+    }
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+}
+
+void ComposerMonitor::end_of_elaboration() {
+    busready_name_ = signal_name(busready_o);
+    tableready_name_ = signal_name(tableready_o);
+    startframe_name_ = signal_name(startframe_o);
+    pipe_name_ = signal_name(pipe_o);
+    pipeready_name_ = signal_name(pipeready_o);
+    stall_name_ = signal_name(stall_o);
+    bus_name_ = signal_name(bus_i);
+    wake_events_ |= bus_i.value_changed_event();
+    wake_events_ |= pipe_i.value_changed_event();
+    wake_events_ |= pipe_o.value_changed_event();
+    for (const sc_core::sc_in<bool>* port :
+         {&reset_i, &busready_o, &tableready_o, &startframe_i, &startframe_o, &pipeready_i, &pipeready_o,
+          &column_stall_i, &stall_o}) {
+        wake_events_ |= port->value_changed_event();
+    }
+}
+
+void ComposerMonitor::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
+    const std::int64_t cycle = rtl::clock_edge_number(core_period_picoseconds_);
+    if (seen_reset_) {
+        check_outputs(cycle);
+    }
+    if (reset_i.read()) {
+        observer_.reset(pipemaster_i.read());
+        seen_reset_ = true;
+        pipeready_before_ = startframe_read_ = false;
+        return;
+    }
+    const ComposerInputs inputs{bus_i.read(), startframe_i.read(), pipe_i.read(), pipeready_i.read(),
+                                column_stall_i.read()};
+    observe(inputs, cycle);
+    if (gate_.idle_edge(observer_.idle(inputs) && !startframe_read_)) {
+        next_trigger(wake_events_);
+    }
+}
+
+void ComposerMonitor::observe(const ComposerInputs& inputs, std::int64_t cycle) {
+    pipeready_before_ = pipeready_o.read();
+    pixel_x_ = observer_.x();
+    pixel_y_ = observer_.y();
+    const int frame_before = observer_.frame();
+    observer_.edge(inputs, cycle);
+    startframe_read_ = observer_.frame() != frame_before;
+    if (startframe_read_ && !pipeready_before_) {
+        reporter_.report(kWire, "pipeready/unready", signal_name(startframe_i), cycle, observer_.frame(),
+                         composer_ + "STARTFRAME while its PIPEREADY is low");
+    }
+    if (observer_.overflowed()) {
+        reporter_.report(kOverflow, "composer/occupancy", bus_name_, cycle, observer_.frames_received(),
+                         composer_ + "pixel " + number(inputs.bus.first) +
+                             " of its segment comes to a full buffer: " + number(observer_.held_pixels()) +
+                             " pixels are held");
+    }
+    if (observer_.table_refused()) {
+        reporter_.report(kOverflow, "composer/table", bus_name_, cycle, observer_.frames_received() + 1,
+                         composer_ + "a third frame's table comes while two frames are kept");
+    }
+}
+
+// ---- the outputs ----
+
+void ComposerMonitor::check_wire(const char* rule, bool seen, bool expected, const std::string& signal,
+                                 std::int64_t cycle, std::int64_t frame, const char* why) {
+    if (seen != expected) {
+        reporter_.report(kWire, rule, signal, cycle, frame,
+                         composer_ + "is " + level(seen) + ", should be " + level(expected) + why);
+    }
+}
+
+void ComposerMonitor::check_outputs(std::int64_t cycle) {
+    const ComposerOutputs& expected = observer_.expected();
+    check_pipe(cycle);
+    const bool startframe = startframe_o.read();
+    if (startframe != expected.startframe) {
+        // Which raster place comes next is not known any more: the frame's pixels are not judged.
+        const std::int64_t frame = observer_.frame() + (startframe && !observer_.running() ? 1 : 0);
+        check_wire(observer_.stood_still() ? "pipeline/freeze" : "pipeline/startframe", startframe,
+                   expected.startframe, startframe_name_, cycle, frame,
+                   observer_.stood_still() ? ": the column stood still"
+                                           : ": one clock behind STARTFRAME read, "
+                                             "of a PIPEMASTER behind its PIPEREADY");
+        reporter_.mute(kRaster, pipe_name_, frame);
+        reporter_.mute(kWire, pipe_name_, frame);
+    }
+    const std::int64_t announced = observer_.announced_pixels();
+    if (const bool busready = busready_o.read() || (held_low_.busready && expected.busready);
+        busready != expected.busready) {
+        const std::string why = ": " + number(observer_.held_pixels()) + " pixels held, " +
+                                number(announced) + " of a burst to come";
+        check_wire("composer/busready", busready, expected.busready, busready_name_, cycle,
+                   observer_.frames_received(), why.c_str());
+    }
+    const bool tableready = tableready_o.read() || (held_low_.tableready && expected.tableready);
+    check_wire("composer/tableready", tableready, expected.tableready, tableready_name_, cycle,
+               observer_.frames_received(), ": high while another frame's row can be kept");
+    check_wire("composer/stall", stall_o.read(), expected.stall, stall_name_, cycle, observer_.frame(),
+               ": high while the next raster place lacks its pixel");
+    check_pipeready(cycle);
+}
+
+void ComposerMonitor::check_pipe(std::int64_t cycle) {
+    const rtl::PipePixel& seen = pipe_o.read();
+    const rtl::PipePixel& expected = observer_.expected().pipe;
+    const bool same = seen.valid == expected.valid &&
+                      (!seen.valid || (seen.pixel == expected.pixel && seen.lost == expected.lost));
+    if (same) {
+        return;
+    }
+    const std::int64_t frame = observer_.frame();
+    const std::string where = composer_ + "raster place " + number(pixel_x_) + ", " + number(pixel_y_) + ": ";
+    if (observer_.stood_still()) {
+        reporter_.report(kRaster, "pipeline/freeze", pipe_name_, cycle, frame,
+                         where + "changes while the column stands still");
+    } else if (seen.valid != expected.valid) {
+        reporter_.report(kRaster, "pipeline/raster", pipe_name_, cycle, frame,
+                         seen.valid ? composer_ + "a pixel outside a frame's raster" : where + "no pixel");
+    } else {
+        reporter_.report(kWire, seen.pixel == expected.pixel ? "composer/lost" : "composer/pixel", pipe_name_,
+                         cycle, frame, where + "is " + text(seen) + ", should be " + text(expected));
+    }
+}
+
+void ComposerMonitor::check_pipeready(std::int64_t cycle) {
+    const bool seen = pipeready_o.read();
+    const bool expected = observer_.expected().pipeready;
+    if (seen == expected || (held_low_.pipeready && !seen && !pipeready_before_)) {
+        return;
+    }
+    const std::int64_t next_frame = observer_.frame() + (observer_.running() ? 0 : 1);
+    const char* rule = "pipeready/late";
+    const char* why = ": prefetched, and PIPEREADY from below was read";
+    if (!seen && pipeready_before_) {
+        rule = "pipeready/taken-back";
+        why = " until STARTFRAME";
+    } else if (seen && (observer_.running() || observer_.expected().startframe)) {
+        rule = "pipeready/startframe";
+        why = " from STARTFRAME to the frame's end";
+    } else if (seen && !observer_.prefetched()) {
+        rule = "pipeready/prefetched";
+        why = ": the next frame's table is not whole, or its segment neither whole nor filling the buffer";
+    } else if (seen) {
+        rule = "pipeready/below";
+        why = ": no PIPEREADY for the next frame was read from below";
+    }
+    check_wire(rule, seen, expected, pipeready_name_, cycle, next_frame, why);
+    observer_.set_pipeready(seen);
+}
+
+}  // namespace metabuffer::monitors

@@ -1,0 +1,312 @@
+#include "monitors/composer_observer.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace metabuffer::monitors {
+namespace {
+
+constexpr std::uint32_t kChannelMaximum = 255;
+
+std::uint32_t channel(std::uint64_t word, int index) {
+    return static_cast<std::uint32_t>(word >> (8 * index)) & kChannelMaximum;
+}
+
+/// Premultiplied `front` over `back`, channel by channel as docs/design.md has it, the quotient by division.
+Pixel over(Pixel front, Pixel back) {
+    constexpr int kChannels = 4;
+    const std::uint32_t transparency = kChannelMaximum - front.a();
+    std::array<std::uint8_t, kChannels> result{};
+    for (int i = 0; i < kChannels; ++i) {
+        const std::uint32_t product = channel(back.word(), i) * transparency;
+        const std::uint32_t rounded = (2 * product + kChannelMaximum) / (2 * kChannelMaximum);
+        result[static_cast<std::size_t>(i)] =
+            static_cast<std::uint8_t>(std::min(kChannelMaximum, channel(front.word(), i) + rounded));
+    }
+    return {result[2], result[1], result[0], result[3], front.z()};
+}
+
+Pixel merged(Composition composition, Pixel local, Pixel upstream) {
+    const bool local_in_front = local.z() < upstream.z();
+    if (composition == Composition::kOver) {
+        return local_in_front ? over(local, upstream) : over(upstream, local);
+    }
+    const bool key = composition == Composition::kZAlphaKey && local.a() == 0;
+    return local_in_front && !key ? local : upstream;
+}
+
+std::uint64_t power_of_two_from(std::int64_t least) {
+    std::uint64_t size = 1;
+    while (size < static_cast<std::uint64_t>(least)) {
+        size *= 2;
+    }
+    return size;
+}
+
+}  // namespace
+
+ComposerObserver::ComposerObserver(const Scenario& scenario, int renderer, int display)
+    : destination_(static_cast<std::uint16_t>(display + 1)),
+      composition_(scenario.composition),
+      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      background_(scenario.background_pixel()),
+      raster_width_(scenario.displays.raster_width_pixels()),
+      raster_height_(scenario.displays.raster_height_pixels()),
+      buffer_pixels_(scenario.composer.buffer_pixels),
+      ready_space_pixels_(scenario.composer.ready_space_pixels),
+      beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
+      longest_gap_cycles_(scenario.memory.page_miss_cycles + cycles_per_beat(scenario.bus)) {
+    counters_.renderer = renderer + 1;
+    counters_.display = display + 1;
+}
+
+void ComposerObserver::reset(bool pipemaster) {
+    pipemaster_ = pipemaster;
+    for (Frame& frame : frames_) {
+        frame = Frame{};
+    }
+    oldest_ = known_frames_ = tables_ = x_ = y_ = 0;
+    frame_ = -1;
+    announced_ = silent_edges_ = 0;
+    ended_short_ = running_ = dropped_ = false;
+    below_was_ready_ = stood_still_ = overflowed_ = table_refused_ = false;
+    expected_ = ComposerOutputs{};
+}
+
+void ComposerObserver::edge(const ComposerInputs& inputs, std::int64_t cycle) {
+    const bool was_running = running_;
+    overflowed_ = table_refused_ = false;
+    stood_still_ = may_stall_ && inputs.column_stall;
+    if (!stood_still_) {
+        pipeline(inputs, cycle);
+    } else if (expected_.stall) {
+        ++counters_.stalled_cycles;
+    }
+    take_bus(inputs.bus);
+    handshakes(was_running, inputs, cycle);
+}
+
+bool ComposerObserver::idle(const ComposerInputs& inputs) const {
+    return !running_ && !expected_.startframe && !inputs.startframe && !expected_.pipe.valid && !dropped_ &&
+           !(pipemaster_ && expected_.pipeready) && announced_ == 0 &&
+           inputs.bus.kind == rtl::BusBeat::Kind::kNone;
+}
+
+// ---- the pipeline ----
+
+void ComposerObserver::pipeline(const ComposerInputs& inputs, std::int64_t cycle) {
+    if (running_) {
+        expected_.startframe = false;
+        composite(pipemaster_ ? rtl::PipePixel{background_, true, false} : inputs.pipe, cycle);
+        return;
+    }
+    expected_.pipe.valid = false;
+    expected_.startframe = pipemaster_ ? expected_.pipeready : inputs.startframe;
+    if (expected_.startframe) {
+        running_ = true;
+        x_ = y_ = 0;
+        row_ = known_frames_ > 0 ? oldest().places.raster_row(0) : SegmentPlaces::RasterRow{};
+        ++frame_;
+        frame_spans_.push_back({cycle, kNever, kNever});
+    }
+}
+
+bool ComposerObserver::needs_missing_pixel() const {
+    if (!running_ || !row_.covered) {
+        return false;
+    }
+    const Frame& frame = oldest();
+    return frame.places.covers(x_) && !frame.abandoned &&
+           row_.first_pixel + frame.places.column_at(x_) >= frame.arrived;
+}
+
+void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cycle) {
+    if (x_ == 0 && y_ == 0) {
+        frame_spans_.back().start_cycle = cycle;
+    }
+    Frame& frame = oldest();
+    expected_.pipe = {upstream.pixel, true, upstream.lost || frame.abandoned};
+    if (row_.covered && frame.places.covers(x_)) {
+        const std::int64_t k = row_.first_pixel + frame.places.column_at(x_);
+        if (frame.abandoned) {
+            // Passes as it comes.
+        } else if (k >= frame.arrived) {
+            const Glitch glitch{frame_, x_, y_};
+            counters_.add_glitch(glitch);
+            if (first_starved_cycle_ == kNever) {
+                first_starved_cycle_ = cycle;
+            }
+            if (on_glitch_) {
+                on_glitch_(glitch);
+            }
+        } else {
+            const Pixel local(frame.ring[static_cast<std::uint64_t>(k) & frame.ring_mask]);
+            expected_.pipe.pixel = merged(composition_, local, upstream.pixel);
+            counters_.replayed_pixels += row_.repeats ? 1 : 0;
+        }
+        if (row_.last) {
+            frame.used_up = row_.first_pixel + frame.places.columns_used_up(x_);
+        }
+    }
+    if (++x_ == raster_width_) {
+        x_ = 0;
+        if (++y_ == raster_height_) {
+            end_frame(cycle);
+        } else {
+            row_ = frame.has_segment ? frame.places.raster_row(y_) : SegmentPlaces::RasterRow{};
+        }
+    }
+}
+
+void ComposerObserver::end_frame(std::int64_t cycle) {
+    running_ = false;
+    frame_spans_.back().end_cycle = cycle;
+    if (known_frames_ == 0) {
+        return;  // a STARTFRAME that nobody had asked for
+    }
+    ended_short_ = known_frames_ == 1 && oldest().missing() > 0;
+    if (ended_short_) {
+        ended_ = std::move(oldest());
+        ended_.used_up = ended_.places.pixels();
+    }
+    oldest() = Frame{};
+    oldest_ = (oldest_ + 1) % kFrames;
+    --known_frames_;
+}
+
+// ---- the bus ----
+
+void ComposerObserver::take_bus(const rtl::BusBeat& beat) {
+    ++silent_edges_;
+    switch (beat.kind) {
+        case rtl::BusBeat::Kind::kNone:
+            break;
+        case rtl::BusBeat::Kind::kFrameStart:
+            begin_table(beat.last);
+            break;
+        case rtl::BusBeat::Kind::kTableRow:
+            if (known_frames_ > 0) {
+                take_row(beat);
+            }
+            break;
+        case rtl::BusBeat::Kind::kPixels:
+            if (beat.destination == destination_ && take_pixels(beat)) {
+                announced_ = beat.remaining;
+                silent_edges_ = 0;
+                counters_.buffer_high_water = std::max(counters_.buffer_high_water, held_pixels());
+            }
+            break;
+    }
+    if (silent_edges_ == longest_gap_cycles_) {
+        announced_ = 0;  // the rest of the burst does not come
+    }
+}
+
+void ComposerObserver::begin_table(bool complete) {
+    if (known_frames_ == kFrames) {
+        table_refused_ = true;
+        return;
+    }
+    // The bus sends all of a frame before the next one's table: what is missing now was lost.
+    if ((ended_short_ || known_frames_ > 0) && receiving().missing() > 0) {
+        lose(receiving().missing());
+    }
+    ++known_frames_;
+    ++tables_;
+    ended_short_ = false;
+    newest().table_complete = complete;
+}
+
+void ComposerObserver::take_row(const rtl::BusBeat& beat) {
+    Frame& frame = newest();
+    frame.table_complete = beat.last;
+    if (beat.destination == destination_) {
+        frame.has_segment = true;
+        frame.places = SegmentPlaces(beat.row(), raster_width_, raster_height_);
+        const std::uint64_t size = power_of_two_from(std::min(buffer_pixels_, frame.places.pixels()));
+        frame.ring.assign(size, 0);
+        frame.ring_mask = size - 1;
+    }
+}
+
+void ComposerObserver::lose(std::int64_t count) {
+    Frame& frame = receiving();
+    counters_.lost_pixels += count;
+    frame.abandoned = frame.abandoned || !ended_short_;
+    frame.arrived += count;
+}
+
+/// False if the beat breaks the bus's protocol.
+bool ComposerObserver::take_pixels(const rtl::BusBeat& beat) {
+    if (!ended_short_ && known_frames_ == 0) {
+        return false;
+    }
+    Frame& frame = receiving();
+    if (!frame.has_segment || beat.first < frame.arrived) {
+        return false;
+    }
+    if (beat.first > frame.arrived) {
+        lose(beat.first - frame.arrived);
+    }
+    for (std::size_t i = 0; i < beat.count; ++i) {
+        const std::int64_t k = frame.arrived;
+        if (!frame.abandoned && k < frame.used_up) {
+            ++counters_.late_pixels;
+        } else if (!frame.abandoned) {
+            if (room() == 0) {
+                overflowed_ = true;
+                return false;
+            }
+            frame.ring[static_cast<std::uint64_t>(k) & frame.ring_mask] = beat.words[i];
+        }
+        ++frame.arrived;
+    }
+    return true;
+}
+
+std::int64_t ComposerObserver::held_pixels() const {
+    // A frame that is not there holds nothing.
+    return frames_[0].held() + frames_[1].held();
+}
+
+// ---- the handshakes ----
+
+bool ComposerObserver::prefetched() const {
+    return !running_ && known_frames_ > 0 && oldest().table_complete &&
+           (oldest().abandoned || oldest().missing() == 0 || room() < ready_space_pixels_);
+}
+
+void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs, std::int64_t cycle) {
+    if (dropped_) {
+        // What the bus sent on has come: the burst is over.
+        dropped_ = false;
+        announced_ = 0;
+    }
+    const std::int64_t room_now = room();
+    if (announced_ > beat_pixels_) {
+        expected_.busready = room_now >= std::min(announced_, kBeatsInFlight * beat_pixels_);
+        if (!expected_.busready) {
+            dropped_ = true;
+            ++counters_.busready_drops;
+            if (first_busready_drop_cycle_ == kNever) {
+                first_busready_drop_cycle_ = cycle;
+            }
+        }
+    } else {
+        expected_.busready = room_now - announced_ >= ready_space_pixels_;
+    }
+    expected_.tableready = known_frames_ < kFrames;
+
+    // PIPEREADY from below that stands at a frame's last edge is still that frame's.
+    below_was_ready_ = inputs.pipeready && !was_running;
+    const bool ready = expected_.pipeready || (below_was_ready_ && prefetched());
+    expected_.pipeready = ready && !running_ && !was_running && !expected_.startframe;
+
+    expected_.stall = may_stall_ && needs_missing_pixel();
+    if (expected_.stall && first_starved_cycle_ == kNever) {
+        first_starved_cycle_ = cycle;
+    }
+}
+
+}  // namespace metabuffer::monitors

@@ -1,0 +1,172 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "monitors/segment_places.h"
+#include "report/report.h"
+#include "rtl/signals.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::monitors {
+
+/// What a composer samples at a clock edge; made for the call, it refers to what the signals hold.
+struct ComposerInputs {
+    const rtl::BusBeat& bus;
+    bool startframe;             ///< from above
+    const rtl::PipePixel& pipe;  ///< from above
+    bool pipeready;              ///< from below
+    bool column_stall;
+};
+
+/// What stands on a composer's outputs behind a clock edge.
+struct ComposerOutputs {
+    bool busready = false;
+    bool tableready = false;
+    bool startframe = false;
+    rtl::PipePixel pipe;
+    bool pipeready = false;
+    bool stall = false;
+};
+
+/// A composer (box C of the paper's Figure 1) as it looks from outside: from what it samples at each core clock edge
+/// it works out what must stand on its outputs behind that edge, and its counters. It keeps what any composer must:
+/// tables and pixels received, the place on the raster, which pixels are held. No SystemC, and nothing of the
+/// composer's own code, so that it can judge one, or count for one that has no counters:
+///
+///     ComposerObserver observer(scenario, renderer, display);  // indices
+///     at each rising edge of the core clock, with what the composer samples at it:
+///         if (reset) observer.reset(pipemaster);
+///         else observer.edge(inputs, core_cycle);
+///     observer.expected();  // until the next edge
+///     observer.counters();
+///
+/// Raises nothing: a bus that breaks its protocol is passed over as a composer does after its report.
+class ComposerObserver {
+  public:
+    static constexpr std::int64_t kNever = -1;
+
+    /// Core cycles of STARTFRAME and of a frame's first and last pixel composited.
+    struct FrameSpan {
+        std::int64_t startframe_cycle = kNever;
+        std::int64_t start_cycle = kNever;
+        std::int64_t end_cycle = kNever;
+    };
+
+    /// display, renderer: indices, from 0. The scenario is only read here.
+    ComposerObserver(const Scenario& scenario, int renderer, int display);
+
+    /// An edge that sees reset high. Counters stay.
+    void reset(bool pipemaster);
+    /// An edge that sees reset low. cycle: number of the edge, for the spans.
+    void edge(const ComposerInputs& inputs, std::int64_t cycle);
+
+    /// What must stand on the outputs since the last edge. The pixel counts while `valid`.
+    const ComposerOutputs& expected() const { return expected_; }
+    /// PIPEREADY as the composer really has it, where that differs from what was expected.
+    void set_pipeready(bool pipeready) { expected_.pipeready = pipeready; }
+    /// With the inputs as they are nothing changes at further edges.
+    bool idle(const ComposerInputs& inputs) const;
+
+    // ---- as in the report ----
+
+    const ComposerCounters& counters() const { return counters_; }
+    const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
+    std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
+    std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
+    /// Called for each starved raster pixel.
+    void on_glitch(std::function<void(const Glitch&)> callback) { on_glitch_ = std::move(callback); }
+
+    // ---- where it stands ----
+
+    int frame() const { return frame_; }                 ///< composited, from 0; -1: none yet
+    int frames_received() const { return tables_ - 1; }  ///< number of the newest table; -1: none yet
+    bool running() const { return running_; }            ///< raster pixels of frame() are being composited
+    int x() const { return x_; }                         ///< raster place composited next
+    int y() const { return y_; }
+    bool prefetched() const;  ///< for the next frame
+    bool below_was_ready() const {
+        return below_was_ready_;
+    }                                                  ///< PIPEREADY from below counted at the last edge
+    bool stood_still() const { return stood_still_; }  ///< COLUMNSTALL held the last edge
+    std::int64_t held_pixels() const;
+    std::int64_t announced_pixels() const { return announced_; }  ///< of the burst under way, still to come
+    bool overflowed() const { return overflowed_; }        ///< the last edge brought a pixel that had no room
+    bool table_refused() const { return table_refused_; }  ///< the last edge brought a table that had no room
+
+  private:
+    /// A frame whose table has come and which is not composited to its end.
+    struct Frame {
+        bool table_complete = false;
+        bool has_segment = false;
+        bool abandoned = false;  ///< pixels of it were lost
+        SegmentPlaces places;
+        std::int64_t arrived = 0;  ///< or lost
+        std::int64_t used_up = 0;
+        std::vector<std::uint64_t> ring;  ///< pixel k in [k & ring_mask]
+        std::uint64_t ring_mask = 0;
+
+        std::int64_t missing() const { return has_segment ? places.pixels() - arrived : 0; }
+        std::int64_t held() const { return abandoned || arrived <= used_up ? 0 : arrived - used_up; }
+    };
+    static constexpr int kFrames = 2;
+
+    Frame& oldest() { return frames_[static_cast<std::size_t>(oldest_)]; }
+    const Frame& oldest() const { return frames_[static_cast<std::size_t>(oldest_)]; }
+    Frame& newest() { return frames_[static_cast<std::size_t>((oldest_ + known_frames_ - 1) % kFrames)]; }
+    /// The frame that the bus sends, which may be over.
+    Frame& receiving() { return ended_short_ ? ended_ : newest(); }
+
+    void pipeline(const ComposerInputs& inputs, std::int64_t cycle);
+    void composite(const rtl::PipePixel& upstream, std::int64_t cycle);
+    bool needs_missing_pixel() const;
+    void end_frame(std::int64_t cycle);
+    void take_bus(const rtl::BusBeat& beat);
+    void begin_table(bool complete);
+    void take_row(const rtl::BusBeat& beat);
+    bool take_pixels(const rtl::BusBeat& beat);
+    void lose(std::int64_t count);
+    void handshakes(bool was_running, const ComposerInputs& inputs, std::int64_t cycle);
+    std::int64_t room() const { return buffer_pixels_ - held_pixels(); }
+
+    std::uint16_t destination_;
+    Composition composition_;
+    bool may_stall_;
+    Pixel background_;
+    int raster_width_;
+    int raster_height_;
+    std::int64_t buffer_pixels_;
+    std::int64_t ready_space_pixels_;
+    std::int64_t beat_pixels_;
+    std::int64_t longest_gap_cycles_;  ///< between two beats of a burst
+
+    bool pipemaster_ = false;
+    Frame frames_[kFrames];
+    int oldest_ = 0;
+    int known_frames_ = 0;
+    Frame ended_;               ///< while ended_short_
+    bool ended_short_ = false;  ///< pixels of a frame that is over may still come
+    bool running_ = false;
+    int x_ = 0;
+    int y_ = 0;
+    SegmentPlaces::RasterRow row_;  ///< the raster row of y_, in the frame that is composited
+    int frame_ = -1;
+    int tables_ = 0;
+    std::int64_t announced_ = 0;
+    std::int64_t silent_edges_ = 0;  ///< since the last beat
+    bool dropped_ = false;           ///< BUSREADY has just ended a burst
+    bool below_was_ready_ = false;
+    bool stood_still_ = false;
+    bool overflowed_ = false;
+    bool table_refused_ = false;
+    ComposerOutputs expected_;
+
+    ComposerCounters counters_;
+    std::vector<FrameSpan> frame_spans_;
+    std::int64_t first_busready_drop_cycle_ = kNever;
+    std::int64_t first_starved_cycle_ = kNever;
+    std::function<void(const Glitch&)> on_glitch_;
+};
+
+}  // namespace metabuffer::monitors

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "formats/dvi_timing.h"
+#include "monitors/violation.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::monitors {
+
+/// Checks a DVI link's DE, HSYNC and VSYNC clock by clock against its mode. It binds to the link from outside and
+/// changes nothing; data are not looked at.
+///
+/// An output runs from reset on, its first frame preceded by its vertical sync, frame behind frame. An input comes up
+/// with one vertical sync (no horizontal ones) and may then stay in blanking for as long as it likes behind the last
+/// clock of a frame, and nowhere else. Of a frame that the scenario spoils only HSYNC, and VSYNC's place in the line
+/// and its length, are held against the mode.
+///
+/// Rules: dvi/active-lines, dvi/active-pixels, dvi/line-length, dvi/hsync, dvi/vsync, dvi/vsync-at-line-start.
+/// The first violation of a frame is told; the monitor looks on from the frame behind it.
+class DviMonitor final : public sc_core::sc_module {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< the link's clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<rtl::DviLink> link_i{"link_i"};
+
+    enum class Kind : std::uint8_t { kInput, kOutput };
+
+    /// What the monitor should know of a frame that begins.
+    struct Frame {
+        std::int64_t number = -1;  ///< a violation's frame
+        bool spoilt = false;       ///< kInput: told by the scenario to have other lines than the mode
+    };
+
+    struct Link {
+        Kind kind = Kind::kOutput;
+        DviTiming timing;
+        std::string signal;                   ///< "DVI_IN_1"
+        std::string clock;                    ///< "dvi_in"
+        std::int64_t period_picoseconds = 0;  ///< of the clock
+        std::function<Frame()> next_frame;    ///< called as each frame begins
+    };
+
+    DviMonitor(const sc_core::sc_module_name& name, Link link, ViolationLog& log);
+    SC_HAS_PROCESS(DviMonitor);
+
+    /// Frames that have been seen to their end, those with violations among them.
+    std::int64_t frames_seen() const { return frames_seen_; }
+
+  private:
+    enum class State : std::uint8_t { kReset, kFirstSync, kBetween, kFrame, kLost };
+
+    void clock_edge();
+    void begin_frame();
+    void end_frame();
+    void step_first_sync(const rtl::DviLink& link);
+    void step_between(const rtl::DviLink& link);
+    void step_frame(const rtl::DviLink& link);
+    void end_spoilt_frame(const rtl::DviLink& link);
+    void step_lost(const rtl::DviLink& link);
+    void advance();
+    bool active_line() const;
+    void check_clock(const rtl::DviLink& link);
+    void check_spoilt_clock(const rtl::DviLink& link);
+    bool hsync_due() const;
+    void found(const char* rule, const std::string& what);
+
+    Link link_;
+    ViolationLog& log_;
+
+    State state_ = State::kReset;
+    Frame frame_;
+    int x_ = 0;  ///< clock of the line
+    int line_ = 0;
+    std::int64_t pause_clocks_ = 0;  ///< kBetween: clocks in blanking so far
+    int vsync_clocks_ = 0;           ///< clocks that VSYNC has been high on end
+    std::int64_t frames_seen_ = 0;
+};
+
+}  // namespace metabuffer::monitors

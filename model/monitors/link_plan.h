@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+
+#include "formats/control_scanline.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::monitors {
+
+/// The frames that a renderer's link sends, one after the other, as the scenario scripts them: what a monitor
+/// must know to tell a fault that is wanted from one that is not.
+class LinkPlan {
+  public:
+    /// The scenario must outlive the plan. renderer: index, from 0.
+    LinkPlan(const Scenario& scenario, int renderer) : scenario_(scenario), renderer_(renderer) {}
+
+    struct Frame {
+        std::int64_t pair = 0;
+        FrameKind kind = FrameKind::kColour;
+        bool spoilt = false;  ///< a fault changes its lines or their number
+    };
+    /// The next frame on the link. Frames that are not sent are passed over, one sent twice comes twice.
+    Frame next();
+
+  private:
+    bool has_fault(FaultKind fault) const;
+    void step();
+
+    const Scenario& scenario_;
+    int renderer_;
+    std::uint32_t pair_ = 0;
+    FrameKind kind_ = FrameKind::kColour;
+    bool repeated_ = false;  ///< the frame has been sent once and comes again
+};
+
+}  // namespace metabuffer::monitors

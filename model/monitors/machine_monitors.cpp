@@ -1,0 +1,277 @@
+#include "monitors/machine_monitors.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "monitors/link_plan.h"
+#include "rtl/metabuffer.h"
+#include "rtl/wires.h"
+
+namespace metabuffer::monitors {
+namespace {
+
+bool clock_drifts(const Scenario& scenario, std::size_t renderer) {
+    return std::any_of(scenario.faults.begin(), scenario.faults.end(), [renderer](const Fault& fault) {
+        return fault.kind == FaultKind::kDrift && fault.renderer == static_cast<int>(renderer);
+    });
+}
+
+}  // namespace
+
+const std::vector<std::string>& machine_rules() {
+    static const std::vector<std::string> rules{"bus/tableready",
+                                                "bus/incomplete",
+                                                "bus/table",
+                                                "bus/frames",
+                                                "bus/row",
+                                                "bus/destination",
+                                                "bus/one-burst",
+                                                "bus/count",
+                                                "bus/remaining",
+                                                "bus/order",
+                                                "bus/beyond",
+                                                "bus/pace",
+                                                "bus/busready",
+                                                "bus/passed-over",
+                                                "composer/pixel",
+                                                "composer/lost",
+                                                "composer/busready",
+                                                "composer/tableready",
+                                                "composer/stall",
+                                                "composer/occupancy",
+                                                "composer/table",
+                                                "pipeline/raster",
+                                                "pipeline/startframe",
+                                                "pipeline/freeze",
+                                                "pipeline/skew",
+                                                "pipeline/frame",
+                                                "pipeline/bubble",
+                                                "pipeline/outside",
+                                                "pipeready/prefetched",
+                                                "pipeready/below",
+                                                "pipeready/taken-back",
+                                                "pipeready/startframe",
+                                                "pipeready/late",
+                                                "pipeready/unready",
+                                                "pipeready/framebuffer",
+                                                "swap-lock/all-done",
+                                                "swap-lock/any-bad",
+                                                "swap-lock/framedone-fall",
+                                                "swap-lock/framedone-rise",
+                                                "swap-lock/framebad",
+                                                "swap-lock/in-step",
+                                                "swap-lock/picture",
+                                                "swap-lock/kept",
+                                                "dvi/active-lines",
+                                                "dvi/active-pixels",
+                                                "dvi/line-length",
+                                                "dvi/hsync",
+                                                "dvi/vsync",
+                                                "dvi/vsync-at-line-start",
+                                                "scoreboard/pair",
+                                                "scoreboard/table",
+                                                "scoreboard/bus",
+                                                "scoreboard/pixel",
+                                                "scoreboard/picture",
+                                                "counters/bus",
+                                                "counters/composer",
+                                                "counters/display"};
+    return rules;
+}
+
+MachineMonitors::MachineMonitors(const sc_core::sc_module_name& name, const Scenario& scenario,
+                                 rtl::Metabuffer& machine, ViolationLog& log)
+    : sc_core::sc_module(name),
+      scenario_(scenario),
+      machine_(machine),
+      log_(log),
+      renderers_(scenario.renderers.size()),
+      displays_(static_cast<std::size_t>(scenario.displays.count())) {
+    bind_swap_lock();
+    scoreboard_ = std::make_unique<Scoreboard>(
+        "scoreboard", scenario, machine.wires(), machine.core_clk(), machine.reset(),
+        [&machine](std::size_t renderer, int frame) { return machine.pair_of_frame(renderer, frame); }, log);
+    swap_lock_->on_picture([this](const SwapLockMonitor::Shown& shown) { scoreboard_->shown(shown); });
+    for (std::size_t r = 0; r < renderers_; ++r) {
+        bind_bus(r);
+        if (!clock_drifts(scenario, r)) bind_link(r);
+        for (std::size_t d = 0; d < displays_; ++d) bind_composer(r, d);
+    }
+    for (std::size_t d = 0; d < displays_; ++d) {
+        bind_pipeline(d);
+        bind_output(d);
+    }
+}
+
+MachineMonitors::~MachineMonitors() = default;
+
+void MachineMonitors::bind_swap_lock() {
+    rtl::Wires& wires = machine_.wires();
+    swap_lock_ = std::make_unique<SwapLockMonitor>("swap_lock_monitor", scenario_, log_);
+    swap_lock_->clk_i(machine_.core_clk());
+    swap_lock_->dvi_clk_i(machine_.dvi_out_clk());
+    swap_lock_->reset_i(machine_.reset());
+    swap_lock_->swaplock_i(wires.swaplock);
+    swap_lock_->swapskip_i(wires.swapskip);
+    for (std::size_t d = 0; d < displays_; ++d) {
+        swap_lock_->framedone_i[d](wires.framedone[d]);
+        swap_lock_->framebad_i[d](wires.framebad[d]);
+        swap_lock_->link_i[d](wires.link_out[d]);
+    }
+}
+
+void MachineMonitors::bind_bus(std::size_t r) {
+    rtl::Wires& wires = machine_.wires();
+    auto monitor = std::make_unique<BusMonitor>(rtl::numbered("bus_monitor", r).c_str(), scenario_,
+                                                static_cast<int>(r), log_);
+    monitor->clk_i(machine_.core_clk());
+    monitor->reset_i(machine_.reset());
+    monitor->bus_i(wires.bus[r]);
+    for (std::size_t d = 0; d < displays_; ++d) {
+        monitor->busready_i[d](wires.busready[r * displays_ + d]);
+        monitor->tableready_i[d](wires.tableready[r * displays_ + d]);
+    }
+    buses_.push_back(std::move(monitor));
+}
+
+void MachineMonitors::bind_link(std::size_t r) {
+    DviMonitor::Link link;
+    link.kind = DviMonitor::Kind::kInput;
+    link.timing = scenario_.renderers[r].timing();
+    link.signal = rtl::numbered("DVI_IN", r);
+    link.clock = "dvi_in";
+    link.period_picoseconds = clock_period_picoseconds(scenario_.clocks.dvi_in_mhz);
+    link.next_frame = [plan = LinkPlan(scenario_, static_cast<int>(r))]() mutable {
+        const LinkPlan::Frame frame = plan.next();
+        return DviMonitor::Frame{frame.pair, frame.spoilt};
+    };
+    auto monitor = std::make_unique<DviMonitor>(rtl::numbered("dvi_in_monitor", r).c_str(), link, log_);
+    monitor->clk_i(machine_.link_clk(r));
+    monitor->reset_i(machine_.reset());
+    monitor->link_i(machine_.wires().link_in[r]);
+    links_.push_back(std::move(monitor));
+}
+
+void MachineMonitors::bind_composer(std::size_t r, std::size_t d) {
+    rtl::Wires& wires = machine_.wires();
+    auto monitor =
+        std::make_unique<ComposerMonitor>(rtl::numbered("composer_monitor", r, d).c_str(), scenario_,
+                                          static_cast<int>(r), static_cast<int>(d), log_);
+    const std::size_t above = r * displays_ + d;
+    const std::size_t below = above + displays_;
+    monitor->clk_i(machine_.core_clk());
+    monitor->reset_i(machine_.reset());
+    monitor->pipemaster_i(wires.pipemaster[r]);
+    monitor->bus_i(wires.bus_seen_by(above));
+    monitor->busready_o(wires.busready[above]);
+    monitor->tableready_o(wires.tableready[above]);
+    monitor->startframe_i(wires.startframe[above]);
+    monitor->startframe_o(wires.startframe[below]);
+    monitor->pipe_i(wires.pipe[above]);
+    monitor->pipe_o(wires.pipe[below]);
+    monitor->pipeready_i(wires.pipeready[below]);
+    monitor->pipeready_o(wires.pipeready[above]);
+    monitor->column_stall_i(wires.column_stall[d]);
+    monitor->stall_o(wires.stall[above]);
+    monitor->on_glitch([this, r, d](const Glitch& glitch) { scoreboard_->starved(r, d, glitch); });
+    composers_.push_back(std::move(monitor));
+}
+
+void MachineMonitors::bind_pipeline(std::size_t d) {
+    rtl::Wires& wires = machine_.wires();
+    auto monitor = std::make_unique<PipelineMonitor>(rtl::numbered("pipeline_monitor", d).c_str(), scenario_,
+                                                     static_cast<int>(d), log_);
+    monitor->clk_i(machine_.core_clk());
+    monitor->reset_i(machine_.reset());
+    monitor->column_stall_i(wires.column_stall[d]);
+    for (std::size_t r = 0; r < renderers_; ++r) {
+        const std::size_t below = (r + 1) * displays_ + d;
+        monitor->startframe_o[r](wires.startframe[below]);
+        monitor->pipe_o[r](wires.pipe[below]);
+    }
+    monitor->pipeready_i(wires.pipeready[renderers_ * displays_ + d]);
+    pipelines_.push_back(std::move(monitor));
+}
+
+void MachineMonitors::bind_output(std::size_t d) {
+    DviMonitor::Link link;
+    link.kind = DviMonitor::Kind::kOutput;
+    link.timing = {scenario_.displays.width_pixels, scenario_.displays.height_pixels};
+    link.signal = rtl::numbered("DVI_OUT", d);
+    link.clock = "dvi_out";
+    link.period_picoseconds = clock_period_picoseconds(scenario_.clocks.dvi_out_mhz);
+    link.next_frame = [this] { return DviMonitor::Frame{swap_lock_->frame(), false}; };
+    auto monitor = std::make_unique<DviMonitor>(rtl::numbered("dvi_out_monitor", d).c_str(), link, log_);
+    monitor->clk_i(machine_.dvi_out_clk());
+    monitor->reset_i(machine_.reset());
+    monitor->link_i(machine_.wires().link_out[d]);
+    links_.push_back(std::move(monitor));
+}
+
+// ---- the end of a run ----
+
+void MachineMonitors::finish(const RunReport& report) {
+    const std::int64_t cycle = report.core_cycles - 1;
+    for (std::size_t r = 0; r < renderers_; ++r) finish_bus(r, report.renderers.at(r), cycle);
+    for (std::size_t i = 0; i < composers_.size(); ++i) finish_composer(i, report.composers.at(i), cycle);
+    for (std::size_t d = 0; d < displays_; ++d) finish_display(d, report.displays.at(d), cycle);
+}
+
+/// What the machine has put into a beat, or granted, the bus may show only a little later.
+void MachineMonitors::finish_bus(std::size_t r, const RendererCounters& counters, std::int64_t cycle) {
+    const std::int64_t pixels_to_come = counters.bus.pixels_sent - buses_[r]->pixels_sent();
+    const std::int64_t bursts_to_come = counters.bus.bursts - buses_[r]->bursts();
+    const int beat = pixels_per_beat(scenario_.bus, scenario_.memory);
+    if (pixels_to_come >= 0 && pixels_to_come <= beat && bursts_to_come >= 0 && bursts_to_come <= 1) return;
+    log_.add({"counters/bus", rtl::numbered("BUS", r), "core", cycle, -1,
+              "the report has " + std::to_string(counters.bus.pixels_sent) + " pixels in " +
+                  std::to_string(counters.bus.bursts) + " bursts, the bus showed " +
+                  std::to_string(buses_[r]->pixels_sent()) + " in " + std::to_string(buses_[r]->bursts())});
+}
+
+void MachineMonitors::finish_composer(std::size_t i, const ComposerCounters& counters, std::int64_t cycle) {
+    const ComposerCounters& seen = composers_[i]->counters();
+    const auto differs = [&](const std::string& what) {
+        log_.add({"counters/composer", rtl::numbered("composer", i / displays_, i % displays_), "core", cycle,
+                  -1, what});
+    };
+    const auto compare = [&](const char* counter, std::int64_t reported, std::int64_t derived) {
+        if (reported == derived) return;
+        differs(std::string("the report has ") + counter + " " + std::to_string(reported) +
+                ", the wires showed " + std::to_string(derived));
+    };
+    compare("starved_pixels", counters.starved_pixels, seen.starved_pixels);
+    compare("stalled_cycles", counters.stalled_cycles, seen.stalled_cycles);
+    compare("buffer_high_water", counters.buffer_high_water, seen.buffer_high_water);
+    compare("busready_drops", counters.busready_drops, seen.busready_drops);
+    compare("late_pixels", counters.late_pixels, seen.late_pixels);
+    compare("replayed_pixels", counters.replayed_pixels, seen.replayed_pixels);
+    compare("lost_pixels", counters.lost_pixels, seen.lost_pixels);
+    compare("starved_run_count", counters.starved_run_count, seen.starved_run_count);
+    if (!(counters.starved_runs == seen.starved_runs)) {
+        differs("the report's starved_runs are not those that the wires showed");
+    }
+}
+
+/// A run that the watchdog ends may have swapped to a frame that is not yet shown in full.
+void MachineMonitors::finish_display(std::size_t d, const DisplayCounters& counters, std::int64_t cycle) {
+    const std::int64_t swaps = swap_lock_->frame() + 1;
+    const std::int64_t to_come = swaps - counters.frames_shown;
+    if (to_come >= 0 && to_come <= 1 && counters.kept_frames == swap_lock_->kept_frames()) return;
+    log_.add({"counters/display", rtl::numbered("DVI_OUT", d), "core", cycle, -1,
+              "the report has " + std::to_string(counters.frames_shown) + " frames, " +
+                  std::to_string(counters.kept_frames) + " of them kept off, the wires showed " +
+                  std::to_string(swaps) + " swaps, " + std::to_string(swap_lock_->kept_frames()) +
+                  " skipped"});
+}
+
+std::int64_t MachineMonitors::unreported() const {
+    const auto sum = [](const auto& monitors) {
+        return std::accumulate(
+            monitors.begin(), monitors.end(), std::int64_t{0},
+            [](std::int64_t total, const auto& monitor) { return total + monitor->unreported(); });
+    };
+    return sum(buses_) + sum(composers_) + sum(pipelines_);
+}
+
+}  // namespace metabuffer::monitors

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "monitors/bus_monitor.h"
+#include "monitors/composer_monitor.h"
+#include "monitors/dvi_monitor.h"
+#include "monitors/pipeline_monitor.h"
+#include "monitors/scoreboard.h"
+#include "monitors/swap_lock_monitor.h"
+#include "monitors/violation.h"
+#include "report/report.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::rtl {
+class Metabuffer;
+struct Wires;
+}  // namespace metabuffer::rtl
+
+namespace metabuffer::monitors {
+
+/// Every rule that a bound machine is held to, by the name that a violation has.
+const std::vector<std::string>& machine_rules();
+
+/// All monitors and scoreboards of a machine, bound to its wires from outside: a BusMonitor and two ends of a link's
+/// way for each renderer, a ComposerMonitor for each composer, a PipelineMonitor and a DviMonitor for each display, one
+/// SwapLockMonitor and one Scoreboard. To be made after the machine and before the simulation starts.
+///
+/// A link whose clock the scenario lets drift is not held to the clocks of its mode.
+class MachineMonitors final : public sc_core::sc_module {
+  public:
+    /// Scenario, machine and log must outlive the simulation.
+    MachineMonitors(const sc_core::sc_module_name& name, const Scenario& scenario, rtl::Metabuffer& machine,
+                    ViolationLog& log);
+    ~MachineMonitors() override;
+
+    /// Compares what the monitors have counted with what the machine reports at the end of its run. To be called in
+    /// the clock in which the run has finished. Rules: counters/bus, counters/composer, counters/display.
+    void finish(const RunReport& report);
+
+    const Scoreboard& scoreboard() const { return *scoreboard_; }
+    const SwapLockMonitor& swap_lock() const { return *swap_lock_; }
+    /// Violations that were seen and not told, since one of the same wire and frame was.
+    std::int64_t unreported() const;
+
+  private:
+    void bind_bus(std::size_t renderer);
+    void bind_link(std::size_t renderer);
+    void bind_composer(std::size_t renderer, std::size_t display);
+    void bind_pipeline(std::size_t display);
+    void bind_output(std::size_t display);
+    void bind_swap_lock();
+    void finish_bus(std::size_t renderer, const RendererCounters& counters, std::int64_t cycle);
+    void finish_composer(std::size_t composer, const ComposerCounters& counters, std::int64_t cycle);
+    void finish_display(std::size_t display, const DisplayCounters& counters, std::int64_t cycle);
+
+    const Scenario& scenario_;
+    rtl::Metabuffer& machine_;
+    ViolationLog& log_;
+    std::size_t renderers_;
+    std::size_t displays_;
+
+    std::vector<std::unique_ptr<BusMonitor>> buses_;
+    std::vector<std::unique_ptr<ComposerMonitor>> composers_;  ///< renderer by renderer
+    std::vector<std::unique_ptr<PipelineMonitor>> pipelines_;
+    std::vector<std::unique_ptr<DviMonitor>> links_;  ///< inputs, then outputs
+    std::unique_ptr<SwapLockMonitor> swap_lock_;
+    std::unique_ptr<Scoreboard> scoreboard_;
+};
+
+}  // namespace metabuffer::monitors

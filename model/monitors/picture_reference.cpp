@@ -1,0 +1,105 @@
+#include "monitors/picture_reference.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+namespace metabuffer::monitors {
+namespace {
+
+constexpr int kOpaque = 255;
+
+int div255_rounded(int value) { return (2 * value + kOpaque) / (2 * kOpaque); }
+
+std::uint8_t over_channel(int front, int back, int front_alpha) {
+    return static_cast<std::uint8_t>(
+        std::min(kOpaque, front + div255_rounded(back * (kOpaque - front_alpha))));
+}
+
+Pixel over(Pixel front, Pixel back) {
+    return {over_channel(front.r(), back.r(), front.a()), over_channel(front.g(), back.g(), front.a()),
+            over_channel(front.b(), back.b(), front.a()), over_channel(front.a(), back.a(), front.a()),
+            front.z()};
+}
+
+Pixel merged(Composition composition, Pixel local, Pixel upstream) {
+    const bool nearer = local.z() < upstream.z();
+    if (composition == Composition::kOver) return nearer ? over(local, upstream) : over(upstream, local);
+    const bool transparent = composition == Composition::kZAlphaKey && local.a() == 0;
+    return nearer && !transparent ? local : upstream;
+}
+
+}  // namespace
+
+std::string colour_text(std::uint32_t rgb) {
+    std::array<char, 8> text{};
+    std::snprintf(text.data(), text.size(), "#%06x", static_cast<unsigned>(rgb & kColourMask));
+    return text.data();
+}
+
+functional::Contribution PictureReference::contribution(std::size_t renderer, int pair) const {
+    std::vector<int> pairs(scenario_.renderers.size(), -1);
+    pairs[renderer] = pair;
+    return functional::contributions_of(scenario_, pairs)[renderer];
+}
+
+Pixel PictureReference::over_the_link(Pixel pixel) const {
+    const Pixel colour(pixel.rgb());
+    return with_depth_half(colour, depth_link_bits(pixel, scenario_.depth_format), scenario_.depth_format);
+}
+
+std::optional<PictureReference::Local> PictureReference::local(const functional::Contribution& contribution,
+                                                               int display, int x, int y) const {
+    if (contribution.image == nullptr) return std::nullopt;
+    for (const ViewportRow& row : contribution.rows) {
+        if (row.dcomp != display || x < row.dx || y < row.dy) continue;
+        const int column = (x - row.dx) / row.dmultiple;
+        const int line = (y - row.dy) / row.dmultiple;
+        if (column >= row.sdx || line >= row.sdy) continue;
+        const int source_x = row.sx + column;
+        const int source_y = row.sy + line;
+        return Local{source_x, source_y, over_the_link(contribution.image->at(source_x, source_y))};
+    }
+    return std::nullopt;
+}
+
+PictureReference::Column PictureReference::column(const std::vector<functional::Contribution>& contributions,
+                                                  int display, int x, int y,
+                                                  const std::vector<int>& missing) const {
+    Column column;
+    Pixel pixel = scenario_.background_pixel();
+    for (std::size_t r = 0; r < contributions.size(); ++r) {
+        const bool starved = std::find(missing.begin(), missing.end(), static_cast<int>(r)) != missing.end();
+        const std::optional<Local> own = local(contributions[r], display, x, y);
+        if (own && !starved) {
+            const Pixel out = merged(scenario_.composition, own->pixel, pixel);
+            if (out != pixel) {
+                column.winner = static_cast<int>(r);
+                column.winning = own;
+            }
+            pixel = out;
+        }
+        column.stages.push_back(pixel);
+    }
+    return column;
+}
+
+std::optional<std::string> picture_fault(const ColourImage& seen, const ColourImage& expected) {
+    if (seen.width_pixels != expected.width_pixels || seen.height_pixels != expected.height_pixels) {
+        return "it has " + std::to_string(seen.width_pixels) + "x" + std::to_string(seen.height_pixels) +
+               " pixels instead of " + std::to_string(expected.width_pixels) + "x" +
+               std::to_string(expected.height_pixels);
+    }
+    const auto first = std::mismatch(seen.values.begin(), seen.values.end(), expected.values.begin());
+    if (first.first == seen.values.end()) return std::nullopt;
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < seen.values.size(); ++i)
+        count += seen.values[i] != expected.values[i] ? 1 : 0;
+    const auto place = static_cast<int>(first.first - seen.values.begin());
+    return "pixel " + std::to_string(place % seen.width_pixels) + "," +
+           std::to_string(place / seen.width_pixels) + ": " + colour_text(*first.first) + " instead of " +
+           colour_text(*first.second) + ", " + std::to_string(count) +
+           (count == 1 ? " pixel differs" : " pixels differ");
+}
+
+}  // namespace metabuffer::monitors

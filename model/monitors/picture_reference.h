@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "formats/image.h"
+#include "functional/functional_compositor.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::monitors {
+
+/// Who wins a raster pixel and with what, also where some renderers' pixels were not there in time: what the functional
+/// level, which composites whole rasters, does not tell. Computed apart from both the machine's datapath and the
+/// compositor, one renderer after the other.
+class PictureReference {
+  public:
+    /// The scenario must outlive the reference.
+    explicit PictureReference(const Scenario& scenario) : scenario_(scenario) {}
+
+    /// What a renderer (index, from 0) contributes with a pair; -1: none yet.
+    functional::Contribution contribution(std::size_t renderer, int pair) const;
+
+    /// What is left of an image's pixel in a word of the memory, behind the link.
+    Pixel over_the_link(Pixel pixel) const;
+
+    /// A renderer's local pixel at a raster place.
+    struct Local {
+        int source_x = 0;  ///< in its image
+        int source_y = 0;
+        Pixel pixel;
+    };
+    std::optional<Local> local(const functional::Contribution& contribution, int display, int x, int y) const;
+
+    static constexpr int kBackground = -1;
+    /// The pipeline of a display (from 1) at a raster place.
+    struct Column {
+        std::vector<Pixel> stages;  ///< out of each composer, from the top
+        int winner = kBackground;   ///< index of the renderer that changed the pixel last
+        std::optional<Local> winning;
+
+        Pixel bottom() const { return stages.back(); }
+    };
+    /// missing: indices of renderers whose pixel starved there.
+    Column column(const std::vector<functional::Contribution>& contributions, int display, int x, int y,
+                  const std::vector<int>& missing = {}) const;
+
+  private:
+    const Scenario& scenario_;
+};
+
+/// The first place at which two pictures of one size differ, if any: "pixel 12,5: #102030 instead of #112030", and how
+/// many differ; told too if the sizes do.
+std::optional<std::string> picture_fault(const ColourImage& seen, const ColourImage& expected);
+
+/// 0xRRGGBB as "#rrggbb".
+std::string colour_text(std::uint32_t rgb);
+
+}  // namespace metabuffer::monitors

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+
+#include "formats/viewport_table.h"
+
+namespace metabuffer::monitors {
+
+/// Where the pixels of a table row's segment lie on its display's raster, by division, written apart from
+/// model/datapath, which it judges. Pixels count from 0 in their segment's raster order. Any row can be asked, also one
+/// that no table may have.
+class SegmentPlaces {
+  public:
+    SegmentPlaces() = default;
+    SegmentPlaces(const ViewportRow& row, int raster_width_pixels, int raster_height_pixels);
+
+    /// Pixels that the bus sends for the row.
+    std::int64_t pixels() const { return std::int64_t{width_} * height_; }
+    /// The row is one that a table may carry for this raster: a multiple of 1 to 255, a source that is not empty, its
+    /// first and last pixel on the raster at least in part.
+    bool legal() const { return legal_; }
+
+    /// A row of the raster.
+    struct RasterRow {
+        bool covered = false;          ///< the segment shows in it
+        bool repeats = false;          ///< the same source row as in the raster row above
+        bool last = false;             ///< the source row does not show below it
+        std::int64_t first_pixel = 0;  ///< of the source row
+    };
+    RasterRow raster_row(int y) const;
+
+    /// Only in a covered row: the segment shows at that column of the raster.
+    bool covers(int x) const { return x >= dx_ && x < right_; }
+    /// Only at a covered place: the pixel's place in its source row.
+    int column_at(int x) const { return multiple_ == 1 ? x - dx_ : (x - dx_) / multiple_; }
+    /// Only at a covered place: pixels of the source row that do not show to the right of it.
+    int columns_used_up(int x) const { return x + 1 == right_ ? width_ : column_at(x + 1); }
+
+  private:
+    int dx_ = 0;
+    int dy_ = 0;
+    int width_ = 0;   ///< source pixels
+    int height_ = 0;  ///< source pixels
+    int multiple_ = 1;
+    int right_ = 0;   ///< one past the last covered column of the raster
+    int bottom_ = 0;  ///< one past the last covered row
+    bool legal_ = false;
+};
+
+}  // namespace metabuffer::monitors

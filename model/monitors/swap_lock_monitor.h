@@ -1,0 +1,117 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "formats/dvi_timing.h"
+#include "formats/image.h"
+#include "monitors/violation.h"
+#include "rtl/block.h"
+#include "rtl/signals.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::monitors {
+
+/// Checks the swap lock (sections 5.4 and 7 of the paper) from outside: FRAMEDONE, FRAMEBAD, SWAPLOCK and SWAPSKIP at
+/// the core clock, and the pictures on the DVI outputs. When the banks swap is not to be seen on a wire. It follows
+/// from SWAPLOCK, which takes two registers of the DVI output clock, and from the outputs' frames, which run in step
+/// from reset on: the swap is due at the first clock of the next one.
+///
+/// Rules:
+/// - swap-lock/all-done: SWAPLOCK is high exactly while every FRAMEDONE is
+/// - swap-lock/any-bad: SWAPSKIP is high exactly while any FRAMEBAD is
+/// - swap-lock/framedone-fall: FRAMEDONE falls two registers of the core clock behind a swap, on all displays, and
+///   never otherwise
+/// - swap-lock/framedone-rise: FRAMEDONE rises once for a swap, and not before the swap's level has come back
+/// - swap-lock/framebad: FRAMEBAD does not change while FRAMEDONE is high
+/// - swap-lock/in-step: the outputs' VSYNC is the same on every display
+/// - swap-lock/picture: a display's picture changes at the start of a DVI frame in which a swap is due, and never
+///   otherwise; before the first swap it is black
+/// - swap-lock/kept: with SWAPSKIP the picture stays
+class SwapLockMonitor final : public sc_core::sc_module {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};          ///< core clock
+    sc_core::sc_in<bool> dvi_clk_i{"dvi_clk_i"};  ///< DVI output clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};      ///< synchronous in both domains, active high
+    sc_core::sc_vector<sc_core::sc_in<bool>> framedone_i;
+    sc_core::sc_vector<sc_core::sc_in<bool>> framebad_i;
+    sc_core::sc_in<bool> swaplock_i{"swaplock_i"};
+    sc_core::sc_in<bool> swapskip_i{"swapskip_i"};
+    sc_core::sc_vector<sc_core::sc_in<rtl::DviLink>> link_i;
+
+    /// The scenario gives displays and clocks and is not kept.
+    SwapLockMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, ViolationLog& log);
+    SC_HAS_PROCESS(SwapLockMonitor);
+
+    /// A picture that a display (from 0) has shown in full, in the first DVI frame behind a swap. dvi_cycle: the clock
+    /// of its last pixel.
+    struct Shown {
+        std::size_t display;
+        std::int64_t frame;  ///< composited frame, from 0
+        std::int64_t dvi_cycle;
+        const ColourImage& picture;
+    };
+    void on_picture(std::function<void(const Shown&)> callback) { on_picture_ = std::move(callback); }
+
+    /// Number of the composited frame that the displays show, -1 before the first swap.
+    std::int64_t frame() const { return swaps_ - 1; }
+    /// Swaps at which the displays kept their picture.
+    std::int64_t kept_frames() const { return kept_frames_; }
+
+  private:
+    static constexpr std::int64_t kNever = -1;
+
+    /// What is remembered of a display.
+    struct Display {
+        // core clock
+        bool framedone = false;
+        bool framebad = false;
+        std::int64_t rises = 0;  ///< of FRAMEDONE
+        // DVI output clock
+        ColourImage picture;  ///< as shown last, black at first; overwritten as the next one comes
+        std::size_t next_value = 0;
+        bool told = false;  ///< of a violation in this DVI frame
+    };
+
+    void core_edge();
+    void check_wires();
+    void check_framedone(std::size_t display, std::int64_t cycle);
+    void dvi_edge();
+    void start_dvi_frame();
+    void take_clock();
+    void take_pixel(std::size_t display, std::uint32_t data);
+    void synchronize();
+    void found_core(const char* rule, const std::string& signal, const std::string& what);
+    void found_dvi(const char* rule, std::size_t display, const std::string& what);
+
+    DviTiming timing_;
+    std::int64_t core_period_picoseconds_;
+    std::int64_t dvi_period_picoseconds_;
+    ViolationLog& log_;
+    std::function<void(const Shown&)> on_picture_;
+
+    std::vector<Display> displays_;
+    bool wires_told_ = false;  ///< of SWAPLOCK or SWAPSKIP, until they are right again
+    std::int64_t swaps_ = 0;
+    std::int64_t kept_frames_ = 0;
+
+    // Core clock: when the swap, and its level's end, are seen, as the edge that samples their effect.
+    std::int64_t fall_cycle_ = kNever;
+    std::int64_t rise_cycle_ = 0;
+
+    // DVI output clock.
+    bool dvi_reset_ = true;
+    std::int64_t position_ = 0;  ///< clock of the frame that the outputs drive
+    bool swaplock_captured_ = false;
+    bool swap_level_ = false;    ///< a swap has been made for this SWAPLOCK
+    bool swap_pending_ = false;  ///< due at the next DVI frame
+    bool skip_pending_ = false;
+    bool fresh_ = false;  ///< the first DVI frame behind a swap
+    bool kept_ = false;   ///< that swap was skipped
+    bool in_step_told_ = false;
+};
+
+}  // namespace metabuffer::monitors

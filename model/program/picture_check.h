@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "formats/image.h"
+#include "functional/functional_compositor.h"
+#include "report/report.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer {
+
+/// `metabuffer run --check` at a level without wires: the pictures that the displays show, against the functional
+/// level. Which pairs a frame was made of is known at the end only, so pictures that are not what a machine without
+/// time would show are kept until then. One in which something starved cannot be compared.
+class PictureCheck {
+  public:
+    /// The scenario must outlive the check.
+    explicit PictureCheck(const Scenario& scenario);
+
+    void take(int frame, int display, const ColourImage& picture);
+    /// At the end of the run.
+    void finish(const RunReport& report);
+
+    const CheckRecord& record() const { return record_; }
+    /// What was compared, for a summary; empty before finish().
+    const std::string& compared() const { return compared_; }
+
+  private:
+    const ColourImage& wanted(int frame, int display);
+    void judge(int frame, int display, const ColourImage& picture, const std::vector<int>& pairs,
+               const RunReport& report);
+
+    const Scenario& scenario_;
+    std::vector<std::vector<int>> pairs_without_time_;
+    functional::Compositor compositor_;
+    int compositor_frame_ = -1;
+    ColourImage wanted_;
+    std::map<std::pair<int, int>, ColourImage> kept_;  ///< by frame and display
+    std::int64_t taken_ = 0;
+    std::int64_t starved_ = 0;
+    CheckRecord record_;
+    std::string compared_;
+};
+
+}  // namespace metabuffer

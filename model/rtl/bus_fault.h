@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "rtl/block.h"
+#include "rtl/fault_tally.h"
+#include "rtl/signals.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::rtl {
+
+/// The bus on its last way to one composer, where faults of the scenario (lost_beat) let beats of pixels for that
+/// composer vanish: the composer sees a clock without a beat. Not in the paper: a double for a broken connector.
+///
+/// Combinational: what is not lost is seen in the same clock. A fault from core cycle c on loses the first beats
+/// that the edge of core cycle c, or a later one, would have read.
+class BusFault final : public Block {
+  public:
+    sc_core::sc_in<BusBeat> bus_i{"bus_i"};
+    sc_core::sc_out<BusBeat> bus_o{"bus_o"};
+
+    /// display: of the composer, index. faults: places in Scenario::faults of its lost_beat. Scenario and tally must
+    /// outlive the module.
+    BusFault(const sc_core::sc_module_name& name, const Scenario& scenario, std::size_t display,
+             std::vector<std::size_t> faults, FaultTally& tally);
+    SC_HAS_PROCESS(BusFault);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+
+    /// Pixels of the beats lost so far.
+    std::int64_t lost_pixels() const { return lost_pixels_; }
+
+  private:
+    void update();
+    bool loses_beat();
+
+    const Scenario& scenario_;
+    std::uint16_t destination_;
+    std::vector<std::size_t> faults_;
+    FaultTally& tally_;
+    std::int64_t core_period_picoseconds_;
+    std::int64_t lost_pixels_ = 0;
+};
+
+}  // namespace metabuffer::rtl

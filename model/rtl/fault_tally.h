@@ -1,0 +1,26 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace metabuffer::rtl {
+
+/// What each fault inside the machine has done so far, by its place in Scenario::faults. Several modules may work one
+/// fault, which counts once.
+class FaultTally {
+  public:
+    explicit FaultTally(std::size_t faults) : counts_(faults, 0) {}
+
+    /// A fault that lasts has changed something: counted the first time.
+    void took_effect(std::size_t fault) { counts_[fault] = std::max<std::int64_t>(counts_[fault], 1); }
+    /// A fault that is done in parts has done one.
+    void add(std::size_t fault) { ++counts_[fault]; }
+    std::int64_t count(std::size_t fault) const { return counts_[fault]; }
+
+  private:
+    std::vector<std::int64_t> counts_;
+};
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+
+#include "rtl/block.h"
+
+namespace metabuffer::rtl {
+
+/// The clock of a renderer's link where a fault lets it drift (FaultKind::kDrift): a rising edge at time 0, as all
+/// clocks have, and from then on the nominal period, divided by 1 + ppm / 10^6. Edges are at whole picoseconds; what
+/// rounding leaves is carried on, so the average is exact. A change of clock_ppm_i counts from the next rising edge
+/// on.
+class LinkClock final : public Block {
+  public:
+    sc_core::sc_in<int> clock_ppm_i{"clock_ppm_i"};  ///< -100000..100000; positive: fast
+    sc_core::sc_out<bool> clk_o{"clk_o"};
+
+    LinkClock(const sc_core::sc_module_name& name, std::int64_t nominal_period_picoseconds);
+    SC_HAS_PROCESS(LinkClock);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+
+  private:
+    void step();
+
+    std::int64_t nominal_period_picoseconds_;
+    bool high_ = false;
+    int ppm_ = 0;
+    std::int64_t remainder_ = 0;  ///< carried on, in parts of a picosecond: of 10^6 + ppm_
+    std::int64_t low_picoseconds_ = 0;
+};
+
+}  // namespace metabuffer::rtl

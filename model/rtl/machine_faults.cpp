@@ -1,0 +1,138 @@
+#include "rtl/machine_faults.h"
+
+#include <string>
+#include <utility>
+
+namespace metabuffer::rtl {
+namespace {
+
+/// A wire's place, named for the waveform.
+struct WireName {
+    std::string wire;   ///< "BUSREADY_1_2"
+    std::string fault;  ///< "busready_fault_1_2"
+};
+
+WireName name_of(Handshake handshake, std::size_t renderer, std::size_t display) {
+    switch (handshake) {
+        case Handshake::kBusready:
+            return {numbered("BUSREADY", renderer, display), numbered("busready_fault", renderer, display)};
+        case Handshake::kTableready:
+            return {numbered("TABLEREADY", renderer, display),
+                    numbered("tableready_fault", renderer, display)};
+        case Handshake::kPipeready:
+            return {numbered("PIPEREADY", renderer, display), numbered("pipeready_fault", renderer, display)};
+        case Handshake::kPairRequest:
+            return {numbered("PAIR_REQUEST", renderer), numbered("pair_request_fault", renderer)};
+    }
+    return {};
+}
+
+/// The row of the PIPEREADY wires at which a fault of a renderer's composer sits: its own, but for the PIPEMASTER,
+/// which answers its own PIPEREADY without a wire. It is kept from raising it by the wire that it waits for.
+std::size_t pipeready_row(int renderer) { return renderer == 0 ? 1 : static_cast<std::size_t>(renderer); }
+
+bool is_of_display(const Fault& fault, std::size_t display) {
+    return fault.display == static_cast<int>(display) + 1;
+}
+
+}  // namespace
+
+MachineFaults::MachineFaults(const Scenario& scenario, Wires& wires)
+    : scenario_(scenario), wires_(wires), tally_(scenario.faults.size()) {}
+
+template <typename Predicate>
+std::vector<std::size_t> MachineFaults::faults_that(Predicate concerned) const {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < scenario_.faults.size(); ++i) {
+        if (concerned(scenario_.faults[i])) {
+            places.push_back(i);
+        }
+    }
+    return places;
+}
+
+std::vector<std::size_t> MachineFaults::faults_of_wire(Handshake handshake, std::size_t renderer,
+                                                       std::size_t display) const {
+    return faults_that([&](const Fault& fault) {
+        const std::size_t row = handshake == Handshake::kPipeready ? pipeready_row(fault.renderer)
+                                                                   : static_cast<std::size_t>(fault.renderer);
+        if (row != renderer) {
+            return false;
+        }
+        switch (fault.kind) {
+            case FaultKind::kBusreadyLow:
+                return handshake == Handshake::kBusready && is_of_display(fault, display);
+            case FaultKind::kPipereadyLow:
+                return handshake == Handshake::kPipeready && is_of_display(fault, display);
+            case FaultKind::kRandomStalls:
+                return true;
+            default:
+                return false;
+        }
+    });
+}
+
+sc_core::sc_signal<bool>* MachineFaults::drifting_clock(std::size_t renderer,
+                                                        std::int64_t nominal_period_picoseconds) {
+    const auto drifts = faults_that([renderer](const Fault& fault) {
+        return fault.kind == FaultKind::kDrift && static_cast<std::size_t>(fault.renderer) == renderer;
+    });
+    if (drifts.empty()) {
+        return nullptr;
+    }
+    signals_.push_back(std::make_unique<sc_core::sc_signal<bool>>(numbered("dvi_in_clk", renderer).c_str()));
+    link_clocks_.push_back(
+        std::make_unique<LinkClock>(numbered("link_clock", renderer).c_str(), nominal_period_picoseconds));
+    link_clocks_.back()->clock_ppm_i(wires_.clock_ppm[renderer]);
+    link_clocks_.back()->clk_o(*signals_.back());
+    blocks_.push_back(link_clocks_.back().get());
+    return signals_.back().get();
+}
+
+sc_core::sc_signal<bool>& MachineFaults::raised(Handshake handshake, std::size_t renderer,
+                                                std::size_t display, sc_core::sc_signal<bool>& wire,
+                                                sc_core::sc_signal<bool>& clk) {
+    std::vector<std::size_t> faults = faults_of_wire(handshake, renderer, display);
+    if (faults.empty()) {
+        return wire;
+    }
+    const WireName name = name_of(handshake, renderer, display);
+    signals_.push_back(std::make_unique<sc_core::sc_signal<bool>>((name.wire + "_raised").c_str()));
+    handshake_faults_.push_back(std::make_unique<HandshakeFault>(
+        name.fault.c_str(), scenario_, HandshakeFault::Wire{handshake, renderer, display, name.wire},
+        std::move(faults), tally_));
+    HandshakeFault& module = *handshake_faults_.back();
+    module.clk_i(clk);
+    module.wire_i(*signals_.back());
+    module.wire_o(wire);
+    blocks_.push_back(&module);
+    return *signals_.back();
+}
+
+sc_core::sc_signal<BusBeat>& MachineFaults::bus_for(std::size_t renderer, std::size_t display) {
+    const std::size_t composer = renderer * wires_.framedone.size() + display;
+    std::vector<std::size_t> faults = faults_that([&](const Fault& fault) {
+        return fault.kind == FaultKind::kLostBeat && static_cast<std::size_t>(fault.renderer) == renderer &&
+               is_of_display(fault, display);
+    });
+    if (!faults.empty()) {
+        bus_faults_.push_back(std::make_unique<BusFault>(numbered("bus_fault", renderer, display).c_str(),
+                                                         scenario_, display, std::move(faults), tally_));
+        bus_faults_.back()->bus_i(wires_.bus[renderer]);
+        bus_faults_.back()->bus_o(wires_.own_bus(composer));
+        blocks_.push_back(bus_faults_.back().get());
+    }
+    return wires_.bus_seen_by(composer);
+}
+
+std::int64_t MachineFaults::injected_faults(std::size_t renderer) const {
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < scenario_.faults.size(); ++i) {
+        if (static_cast<std::size_t>(scenario_.faults[i].renderer) == renderer) {
+            count += tally_.count(i);
+        }
+    }
+    return count;
+}
+
+}  // namespace metabuffer::rtl

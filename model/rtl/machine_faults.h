@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "rtl/bus_fault.h"
+#include "rtl/fault_tally.h"
+#include "rtl/handshake_fault.h"
+#include "rtl/link_clock.h"
+#include "rtl/wires.h"
+
+namespace metabuffer::rtl {
+
+/// The modules that work a scenario's faults inside the machine, made where a fault asks for one and nowhere else: each
+/// stands between a wire's sender and its reader. Wires holds what the readers see; what the senders drive is here.
+class MachineFaults {
+  public:
+    /// Scenario and wires must outlive it. To be made, and asked, while the machine is built.
+    MachineFaults(const Scenario& scenario, Wires& wires);
+
+    /// The clock of a renderer's link if a fault lets it drift, else null. It follows wires.clock_ppm.
+    sc_core::sc_signal<bool>* drifting_clock(std::size_t renderer, std::int64_t nominal_period_picoseconds);
+
+    /// The signal that the block which raises `wire` is to drive: the wire itself if no fault holds it. renderer and
+    /// display (indices) are the wire's in Wires; clk is the clock of the block that reads it.
+    sc_core::sc_signal<bool>& raised(Handshake handshake, std::size_t renderer, std::size_t display,
+                                     sc_core::sc_signal<bool>& wire, sc_core::sc_signal<bool>& clk);
+
+    /// The bus for a composer to read; Wires::bus_seen_by gives the same from then on.
+    sc_core::sc_signal<BusBeat>& bus_for(std::size_t renderer, std::size_t display);
+
+    const std::vector<const Block*>& blocks() const { return blocks_; }
+
+    /// How often faults inside the machine have taken effect on a renderer's row; a lost beat counts each time.
+    std::int64_t injected_faults(std::size_t renderer) const;
+
+  private:
+    template <typename Predicate>
+    std::vector<std::size_t> faults_that(Predicate concerned) const;
+    std::vector<std::size_t> faults_of_wire(Handshake handshake, std::size_t renderer,
+                                            std::size_t display) const;
+
+    const Scenario& scenario_;
+    Wires& wires_;
+    FaultTally tally_;
+    std::vector<std::unique_ptr<sc_core::sc_signal<bool>>> signals_;
+    std::vector<std::unique_ptr<LinkClock>> link_clocks_;
+    std::vector<std::unique_ptr<HandshakeFault>> handshake_faults_;
+    std::vector<std::unique_ptr<BusFault>> bus_faults_;
+    std::vector<const Block*> blocks_;
+};
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,208 @@
+#include "scenario/link_program.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "scenario/derived_timing.h"
+
+namespace metabuffer {
+namespace {
+
+constexpr std::uint32_t kByteBits = 0xFF;
+constexpr auto kNoSuchKind = static_cast<FrameKind>(2);
+
+void flip(std::vector<std::uint32_t>& link_pixels, int byte, std::uint32_t bits) {
+    const auto pixel = static_cast<std::size_t>(byte / kLinkBytesPerPixel);
+    const auto shift = static_cast<unsigned>(8 * (kLinkBytesPerPixel - 1 - byte % kLinkBytesPerPixel));
+    link_pixels[pixel] ^= bits << shift;
+}
+
+/// The bits of one half of a word, flipped as they are on the link.
+Pixel flipped(Pixel pixel, FrameKind half, std::uint32_t bits, DepthFormat format) {
+    return half == FrameKind::kColour ? with_colour_half(pixel, colour_link_bits(pixel) ^ bits)
+                                      : with_depth_half(pixel, depth_link_bits(pixel, format) ^ bits, format);
+}
+
+/// The faults that change what is in one frame.
+std::vector<const Fault*> spoiling_faults(const Scenario& scenario, int renderer, std::uint32_t pair,
+                                          FrameKind frame) {
+    std::vector<const Fault*> faults;
+    for (const Fault& fault : scenario.faults) {
+        if (fault.renderer != renderer || fault.pair != pair || fault.frame != frame) continue;
+        switch (fault.kind) {
+            case FaultKind::kMagic:
+            case FaultKind::kVersion:
+            case FaultKind::kKind:
+            case FaultKind::kCrc:
+            case FaultKind::kNumber:
+            case FaultKind::kShortLine:
+            case FaultKind::kLongLine:
+            case FaultKind::kShortFrame:
+            case FaultKind::kLongFrame:
+            case FaultKind::kOtherPair:
+            case FaultKind::kControlByte:
+            case FaultKind::kPixelBits:
+                faults.push_back(&fault);
+                break;
+            default:
+                break;
+        }
+    }
+    return faults;
+}
+
+/// What is changed in a frame whose content and control scanline have been made.
+void spoil(LinkFrame& link, const Fault& fault, DepthFormat format) {
+    switch (fault.kind) {
+        case FaultKind::kMagic:
+            flip(link.control, kControlMagicOffset, kByteBits);
+            break;
+        case FaultKind::kVersion:
+            flip(link.control, kControlVersionOffset, kByteBits);
+            break;
+        case FaultKind::kCrc:
+            flip(link.control, kControlCrcOffset, kByteBits);
+            break;
+        case FaultKind::kControlByte:
+            flip(link.control, fault.byte, fault.bits);
+            break;
+        case FaultKind::kShortLine:
+            --link.last_line_pixels;
+            break;
+        case FaultKind::kLongLine:
+            ++link.last_line_pixels;
+            break;
+        case FaultKind::kShortFrame:
+            link.active_lines -= fault.lines;
+            break;
+        case FaultKind::kLongFrame:
+            link.active_lines += fault.lines;
+            break;
+        case FaultKind::kPixelBits: {
+            auto image = std::make_shared<PixelImage>(*link.image);
+            Pixel& pixel = image->at(fault.x, fault.y);
+            pixel = flipped(pixel, fault.frame, fault.bits, format);
+            link.image = std::move(image);
+            link.image_is_copy = true;
+            break;
+        }
+        default:
+            break;
+    }
+}
+
+}  // namespace
+
+LinkFrame link_frame(const Scenario& scenario, int renderer_index, std::uint32_t pair, FrameKind frame) {
+    const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
+    const DviTiming timing = renderer.timing();
+    const std::vector<const Fault*> faults = spoiling_faults(scenario, renderer_index, pair, frame);
+    const auto has = [&faults](FaultKind kind) {
+        return std::any_of(faults.begin(), faults.end(),
+                           [kind](const Fault* fault) { return fault->kind == kind; });
+    };
+
+    const std::uint32_t content_pair = pair + (has(FaultKind::kOtherPair) ? 1 : 0);
+    const RendererFrame& entry = renderer.frame_of_pair(content_pair);
+    ControlScanline content;
+    content.kind = has(FaultKind::kKind) ? kNoSuchKind : frame;
+    content.frame_number = content_pair + (has(FaultKind::kNumber) ? 1 : 0);
+    content.table = entry.table;
+
+    LinkFrame link;
+    link.control = encode_control_scanline(content, timing.active_pixels);
+    link.image = renderer.images[entry.image];
+    link.active_lines = timing.active_lines;
+    link.last_line_pixels = timing.active_pixels;
+    link.faults = static_cast<std::int64_t>(faults.size());
+    for (const Fault* fault : faults) spoil(link, *fault, scenario.depth_format);
+    return link;
+}
+
+LinkProgram::LinkProgram(const Scenario& scenario, int renderer)
+    : scenario_(scenario),
+      renderer_(scenario.renderers[static_cast<std::size_t>(renderer)]),
+      renderer_index_(renderer) {}
+
+void LinkProgram::reset() {
+    next_pair_ = 0;
+    pair_under_way_ = false;
+    kind_ = FrameKind::kColour;
+    send_again_ = false;
+    clock_ppm_ = 0;
+}
+
+LinkProgram::Step LinkProgram::next(bool pair_requested) {
+    while (true) {
+        if (!pair_under_way_) {
+            const bool may_send =
+                scenario_.pacing == Pacing::kFreeRunning || (pair_requested && !all_pairs_sent());
+            if (!may_send) return Step::kNothing;
+            begin_pair();
+        }
+        if (send_again_) {
+            send_again_ = false;
+            ++injected_faults_;
+            return Step::kFrame;
+        }
+        if (const Fault* const delay = fault_of(FaultKind::kDelay); delay != nullptr && !delay_served_) {
+            delay_served_ = true;
+            ++injected_faults_;
+            silence_clocks_ = pair_clocks(renderer_) * delay->delay_pairs;
+            return Step::kSilence;
+        }
+        if (fault_of(FaultKind::kMissing) == nullptr) {
+            frame_ = link_frame(scenario_, renderer_index_, pair_, kind_);
+            injected_faults_ += frame_.faults;
+            return Step::kFrame;
+        }
+        ++injected_faults_;
+        next_frame();
+    }
+}
+
+void LinkProgram::end_frame() {
+    if (!sent_again_ && fault_of(FaultKind::kRepeated) != nullptr) {
+        send_again_ = true;
+        sent_again_ = true;
+        return;
+    }
+    next_frame();
+}
+
+/// Leaves the frame behind that has been sent, or is missing.
+void LinkProgram::next_frame() {
+    delay_served_ = false;
+    sent_again_ = false;
+    if (kind_ == FrameKind::kColour) {
+        kind_ = FrameKind::kDepth;
+    } else {
+        pair_under_way_ = false;
+    }
+}
+
+void LinkProgram::begin_pair() {
+    pair_ = next_pair_++;
+    pair_under_way_ = true;
+    kind_ = FrameKind::kColour;
+    delay_served_ = false;
+    sent_again_ = false;
+    for (const Fault& fault : scenario_.faults) {
+        if (fault.kind != FaultKind::kDrift || fault.renderer != renderer_index_ || fault.pair != pair_) {
+            continue;
+        }
+        clock_ppm_ = fault.ppm;
+        ++injected_faults_;
+    }
+}
+
+const Fault* LinkProgram::fault_of(FaultKind kind) const {
+    const auto found =
+        std::find_if(scenario_.faults.begin(), scenario_.faults.end(), [&](const Fault& fault) {
+            return fault.kind == kind && fault.renderer == renderer_index_ && fault.pair == pair_ &&
+                   fault.frame == kind_;
+        });
+    return found == scenario_.faults.end() ? nullptr : &*found;
+}
+
+}  // namespace metabuffer

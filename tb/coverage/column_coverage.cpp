@@ -1,0 +1,150 @@
+#include "column_coverage.h"
+
+#include <algorithm>
+#include <string>
+
+#include "bin_names.h"
+#include "bus_coverage.h"
+#include "composer_coverage.h"
+
+namespace metabuffer::coverage {
+
+ColumnCoverage::ColumnCoverage(Coverage& coverage, const Scenario& scenario, int display)
+    : coverage_(coverage),
+      scenario_(scenario),
+      display_(display),
+      readiness_(scenario.renderers.size()),
+      below_now_(scenario.renderers.size()),
+      starved_frame_(static_cast<std::size_t>(scenario.displays.raster_width_pixels()) *
+                         static_cast<std::size_t>(scenario.displays.raster_height_pixels()),
+                     -1),
+      block_sums_(static_cast<std::size_t>(scenario.displays.width_pixels)) {}
+
+void ColumnCoverage::clock_edge(const ColumnWires& wires,
+                                const std::vector<const ComposerCoverage*>& composers,
+                                const std::vector<const BusCoverage*>& buses) {
+    ++edge_;
+    cover_pipeready(wires, composers);
+    cover_start(wires, composers);
+    cover_stall(wires, composers, buses);
+    if (scenario_.composer.on_starvation == StarvationMode::kGlitch) cover_starved(composers);
+    if (wires.pipe_out.valid && !wires.column_stall) cover_average(wires.pipe_out);
+}
+
+void ColumnCoverage::cover_pipeready(const ColumnWires& wires,
+                                     const std::vector<const ComposerCoverage*>& composers) {
+    const char* group = "pipeready";
+    for (std::size_t r = 0; r < composers.size(); ++r) {
+        const ComposerCoverage& composer = *composers[r];
+        Readiness& before = readiness_[r];
+        const Readiness now{below_now_[r], composer.prefetched(), composer.table_complete(),
+                            wires.pipeready[r]};
+        if (now.raised && !before.raised && composer.in_step()) {
+            coverage_.hit_if(!before.below && before.prefetched, group, "waited for below");
+            coverage_.hit_if(before.below && !before.prefetched, group, "waited for the prefetch");
+            coverage_.hit_if(!before.below && !before.prefetched, group, "both in the same clock");
+            coverage_.hit_if(before.below && !before.table, group, "table comes last");
+            coverage_.hit(group, composer.segment_empty()      ? "segment empty"
+                                 : composer.segment_complete() ? "segment wholly in the buffer"
+                                                               : "buffer takes no further slot");
+            coverage_.hit_if(composers.size() == 1, group, "single composer in the column");
+        }
+        before = now;
+        below_now_[r] = wires.pipeready[r + 1];
+    }
+    const bool bottom = wires.pipeready.back();
+    if (bottom && !bottom_ready_) {
+        bottom_ready_edge_ = edge_;
+        coverage_.hit_if(std::all_of(composers.begin(), composers.end(),
+                                     [](const ComposerCoverage* composer) { return composer->prefetched(); }),
+                         "frames/sequence", "all prefetched before PIPEREADY from below");
+    }
+    bottom_ready_ = bottom;
+}
+
+void ColumnCoverage::cover_start(const ColumnWires& wires,
+                                 const std::vector<const ComposerCoverage*>& composers) {
+    const bool started = wires.startframe[1];  // out of the top composer
+    if (started && !started_) {
+        starts_.push_back(edge_);
+        const auto relays = static_cast<std::int64_t>(composers.size()) + 1;
+        coverage_.hit_if(edge_ == bottom_ready_edge_ + relays, "frames/sequence",
+                         "STARTFRAME at the earliest clock");
+    }
+    started_ = started;
+    const bool running = composers.back()->running();
+    if (running_ && !running) ends_.push_back(edge_);
+    running_ = running;
+}
+
+void ColumnCoverage::cover_stall(const ColumnWires& wires,
+                                 const std::vector<const ComposerCoverage*>& composers,
+                                 const std::vector<const BusCoverage*>& buses) {
+    stalled_ = wires.column_stall;
+    if (!stalled_) {
+        end_stall();
+        return;
+    }
+    const char* group = "stall";
+    coverage_.hit_if(stalled_clocks_ == 0 && moving_clocks_ == 1, group, "again after one clock");
+    ++stalled_clocks_;
+    moving_clocks_ = 0;
+    coverage_.hit_if(std::count(wires.stall.begin(), wires.stall.end(), true) > 1, group,
+                     "two composers at once");
+    coverage_.hit_if(
+        std::find(wires.startframe.begin(), wires.startframe.end(), true) != wires.startframe.end(), group,
+        "STARTFRAME stands still");
+    for (std::size_t r = 0; r < composers.size(); ++r) {
+        if (!wires.stall[r]) continue;
+        const BusCoverage& bus = *buses[r];
+        coverage_.hit_if(!bus.beat_now() && !bus.burst_waits(), group, "bus sends nothing");
+        coverage_.hit_if(bus.burst_waits() && cycles_per_beat(scenario_.bus) == 1, group, "bus opens a page");
+        coverage_.hit_if(bus.destination_now() != 0 && bus.destination_now() != display_, group,
+                         "bus sends to another composer");
+    }
+}
+
+void ColumnCoverage::end_stall() {
+    constexpr std::int64_t kShort = 8;
+    if (stalled_clocks_ > 0) {
+        coverage_.hit("stall", stalled_clocks_ == 1       ? "for one clock"
+                               : stalled_clocks_ > kShort ? "for more than 8 clocks"
+                                                          : "for 2 to 8 clocks");
+    }
+    stalled_clocks_ = 0;
+    ++moving_clocks_;
+}
+
+void ColumnCoverage::cover_starved(const std::vector<const ComposerCoverage*>& composers) {
+    for (const ComposerCoverage* composer : composers) {
+        if (!composer->starved()) continue;
+        int& frame = starved_frame_[static_cast<std::size_t>(composer->position())];
+        coverage_.hit_if(frame == composer->frame(), "starvation/place",
+                         "two composers of a column at one raster pixel");
+        frame = composer->frame();
+    }
+}
+
+/// How the average of a display pixel is rounded, by its red.
+void ColumnCoverage::cover_average(const rtl::PipePixel& pixel) {
+    const int s = scenario_.displays.supersample;
+    if (s == 1) return;
+    const int width = scenario_.displays.raster_width_pixels();
+    const auto x = static_cast<int>(raster_position_ % width);
+    const auto y = static_cast<int>(raster_position_ / width);
+    raster_position_ =
+        (raster_position_ + 1) % (std::int64_t{width} * scenario_.displays.raster_height_pixels());
+    int& sum = block_sums_[static_cast<std::size_t>(x / s)];
+    if (x % s == 0 && y % s == 0) sum = 0;
+    sum += pixel.pixel.r();
+    if (x % s != s - 1 || y % s != s - 1) return;
+    const int remainder = sum % (s * s);
+    const int half = s * s / 2;
+    const char* rounding = remainder == 0      ? "exact"
+                           : remainder < half  ? "down"
+                           : remainder == half ? "half up"
+                                               : "up";
+    coverage_.hit("supersample", both(std::to_string(s), rounding));
+}
+
+}  // namespace metabuffer::coverage

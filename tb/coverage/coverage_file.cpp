@@ -1,0 +1,101 @@
+#include "coverage_file.h"
+
+#include <charconv>
+#include <cstdint>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <string_view>
+
+namespace metabuffer::coverage {
+namespace {
+
+constexpr std::string_view kTest = "test ";
+constexpr std::string_view kEnd = "end";
+constexpr std::string_view kBehindGroup = ": ";
+
+bool starts_with(std::string_view text, std::string_view start) {
+    return text.substr(0, start.size()) == start;
+}
+
+/// Reads the lines of one file.
+class RecordReader {
+  public:
+    explicit RecordReader(const std::filesystem::path& file) : file_(file), in_(file) {
+        if (!in_) throw CoverageFileError(file.string() + ": cannot be read");
+    }
+
+    std::vector<Record> read() {
+        std::vector<Record> records;
+        while (next()) {
+            if (!starts_with(line_, kTest)) fail("expected \"test NAME\"");
+            records.push_back(read_record(line_.substr(kTest.size())));
+        }
+        if (records.empty()) throw CoverageFileError(file_.string() + ": holds no record");
+        return records;
+    }
+
+  private:
+    bool next() {
+        ++number_;
+        return static_cast<bool>(std::getline(in_, line_));
+    }
+
+    Record read_record(std::string test) {
+        Record record{std::move(test), {}};
+        while (next()) {
+            if (line_ == kEnd) return record;
+            read_count(record.coverage);
+        }
+        fail("the record ends without \"end\"");
+    }
+
+    void read_count(Coverage& coverage) {
+        std::int64_t count = 0;
+        const char* first = line_.data();
+        const auto [end, error] = std::from_chars(first, first + line_.size(), count);
+        const auto digits = static_cast<std::size_t>(end - first);
+        const std::size_t colon = line_.find(kBehindGroup);
+        if (error != std::errc() || count < 1 || line_.substr(digits, 1) != " " ||
+            colon == std::string::npos) {
+            fail("expected \"COUNT GROUP: BIN\"");
+        }
+        const std::string group = line_.substr(digits + 1, colon - digits - 1);
+        const std::string bin = line_.substr(colon + kBehindGroup.size());
+        if (!is_goal(group, bin)) fail("there is no goal \"" + group + ": " + bin + "\"");
+        coverage.hit(group, bin, count);
+    }
+
+    [[noreturn]] void fail(const std::string& what) const {
+        throw CoverageFileError(file_.string() + ":" + std::to_string(number_) + ": " + what);
+    }
+
+    std::filesystem::path file_;
+    std::ifstream in_;
+    std::string line_;
+    int number_ = 0;
+};
+
+}  // namespace
+
+void append_record(const std::filesystem::path& file, const Record& record) {
+    std::ostringstream text;
+    text << kTest << record.test << '\n';
+    std::size_t goal = 0;
+    for (const GoalGroup& group : goal_groups()) {
+        for (const std::string& bin : group.bins) {
+            const std::int64_t count = record.coverage.count(goal++);
+            if (count > 0) text << count << ' ' << group.name << kBehindGroup << bin << '\n';
+        }
+    }
+    text << kEnd << '\n';
+    std::error_code ignored;  // the stream tells of it
+    std::filesystem::create_directories(file.parent_path(), ignored);
+    std::ofstream out(file, std::ios::app);
+    out << text.str() << std::flush;
+    if (!out) throw CoverageFileError(file.string() + ": cannot be written");
+}
+
+std::vector<Record> read_records(const std::filesystem::path& file) { return RecordReader(file).read(); }
+
+}  // namespace metabuffer::coverage

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "coverage.h"
+
+namespace metabuffer::coverage {
+
+/// A coverage file that cannot be read or written. what() is one line: which file, where, what is wrong.
+class CoverageFileError : public std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+/// What one machine of a test has reached.
+struct Record {
+    std::string test;  ///< the test's name
+    Coverage coverage;
+};
+
+/// Adds a record to a file, which is made if it is not there. A record is text:
+///     test NAME
+///     COUNT GROUP: BIN      a line for each goal that was reached
+///     end
+/// Throws CoverageFileError.
+void append_record(const std::filesystem::path& file, const Record& record);
+
+/// Throws CoverageFileError for a file that is damaged: a goal that is not there, a count that is none, a record
+/// without its end.
+std::vector<Record> read_records(const std::filesystem::path& file);
+
+}  // namespace metabuffer::coverage

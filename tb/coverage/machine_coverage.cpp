@@ -1,0 +1,217 @@
+#include "machine_coverage.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <utility>
+
+#include "coverage_file.h"
+#include "rtl/wires.h"
+#include "run_coverage.h"
+
+namespace metabuffer::coverage {
+namespace {
+
+/// The command that started this process, without the program's folder: CTest runs each test in a process of its own,
+/// so its arguments name the test.
+std::string test_name() {
+    std::ifstream in("/proc/self/cmdline", std::ios::binary);
+    std::string text(std::istreambuf_iterator<char>(in), {});
+    const std::size_t program_end = std::min(text.find('\0'), text.size());
+    const std::size_t slash = text.rfind('/', program_end);
+    if (slash != std::string::npos) text.erase(0, slash + 1);
+    while (!text.empty() && text.back() == '\0') text.pop_back();
+    for (char& letter : text) {
+        if (letter == '\0' || letter == '\n') letter = ' ';
+    }
+    return text;
+}
+
+}  // namespace
+
+MachineCoverage::MachineCoverage(const sc_core::sc_module_name& name, rtl::Metabuffer& machine,
+                                 const Scenario& scenario)
+    : sc_core::sc_module(name),
+      machine_(machine),
+      scenario_(scenario),
+      renderers_(scenario.renderers.size()),
+      displays_(static_cast<std::size_t>(scenario.displays.count())),
+      display_(coverage_),
+      beats_(renderers_),
+      tables_ready_(renderers_, true),
+      frames_seen_(renderers_) {
+    for (std::size_t r = 0; r < renderers_; ++r) {
+        buses_.emplace_back(coverage_, scenario_, r);
+        links_.emplace_back(coverage_, scenario_);
+        for (std::size_t d = 0; d < displays_; ++d) {
+            composers_.emplace_back(coverage_, scenario_, r, static_cast<int>(d) + 1);
+        }
+    }
+    for (std::size_t d = 0; d < displays_; ++d) {
+        columns_.emplace_back(coverage_, scenario_, static_cast<int>(d) + 1);
+        ColumnWires column;
+        column.pipeready.resize(renderers_ + 1);
+        column.startframe.resize(renderers_ + 1);
+        column.stall.resize(renderers_);
+        column_wires_.push_back(std::move(column));
+        std::vector<const ComposerCoverage*> composers;
+        for (std::size_t r = 0; r < renderers_; ++r) composers.push_back(&composers_[r * displays_ + d]);
+        column_composers_.push_back(std::move(composers));
+    }
+    display_wires_.framedone.resize(displays_);
+    for (const BusCoverage& bus : buses_) all_buses_.push_back(&bus);
+    SC_METHOD(core_edge);
+    sensitive << machine_.core_clk().posedge_event();
+    dont_initialize();
+    // Not by a clock: a fault can give a link one of its own.
+    SC_METHOD(link_events);
+    for (std::size_t r = 0; r < renderers_; ++r) sensitive << machine_.wires().event[r];
+    dont_initialize();
+}
+
+void MachineCoverage::core_edge() {
+    if (machine_.reset().read()) return;
+    sample_composers();
+    sample_buses();
+    sample_columns();
+    sample_displays();
+}
+
+void MachineCoverage::link_events() {
+    for (std::size_t r = 0; r < renderers_; ++r) {
+        auto& wire = machine_.wires().event[r];
+        if (wire.event()) links_[r].event(wire.read(), buses_[r]);
+    }
+}
+
+void MachineCoverage::sample_composers() {
+    rtl::Wires& wires = machine_.wires();
+    for (std::size_t i = 0; i < composers_.size(); ++i) {
+        const std::size_t below = i + displays_;
+        composers_[i].clock_edge({wires.bus_seen_by(i).read(), wires.pipe[i].read(), wires.pipe[below].read(),
+                                  wires.startframe[below].read(), wires.column_stall[i % displays_].read(),
+                                  wires.stall[i].read(), wires.busready[i].read()});
+    }
+}
+
+/// Composers have just sampled the edge before, so the buses' beats of that edge are looked at.
+void MachineCoverage::sample_buses() {
+    rtl::Wires& wires = machine_.wires();
+    for (std::size_t r = 0; r < renderers_; ++r) {
+        const rtl::BusBeat& beat = beats_[r];
+        const ComposerCoverage* destination = nullptr;
+        if (beat.kind == rtl::BusBeat::Kind::kPixels && beat.destination >= 1 &&
+            beat.destination <= displays_) {
+            destination = &composers_[r * displays_ + beat.destination - 1];
+            if (!destination->in_step()) destination = nullptr;
+        }
+        buses_[r].clock(beat, destination, tables_ready_[r]);
+        if (buses_[r].frames() != frames_seen_[r]) {
+            links_[r].frame_starts(frames_seen_[r]);
+            frames_seen_[r] = buses_[r].frames();
+        }
+        beats_[r] = wires.bus[r].read();
+        tables_ready_[r] = true;
+        for (std::size_t d = 0; d < displays_; ++d) {
+            tables_ready_[r] = tables_ready_[r] && wires.tableready[r * displays_ + d].read();
+        }
+    }
+}
+
+void MachineCoverage::sample_columns() {
+    rtl::Wires& wires = machine_.wires();
+    for (std::size_t d = 0; d < displays_; ++d) {
+        ColumnWires& column = column_wires_[d];
+        for (std::size_t r = 0; r <= renderers_; ++r) {
+            column.pipeready[r] = wires.pipeready[r * displays_ + d].read();
+            column.startframe[r] = wires.startframe[r * displays_ + d].read();
+            if (r < renderers_) column.stall[r] = wires.stall[r * displays_ + d].read();
+        }
+        column.column_stall = wires.column_stall[d].read();
+        column.pipe_out = wires.pipe[renderers_ * displays_ + d].read();
+        columns_[d].clock_edge(column, column_composers_[d], all_buses_);
+    }
+    if (displays_ < 2) return;
+    const auto stalled = std::count_if(columns_.begin(), columns_.end(),
+                                       [](const ColumnCoverage& column) { return column.stalled(); });
+    if (stalled == 0) return;
+    coverage_.hit_if(stalled == static_cast<std::ptrdiff_t>(displays_), "stall", "all columns at once");
+    coverage_.hit_if(
+        std::any_of(columns_.begin(), columns_.end(),
+                    [](const ColumnCoverage& column) { return column.running() && !column.stalled(); }),
+        "stall", "one column while another runs");
+}
+
+void MachineCoverage::sample_displays() {
+    rtl::Wires& wires = machine_.wires();
+    DisplayWires& display = display_wires_;
+    for (std::size_t d = 0; d < displays_; ++d) display.framedone[d] = wires.framedone[d].read();
+    display.swaplock = wires.swaplock.read();
+    display.swapskip = wires.swapskip.read();
+    display.vsync = wires.link_out[0].read().vsync;
+    display.de = wires.link_out[0].read().de;
+    display_.clock_edge(display);
+}
+
+void MachineCoverage::finished(const RunReport& report) {
+    cover_run(coverage_, scenario_, report);
+    if (displays_ > 1) cover_columns_together();
+}
+
+void MachineCoverage::cover_columns_together() {
+    const auto same = [this](std::size_t frame, auto edges) {
+        return std::all_of(columns_.begin(), columns_.end(), [&](const ColumnCoverage& column) {
+            return edges(column)[frame] == edges(columns_.front())[frame];
+        });
+    };
+    const auto starts = [](const ColumnCoverage& column) -> const std::vector<std::int64_t>& {
+        return column.starts();
+    };
+    const auto ends = [](const ColumnCoverage& column) -> const std::vector<std::int64_t>& {
+        return column.ends();
+    };
+    std::size_t started = columns_.front().starts().size();
+    std::size_t ended = columns_.front().ends().size();
+    for (const ColumnCoverage& column : columns_) {
+        started = std::min(started, column.starts().size());
+        ended = std::min(ended, column.ends().size());
+    }
+    for (std::size_t frame = 0; frame < started; ++frame) {
+        const bool together = same(frame, starts);
+        coverage_.hit("frames/sequence",
+                      together ? "columns start at the same clock" : "columns start apart");
+        coverage_.hit("pipeready", together ? "columns at the same clock" : "columns at different clocks");
+    }
+    for (std::size_t frame = 0; frame < ended; ++frame) {
+        coverage_.hit_if(!same(frame, ends), "frames/sequence", "columns end apart");
+    }
+}
+
+CoverageRecorder::CoverageRecorder(rtl::Metabuffer& machine, const Scenario& scenario) {
+    const char* directory = std::getenv("METABUFFER_COVERAGE");
+    if (directory == nullptr || *directory == '\0') return;
+    directory_ = directory;
+    const std::string name = std::string(machine.name()) + "_coverage";
+    machine_coverage_ = std::make_unique<MachineCoverage>(name.c_str(), machine, scenario);
+}
+
+void CoverageRecorder::finished(const RunReport& report) {
+    if (machine_coverage_) machine_coverage_->finished(report);
+}
+
+CoverageRecorder::~CoverageRecorder() {
+    if (!machine_coverage_) return;
+    try {
+        append_record(directory_ / (std::to_string(getpid()) + ".coverage"),
+                      {test_name(), machine_coverage_->counts()});
+    } catch (const std::exception& error) {
+        std::cerr << error.what() << '\n';  // what is missing shows as a hole
+    }
+}
+
+}  // namespace metabuffer::coverage

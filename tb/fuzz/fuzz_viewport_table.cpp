@@ -1,0 +1,246 @@
+// libFuzzer: arbitrary rows against arbitrary limits. Which rows stand and why the others do not, as this file works
+// it out for itself; where the pixels of those that stand lie, against painting them one by one; and the tables of
+// the host's side, against asking for each pixel of the wall. scripts/fuzz runs it.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "byte_reader.h"
+#include "datapath/composer_buffer.h"
+#include "datapath/segment.h"
+#include "expectations.h"
+#include "formats/viewport_splitter.h"
+#include "formats/viewport_table.h"
+#include "unit/datapath/painted_segment.h"
+
+namespace {
+
+using namespace metabuffer;
+using metabuffer::fuzz::ByteReader;
+using metabuffer::test::PaintedSegment;
+
+constexpr int kLargestPaintedRaster =
+    32;  ///< pixels a side; beyond, painting takes long and shows nothing new
+constexpr std::size_t kMostRows = 40;
+
+// ---- which rows stand ----
+
+/// Some of the `multiple` raster lines from `first` on lie on the raster. Counted, not computed.
+bool shows(std::int64_t first, std::int64_t multiple, std::int64_t raster) {
+    for (std::int64_t line = first; line < first + multiple; ++line) {
+        if (line >= 0 && line < raster) return true;
+    }
+    return false;
+}
+
+bool ends_show(std::int64_t destination, std::int64_t count, std::int64_t multiple, std::int64_t raster) {
+    return shows(destination, multiple, raster) &&
+           shows(destination + (count - 1) * multiple, multiple, raster);
+}
+
+bool lies_within(std::int64_t source, std::int64_t count, std::int64_t image) {
+    return count >= 1 && source + count <= image;
+}
+
+RowDefect expected_defect(const ViewportRow& row, const ViewportLimits& limits,
+                          const ViewportTable& standing) {
+    for (const ViewportRow& earlier : standing) {
+        if (earlier.dcomp == row.dcomp) return RowDefect::kDuplicate;
+    }
+    if (row.dcomp == 0 || row.dcomp > limits.displays) return RowDefect::kDisplay;
+    if (row.dmultiple == 0 || row.dmultiple >= 256) return RowDefect::kMultiple;
+    if (!lies_within(row.sx, row.sdx, limits.image_width_pixels) ||
+        !lies_within(row.sy, row.sdy, limits.image_height_pixels)) {
+        return RowDefect::kSource;
+    }
+    if (!ends_show(row.dx, row.sdx, row.dmultiple, limits.raster_width_pixels) ||
+        !ends_show(row.dy, row.sdy, row.dmultiple, limits.raster_height_pixels)) {
+        return RowDefect::kDestination;
+    }
+    // What is repeated stays in the buffer, and the next slot must find room beside it.
+    const int kept = row.dmultiple == 1 ? 0 : row.sdx;
+    return kept + limits.ready_space_pixels > limits.buffer_pixels ? RowDefect::kBuffer : RowDefect::kNone;
+}
+
+/// Returns the rows that stand.
+ViewportTable check_validation(const ViewportTable& table, const ViewportLimits& limits) {
+    const ValidatedTable validated = validate_table(table, limits);
+    ViewportTable standing;
+    std::size_t rejected = 0;
+    for (std::size_t i = 0; i < table.size(); ++i) {
+        const RowDefect defect = expected_defect(table[i], limits, standing);
+        if (defect == RowDefect::kNone) {
+            standing.push_back(table[i]);
+            EXPECT(row_defect(table[i], limits) == RowDefect::kNone);
+            continue;
+        }
+        EXPECT(rejected < validated.rejected.size());
+        const RejectedRow& row = validated.rejected[rejected++];
+        EXPECT(row.index == static_cast<int>(i));
+        EXPECT(row.defect == defect);
+        EXPECT(!row.message.empty() && row.message.find('\n') == std::string::npos);
+        EXPECT(defect == RowDefect::kDuplicate || row_defect(table[i], limits) == defect);
+    }
+    EXPECT(rejected == validated.rejected.size());
+    EXPECT(validated.rows == standing);
+    return standing;
+}
+
+// ---- where their pixels lie ----
+
+void check_uses(const Segment& segment, const PaintedSegment& painted, test::RasterSize raster) {
+    const std::int64_t positions = std::int64_t{raster.width} * raster.height;
+    std::vector<std::int64_t> releases(static_cast<std::size_t>(positions), 0);  // at each position
+    EXPECT(segment.pixels() == static_cast<std::int64_t>(painted.first.size()));
+    for (std::size_t k = 0; k < painted.first.size(); ++k) {
+        // Of a row that stands every pixel shows somewhere.
+        EXPECT(painted.last[k] != PaintedSegment::kNone);
+        EXPECT(segment.first_use(static_cast<std::int64_t>(k)) == painted.first[k]);
+        EXPECT(segment.last_use(static_cast<std::int64_t>(k)) == painted.last[k]);
+        ++releases[static_cast<std::size_t>(painted.last[k])];
+    }
+    std::int64_t released = 0;
+    for (std::int64_t position = 0; position < positions; ++position) {
+        EXPECT(segment.released_before(position) == released);
+        released += releases[static_cast<std::size_t>(position)];
+    }
+    EXPECT(segment.released_before(positions) == segment.pixels());
+}
+
+void check_walk(const Segment& segment, const PaintedSegment& painted, test::RasterSize raster) {
+    SegmentWalker walker(segment, true, raster.width, raster.height);
+    for (int y = 0; y < raster.height; ++y) {
+        for (int x = 0; x < raster.width; ++x) {
+            const std::int64_t position = std::int64_t{y} * raster.width + x;
+            const std::int64_t pixel = painted.owner[static_cast<std::size_t>(position)];
+            const bool covered = pixel != PaintedSegment::kNone;
+            EXPECT(!walker.done() && walker.x() == x && walker.y() == y);
+            EXPECT(segment.covers(x, y) == covered);
+            EXPECT(walker.covered() == covered);
+            if (covered) {
+                EXPECT(segment.pixel_at(x, y) == pixel);
+                EXPECT(walker.pixel() == pixel);
+                EXPECT(walker.last_use() == (painted.last[static_cast<std::size_t>(pixel)] == position));
+            }
+            walker.advance();
+        }
+    }
+    EXPECT(walker.done());
+}
+
+void check_segment(const ViewportRow& row, test::RasterSize raster) {
+    const Segment segment(row, raster.width, raster.height);
+    const PaintedSegment painted(row, raster);
+    check_uses(segment, painted, raster);
+    check_walk(segment, painted, raster);
+}
+
+// ---- the host's side ----
+
+constexpr std::int64_t kNothing = -1;
+
+/// The image pixel that the wall shows at one place; kNothing if it shows none.
+std::int64_t image_pixel_at(const Viewport& viewport, const ViewportLimits& limits, std::int64_t x,
+                            std::int64_t y) {
+    if (x < viewport.x || y < viewport.y) return kNothing;
+    const std::int64_t column = (x - viewport.x) / viewport.multiple;
+    const std::int64_t row = (y - viewport.y) / viewport.multiple;
+    if (column >= limits.image_width_pixels || row >= limits.image_height_pixels) return kNothing;
+    return row * limits.image_width_pixels + column;
+}
+
+std::int64_t table_pixel_at(const ViewportTable& table, const ViewportLimits& limits, int display, int x,
+                            int y) {
+    for (const ViewportRow& row : table) {
+        if (row.dcomp != display) continue;
+        const Segment segment(row, limits.raster_width_pixels, limits.raster_height_pixels);
+        if (!segment.covers(x, y)) return kNothing;
+        const std::int64_t pixel = segment.pixel_at(x, y);
+        return (row.sy + pixel / row.sdx) * limits.image_width_pixels + row.sx + pixel % row.sdx;
+    }
+    return kNothing;
+}
+
+void check_splitter(const Viewport& viewport, const DisplayWall& wall, ViewportLimits limits) {
+    limits.displays = wall.columns * wall.rows;
+    // The host knows nothing of buffers.
+    limits.ready_space_pixels = 1;
+    limits.buffer_pixels = limits.image_width_pixels + limits.ready_space_pixels;
+    const bool multiple_is_right = viewport.multiple >= 1 && viewport.multiple <= 255;
+    ViewportTable table;
+    try {
+        table = split_viewport(viewport, limits.image_width_pixels, limits.image_height_pixels, wall);
+    } catch (const std::invalid_argument& error) {
+        // Of an image and a wall of this size every number fits its field.
+        EXPECT(!multiple_is_right);
+        metabuffer::fuzz::expect_one_clear_line(error);
+        return;
+    }
+    EXPECT(multiple_is_right);
+    EXPECT(check_validation(table, limits) == table);
+    for (int display = 0; display < limits.displays; ++display) {
+        const std::int64_t left = std::int64_t{display % wall.columns} * wall.raster_width_pixels;
+        const std::int64_t top = std::int64_t{display / wall.columns} * wall.raster_height_pixels;
+        for (int y = 0; y < wall.raster_height_pixels; ++y) {
+            for (int x = 0; x < wall.raster_width_pixels; ++x) {
+                EXPECT(table_pixel_at(table, limits, display + 1, x, y) ==
+                       image_pixel_at(viewport, limits, left + x, top + y));
+            }
+        }
+    }
+}
+
+/// A size that is small, and so can be painted, or any.
+int size_of(ByteReader& bytes, bool small) {
+    return 1 + (small ? bytes.u8() % kLargestPaintedRaster : bytes.u16());
+}
+
+ViewportRow row_of(ByteReader& bytes) {
+    ViewportRow row;
+    row.dcomp = bytes.u16();
+    row.sx = bytes.u16();
+    row.sy = bytes.u16();
+    row.sdx = bytes.u16();
+    row.sdy = bytes.u16();
+    row.dx = bytes.i16();
+    row.dy = bytes.i16();
+    row.dmultiple = bytes.u16();
+    return row;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    constexpr unsigned kSmall = 1;
+    constexpr unsigned kSplit = 2;
+    ByteReader bytes(data, size);
+    const unsigned choices = bytes.u8();
+    const bool small = (choices & kSmall) != 0;
+    ViewportLimits limits;
+    limits.displays = small ? bytes.u8() % 9 + 1 : bytes.u16();
+    limits.image_width_pixels = size_of(bytes, small);
+    limits.image_height_pixels = size_of(bytes, small);
+    limits.raster_width_pixels = size_of(bytes, small);
+    limits.raster_height_pixels = size_of(bytes, small);
+    limits.buffer_pixels = bytes.u16() + 1;
+    limits.ready_space_pixels = bytes.u16() + 1;
+
+    if (small && (choices & kSplit) != 0) {
+        const DisplayWall wall{bytes.u8() % 3 + 1, bytes.u8() % 3 + 1, limits.raster_width_pixels,
+                               limits.raster_height_pixels};
+        const int x = bytes.i16();
+        const int y = bytes.i16();
+        check_splitter({x, y, bytes.u16()}, wall, limits);
+        return 0;
+    }
+    ViewportTable table;
+    while (!bytes.empty() && table.size() < kMostRows) table.push_back(row_of(bytes));
+    for (const ViewportRow& row : check_validation(table, limits)) {
+        if (small) check_segment(row, {limits.raster_width_pixels, limits.raster_height_pixels});
+    }
+    return 0;
+}

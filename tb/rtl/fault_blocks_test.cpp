@@ -1,0 +1,270 @@
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "clocked_testbench.h"
+#include "rtl/bus_fault.h"
+#include "rtl/fault_tally.h"
+#include "rtl/handshake_fault.h"
+#include "rtl/link_clock.h"
+#include "small_scenario.h"
+
+namespace metabuffer::test {
+namespace {
+
+using rtl::BusBeat;
+using rtl::BusFault;
+using rtl::FaultTally;
+using rtl::Handshake;
+using rtl::HandshakeFault;
+using rtl::LinkClock;
+
+constexpr int kPageMiss = 4;
+
+/// Core cycles count the edges in reset, clocks of a testbench do not.
+int core_cycle(const ClockedTestbench& bench, int clock) { return clock + bench.core.reset_clocks(); }
+constexpr int kResetClocks = 2;
+
+Scenario fault_scenario(FaultKind kind, int from_clock, std::optional<int> clocks) {
+    Scenario scenario = small_scenario(4, 4, 2);
+    scenario.clocks.core_mhz = 1e6 / ClockedTestbench::kCorePeriodPicoseconds;
+    scenario.memory.page_miss_cycles = kPageMiss;
+    scenario.bus.width_bits = 64;
+    Fault fault;
+    fault.kind = kind;
+    fault.display = 2;
+    fault.from_cycle = from_clock + kResetClocks;
+    if (clocks) fault.cycles = *clocks;
+    scenario.faults.push_back(fault);
+    return scenario;
+}
+
+/// A register: what it holds behind edge n is what edge n has read.
+class Register final : public sc_core::sc_module {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};
+    sc_core::sc_in<bool> wire_i{"wire_i"};
+    sc_core::sc_signal<bool> held;
+
+    explicit Register(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
+        SC_METHOD(clock_edge);
+        sensitive << clk_i.pos();
+        dont_initialize();
+    }
+    SC_HAS_PROCESS(Register);
+
+  private:
+    void clock_edge() { held.write(wire_i.read()); }
+};
+
+/// A wire that the test raises, behind a fault.
+struct WireBench {
+    Scenario scenario;
+    FaultTally tally{1};
+    sc_core::sc_signal<bool> raised;
+    sc_core::sc_signal<bool> wire;
+    HandshakeFault fault;
+    Register reader;
+    const Recording<bool>& wires;
+
+    WireBench(ClockedTestbench& bench, const std::string& name, Handshake handshake, Scenario with)
+        : scenario(std::move(with)),
+          fault(name.c_str(), scenario, {handshake, 0, 1, "WIRE"}, {0}, tally),
+          reader((name + "_reader").c_str()),
+          wires(bench.core.record(reader.held)) {
+        reader.clk_i(bench.core.clk);
+        reader.wire_i(wire);
+        fault.clk_i(bench.core.clk);
+        fault.wire_i(raised);
+        fault.wire_o(wire);
+        bench.trace(fault);
+    }
+};
+
+std::vector<int> read_high(const WireBench& dut) { return dut.wires.high(); }
+
+std::vector<int> both(std::vector<int> one, const std::vector<int>& other) {
+    one.insert(one.end(), other.begin(), other.end());
+    return one;
+}
+
+TEST_CASE(
+    "handshake fault: TABLEREADY is read low at the clocks of the fault and follows its wire at all others") {
+    ClockedTestbench bench;
+    WireBench dut(bench, "dut", Handshake::kTableready, fault_scenario(FaultKind::kBusreadyLow, 20, 5));
+    bench.core.drive(dut.raised, 10, true);
+    bench.core.drive(dut.raised, 15, false);
+    bench.core.drive(dut.raised, 18, true);
+    bench.core.drive(dut.raised, 30, false);
+    bench.run_through(40);
+    REQUIRE(core_cycle(bench, 0) == kResetClocks);
+    CHECK(read_high(dut) == both(both(clock_range(10, 15), clock_range(18, 20)), clock_range(25, 30)));
+    CHECK(dut.tally.count(0) == 1);
+}
+
+TEST_CASE("handshake fault: PIPEREADY that stands is not taken back, its next rise waits") {
+    ClockedTestbench bench;
+    WireBench dut(bench, "dut", Handshake::kPipeready, fault_scenario(FaultKind::kPipereadyLow, 20, 30));
+    bench.core.drive(dut.raised, 10, true);
+    bench.core.drive(dut.raised, 28, false);  // STARTFRAME has come
+    bench.core.drive(dut.raised, 33, true);
+    bench.run_through(70);
+    CHECK(read_high(dut) == both(clock_range(10, 28), clock_range(50, 71)));
+    CHECK(dut.tally.count(0) == 1);
+}
+
+TEST_CASE("handshake fault: a fault that finds its wire low, or standing, has not taken effect") {
+    ClockedTestbench bench;
+    WireBench low(bench, "low", Handshake::kTableready, fault_scenario(FaultKind::kBusreadyLow, 20, 5));
+    WireBench standing(bench, "standing", Handshake::kPipeready,
+                       fault_scenario(FaultKind::kPipereadyLow, 20, 5));
+    bench.core.drive(standing.raised, 19, true);
+    bench.run_through(40);
+    CHECK(low.tally.count(0) == 0);
+    CHECK(standing.tally.count(0) == 0);
+    CHECK(low.fault.waiting_for().empty());
+}
+
+TEST_CASE(
+    "handshake fault: BUSREADY that is taken away stays low until its composer knows that its burst is "
+    "over") {
+    ClockedTestbench bench;
+    const Scenario one_clock = fault_scenario(FaultKind::kBusreadyLow, 20, 1);
+    WireBench kept(bench, "kept", Handshake::kBusready, one_clock);
+    WireBench lowered(bench, "lowered", Handshake::kBusready, one_clock);
+    WireBench long_fault(bench, "long_fault", Handshake::kBusready,
+                         fault_scenario(FaultKind::kBusreadyLow, 20, 15));
+    for (WireBench* dut : {&kept, &lowered, &long_fault}) bench.core.drive(dut->raised, 10, true);
+    // Low itself, as edge 22 reads it.
+    bench.core.drive(lowered.raised, 22, false);
+    bench.core.drive(lowered.raised, 23, true);
+    bench.run_through(60);
+    // A page miss, two beats and two clocks.
+    constexpr int kLow = kPageMiss + 2 * 1 + 2;
+    CHECK(read_high(kept) == both(clock_range(10, 20), clock_range(20 + kLow, 61)));
+    CHECK(read_high(lowered) == both(clock_range(10, 20), clock_range(23, 61)));
+    CHECK(read_high(long_fault) == both(clock_range(10, 20), clock_range(35, 61)));
+}
+
+TEST_CASE("handshake fault: held for ever it says so") {
+    ClockedTestbench bench;
+    WireBench dut(bench, "dut", Handshake::kBusready,
+                  fault_scenario(FaultKind::kBusreadyLow, -kResetClocks, std::nullopt));
+    bench.core.drive(dut.raised, 3, true);
+    bench.run_through(40);
+    CHECK(dut.wires.high().empty());
+    CHECK(dut.fault.waiting_for() == "holds WIRE low");
+}
+
+TEST_CASE("handshake fault: random stalls hold in their share of the clocks, and as seed and wire say") {
+    constexpr int kClocks = 4000;
+    ClockedTestbench bench;
+    const auto scenario = [](int percent, std::uint64_t seed) {
+        Scenario with = fault_scenario(FaultKind::kRandomStalls, 0, std::nullopt);
+        with.faults[0].percent = percent;
+        with.faults[0].seed = seed;
+        return with;
+    };
+    WireBench few(bench, "few", Handshake::kTableready, scenario(5, 1));
+    WireBench many(bench, "many", Handshake::kTableready, scenario(80, 1));
+    WireBench same(bench, "same", Handshake::kTableready, scenario(80, 1));
+    WireBench other_seed(bench, "other_seed", Handshake::kTableready, scenario(80, 2));
+    WireBench other_wire(bench, "other_wire", Handshake::kPairRequest, scenario(80, 1));
+    for (WireBench* dut : {&few, &many, &same, &other_seed, &other_wire}) {
+        bench.core.drive(dut->raised, 0, true);
+    }
+    bench.run_through(kClocks - 1);
+    CHECK(std::abs(static_cast<int>(few.wires.high().size()) - kClocks * 95 / 100) < kClocks / 50);
+    CHECK(std::abs(static_cast<int>(many.wires.high().size()) - kClocks * 20 / 100) < kClocks / 50);
+    CHECK(many.wires.high() == same.wires.high());
+    CHECK(many.wires.high() != other_seed.wires.high());
+    CHECK(many.wires.high() != other_wire.wires.high());
+}
+
+TEST_CASE("bus fault: the next beats of pixels for its composer vanish, all else is seen in the same clock") {
+    ClockedTestbench bench;
+    Scenario scenario = fault_scenario(FaultKind::kLostBeat, 20, std::nullopt);
+    scenario.faults[0].beats = 2;
+    FaultTally tally{1};
+    sc_core::sc_signal<BusBeat> sent;
+    sc_core::sc_signal<BusBeat> seen;
+    BusFault dut("dut", scenario, 1, {0}, tally);
+    dut.bus_i(sent);
+    dut.bus_o(seen);
+    bench.trace(dut);
+    const auto& sent_beats = bench.core.record(sent);
+    const auto& seen_beats = bench.core.record(seen);
+    const auto pixels = [](int destination, int first) {
+        BusBeat beat;
+        beat.kind = BusBeat::Kind::kPixels;
+        beat.destination = static_cast<std::uint16_t>(destination);
+        beat.count = 3;
+        beat.first = static_cast<std::uint32_t>(first);
+        return beat;
+    };
+    // One a clock: edge 19 reads the last one before the fault.
+    bench.core.drive(sent, 18, pixels(2, 0));
+    bench.core.drive(sent, 19, pixels(2, 3));
+    bench.core.drive(sent, 20, BusBeat::frame_start(false));
+    bench.core.drive(sent, 21, pixels(1, 6));
+    bench.core.drive(sent, 22, pixels(2, 6));
+    bench.core.drive(sent, 23, pixels(2, 9));
+    bench.core.drive(sent, 24, pixels(2, 12));
+    bench.core.drive(sent, 25, BusBeat{});
+    bench.run_through(30);
+    for (int clock = 0; clock <= 30; ++clock) {
+        INFO("clock " << clock);
+        const bool lost = clock == 22 || clock == 23;
+        CHECK(seen_beats.at(clock) == (lost ? BusBeat{} : sent_beats.at(clock)));
+    }
+    CHECK(dut.lost_pixels() == 6);
+    CHECK(tally.count(0) == 2);
+}
+
+TEST_CASE("link clock: nominal until it is told, then off by the millionths it is told, exact on average") {
+    constexpr std::int64_t kPeriod = 9'999;
+    struct Count final : sc_core::sc_module {
+        sc_core::sc_in<bool> clk_i{"clk_i"};
+        std::int64_t edges = 0;
+        sc_core::sc_time last;
+        explicit Count(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
+            SC_METHOD(edge);
+            sensitive << clk_i.pos();
+            dont_initialize();
+        }
+        SC_HAS_PROCESS(Count);
+        void edge() {
+            ++edges;
+            last = sc_core::sc_time_stamp();
+        }
+    };
+    constexpr int kPpm = 37;
+    sc_core::sc_signal<int> told{"told"};
+    sc_core::sc_signal<bool> clk{"clk"};
+    LinkClock dut("dut", kPeriod);
+    dut.clock_ppm_i(told);
+    dut.clk_o(clk);
+    Count count("count");
+    count.clk_i(clk);
+    const auto run_to = [](std::int64_t time) {
+        const auto now = static_cast<std::int64_t>(sc_core::sc_time_stamp().value());
+        sc_core::sc_start(sc_core::sc_time(static_cast<double>(time - now), sc_core::SC_PS));
+    };
+    run_to(1'000 * kPeriod - 1);
+    CHECK(count.edges == 1'000);  // the first at time 0
+    CHECK(count.last == sc_core::sc_time(999.0 * kPeriod, sc_core::SC_PS));
+    told.write(kPpm);
+    // The edge at 1000 periods reads it. A million and ppm periods from there take a million nominal ones.
+    run_to(1'000 * kPeriod + 1'000'000 * kPeriod + 1);
+    CHECK(count.edges == 1'000 + 1 + 1'000'000 + kPpm);
+    CHECK(count.last == sc_core::sc_time(1'001'000.0 * kPeriod, sc_core::SC_PS));
+    told.write(0);
+    run_to(1'001'000 * kPeriod + 5'000 * kPeriod + 1);
+    CHECK(count.edges == 1'000 + 1 + 1'000'000 + kPpm + 5'000);
+}
+
+}  // namespace
+}  // namespace metabuffer::test

@@ -1,0 +1,121 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <regex>
+
+#include "workplace.h"
+
+using namespace metabuffer;
+using namespace metabuffer::test;
+using Catch::Contains;
+
+namespace {
+
+ProgramResult run_faulty(const Workplace& place, const std::vector<std::string>& arguments) {
+    return run_program(METABUFFER_WRONG_PROGRAM, place,
+                       std::vector<std::string>{"run", "scenario.yaml", "--out", "out"} + arguments);
+}
+
+std::int64_t count_of(const std::string& text, const std::string& part) {
+    std::int64_t count = 0;
+    for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("run --check: a right model breaks no rule and level rtl is run", "[program]") {
+    const Workplace place;
+    const ProgramResult result = place.run({"--check"});
+    CHECK(result.status == 0);
+    CHECK(result.err.empty());
+    CHECK_THAT(result.out, Contains("small (rtl: "));
+    CHECK_THAT(result.out, Contains(" 1536 pixels out of pipelines and 4 pictures: no violation\n"));
+    const auto check = place.report().at("check");
+    CHECK(place.report().at("level") == "rtl");
+    CHECK(check.at("rules") > 50);
+    CHECK(check.at("pictures") == 4);
+    CHECK(check.at("violations") == 0);
+    CHECK(check.at("first_violations").empty());
+}
+
+TEST_CASE("run --check: a machine that starves breaks no rule", "[program]") {
+    const Workplace place;
+    const ProgramResult result = place.run(kNarrow + std::vector<std::string>{"--check"});
+    CHECK(result.status == 0);
+    CHECK_THAT(result.out, Contains("starved") && Contains(": no violation"));
+    CHECK(place.report().at("totals").at("starved_pixels") > 0);
+}
+
+TEST_CASE("run --check: without it the report says nothing of a check", "[program]") {
+    const Workplace place;
+    const ProgramResult result = place.run({"--level", "rtl"});
+    CHECK(result.status == 0);
+    CHECK_THAT(result.out, !Contains("checked"));
+    CHECK_FALSE(place.report().contains("check"));
+}
+
+TEST_CASE("run --check: level tlm has its pictures checked", "[program]") {
+    const Workplace place;
+    for (const std::vector<std::string>& trace :
+         {std::vector<std::string>{"--level", "tlm"}, {"--trace", "schedule.json"}}) {
+        const ProgramResult result = place.run(trace + std::vector<std::string>{"--check"});
+        CHECK(result.status == 0);
+        CHECK_THAT(result.out, Contains("small (tlm: ") &&
+                                   Contains("checked: 4 of 4 pictures against the functional level, and "
+                                            "no wires, which only level rtl has: no violation"));
+        CHECK(place.report().at("check").at("rules") == 0);
+        CHECK(place.report().at("check").at("pictures") == 4);
+    }
+    const ProgramResult narrow = place.run(kNarrow + std::vector<std::string>{"--level", "tlm", "--check"});
+    CHECK(narrow.status == 0);
+    CHECK_THAT(narrow.out, Contains("in the others something starved"));
+}
+
+TEST_CASE("run --check: what cannot be checked is refused in a line", "[program]") {
+    const Workplace place;
+    const ProgramResult functional = place.run({"--check", "--level", "functional"});
+    CHECK(functional.status == 2);
+    CHECK(count_of(functional.err, "\n") == 1);
+    CHECK_THAT(functional.err, Contains("use --level rtl or tlm"));
+    const ProgramResult no_images = place.run({"--check", "--level", "tlm", "--no-images"});
+    CHECK(no_images.status == 2);
+    CHECK_THAT(no_images.err, Contains("use --level rtl"));
+    CHECK(place.run({"--check", "--no-images"}).status == 0);
+}
+
+TEST_CASE("run --check: help tells of it", "[program]") {
+    const Workplace place;
+    const ProgramResult result = run_program(place, {"run", "--help"});
+    CHECK_THAT(result.out, Contains("--check") && Contains("5 --check and the model broke a rule"));
+}
+
+TEST_CASE("run --check: a wrong composer is found and traced to its clock", "[program]") {
+    const Workplace place;  // every pixel is at Z = 0, so each one that both renderers cover is a tie
+    CHECK(run_faulty(place, {"--level", "rtl"}).status == 0);
+
+    const ProgramResult result = run_faulty(place, {"--check"});
+    CHECK(result.status == 5);
+    CHECK_THAT(result.err, Contains("scenario.yaml: --check: the model has broken a rule"));
+    CHECK_THAT(result.err,
+               Contains("renderer 1 (left) should have won") && Contains("composer_2_1 is the first"));
+    CHECK_THAT(result.out, Contains(" violations\n"));
+    CHECK(place.exists("out/display_1.png"));
+    const auto check = place.report().at("check");
+    const std::int64_t count = check.at("violations");
+    const auto first = static_cast<std::int64_t>(check.at("first_violations").size());
+    CHECK(count > 0);
+    CHECK(first == std::min<std::int64_t>(count, 10));
+    for (const auto& line : check.at("first_violations"))
+        CHECK_THAT(result.err, Contains(line.get<std::string>()));
+    if (count > first) CHECK_THAT(result.err, Contains("and " + std::to_string(count - first) + " more\n"));
+
+    // The options that it names show that clock.
+    std::smatch window;
+    REQUIRE(std::regex_search(result.err, window,
+                              std::regex("--trace FILE.vcd --trace-window (cycles:[0-9]+-[0-9]+)")));
+    const ProgramResult traced =
+        run_faulty(place, {"--check", "--trace", "wrong.vcd", "--trace-window", window[1].str()});
+    CHECK(traced.status == 5);
+    CHECK(place.exists("wrong.vcd"));
+    CHECK(place.report().at("check") == check);
+}

@@ -1,0 +1,154 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "machine_checks.h"
+#include "machine_run.h"
+#include "random_seed.h"
+#include "scenario/scenario_loader.h"
+
+// What random machines do not come by: machines made for one goal of the functional coverage each. They pass the same
+// checks as any other.
+
+using namespace metabuffer;
+using namespace metabuffer::test;
+
+namespace {
+
+constexpr int kImageWidth = 24;
+constexpr int kImageHeight = 10;
+
+/// One renderer and one display, with that table for every pair.
+Scenario one_renderer(const std::string& name, int frames, ViewportTable table) {
+    Random random(5);
+    PixelImage image(kImageWidth, kImageHeight);
+    for (Pixel& pixel : image.values) pixel = Pixel(random.bits() & 0x0000'00FF'FFFF'FFFFU);
+    Renderer renderer;
+    renderer.name = "renderer";
+    renderer.image_width_pixels = kImageWidth;
+    renderer.image_height_pixels = kImageHeight;
+    renderer.images.push_back(std::make_shared<const PixelImage>(std::move(image)));
+    RendererFrame frame;
+    frame.table = std::move(table);
+    renderer.frames.push_back(std::move(frame));
+    Scenario scenario;
+    scenario.name = name;
+    scenario.displays.width_pixels = 20;
+    scenario.displays.height_pixels = 12;
+    scenario.frames = frames;
+    scenario.renderers.push_back(std::move(renderer));
+    check_scenario(scenario);
+    return scenario;
+}
+
+const ViewportRow kWholeImage{1, 0, 0, 20, 10, 0, 0, 1};
+
+MachineRuns run(std::vector<Scenario> scenarios) {
+    MachineRuns runs;
+    for (Scenario& scenario : scenarios) {
+        std::string name = scenario.name;
+        runs.push_back(std::make_unique<MachineRun>(name, std::move(scenario)));
+    }
+    REQUIRE(run_to_end(runs));
+    return runs;
+}
+
+}  // namespace
+
+TEST_CASE("coverage: the largest Dmultiple fills a raster from one source pixel", "[system][coverage]") {
+    const MachineRuns runs = run({one_renderer("largest_multiple", 2, {{1, 3, 4, 1, 1, -100, -240, 255}})});
+    check_run(*runs[0]);
+    const ColourImage* picture = runs[0]->picture(1, 1);
+    REQUIRE(picture != nullptr);
+    const std::uint32_t first = picture->values.front();
+    CHECK(std::all_of(picture->values.begin(), picture->values.end(),
+                      [first](std::uint32_t value) { return value == first; }));
+    CHECK(first == runs[0]->scenario().renderers[0].images[0]->at(3, 4).rgb());
+}
+
+TEST_CASE("coverage: rows that leave the raster at the top and at the bottom are dropped",
+          "[system][coverage]") {
+    const MachineRuns runs = run({
+        one_renderer("above", 1, {{1, 0, 0, 4, 4, 0, -2, 2}}),     // its first source row ends at line 0
+        one_renderer("below", 1, {{1, 0, 0, 4, 4, 0, 6, 2}}),      // its last source row begins at line 12
+        one_renderer("last_line", 1, {{1, 0, 0, 4, 4, 0, 5, 2}}),  // its last source row begins at line 11
+    });
+    for (const auto& machine : runs) check_run(*machine);
+    const auto destination = static_cast<std::size_t>(RowDefect::kDestination);
+    CHECK(runs[0]->report().renderers[0].rejected_rows[destination] == 1);
+    CHECK(runs[1]->report().renderers[0].rejected_rows[destination] == 1);
+    CHECK(runs[2]->report().total_rejected_rows() == 0);
+}
+
+TEST_CASE("coverage: a link faster than its bus has the next pair ready before it is asked for",
+          "[system][coverage]") {
+    Scenario scenario = one_renderer("fast_link", 3, {kWholeImage});
+    scenario.clocks.core_mhz = 10.0;
+    scenario.bus.width_bits = 16;
+    const MachineRuns runs = run({std::move(scenario)});
+    check_run(*runs[0]);
+    CHECK(runs[0]->report().total_repeated_frames() == 0);
+}
+
+TEST_CASE("coverage: a frame is shown again when its pair is lost and a later one is whole",
+          "[system][coverage]") {
+    Scenario scenario = one_renderer("later_pair", 3, {kWholeImage});
+    scenario.clocks.core_mhz = 4.0;  // two pairs come while the bus sends one
+    scenario.bus.width_bits = 16;
+    Fault fault;
+    fault.kind = FaultKind::kMagic;
+    fault.pair = 1;
+    scenario.faults.push_back(fault);
+    check_scenario(scenario);
+    const MachineRuns runs = run({std::move(scenario)});
+    check_run(*runs[0]);
+    const std::vector<FrameRecord>& frames = runs[0]->report().frames;
+    REQUIRE(frames.size() == 3);
+    CHECK(frames[0].pairs == std::vector<int>{0});
+    CHECK(frames[1].pairs == std::vector<int>{0});
+    CHECK(frames[2].pairs == std::vector<int>{2});
+}
+
+TEST_CASE("coverage: pixels that come when their frame is over are dropped and counted",
+          "[system][coverage]") {
+    Scenario scenario = one_renderer("late_pixels", 2, {kWholeImage});
+    scenario.bus.width_bits = 16;          // four clocks a pixel, and the pipeline takes one
+    scenario.composer.buffer_pixels = 40;  // so the frame starts with a few pixels
+    check_scenario(scenario);
+    const MachineRuns runs = run({std::move(scenario)});
+    check_run(*runs[0]);
+    const RunReport& report = runs[0]->drained_report();
+    CHECK(report.total_starved_pixels() > 0);
+    CHECK(report.total_composer().late_pixels > 100);
+    CHECK(report.total_bus().pixels_sent == 2 * 200);
+}
+
+TEST_CASE("coverage: the watchdog ends a machine that waits and names who waits", "[system][coverage]") {
+    Scenario at_once = one_renderer("at_once", 2, {kWholeImage});
+    at_once.watchdog_cycles = 20;  // a link's blanking is longer
+    Scenario later = one_renderer("later", 3, {kWholeImage});
+    later.watchdog_cycles = 4000;
+    later.link_timeout_pairs = 1000;
+    Fault silence;
+    silence.kind = FaultKind::kDelay;
+    silence.pair = 1;
+    silence.delay_pairs = 100;
+    later.faults.push_back(silence);
+    check_scenario(later);
+    const MachineRuns runs = run({std::move(at_once), std::move(later)});
+    CHECK(runs[0]->report().frames_shown() == 0);
+    CHECK(runs[1]->report().frames_shown() == 1);
+    for (const auto& machine : runs) {
+        const std::vector<std::string>& lines = machine->report().watchdog;
+        for (const std::string block : {"input_framebuffer_1", "composer_1_1", "output_framebuffer_1"}) {
+            INFO(block);
+            CHECK(std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+                return line.find(block) != std::string::npos;
+            }));
+        }
+    }
+}

@@ -1,0 +1,551 @@
+// A composer of the Metabuffer: takes its segment's pixels from its renderer's bus into its local memory and merges
+// them with the pixels that come down its display's pipeline. Every output is registered; docs/replacing-a-block.md
+// says what the pins mean and which of them the machine is wired to.
+//
+// One clock edge is worked out in three steps, each on what the one before leaves: the pipeline side composites a
+// pixel, the bus side takes a beat, the handshakes are driven.
+module composer #(
+    parameter  int MAX_BUFFER_PIXELS = 4096,  // a power of two, 16 or more
+    localparam int ADDRESS_BITS      = $clog2(MAX_BUFFER_PIXELS),
+    localparam int COUNT_BITS        = ADDRESS_BITS + 1
+) (
+    input logic clk_i,
+    input logic reset_i,  // synchronous, active high
+
+    // Configuration: constant while reset is low.
+    input logic [15:0]           display_i,             // whose composer this is, from 1
+    input logic [15:0]           raster_width_i,
+    input logic [15:0]           raster_height_i,
+    input logic [COUNT_BITS-1:0] buffer_pixels_i,       // 1..MAX_BUFFER_PIXELS
+    input logic [COUNT_BITS-1:0] ready_space_pixels_i,
+    input logic [3:0]            pixels_per_beat_i,     // 1..8
+    input logic [19:0]           longest_gap_cycles_i,  // from a beat of a burst to the next: a page miss and the beat
+    input logic [1:0]            composition_i,         // 0 nearer wins, 1 the same with alpha key, 2 over
+    input logic                  stall_mode_i,          // a missing pixel: 1 stalls the column, 0 is a glitch
+    input logic [63:0]           background_i,
+    input logic                  pipemaster_i,          // strap, read in reset
+
+    // The bus of the renderer.
+    input  logic [1:0]       bus_kind_i,         // see BUS_...
+    input  logic             bus_last_i,         // the table ends here
+    input  logic [3:0]       bus_count_i,        // pixels in this beat, 0..8
+    input  logic [15:0]      bus_destination_i,
+    input  logic [15:0]      bus_remaining_i,    // pixels of the burst behind this beat
+    input  logic [31:0]      bus_first_i,        // place in the segment of the beat's first pixel
+    input  logic [7:0][63:0] bus_words_i,
+    output logic             busready_o,
+    output logic             tableready_o,
+
+    // The pipeline.
+    input  logic        startframe_i,
+    output logic        startframe_o,
+    input  logic [63:0] pipe_pixel_i,
+    input  logic        pipe_lost_i,
+    output logic [63:0] pipe_pixel_o,
+    output logic        pipe_valid_o,
+    output logic        pipe_lost_o,
+    input  logic        pipeready_i,     // from below
+    output logic        pipeready_o,     // to above
+    input  logic        column_stall_i,
+    output logic        stall_o,
+
+    // Status, for counters and debuggers. What happened at the edge just past:
+    output logic        composited_o,  // a raster pixel
+    output logic        starved_o,     // and its local pixel was missing
+    output logic        replayed_o,    // and its local pixel came from the window again
+    output logic        stalled_o,     // the column stood still for this composer
+    output logic        cut_o,         // BUSREADY was dropped in a burst
+    output logic [3:0]  late_o,        // pixels dropped that came after their last use
+    output logic [31:0] lost_o,        // pixels found not to come any more
+    output logic [2:0]  error_o,       // see ERROR_...
+    // What stands now:
+    output logic                  running_o,
+    output logic                  table_complete_o,
+    output logic                  prefetched_o,
+    output logic [31:0]           frame_o,            // the frame composited, from 0; all ones before the first
+    output logic [15:0]           x_o,                // the raster position that is next
+    output logic [15:0]           y_o,
+    output logic [31:0]           pixel_o,            // the segment pixel that shows there, if any does
+    output logic [31:0]           row_first_pixel_o,  // of the source row that this raster row shows
+    output logic [15:0]           column_o,           // in it
+    output logic [7:0]            row_phase_o,        // the source row's repetition, from 0
+    output logic [31:0]           expected_o,         // place in the segment that the bus must bring next
+    output logic [COUNT_BITS-1:0] held_o,
+    output logic [15:0]           announced_o
+);
+  localparam logic [1:0] BUS_FRAME_START = 2'd1;
+  localparam logic [1:0] BUS_TABLE_ROW = 2'd2;
+  localparam logic [1:0] BUS_PIXELS = 2'd3;
+
+  localparam logic [2:0] ERROR_NONE = 3'd0;
+  localparam logic [2:0] ERROR_FULL = 3'd1;      // a pixel for a full buffer
+  localparam logic [2:0] ERROR_ORDER = 3'd2;     // a pixel that has been there
+  localparam logic [2:0] ERROR_NO_TABLE = 3'd3;  // a pixel of no frame
+  localparam logic [2:0] ERROR_TABLES = 3'd4;    // a third frame's table
+
+  localparam logic [1:0] COMPOSE_Z = 2'd0;
+  localparam logic [1:0] COMPOSE_Z_ALPHA_KEY = 2'd1;
+
+  localparam int BANKS = 8;
+  localparam int SPACE_BITS = (COUNT_BITS > 16 ? COUNT_BITS : 16) + 1;  // counts and announced pixels together
+
+  // ---- registers ----
+
+  logic pipemaster;
+
+  // Two frames: the one that is composited or is next to be (`head`), and the one behind it on the bus. Segment bounds
+  // are clipped to the raster, end values one past the last.
+  logic        table_complete[2];
+  logic        has_segment[2];
+  logic        abandoned[2];           // pixels were lost: nothing of it is kept or waited for
+  logic [15:0] left[2];
+  logic [15:0] right[2];
+  logic [15:0] top[2];
+  logic [15:0] bottom[2];
+  logic [15:0] source_width[2];
+  logic [7:0]  last_phase[2];          // replication factor - 1
+  logic [7:0]  left_phase[2];          // repetitions of the first source column left of the raster
+  logic [7:0]  top_phase[2];           // repetitions of the first source row above the raster
+  logic [31:0] segment_pixels[2];
+  logic [31:0] arrived[2];
+  logic [ADDRESS_BITS-1:0] base[2];    // address of the segment's pixel 0
+  logic        head;
+  logic [1:0]  frames;
+  logic        receiving_ended;        // pixels of a frame that is over, the one that is not `head`, still come
+  logic [31:0] released;               // pixels of the head frame that have had their last use
+  logic [COUNT_BITS-1:0]   held;
+  logic [ADDRESS_BITS-1:0] write_address;
+  logic [19:0]             silent_cycles;  // since the burst's last beat, while more of it is announced
+
+  // The walk over the raster; x_o, y_o and the like are part of it.
+  logic        running;
+  logic        row_covered;
+  logic        covered;
+  logic        missing;                // covered, and the segment pixel is not there
+  logic [7:0]  column_phase;
+  logic [7:0]  first_row_phase;        // of the source row shown: not 0 only for one cut by the raster's top
+
+  // ---- step 1: the pipeline side ----
+
+  logic moving, compositing, starting, raster_row_ends, frame_ends, last_use, releasing, replaying;
+  assign moving = !stall_mode_i || !column_stall_i;
+  assign compositing = moving && running;
+  assign starting = moving && !running && (pipemaster ? pipeready_o : startframe_i);
+  assign raster_row_ends = x_o == raster_width_i - 16'd1;
+  assign frame_ends = compositing && raster_row_ends && y_o == raster_height_i - 16'd1;
+  assign last_use = (row_phase_o == last_phase[head] || y_o == bottom[head] - 16'd1) &&
+                    (column_phase == last_phase[head] || x_o == right[head] - 16'd1);
+  assign releasing = compositing && covered && last_use;
+  assign replaying = compositing && covered && !missing && !abandoned[head] && row_phase_o > first_row_phase;
+
+  logic [15:0] x_next, y_next, column_next;
+  logic [7:0] column_phase_next, row_phase_next, first_row_phase_next;
+  logic [31:0] row_first_pixel_next, pixel_next;
+  logic row_covered_next, covered_next, running_next;
+
+  always_comb begin : walk
+    x_next = x_o;
+    y_next = y_o;
+    column_next = column_o;
+    column_phase_next = column_phase;
+    row_phase_next = row_phase_o;
+    first_row_phase_next = first_row_phase;
+    row_first_pixel_next = row_first_pixel_o;
+    row_covered_next = row_covered;
+    if (starting) begin
+      x_next = '0;
+      y_next = '0;
+      column_next = '0;
+      column_phase_next = left_phase[head];
+      row_phase_next = top_phase[head];
+      first_row_phase_next = top_phase[head];
+      row_first_pixel_next = '0;
+      row_covered_next = frames != 2'd0 && has_segment[head] && top[head] == '0 && bottom[head] != '0;
+    end else if (compositing) begin
+      if (raster_row_ends) begin
+        x_next = '0;
+        y_next = y_o + 16'd1;
+        column_next = '0;
+        column_phase_next = left_phase[head];
+        if (row_covered) begin
+          if (row_phase_o == last_phase[head]) begin
+            row_phase_next = '0;
+            first_row_phase_next = '0;
+            row_first_pixel_next = row_first_pixel_o + {16'd0, source_width[head]};
+          end else begin
+            row_phase_next = row_phase_o + 8'd1;
+          end
+        end
+        row_covered_next = has_segment[head] && y_next >= top[head] && y_next < bottom[head];
+      end else begin
+        x_next = x_o + 16'd1;
+        if (covered) begin
+          if (column_phase == last_phase[head]) begin
+            column_phase_next = '0;
+            column_next = column_o + 16'd1;
+          end else begin
+            column_phase_next = column_phase + 8'd1;
+          end
+        end
+      end
+    end
+    running_next = starting || (running && !frame_ends);
+    covered_next = row_covered_next && x_next >= left[head] && x_next < right[head];
+    pixel_next = row_first_pixel_next + {16'd0, column_next};
+  end
+
+  // What the frame's end leaves to the bus side.
+  logic        head_1;
+  logic [1:0]  frames_1;
+  logic        receiving_ended_1;
+  logic [31:0] released_1;
+  logic [COUNT_BITS-1:0] held_1;
+
+  always_comb begin : release_pixels
+    head_1 = head;
+    frames_1 = frames;
+    receiving_ended_1 = receiving_ended;
+    released_1 = released;
+    held_1 = held;
+    if (releasing) begin
+      released_1 = pixel_o + 32'd1;
+      if (!missing && !abandoned[head]) held_1 = held - COUNT_BITS'(1);
+    end
+    if (frame_ends) begin
+      if (has_segment[head]) receiving_ended_1 = frames == 2'd1 && arrived[head] != segment_pixels[head];
+      head_1 = !head;
+      frames_1 = frames - 2'd1;
+      released_1 = '0;
+    end
+  end
+
+  // Merging. The local pixel was read at the edge before, or taken from the bus at that edge.
+  logic [63:0] local_pixel, merged_pixel, upstream_pixel;
+  logic [63:0] bank_word[BANKS];
+  logic [2:0]  read_bank;
+  logic        bypass;
+  logic [63:0] bypass_word;
+  logic        upstream_lost;
+
+  assign upstream_pixel = pipemaster ? background_i : pipe_pixel_i;
+  assign upstream_lost = pipe_lost_i && !pipemaster;
+  assign local_pixel = bypass ? bypass_word : bank_word[read_bank];
+
+  // t / 255 rounded to nearest, exact for t <= 255 * 255.
+  function automatic logic [8:0] div255(input logic [15:0] t);
+    logic [16:0] rounded;
+    rounded = {1'b0, t} + 17'd128;
+    rounded = rounded + {8'd0, rounded[16:8]};
+    return rounded[16:8];
+  endfunction
+
+  function automatic logic [7:0] over_channel(input logic [7:0] front, input logic [7:0] back,
+                                              input logic [7:0] front_alpha);
+    logic [9:0] sum;
+    sum = {2'd0, front} + {1'd0, div255({8'd0, back} * {8'd0, ~front_alpha})};
+    return sum > 10'd255 ? 8'd255 : sum[7:0];
+  endfunction
+
+  function automatic logic [63:0] over(input logic [31:0] back, input logic [55:0] front);
+    return {8'd0, front[55:32], over_channel(front[31:24], back[31:24], front[31:24]),
+            over_channel(front[23:16], back[23:16], front[31:24]), over_channel(front[15:8], back[15:8], front[31:24]),
+            over_channel(front[7:0], back[7:0], front[31:24])};
+  endfunction
+
+  always_comb begin : merge
+    logic nearer;
+    nearer = local_pixel[55:32] < upstream_pixel[55:32];
+    unique case (composition_i)
+      COMPOSE_Z: merged_pixel = nearer ? local_pixel : upstream_pixel;
+      COMPOSE_Z_ALPHA_KEY: merged_pixel = nearer && local_pixel[31:24] != '0 ? local_pixel : upstream_pixel;
+      default: begin
+        if (nearer) merged_pixel = over(upstream_pixel[31:0], local_pixel[55:0]);
+        else merged_pixel = over(local_pixel[31:0], upstream_pixel[55:0]);
+      end
+    endcase
+  end
+
+  // ---- step 2: the bus side ----
+
+  // A table row: words 0 and 1 of its beat.
+  logic [15:0] row_sdx, row_sdy, row_right, row_bottom;
+  logic signed [15:0] row_dx, row_dy;
+  logic [7:0] row_multiple;
+  assign row_sdx = bus_words_i[0][63:48];
+  assign row_sdy = bus_words_i[1][15:0];
+  assign row_dx = bus_words_i[1][31:16];
+  assign row_dy = bus_words_i[1][47:32];
+  assign row_multiple = bus_words_i[1][55:48];
+
+  // One past the last raster position that the segment covers in one direction.
+  function automatic logic [15:0] clipped_end(input logic signed [15:0] from, input logic [15:0] source,
+                                              input logic [7:0] multiple, input logic [15:0] raster);
+    logic signed [25:0] end_position;
+    end_position = 26'(from) + $signed({2'd0, {8'd0, source} * {16'd0, multiple}});
+    if (end_position < 0) return '0;
+    return end_position < $signed({10'd0, raster}) ? end_position[15:0] : raster;
+  endfunction
+
+  assign row_right = clipped_end(row_dx, row_sdx, row_multiple, raster_width_i);
+  assign row_bottom = clipped_end(row_dy, row_sdy, row_multiple, raster_height_i);
+
+  logic beginning, own_row, table_ends;
+  logic own_beat, in_order, keeping, losing, nothing_due, overfull;
+  logic source_1, newest_2;
+  logic [1:0] frames_2;
+  logic [31:0] released_source, lost_count, arrived_2, arrived_3;
+  logic [COUNT_BITS-1:0] held_2, held_3, free_2, free_3;
+  logic [3:0] late_count, timely_count, taken_count;
+  logic abandoned_2;
+  logic [15:0] announced_1;
+  logic [19:0] silent_cycles_1;
+  logic [2:0] error_next;
+
+  always_comb begin : take_beat
+    error_next = ERROR_NONE;
+
+    // The frame whose pixels come: the newest, be it over already.
+    source_1 = frames_1 == 2'd2 || receiving_ended_1 ? !head_1 : head_1;
+    nothing_due = frames_1 == 2'd0 && !receiving_ended_1;
+    released_source = '0;
+    if (receiving_ended_1) released_source = segment_pixels[source_1];
+    else if (source_1 == head_1) released_source = released_1;
+
+    beginning = bus_kind_i == BUS_FRAME_START && frames_1 != 2'd2;
+    if (bus_kind_i == BUS_FRAME_START && frames_1 == 2'd2) error_next = ERROR_TABLES;
+    frames_2 = beginning ? frames_1 + 2'd1 : frames_1;
+    newest_2 = frames_2 == 2'd2 ? !head_1 : head_1;
+    own_row = bus_kind_i == BUS_TABLE_ROW && bus_destination_i == display_i && frames_1 != 2'd0;
+    table_ends = bus_last_i && (beginning || (bus_kind_i == BUS_TABLE_ROW && frames_1 != 2'd0));
+
+    own_beat = bus_kind_i == BUS_PIXELS && bus_destination_i == display_i;
+    in_order = own_beat && !nothing_due && bus_first_i >= arrived[source_1];
+    if (own_beat && !in_order) error_next = nothing_due ? ERROR_NO_TABLE : ERROR_ORDER;
+
+    // Pixels that were sent and have not come: before this beat, or before this table.
+    lost_count = '0;
+    if (in_order) lost_count = bus_first_i - arrived[source_1];
+    if (beginning && !nothing_due && has_segment[source_1] && segment_pixels[source_1] > arrived[source_1]) begin
+      lost_count = segment_pixels[source_1] - arrived[source_1];
+    end
+    losing = lost_count != '0;
+    arrived_2 = arrived[source_1] + lost_count;
+    abandoned_2 = abandoned[source_1] || (losing && !receiving_ended_1);
+    held_2 = held_1;
+    if (abandoned_2 && !abandoned[source_1] && arrived[source_1] > released_source) begin
+      held_2 = held_1 - COUNT_BITS'(arrived[source_1] - released_source);
+    end
+    free_2 = buffer_pixels_i - held_2;
+    keeping = in_order && !abandoned_2;
+
+    // The beat's first pixels may be later than their last use, and its last ones may find no room.
+    late_count = '0;
+    if (keeping && released_source > arrived_2) begin
+      late_count = released_source - arrived_2 < {28'd0, bus_count_i} ? 4'(released_source - arrived_2) : bus_count_i;
+    end
+    timely_count = bus_count_i - late_count;
+    overfull = keeping && COUNT_BITS'(timely_count) > free_2;
+    if (overfull) error_next = ERROR_FULL;
+    taken_count = overfull ? late_count + 4'(free_2) : bus_count_i;
+    held_3 = held_2;
+    if (overfull) held_3 = buffer_pixels_i;
+    else if (keeping) held_3 = held_2 + COUNT_BITS'(timely_count);
+    free_3 = buffer_pixels_i - held_3;
+    arrived_3 = in_order ? arrived_2 + {28'd0, taken_count} : arrived_2;
+
+    // What is announced and does not come is lost, or its burst was stopped by another than this composer.
+    announced_1 = announced_o;
+    silent_cycles_1 = silent_cycles;
+    if (in_order && !overfull) begin
+      announced_1 = bus_remaining_i;
+      silent_cycles_1 = '0;
+    end else if (!own_beat && announced_o != '0) begin
+      silent_cycles_1 = silent_cycles + 20'd1;
+      if (silent_cycles_1 == longest_gap_cycles_i) announced_1 = '0;
+    end
+  end
+
+  // The local memory: a ring of MAX_BUFFER_PIXELS, of which buffer_pixels_i are used at a time. Word i of a beat lies i
+  // behind the first, each in another bank. The read is for the raster position of the next edge.
+  logic [ADDRESS_BITS-1:0] read_address, read_distance;
+  logic reading;
+  assign read_address = base[head] + ADDRESS_BITS'(pixel_next);
+  assign read_distance = read_address - write_address;
+  assign reading = running_next && covered_next;
+
+  for (genvar bank = 0; bank < BANKS; ++bank) begin : gen_bank
+    logic [2:0] lane;
+    logic [ADDRESS_BITS-4:0] address;  // in the bank: one further for the lanes behind the ring's bank 7
+    assign lane = 3'(bank) - write_address[2:0];
+    assign address = write_address[ADDRESS_BITS-1:3] + (ADDRESS_BITS - 3)'(lane > ~write_address[2:0]);
+    pixel_bank #(
+        .DEPTH(MAX_BUFFER_PIXELS / BANKS)
+    ) memory (
+        .clk_i,
+        .write_i(keeping && {1'b0, lane} < taken_count),
+        .write_address_i(address),
+        .write_lane_i(lane),
+        .words_i(bus_words_i),
+        .read_i(reading && read_address[2:0] == 3'(bank)),
+        .read_address_i(read_address[ADDRESS_BITS-1:3]),
+        .word_o(bank_word[bank])
+    );
+  end
+
+  // ---- step 3: the handshakes ----
+
+  logic [15:0] announced_2;
+  logic in_burst, busready_next, head_fresh, head_complete, prefetched_next, missing_next, head_abandoned_next;
+  logic table_complete_next;
+  logic [31:0] head_arrived_next;
+  logic [SPACE_BITS-1:0] free_space, two_beats, room_wanted;
+
+  always_comb begin : handshakes
+    announced_2 = cut_o ? '0 : announced_1;
+    in_burst = announced_2 > {12'd0, pixels_per_beat_i};
+    free_space = SPACE_BITS'(free_3);
+    two_beats = SPACE_BITS'({pixels_per_beat_i, 1'b0});
+    room_wanted = SPACE_BITS'(announced_2);
+    if (!in_burst) room_wanted = room_wanted + SPACE_BITS'(ready_space_pixels_i);
+    else if (room_wanted > two_beats) room_wanted = two_beats;
+    busready_next = free_space >= room_wanted;
+
+    // The head frame as the bus side leaves it.
+    head_fresh = beginning && frames_1 == 2'd0;
+    head_arrived_next = frames_1 == 2'd1 ? arrived_3 : arrived[head_1];
+    head_abandoned_next = frames_1 == 2'd1 ? abandoned_2 : abandoned[head_1];
+    head_complete = head_fresh || (!has_segment[head_1] && !(own_row && source_1 == head_1)) || head_abandoned_next ||
+                    (has_segment[head_1] && head_arrived_next == segment_pixels[head_1]);
+    table_complete_next = frames_2 != 2'd0 &&
+                          ((table_ends && newest_2 == head_1) || (!head_fresh && table_complete[head_1]));
+    prefetched_next = !running_next && table_complete_next && (head_complete || free_3 < ready_space_pixels_i);
+    missing_next = running_next && covered_next && !head_abandoned_next && pixel_next >= head_arrived_next;
+  end
+
+  // ---- the clock edge ----
+
+  always_ff @(posedge clk_i) begin : control_registers
+    if (reset_i) begin
+      pipemaster <= pipemaster_i;
+      head <= 1'b0;
+      frames <= '0;
+      receiving_ended <= 1'b0;
+      released <= '0;
+      held <= '0;
+      write_address <= '0;
+      running <= 1'b0;
+      row_covered <= 1'b0;
+      covered <= 1'b0;
+      missing <= 1'b0;
+      frame_o <= '1;
+      busready_o <= 1'b0;
+      tableready_o <= 1'b0;
+      startframe_o <= 1'b0;
+      pipe_pixel_o <= '0;
+      pipe_valid_o <= 1'b0;
+      pipe_lost_o <= 1'b0;
+      pipeready_o <= 1'b0;
+      stall_o <= 1'b0;
+      announced_o <= '0;
+      silent_cycles <= '0;
+      composited_o <= 1'b0;
+      starved_o <= 1'b0;
+      replayed_o <= 1'b0;
+      stalled_o <= 1'b0;
+      cut_o <= 1'b0;
+      late_o <= '0;
+      lost_o <= '0;
+      error_o <= ERROR_NONE;
+      prefetched_o <= 1'b0;
+    end else begin
+      head <= head_1;
+      frames <= frames_2;
+      receiving_ended <= receiving_ended_1 && !beginning;
+      released <= released_1;
+      held <= held_3;
+      if (keeping) write_address <= write_address + ADDRESS_BITS'(taken_count);
+      running <= running_next;
+      row_covered <= row_covered_next;
+      covered <= covered_next;
+      missing <= missing_next;
+      if (starting) frame_o <= frame_o + 32'd1;
+
+      busready_o <= busready_next;
+      tableready_o <= frames_2 != 2'd2;
+      if (moving) begin
+        startframe_o <= starting;
+        pipe_valid_o <= running;
+        pipe_lost_o <= running && (upstream_lost || abandoned[head]);
+        if (!running) pipe_pixel_o <= '0;
+        else pipe_pixel_o <= covered && !missing && !abandoned[head] ? merged_pixel : upstream_pixel;
+      end
+      // A PIPEREADY from below that belongs to the frame just composited may still stand at the frame's last edge.
+      pipeready_o <= !running_next && !running && !(moving ? starting : startframe_o) &&
+                     (pipeready_o || (prefetched_next && pipeready_i));
+      stall_o <= stall_mode_i && missing_next;
+      announced_o <= announced_2;
+
+      composited_o <= compositing;
+      starved_o <= compositing && missing;
+      replayed_o <= replaying;
+      stalled_o <= !moving && stall_o;
+      cut_o <= in_burst && !busready_next;
+      late_o <= late_count;
+      lost_o <= lost_count;
+      error_o <= error_next;
+      prefetched_o <= prefetched_next;
+      silent_cycles <= silent_cycles_1;
+    end
+  end
+
+  always_ff @(posedge clk_i) begin : walk_registers
+    x_o <= x_next;
+    y_o <= y_next;
+    column_o <= column_next;
+    column_phase <= column_phase_next;
+    row_phase_o <= row_phase_next;
+    first_row_phase <= first_row_phase_next;
+    row_first_pixel_o <= row_first_pixel_next;
+    pixel_o <= pixel_next;
+    read_bank <= read_address[2:0];
+    bypass <= keeping && read_distance < ADDRESS_BITS'(taken_count);
+    bypass_word <= bus_words_i[read_distance[2:0]];
+  end
+
+  always_ff @(posedge clk_i) begin : frame_registers
+    // The frame that a new table begins is never the one whose pixels are lost by it.
+    if (in_order || losing) begin
+      arrived[source_1] <= arrived_3;
+      abandoned[source_1] <= abandoned_2;
+    end
+    if (beginning) begin
+      table_complete[newest_2] <= 1'b0;
+      has_segment[newest_2] <= 1'b0;
+      abandoned[newest_2] <= 1'b0;
+      arrived[newest_2] <= '0;
+      base[newest_2] <= write_address;
+    end
+    if (own_row) begin
+      has_segment[source_1] <= 1'b1;
+      left[source_1] <= row_dx < 0 ? '0 : row_dx;
+      left_phase[source_1] <= row_dx < 0 ? 8'(-row_dx) : '0;
+      right[source_1] <= row_right;
+      top[source_1] <= row_dy < 0 ? '0 : row_dy;
+      top_phase[source_1] <= row_dy < 0 ? 8'(-row_dy) : '0;
+      bottom[source_1] <= row_bottom;
+      source_width[source_1] <= row_sdx;
+      last_phase[source_1] <= row_multiple - 8'd1;
+      segment_pixels[source_1] <= {16'd0, row_sdx} * {16'd0, row_sdy};
+    end
+    if (table_ends) table_complete[newest_2] <= 1'b1;
+  end
+
+  assign running_o = running;
+  assign table_complete_o = frames != 2'd0 && table_complete[head];
+  assign expected_o = arrived[frames == 2'd2 || receiving_ended ? !head : head];
+  assign held_o = held;
+
+  // Fields of a table row that only the input framebuffer needs.
+  logic unused;
+  assign unused = &{1'b0, bus_words_i[0][47:0], bus_words_i[1][63:56]};
+endmodule

@@ -1,0 +1,262 @@
+// clang-format off
+// Before SystemC's headers: with them Verilator's expect its older, global names.
+#include "VerilatedComposer.h"
+
+#include "rtl/composer.h"
+// clang-format on
+
+#include <verilated.h>
+
+#include <algorithm>
+#include <string>
+
+namespace metabuffer::rtl {
+
+namespace {
+
+// The codes of composer.sv.
+constexpr int kKindNone = 0;
+constexpr int kKindFrameStart = 1;
+constexpr int kKindTableRow = 2;
+constexpr int kKindPixels = 3;
+static_assert(static_cast<int>(BusBeat::Kind::kNone) == kKindNone &&
+              static_cast<int>(BusBeat::Kind::kFrameStart) == kKindFrameStart &&
+              static_cast<int>(BusBeat::Kind::kTableRow) == kKindTableRow &&
+              static_cast<int>(BusBeat::Kind::kPixels) == kKindPixels);
+static_assert(static_cast<int>(Composition::kZ) == 0 && static_cast<int>(Composition::kZAlphaKey) == 1 &&
+              static_cast<int>(Composition::kOver) == 2);
+constexpr int kErrorNone = 0;
+constexpr int kErrorFull = 1;
+constexpr int kErrorOrder = 2;
+constexpr int kErrorNoTable = 3;
+
+constexpr int kMaximumBufferPixels = COMPOSER_MAX_BUFFER_PIXELS;
+constexpr int kHalfWordBits = 32;
+/// Registers that reset leaves alone start with values of their own.
+constexpr int kRandomRegisters = 2;
+
+bool high(unsigned char pin) { return pin != 0; }
+
+}  // namespace
+
+Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
+                   ClockGating gating)
+    : Block(name),
+      stall_mode_(scenario.composer.on_starvation == StarvationMode::kStall),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      gate_(gating),
+      context_(std::make_unique<VerilatedContext>()) {
+    context_->randReset(kRandomRegisters);
+    context_->randSeed(display);
+    verilated_ = std::make_unique<VerilatedComposer>(context_.get(), "composer");
+    configure(scenario, display);
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+}
+
+Composer::~Composer() { verilated_->final(); }
+
+void Composer::configure(const Scenario& scenario, int display) {
+    const int buffer_pixels = scenario.composer.buffer_pixels;
+    if (buffer_pixels > kMaximumBufferPixels) {
+        SC_REPORT_ERROR("/metabuffer/composer/size",
+                        (std::string(name()) + ": the scenario's buffer of " + std::to_string(buffer_pixels) +
+                         " pixels is larger than the verilated composer's memory of " +
+                         std::to_string(kMaximumBufferPixels) +
+                         "; build with -DCOMPOSER_MAX_BUFFER_PIXELS=N, N a power of two")
+                            .c_str());
+    }
+    verilated_->clk_i = 0;
+    verilated_->reset_i = 1;
+    verilated_->display_i = static_cast<SData>(display);
+    verilated_->raster_width_i = static_cast<SData>(scenario.displays.raster_width_pixels());
+    verilated_->raster_height_i = static_cast<SData>(scenario.displays.raster_height_pixels());
+    verilated_->buffer_pixels_i = static_cast<SData>(buffer_pixels);
+    // More than the buffer holds is never free.
+    verilated_->ready_space_pixels_i =
+        static_cast<SData>(std::min(scenario.composer.ready_space_pixels, 2 * kMaximumBufferPixels - 1));
+    verilated_->pixels_per_beat_i = static_cast<CData>(pixels_per_beat(scenario.bus, scenario.memory));
+    verilated_->longest_gap_cycles_i =
+        static_cast<IData>(scenario.memory.page_miss_cycles + cycles_per_beat(scenario.bus));
+    verilated_->composition_i = static_cast<CData>(scenario.composition);
+    verilated_->stall_mode_i = stall_mode_ ? 1 : 0;
+    verilated_->background_i = scenario.background_pixel().word();
+    verilated_->eval();
+}
+
+void Composer::end_of_elaboration() {
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= bus_i.value_changed_event();
+    wake_events_ |= startframe_i.value_changed_event();
+    wake_events_ |= pipeready_i.value_changed_event();
+}
+
+/// One rising edge: the pins are as they stand, the outputs change behind it as registers do.
+void Composer::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
+    const Before before{high(verilated_->running_o), verilated_->x_o, verilated_->y_o};
+    drive_inputs();
+    verilated_->clk_i = 1;
+    verilated_->eval();
+    verilated_->clk_i = 0;
+    verilated_->eval();
+    drive_outputs();
+    if (reset_i.read()) {
+        return;
+    }
+    count(before);
+    report_protocol_error();
+    if (gate_.idle_edge(idle(before.running))) {
+        next_trigger(wake_events_);
+    }
+}
+
+void Composer::drive_inputs() {
+    verilated_->reset_i = reset_i.read() ? 1 : 0;
+    verilated_->pipemaster_i = pipemaster_i.read() ? 1 : 0;
+    verilated_->startframe_i = startframe_i.read() ? 1 : 0;
+    verilated_->pipeready_i = pipeready_i.read() ? 1 : 0;
+    verilated_->column_stall_i = column_stall_i.read() ? 1 : 0;
+    const PipePixel& upstream = pipe_i.read();
+    verilated_->pipe_pixel_i = upstream.pixel.word();
+    verilated_->pipe_lost_i = upstream.lost ? 1 : 0;
+
+    const BusBeat& beat = bus_i.read();
+    verilated_->bus_kind_i = static_cast<CData>(beat.kind);
+    if (beat.kind == BusBeat::Kind::kNone) {
+        return;  // the other pins of the bus mean nothing
+    }
+    verilated_->bus_last_i = beat.last ? 1 : 0;
+    verilated_->bus_count_i = beat.count;
+    verilated_->bus_destination_i = beat.destination;
+    verilated_->bus_remaining_i = static_cast<SData>(beat.remaining);
+    verilated_->bus_first_i = beat.first;
+    for (std::size_t i = 0; i < beat.count; ++i) {
+        verilated_->bus_words_i[2 * i] = static_cast<EData>(beat.words[i]);
+        verilated_->bus_words_i[2 * i + 1] = static_cast<EData>(beat.words[i] >> kHalfWordBits);
+    }
+}
+
+void Composer::drive_outputs() {
+    busready_o.write(high(verilated_->busready_o));
+    tableready_o.write(high(verilated_->tableready_o));
+    startframe_o.write(high(verilated_->startframe_o));
+    pipe_o.write(PipePixel{Pixel(verilated_->pipe_pixel_o), high(verilated_->pipe_valid_o),
+                           high(verilated_->pipe_lost_o)});
+    pipeready_o.write(high(verilated_->pipeready_o));
+    stall_o.write(high(verilated_->stall_o));
+}
+
+/// The counters are no part of the hardware: they follow from what it says of the edge just past.
+void Composer::count(const Before& before) {
+    const std::int64_t cycle = clock_edge_number(core_period_picoseconds_);
+    count_frame(before, cycle);
+    if (high(verilated_->starved_o)) {
+        const Glitch glitch{static_cast<int>(verilated_->frame_o), before.x, before.y};
+        counters_.add_glitch(glitch);
+        if (on_glitch_) {
+            on_glitch_(glitch);
+        }
+    }
+    if (first_starved_cycle_ == kNever && (high(verilated_->starved_o) || high(verilated_->stall_o))) {
+        first_starved_cycle_ = cycle;
+    }
+    if (high(verilated_->cut_o)) {
+        ++counters_.busready_drops;
+        if (first_busready_drop_cycle_ == kNever) {
+            first_busready_drop_cycle_ = cycle;
+        }
+    }
+    counters_.replayed_pixels += verilated_->replayed_o;
+    counters_.stalled_cycles += verilated_->stalled_o;
+    counters_.late_pixels += verilated_->late_o;
+    counters_.lost_pixels += verilated_->lost_o;
+    counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, verilated_->held_o);
+}
+
+void Composer::count_frame(const Before& before, std::int64_t cycle) {
+    if (!before.running && high(verilated_->running_o)) {
+        frame_spans_.emplace_back();
+        frame_spans_.back().startframe_cycle = cycle;
+    }
+    if (high(verilated_->composited_o) && before.x == 0 && before.y == 0) {
+        frame_spans_.back().start_cycle = cycle;
+    }
+    if (before.running && !high(verilated_->running_o)) {
+        frame_spans_.back().end_cycle = cycle;
+    }
+}
+
+void Composer::report_protocol_error() const {
+    if (verilated_->error_o == kErrorNone) {
+        return;
+    }
+    std::string text = std::string(name()) + " was sent ";
+    if (verilated_->error_o == kErrorFull) {
+        text += "a pixel for a full buffer";
+    } else if (verilated_->error_o == kErrorOrder || verilated_->error_o == kErrorNoTable) {
+        text += "pixel " + std::to_string(bus_i.read().first) + " of its segment when ";
+        text += verilated_->error_o == kErrorNoTable ? "it was sent no table"
+                                                     : std::to_string(verilated_->expected_o) + " was next";
+    } else {
+        text += "a third frame's table";
+    }
+    SC_REPORT_ERROR("/metabuffer/composer/protocol", text.c_str());
+}
+
+/// No frame runs or starts, nothing comes over the bus, and nothing is on its way to a register.
+bool Composer::idle(bool was_running) const {
+    return !high(verilated_->running_o) && !was_running && !high(verilated_->startframe_o) &&
+           !startframe_i.read() && !high(verilated_->pipe_valid_o) && !high(verilated_->cut_o) &&
+           verilated_->announced_o == 0 && !(pipemaster_i.read() && high(verilated_->pipeready_o)) &&
+           bus_i.read().kind == BusBeat::Kind::kNone;
+}
+
+void Composer::trace(sc_core::sc_trace_file* file) const {
+    sc_core::sc_trace(file, pipemaster_i, path("PIPEMASTER"));
+    sc_core::sc_trace(file, pipeready_i, path("PIPEREADY_in"));
+    sc_core::sc_trace(file, pipeready_o, path("PIPEREADY"));
+    sc_core::sc_trace(file, startframe_i, path("STARTFRAME_in"));
+    sc_core::sc_trace(file, startframe_o, path("STARTFRAME"));
+    sc_core::sc_trace(file, busready_o, path("BUSREADY"));
+    sc_core::sc_trace(file, tableready_o, path("TABLEREADY"));
+    sc_core::sc_trace(file, stall_o, path("STALL"));
+    sc_trace(file, pipe_i.read(), path("PIPE_in"));
+    sc_trace(file, pipe_o.read(), path("PIPE"));
+    // The status outputs of the verilated module, which stay where they are in memory.
+    sc_core::sc_trace(file, verilated_->running_o, path("running"), 1);
+    sc_core::sc_trace(file, verilated_->frame_o, path("frame"));
+    sc_core::sc_trace(file, verilated_->x_o, path("x"));
+    sc_core::sc_trace(file, verilated_->y_o, path("y"));
+    sc_core::sc_trace(file, verilated_->row_first_pixel_o, path("window_row_pixel"));
+    sc_core::sc_trace(file, verilated_->column_o, path("window_column"));
+    sc_core::sc_trace(file, verilated_->row_phase_o, path("window_repetition"));
+    sc_core::sc_trace(file, verilated_->held_o, path("buffer_held"));
+    sc_core::sc_trace(file, verilated_->announced_o, path("announced"));
+    sc_core::sc_trace(file, verilated_->starved_o, path("starved"), 1);
+}
+
+std::string Composer::waiting_for() const {
+    const auto frame = static_cast<std::int32_t>(verilated_->frame_o);
+    if (high(verilated_->running_o)) {
+        return high(verilated_->stall_o)
+                   ? "waits for pixel " + std::to_string(verilated_->pixel_o) + " of its segment in frame " +
+                         std::to_string(frame) + " at raster position " + std::to_string(verilated_->x_o) +
+                         ", " + std::to_string(verilated_->y_o)
+                   : "waits for its column to move on";
+    }
+    const std::string next = std::to_string(frame + 1);
+    if (!high(verilated_->table_complete_o)) {
+        return "waits for the table of frame " + next;
+    }
+    if (!high(verilated_->prefetched_o)) {
+        return "waits for its buffer to be prefetched with frame " + next;
+    }
+    return !high(verilated_->pipeready_o) ? "waits for PIPEREADY from below for frame " + next
+                                          : "waits for STARTFRAME of frame " + next;
+}
+
+}  // namespace metabuffer::rtl

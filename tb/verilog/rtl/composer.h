@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "rtl/block.h"
+#include "rtl/signals.h"
+
+class VerilatedContext;
+class VerilatedComposer;
+
+namespace metabuffer::rtl {
+
+/// The composer of tb/verilog/composer.sv, verilated, in the place of model/rtl's: the same ports with the same
+/// meaning, timing and errors, which are written at that class. What is no pin of the composer (counters, frame
+/// spans, what it waits for) is derived here from the status outputs of the SystemVerilog module.
+///
+/// Raises /metabuffer/composer/protocol as model/rtl's composer does, and /metabuffer/composer/size at elaboration
+/// if the scenario needs a larger memory than the module was verilated with.
+class Composer final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<bool> pipemaster_i{"pipemaster_i"};
+    sc_core::sc_in<BusBeat> bus_i{"bus_i"};
+    sc_core::sc_out<bool> busready_o{"busready_o"};
+    sc_core::sc_out<bool> tableready_o{"tableready_o"};
+    sc_core::sc_in<bool> startframe_i{"startframe_i"};
+    sc_core::sc_out<bool> startframe_o{"startframe_o"};
+    sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
+    sc_core::sc_out<PipePixel> pipe_o{"pipe_o"};
+    sc_core::sc_in<bool> pipeready_i{"pipeready_i"};
+    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};
+    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
+    sc_core::sc_out<bool> stall_o{"stall_o"};
+
+    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
+             ClockGating gating = ClockGating::kOn);
+    ~Composer() override;
+    SC_HAS_PROCESS(Composer);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    std::string waiting_for() const override;
+
+    void on_glitch(std::function<void(const Glitch&)> callback) { on_glitch_ = std::move(callback); }
+    const ComposerCounters& counters() const { return counters_; }
+
+    static constexpr std::int64_t kNever = -1;
+    struct FrameSpan {
+        std::int64_t startframe_cycle = kNever;
+        std::int64_t start_cycle = kNever;
+        std::int64_t end_cycle = kNever;
+    };
+    const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
+    std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
+    std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
+
+  private:
+    /// What the status outputs showed before an edge that a counter needs behind it.
+    struct Before {
+        bool running = false;
+        int x = 0;
+        int y = 0;
+    };
+
+    void end_of_elaboration() override;
+    void configure(const Scenario& scenario, int display);
+    void clock_edge();
+    void drive_inputs();
+    void drive_outputs();
+    void count(const Before& before);
+    void count_frame(const Before& before, std::int64_t cycle);
+    void report_protocol_error() const;
+    bool idle(bool was_running) const;
+
+    bool stall_mode_;
+    std::int64_t core_period_picoseconds_;
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+    std::unique_ptr<VerilatedContext> context_;
+    std::unique_ptr<VerilatedComposer> verilated_;
+
+    std::function<void(const Glitch&)> on_glitch_;
+    ComposerCounters counters_;
+    std::vector<FrameSpan> frame_spans_;
+    std::int64_t first_busready_drop_cycle_ = kNever;
+    std::int64_t first_starved_cycle_ = kNever;
+};
+
+}  // namespace metabuffer::rtl
