@@ -87,7 +87,7 @@ void SwapLockMonitor::check_framedone(std::size_t d, std::int64_t cycle) {
             found_core("swap-lock/framedone-rise", signal,
                        "it rises for the " + std::to_string(display.rises) + "th time after " +
                            std::to_string(swaps_) + " swaps");
-        } else if (cycle < rise_cycle_) {
+        } else if (cycle < earliest_rise_cycle(cycle)) {
             found_core("swap-lock/framedone-rise", signal,
                        "it rises before the end of the swap before has come back");
         }
@@ -98,6 +98,13 @@ void SwapLockMonitor::check_framedone(std::size_t d, std::int64_t cycle) {
     }
     display.framedone = framedone;
     display.framebad = framebad;
+}
+
+/// On a slow core clock the swap that a FRAMEDONE has asked for may have been made before the rise is sampled: that
+/// rise is judged by the swap before.
+std::int64_t SwapLockMonitor::earliest_rise_cycle(std::int64_t cycle) const {
+    const std::int64_t risen_picoseconds = (cycle - 1) * core_period_picoseconds_;
+    return risen_picoseconds < swap_picoseconds_ ? previous_rise_cycle_ : rise_cycle_;
 }
 
 // ---- DVI output clock ----
@@ -146,6 +153,8 @@ void SwapLockMonitor::start_dvi_frame() {
     ++swaps_;
     kept_frames_ += kept_ ? 1 : 0;
     swap_level_ = true;
+    previous_rise_cycle_ = rise_cycle_;
+    swap_picoseconds_ = now_picoseconds();
     rise_cycle_ = std::numeric_limits<std::int64_t>::max();  // known when the level has fallen
     // Seen by two registers of the core clock; FRAMEDONE is written at the second and sampled one edge later.
     fall_cycle_ = now_picoseconds() / core_period_picoseconds_ + kSynchronizerEdges + 1;

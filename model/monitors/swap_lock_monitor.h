@@ -79,6 +79,7 @@ class SwapLockMonitor final : public sc_core::sc_module {
     void core_edge();
     void check_wires();
     void check_framedone(std::size_t display, std::int64_t cycle);
+    std::int64_t earliest_rise_cycle(std::int64_t cycle) const;
     void dvi_edge();
     void start_dvi_frame();
     void take_clock();
@@ -101,6 +102,8 @@ class SwapLockMonitor final : public sc_core::sc_module {
     // Core clock: when the swap, and its level's end, are seen, as the edge that samples their effect.
     std::int64_t fall_cycle_ = kNever;
     std::int64_t rise_cycle_ = 0;
+    std::int64_t previous_rise_cycle_ = 0;  ///< of the swap before the last
+    std::int64_t swap_picoseconds_ = 0;     ///< of the last swap
 
     // DVI output clock.
     bool dvi_reset_ = true;

@@ -38,8 +38,9 @@ class SignalBank {
     std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
 };
 
-/// Every wire between two blocks, as the block that reads it sees it, by the paper's names where it has one. The pipeline wires of display d run
-/// from PIPE_0_d (above the top composer) to PIPE_M_d; wire r leaves composer r.
+/// Every wire between two blocks, as the block that reads it sees it, by the paper's names where it has one. The
+/// pipeline wires of display d run from PIPE_1_d, above the top composer, to PIPE_(M+1)_d: composer r, from 1, drives
+/// PIPE_(r+1)_d and STARTFRAME_(r+1)_d, and PIPEREADY_r_d to the composer above.
 struct Wires {
     Wires(std::size_t renderers, std::size_t displays)
         : link_in(renderers, [](std::size_t r) { return numbered("DVI_IN", r); }),
