@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "clocked_testbench.h"
+#include "monitors/composer_monitor.h"
 #include "rtl/composer.h"
 #include "small_scenario.h"
 
@@ -25,7 +26,8 @@ struct FrameOnBus {
 };
 
 /// A composer of display 1 between a bus, a pipeline above and a pipeline below, all played by the test. It is
-/// reached through its ports alone, `composer` apart, which is there for the counters.
+/// reached through its ports alone, `composer` apart, which is there for the counters. Its protocol monitor watches
+/// everything that it drives.
 struct ComposerBench {
     Scenario scenario;
     ClockDomain& core;
@@ -42,6 +44,8 @@ struct ComposerBench {
     sc_core::sc_signal<bool> column_stall;  ///< unused with StallWire::kOwn
     sc_core::sc_signal<bool> stall;
     rtl::Composer composer;
+    monitors::ViolationLog violations;
+    monitors::ComposerMonitor monitor;
     const Recording<bool>& busreadies;
     const Recording<bool>& tablereadies;
     const Recording<bool>& startframes;
@@ -55,6 +59,7 @@ struct ComposerBench {
           core(bench.core),
           pipemaster((name + "_pipemaster").c_str(), strap == Strap::kMaster),
           composer(name.c_str(), scenario, 1),
+          monitor((name + "_monitor").c_str(), scenario, 0, 0, violations),
           busreadies(core.record(busready)),
           tablereadies(core.record(tableready)),
           startframes(core.record(startframe_out)),
@@ -76,6 +81,7 @@ struct ComposerBench {
         composer.pipeready_o(pipeready_out);
         composer.column_stall_i(stall_wire == StallWire::kOwn ? stall : column_stall);
         composer.stall_o(stall);
+        bind_monitor(bench);
         bench.trace(composer);
         core.each_clock([this](int clock) {
             if (bus_master) bus_master(clock);
@@ -222,6 +228,33 @@ struct ComposerBench {
     }
 
   private:
+    void bind_monitor(ClockedTestbench& bench) {
+        monitor.clk_i(core.clk);
+        monitor.reset_i(bench.reset);
+        monitor.pipemaster_i(pipemaster);
+        monitor.bus_i(bus);
+        monitor.busready_o(busready);
+        monitor.tableready_o(tableready);
+        monitor.startframe_i(startframe_in);
+        monitor.startframe_o(startframe_out);
+        monitor.pipe_i(pipe_in);
+        monitor.pipe_o(pipe_out);
+        monitor.pipeready_i(pipeready_in);
+        monitor.pipeready_o(pipeready_out);
+        monitor.column_stall_i(stall_wire_ == StallWire::kOwn ? stall : column_stall);
+        monitor.stall_o(stall);
+        violations.on_violation([](const monitors::Violation& violation) {
+            if (is_about_stimulus(violation)) return;
+            SC_REPORT_ERROR("/metabuffer/testbench/monitor", monitors::to_string(violation).c_str());
+        });
+    }
+
+    /// Rules that not the composer but those who play its neighbours break, where the test wants it so.
+    static bool is_about_stimulus(const monitors::Violation& violation) {
+        return violation.rule == "pipeready/unready" || violation.rule == "composer/table" ||
+               violation.rule == "composer/occupancy";
+    }
+
     static std::int64_t segment_pixels(const FrameOnBus& frame) {
         return frame.row ? std::int64_t{frame.row->sdx} * frame.row->sdy : 0;
     }
