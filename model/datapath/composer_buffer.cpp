@@ -81,7 +81,6 @@ void ComposerBuffer::end_frame() {
         receiving_ended_frame_ = frames_ == 1 && !head().whole();
         if (receiving_ended_frame_) {
             ended_ = head();
-            ended_.released = ended_.segment.pixels();
         }
     }
     head_ = (head_ + 1) % kFrames;

@@ -272,11 +272,9 @@ void ComposerCoverage::end_table() {
 void ComposerCoverage::take_pixels() {
     const std::optional<std::int64_t> next = buffer_.next_pixel();
     const bool frame_is_over = !buffer_.has_frame();
-    if (next && bus_.first != *next) {
-        in_step_ = bus_.first > *next;
-        if (!in_step_) return;
-        buffer_.lose(bus_.first - *next);
-    }
+    in_step_ = next && bus_.first >= *next;
+    if (!in_step_) return;
+    if (bus_.first > *next) buffer_.lose(bus_.first - *next);
     // On a narrow bus the beat that was moving comes when its burst has been given up on.
     const bool behind_cut = burst_cut_ && clocks_since_beat_ == cycles_per_beat(scenario_.bus);
     clocks_since_beat_ = 0;
@@ -289,7 +287,7 @@ void ComposerCoverage::take_pixels() {
     const bool next_frame = running_ && !buffer_.can_begin_frame();
     coverage_.hit_if(next_frame, "frames/sequence", "pixels of the next frame come while compositing");
     for (std::size_t i = 0; i < bus_.count; ++i) {
-        in_step_ = in_step_ && buffer_.free_pixels() > 0;
+        in_step_ = in_step_ && (buffer_.free_pixels() > 0 || !buffer_.keeps_next());
         if (!in_step_) return;
         if (buffer_.push(Pixel(bus_.words[i]))) {
             pixels_in_ = true;

@@ -16,10 +16,10 @@ struct ComposerWires {
     const rtl::BusBeat& bus;
     const rtl::PipePixel& pipe_in;
     const rtl::PipePixel& pipe_out;
-    bool startframe_out;
-    bool column_stall;
-    bool stall;
-    bool busready;
+    bool startframe_out = false;
+    bool column_stall = false;
+    bool stall = false;
+    bool busready = false;
 };
 
 /// Follows one composer by its wires: what its buffer holds, which local pixel meets which upstream one, where bursts

@@ -570,6 +570,20 @@ TEST_CASE("composer: COLUMNSTALL holds STARTFRAME back at its input and high at 
           clock_range(36, 36 + kPixels));
 }
 
+TEST_CASE("composer: in glitch mode COLUMNSTALL is not looked at") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario(), Strap::kRelay, StallWire::kDriven);
+    dut.put_table(5, {});
+    bench.core.pulse(dut.startframe_in, 30);
+    for (int i = 0; i < kPixels; ++i) {
+        bench.core.drive(dut.pipe_in, 31 + i, PipePixel{ComposerBench::upstream(i), true});
+    }
+    bench.core.drive(dut.column_stall, 25, true);
+    bench.run_through(30 + kPixels + 5);
+    CHECK(dut.startframes.high() == std::vector<int>{30});
+    CHECK(dut.picture_behind(30) == dut.painted({}, 0));
+}
+
 // ---- pixels lost on the bus ----
 
 TEST_CASE(
@@ -843,6 +857,35 @@ TEST_CASE("composer: a reset in the middle of a frame empties buffer and pipelin
     CHECK_FALSE(dut.pipes.at(restart).valid);
     CHECK_FALSE(dut.pipes.at(restart + 1).valid);
     CHECK(dut.picture_behind(restart + 50) == dut.painted(row, 1));
+}
+
+TEST_CASE("composer: a reset in the middle of a burst forgets what was announced") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({8, 8, 1}));
+    dut.put_table(5, {whole_raster()});
+    dut.put_pixels(20, 0, 1, 1);
+    bench.core.pulse(bench.reset, 21);
+    bench.run_through(30);
+    CHECK(dut.busreadies.falls() == std::vector<int>{20});
+    CHECK(dut.busreadies.rises() == std::vector<int>{0, 22});  // the whole buffer is free
+}
+
+TEST_CASE("composer: PIPEMASTER is a strap, read while reset is high and not behind it") {
+    ClockedTestbench bench;
+    ComposerBench master(bench, "master", composer_scenario(), Strap::kMaster);
+    ComposerBench relay(bench, "relay", composer_scenario(), Strap::kRelay);
+    bench.core.drive(master.pipemaster, 10, false);
+    bench.core.drive(relay.pipemaster, 10, true);
+    for (ComposerBench* dut : {&master, &relay}) {
+        dut->put_table(15, {});
+        bench.core.drive(dut->pipeready_in, 20, true);
+    }
+    relay.start_frame(30);
+    bench.run_through(30 + kPixels + 10);
+    CHECK(master.startframes.high() == std::vector<int>{21});
+    CHECK(master.picture_behind(21) == std::vector<Pixel>(kPixels, Pixel(0, 0, 0, 0, 0xFFFF)));
+    CHECK(relay.startframes.high() == std::vector<int>{30});
+    CHECK(relay.picture_behind(30) == relay.painted({}, 0));
 }
 
 TEST_CASE("composer: a reset is taken after any number of idle clocks") {

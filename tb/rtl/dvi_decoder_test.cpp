@@ -291,6 +291,22 @@ TEST_CASE("dvi decoder: a further VSYNC without lines between is no frame") {
     check_events(dut, {{start + kBehindControl, colour_start(0)}, {depth_start + kVsync, pair_good(0)}});
 }
 
+TEST_CASE("dvi decoder: VSYNC ends a frame as it rises, not for as long as it stands") {
+    DecoderBench dut;
+    dut.add_start();
+    // It still stands while the colour frame's lines come.
+    const auto start = static_cast<int>(dut.wave.size());
+    append_blank_lines(dut.wave, kWidth, kBackLines, true);
+    for (const auto& line : colour(0)) append_line(dut.wave, kWidth, line, true);
+    append_blank_lines(dut.wave, kWidth, kFrontLines, false);
+    append_blank_lines(dut.wave, kWidth, kSyncLines, true);
+    dut.add(depth(0));
+    dut.run();
+    std::vector<NumberedEvent> events;
+    expect_pair(events, start, 0);
+    check_events(dut, events);
+}
+
 // ---- rejections ----
 
 /// Plays good pair 0, pair 1 with one frame spoilt, good pair 2. The rejection is due at `clock` of the
@@ -432,6 +448,26 @@ TEST_CASE("dvi decoder: a depth frame of another number tears the pair, and the 
     for (const int clock : dut.pixel_clocks()) {
         if (clock < good) CHECK(dut.pixels.at(clock).kind == FrameKind::kColour);
     }
+}
+
+TEST_CASE("dvi decoder: frame numbers count on from 2^32 - 1 to 0 and the one before is the lost one") {
+    constexpr std::uint32_t kLast = 0xFFFF'FFFFU;
+    DecoderBench dut;
+    dut.add_start();
+    const int first = dut.add(colour(kLast));
+    dut.add(depth(0));
+    const int second = dut.add(colour(0));
+    dut.add(depth(kLast));
+    const int good = dut.add(colour(1));
+    dut.add(depth(1));
+    dut.run();
+    std::vector<NumberedEvent> events = {
+        {first + kBehindControl, colour_start(kLast)},
+        {first + kFrame + kBehindControl, rejected(RejectCause::kPair, kLast)},
+        {second + kBehindControl, colour_start(0)},
+        {second + kFrame + kBehindControl, rejected(RejectCause::kPair, kLast)}};
+    expect_pair(events, good, 1);
+    check_events(dut, events);
 }
 
 TEST_CASE("dvi decoder: a depth frame behind a whole pair lacks its colour frame") {

@@ -7,6 +7,8 @@
 
 #include "clocked_testbench.h"
 #include "dvi_waveform.h"
+#include "monitors/dvi_monitor.h"
+#include "monitors/link_plan.h"
 #include "small_scenario.h"
 
 namespace metabuffer::test {
@@ -22,23 +24,43 @@ constexpr int kFirstSync = kSyncLines * line_clocks(kWidth);
 constexpr int kFrame = frame_clocks(kWidth, kActiveLines);
 constexpr int kPair = 2 * kFrame;
 
-/// A source and its two wires.
+/// A source and its wires. The link's timing is watched by its monitor, but in frames that a fault spoils.
 struct SourceBench {
     Scenario scenario;
     sc_core::sc_signal<bool> request;
     sc_core::sc_signal<DviLink> link;
     sc_core::sc_signal<int> clock_ppm;
     DviSource source;
+    monitors::ViolationLog violations;
+    monitors::DviMonitor monitor;
     const Recording<DviLink>& sent;
 
     SourceBench(ClockedTestbench& bench, const std::string& name, Scenario with)
-        : scenario(std::move(with)), source(name.c_str(), scenario, 0), sent(bench.core.record(link)) {
+        : scenario(std::move(with)),
+          source(name.c_str(), scenario, 0),
+          monitor((name + "_monitor").c_str(), monitored_link(), violations),
+          sent(bench.core.record(link)) {
         source.clk_i(bench.core.clk);
         source.reset_i(bench.reset);
         source.pair_request_i(request);
         source.link_o(link);
         source.clock_ppm_o(clock_ppm);
+        monitor.clk_i(bench.core.clk);
+        monitor.reset_i(bench.reset);
+        monitor.link_i(link);
         bench.trace(source);
+    }
+
+    monitors::DviMonitor::Link monitored_link() const {
+        return {monitors::DviMonitor::Kind::kInput,
+                scenario.renderers.front().timing(),
+                "link",
+                "dvi_in",
+                ClockedTestbench::kCorePeriodPicoseconds,
+                [plan = monitors::LinkPlan(scenario, 0)]() mutable {
+                    const monitors::LinkPlan::Frame frame = plan.next();
+                    return monitors::DviMonitor::Frame{frame.pair, frame.spoilt};
+                }};
     }
 };
 

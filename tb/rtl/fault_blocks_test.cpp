@@ -208,16 +208,16 @@ TEST_CASE("bus fault: the next beats of pixels for its composer vanish, all else
     // One a clock: edge 19 reads the last one before the fault.
     bench.core.drive(sent, 18, pixels(2, 0));
     bench.core.drive(sent, 19, pixels(2, 3));
-    bench.core.drive(sent, 20, BusBeat::frame_start(false));
-    bench.core.drive(sent, 21, pixels(1, 6));
-    bench.core.drive(sent, 22, pixels(2, 6));
+    bench.core.drive(sent, 20, pixels(2, 6));
+    bench.core.drive(sent, 21, BusBeat::frame_start(false));
+    bench.core.drive(sent, 22, pixels(1, 6));
     bench.core.drive(sent, 23, pixels(2, 9));
     bench.core.drive(sent, 24, pixels(2, 12));
     bench.core.drive(sent, 25, BusBeat{});
     bench.run_through(30);
     for (int clock = 0; clock <= 30; ++clock) {
         INFO("clock " << clock);
-        const bool lost = clock == 22 || clock == 23;
+        const bool lost = clock == 20 || clock == 23;
         CHECK(seen_beats.at(clock) == (lost ? BusBeat{} : sent_beats.at(clock)));
     }
     CHECK(dut.lost_pixels() == 6);

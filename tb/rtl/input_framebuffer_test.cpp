@@ -9,6 +9,7 @@
 
 #include "clocked_testbench.h"
 #include "dvi_waveform.h"
+#include "monitors/bus_monitor.h"
 #include "random_seed.h"
 #include "small_scenario.h"
 
@@ -21,7 +22,8 @@ using rtl::DecoderEvent;
 using rtl::InputFramebuffer;
 using BeatKind = rtl::BusBeat::Kind;
 
-/// An input framebuffer between a decoder and the composers of its row, all played by the test.
+/// An input framebuffer between a decoder and the composers of its row, all played by the test. The bus's protocol
+/// monitor watches it.
 struct InputBench {
     Scenario scenario;
     ClockDomain& core;
@@ -33,6 +35,8 @@ struct InputBench {
     std::vector<std::unique_ptr<sc_core::sc_signal<bool>>> tableready;  ///< likewise
     sc_core::sc_signal<BusBeat> bus;
     InputFramebuffer framebuffer;
+    monitors::ViolationLog violations;
+    monitors::BusMonitor monitor;
     const Recording<BusBeat>& beats;
     const Recording<bool>& requests;
     std::vector<const Recording<bool>*> busreadies;
@@ -43,6 +47,7 @@ struct InputBench {
           core(bench.core),
           link(link_domain != nullptr ? *link_domain : bench.core),
           framebuffer(name.c_str(), scenario, 0),
+          monitor((name + "_monitor").c_str(), scenario, 0, violations),
           beats(core.record(bus)),
           requests(link.record(pair_request)) {
         framebuffer.clk_i(core.clk);
@@ -52,6 +57,9 @@ struct InputBench {
         framebuffer.event_i(event);
         framebuffer.pair_request_o(pair_request);
         framebuffer.bus_o(bus);
+        monitor.clk_i(core.clk);
+        monitor.reset_i(bench.reset);
+        monitor.bus_i(bus);
         for (int d = 0; d < scenario.displays.count(); ++d) {
             const std::string suffix = "_" + name + "_" + std::to_string(d + 1);
             busready.push_back(
@@ -60,6 +68,8 @@ struct InputBench {
                 std::make_unique<sc_core::sc_signal<bool>>(("tableready" + suffix).c_str(), true));
             framebuffer.busready_i[static_cast<std::size_t>(d)](*busready.back());
             framebuffer.tableready_i[static_cast<std::size_t>(d)](*tableready.back());
+            monitor.busready_i[static_cast<std::size_t>(d)](*busready.back());
+            monitor.tableready_i[static_cast<std::size_t>(d)](*tableready.back());
             busreadies.push_back(&core.record(*busready.back()));
         }
         bench.trace(framebuffer);

@@ -193,18 +193,39 @@ TEST_CASE("composer: a burst whose end is lost is over after a page miss and a b
 TEST_CASE("composer: pixels of an abandoned frame take no room") {
     ClockedTestbench bench;
     const ViewportRow six = table_row(1, {0, 0}, {kWidth, 1}, {0, 0});
+    ComposerBench full(bench, "full", lossy_scenario({6, 2, 1}));
     ComposerBench dut(bench, "dut", lossy_scenario({8, 2, 1}));
-    dut.put_table(5, {six});
-    dut.put_single_pixels(10, 0, 6);
-    dut.put_table(20, {whole_raster()});
+    for (ComposerBench* each : {&full, &dut}) {
+        each->put_table(5, {six});
+        each->put_single_pixels(10, 0, 6);
+        each->put_table(20, {whole_raster()});
+        each->start_frame(60);
+    }
     dut.put_single_pixels(25, 0, 1, 1);
-    dut.put_single_pixels(27, 3, kPixels - 3, 1);  // 21 pixels where there is room for 2
-    dut.start_frame(60);
+    dut.put_single_pixels(27, 3, kPixels - 3, 1);   // 21 pixels where there is room for 2
+    full.put_single_pixels(27, 1, kPixels - 1, 1);  // and where there is none
     bench.run_through(60 + kPixels + 5);
     CHECK(dut.composer.counters().lost_pixels == 2);
     CHECK(dut.composer.counters().buffer_high_water == 7);
-    CHECK(lost_clocks(dut).empty());  // the frame before it is whole
-    CHECK(dut.picture_behind(60) == dut.painted(six, 0));
+    CHECK(full.composer.counters().lost_pixels == 1);
+    CHECK(full.composer.counters().buffer_high_water == 6);
+    for (const ComposerBench* each : {&full, &dut}) {
+        CHECK(lost_clocks(*each).empty());  // the frame before it is whole
+        CHECK(each->picture_behind(60) == each->painted(six, 0));
+    }
+}
+
+TEST_CASE("composer: one that does nothing else counts the clocks of a burst whose end is lost as well") {
+    constexpr int kLongMiss = 40;  // longer than a composer without work stays awake
+    ClockedTestbench bench;
+    Scenario scenario = lossy_scenario({8, 7, 2});
+    scenario.memory.page_miss_cycles = kLongMiss;
+    ComposerBench dut(bench, "dut", scenario);
+    dut.put_table(5, {whole_raster()});
+    dut.put_pixels(10, 0, 1, 2);
+    bench.run_through(10 + kLongMiss + 20);
+    CHECK(dut.busreadies.falls() == std::vector<int>{10});
+    CHECK(dut.busreadies.rises() == std::vector<int>{0, 10 + kLongMiss + 1});
 }
 
 TEST_CASE("composer: a pixel that is sent again and one without a table are reported") {

@@ -9,6 +9,7 @@
 #include "clocked_testbench.h"
 #include "dvi_waveform.h"
 #include "expected_report.h"
+#include "monitors/dvi_monitor.h"
 #include "small_scenario.h"
 
 namespace metabuffer::test {
@@ -28,7 +29,8 @@ constexpr int dvi_frame_start(int number) { return kSyncLines * kLine + number *
 
 enum class Swaplock { kOwnFramedone, kDriven };
 
-/// An output framebuffer between a pipeline that the test plays and a DVI link that it records.
+/// An output framebuffer between a pipeline that the test plays and a DVI link that it records. The link's timing is
+/// watched by its monitor.
 struct OutputBench {
     Scenario scenario;
     ClockDomain& core;
@@ -43,6 +45,8 @@ struct OutputBench {
     sc_core::sc_signal<bool> swapskip;  ///< unused with Swaplock::kOwnFramedone
     sc_core::sc_signal<DviLink> link;
     OutputFramebuffer framebuffer;
+    monitors::ViolationLog violations;
+    monitors::DviMonitor monitor;
     const Recording<bool>& pipereadies;
     const Recording<bool>& framedones;
     const Recording<bool>& framebads;
@@ -54,6 +58,7 @@ struct OutputBench {
           core(bench.core),
           dvi(dvi_domain),
           framebuffer(name.c_str(), scenario),
+          monitor((name + "_monitor").c_str(), monitored_link(), violations),
           pipereadies(bench.core.record(pipeready)),
           framedones(bench.core.record(framedone)),
           framebads(bench.core.record(framebad)),
@@ -75,7 +80,17 @@ struct OutputBench {
             framebuffer.swapskip_i(swapskip);
         }
         framebuffer.link_o(link);
+        monitor.clk_i(dvi_domain.clk);
+        monitor.reset_i(bench.reset);
+        monitor.link_i(link);
         bench.trace(framebuffer);
+    }
+
+    monitors::DviMonitor::Link monitored_link() const {
+        const DviTiming timing{scenario.displays.width_pixels, scenario.displays.height_pixels};
+        return {
+            monitors::DviMonitor::Kind::kOutput,         timing, "link", "dvi_out", dvi.period_picoseconds(),
+            [] { return monitors::DviMonitor::Frame{}; }};
     }
 
     /// STARTFRAME at edge `clock`, the raster's pixels at the edges behind it. Stalled clocks stretch what

@@ -159,6 +159,16 @@ class Reducer {
                 attempt("fault " + std::to_string(i) + " a pair earlier",
                         [i](Scenario& s) { --s.faults[i].pair; });
             }
+            const std::string name = "fault " + std::to_string(i);
+            if (fault.lines > 1) attempt(name + " of one line", [i](Scenario& s) { s.faults[i].lines = 1; });
+            if (fault.beats > 1) attempt(name + " of one beat", [i](Scenario& s) { s.faults[i].beats = 1; });
+            if (fault.cycles.value_or(1) > 1) {
+                attempt(name + " half as long",
+                        [i](Scenario& s) { s.faults[i].cycles = *s.faults[i].cycles / 2; });
+            }
+            if (fault.from_cycle > 0) {
+                attempt(name + " from clock 0", [i](Scenario& s) { s.faults[i].from_cycle = 0; });
+            }
             if (fault.delay_pairs > 1) {
                 attempt("fault " + std::to_string(i) + " delays a pair time less",
                         [i](Scenario& s) { --s.faults[i].delay_pairs; });

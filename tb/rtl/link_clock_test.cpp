@@ -1,0 +1,70 @@
+#include "rtl/link_clock.h"
+
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <vector>
+
+namespace metabuffer::test {
+namespace {
+
+using rtl::LinkClock;
+
+constexpr std::int64_t kMillion = 1'000'000;
+
+std::int64_t now_picoseconds() { return static_cast<std::int64_t>(sc_core::sc_time_stamp().value()); }
+
+/// A link's clock at a deviation that stands from the start, and when it has risen.
+class ClockBench : public sc_core::sc_module {
+  public:
+    ClockBench(const sc_core::sc_module_name& name, std::int64_t period_picoseconds, int ppm)
+        : sc_core::sc_module(name), ppm_("ppm", ppm), clock_("clock", period_picoseconds) {
+        clock_.clock_ppm_i(ppm_);
+        clock_.clk_o(clk_);
+        SC_METHOD(rise);
+        sensitive << clk_.posedge_event();
+        dont_initialize();
+    }
+    SC_HAS_PROCESS(ClockBench);
+
+    std::vector<std::int64_t> rises_picoseconds;
+
+  private:
+    void rise() { rises_picoseconds.push_back(now_picoseconds()); }
+
+    sc_core::sc_signal<int> ppm_;
+    sc_core::sc_signal<bool> clk_{"clk"};
+    LinkClock clock_;
+};
+
+/// Edge n of a clock that is fast by so many millionths, rounded down to a picosecond.
+std::vector<std::int64_t> exact_edges(std::int64_t period_picoseconds, int ppm, std::size_t count) {
+    std::vector<std::int64_t> edges;
+    for (std::size_t n = 0; n < count; ++n) {
+        edges.push_back(static_cast<std::int64_t>(n) * period_picoseconds * kMillion / (kMillion + ppm));
+    }
+    return edges;
+}
+
+void check_edges(const ClockBench& bench, std::int64_t period_picoseconds, int ppm) {
+    INFO(period_picoseconds << " ps, " << ppm << " ppm");
+    REQUIRE(bench.rises_picoseconds.size() > 1000);
+    CHECK(bench.rises_picoseconds == exact_edges(period_picoseconds, ppm, bench.rises_picoseconds.size()));
+}
+
+TEST_CASE("link clock: edge n is at n periods divided by 1 + ppm / 10^6 and nothing is lost by rounding") {
+    // 2 periods of 4951 ps at 101 ppm are 9901 ps less one millionth part: any part too much would round them up.
+    ClockBench just_below("just_below", 4951, 101);
+    ClockBench nominal("nominal", 10'000, 0);
+    ClockBench fast("fast", 10'000, 100'000);
+    ClockBench slow("slow", 6'667, -100'000);
+    ClockBench crystal("crystal", 9'999, -50);
+    sc_core::sc_start(sc_core::sc_time(20, sc_core::SC_US));
+    check_edges(just_below, 4951, 101);
+    check_edges(nominal, 10'000, 0);
+    check_edges(fast, 10'000, 100'000);
+    check_edges(slow, 6'667, -100'000);
+    check_edges(crystal, 9'999, -50);
+}
+
+}  // namespace
+}  // namespace metabuffer::test

@@ -1,0 +1,46 @@
+#include "rtl/wires.h"
+
+#include <catch2/catch.hpp>
+#include <set>
+#include <string>
+
+namespace metabuffer::test {
+namespace {
+
+using rtl::Wires;
+
+constexpr std::size_t kRenderers = 2;
+constexpr std::size_t kDisplays = 3;
+
+TEST_CASE("wires: a composer sees its renderer's bus until it gets one of its own and the others go on so") {
+    Wires wires(kRenderers, kDisplays);
+    for (std::size_t i = 0; i < kRenderers * kDisplays; ++i) {
+        CHECK(&wires.bus_seen_by(i) == &wires.bus[i / kDisplays]);
+    }
+    const std::size_t composer = 1 * kDisplays + 1;  // of renderer 2 and display 2
+    sc_core::sc_signal<rtl::BusBeat>& own = wires.own_bus(composer);
+    CHECK(&wires.own_bus(composer) == &own);
+    for (std::size_t i = 0; i < kRenderers * kDisplays; ++i) {
+        INFO("composer " << i);
+        CHECK(&wires.bus_seen_by(i) == (i == composer ? &own : &wires.bus[i / kDisplays]));
+    }
+    sc_core::sc_signal<rtl::BusBeat>& neighbour = wires.own_bus(composer + 1);
+    CHECK(&neighbour != &own);
+    CHECK(&wires.own_bus(composer) == &own);
+}
+
+TEST_CASE("wires: each is named by its renderer and display counted from 1") {
+    Wires wires(kRenderers, kDisplays);
+    CHECK(std::string(wires.bus[1].name()) == "BUS_2");
+    CHECK(std::string(wires.busready[kDisplays + 2].name()) == "BUSREADY_2_3");
+    CHECK(std::string(wires.pipe[2 * kDisplays].name()) == "PIPE_3_1");
+    CHECK(std::string(wires.framedone[2].name()) == "FRAMEDONE_3");
+    CHECK(std::string(wires.own_bus(kDisplays + 2).name()) == "BUS_2_3");
+    CHECK(std::string(wires.own_bus(2).name()) == "BUS_1_3");
+    std::set<const void*> distinct;
+    for (std::size_t i = 0; i < wires.pipe.size(); ++i) distinct.insert(&wires.pipe[i]);
+    CHECK(distinct.size() == (kRenderers + 1) * kDisplays);
+}
+
+}  // namespace
+}  // namespace metabuffer::test
