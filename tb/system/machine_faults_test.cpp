@@ -565,32 +565,11 @@ TEST_CASE("a link's clock that drifts and comes back: every picture is right", "
 
 namespace {
 
-/// A random machine, several of its rows held back at random.
-Scenario stalled_scenario(std::uint64_t seed) {
-    Scenario scenario = random_scenario(seed);
-    Random random(seed + 1'000'000);
-    constexpr int kPercents[] = {5, 20, 50, 80};
-    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
-        if (r > 0 && random.one_in(3)) continue;
-        Fault fault;
-        fault.kind = FaultKind::kRandomStalls;
-        fault.renderer = static_cast<int>(r);
-        fault.percent = kPercents[random.between(0, 3)];
-        fault.seed = random.bits() >> 20U;
-        fault.from_cycle = random.one_in(2) ? 0 : random.between(0, 2000);
-        // What is held back so often makes a frame last long, and all machines run until the last one is done.
-        if (fault.percent > 50 || random.one_in(3)) fault.cycles = random.between(1, 2000);
-        scenario.faults.push_back(fault);
-    }
-    check_scenario(scenario);
-    return scenario;
-}
-
 void check_stalled_machines(std::uint64_t first_seed, int count) {
     MachineRuns runs;
     for (int i = 0; i < count; ++i) {
         runs.push_back(std::make_unique<MachineRun>(
-            "run_" + std::to_string(i), stalled_scenario(first_seed + static_cast<std::uint64_t>(i))));
+            "run_" + std::to_string(i), random_stalled_scenario(first_seed + static_cast<std::uint64_t>(i))));
     }
     run_traced(runs);
     std::int64_t taken_effect = 0;
@@ -622,7 +601,7 @@ TEST_CASE("random stalls: clock gating changes neither clocks nor counters", "[s
     constexpr int kMachines = 5;
     MachineRuns runs;
     for (int i = 0; i < kMachines; ++i) {
-        const Scenario scenario = stalled_scenario(kFirstSeed + static_cast<std::uint64_t>(i));
+        const Scenario scenario = random_stalled_scenario(kFirstSeed + static_cast<std::uint64_t>(i));
         const std::string number = std::to_string(i);
         runs.push_back(std::make_unique<MachineRun>("gated_" + number, scenario, rtl::ClockGating::kOn));
         runs.push_back(std::make_unique<MachineRun>("ungated_" + number, scenario, rtl::ClockGating::kOff));

@@ -354,6 +354,28 @@ Scenario random_long_scenario(std::uint64_t seed) {
     return scenario;
 }
 
+Scenario random_stalled_scenario(std::uint64_t seed) {
+    Scenario scenario = random_scenario(seed);
+    constexpr std::uint64_t kOwnSequence = 1'000'000;  // not the numbers that made the scenario
+    Random random(seed + kOwnSequence);
+    scenario.name = "random_stalled_" + std::to_string(seed);
+    constexpr std::array<int, 4> kPercents{5, 20, 50, 80};
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        if (r > 0 && random.one_in(3)) continue;
+        Fault fault;
+        fault.kind = FaultKind::kRandomStalls;
+        fault.renderer = static_cast<int>(r);
+        fault.percent = kPercents[static_cast<std::size_t>(random.between(0, 3))];
+        fault.seed = random.bits() >> 20U;
+        fault.from_cycle = random.one_in(2) ? 0 : random.between(0, 2000);
+        // What is held back so often makes a frame last long, and all machines run until the last one is done.
+        if (fault.percent > 50 || random.one_in(3)) fault.cycles = random.between(1, 2000);
+        scenario.faults.push_back(fault);
+    }
+    check_scenario(scenario);
+    return scenario;
+}
+
 Scenario random_level_scenario(std::uint64_t seed) {
     constexpr std::uint64_t kOneIn = 3;
     return seed % kOneIn == 0 ? random_long_scenario(seed) : random_scenario(seed);

@@ -20,6 +20,9 @@ Scenario random_long_scenario(std::uint64_t seed);
 /// What the levels are compared on: of every three seeds, the third makes a long scenario.
 Scenario random_level_scenario(std::uint64_t seed);
 
+/// A random scenario in which several rows of composers have every handshake held back at random; for level rtl.
+Scenario random_stalled_scenario(std::uint64_t seed);
+
 /// Its main parameters on one line, to go with a failure.
 std::string describe(const Scenario& scenario);
 

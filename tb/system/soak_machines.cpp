@@ -35,11 +35,11 @@ constexpr int kMostRuns = 600;    // of smaller machines
 constexpr int kMostSeconds = 30;  // for each of them
 
 constexpr const char* kHelp =
-    "usage: soak_machines [--plain] FIRST_SEED COUNT\n"
+    "usage: soak_machines [--plain|--stalled] FIRST_SEED COUNT\n"
     "           runs the machines of the seeds; prints 'seed S KIND' for each and, indented, what is wrong\n"
-    "       soak_machines [--plain] --write SEED DIR\n"
+    "       soak_machines [--plain|--stalled] --write SEED DIR\n"
     "           writes a seed's scenario to files\n"
-    "       soak_machines [--plain] --shrink SEED DIR [RUNS [SECONDS]]\n"
+    "       soak_machines [--plain|--stalled] --shrink SEED DIR [RUNS [SECONDS]]\n"
     "           makes a machine that fails as small as it can be while failing, with RUNS tries of SECONDS "
     "each,\n"
     "           and writes it to files, with DIR/failure.txt\n"
@@ -47,7 +47,9 @@ constexpr const char* kHelp =
     "           runs the machine of a scenario file\n"
     "KIND: identical (all is well), different (levels rtl and tlm), check, violation RULE, error, crash, "
     "hang.\n"
-    "--plain: machines of few frames, as `random systems` has them.\n"
+    "--plain: machines of few frames, as `random systems` has them. --stalled: such machines with every "
+    "handshake\n"
+    "of some rows held back at random, at level rtl.\n"
     "Exit status: 0 all is well; 5 some machine fails; 1 a model failed; 2 bad arguments.\n";
 
 using Words = std::vector<std::string_view>;
@@ -59,8 +61,10 @@ std::optional<std::uint64_t> whole_number(std::string_view text) {
     return value;
 }
 
-SoakMachine machine_of(std::uint64_t seed, bool plain) {
-    return {seed, plain ? random_scenario(seed) : random_level_scenario(seed)};
+using RandomMachine = Scenario (*)(std::uint64_t seed);
+
+SoakMachine machine_of(std::uint64_t seed, RandomMachine random_machine) {
+    return {seed, random_machine(seed)};
 }
 
 std::string indented(const std::string& text) {
@@ -75,11 +79,11 @@ int tell(std::uint64_t seed, const SoakVerdict& verdict) {
     return verdict.good() ? EXIT_SUCCESS : kFailed;
 }
 
-int run_batch(std::uint64_t first, std::uint64_t count, bool plain) {
-    if (count == 1) return tell(first, judge_machine(machine_of(first, plain)));
+int run_batch(std::uint64_t first, std::uint64_t count, RandomMachine random_machine) {
+    if (count == 1) return tell(first, judge_machine(machine_of(first, random_machine)));
     std::vector<SoakMachine> machines;
     for (std::uint64_t seed = first; seed < first + count; ++seed)
-        machines.push_back(machine_of(seed, plain));
+        machines.push_back(machine_of(seed, random_machine));
     const std::vector<SoakVerdict> verdicts = judge_machines(machines);
     int status = EXIT_SUCCESS;
     for (std::size_t i = 0; i < verdicts.size(); ++i) {
@@ -143,14 +147,14 @@ int shrink_machine(const SoakMachine& machine, const std::filesystem::path& dire
 }
 
 /// Nothing if the words are no command.
-std::optional<int> run_command(const Words& words, bool plain) {
+std::optional<int> run_command(const Words& words, RandomMachine random_machine) {
     if (words.size() == 2 && words[0] == "--judge") {
         return tell(0, judge_machine({0, load_scenario(std::filesystem::path(words[1]))}));
     }
     if (words.size() == 3 && words[0] == "--write") {
         const auto seed = whole_number(words[1]);
         if (!seed) return std::nullopt;
-        write_scenario(machine_of(*seed, plain).scenario, words[2]);
+        write_scenario(machine_of(*seed, random_machine).scenario, words[2]);
         return EXIT_SUCCESS;
     }
     if (words.size() >= 3 && words.size() <= 5 && words[0] == "--shrink") {
@@ -160,23 +164,26 @@ std::optional<int> run_command(const Words& words, bool plain) {
         constexpr std::uint64_t kMost = 1'000'000;
         if (!seed || !runs || !seconds || *runs > kMost || *seconds < 1 || *seconds > kMost)
             return std::nullopt;
-        return shrink_machine(machine_of(*seed, plain), words[2], static_cast<int>(*runs),
+        return shrink_machine(machine_of(*seed, random_machine), words[2], static_cast<int>(*runs),
                               static_cast<int>(*seconds));
     }
     if (words.size() == 2) {
         const auto first = whole_number(words[0]);
         const auto count = whole_number(words[1]);
         if (first && count && *count <= std::numeric_limits<std::uint64_t>::max() - *first) {
-            return run_batch(*first, *count, plain);
+            return run_batch(*first, *count, random_machine);
         }
     }
     return std::nullopt;
 }
 
 int run(Words words) {
-    const bool plain = !words.empty() && words.front() == "--plain";
-    if (plain) words.erase(words.begin());
-    if (const std::optional<int> status = run_command(words, plain)) return *status;
+    RandomMachine random_machine = random_level_scenario;
+    if (!words.empty() && (words.front() == "--plain" || words.front() == "--stalled")) {
+        random_machine = words.front() == "--plain" ? random_scenario : random_stalled_scenario;
+        words.erase(words.begin());
+    }
+    if (const std::optional<int> status = run_command(words, random_machine)) return *status;
     std::cerr << kHelp;
     return kUsage;
 }

@@ -25,9 +25,9 @@ if sys.argv[1] == "--shrink":
     (pathlib.Path(sys.argv[3]) / "scenario.yaml").write_text("small " + sys.argv[2])
     print("before: huge\nafter:  tiny")
     sys.exit(5)
-if sys.argv[1] == "--plain":
-    with open(HERE / "plain", "a") as calls:
-        calls.write("plain")
+if sys.argv[1] in ("--plain", "--stalled"):
+    with open(HERE / "machines", "a") as calls:
+        calls.write(sys.argv[1])
     del sys.argv[1]
 first, count = int(sys.argv[1]), int(sys.argv[2])
 seeds = range(first, first + count)
@@ -128,10 +128,12 @@ class Soak(unittest.TestCase):
         self.assertFalse((self.directory / "plainly/seed-3/shrunk").exists())
         self.assertNotIn("tiny", self.failure("seed-3", "plainly"))
 
-    def test_plain_machines(self):
-        done = self.soak(4, 1, "--plain")
-        self.assertEqual(done.returncode, 0, done.stdout)
-        self.assertEqual((self.directory / "plain").read_text(), "plain")
+    def test_other_kinds_of_machines(self):
+        for kind in ("--plain", "--stalled"):
+            (self.directory / "machines").unlink(missing_ok=True)
+            done = self.soak(4, 1, kind)
+            self.assertEqual(done.returncode, 0, done.stdout)
+            self.assertEqual((self.directory / "machines").read_text(), kind)
 
     def test_crash_hang_and_error_are_put_down_to_their_seeds(self):
         done = self.soak(16, 1, "--timeout", 4, "--batch", 4, "--out", "elsewhere", crashing=[2], hanging=[7],
@@ -173,7 +175,7 @@ class Soak(unittest.TestCase):
         written = subprocess.run([SOAK_MACHINES, "--write", "5", self.directory / "five"], check=False)
         self.assertEqual(written.returncode, 0)
         self.assertTrue((self.directory / "five/scenario.yaml").is_file())
-        for arguments in [(), ("1",), ("1", "x"), ("-1", "2"), ("--write", "1"), ("1", "2", "3"), ("--plain",),
+        for arguments in [(), ("1",), ("1", "x"), ("-1", "2"), ("--write", "1"), ("1", "2", "3"), ("--plain",), ("--stalled",),
                           ("--shrink", "1"), ("--shrink", "1", "there", "few"), ("--judge",)]:
             done = subprocess.run([SOAK_MACHINES, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                   text=True, check=False)
