@@ -18,17 +18,17 @@ struct FaultKey {
         kWholeNumber,
         kFrame,  ///< a FrameKind by its name
     };
-    const char* name;
-    Shape shape;
+    const char* name = nullptr;
+    Shape shape = Shape::kWholeNumber;
     IntegerRange range;  ///< over all kinds
-    std::optional<std::int64_t> (*value)(const Fault&);
-    void (*set)(Fault&, std::int64_t);
+    std::optional<std::int64_t> (*value)(const Fault&) = nullptr;
+    void (*set)(Fault&, std::int64_t) = nullptr;
 };
 
 /// A key as a kind of fault has it.
 struct FaultKeyUse {
-    const FaultKey* key;
-    bool required;
+    const FaultKey* key = nullptr;
+    bool required = false;
     IntegerRange range;  ///< for this kind
 };
 
