@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "monitors/picture_reference.h"
+#include "scenario/text.h"
 
 namespace metabuffer {
 namespace {
@@ -39,7 +40,14 @@ const ColourImage& PictureCheck::wanted(int frame, int display) {
 
 void PictureCheck::take(int frame, int display, const ColourImage& picture) {
     ++taken_;
-    if (!(picture == wanted(frame, display))) kept_[{frame, display}] = picture;
+    if (picture == wanted(frame, display)) return;
+    const std::size_t bytes = picture.values.size() * sizeof(picture.values.front());
+    if (kept_bytes_ + bytes > kKeptBytes) {
+        not_kept_.insert({frame, display});
+        return;
+    }
+    kept_bytes_ += bytes;
+    kept_[{frame, display}] = picture;
 }
 
 void PictureCheck::finish(const RunReport& report) {
@@ -47,6 +55,7 @@ void PictureCheck::finish(const RunReport& report) {
         const bool as_without_time =
             frame.pairs == pairs_without_time_[static_cast<std::size_t>(frame.index)];
         for (int display = 1; display <= scenario_.displays.count(); ++display) {
+            if (not_kept_.count({frame.index, display}) > 0) continue;
             const auto kept = kept_.find({frame.index, display});
             if (kept != kept_.end()) {
                 judge(frame.index, display, kept->second, frame.pairs, report);
@@ -55,10 +64,16 @@ void PictureCheck::finish(const RunReport& report) {
             }
         }
     }
-    record_.pictures = taken_ - starved_;
+    const auto not_kept = static_cast<std::int64_t>(not_kept_.size());
+    record_.pictures = taken_ - starved_ - not_kept;
     compared_ = std::to_string(record_.pictures) + " of " + std::to_string(taken_) +
                 " pictures against the functional level";
-    if (starved_ > 0) compared_ += " (in the others something starved)";
+    std::vector<std::string> why_others_not;
+    if (not_kept > 0) {
+        why_others_not.push_back(std::to_string(not_kept) + " of the others were too many to be kept");
+    }
+    if (starved_ > 0) why_others_not.emplace_back("in the others something starved");
+    if (!why_others_not.empty()) compared_ += " (" + text::joined(why_others_not, "and") + ")";
     compared_ += ", and no wires, which only level rtl has";
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,9 +17,12 @@ namespace metabuffer {
 
 /// `metabuffer run --check` at a level without wires: the pictures that the displays show, against the functional
 /// level. Which pairs a frame was made of is known at the end only, so pictures that are not what a machine without
-/// time would show are kept until then. One in which something starved cannot be compared.
+/// time would show are kept until then, as many as fit into kKeptBytes; the others are not compared. One in which
+/// something starved cannot be compared either.
 class PictureCheck {
   public:
+    static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
+
     /// The scenario must outlive the check.
     explicit PictureCheck(const Scenario& scenario);
 
@@ -40,6 +45,8 @@ class PictureCheck {
     int compositor_frame_ = -1;
     ColourImage wanted_;
     std::map<std::pair<int, int>, ColourImage> kept_;  ///< by frame and display
+    std::size_t kept_bytes_ = 0;
+    std::set<std::pair<int, int>> not_kept_;  ///< by frame and display
     std::int64_t taken_ = 0;
     std::int64_t starved_ = 0;
     CheckRecord record_;

@@ -13,6 +13,8 @@
 namespace metabuffer {
 namespace {
 
+constexpr const char* kCollage = "collage.png";
+
 /// Removes the files whose names match; the predicate has the last word.
 template <typename Unwanted>
 void remove_files(const std::filesystem::path& directory, const std::regex& names, Unwanted unwanted) {
@@ -48,9 +50,9 @@ ResultFolder::~ResultFolder() {
 PictureSink::PictureSink(std::filesystem::path directory, const Scenario& scenario)
     : directory_(std::move(directory)),
       config_(scenario.displays),
-      frames_(scenario.frames),
       many_frames_(scenario.frames > 1),
-      newest_(static_cast<std::size_t>(scenario.displays.count())) {}
+      newest_(static_cast<std::size_t>(scenario.displays.count())),
+      newest_frames_(newest_.size(), kNone) {}
 
 void PictureSink::take(int frame, int display, const ColourImage& image) {
     const std::string stem = "display_" + std::to_string(display);
@@ -60,19 +62,27 @@ void PictureSink::take(int frame, int display, const ColourImage& image) {
         write_png(directory_ / (stem + number.data()), image);
     }
     newest_[static_cast<std::size_t>(display) - 1] = image;
+    newest_frames_[static_cast<std::size_t>(display) - 1] = frame;
+}
+
+bool PictureSink::is_of_earlier_run(const std::string& display, const std::string& frame) const {
+    const unsigned long index = std::stoul(display) - 1;
+    if (index >= newest_frames_.size()) return true;
+    return frame.empty() ? newest_frames_[index] == kNone
+                         : !many_frames_ || std::stol(frame) > newest_frames_[index];
 }
 
 void PictureSink::finish() const {
-    remove_files(directory_, std::regex(R"(display_\d+\.(\d{4,})\.png)"), [this](const std::smatch& match) {
-        return !many_frames_ || std::stol(match[1]) >= frames_;
-    });
+    remove_files(directory_, std::regex(R"(display_(\d{1,9})(?:\.(\d{4,9}))?\.png)"),
+                 [this](const std::smatch& match) { return is_of_earlier_run(match[1], match[2]); });
     for (std::size_t d = 0; d < newest_.size(); ++d) {
-        if (newest_[d].values.empty()) {
-            return;  // the run ended before a frame was shown
+        if (newest_[d].values.empty()) {  // the run ended before a frame was shown
+            std::filesystem::remove(directory_ / kCollage);
+            return;
         }
         write_png(directory_ / ("display_" + std::to_string(d + 1) + ".png"), newest_[d]);
     }
-    write_png(directory_ / "collage.png", collage(newest_, config_));
+    write_png(directory_ / kCollage, collage(newest_, config_));
 }
 
 void remove_pictures(const std::filesystem::path& directory) {

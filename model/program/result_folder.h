@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "formats/image.h"
@@ -31,16 +32,21 @@ class PictureSink {
     PictureSink(std::filesystem::path directory, const Scenario& scenario);
 
     void take(int frame, int display, const ColourImage& image);
-    /// Behind the last picture. Numbered pictures of an earlier, longer run are removed: they would pass for this
-    /// one's.
+    /// Behind the last picture. Pictures of an earlier run that this one has not written anew, since it has fewer
+    /// frames or displays or was ended, are removed: they would pass for this one's.
     void finish() const;
 
   private:
+    static constexpr int kNone = -1;
+
+    /// display, frame: as in a file's name; frame: empty in that of a display's newest picture.
+    bool is_of_earlier_run(const std::string& display, const std::string& frame) const;
+
     std::filesystem::path directory_;
     DisplayConfig config_;
-    int frames_;
     bool many_frames_;
-    std::vector<ColourImage> newest_;
+    std::vector<ColourImage> newest_;  ///< by display
+    std::vector<int> newest_frames_;   ///< by display
 };
 
 /// Removes the pictures of an earlier run from a folder, where they would pass for those of one that makes none.

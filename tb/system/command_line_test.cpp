@@ -508,6 +508,25 @@ TEST_CASE("the watchdog ends a run in which nothing moves and says who waits for
     }
 }
 
+TEST_CASE("pictures of an earlier run in the folder go when the watchdog ends this one before them",
+          "[program]") {
+    const Workplace place;
+    const std::vector<std::string> stuck{
+        "--level",  "rtl",
+        "--frames", "3",
+        "--set",    "watchdog_cycles=20000",
+        "--set",    "faults=[{renderer: left, display: 1, kind: busready_low, from_cycle: 0}]"};
+    CHECK(place.run({"--frames", "4"}).status == 0);
+    CHECK(place.exists("out/display_2.0003.png"));
+    CHECK(place.run(stuck).status == kExitWatchdog);
+    CHECK(place.report().at("displays").at(0).at("frames_shown") == 0);
+    for (const char* const name :
+         {"display_1.png", "display_2.png", "display_1.0000.png", "display_2.0003.png", "collage.png"}) {
+        INFO(name);
+        CHECK_FALSE(place.exists(std::string("out/") + name));
+    }
+}
+
 TEST_CASE("a trace shows the paper's signals around STARTFRAME by default", "[program][trace]") {
     const Workplace place;
     const ProgramResult result =

@@ -160,6 +160,8 @@ class NaiveSwaps {
     std::vector<Swap> swaps_;
 };
 
+void compare(const Scenario& scenario, const Lengths& lengths);
+
 void compare(Random& random, double core_mhz, double dvi_mhz) {
     INFO("core " << core_mhz << " MHz, DVI output " << dvi_mhz << " MHz");
     Scenario scenario;
@@ -169,8 +171,6 @@ void compare(Random& random, double core_mhz, double dvi_mhz) {
     scenario.clocks.core_mhz = core_mhz;
     scenario.clocks.dvi_out_mhz = dvi_mhz;
     scenario.frames = random.between(1, 5);
-    const auto core_period = static_cast<std::int64_t>(1.0e6 / core_mhz + 0.5);
-    const auto dvi_period = static_cast<std::int64_t>(1.0e6 / dvi_mhz + 0.5);
     Lengths lengths;
     for (int frame = 0; frame < scenario.frames; ++frame) {
         lengths.emplace_back();
@@ -178,6 +178,12 @@ void compare(Random& random, double core_mhz, double dvi_mhz) {
         for (int d = 0; d < scenario.displays.count(); ++d)
             lengths.back().push_back(random.between(3, 3 + longest));
     }
+    compare(scenario, lengths);
+}
+
+void compare(const Scenario& scenario, const Lengths& lengths) {
+    const auto core_period = static_cast<std::int64_t>(1.0e6 / scenario.clocks.core_mhz + 0.5);
+    const auto dvi_period = static_cast<std::int64_t>(1.0e6 / scenario.clocks.dvi_out_mhz + 0.5);
     NaiveSwaps naive(core_period, dvi_period, scenario.displays.width_pixels, scenario.displays.height_pixels,
                      lengths);
     const std::vector<Swap> wanted = naive.run();
@@ -230,6 +236,20 @@ TEST_CASE("swap lock: displays of a slower clock swap where two registers have p
 
 TEST_CASE("swap lock: displays of a faster clock swap where two registers have passed SWAPLOCK") {
     compare_clocks(543, {100.1, 200.0, 165.0, 700.0, 999.0});
+}
+
+TEST_CASE(
+    "swap lock: a frame that is done at any clock of a DVI frame is shown from the next frame's start on") {
+    Scenario scenario;
+    scenario.displays.width_pixels = 1;
+    scenario.displays.height_pixels = 1;
+    scenario.clocks.core_mhz = scenario.clocks.dvi_out_mhz = 100.0;
+    scenario.frames = 1;
+    constexpr int kFrameClocks = (1 + 80) * (1 + 15);
+    for (int clocks = 3; clocks < 3 + kFrameClocks; ++clocks) {
+        INFO("done after " << clocks << " clocks");
+        compare(scenario, Lengths{{clocks}});
+    }
 }
 
 }  // namespace

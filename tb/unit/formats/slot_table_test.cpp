@@ -117,6 +117,13 @@ TEST_CASE("slot table: proportions are exact up to the limit and rounded to near
           std::vector<int>{192, 64, 1});
 }
 
+TEST_CASE(
+    "slot table: needs are exact before rounding as long as the multiples have a common one up to 2^32") {
+    // The multiples' least common one is 2,328,406,311, between 2^31 and 2^32. The third row is due 55.5001 slots.
+    const ViewportTable rows = {segment(3, 201), segment(2, 211), segment(3, 253), segment(4, 217)};
+    CHECK(slots_of_each(slot_table(rows), rows.size()) == std::vector<int>{70, 44, 56, 86});
+}
+
 TEST_CASE("slot table: every row has a slot even if rows outnumber the limit") {
     ViewportTable rows(300, segment(1, 1));
     rows[7] = segment(4096, 1);

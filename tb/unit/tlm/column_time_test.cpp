@@ -80,6 +80,23 @@ TEST_CASE("frame time: a step takes a clock and a stall is clocks without a step
     }
 }
 
+TEST_CASE("column time: in stall mode only step 0 is known before the composers have told what they need") {
+    constexpr std::int64_t kStart = 100;
+    ColumnTime stalling(2, 10, true);
+    stalling.start(0, kStart);
+    CHECK(stalling.frame(0).cycle_of(0) == kStart);
+    CHECK(stalling.frame(0).cycle_of(1) == kUnknownCycle);
+    stalling.set_needed_step(0, kNoStep);
+    stalling.set_needed_step(1, 4);
+    stalling.advance(kStart);
+    CHECK(stalling.frame(0).cycle_of(4) == kStart + 4);
+    CHECK(stalling.frame(0).cycle_of(5) == kUnknownCycle);
+
+    ColumnTime steady(2, 10, false);
+    steady.start(0, kStart);
+    CHECK(steady.frame(0).cycle_of(5) == kStart + 5);
+}
+
 TEST_CASE("column time: STARTFRAME cannot come before PIPEREADY has climbed the column") {
     ColumnTime column(5, 100, false);
     column.set_pipeready_cycle(20);

@@ -1,0 +1,86 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "machine_run.h"
+#include "rtl/small_scenario.h"
+#include "tlm_run.h"
+
+// Coincidences of clocks that random machines hardly ever meet.
+namespace metabuffer::test {
+namespace {
+
+/// One display, and renderers that each send one pair of one line.
+Scenario one_line(int renderers) {
+    constexpr int kWidth = 12;  // room for a table of one row
+    Scenario scenario = small_scenario(kWidth, 1);
+    PixelImage image(kWidth, 1);
+    for (Pixel& pixel : image.values) pixel = Pixel(10, 20, 30, 255, 5);
+    for (int r = 0; r < renderers; ++r) {
+        scenario.renderers.push_back(renderer_of({image}, {table_row(1, {0, 0}, {kWidth, 1}, {0, 0})}));
+        scenario.renderers.back().name = "renderer_" + std::to_string(r + 1);
+    }
+    return scenario;
+}
+
+TEST_CASE("levels agree where the watchdog looks at the very clock of a link's last pixel", "[system]") {
+    // The colour frame's last pixel comes behind a vertical sync and 7 lines of blanking, and the depth frame's first
+    // one a frame later: only the pixel at the first look decides whether the second one finds that nothing moved.
+    constexpr std::int64_t kFirstLook = 1'380;
+    constexpr int kLooks = 36;
+    std::vector<LevelRuns> runs;
+    for (int i = 0; i < kLooks; ++i) {
+        Scenario scenario = one_line(1);
+        scenario.watchdog_cycles = kFirstLook + i;
+        runs.emplace_back("machine_" + std::to_string(scenario.watchdog_cycles), scenario);
+    }
+    REQUIRE(simulate_until([&runs] {
+        return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run.finished(); });
+    }));
+    int tripped_at_the_second_look = 0;
+    int went_on = 0;
+    for (const LevelRuns& run : runs) {
+        INFO("watchdog_cycles " << run.rtl->scenario().watchdog_cycles);
+        const std::vector<std::string> differences = level_differences(run);
+        INFO(first_lines(differences));
+        CHECK(differences.empty());
+        const bool at_second = run.rtl->report().core_cycles < 3 * run.rtl->scenario().watchdog_cycles &&
+                               !run.rtl->report().watchdog.empty();
+        (at_second ? tripped_at_the_second_look : went_on) += 1;
+    }
+    // Or the looks would lie beside the pixel.
+    CHECK(tripped_at_the_second_look > 0);
+    CHECK(went_on > 0);
+}
+
+TEST_CASE("a fault lets one link's clock drift and no other's", "[system][faults]") {
+    constexpr int kSlowPpm = -100'000;
+    MachineRuns runs;
+    for (const int drifting : {-1, 0, 1}) {
+        Scenario scenario = one_line(2);
+        scenario.pacing = Pacing::kLockstep;
+        if (drifting >= 0) {
+            Fault drift;
+            drift.kind = FaultKind::kDrift;
+            drift.renderer = drifting;
+            drift.ppm = kSlowPpm;
+            scenario.faults.push_back(drift);
+        }
+        runs.push_back(std::make_unique<MachineRun>("run_" + std::to_string(runs.size()), scenario));
+    }
+    REQUIRE(run_to_end(runs));
+    const auto end_cycle = [&](std::size_t run) { return runs[run]->report().frames.at(0).end_cycle; };
+    for (const std::size_t run : {1U, 2U}) {
+        INFO("renderer " << run << " drifts");
+        // Its pair takes a tenth longer to come, so the frame is composited later.
+        CHECK(end_cycle(run) > end_cycle(0) + end_cycle(0) / 20);
+        CHECK(runs[run]->report().renderers[run - 1].injected_faults == 1);
+        CHECK(runs[run]->report().renderers[2 - run].injected_faults == 0);
+    }
+    CHECK(end_cycle(1) == end_cycle(2));
+}
+
+}  // namespace
+}  // namespace metabuffer::test

@@ -1,0 +1,95 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <vector>
+
+#include "rtl/composer.h"
+#include "rtl/metabuffer.h"
+#include "rtl/run.h"
+#include "rtl/small_scenario.h"
+#include "tlm/run.h"
+
+// What a machine tells of a run that is under way.
+namespace metabuffer::test {
+namespace {
+
+constexpr int kFrames = 3;
+
+/// Two displays of which only the second has a segment: its column starts and ends later than the other.
+Scenario uneven_columns() {
+    Scenario scenario = small_scenario(24, 8, 2);
+    scenario.frames = kFrames;
+    PixelImage image(24, 8);
+    for (Pixel& pixel : image.values) pixel = Pixel(10, 20, 30, 255, 5);
+    scenario.renderers.push_back(renderer_of({image}, {table_row(2, {0, 0}, {24, 8}, {0, 0})}));
+    return scenario;
+}
+
+TEST_CASE("run progress: a frame has ended when every column has ended it and started when the first has",
+          "[system]") {
+    const Scenario scenario = uneven_columns();
+    rtl::Metabuffer machine("machine", scenario);
+    machine.on_finished([] { sc_core::sc_pause(); });
+    const sc_core::sc_time clock(static_cast<double>(clock_period_picoseconds(scenario.clocks.core_mhz)),
+                                 sc_core::SC_PS);
+    std::vector<std::vector<std::int64_t>> starts(kFrames);
+    std::vector<std::vector<std::int64_t>> ends(kFrames);
+    std::int64_t taken = 0;
+    CHECK(machine.raster_pixels_to_take() == 24 * 8 * 2 * kFrames);
+    sc_core::sc_start(clock / 2);  // looks lie between the clocks
+    while (!machine.finished()) {
+        for (int frame = 0; frame < kFrames; ++frame) {
+            const auto f = static_cast<std::size_t>(frame);
+            starts[f].push_back(machine.startframe_cycle(frame));
+            ends[f].push_back(machine.frame_end_cycle(frame));
+        }
+        REQUIRE(machine.raster_pixels_taken() >= taken);
+        taken = machine.raster_pixels_taken();
+        sc_core::sc_start(clock);
+    }
+    CHECK(taken == machine.raster_pixels_to_take());
+
+    const RunReport report = machine.report();
+    REQUIRE(report.frames.size() == kFrames);
+    for (std::size_t f = 0; f < kFrames; ++f) {
+        INFO("frame " << f);
+        // At first not known, then what the report has, told in the clock in which it happens.
+        const auto known_start = std::count(starts[f].begin(), starts[f].end(), rtl::Composer::kNever);
+        CHECK(starts[f].back() == known_start);
+        CHECK(starts[f].back() < report.frames[f].start_cycle);
+        CHECK(std::all_of(starts[f].begin() + known_start, starts[f].end(),
+                          [&](std::int64_t cycle) { return cycle == starts[f].back(); }));
+        const auto known_end = std::count(ends[f].begin(), ends[f].end(), rtl::Composer::kNever);
+        CHECK(ends[f].back() == known_end);
+        CHECK(ends[f].back() == report.frames[f].end_cycle);
+        CHECK(std::all_of(ends[f].begin() + known_end, ends[f].end(),
+                          [&](std::int64_t cycle) { return cycle == ends[f].back(); }));
+    }
+}
+
+/// Shares never fall, and the last one is the whole.
+void check_shares(const std::vector<double>& shares) {
+    REQUIRE_FALSE(shares.empty());
+    CHECK(std::is_sorted(shares.begin(), shares.end()));
+    CHECK(shares.front() >= 0.0);
+    CHECK(shares.back() == 1.0);
+}
+
+TEST_CASE("run progress: level rtl tells the share of the raster pixels that are done", "[system]") {
+    std::vector<double> shares;
+    rtl::RunOptions options;
+    options.on_progress = [&](std::int64_t, double share) { shares.push_back(share); };
+    rtl::run(uneven_columns(), options);
+    check_shares(shares);
+}
+
+TEST_CASE("run progress: level tlm tells the share of the raster pixels that are done", "[system]") {
+    std::vector<double> shares;
+    tlm::RunOptions options;
+    options.on_progress = [&](std::int64_t, double share) { shares.push_back(share); };
+    tlm::run(uneven_columns(), options);
+    check_shares(shares);
+}
+
+}  // namespace
+}  // namespace metabuffer::test

@@ -1,0 +1,52 @@
+#include "scenario/derived_timing.h"
+
+#include <catch2/catch.hpp>
+
+namespace metabuffer::test {
+namespace {
+
+Scenario machine_of(int image_width_pixels, int image_height_pixels, int link_timeout_pairs) {
+    Scenario scenario;
+    scenario.displays.width_pixels = 64;
+    scenario.displays.height_pixels = 48;
+    scenario.link_timeout_pairs = link_timeout_pairs;
+    Renderer renderer;
+    renderer.image_width_pixels = image_width_pixels;
+    renderer.image_height_pixels = image_height_pixels;
+    scenario.renderers.push_back(renderer);
+    return scenario;
+}
+
+TEST_CASE("derived timing: the watchdog looks away for longer than the longest wait for a link") {
+    const Scenario quick = machine_of(32, 24, 2);
+    const Scenario patient = machine_of(32, 24, 50);
+    const auto timeout_picoseconds = [](const Scenario& scenario) {
+        return link_timeout_clocks(scenario, scenario.renderers.front()) *
+               clock_period_picoseconds(scenario.clocks.dvi_in_mhz);
+    };
+    for (const Scenario& scenario : {quick, patient}) {
+        CHECK(watchdog_interval_picoseconds(scenario) > 2 * timeout_picoseconds(scenario));
+    }
+    CHECK(watchdog_interval_picoseconds(patient) - watchdog_interval_picoseconds(quick) ==
+          2 * (timeout_picoseconds(patient) - timeout_picoseconds(quick)));
+}
+
+TEST_CASE("derived timing: of several links the slowest one counts and its place among them does not") {
+    Scenario first_is_slow = machine_of(200, 150, 20);
+    first_is_slow.renderers.push_back(machine_of(32, 24, 20).renderers.front());
+    Scenario last_is_slow = machine_of(32, 24, 20);
+    last_is_slow.renderers.push_back(machine_of(200, 150, 20).renderers.front());
+    const std::int64_t interval = watchdog_interval_picoseconds(first_is_slow);
+    CHECK(interval == watchdog_interval_picoseconds(last_is_slow));
+    CHECK(interval > watchdog_interval_picoseconds(machine_of(200, 150, 20)));
+}
+
+TEST_CASE("derived timing: the watchdog's interval is watchdog_cycles core clocks where that is given") {
+    Scenario scenario = machine_of(32, 24, 2);
+    scenario.clocks.core_mhz = 50;
+    scenario.watchdog_cycles = 777;
+    CHECK(watchdog_interval_picoseconds(scenario) == 777 * 20'000);
+}
+
+}  // namespace
+}  // namespace metabuffer::test
