@@ -1,6 +1,7 @@
 #include "monitors/composer_monitor.h"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 
 namespace metabuffer::monitors {
@@ -21,6 +22,12 @@ std::string text(const rtl::PipePixel& value) {
 
 std::string number(std::int64_t value) { return std::to_string(value); }
 
+/// The last core cycle whose edge may still read what the fault holds low.
+std::int64_t last_cycle_of(const Fault& fault) {
+    constexpr std::int64_t kForEver = std::numeric_limits<std::int64_t>::max() / 2;
+    return fault.cycles ? fault.from_cycle + *fault.cycles : kForEver;
+}
+
 }  // namespace
 
 ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
@@ -35,17 +42,29 @@ ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scen
         const bool own_display = stalls || fault.display == display + 1;
         // A PIPEMASTER answers its own PIPEREADY without a wire: a fault of it lies on the one that it waits for.
         const int pipeready_row = std::max(fault.renderer, 1);
+        const Hold hold{fault.from_cycle, last_cycle_of(fault)};
         if (fault.renderer == renderer && own_display) {
-            held_low_.busready |= stalls || fault.kind == FaultKind::kBusreadyLow;
-            held_low_.tableready |= stalls;
+            if (stalls || fault.kind == FaultKind::kBusreadyLow) {
+                // Behind the fault BUSREADY stays low until the burst that it has stopped is over for the composer too.
+                const std::int64_t stopped_burst_cycles =
+                    scenario.memory.page_miss_cycles + 2 * cycles_per_beat(scenario.bus) + 2;
+                busready_holds_.push_back({hold.first_cycle, hold.last_cycle + stopped_burst_cycles});
+            }
+            if (stalls) tableready_holds_.push_back(hold);
         }
-        if (pipeready_row == renderer && own_display) {
-            held_low_.pipeready |= stalls || fault.kind == FaultKind::kPipereadyLow;
+        if (pipeready_row == renderer && own_display && (stalls || fault.kind == FaultKind::kPipereadyLow)) {
+            pipeready_holds_.push_back(hold);
         }
     }
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
+}
+
+bool ComposerMonitor::may_hold(const Holds& holds, std::int64_t cycle) {
+    return std::any_of(holds.begin(), holds.end(), [cycle](const Hold& hold) {
+        return hold.first_cycle <= cycle && cycle <= hold.last_cycle;
+    });
 }
 
 void ComposerMonitor::end_of_elaboration() {
@@ -137,14 +156,15 @@ void ComposerMonitor::check_outputs(std::int64_t cycle) {
         reporter_.mute(kWire, pipe_name_, frame);
     }
     const std::int64_t announced = observer_.announced_pixels();
-    if (const bool busready = busready_o.read() || (held_low_.busready && expected.busready);
+    if (const bool busready = busready_o.read() || (expected.busready && may_hold(busready_holds_, cycle));
         busready != expected.busready) {
         const std::string why = ": " + number(observer_.held_pixels()) + " pixels held, " +
                                 number(announced) + " of a burst to come";
         check_wire("composer/busready", busready, expected.busready, busready_name_, cycle,
                    observer_.frames_received(), why.c_str());
     }
-    const bool tableready = tableready_o.read() || (held_low_.tableready && expected.tableready);
+    const bool tableready =
+        tableready_o.read() || (expected.tableready && may_hold(tableready_holds_, cycle));
     check_wire("composer/tableready", tableready, expected.tableready, tableready_name_, cycle,
                observer_.frames_received(), ": high while another frame's row can be kept");
     check_wire("composer/stall", stall_o.read(), expected.stall, stall_name_, cycle, observer_.frame(),
@@ -177,7 +197,7 @@ void ComposerMonitor::check_pipe(std::int64_t cycle) {
 void ComposerMonitor::check_pipeready(std::int64_t cycle) {
     const bool seen = pipeready_o.read();
     const bool expected = observer_.expected().pipeready;
-    if (seen == expected || (held_low_.pipeready && !seen && !pipeready_before_)) {
+    if (seen == expected || (!seen && !pipeready_before_ && may_hold(pipeready_holds_, cycle))) {
         return;
     }
     const std::int64_t next_frame = observer_.frame() + (observer_.running() ? 0 : 1);

@@ -79,7 +79,6 @@ TEST_CASE("a fault lets one link's clock drift and no other's", "[system][faults
         CHECK(runs[run]->report().renderers[run - 1].injected_faults == 1);
         CHECK(runs[run]->report().renderers[2 - run].injected_faults == 0);
     }
-    CHECK(end_cycle(1) == end_cycle(2));
 }
 
 }  // namespace
