@@ -240,6 +240,23 @@ TEST_CASE("composer monitor: BUSREADY low with room for a slot", "[monitors]") {
     bench.violations.check_only("composer/busready", "BUSREADY", 12, 0);
 }
 
+TEST_CASE("composer monitor: a fault that is over excuses no low BUSREADY", "[monitors]") {
+    Scenario scenario = composer_scenario();
+    scenario.memory.page_miss_cycles = 0;
+    Fault fault;
+    fault.kind = FaultKind::kBusreadyLow;
+    fault.renderer = 1;
+    fault.display = 1;
+    fault.cycles = 3;
+    scenario.faults.push_back(fault);
+    MonitorBench bench(scenario);
+    bench.put_frame();
+    bench.composite();
+    bench.busready.instead[12] = false;
+    bench.run();
+    bench.violations.check_only("composer/busready", "BUSREADY", 12, 0);
+}
+
 TEST_CASE("composer monitor: BUSREADY high without room for a slot", "[monitors]") {
     Scenario scenario = composer_scenario();
     scenario.composer.buffer_pixels = 7;  // six held leave less than the ready space
