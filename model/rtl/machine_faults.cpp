@@ -57,7 +57,9 @@ std::vector<std::size_t> MachineFaults::faults_of_wire(Handshake handshake, std:
         const std::size_t row = handshake == Handshake::kPipeready ? pipeready_row(fault.renderer)
                                                                    : static_cast<std::size_t>(fault.renderer);
         if (row != renderer) {
-            return false;
+            // The stalls of the last row hold back the output framebuffers below it too.
+            return fault.kind == FaultKind::kRandomStalls && handshake == Handshake::kPipeready &&
+                   renderer == scenario_.renderers.size() && row + 1 == renderer;
         }
         switch (fault.kind) {
             case FaultKind::kBusreadyLow:
