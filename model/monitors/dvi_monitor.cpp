@@ -20,6 +20,7 @@ DviMonitor::DviMonitor(const sc_core::sc_module_name& name, Link link, Violation
 
 /// An edge samples what the edge before it has driven, so the first edge behind reset has nothing to look at yet.
 void DviMonitor::clock_edge() {
+    ++cycle_;
     if (reset_i.read()) {
         state_ = State::kReset;
         return;
@@ -213,8 +214,7 @@ void DviMonitor::found(const char* rule, const std::string& what) {
         where = "clock " + std::to_string(x_) + " of line " + std::to_string(line_) + ": ";
     }
     state_ = State::kLost;
-    log_.add({rule, link_.signal, link_.clock, rtl::clock_edge_number(link_.period_picoseconds),
-              frame_.number, where + what});
+    log_.add({rule, link_.signal, link_.clock, cycle_, frame_.number, where + what});
 }
 
 }  // namespace metabuffer::monitors

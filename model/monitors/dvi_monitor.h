@@ -37,10 +37,9 @@ class DviMonitor final : public sc_core::sc_module {
     struct Link {
         Kind kind = Kind::kOutput;
         DviTiming timing;
-        std::string signal;                   ///< "DVI_IN_1"
-        std::string clock;                    ///< "dvi_in"
-        std::int64_t period_picoseconds = 0;  ///< of the clock
-        std::function<Frame()> next_frame;    ///< called as each frame begins
+        std::string signal;                 ///< "DVI_IN_1"
+        std::string clock;                  ///< "dvi_in"
+        std::function<Frame()> next_frame;  ///< called as each frame begins
     };
 
     DviMonitor(const sc_core::sc_module_name& name, Link link, ViolationLog& log);
@@ -72,7 +71,8 @@ class DviMonitor final : public sc_core::sc_module {
 
     State state_ = State::kReset;
     Frame frame_;
-    int x_ = 0;  ///< clock of the line
+    std::int64_t cycle_ = -1;  ///< counted, since a link's clock may drift
+    int x_ = 0;                ///< clock of the line
     int line_ = 0;
     std::int64_t pause_clocks_ = 0;  ///< kBetween: clocks in blanking so far
     int vsync_clocks_ = 0;           ///< clocks that VSYNC has been high on end

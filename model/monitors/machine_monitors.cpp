@@ -1,6 +1,5 @@
 #include "monitors/machine_monitors.h"
 
-#include <algorithm>
 #include <numeric>
 
 #include "monitors/link_plan.h"
@@ -8,15 +7,6 @@
 #include "rtl/wires.h"
 
 namespace metabuffer::monitors {
-namespace {
-
-bool clock_drifts(const Scenario& scenario, std::size_t renderer) {
-    return std::any_of(scenario.faults.begin(), scenario.faults.end(), [renderer](const Fault& fault) {
-        return fault.kind == FaultKind::kDrift && fault.renderer == static_cast<int>(renderer);
-    });
-}
-
-}  // namespace
 
 const std::vector<std::string>& machine_rules() {
     static const std::vector<std::string> rules{"bus/tableready",
@@ -94,7 +84,7 @@ MachineMonitors::MachineMonitors(const sc_core::sc_module_name& name, const Scen
     swap_lock_->on_picture([this](const SwapLockMonitor::Shown& shown) { scoreboard_->shown(shown); });
     for (std::size_t r = 0; r < renderers_; ++r) {
         bind_bus(r);
-        if (!clock_drifts(scenario, r)) bind_link(r);
+        bind_link(r);
         for (std::size_t d = 0; d < displays_; ++d) bind_composer(r, d);
     }
     for (std::size_t d = 0; d < displays_; ++d) {
@@ -140,7 +130,6 @@ void MachineMonitors::bind_link(std::size_t r) {
     link.timing = scenario_.renderers[r].timing();
     link.signal = rtl::numbered("DVI_IN", r);
     link.clock = "dvi_in";
-    link.period_picoseconds = clock_period_picoseconds(scenario_.clocks.dvi_in_mhz);
     link.next_frame = [plan = LinkPlan(scenario_, static_cast<int>(r))]() mutable {
         const LinkPlan::Frame frame = plan.next();
         return DviMonitor::Frame{frame.pair, frame.spoilt};
@@ -199,7 +188,6 @@ void MachineMonitors::bind_output(std::size_t d) {
     link.timing = {scenario_.displays.width_pixels, scenario_.displays.height_pixels};
     link.signal = rtl::numbered("DVI_OUT", d);
     link.clock = "dvi_out";
-    link.period_picoseconds = clock_period_picoseconds(scenario_.clocks.dvi_out_mhz);
     link.next_frame = [this] { return DviMonitor::Frame{swap_lock_->frame(), false}; };
     auto monitor = std::make_unique<DviMonitor>(rtl::numbered("dvi_out_monitor", d).c_str(), link, log_);
     monitor->clk_i(machine_.dvi_out_clk());

@@ -31,7 +31,7 @@ const std::vector<std::string>& machine_rules();
 /// way for each renderer, a ComposerMonitor for each composer, a PipelineMonitor and a DviMonitor for each display, one
 /// SwapLockMonitor and one Scoreboard. To be made after the machine and before the simulation starts.
 ///
-/// A link whose clock the scenario lets drift is not held to the clocks of its mode.
+/// A link whose clock the scenario lets drift is watched at that clock.
 class MachineMonitors final : public sc_core::sc_module {
   public:
     /// Scenario, machine and log must outlive the simulation.

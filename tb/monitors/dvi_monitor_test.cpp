@@ -39,7 +39,6 @@ struct Bench : AlteredMachine {
         link.timing = kOutput;
         link.signal = "DVI_OUT_1";
         link.clock = "dvi_out";
-        link.period_picoseconds = kPeriodPicoseconds;
         link.next_frame = [number = std::int64_t{-2}]() mutable {
             return monitors::DviMonitor::Frame{++number, false};
         };
@@ -51,7 +50,6 @@ struct Bench : AlteredMachine {
         link.timing = scenario().renderers[0].timing();
         link.signal = "DVI_IN_1";
         link.clock = "dvi_in";
-        link.period_picoseconds = kPeriodPicoseconds;
         link.next_frame = [plan = monitors::LinkPlan(scenario(), 0)]() mutable {
             const auto frame = plan.next();
             return monitors::DviMonitor::Frame{frame.pair, frame.spoilt};

@@ -52,11 +52,7 @@ struct SourceBench {
     }
 
     monitors::DviMonitor::Link monitored_link() const {
-        return {monitors::DviMonitor::Kind::kInput,
-                scenario.renderers.front().timing(),
-                "link",
-                "dvi_in",
-                ClockedTestbench::kCorePeriodPicoseconds,
+        return {monitors::DviMonitor::Kind::kInput, scenario.renderers.front().timing(), "link", "dvi_in",
                 [plan = monitors::LinkPlan(scenario, 0)]() mutable {
                     const monitors::LinkPlan::Frame frame = plan.next();
                     return monitors::DviMonitor::Frame{frame.pair, frame.spoilt};

@@ -88,9 +88,8 @@ struct OutputBench {
 
     monitors::DviMonitor::Link monitored_link() const {
         const DviTiming timing{scenario.displays.width_pixels, scenario.displays.height_pixels};
-        return {
-            monitors::DviMonitor::Kind::kOutput,         timing, "link", "dvi_out", dvi.period_picoseconds(),
-            [] { return monitors::DviMonitor::Frame{}; }};
+        return {monitors::DviMonitor::Kind::kOutput, timing, "link", "dvi_out",
+                [] { return monitors::DviMonitor::Frame{}; }};
     }
 
     /// STARTFRAME at edge `clock`, the raster's pixels at the edges behind it. Stalled clocks stretch what
