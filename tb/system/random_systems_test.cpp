@@ -63,7 +63,7 @@ TEST_CASE("a machine does the same each time and beside others", "[system]") {
 TEST_CASE("random scenarios cover what a scenario may be", "[system]") {
     // Each kind of row defect, fault and policy occurs among the seeds that the batches run.
     std::array<int, kRowDefectCount> defects{};
-    std::array<int, static_cast<std::size_t>(FaultKind::kDelay) + 1> faults{};
+    std::array<int, static_cast<std::size_t>(FaultKind::kPixelBits) + 1> faults{};
     std::array<int, 4> arbitrations{};
     for (std::uint64_t seed = 1; seed <= kBatches * kMachinesPerBatch; ++seed) {
         const Scenario scenario = random_scenario(seed);
