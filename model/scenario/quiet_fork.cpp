@@ -5,7 +5,6 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <thread>
 
@@ -26,7 +25,8 @@ bool other_threads_sleep() {
     for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
         if (task.path().filename() == own) continue;
         std::ifstream stream(task.path() / "stat");
-        const std::string stat{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+        std::string stat;
+        std::getline(stream, stat);  // leaves nothing of a thread that has ended meanwhile, and does not throw
         // The state stands behind the name, which may hold anything.
         const std::size_t name_end = stat.rfind(')');
         if (name_end != std::string::npos && stat.compare(name_end, 3, ") S") != 0) return false;
