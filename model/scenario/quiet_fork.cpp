@@ -26,7 +26,7 @@ bool other_threads_sleep() {
         if (task.path().filename() == own) continue;
         std::ifstream stream(task.path() / "stat");
         std::string stat;
-        std::getline(stream, stat);  // leaves nothing of a thread that has ended meanwhile, and does not throw
+        std::getline(stream, stat);  // of a thread that has ended meanwhile: nothing
         // The state stands behind the name, which may hold anything.
         const std::size_t name_end = stat.rfind(')');
         if (name_end != std::string::npos && stat.compare(name_end, 3, ") S") != 0) return false;
