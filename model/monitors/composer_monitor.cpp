@@ -4,6 +4,8 @@
 #include <limits>
 #include <sstream>
 
+#include "rtl/handshake_fault.h"
+
 namespace metabuffer::monitors {
 namespace {
 
@@ -40,19 +42,18 @@ ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scen
     for (const Fault& fault : scenario.faults) {
         const bool stalls = fault.kind == FaultKind::kRandomStalls;
         const bool own_display = stalls || fault.display == display + 1;
-        // A PIPEMASTER answers its own PIPEREADY without a wire: a fault of it lies on the one that it waits for.
-        const int pipeready_row = std::max(fault.renderer, 1);
         const Hold hold{fault.from_cycle, last_cycle_of(fault)};
         if (fault.renderer == renderer && own_display) {
             if (stalls || fault.kind == FaultKind::kBusreadyLow) {
                 // Behind the fault BUSREADY stays low until the burst that it has stopped is over for the composer too.
-                const std::int64_t stopped_burst_cycles =
-                    scenario.memory.page_miss_cycles + 2 * cycles_per_beat(scenario.bus) + 2;
-                busready_holds_.push_back({hold.first_cycle, hold.last_cycle + stopped_burst_cycles});
+                busready_holds_.push_back(
+                    {hold.first_cycle,
+                     hold.last_cycle + rtl::HandshakeFault::stopped_burst_cycles(scenario)});
             }
             if (stalls) tableready_holds_.push_back(hold);
         }
-        if (pipeready_row == renderer && own_display && (stalls || fault.kind == FaultKind::kPipereadyLow)) {
+        if (rtl::HandshakeFault::pipeready_row(fault.renderer) == renderer && own_display &&
+            (stalls || fault.kind == FaultKind::kPipereadyLow)) {
             pipeready_holds_.push_back(hold);
         }
     }

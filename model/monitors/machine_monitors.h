@@ -45,6 +45,10 @@ class MachineMonitors final : public sc_core::sc_module {
 
     const Scoreboard& scoreboard() const { return *scoreboard_; }
     const SwapLockMonitor& swap_lock() const { return *swap_lock_; }
+    const BusMonitor& bus(std::size_t renderer) const { return *buses_[renderer]; }
+    /// composer: renderer * displays + display, indices.
+    const ComposerMonitor& composer(std::size_t composer) const { return *composers_[composer]; }
+    const PipelineMonitor& pipeline(std::size_t display) const { return *pipelines_[display]; }
     /// Violations that were seen and not told, since one of the same wire and frame was.
     std::int64_t unreported() const;
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdio>
 
+#include "formats/image_difference.h"
+
 namespace metabuffer::monitors {
 namespace {
 
@@ -90,16 +92,12 @@ std::optional<std::string> picture_fault(const ColourImage& seen, const ColourIm
                " pixels instead of " + std::to_string(expected.width_pixels) + "x" +
                std::to_string(expected.height_pixels);
     }
-    const auto first = std::mismatch(seen.values.begin(), seen.values.end(), expected.values.begin());
-    if (first.first == seen.values.end()) return std::nullopt;
-    std::int64_t count = 0;
-    for (std::size_t i = 0; i < seen.values.size(); ++i)
-        count += seen.values[i] != expected.values[i] ? 1 : 0;
-    const auto place = static_cast<int>(first.first - seen.values.begin());
-    return "pixel " + std::to_string(place % seen.width_pixels) + "," +
-           std::to_string(place / seen.width_pixels) + ": " + colour_text(*first.first) + " instead of " +
-           colour_text(*first.second) + ", " + std::to_string(count) +
-           (count == 1 ? " pixel differs" : " pixels differ");
+    const std::optional<ImageDifference> difference = image_difference(seen, expected);
+    if (!difference) return std::nullopt;
+    return "pixel " + std::to_string(difference->x) + "," + std::to_string(difference->y) + ": " +
+           colour_text(difference->left) + " instead of " + colour_text(difference->right) + ", " +
+           std::to_string(difference->pixels) +
+           (difference->pixels == 1 ? " pixel differs" : " pixels differ");
 }
 
 }  // namespace metabuffer::monitors

@@ -15,6 +15,7 @@
 #include "report/report.h"
 #include "rtl/run.h"
 #include "scenario/scenario_loader.h"
+#include "scenario/text.h"
 #include "tlm/run.h"
 #include "tlm/schedule_trace.h"
 
@@ -303,9 +304,7 @@ void RunCommand::print_summary(const Outcome& outcome, const std::string& direct
     if (outcome.report.check) {
         const std::int64_t violations = outcome.report.check->violations;
         std::cout << "checked: " << outcome.compared << ": "
-                  << (violations == 0
-                          ? "no violation"
-                          : std::to_string(violations) + (violations == 1 ? " violation" : " violations"))
+                  << (violations == 0 ? std::string("no violation") : text::counted(violations, "violation"))
                   << '\n';
     }
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "formats/image_difference.h"
 #include "scenario/text.h"
 
 namespace metabuffer {
@@ -208,16 +209,12 @@ std::optional<std::string> picture_difference(int display, int frame, const Colo
         return where + names.left + " " + size_of(*left) + ", " + names.right + " " + size_of(*right) +
                " pixels";
     }
-    std::size_t count = 0;
-    std::size_t first = 0;
-    for (std::size_t i = 0; i < left->values.size(); ++i) {
-        if (left->values[i] != right->values[i] && count++ == 0) first = i;
-    }
-    if (count == 0) return std::nullopt;
-    const auto width = static_cast<std::size_t>(left->width_pixels);
-    return where + std::to_string(count) + (count == 1 ? " pixel differs" : " pixels differ, first") +
-           " at " + std::to_string(first % width) + "," + std::to_string(first / width) + ": " + names.left +
-           " " + colour(left->values[first]) + ", " + names.right + " " + colour(right->values[first]);
+    const std::optional<ImageDifference> difference = image_difference(*left, *right);
+    if (!difference) return std::nullopt;
+    return where + std::to_string(difference->pixels) +
+           (difference->pixels == 1 ? " pixel differs" : " pixels differ, first") + " at " +
+           std::to_string(difference->x) + "," + std::to_string(difference->y) + ": " + names.left + " " +
+           colour(difference->left) + ", " + names.right + " " + colour(difference->right);
 }
 
 }  // namespace metabuffer

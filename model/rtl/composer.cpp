@@ -197,8 +197,8 @@ void Composer::bus_edge() {
             break;
     }
     if (announced_ > 0 && ++silent_cycles_ == longest_gap_cycles_) {
-        announced_ =
-            0;  // what was announced does not come: lost, or its burst was stopped by another than this
+        // What was announced does not come: it is lost, or its burst was stopped by another than this.
+        announced_ = 0;
     }
 }
 

@@ -1,6 +1,7 @@
 #include "rtl/dvi_source.h"
 
 namespace metabuffer::rtl {
+
 DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
                      ClockGating gating)
     : Block(name),

@@ -26,7 +26,7 @@ HandshakeFault::HandshakeFault(const sc_core::sc_module_name& name, const Scenar
       faults_(std::move(faults)),
       tally_(tally),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
-      stopped_burst_cycles_(scenario.memory.page_miss_cycles + 2 * cycles_per_beat(scenario.bus) + 2),
+      stopped_burst_cycles_(stopped_burst_cycles(scenario)),
       hold_("hold", any_holds(0, 0)) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();

@@ -40,6 +40,15 @@ class HandshakeFault final : public Block {
         std::string name;          ///< "BUSREADY_1_2", for the watchdog's report
     };
 
+    /// The row (index) of the PIPEREADY wires at which a fault of a renderer's composer sits: its own, but for the
+    /// PIPEMASTER, which answers its own PIPEREADY without a wire. It is kept from raising it by the wire that it waits
+    /// for.
+    static constexpr int pipeready_row(int renderer) { return renderer == 0 ? 1 : renderer; }
+    /// Core cycles for which BUSREADY stays low behind a fault at most, see above.
+    static constexpr int stopped_burst_cycles(const Scenario& scenario) {
+        return scenario.memory.page_miss_cycles + 2 * cycles_per_beat(scenario.bus) + 2;
+    }
+
     /// faults: places in Scenario::faults of those that hold this wire. Scenario and tally must outlive the module.
     HandshakeFault(const sc_core::sc_module_name& name, const Scenario& scenario, Wire wire,
                    std::vector<std::size_t> faults, FaultTally& tally);

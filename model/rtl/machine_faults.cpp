@@ -27,10 +27,6 @@ WireName name_of(Handshake handshake, std::size_t renderer, std::size_t display)
     return {};
 }
 
-/// The row of the PIPEREADY wires at which a fault of a renderer's composer sits: its own, but for the PIPEMASTER,
-/// which answers its own PIPEREADY without a wire. It is kept from raising it by the wire that it waits for.
-std::size_t pipeready_row(int renderer) { return renderer == 0 ? 1 : static_cast<std::size_t>(renderer); }
-
 bool is_of_display(const Fault& fault, std::size_t display) {
     return fault.display == static_cast<int>(display) + 1;
 }
@@ -54,8 +50,9 @@ std::vector<std::size_t> MachineFaults::faults_that(Predicate concerned) const {
 std::vector<std::size_t> MachineFaults::faults_of_wire(Handshake handshake, std::size_t renderer,
                                                        std::size_t display) const {
     return faults_that([&](const Fault& fault) {
-        const std::size_t row = handshake == Handshake::kPipeready ? pipeready_row(fault.renderer)
-                                                                   : static_cast<std::size_t>(fault.renderer);
+        const auto row = static_cast<std::size_t>(handshake == Handshake::kPipeready
+                                                      ? HandshakeFault::pipeready_row(fault.renderer)
+                                                      : fault.renderer);
         if (row != renderer) {
             // The stalls of the last row hold back the output framebuffers below it too.
             return fault.kind == FaultKind::kRandomStalls && handshake == Handshake::kPipeready &&

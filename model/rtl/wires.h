@@ -8,17 +8,11 @@
 #include <vector>
 
 #include "rtl/signals.h"
+#include "simulation/numbered.h"
 
 namespace metabuffer::rtl {
 
-/// The name of a block or wire of renderer and display (indices, from 0) as the paper counts, from 1.
-inline std::string numbered(const char* stem, std::size_t index) {
-    return stem + ("_" + std::to_string(index + 1));
-}
-
-inline std::string numbered(const char* stem, std::size_t renderer, std::size_t display) {
-    return numbered(numbered(stem, renderer).c_str(), display);
-}
+using metabuffer::numbered;
 
 /// A row of signals of one kind.
 template <typename Value>

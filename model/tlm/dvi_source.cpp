@@ -1,6 +1,7 @@
 #include "tlm/dvi_source.h"
 
 namespace metabuffer::tlm {
+
 DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
                      std::int64_t first_edge)
     : sc_core::sc_module(name),

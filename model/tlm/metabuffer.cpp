@@ -5,19 +5,12 @@
 
 #include "scenario/derived_timing.h"
 #include "scenario/fault_keys.h"
+#include "simulation/numbered.h"
 
 namespace metabuffer::tlm {
 namespace {
 
 constexpr std::int64_t kResetCycles = 2;
-
-std::string numbered(const std::string& stem, std::size_t index) {
-    return stem + "_" + std::to_string(index + 1);
-}
-
-std::string numbered(const std::string& stem, std::size_t renderer, std::size_t display) {
-    return numbered(numbered(stem, renderer), display);
-}
 
 }  // namespace
 

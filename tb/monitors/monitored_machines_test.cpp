@@ -63,7 +63,7 @@ void check_counters(const MonitoredMachine& machine) {
         return a < 0 || b < 0 ? std::max(a, b) : std::min(a, b);
     };
     for (std::size_t i = 0; i < report.composers.size(); ++i) {
-        const monitors::ComposerObserver& observer = machine.composer(i).observer();
+        const monitors::ComposerObserver& observer = machine.monitors().composer(i).observer();
         INFO("composer " << i << " counts " << text(report.composers[i]));
         INFO("its monitor counts " << text(observer.counters()));
         CHECK(same(report.composers[i], observer.counters()));
@@ -73,16 +73,16 @@ void check_counters(const MonitoredMachine& machine) {
     CHECK(drop == machine.machine().first_busready_drop_cycle());
     CHECK(starved == machine.machine().first_starved_cycle());
     for (std::size_t r = 0; r < machine.renderers(); ++r) {
-        CHECK(machine.bus(r).bursts() == report.renderers[r].bus.bursts);
-        CHECK(machine.bus(r).pixels_sent() == report.renderers[r].bus.pixels_sent);
+        CHECK(machine.monitors().bus(r).bursts() == report.renderers[r].bus.bursts);
+        CHECK(machine.monitors().bus(r).pixels_sent() == report.renderers[r].bus.pixels_sent);
     }
     // Of a frame: the first composer of any column to start, the last of any to end.
     for (const FrameRecord& frame : report.frames) {
         std::int64_t start = -1;
         std::int64_t end = -1;
         for (std::size_t i = 0; i < report.composers.size(); ++i) {
-            const auto& span =
-                machine.composer(i).observer().frame_spans().at(static_cast<std::size_t>(frame.index));
+            const auto& span = machine.monitors().composer(i).observer().frame_spans().at(
+                static_cast<std::size_t>(frame.index));
             start = i < machine.displays() ? earlier(start, span.start_cycle) : start;
             end = std::max(end, span.end_cycle);
         }
@@ -90,7 +90,7 @@ void check_counters(const MonitoredMachine& machine) {
         CHECK(end == frame.end_cycle);
     }
     for (std::size_t d = 0; d < machine.displays(); ++d) {
-        CHECK(machine.pipeline(d).frames_taken() >= report.displays[d].frames_shown);
+        CHECK(machine.monitors().pipeline(d).frames_taken() >= report.displays[d].frames_shown);
     }
 }
 

@@ -8,6 +8,7 @@
 
 #include "clocked_testbench.h"
 #include "composer_bench.h"
+#include "composer_scenario.h"
 #include "expected_report.h"
 #include "random_seed.h"
 #include "small_scenario.h"
@@ -17,29 +18,6 @@ namespace {
 
 using rtl::BusBeat;
 using rtl::PipePixel;
-
-constexpr int kWidth = 6;
-constexpr int kHeight = 4;
-constexpr int kPixels = kWidth * kHeight;
-
-struct Sizes {
-    int buffer = 16;
-    int ready_space = 6;
-    int beat = 1;  ///< pixels the bus moves at once
-};
-
-Scenario composer_scenario(const Sizes& sizes = {}, StarvationMode mode = StarvationMode::kGlitch) {
-    Scenario scenario = small_scenario(kWidth, kHeight);
-    scenario.composer.buffer_pixels = sizes.buffer;
-    scenario.composer.ready_space_pixels = sizes.ready_space;
-    scenario.composer.on_starvation = mode;
-    scenario.bus.width_bits = 64 * sizes.beat;
-    scenario.memory.words_per_cycle = sizes.beat;
-    return scenario;
-}
-
-/// A segment that covers the whole raster.
-ViewportRow whole_raster(int dcomp = 1) { return table_row(dcomp, {0, 0}, {kWidth, kHeight}, {0, 0}); }
 
 // ---- pipeline ----
 
@@ -122,7 +100,7 @@ TEST_CASE(
     "composer: a beat sampled at an edge can be composited at the next, one clock later its first pixel "
     "starves") {
     ClockedTestbench bench;
-    const Sizes sizes{12, 5, 2};
+    const ComposerSizes sizes{12, 5, 2};
     ComposerBench in_time(bench, "in_time", composer_scenario(sizes));
     ComposerBench late(bench, "late", composer_scenario(sizes));
     const int start = 40;

@@ -4,6 +4,7 @@
 
 #include "clocked_testbench.h"
 #include "composer_bench.h"
+#include "composer_scenario.h"
 #include "expected_report.h"
 #include "small_scenario.h"
 
@@ -12,29 +13,19 @@ namespace {
 
 using rtl::PipePixel;
 
-constexpr int kWidth = 6;
-constexpr int kHeight = 4;
-constexpr int kPixels = kWidth * kHeight;
 constexpr int kPageMiss = 3;
 
-struct Sizes {
-    int buffer = 32;
-    int ready_space = 6;
-    int beat = 1;  ///< pixels the bus moves at once
-};
+ComposerSizes roomy() {
+    ComposerSizes sizes;
+    sizes.buffer = 32;
+    return sizes;
+}
 
-Scenario lossy_scenario(const Sizes& sizes = {}, StarvationMode mode = StarvationMode::kGlitch) {
-    Scenario scenario = small_scenario(kWidth, kHeight);
-    scenario.composer.buffer_pixels = sizes.buffer;
-    scenario.composer.ready_space_pixels = sizes.ready_space;
-    scenario.composer.on_starvation = mode;
-    scenario.bus.width_bits = 64 * sizes.beat;
-    scenario.memory.words_per_cycle = sizes.beat;
+Scenario lossy_scenario(const ComposerSizes& sizes = roomy(), StarvationMode mode = StarvationMode::kGlitch) {
+    Scenario scenario = composer_scenario(sizes, mode);
     scenario.memory.page_miss_cycles = kPageMiss;
     return scenario;
 }
-
-ViewportRow whole_raster() { return table_row(1, {0, 0}, {kWidth, kHeight}, {0, 0}); }
 
 std::vector<int> lost_clocks(const ComposerBench& dut) {
     return dut.pipes.clocks_where([](const PipePixel& pixel) { return pixel.lost; });
@@ -146,7 +137,7 @@ TEST_CASE("composer: pixels of a frame that is over are counted as late or lost 
 
 TEST_CASE("composer: STALL for a lost pixel falls at the edge that finds the gap") {
     ClockedTestbench bench;
-    ComposerBench dut(bench, "dut", lossy_scenario({}, StarvationMode::kStall));
+    ComposerBench dut(bench, "dut", lossy_scenario(roomy(), StarvationMode::kStall));
     dut.put_table(5, {whole_raster()});
     dut.put_single_pixels(10, 0, 6);
     const int start = 30;

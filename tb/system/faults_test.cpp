@@ -10,6 +10,7 @@
 #include "functional/functional_compositor.h"
 #include "machine_checks.h"
 #include "machine_run.h"
+#include "noise_image.h"
 #include "random_scenario.h"
 #include "random_seed.h"
 #include "scenario/fault_keys.h"
@@ -32,17 +33,6 @@ constexpr FaultKind kFaultKinds[] = {FaultKind::kMagic,    FaultKind::kVersion, 
                                      FaultKind::kCrc,      FaultKind::kNumber,     FaultKind::kShortLine,
                                      FaultKind::kLongLine, FaultKind::kShortFrame, FaultKind::kLongFrame,
                                      FaultKind::kMissing,  FaultKind::kDelay,      FaultKind::kOtherPair};
-
-PixelImage noise(Random& random) {
-    PixelImage image(kImageWidth, kImageHeight);
-    for (Pixel& pixel : image.values) {
-        const std::uint64_t bits = random.bits();
-        pixel =
-            Pixel(static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
-                  static_cast<std::uint8_t>(bits >> 16), 255, static_cast<std::uint32_t>(bits >> 32) & 0xFFU);
-    }
-    return image;
-}
 
 /// Two displays, two renderers whose every pair has an image of its own, so that a picture made of parts of
 /// two pairs cannot pass for a good one. The bus is wide: nothing starves.
@@ -67,7 +57,8 @@ Scenario two_renderers(int different_pairs) {
             frame.viewport = Viewport{2 + (pair + r) % 3, 1 + pair % 2, 1};
             frame.table =
                 split_viewport(*frame.viewport, kImageWidth, kImageHeight, scenario.displays.wall());
-            renderer.images.push_back(std::make_shared<const PixelImage>(noise(random)));
+            renderer.images.push_back(
+                std::make_shared<const PixelImage>(noise_image(random, kImageWidth, kImageHeight)));
             renderer.frames.push_back(frame);
         }
         scenario.renderers.push_back(renderer);

@@ -11,6 +11,7 @@
 #include "machine_checks.h"
 #include "machine_run.h"
 #include "naive_pipeline.h"
+#include "noise_image.h"
 #include "random_scenario.h"
 #include "random_seed.h"
 #include "rtl/wires.h"
@@ -28,17 +29,6 @@ constexpr int kNarrowestForTwoRows = 17;  ///< image whose control scanline hold
 constexpr int kDisplays = 2;
 constexpr std::size_t kFaultyRenderer = 1;  // index: in the middle of three
 constexpr int kFaultyDisplay = 2;
-
-PixelImage noise(Random& random, int width, int height) {
-    PixelImage image(width, height);
-    for (Pixel& pixel : image.values) {
-        const std::uint64_t bits = random.bits();
-        pixel =
-            Pixel(static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
-                  static_cast<std::uint8_t>(bits >> 16), 255, static_cast<std::uint32_t>(bits >> 32) & 0xFFU);
-    }
-    return image;
-}
 
 struct Machine {
     StarvationMode mode = StarvationMode::kStall;
@@ -83,7 +73,7 @@ Scenario three_renderers(const Machine& machine) {
             frame.table = split_viewport(*frame.viewport, renderer.image_width_pixels,
                                          renderer.image_height_pixels, scenario.displays.wall());
             renderer.images.push_back(std::make_shared<const PixelImage>(
-                noise(random, renderer.image_width_pixels, renderer.image_height_pixels)));
+                noise_image(random, renderer.image_width_pixels, renderer.image_height_pixels)));
             renderer.frames.push_back(frame);
         }
         scenario.renderers.push_back(renderer);
