@@ -3,16 +3,14 @@
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <string>
-#include <system_error>
 #include <type_traits>
 #include <vector>
 
+#include "scenario/image_file.h"
 #include "scenario/limits.h"
 #include "scenario/scenario_loader.h"
 #include "scenario/text.h"
@@ -57,35 +55,21 @@ std::uint32_t scaled(double value, std::uint32_t maximum) {
     return static_cast<std::uint32_t>(std::floor(std::clamp(value, 0.0, 1.0) * maximum + 0.5));
 }
 
-/// Keeps OpenImageIO and OpenEXR from making threads. A sweep reads images and forks, and the child reads more: there
-/// OpenEXR would wait for ever for its threads, which fork() does not take along.
-void read_in_this_thread() {
-    // OpenEXR has threads of its own, one even for a count of 1; -1 is none. Of the state of the process, not of a
-    // scenario: once is enough.
-    static const bool done = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
-    static_cast<void>(done);
-}
-
 /// What reads a channel's samples needs: the file as it is, unconverted.
 class NativeImage {
   public:
     /// Opens the file and checks what can be told before its pixels are read.
-    explicit NativeImage(const std::filesystem::path& file) : file_(file) {
-        // OpenImageIO's own words for a file that is not there differ from format to format.
-        std::error_code error;
-        if (std::filesystem::is_directory(file, error)) fail(file, "cannot be read: Is a directory");
-        errno = 0;
-        if (!std::ifstream(file)) {
-            fail(file, "cannot be read: " + std::generic_category().message(errno == 0 ? EIO : errno));
-        }
-        read_in_this_thread();
-        input_ = OIIO::ImageInput::open(file.string());
-        if (input_ == nullptr) fail_unreadable(OIIO::geterror());
+    explicit NativeImage(const std::filesystem::path& file) : file_(file), input_(open_image_file(file)) {
         spec_ = input_->spec();
         if (spec_.deep || spec_.depth > 1) fail(file, "is a deep or volume image; use one with flat pixels");
         if (!limits::kImagePixels.contains(spec_.width) || !limits::kImagePixels.contains(spec_.height)) {
             fail(file, "has " + std::to_string(spec_.width) + " x " + std::to_string(spec_.height) +
                            " pixels; use " + text::range(limits::kImagePixels) + " per side");
+        }
+        // OpenImageIO 2.4 unpacks some of these beyond its memory.
+        constexpr int kSeparated = 5;
+        if (spec_.get_int_attribute("tiff:PhotometricInterpretation") == kSeparated) {
+            fail(file, "holds inks (CMYK); use R, G and B");
         }
     }
 
@@ -113,7 +97,7 @@ class NativeImage {
                         static_cast<std::size_t>(height()));
         const bool whole = input_->read_image(0, 0, first, last + 1, OIIO::TypeUnknown, samples_.data());
         // A strip that cannot be read leaves an error behind a read that claims to have worked.
-        if (!whole || input_->has_error()) fail_unreadable(input_->geterror());
+        if (!whole || input_->has_error()) fail_unreadable_image(file_, input_->geterror());
         input_->close();
     }
 
@@ -160,11 +144,6 @@ class NativeImage {
                      " holds double values in tiles or a single line, which cannot be read from TIFF; use "
                      "float, or strips and two lines or more");
         }
-    }
-
-    [[noreturn]] void fail_unreadable(const std::string& why) const {
-        fail(file_, "is not a readable image: " + (why.empty() ? std::string("no reason given") : why) +
-                        "; use an intact file in a format that OpenImageIO reads");
     }
 
     const std::string& name(int channel) const {

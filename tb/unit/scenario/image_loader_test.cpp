@@ -330,7 +330,9 @@ TEST_CASE("image: files that cannot be read") {
         const std::string error = error_of(directory / name);
         INFO(error);
         CHECK(error.rfind(folder + "/" + name + ": is not a readable image: ", 0) == 0);
-        CHECK(error.find("; use an intact file in a format that OpenImageIO reads") != std::string::npos);
+        CHECK(error.find(
+                  "; use an intact PNG, OpenEXR, TIFF, PNM, JPEG, WebP, Radiance HDR, SGI or Targa (.tga) "
+                  "file") != std::string::npos);
     };
     directory.write("empty.png", "");
     check_unreadable("empty.png");
@@ -350,6 +352,56 @@ TEST_CASE("image: files that cannot be read") {
 #endif
         check_unreadable(name);
     }
+}
+
+TEST_CASE("image: formats are told by the file's first bytes, not by its name") {
+    const ScratchDirectory directory;
+    // Grey, since some of the formats only come near to a colour.
+    const std::vector<std::uint8_t> samples(std::size_t{16} * 16 * 3, 128);
+    for (const std::string suffix : {"png", "exr", "tif", "ppm", "jpg", "webp", "hdr", "sgi", "tga"}) {
+        INFO(suffix);
+        write_picture(directory / ("written." + suffix), 16, 16, {{"R", "G", "B"}, TypeDesc::UINT8}, samples);
+        const std::filesystem::path plain = directory / (suffix == "tga" ? "plain.tga" : "plain");
+        std::filesystem::copy_file(directory / ("written." + suffix), plain,
+                                   std::filesystem::copy_options::overwrite_existing);
+        const PixelImage image = load(plain);
+        REQUIRE(image.values.size() == 256);
+        for (const Pixel& pixel : image.values) {
+            CHECK(std::abs(pixel.r() - 128) <= 1);
+            CHECK(pixel.r() == pixel.g());
+            CHECK(pixel.r() == pixel.b());
+            CHECK(pixel.a() == 255);
+            CHECK(pixel.z() == 0);
+        }
+        std::filesystem::remove(plain);
+    }
+    std::filesystem::rename(directory / "written.png", directory / "really.tif");
+    CHECK(load(directory / "really.tif").width_pixels == 16);
+}
+
+TEST_CASE("image: formats whose readers are not safe are never opened") {
+    const ScratchDirectory directory;
+    const std::vector<std::uint8_t> samples(std::size_t{4} * 3 * 3, 128);
+    for (const std::string suffix : {"ico", "bmp", "gif"}) {
+        const std::filesystem::path file = directory / ("a." + suffix);
+        write_picture(file, 4, 3, {{"R", "G", "B"}, TypeDesc::UINT8}, samples);
+        CHECK(error_of(file) == file.string() +
+                                    ": is not a readable image: it does not begin as one; use an intact PNG, "
+                                    "OpenEXR, TIFF, PNM, JPEG, WebP, Radiance HDR, SGI or Targa (.tga) file");
+    }
+}
+
+TEST_CASE("image: inks are refused") {
+    const ScratchDirectory directory;
+    const std::string file = (directory / "inks.tif").string();
+    OIIO::ImageSpec spec(2, 2, 4, TypeDesc::UINT8);
+    spec.attribute("tiff:ColorSpace", "CMYK");
+    const std::vector<std::uint8_t> samples(16, 128);
+    const auto output = OIIO::ImageOutput::create("a.tif");
+    REQUIRE(output->open(file, spec));
+    REQUIRE(output->write_image(TypeDesc::UINT8, samples.data()));
+    REQUIRE(output->close());
+    CHECK(error_of(file) == file + ": holds inks (CMYK); use R, G and B");
 }
 
 TEST_CASE("image: sizes up to 8192 a side") {

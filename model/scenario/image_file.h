@@ -1,0 +1,21 @@
+#pragma once
+
+#include <OpenImageIO/imageio.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace metabuffer {
+
+/// Opens an image in one of the formats that renderers and frame grabbers write, told by its first bytes and not by its
+/// name (Targa, which has none of its own, by its name). The readers of other formats are never asked: some of
+/// OpenImageIO 2.4's write beyond their memory, that of ICO for a file without a fault. Throws InputError
+/// (scenario_loader.h) naming the file and why it cannot be read.
+std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& file);
+
+/// Throws the InputError of a file that cannot be opened, or read to its end, as an image. why: in the reader's words,
+/// which may be none.
+[[noreturn]] void fail_unreadable_image(const std::filesystem::path& file, const std::string& why);
+
+}  // namespace metabuffer
