@@ -16,9 +16,15 @@ void ComposerBuffer::begin_frame() {
         throw std::logic_error("a third frame's table was broadcast");
     }
     ++frames_;
-    receiving_ended_frame_ = false;
+    receiving_ended_frame_ = table_lost_ = false;
     newest() = Frame{};
+    newest().number = frames_heard_++;
     newest().base_address = write_address_;
+}
+
+void ComposerBuffer::miss_frame() {
+    ++frames_heard_;
+    table_lost_ = true;
 }
 
 void ComposerBuffer::set_row(const ViewportRow& row) {
@@ -27,6 +33,13 @@ void ComposerBuffer::set_row(const ViewportRow& row) {
 }
 
 void ComposerBuffer::end_table() { newest().table_complete = true; }
+
+void ComposerBuffer::lose_table() {
+    newest().has_segment = false;
+    newest().abandoned = true;
+    newest().table_complete = true;
+    table_lost_ = true;
+}
 
 bool ComposerBuffer::push(Pixel pixel) {
     const int address = write_address_;
@@ -44,7 +57,7 @@ bool ComposerBuffer::push(Pixel pixel) {
 }
 
 std::optional<std::int64_t> ComposerBuffer::next_pixel() const {
-    if (!receiving_ended_frame_ && frames_ == 0) {
+    if (table_lost_ || (!receiving_ended_frame_ && frames_ == 0)) {
         return std::nullopt;
     }
     return receiving().arrived;
@@ -64,7 +77,6 @@ void ComposerBuffer::lose(std::int64_t count) {
         frame.abandoned = true;
     }
     frame.arrived += count;
-    write_address_ = static_cast<int>((write_address_ + count) % capacity_);
 }
 
 void ComposerBuffer::release_through(std::int64_t k) {
@@ -76,6 +88,13 @@ void ComposerBuffer::release_through(std::int64_t k) {
 }
 
 void ComposerBuffer::end_frame() {
+    if (missed()) {
+        ++frames_composited_;
+        return;
+    }
+    if (frames_ == 0) {
+        return;  // a frame that was started and is not known
+    }
     if (has_segment()) {
         // The last pixel's last use is behind the raster: nothing of this frame is held any more.
         receiving_ended_frame_ = frames_ == 1 && !head().whole();
@@ -85,6 +104,7 @@ void ComposerBuffer::end_frame() {
     }
     head_ = (head_ + 1) % kFrames;
     --frames_;
+    ++frames_composited_;
 }
 
 SegmentWalker::SegmentWalker(const Segment& segment, bool has_segment, int raster_width_pixels,

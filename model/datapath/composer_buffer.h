@@ -12,7 +12,8 @@ namespace metabuffer {
 /// A composer's local memory (section 5.2 of the paper): a queue of the segment's pixels with a moving
 /// window, since a replicated source row is read again until its last repetition. It keeps up to two frames
 /// apart, the one that is being composited (or is next to be) and the one behind it that the bus may already
-/// carry.
+/// carry. A frame whose table did not come, or not to its end, is known all the same: it is composited in its turn,
+/// abandoned and without a segment.
 ///
 /// Pixels arrive in the order of their index k and are addressed by it; pixel k is held from its arrival
 /// until it is released, and one that arrives after its release is dropped. What is held never exceeds the
@@ -26,14 +27,27 @@ class ComposerBuffer {
 
     // ---- the bus side ----
 
-    /// True if another frame's table can be taken.
+    /// Another frame may come: fewer than two are known that are not composited to their end.
+    bool wants_frame() const { return frames_heard_ - frames_composited_ < kFrames; }
+    /// There is room for another frame's table. A frame that was missed takes none, so that there may be room for one
+    /// that was not wanted.
     bool can_begin_frame() const { return frames_ < kFrames; }
+    /// Frames known so far, begun or missed.
+    int frames_heard() const { return frames_heard_; }
     /// A new table starts: until a row comes, the frame has no segment here.
     void begin_frame();
+    /// The next frame has begun and its table will not come.
+    void miss_frame();
     /// The table's row for this composer.
     void set_row(const ViewportRow& row);
     /// The table is complete.
     void end_table();
+    /// Rows of the newest frame's table are still to come.
+    bool table_open() const { return frames_ > 0 && !newest().table_complete; }
+    /// Rows of the newest frame's table, which is open, will not come.
+    void lose_table();
+    /// The newest frame known is one that was missed or whose table was lost: its pixels are not taken.
+    bool table_lost() const { return table_lost_; }
     // Pixels are those of the newest frame; when it is over before they have all come, they are its pixels still.
 
     /// The next pixel of the segment. False if it was dropped: it came too late, or its frame is abandoned.
@@ -52,15 +66,16 @@ class ComposerBuffer {
 
     // ---- the pipeline side: the oldest frame ----
 
-    bool has_frame() const { return frames_ > 0; }
-    /// The oldest frame's table is known to its end.
-    bool table_complete() const { return frames_ > 0 && head().table_complete; }
-    bool has_segment() const { return frames_ > 0 && head().has_segment; }
+    /// A frame is known that is not composited to its end.
+    bool has_frame() const { return frames_heard_ > frames_composited_; }
+    /// The oldest frame's table is known to its end, or will not come.
+    bool table_complete() const { return missed() || (frames_ > 0 && head().table_complete); }
+    bool has_segment() const { return frames_ > 0 && head().has_segment && !missed(); }
     const Segment& segment() const { return head().segment; }
     /// Every pixel of the oldest frame's segment has arrived, or is not waited for.
     bool segment_complete() const { return !has_segment() || head().abandoned || head().whole(); }
-    /// Pixels of the oldest frame were lost on the bus.
-    bool abandoned() const { return head().abandoned; }
+    /// Pixels of the oldest frame, or of its table, were lost on the bus.
+    bool abandoned() const { return missed() || (frames_ > 0 && head().abandoned); }
     bool has_arrived(std::int64_t k) const { return k < head().arrived; }
     /// The storage address of pixel k, for has_arrived(k) pixels that are not released, of a frame that is not
     /// abandoned.
@@ -80,6 +95,7 @@ class ComposerBuffer {
 
   private:
     struct Frame {
+        int number = 0;  ///< from 0
         bool table_complete = false;
         bool has_segment = false;
         bool abandoned = false;
@@ -90,6 +106,9 @@ class ComposerBuffer {
 
         bool whole() const { return !has_segment || arrived == segment.pixels(); }
     };
+
+    /// The oldest frame is one whose table did not come: not the oldest that is kept.
+    bool missed() const { return frames_composited_ != (frames_ > 0 ? head().number : frames_heard_); }
 
     static bool keeps(const Frame& frame, std::int64_t k) { return k >= frame.released && !frame.abandoned; }
 
@@ -108,7 +127,10 @@ class ComposerBuffer {
     Frame frame_[kFrames];
     Frame ended_;  ///< while receiving_ended_frame_: the frame that is over
     int head_ = 0;
-    int frames_ = 0;
+    int frames_ = 0;             ///< kept
+    int frames_heard_ = 0;       ///< begun or missed
+    int frames_composited_ = 0;  ///< to their end
+    bool table_lost_ = false;
     bool receiving_ended_frame_ = false;  ///< pixels of a frame that is over may still arrive
     int held_ = 0;
     int write_address_ = 0;

@@ -6,6 +6,7 @@ namespace metabuffer::monitors {
 namespace {
 
 constexpr int kTableRowBits = 128;
+constexpr int kFrameNumbers = 256;
 
 std::string number(std::int64_t value) { return std::to_string(value); }
 
@@ -83,6 +84,7 @@ void BusMonitor::clock_edge() {
     // What BUSREADY answers at this edge: it was written at the one before, with what was announced then.
     const std::int64_t announced = active_ ? remaining_ : 0;
     const rtl::BusBeat& beat = bus_i.read();
+    check_frame_number(beat, edge);
     switch (beat.kind) {
         case rtl::BusBeat::Kind::kNone:
             break;
@@ -134,6 +136,16 @@ bool BusMonitor::busready_at(std::size_t display, std::int64_t edge) const {
 
 // ---- the table ----
 
+void BusMonitor::check_frame_number(const rtl::BusBeat& beat, std::int64_t edge) {
+    const bool starts = beat.kind == rtl::BusBeat::Kind::kFrameStart;
+    const int frame = starts ? frames_started_ : frames_started_ - 1;
+    if (beat.kind == rtl::BusBeat::Kind::kNone || frame < 0 || beat.frame == frame % kFrameNumbers) {
+        return;
+    }
+    violate("bus/frame-number", edge,
+            "a beat of frame " + number(beat.frame) + ", not " + number(frame % kFrameNumbers));
+}
+
 void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
     const std::int64_t left = pixels_left_;
     if (!table_complete_) {
@@ -152,7 +164,7 @@ void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
                 "a frame starts behind an edge at which not every TABLEREADY was high");
     }
     std::fill(rows_.begin(), rows_.end(), Row{});
-    pixels_left_ = 0;
+    rows_taken_ = pixels_left_ = 0;
     active_ = stopped_ = false;
     open_page_ = kNone;
     table_complete_ = beat.last;
@@ -169,6 +181,11 @@ void BusMonitor::take_row(const rtl::BusBeat& beat, std::int64_t edge) {
                 "a table row " + number(edge - table_edge_) + " clocks behind the beat before, not " +
                     number(cycles_per_row_));
     }
+    if (beat.first != rows_taken_) {
+        violate("bus/row-number", edge,
+                "row " + number(beat.first) + " where " + number(rows_taken_) + " was next");
+    }
+    ++rows_taken_;
     enter_row(beat.row(), edge);
     table_complete_ = table_complete_ || beat.last;
     table_edge_ = free_from_ = edge;

@@ -18,9 +18,9 @@ namespace metabuffer::monitors {
 /// Watches one renderer's bus (sections 5.2 and 5.3 of the paper) as its input framebuffer drives it, beside the
 /// BUSREADY and TABLEREADY that the input framebuffer reads. Changes nothing.
 ///
-/// Rules: bus/tableready, bus/incomplete, bus/frames, bus/table, bus/row, bus/destination, bus/one-burst, bus/count,
-/// bus/remaining, bus/order, bus/beyond, bus/pace, bus/busready, bus/passed-over; docs/monitors.md says what each
-/// means. The values of pixels are the scoreboard's.
+/// Rules: bus/tableready, bus/incomplete, bus/frames, bus/frame-number, bus/table, bus/row, bus/row-number,
+/// bus/destination, bus/one-burst, bus/count, bus/remaining, bus/order, bus/beyond, bus/pace, bus/busready,
+/// bus/passed-over; docs/monitors.md says what each means. The values of pixels are the scoreboard's.
 /// A violation's cycle is the edge that samples the beat; the input framebuffer drove it at the edge before.
 class BusMonitor final : public sc_core::sc_module {
   public:
@@ -66,6 +66,7 @@ class BusMonitor final : public sc_core::sc_module {
     bool busready_at(std::size_t display, std::int64_t edge) const;
     bool every_tableready() const;
 
+    void check_frame_number(const rtl::BusBeat& beat, std::int64_t edge);
     void take_frame_start(const rtl::BusBeat& beat, std::int64_t edge);
     void take_row(const rtl::BusBeat& beat, std::int64_t edge);
     void enter_row(const ViewportRow& row, std::int64_t edge);
@@ -115,6 +116,7 @@ class BusMonitor final : public sc_core::sc_module {
     bool table_complete_ = true;
     std::int64_t table_edge_ = kNone;  ///< of the table's last beat so far
     std::vector<Row> rows_;            ///< [display]
+    std::int64_t rows_taken_ = 0;      ///< of the table
     std::int64_t pixels_left_ = 0;     ///< of the frame
     std::int64_t open_page_ = kNone;
 

@@ -51,6 +51,9 @@ ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scen
                      hold.last_cycle + rtl::HandshakeFault::stopped_burst_cycles(scenario)});
             }
             if (stalls) tableready_holds_.push_back(hold);
+            if (stalls && scenario.composer.on_starvation == StarvationMode::kStall) {
+                stall_holds_.push_back(hold);
+            }
         }
         if (rtl::HandshakeFault::pipeready_row(fault.renderer) == renderer && own_display &&
             (stalls || fault.kind == FaultKind::kPipereadyLow)) {
@@ -168,7 +171,8 @@ void ComposerMonitor::check_outputs(std::int64_t cycle) {
         tableready_o.read() || (expected.tableready && may_hold(tableready_holds_, cycle));
     check_wire("composer/tableready", tableready, expected.tableready, tableready_name_, cycle,
                observer_.frames_received(), ": high while another frame's row can be kept");
-    check_wire("composer/stall", stall_o.read(), expected.stall, stall_name_, cycle, observer_.frame(),
+    const bool stall = stall_o.read() && (expected.stall || !may_hold(stall_holds_, cycle));
+    check_wire("composer/stall", stall, expected.stall, stall_name_, cycle, observer_.frame(),
                ": high while the next raster place lacks its pixel");
     check_pipeready(cycle);
 }

@@ -23,7 +23,8 @@ namespace metabuffer::monitors {
 /// composer/table, pipeline/raster, pipeline/startframe, pipeline/freeze, pipeready/prefetched, pipeready/below,
 /// pipeready/taken-back, pipeready/startframe, pipeready/late, pipeready/unready; docs/monitors.md says what each
 /// means.
-/// A handshake that a fault of the scenario holds low on its way is not held to be high.
+/// A handshake that a fault of the scenario holds low on its way is not held to be high, nor a STALL that one may raise
+/// to be low.
 /// A violation's cycle is the edge that samples the wrong value: it stands in the waveform since the edge before.
 class ComposerMonitor final : public sc_core::sc_module {
   public:
@@ -83,6 +84,7 @@ class ComposerMonitor final : public sc_core::sc_module {
     Holds busready_holds_;
     Holds tableready_holds_;
     Holds pipeready_holds_;
+    Holds stall_holds_;
     bool seen_reset_ = false;        ///< what stands on the outputs is defined
     bool pipeready_before_ = false;  ///< own PIPEREADY as sampled one edge ago
     bool startframe_read_ = false;   ///< a frame has started at the last edge

@@ -8,6 +8,7 @@ namespace metabuffer::monitors {
 namespace {
 
 constexpr std::uint32_t kChannelMaximum = 255;
+constexpr int kFrameNumbers = 256;  ///< that a beat tells apart
 
 std::uint32_t channel(std::uint64_t word, int index) {
     return static_cast<std::uint32_t>(word >> (8 * index)) & kChannelMaximum;
@@ -63,13 +64,12 @@ ComposerObserver::ComposerObserver(const Scenario& scenario, int renderer, int d
 
 void ComposerObserver::reset(bool pipemaster) {
     pipemaster_ = pipemaster;
-    for (Frame& frame : frames_) {
-        frame = Frame{};
-    }
-    oldest_ = known_frames_ = tables_ = x_ = y_ = 0;
+    frames_.clear();
+    tables_ = x_ = y_ = 0;
+    next_row_ = 0;
     frame_ = -1;
     announced_ = silent_edges_ = 0;
-    ended_short_ = running_ = dropped_ = false;
+    ended_short_ = table_lost_ = running_ = dropped_ = false;
     below_was_ready_ = stood_still_ = overflowed_ = table_refused_ = false;
     expected_ = ComposerOutputs{};
 }
@@ -106,7 +106,7 @@ void ComposerObserver::pipeline(const ComposerInputs& inputs, std::int64_t cycle
     if (expected_.startframe) {
         running_ = true;
         x_ = y_ = 0;
-        row_ = known_frames_ > 0 ? oldest().places.raster_row(0) : SegmentPlaces::RasterRow{};
+        row_ = oldest().has_segment ? oldest().places.raster_row(0) : SegmentPlaces::RasterRow{};
         ++frame_;
         frame_spans_.push_back({cycle, kNever, kNever});
     }
@@ -162,35 +162,37 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
 void ComposerObserver::end_frame(std::int64_t cycle) {
     running_ = false;
     frame_spans_.back().end_cycle = cycle;
-    if (known_frames_ == 0) {
+    if (frames_.empty()) {
         return;  // a STARTFRAME that nobody had asked for
     }
-    ended_short_ = known_frames_ == 1 && oldest().missing() > 0;
+    ended_short_ = frames_.size() == 1 && oldest().missing() > 0;
     if (ended_short_) {
         ended_ = std::move(oldest());
         ended_.used_up = ended_.places.pixels();
     }
-    oldest() = Frame{};
-    oldest_ = (oldest_ + 1) % kFrames;
-    --known_frames_;
+    frames_.erase(frames_.begin());
 }
 
 // ---- the bus ----
 
 void ComposerObserver::take_bus(const rtl::BusBeat& beat) {
     ++silent_edges_;
-    switch (beat.kind) {
+    const bool in_its_turn = beat.kind == rtl::BusBeat::Kind::kNone || follow_frames(beat);
+    switch (in_its_turn ? beat.kind : rtl::BusBeat::Kind::kNone) {
         case rtl::BusBeat::Kind::kNone:
             break;
         case rtl::BusBeat::Kind::kFrameStart:
-            begin_table(beat.last);
+            frames_.emplace_back();
+            frames_.back().table_complete = beat.last;
+            ++tables_;
+            table_lost_ = ended_short_ = false;
+            next_row_ = 0;
             break;
         case rtl::BusBeat::Kind::kTableRow:
-            if (known_frames_ > 0) {
-                take_row(beat);
-            }
+            take_row(beat);
             break;
         case rtl::BusBeat::Kind::kPixels:
+            lose_open_table();
             if (beat.destination == destination_ && take_pixels(beat)) {
                 announced_ = beat.remaining;
                 silent_edges_ = 0;
@@ -203,23 +205,63 @@ void ComposerObserver::take_bus(const rtl::BusBeat& beat) {
     }
 }
 
-void ComposerObserver::begin_table(bool complete) {
-    if (known_frames_ == kFrames) {
+/// What a beat tells by its frame's number alone. False for one that breaks the bus's protocol.
+bool ComposerObserver::follow_frames(const rtl::BusBeat& beat) {
+    const bool starts = beat.kind == rtl::BusBeat::Kind::kFrameStart;
+    // Begun since the newest frame that is known, modulo their numbers; more than half of these are none.
+    int begun = (beat.frame + kFrameNumbers + 1 - tables_ % kFrameNumbers) % kFrameNumbers;
+    if (begun >= kFrameNumbers / 2 || (starts && begun == 0)) {
+        return false;
+    }
+    if (starts && !has_room_for_table()) {
         table_refused_ = true;
-        return;
+        return false;
+    }
+    if (begun == 0) {
+        return true;
     }
     // The bus sends all of a frame before the next one's table: what is missing now was lost.
-    if ((ended_short_ || known_frames_ > 0) && receiving().missing() > 0) {
+    lose_open_table();
+    if (!table_lost_ && (ended_short_ || !frames_.empty()) && receiving().missing() > 0) {
         lose(receiving().missing());
     }
-    ++known_frames_;
-    ++tables_;
-    ended_short_ = false;
-    newest().table_complete = complete;
+    for (const int seen = starts ? 1 : 0; begun > seen; --begun) {
+        Frame missed;
+        missed.missed = missed.table_complete = missed.abandoned = true;
+        frames_.push_back(missed);
+        ++tables_;
+        ++counters_.lost_tables;
+        table_lost_ = true;
+        ended_short_ = false;
+    }
+    return true;
+}
+
+bool ComposerObserver::has_room_for_table() const {
+    const auto taken =
+        std::count_if(frames_.begin(), frames_.end(), [](const Frame& frame) { return !frame.missed; });
+    return static_cast<std::size_t>(taken) < kFrames;
+}
+
+void ComposerObserver::lose_open_table() {
+    if (!table_open()) {
+        return;
+    }
+    frames_.back() = Frame{};
+    frames_.back().table_complete = frames_.back().abandoned = true;
+    ++counters_.lost_tables;
+    table_lost_ = true;
 }
 
 void ComposerObserver::take_row(const rtl::BusBeat& beat) {
-    Frame& frame = newest();
+    if (!table_open() || beat.first < next_row_) {
+        return;
+    }
+    if (beat.first > next_row_++) {
+        lose_open_table();
+        return;
+    }
+    Frame& frame = frames_.back();
     frame.table_complete = beat.last;
     if (beat.destination == destination_) {
         frame.has_segment = true;
@@ -239,7 +281,10 @@ void ComposerObserver::lose(std::int64_t count) {
 
 /// False if the beat breaks the bus's protocol.
 bool ComposerObserver::take_pixels(const rtl::BusBeat& beat) {
-    if (!ended_short_ && known_frames_ == 0) {
+    if (table_lost_) {
+        return true;
+    }
+    if (!ended_short_ && frames_.empty()) {
         return false;
     }
     Frame& frame = receiving();
@@ -266,14 +311,17 @@ bool ComposerObserver::take_pixels(const rtl::BusBeat& beat) {
 }
 
 std::int64_t ComposerObserver::held_pixels() const {
-    // A frame that is not there holds nothing.
-    return frames_[0].held() + frames_[1].held();
+    std::int64_t held = 0;
+    for (const Frame& frame : frames_) {
+        held += frame.held();
+    }
+    return held;
 }
 
 // ---- the handshakes ----
 
 bool ComposerObserver::prefetched() const {
-    return !running_ && known_frames_ > 0 && oldest().table_complete &&
+    return !running_ && !frames_.empty() && oldest().table_complete &&
            (oldest().abandoned || oldest().missing() == 0 || room() < ready_space_pixels_);
 }
 
@@ -296,7 +344,7 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
     } else {
         expected_.busready = room_now - announced_ >= ready_space_pixels_;
     }
-    expected_.tableready = known_frames_ < kFrames;
+    expected_.tableready = frames_.size() < kFrames;
 
     // PIPEREADY from below that stands at a frame's last edge is still that frame's.
     below_was_ready_ = inputs.pipeready && !was_running;

@@ -81,7 +81,7 @@ class ComposerObserver {
     // ---- where it stands ----
 
     int frame() const { return frame_; }                 ///< composited, from 0; -1: none yet
-    int frames_received() const { return tables_ - 1; }  ///< number of the newest table; -1: none yet
+    int frames_received() const { return tables_ - 1; }  ///< number of the newest frame known; -1: none yet
     bool running() const { return running_; }            ///< raster pixels of frame() are being composited
     int x() const { return x_; }                         ///< raster place composited next
     int y() const { return y_; }
@@ -96,11 +96,12 @@ class ComposerObserver {
     bool table_refused() const { return table_refused_; }  ///< the last edge brought a table that had no room
 
   private:
-    /// A frame whose table has come and which is not composited to its end.
+    /// A frame that is known and not composited to its end.
     struct Frame {
-        bool table_complete = false;
+        bool missed = false;          ///< nothing of its table was taken
+        bool table_complete = false;  ///< or lost
         bool has_segment = false;
-        bool abandoned = false;  ///< pixels of it were lost
+        bool abandoned = false;  ///< pixels of it, or of its table, were lost
         SegmentPlaces places;
         std::int64_t arrived = 0;  ///< or lost
         std::int64_t used_up = 0;
@@ -110,23 +111,25 @@ class ComposerObserver {
         std::int64_t missing() const { return has_segment ? places.pixels() - arrived : 0; }
         std::int64_t held() const { return abandoned || arrived <= used_up ? 0 : arrived - used_up; }
     };
-    static constexpr int kFrames = 2;
+    static constexpr std::size_t kFrames = 2;
 
-    Frame& oldest() { return frames_[static_cast<std::size_t>(oldest_)]; }
-    const Frame& oldest() const { return frames_[static_cast<std::size_t>(oldest_)]; }
-    Frame& newest() { return frames_[static_cast<std::size_t>((oldest_ + known_frames_ - 1) % kFrames)]; }
+    Frame& oldest() { return frames_.empty() ? unknown_ : frames_.front(); }
+    const Frame& oldest() const { return frames_.empty() ? unknown_ : frames_.front(); }
     /// The frame that the bus sends, which may be over.
-    Frame& receiving() { return ended_short_ ? ended_ : newest(); }
+    Frame& receiving() { return ended_short_ ? ended_ : frames_.back(); }
+    bool has_room_for_table() const;
+    bool table_open() const { return !frames_.empty() && !frames_.back().table_complete; }
 
     void pipeline(const ComposerInputs& inputs, std::int64_t cycle);
     void composite(const rtl::PipePixel& upstream, std::int64_t cycle);
     bool needs_missing_pixel() const;
     void end_frame(std::int64_t cycle);
     void take_bus(const rtl::BusBeat& beat);
-    void begin_table(bool complete);
+    bool follow_frames(const rtl::BusBeat& beat);
     void take_row(const rtl::BusBeat& beat);
     bool take_pixels(const rtl::BusBeat& beat);
     void lose(std::int64_t count);
+    void lose_open_table();
     void handshakes(bool was_running, const ComposerInputs& inputs, std::int64_t cycle);
     std::int64_t room() const { return buffer_pixels_ - held_pixels(); }
 
@@ -142,11 +145,12 @@ class ComposerObserver {
     std::int64_t longest_gap_cycles_;  ///< between two beats of a burst
 
     bool pipemaster_ = false;
-    Frame frames_[kFrames];
-    int oldest_ = 0;
-    int known_frames_ = 0;
-    Frame ended_;               ///< while ended_short_
-    bool ended_short_ = false;  ///< pixels of a frame that is over may still come
+    std::vector<Frame> frames_;  ///< the oldest first
+    Frame unknown_;              ///< stands for one that was started and is not known
+    Frame ended_;                ///< while ended_short_
+    bool ended_short_ = false;   ///< pixels of a frame that is over may still come
+    bool table_lost_ = false;    ///< of the newest frame known, whose pixels do not count
+    std::uint32_t next_row_ = 0;
     bool running_ = false;
     int x_ = 0;
     int y_ = 0;

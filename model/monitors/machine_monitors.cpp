@@ -13,7 +13,9 @@ const std::vector<std::string>& machine_rules() {
                                                 "bus/incomplete",
                                                 "bus/table",
                                                 "bus/frames",
+                                                "bus/frame-number",
                                                 "bus/row",
+                                                "bus/row-number",
                                                 "bus/destination",
                                                 "bus/one-burst",
                                                 "bus/count",
@@ -202,7 +204,10 @@ void MachineMonitors::finish(const RunReport& report) {
     const std::int64_t cycle = report.core_cycles - 1;
     for (std::size_t r = 0; r < renderers_; ++r) finish_bus(r, report.renderers.at(r), cycle);
     for (std::size_t i = 0; i < composers_.size(); ++i) finish_composer(i, report.composers.at(i), cycle);
-    for (std::size_t d = 0; d < displays_; ++d) finish_display(d, report.displays.at(d), cycle);
+    for (std::size_t d = 0; d < displays_; ++d) {
+        finish_display(d, report.displays.at(d), cycle);
+        finish_stalls(d, report.displays.at(d), cycle);
+    }
 }
 
 /// What the machine has put into a beat, or granted, the bus may show only a little later.
@@ -235,6 +240,7 @@ void MachineMonitors::finish_composer(std::size_t i, const ComposerCounters& cou
     compare("late_pixels", counters.late_pixels, seen.late_pixels);
     compare("replayed_pixels", counters.replayed_pixels, seen.replayed_pixels);
     compare("lost_pixels", counters.lost_pixels, seen.lost_pixels);
+    compare("lost_tables", counters.lost_tables, seen.lost_tables);
     compare("starved_run_count", counters.starved_run_count, seen.starved_run_count);
     if (!(counters.starved_runs == seen.starved_runs)) {
         differs("the report's starved_runs are not those that the wires showed");
@@ -251,6 +257,14 @@ void MachineMonitors::finish_display(std::size_t d, const DisplayCounters& count
                   std::to_string(counters.kept_frames) + " of them kept off, the wires showed " +
                   std::to_string(swaps) + " swaps, " + std::to_string(swap_lock_->kept_frames()) +
                   " skipped"});
+}
+
+void MachineMonitors::finish_stalls(std::size_t d, const DisplayCounters& counters, std::int64_t cycle) {
+    const std::int64_t seen = pipelines_[d]->stalled_cycles();
+    if (counters.stalled_cycles == seen) return;
+    log_.add({"counters/display", rtl::numbered("COLUMNSTALL", d), "core", cycle, -1,
+              "the report has stalled_cycles " + std::to_string(counters.stalled_cycles) +
+                  ", the wire was high in " + std::to_string(seen)});
 }
 
 std::int64_t MachineMonitors::unreported() const {

@@ -62,6 +62,7 @@ class MachineMonitors final : public sc_core::sc_module {
     void finish_bus(std::size_t renderer, const RendererCounters& counters, std::int64_t cycle);
     void finish_composer(std::size_t composer, const ComposerCounters& counters, std::int64_t cycle);
     void finish_display(std::size_t display, const DisplayCounters& counters, std::int64_t cycle);
+    void finish_stalls(std::size_t display, const DisplayCounters& counters, std::int64_t cycle);
 
     const Scenario& scenario_;
     rtl::Metabuffer& machine_;

@@ -35,6 +35,7 @@ void PipelineMonitor::end_of_elaboration() {
     pipeready_name_ = signal_name(pipeready_i);
     wake_events_ |= reset_i.value_changed_event();
     wake_events_ |= pipeready_i.value_changed_event();
+    wake_events_ |= column_stall_i.value_changed_event();
     for (const auto& port : startframe_o) {
         startframe_names_.push_back(signal_name(port));
         wake_events_ |= port.value_changed_event();
@@ -68,7 +69,7 @@ void PipelineMonitor::clock_edge() {
     const std::int64_t edge = rtl::clock_edge_number(core_period_picoseconds_);
     const bool moves = check_skew(edge);
     check_framebuffer(edge);
-    if (gate_.idle_edge(!moves && !receiving_ && !startframe_read_)) {
+    if (gate_.idle_edge(!moves && !receiving_ && !startframe_read_ && !stood_still_)) {
         next_trigger(wake_events_);
     }
 }
@@ -118,6 +119,7 @@ void PipelineMonitor::check_framebuffer(std::int64_t edge) {
     startframe_read_ = false;
     stood_still_ = may_stall_ && column_stall_i.read();
     if (stood_still_) {
+        ++stalled_cycles_;
         return;
     }
     const bool was_receiving = receiving_;

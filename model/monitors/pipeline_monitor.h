@@ -35,6 +35,8 @@ class PipelineMonitor final : public sc_core::sc_module {
 
     /// Frames that have come out of the pipeline in full.
     int frames_taken() const { return frames_taken_; }
+    /// Clocks in which COLUMNSTALL was high, `stall` mode only.
+    std::int64_t stalled_cycles() const { return stalled_cycles_; }
     std::int64_t unreported() const { return reporter_.unreported(); }
 
   private:
@@ -68,6 +70,7 @@ class PipelineMonitor final : public sc_core::sc_module {
     std::int64_t raster_position_ = 0;
     int frame_ = -1;
     int frames_taken_ = 0;
+    std::int64_t stalled_cycles_ = 0;
 };
 
 }  // namespace metabuffer::monitors

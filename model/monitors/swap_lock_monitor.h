@@ -21,8 +21,10 @@ namespace metabuffer::monitors {
 /// from reset on: the swap is due at the first clock of the next one.
 ///
 /// Rules:
-/// - swap-lock/all-done: SWAPLOCK is high exactly while every FRAMEDONE is
-/// - swap-lock/any-bad: SWAPSKIP is high exactly while any FRAMEBAD is
+/// - swap-lock/all-done: SWAPLOCK is high exactly while every FRAMEDONE is; while a fault of the scenario holds it, it may
+///   rise later, and is not taken back
+/// - swap-lock/any-bad: SWAPSKIP is high exactly while any FRAMEBAD is; while a fault holds SWAPLOCK, it may rise later
+///   too, but not behind SWAPLOCK, and is not taken back
 /// - swap-lock/framedone-fall: FRAMEDONE falls two registers of the core clock behind a swap, on all displays, and
 ///   never otherwise
 /// - swap-lock/framedone-rise: FRAMEDONE rises once for a swap, and not before the swap's level has come back
@@ -77,7 +79,8 @@ class SwapLockMonitor final : public sc_core::sc_module {
     };
 
     void core_edge();
-    void check_wires();
+    void check_wires(std::int64_t cycle);
+    bool may_hold(std::int64_t cycle) const;
     void check_framedone(std::size_t display, std::int64_t cycle);
     std::int64_t earliest_rise_cycle(std::int64_t cycle) const;
     void dvi_edge();
@@ -96,6 +99,10 @@ class SwapLockMonitor final : public sc_core::sc_module {
 
     std::vector<Display> displays_;
     bool wires_told_ = false;  ///< of SWAPLOCK or SWAPSKIP, until they are right again
+    bool swaplock_ = false;    ///< as sampled one edge ago
+    bool swapskip_ = false;
+    /// Core cycles, the first and one past the last, in which a fault of the scenario may hold the swap lock's wires low.
+    std::vector<std::pair<std::int64_t, std::int64_t>> holds_;
     std::int64_t swaps_ = 0;
     std::int64_t kept_frames_ = 0;
 

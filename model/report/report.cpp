@@ -135,6 +135,7 @@ ComposerCounters RunReport::total_composer() const {
         total.late_pixels += composer.late_pixels;
         total.replayed_pixels += composer.replayed_pixels;
         total.lost_pixels += composer.lost_pixels;
+        total.lost_tables += composer.lost_tables;
     }
     return total;
 }

@@ -86,6 +86,7 @@ struct ComposerCounters {
     std::int64_t late_pixels = 0;      ///< arrived after their last use and were dropped
     std::int64_t replayed_pixels = 0;  ///< local pixels read again from the moving window
     std::int64_t lost_pixels = 0;      ///< sent and never arrived: their frames are not shown
+    std::int64_t lost_tables = 0;      ///< whose start or a row never arrived: their frames are not shown
     std::optional<Glitch> first_glitch;
     std::optional<Glitch> last_glitch;
     std::int64_t starved_run_count = 0;

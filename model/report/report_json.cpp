@@ -92,6 +92,7 @@ Json composer_json(const ComposerCounters& composer) {
             {"late_pixels", composer.late_pixels},
             {"replayed_pixels", composer.replayed_pixels},
             {"lost_pixels", composer.lost_pixels},
+            {"lost_tables", composer.lost_tables},
             {"first_glitch", glitch_json(composer.first_glitch)},
             {"starved_run_count", composer.starved_run_count},
             {"starved_runs", starved_runs_json(composer.starved_runs)}};
@@ -135,6 +136,7 @@ Json totals_json(const RunReport& report) {
             {"late_pixels", composers.late_pixels},
             {"replayed_pixels", composers.replayed_pixels},
             {"lost_pixels", composers.lost_pixels},
+            {"lost_tables", composers.lost_tables},
             {"frames_shown", displays.frames_shown},
             {"display_stalled_cycles", displays.stalled_cycles},
             {"kept_frames", displays.kept_frames}};

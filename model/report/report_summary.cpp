@@ -285,8 +285,12 @@ std::string faults_verdict(const RunReport& report) {
 }
 
 std::string lost_verdict(const RunReport& report) {
-    const std::int64_t pixels = report.total_composer().lost_pixels;
-    return pixels == 0 ? "" : counted(pixels, "pixel") + " lost on the buses";
+    const ComposerCounters composers = report.total_composer();
+    std::string text;
+    if (composers.lost_pixels != 0) text += counted(composers.lost_pixels, "pixel");
+    if (composers.lost_tables != 0)
+        text += (text.empty() ? "" : " and ") + counted(composers.lost_tables, "table");
+    return text.empty() ? "" : text + " lost on the buses";
 }
 
 std::string kept_verdict(const RunReport& report) {

@@ -18,22 +18,30 @@ BusFault::BusFault(const sc_core::sc_module_name& name, const Scenario& scenario
     dont_initialize();
 }
 
-/// Called once a beat: two beats that follow each other differ, in the place of their pixels if in nothing else.
+/// Called once a beat: two beats that follow each other differ, in their place if in nothing else.
 void BusFault::update() {
     const BusBeat& beat = bus_i.read();
-    if (beat.kind == BusBeat::Kind::kPixels && beat.destination == destination_ && loses_beat()) {
-        lost_pixels_ += beat.count;
+    if (beat.kind != BusBeat::Kind::kNone && loses(beat)) {
+        lost_pixels_ += is_of(beat, LostBeats::kPixels) ? beat.count : 0;
         bus_o.write(BusBeat{});
         return;
     }
     bus_o.write(beat);
 }
 
-bool BusFault::loses_beat() {
+bool BusFault::is_of(const BusBeat& beat, LostBeats of) const {
+    const bool pixels = beat.kind == BusBeat::Kind::kPixels;
+    if (of == LostBeats::kPixels) {
+        return pixels && beat.destination == destination_;
+    }
+    return of == LostBeats::kAny || !pixels;
+}
+
+bool BusFault::loses(const BusBeat& beat) {
     const std::int64_t read_at = clock_edge_number(core_period_picoseconds_) + 1;
     const auto found = std::find_if(faults_.begin(), faults_.end(), [&](std::size_t fault) {
         const Fault& cause = scenario_.faults[fault];
-        return read_at >= cause.from_cycle && tally_.count(fault) < cause.beats;
+        return is_of(beat, cause.of) && read_at >= cause.from_cycle && tally_.count(fault) < cause.beats;
     });
     if (found == faults_.end()) {
         return false;

@@ -11,8 +11,9 @@
 
 namespace metabuffer::rtl {
 
-/// The bus on its last way to one composer, where faults of the scenario (lost_beat) let beats of pixels for that
-/// composer vanish: the composer sees a clock without a beat. Not in the paper: a double for a broken connector.
+/// The bus on its last way to one composer, where faults of the scenario (lost_beat) let beats vanish, those of its
+/// pixels, those of tables or whichever: the composer sees a clock without a beat. Not in the paper: a double for a
+/// broken connector.
 ///
 /// Combinational: what is not lost is seen in the same clock. A fault from core cycle c on loses the first beats
 /// that the edge of core cycle c, or a later one, would have read.
@@ -29,12 +30,13 @@ class BusFault final : public Block {
 
     void trace(sc_core::sc_trace_file* file) const override;
 
-    /// Pixels of the beats lost so far.
+    /// Pixels for the composer in the beats lost so far.
     std::int64_t lost_pixels() const { return lost_pixels_; }
 
   private:
     void update();
-    bool loses_beat();
+    bool is_of(const BusBeat& beat, LostBeats of) const;
+    bool loses(const BusBeat& beat);
 
     const Scenario& scenario_;
     std::uint16_t destination_;

@@ -3,6 +3,12 @@
 #include <algorithm>
 
 namespace metabuffer::rtl {
+namespace {
+
+/// A frame that is farther behind the newest one, modulo 256, is one before it.
+constexpr int kMostFramesBehind = 127;
+
+}  // namespace
 
 Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
                    ClockGating gating)
@@ -164,35 +170,23 @@ bool Composer::next_pixel_missing() const {
 
 void Composer::bus_edge() {
     const BusBeat& beat = bus_i.read();
+    if (beat.kind != BusBeat::Kind::kNone && !follow_frames(beat)) {
+        return;
+    }
     switch (beat.kind) {
         case BusBeat::Kind::kNone:
             break;
-        case BusBeat::Kind::kPixels:
-            if (beat.destination == display_) {
-                take_beat(beat);
-                return;
-            }
-            break;
         case BusBeat::Kind::kFrameStart:
-            if (!buffer_.can_begin_frame()) {
-                SC_REPORT_ERROR("/metabuffer/composer/protocol",
-                                (std::string(name()) + " was sent a third frame's table").c_str());
-                return;
-            }
-            if (const std::int64_t missing = buffer_.missing_pixels(); missing > 0) {
-                lose_pixels(missing);  // the bus sends a frame to its end before the next one's table
-            }
-            buffer_.begin_frame();
-            if (beat.last) {
-                buffer_.end_table();
-            }
+            begin_frame(beat);
             break;
         case BusBeat::Kind::kTableRow:
+            take_row(beat);
+            break;
+        case BusBeat::Kind::kPixels:
+            lose_open_table();  // pixels come behind the table's last row
             if (beat.destination == display_) {
-                buffer_.set_row(beat.row());
-            }
-            if (beat.last) {
-                buffer_.end_table();
+                take_pixels(beat);
+                return;
             }
             break;
     }
@@ -202,32 +196,103 @@ void Composer::bus_edge() {
     }
 }
 
-void Composer::take_beat(const BusBeat& beat) {
+/// Every beat names its frame, and the bus sends a frame to its end before it begins the next: what a beat tells of the
+/// frames before it, and of its own if the start of that has been lost. False, and reported, for a frame that has been.
+bool Composer::follow_frames(const BusBeat& beat) {
+    const bool begins = beat.kind == BusBeat::Kind::kFrameStart;
+    const int behind_newest = static_cast<std::uint8_t>(beat.frame - (buffer_.frames_heard() - 1));
+    if (behind_newest < (begins ? 1 : 0) || behind_newest > kMostFramesBehind) {
+        protocol_error("a beat of a frame that has been");
+        return false;
+    }
+    if (begins && !buffer_.can_begin_frame()) {
+        protocol_error("a third frame's table");
+        return false;
+    }
+    if (behind_newest > 0) {
+        lose_open_table();
+        if (const std::int64_t missing = buffer_.missing_pixels(); missing > 0) {
+            lose_pixels(missing);
+        }
+        for (int begun = begins ? 1 : 0; begun < behind_newest; ++begun) {
+            ++counters_.lost_tables;
+            buffer_.miss_frame();
+        }
+    }
+    return true;
+}
+
+void Composer::begin_frame(const BusBeat& beat) {
+    buffer_.begin_frame();
+    next_row_ = 0;
+    if (beat.last) {
+        buffer_.end_table();
+    }
+}
+
+void Composer::take_row(const BusBeat& beat) {
+    if (buffer_.table_lost()) {
+        return;
+    }
+    if (!buffer_.table_open() || beat.first < next_row_) {
+        protocol_error("row " + std::to_string(beat.first) + " of a table again");
+        return;
+    }
+    if (beat.first > next_row_) {
+        lose_open_table();
+        return;
+    }
+    ++next_row_;
+    if (beat.destination == display_) {
+        buffer_.set_row(beat.row());
+    }
+    if (beat.last) {
+        buffer_.end_table();
+    }
+}
+
+/// The rows that the newest frame's table lacks will not come. One of them may have been this composer's.
+void Composer::lose_open_table() {
+    if (buffer_.table_open()) {
+        ++counters_.lost_tables;
+        buffer_.lose_table();
+    }
+}
+
+void Composer::take_pixels(const BusBeat& beat) {
+    if (!buffer_.table_lost() && !keep_pixels(beat)) {
+        return;
+    }
+    announced_ = static_cast<int>(beat.remaining);
+    silent_cycles_ = 0;
+}
+
+/// False, and reported, if the bus has broken its protocol.
+bool Composer::keep_pixels(const BusBeat& beat) {
     const std::optional<std::int64_t> next = buffer_.next_pixel();
     if (!next || beat.first < *next) {
-        SC_REPORT_ERROR(
-            "/metabuffer/composer/protocol",
-            (std::string(name()) + " was sent pixel " + std::to_string(beat.first) + " of its segment when " +
-             (next ? std::to_string(*next) + " was next" : "it was sent no table"))
-                .c_str());
-        return;
+        protocol_error("pixel " + std::to_string(beat.first) + " of its segment when " +
+                       (next ? std::to_string(*next) + " was next" : "it was sent no table"));
+        return false;
     }
     if (beat.first > *next) {
         lose_pixels(beat.first - *next);
     }
     for (int i = 0; i < beat.count; ++i) {
         if (buffer_.free_pixels() == 0 && buffer_.keeps_next()) {
-            SC_REPORT_ERROR("/metabuffer/composer/protocol",
-                            (std::string(name()) + " was sent a pixel for a full buffer").c_str());
-            return;
+            protocol_error("a pixel for a full buffer");
+            return false;
         }
         if (!buffer_.push(Pixel(beat.words[static_cast<std::size_t>(i)]))) {
             counters_.late_pixels += buffer_.abandoning() ? 0 : 1;
         }
     }
-    announced_ = static_cast<int>(beat.remaining);
-    silent_cycles_ = 0;
     counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, buffer_.held_pixels());
+    return true;
+}
+
+void Composer::protocol_error(const std::string& what) const {
+    SC_REPORT_ERROR("/metabuffer/composer/protocol", (std::string(name()) + " was sent " + what).c_str());
 }
 
 void Composer::lose_pixels(std::int64_t count) {
@@ -264,7 +329,7 @@ void Composer::drive_handshakes(bool was_running) {
         busready_ = busready;
         busready_o.write(busready);
     }
-    const bool tableready = buffer_.can_begin_frame();
+    const bool tableready = buffer_.wants_frame();
     if (tableready != tableready_) {
         tableready_ = tableready;
         tableready_o.write(tableready);

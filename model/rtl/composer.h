@@ -34,11 +34,15 @@ namespace metabuffer::rtl {
 ///   of that frame is abandoned here: every raster pixel that is composited from the next clock on passes as it
 ///   comes from above, marked `lost`, which keeps the frame off the displays, and nothing is waited for. If no
 ///   raster pixel is left, the frame has gone without its lost pixels, which have starved.
+/// - a frame start or a table row lost shows by the frame that the next beat names, whosever it is, by the place that
+///   the next row names, or by pixels or another frame before the table's last row. The frame is abandoned from its
+///   first raster pixel on, in its turn, and its pixels are dropped. So that frames can be told apart, one beat at
+///   least of 127 frames must come.
 /// - a burst ends for the composer with its last beat, at its own BUSREADY's fall, or when no beat of it has come
 ///   for a page miss and a beat.
 ///
-/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, sent again or
-/// without a table, a third frame's table.
+/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or frame
+/// that has been, a pixel without a table, a third frame's table.
 class Composer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -93,8 +97,14 @@ class Composer final : public Block {
     void count_glitch();
     void end_frame();
     void bus_edge();
-    void take_beat(const BusBeat& beat);
+    bool follow_frames(const BusBeat& beat);
+    void begin_frame(const BusBeat& beat);
+    void take_row(const BusBeat& beat);
+    void lose_open_table();
+    void take_pixels(const BusBeat& beat);
+    bool keep_pixels(const BusBeat& beat);
     void lose_pixels(std::int64_t count);
+    void protocol_error(const std::string& what) const;
     void drive_handshakes(bool was_running);
     bool idle(bool was_running) const;
     bool slot_ready() const;
@@ -132,7 +142,8 @@ class Composer final : public Block {
     int announced_ = 0;       ///< pixels of the burst under way that are still to come
     int silent_cycles_ = 0;   ///< since its last beat, while announced_ > 0
     bool burst_cut_ = false;  ///< BUSREADY has just been dropped: the beat sampled now is the burst's last
-    int frame_ = -1;          ///< number of the frame composited, from 0
+    std::uint32_t next_row_ = 0;  ///< place in the newest frame's table of the row that must come next
+    int frame_ = -1;              ///< number of the frame composited, from 0
     std::function<void(const Glitch&)> on_glitch_;
     ComposerCounters counters_;
     std::vector<FrameSpan> frame_spans_;

@@ -11,34 +11,71 @@
 
 namespace metabuffer::rtl {
 
-/// The handshake wires that a fault can hold low.
-enum class Handshake : std::uint8_t { kBusready, kTableready, kPipeready, kPairRequest };
+/// The handshake wires that a fault can hold low, or, STALL, high.
+enum class Handshake : std::uint8_t {
+    kBusready,
+    kTableready,
+    kPipeready,
+    kPairRequest,
+    kStall,
+    kFramedone,
+    kSwaplock,
+    kSwapskip  ///< with SWAPLOCK, by one module
+};
 
-/// A wire of one of the renderers' rows, between the block that raises it and the block that reads it, that faults
-/// of the scenario hold low: always for a while (busready_low, pipeready_low) or in some of the clocks at random
-/// (random_stalls). Not in the paper: a double for a wire that is broken or slow.
+/// A wire that faults of the scenario hold.
+struct HeldWire {
+    Handshake handshake;
+    std::size_t renderer = 0;  ///< of the block that raises it, index; of an output's, the last one
+    std::size_t display = 0;   ///< index; 0 where there is one for all
+    std::string name;          ///< "BUSREADY_1_2", for the watchdog's report
+};
+
+/// Which edges of a wire's clock find it held by faults: always for a while (busready_low, pipeready_low) or some of the
+/// clocks at random (random_stalls). What is held at random depends on the fault's seed, the wire and the number of its
+/// clock alone.
+class WireHolds {
+  public:
+    /// faults: places in Scenario::faults. Scenario and tally must outlive it.
+    WireHolds(const Scenario& scenario, const HeldWire& wire, std::vector<std::size_t> faults,
+              FaultTally& tally);
+
+    bool at_first_edge() const { return any_holds(0, 0); }
+    /// To be called at each edge: whether the next one finds the wire held. changed: this one has read the wire otherwise
+    /// than it is driven, which is the work of the faults that hold it.
+    bool at_next_edge(bool changed);
+
+  private:
+    bool holds(std::size_t fault, std::int64_t core_cycle, std::int64_t edge) const;
+    bool any_holds(std::int64_t core_cycle, std::int64_t edge) const;
+
+    const Scenario& scenario_;
+    HeldWire wire_;
+    std::vector<std::size_t> faults_;
+    FaultTally& tally_;
+    std::int64_t core_period_picoseconds_;
+    std::int64_t edge_ = -1;       ///< number of the clock's edge
+    std::int64_t core_cycle_ = 0;  ///< by which the faults have been asked for the edge to come
+};
+
+/// A wire of one of the renderers' rows, or of the outputs below the last one, between the block that raises it and the
+/// block that reads it, while faults hold it: low, or STALL high. Not in the paper: a double for a wire that is broken or
+/// for a block that is slow.
 ///
 /// Timing: while no fault holds it the output follows the input within the clock. A fault that lasts from core
 /// cycle c on holds the wire as the edge of core cycle c reads it. What the protocol of the wire asks for is kept:
-/// - PIPEREADY is not taken back: a hold delays its rise, and one that stands stays until it falls itself.
+/// - PIPEREADY and FRAMEDONE are not taken back: a hold delays their rise, and one that stands stays until it falls
+///   itself.
 /// - BUSREADY that is taken away stays low until its composer has lowered it too, or has had the time to see by the
-///   silence of the bus that its burst was stopped: a page miss, two beats and two clocks. A composer that still
-///   counted on the rest of its burst could be sent more than it has room for.
-/// - TABLEREADY and PAIR_REQUEST may fall and rise at any clock.
-///
-/// Random holds depend on the fault's seed, the wire and the number of its clock alone.
+///   silence of the bus that its burst was stopped: two page misses, three beats and two clocks. (The burst may just have
+///   been granted: the bus opens a page, sends two beats and stops, and the composer waits for a page miss and a beat.) A
+///   composer that still counted on the rest of its burst could be sent more than it has room for.
+/// - TABLEREADY and PAIR_REQUEST may fall and rise at any clock, STALL rise and fall.
 class HandshakeFault final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};    ///< the clock of the block that reads the wire
     sc_core::sc_in<bool> wire_i{"wire_i"};  ///< as it is raised
     sc_core::sc_out<bool> wire_o{"wire_o"};
-
-    struct Wire {
-        Handshake handshake;
-        std::size_t renderer = 0;  ///< of the block that raises it, index
-        std::size_t display = 0;   ///< index; 0 where there is one for all
-        std::string name;          ///< "BUSREADY_1_2", for the watchdog's report
-    };
 
     /// The row (index) of the PIPEREADY wires at which a fault of a renderer's composer sits: its own, but for the
     /// PIPEMASTER, which answers its own PIPEREADY without a wire. It is kept from raising it by the wire that it waits
@@ -46,11 +83,11 @@ class HandshakeFault final : public Block {
     static constexpr int pipeready_row(int renderer) { return renderer == 0 ? 1 : renderer; }
     /// Core cycles for which BUSREADY stays low behind a fault at most, see above.
     static constexpr int stopped_burst_cycles(const Scenario& scenario) {
-        return scenario.memory.page_miss_cycles + 2 * cycles_per_beat(scenario.bus) + 2;
+        return 2 * scenario.memory.page_miss_cycles + 3 * cycles_per_beat(scenario.bus) + 2;
     }
 
     /// faults: places in Scenario::faults of those that hold this wire. Scenario and tally must outlive the module.
-    HandshakeFault(const sc_core::sc_module_name& name, const Scenario& scenario, Wire wire,
+    HandshakeFault(const sc_core::sc_module_name& name, const Scenario& scenario, HeldWire wire,
                    std::vector<std::size_t> faults, FaultTally& tally);
     SC_HAS_PROCESS(HandshakeFault);
 
@@ -60,20 +97,42 @@ class HandshakeFault final : public Block {
   private:
     void clock_edge();
     void update();
-    bool holds(std::size_t fault, std::int64_t core_cycle, std::int64_t edge) const;
-    bool any_holds(std::int64_t core_cycle, std::int64_t edge) const;
+    bool holds_high() const { return wire_.handshake == Handshake::kStall; }
 
-    const Scenario& scenario_;
-    Wire wire_;
-    std::vector<std::size_t> faults_;
-    FaultTally& tally_;
-    std::int64_t core_period_picoseconds_;
+    HeldWire wire_;
+    WireHolds holds_;
     int stopped_burst_cycles_;
 
     sc_core::sc_signal<bool> hold_;
-    std::int64_t edge_ = -1;       ///< number of the clock's edge
-    std::int64_t core_cycle_ = 0;  ///< by which the faults have been asked for the edge to come
-    int stopped_left_ = 0;         ///< BUSREADY: clocks for which it stays low since it was taken away
+    int stopped_left_ = 0;  ///< BUSREADY: clocks for which it stays low since it was taken away
+};
+
+/// The wires from the swap lock to every output framebuffer while faults delay the swap: SWAPLOCK rises later and is not
+/// taken back. SWAPSKIP is delayed too, but not beyond SWAPLOCK, so it stands while SWAPLOCK does, and, like SWAPLOCK,
+/// is not taken back. One module for both, so that all displays see the same swap in the same clock.
+class SwapLockFault final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};  ///< core clock, in which FRAMEDONE and FRAMEBAD are driven
+    sc_core::sc_in<bool> swaplock_i{"swaplock_i"};
+    sc_core::sc_in<bool> swapskip_i{"swapskip_i"};
+    sc_core::sc_out<bool> swaplock_o{"swaplock_o"};
+    sc_core::sc_out<bool> swapskip_o{"swapskip_o"};
+
+    /// faults: places in Scenario::faults. Scenario and tally must outlive the module.
+    SwapLockFault(const sc_core::sc_module_name& name, const Scenario& scenario,
+                  std::vector<std::size_t> faults, FaultTally& tally);
+    SC_HAS_PROCESS(SwapLockFault);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    std::string waiting_for() const override;
+
+  private:
+    void clock_edge();
+    void update();
+
+    WireHolds holds_;
+    sc_core::sc_signal<bool> hold_;
+    sc_core::sc_signal<bool> hold_skip_;
 };
 
 }  // namespace metabuffer::rtl

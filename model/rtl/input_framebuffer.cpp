@@ -265,10 +265,11 @@ void InputFramebuffer::table_clock() {
             return;
         }
         table_started_ = true;
-        drive(BusBeat::frame_start(rows_.empty()));
+        drive(BusBeat::frame_start(frame_on_bus(), rows_.empty()));
     } else if (--table_wait_ == 0) {
+        const auto place = static_cast<std::uint32_t>(table_row_);
         const ViewportRow& row = rows_[table_row_++].segment.row();
-        drive(BusBeat::table_row(row, table_row_ == rows_.size()));
+        drive(BusBeat::table_row(frame_on_bus(), place, row, table_row_ == rows_.size()));
         table_wait_ = cycles_per_table_row_;
     }
     ++renderer_counters_.bus.table_cycles;
@@ -383,6 +384,7 @@ void InputFramebuffer::fill_beat(Row& row) {
     const ViewportRow& table_row = row.segment.row();
     beat_.kind = BusBeat::Kind::kPixels;
     beat_.last = false;
+    beat_.frame = frame_on_bus();
     beat_.destination = table_row.dcomp;
     beat_.count = 0;
     beat_.first = static_cast<std::uint32_t>(row.segment.pixels() - row.left);

@@ -23,6 +23,14 @@ WireName name_of(Handshake handshake, std::size_t renderer, std::size_t display)
             return {numbered("PIPEREADY", renderer, display), numbered("pipeready_fault", renderer, display)};
         case Handshake::kPairRequest:
             return {numbered("PAIR_REQUEST", renderer), numbered("pair_request_fault", renderer)};
+        case Handshake::kStall:
+            return {numbered("STALL", renderer, display), numbered("stall_fault", renderer, display)};
+        case Handshake::kFramedone:
+            return {numbered("FRAMEDONE", display), numbered("framedone_fault", display)};
+        case Handshake::kSwaplock:
+            return {"SWAPLOCK", "swap_lock_fault"};
+        case Handshake::kSwapskip:
+            return {"SWAPSKIP", "swap_lock_fault"};
     }
     return {};
 }
@@ -64,7 +72,9 @@ std::vector<std::size_t> MachineFaults::faults_of_wire(Handshake handshake, std:
             case FaultKind::kPipereadyLow:
                 return handshake == Handshake::kPipeready && is_of_display(fault, display);
             case FaultKind::kRandomStalls:
-                return true;
+                // In glitch mode nothing listens to STALL.
+                return handshake != Handshake::kStall ||
+                       scenario_.composer.on_starvation == StarvationMode::kStall;
             default:
                 return false;
         }
@@ -96,16 +106,42 @@ sc_core::sc_signal<bool>& MachineFaults::raised(Handshake handshake, std::size_t
         return wire;
     }
     const WireName name = name_of(handshake, renderer, display);
-    signals_.push_back(std::make_unique<sc_core::sc_signal<bool>>((name.wire + "_raised").c_str()));
-    handshake_faults_.push_back(std::make_unique<HandshakeFault>(
-        name.fault.c_str(), scenario_, HandshakeFault::Wire{handshake, renderer, display, name.wire},
-        std::move(faults), tally_));
+    const HeldWire held{handshake, renderer, display, name.wire};
+    sc_core::sc_signal<bool>& from = driven(held, wire);
+    handshake_faults_.push_back(
+        std::make_unique<HandshakeFault>(name.fault.c_str(), scenario_, held, std::move(faults), tally_));
     HandshakeFault& module = *handshake_faults_.back();
     module.clk_i(clk);
-    module.wire_i(*signals_.back());
+    module.wire_i(from);
     module.wire_o(wire);
     blocks_.push_back(&module);
+    return from;
+}
+
+/// A new signal for the block that raises the wire.
+sc_core::sc_signal<bool>& MachineFaults::driven(const HeldWire& wire, const sc_core::sc_signal<bool>& seen) {
+    signals_.push_back(std::make_unique<sc_core::sc_signal<bool>>((wire.name + "_raised").c_str()));
+    handshakes_.push_back({wire.handshake, wire.renderer, wire.display, *signals_.back(), seen});
     return *signals_.back();
+}
+
+MachineFaults::SwapWires MachineFaults::raised_swap(sc_core::sc_signal<bool>& core_clk) {
+    const std::size_t last_row = scenario_.renderers.size() - 1;
+    std::vector<std::size_t> faults = faults_of_wire(Handshake::kSwaplock, last_row, 0);
+    if (faults.empty()) {
+        return {wires_.swaplock, wires_.swapskip};
+    }
+    const SwapWires from{driven({Handshake::kSwaplock, last_row, 0, "SWAPLOCK"}, wires_.swaplock),
+                         driven({Handshake::kSwapskip, last_row, 0, "SWAPSKIP"}, wires_.swapskip)};
+    swap_lock_fault_ = std::make_unique<SwapLockFault>(
+        name_of(Handshake::kSwaplock, last_row, 0).fault.c_str(), scenario_, std::move(faults), tally_);
+    swap_lock_fault_->clk_i(core_clk);
+    swap_lock_fault_->swaplock_i(from.swaplock);
+    swap_lock_fault_->swapskip_i(from.swapskip);
+    swap_lock_fault_->swaplock_o(wires_.swaplock);
+    swap_lock_fault_->swapskip_o(wires_.swapskip);
+    blocks_.push_back(swap_lock_fault_.get());
+    return from;
 }
 
 sc_core::sc_signal<BusBeat>& MachineFaults::bus_for(std::size_t renderer, std::size_t display) {

@@ -28,10 +28,28 @@ class MachineFaults {
     sc_core::sc_signal<bool>& raised(Handshake handshake, std::size_t renderer, std::size_t display,
                                      sc_core::sc_signal<bool>& wire, sc_core::sc_signal<bool>& clk);
 
+    /// What the swap lock is to drive.
+    struct SwapWires {
+        sc_core::sc_signal<bool>& swaplock;
+        sc_core::sc_signal<bool>& swapskip;
+    };
+    /// The same for SWAPLOCK and SWAPSKIP, which belong together.
+    SwapWires raised_swap(sc_core::sc_signal<bool>& core_clk);
+
     /// The bus for a composer to read; Wires::bus_seen_by gives the same from then on.
     sc_core::sc_signal<BusBeat>& bus_for(std::size_t renderer, std::size_t display);
 
     const std::vector<const Block*>& blocks() const { return blocks_; }
+
+    /// A handshake behind a fault, as its block drives it and as its reader sees it, for whoever looks from outside.
+    struct Handshaking {
+        Handshake handshake;
+        std::size_t renderer;  ///< of the wire in Wires, index
+        std::size_t display;
+        const sc_core::sc_signal<bool>& driven;
+        const sc_core::sc_signal<bool>& seen;
+    };
+    const std::vector<Handshaking>& handshakes() const { return handshakes_; }
 
     /// How often faults inside the machine have taken effect on a renderer's row; a lost beat counts each time.
     std::int64_t injected_faults(std::size_t renderer) const;
@@ -41,6 +59,7 @@ class MachineFaults {
     std::vector<std::size_t> faults_that(Predicate concerned) const;
     std::vector<std::size_t> faults_of_wire(Handshake handshake, std::size_t renderer,
                                             std::size_t display) const;
+    sc_core::sc_signal<bool>& driven(const HeldWire& wire, const sc_core::sc_signal<bool>& seen);
 
     const Scenario& scenario_;
     Wires& wires_;
@@ -48,7 +67,9 @@ class MachineFaults {
     std::vector<std::unique_ptr<sc_core::sc_signal<bool>>> signals_;
     std::vector<std::unique_ptr<LinkClock>> link_clocks_;
     std::vector<std::unique_ptr<HandshakeFault>> handshake_faults_;
+    std::unique_ptr<SwapLockFault> swap_lock_fault_;
     std::vector<std::unique_ptr<BusFault>> bus_faults_;
+    std::vector<Handshaking> handshakes_;
     std::vector<const Block*> blocks_;
 };
 

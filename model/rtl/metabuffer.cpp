@@ -147,7 +147,7 @@ void Metabuffer::make_composers() {
             composer->pipeready_o(
                 faults_->raised(Handshake::kPipeready, r, d, wires_->pipeready[above], *core_clk_));
             composer->column_stall_i(wires_->column_stall[d]);
-            composer->stall_o(wires_->stall[above]);
+            composer->stall_o(faults_->raised(Handshake::kStall, r, d, wires_->stall[above], *core_clk_));
             blocks_.push_back(composer.get());
             composers_.push_back(std::move(composer));
         }
@@ -156,8 +156,9 @@ void Metabuffer::make_composers() {
 
 void Metabuffer::make_display_side() {
     swap_lock_ = std::make_unique<SwapLock>("swap_lock", static_cast<int>(displays()));
-    swap_lock_->swaplock_o(wires_->swaplock);
-    swap_lock_->swapskip_o(wires_->swapskip);
+    const MachineFaults::SwapWires swap = faults_->raised_swap(*core_clk_);
+    swap_lock_->swaplock_o(swap.swaplock);
+    swap_lock_->swapskip_o(swap.swapskip);
     blocks_.push_back(swap_lock_.get());
     const std::size_t bottom = renderers() * displays();
     for (std::size_t d = 0; d < displays(); ++d) {
@@ -179,7 +180,8 @@ void Metabuffer::make_display_side() {
         framebuffer->column_stall_i(wires_->column_stall[d]);
         framebuffer->pipeready_o(faults_->raised(Handshake::kPipeready, renderers(), d,
                                                  wires_->pipeready[bottom + d], *core_clk_));
-        framebuffer->framedone_o(wires_->framedone[d]);
+        framebuffer->framedone_o(
+            faults_->raised(Handshake::kFramedone, renderers() - 1, d, wires_->framedone[d], *core_clk_));
         framebuffer->framebad_o(wires_->framebad[d]);
         framebuffer->swaplock_i(wires_->swaplock);
         framebuffer->swapskip_i(wires_->swapskip);

@@ -88,6 +88,8 @@ class Metabuffer final : public Block {
 
     /// Every wire between two blocks, for whoever binds to the machine from outside.
     Wires& wires() { return *wires_; }
+    /// What stands between these wires and the blocks that drive them.
+    const MachineFaults& faults() const { return *faults_; }
     sc_core::sc_clock& core_clk() { return *core_clk_; }
     sc_core::sc_clock& dvi_in_clk() { return *dvi_in_clk_; }
     /// The clock of a renderer's link (index): the DVI input clock, unless a fault lets it drift.

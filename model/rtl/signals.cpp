@@ -80,17 +80,20 @@ void sc_trace(sc_core::sc_trace_file* file, const DecoderEvent& value, const std
     sc_core::sc_trace(file, value.row, name + ".row");
 }
 
-BusBeat BusBeat::frame_start(bool last) {
+BusBeat BusBeat::frame_start(std::uint8_t frame, bool last) {
     BusBeat beat;
     beat.kind = Kind::kFrameStart;
     beat.last = last;
+    beat.frame = frame;
     return beat;
 }
 
-BusBeat BusBeat::table_row(const ViewportRow& row, bool last) {
+BusBeat BusBeat::table_row(std::uint8_t frame, std::uint32_t place, const ViewportRow& row, bool last) {
     BusBeat beat;
     beat.kind = Kind::kTableRow;
     beat.last = last;
+    beat.frame = frame;
+    beat.first = place;
     beat.count = 2;
     beat.destination = row.dcomp;
     beat.words[0] = pack(row.dcomp, row.sx, row.sy, row.sdx);
@@ -113,8 +116,8 @@ ViewportRow BusBeat::row() const {
 }
 
 bool operator==(const BusBeat& a, const BusBeat& b) {
-    return a.kind == b.kind && a.last == b.last && a.count == b.count && a.destination == b.destination &&
-           a.remaining == b.remaining && a.first == b.first &&
+    return a.kind == b.kind && a.last == b.last && a.frame == b.frame && a.count == b.count &&
+           a.destination == b.destination && a.remaining == b.remaining && a.first == b.first &&
            std::equal(a.words.begin(), a.words.begin() + a.count, b.words.begin());
 }
 
@@ -123,9 +126,10 @@ std::ostream& operator<<(std::ostream& out, const BusBeat& value) {
         case BusBeat::Kind::kNone:
             return out << "none";
         case BusBeat::Kind::kFrameStart:
-            return out << "frame start";
+            return out << "start of frame " << int{value.frame};
         case BusBeat::Kind::kTableRow:
-            return out << "row for " << value.destination;
+            return out << "row " << value.first << " of frame " << int{value.frame} << " for "
+                       << value.destination;
         case BusBeat::Kind::kPixels:
             return out << int{value.count} << " pixels to " << value.destination << ", " << value.remaining
                        << " to come";
@@ -136,6 +140,7 @@ std::ostream& operator<<(std::ostream& out, const BusBeat& value) {
 void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name) {
     sc_core::sc_trace(file, byte_of(value.kind), name + ".kind");
     sc_core::sc_trace(file, value.last, name + ".last");
+    sc_core::sc_trace(file, value.frame, name + ".frame");
     sc_core::sc_trace(file, value.destination, name + ".destination");
     sc_core::sc_trace(file, value.count, name + ".count");
     sc_core::sc_trace(file, value.remaining, name + ".remaining");

@@ -60,7 +60,8 @@ void sc_trace(sc_core::sc_trace_file* file, const DecoderEvent& value, const std
 /// The widest bus, in pixels a beat.
 constexpr int kMaximumBeatPixels = 8;
 
-/// What a renderer's bus carries in a core clock.
+/// What a renderer's bus carries in a core clock. Every beat names its frame and its place in it, so that a composer
+/// finds out that beats before it were lost.
 struct BusBeat {
     enum class Kind : std::uint8_t {
         kNone,
@@ -70,14 +71,16 @@ struct BusBeat {
     };
     Kind kind = Kind::kNone;
     bool last = false;
+    std::uint8_t frame = 0;  ///< number of the composited frame that it is a beat of, modulo 256
     std::uint8_t count = 0;
     std::uint16_t destination = 0;  ///< display of the composer addressed, from 1
     std::uint32_t remaining = 0;    ///< pixels of the burst behind this beat
-    std::uint32_t first = 0;        ///< kPixels: place in the segment of the beat's first pixel, from 0
+    /// kPixels: place in the segment of the beat's first pixel; kTableRow: place in the table. From 0.
+    std::uint32_t first = 0;
     std::array<std::uint64_t, kMaximumBeatPixels> words{};
 
-    static BusBeat frame_start(bool last);
-    static BusBeat table_row(const ViewportRow& row, bool last);
+    static BusBeat frame_start(std::uint8_t frame, bool last);
+    static BusBeat table_row(std::uint8_t frame, std::uint32_t place, const ViewportRow& row, bool last);
     ViewportRow row() const;
 };
 bool operator==(const BusBeat& a, const BusBeat& b);

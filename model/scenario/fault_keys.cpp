@@ -74,7 +74,8 @@ std::map<FaultKind, Uses> keys_by_kind() {
         {FaultKind::kDrift, {required("pair"), required("ppm")}},
         {FaultKind::kBusreadyLow, {required("display"), optional("from_cycle"), optional("cycles")}},
         {FaultKind::kPipereadyLow, {required("display"), optional("from_cycle"), optional("cycles")}},
-        {FaultKind::kLostBeat, {required("display"), optional("from_cycle"), optional("beats")}},
+        {FaultKind::kLostBeat,
+         {required("display"), optional("from_cycle"), optional("beats"), optional("of")}},
         {FaultKind::kRandomStalls,
          {optional("from_cycle"), optional("cycles"), required("percent"), optional("seed")}},
     };
@@ -114,6 +115,11 @@ const std::vector<FaultKey>& fault_keys() {
          [](const Fault& fault) { return fault.cycles; },
          [](Fault& fault, std::int64_t value) { fault.cycles = value; }},
         number_key<&Fault::beats>("beats", limits::kFaultBeats),
+        {"of",
+         FaultKey::Shape::kBeats,
+         {0, static_cast<int>(LostBeats::kAny)},
+         [](const Fault& fault) { return std::optional<std::int64_t>(static_cast<int>(fault.of)); },
+         [](Fault& fault, std::int64_t value) { fault.of = static_cast<LostBeats>(value); }},
         number_key<&Fault::percent>("percent", limits::kFaultPercent),
         number_key<&Fault::seed>("seed", limits::kFaultSeed),
     };

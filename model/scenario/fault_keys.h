@@ -17,6 +17,7 @@ struct FaultKey {
     enum class Shape : std::uint8_t {
         kWholeNumber,
         kFrame,  ///< a FrameKind by its name
+        kBeats,  ///< a LostBeats by its name
     };
     const char* name = nullptr;
     Shape shape = Shape::kWholeNumber;

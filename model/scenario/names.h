@@ -92,6 +92,13 @@ struct EnumNames<FrameKind> {
         {{FrameKind::kColour, "colour"}, {FrameKind::kDepth, "depth"}}};
 };
 
+template <>
+struct EnumNames<LostBeats> {
+    static constexpr const char* kWhat = "a kind of beat";
+    static constexpr std::array<EnumName<LostBeats>, 3> kTable{
+        {{LostBeats::kPixels, "pixels"}, {LostBeats::kTable, "table"}, {LostBeats::kAny, "any"}}};
+};
+
 /// The enumerator's name; "?" for a value that is no enumerator.
 template <typename Enum>
 constexpr const char* to_string(Enum value) {

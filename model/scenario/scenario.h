@@ -44,8 +44,15 @@ enum class FaultKind : std::uint8_t {
     // Inside the machine, at level rtl only, from core clock from_cycle on:
     kBusreadyLow,   ///< BUSREADY of a composer is low for `cycles`
     kPipereadyLow,  ///< PIPEREADY of a composer is low for `cycles`
-    kLostBeat,      ///< the bus loses its next `beats` beats of pixels for one composer
+    kLostBeat,      ///< the bus loses its next `beats` beats of kind `of` on their way to one composer
     kRandomStalls,  ///< each handshake of the renderer's row is held back in `percent` of the clocks, for `cycles`
+};
+
+/// Which beats a kLostBeat loses.
+enum class LostBeats : std::uint8_t {
+    kPixels,  ///< of pixels for the composer
+    kTable,   ///< frame starts and table rows, which are for all of a row
+    kAny,     ///< whichever comes, pixels for others as well
 };
 
 struct Fault {
@@ -64,6 +71,7 @@ struct Fault {
     std::int64_t from_cycle = 0;                        ///< faults inside the machine: core clock
     std::optional<std::int64_t> cycles = std::nullopt;  ///< how long, >= 1; for ever if empty
     int beats = 1;                                      ///< kLostBeat: >= 1
+    LostBeats of = LostBeats::kPixels;                  ///< kLostBeat
     int percent = 0;                                    ///< kRandomStalls: 1..99
     std::uint64_t seed = 1;                             ///< kRandomStalls
     std::string where = std::string();  ///< "file.yaml:7: faults[1]", empty if it is not from a file

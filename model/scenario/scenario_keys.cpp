@@ -91,6 +91,7 @@ const Schema& scenario_schema() {
             {"faults[].from_cycle", kScalar, "core cycle"},
             {"faults[].cycles", kScalar, "core cycles"},
             {"faults[].beats", kScalar, "beats"},
+            {"faults[].of", kScalar, "which beats"},
             {"faults[].percent", kScalar, "per cent of the clocks"},
             {"faults[].seed", kScalar, "any whole number"},
         }};
@@ -123,7 +124,7 @@ std::optional<WholeNumbers> whole_numbers_of(std::string_view pattern) {
     const std::string fault_list = "faults[].";
     if (pattern.substr(0, fault_list.size()) == fault_list) {
         const FaultKey* const key = find_fault_key(pattern.substr(fault_list.size()));
-        if (key == nullptr || key->shape == FaultKey::Shape::kFrame) return std::nullopt;
+        if (key == nullptr || key->shape != FaultKey::Shape::kWholeNumber) return std::nullopt;
         return WholeNumbers{key->range, {}};
     }
     const auto found = numbers.find(pattern);

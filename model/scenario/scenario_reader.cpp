@@ -215,6 +215,18 @@ int renderer_index(const Entry& renderer, const std::vector<std::string>& names)
     return static_cast<int>(found - names.begin());
 }
 
+std::int64_t fault_value(const Entry& value, const FaultKeyUse& use) {
+    switch (use.key->shape) {
+        case FaultKey::Shape::kFrame:
+            return static_cast<std::int64_t>(value.choice<FrameKind>());
+        case FaultKey::Shape::kBeats:
+            return static_cast<std::int64_t>(value.choice<LostBeats>());
+        case FaultKey::Shape::kWholeNumber:
+            break;
+    }
+    return value.integer(use.range);
+}
+
 Fault read_fault(const Entry& entry, const std::vector<std::string>& names) {
     Fault fault;
     fault.where = entry.where();
@@ -228,9 +240,7 @@ Fault read_fault(const Entry& entry, const std::vector<std::string>& names) {
         if (use == uses.end()) {
             if (value.present()) value.fail(misplaced_fault_key(key, fault.kind));
         } else if (value.present() || use->required) {
-            key.set(fault, key.shape == FaultKey::Shape::kFrame
-                               ? static_cast<std::int64_t>(value.choice<FrameKind>())
-                               : value.integer(use->range));
+            key.set(fault, fault_value(value, *use));
         }
     }
     return fault;

@@ -185,10 +185,16 @@ void write_fault(std::ostream& out, const Fault& fault, const Scenario& scenario
         const std::optional<std::int64_t> value = use.key->value(fault);
         if (!value) continue;
         out << ", " << use.key->name << ": ";
-        if (use.key->shape == FaultKey::Shape::kFrame) {
-            out << to_string(fault.frame);
-        } else {
-            out << *value;
+        switch (use.key->shape) {
+            case FaultKey::Shape::kFrame:
+                out << to_string(fault.frame);
+                break;
+            case FaultKey::Shape::kBeats:
+                out << to_string(fault.of);
+                break;
+            case FaultKey::Shape::kWholeNumber:
+                out << *value;
+                break;
         }
     }
     out << "}\n";

@@ -68,8 +68,12 @@ void ColumnCoverage::cover_start(const ColumnWires& wires,
     if (started && !started_) {
         starts_.push_back(edge_);
         const auto relays = static_cast<std::int64_t>(composers.size()) + 1;
-        coverage_.hit_if(edge_ == bottom_ready_edge_ + relays, "frames/sequence",
-                         "STARTFRAME at the earliest clock");
+        const bool back_to_back = starts_.size() > 1 && edge_ == bottom_ready_edge_ + relays;
+        const char* group = "frames/sequence";
+        coverage_.hit_if(back_to_back, group,
+                         "back to back: STARTFRAME at the earliest clock behind a frame");
+        coverage_.hit_if(back_to_back && back_to_back_, group, "three frames back to back");
+        back_to_back_ = back_to_back;
     }
     started_ = started;
     const bool running = composers.back()->running();
@@ -80,7 +84,9 @@ void ColumnCoverage::cover_start(const ColumnWires& wires,
 void ColumnCoverage::cover_stall(const ColumnWires& wires,
                                  const std::vector<const ComposerCoverage*>& composers,
                                  const std::vector<const BusCoverage*>& buses) {
-    stalled_ = wires.column_stall;
+    // For the sake of a composer that lacks a pixel, and not of a fault.
+    stalled_ =
+        wires.column_stall && std::find(wires.stall.begin(), wires.stall.end(), true) != wires.stall.end();
     if (!stalled_) {
         end_stall();
         return;

@@ -18,7 +18,7 @@ class ComposerCoverage;
 struct ColumnWires {
     std::vector<bool> pipeready;   ///< raised by the composer, at the end by the output framebuffer
     std::vector<bool> startframe;  ///< into the composer
-    std::vector<bool> stall;       ///< of the composers
+    std::vector<bool> stall;       ///< of the composers, as they drive it
     bool column_stall = false;
     rtl::PipePixel pipe_out;  ///< into the output framebuffer
 };
@@ -64,6 +64,7 @@ class ColumnCoverage {
     std::vector<bool> below_now_;  ///< PIPEREADY from below, at the edge before
     bool bottom_ready_ = false;
     std::int64_t bottom_ready_edge_ = -1;
+    bool back_to_back_ = false;  ///< the latest frame, behind the one before it
     bool started_ = false;
     bool running_ = false;
     bool stalled_ = false;

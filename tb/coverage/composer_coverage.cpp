@@ -94,10 +94,17 @@ void ComposerCoverage::sample_edge(const ComposerWires& outputs) {
         cover_stall();
     }
     ++clocks_since_beat_;
+    ready_clocks_ = outputs.busready ? ready_clocks_ + 1 : 0;
     take_beat();
     if (!in_step_) return;
     cover_busready(outputs.busready);
     cover_buffer();
+}
+
+bool ComposerCoverage::competes() const {
+    // A burst seen now was driven at the edge before, and granted there or as long ago as a page takes to open.
+    const std::int64_t since_grant = 1 + cycles_per_beat(scenario_.bus) + scenario_.memory.page_miss_cycles;
+    return in_step_ && buffer_.missing_pixels() > 0 && ready_clocks_ > since_grant;
 }
 
 // ---- the pipeline side ----
@@ -225,6 +232,9 @@ void ComposerCoverage::end_frame() {
 // ---- the bus side ----
 
 void ComposerCoverage::take_beat() {
+    if (bus_.kind == rtl::BusBeat::Kind::kNone) return;
+    in_step_ = !table_is_lost();
+    if (!in_step_) return;
     switch (bus_.kind) {
         case rtl::BusBeat::Kind::kNone:
             break;
@@ -243,6 +253,24 @@ void ComposerCoverage::take_beat() {
             if (bus_.last) end_table();
             break;
     }
+}
+
+/// Whether the beat tells that a frame's start or a table row has not come, as it does by frame and place.
+bool ComposerCoverage::table_is_lost() {
+    const bool starts = bus_.kind == rtl::BusBeat::Kind::kFrameStart;
+    const bool is_row = bus_.kind == rtl::BusBeat::Kind::kTableRow;
+    const int begun = static_cast<std::uint8_t>(bus_.frame - (buffer_.frames_heard() - 1));
+    const int unseen = begun - (starts ? 1 : 0);
+    const bool row_missing = buffer_.table_open() && (!is_row || bus_.first > rows_of_table_);
+    if (unseen <= 0 && !row_missing) {
+        rows_of_table_ = is_row ? rows_of_table_ + 1 : 0;
+        return false;
+    }
+    const char* group = "faults/lost-table";
+    const std::string told_by = starts ? "the next frame's start" : (is_row ? "a row" : "pixels");
+    coverage_.hit(group, std::string(unseen > 0 ? "start" : "rows") + ", told by " + told_by);
+    coverage_.hit_if(unseen > 1, group, "several frames");
+    return true;
 }
 
 void ComposerCoverage::begin_frame() {

@@ -43,6 +43,9 @@ class ComposerCoverage {
     int beats_of_burst() const { return beats_of_burst_; }
     int announced() const { return announced_; }
     std::int64_t position() const { return position_; }  ///< raster position composited; -1: none
+    /// Pixels of the bus's frame are missing, and BUSREADY has asked for them since the earliest clock in which a
+    /// burst that begins now can have been granted.
+    bool competes() const;
     bool table_complete() const { return buffer_.table_complete(); }
     bool segment_empty() const { return buffer_.table_complete() && !buffer_.has_segment(); }
     bool segment_complete() const { return buffer_.table_complete() && buffer_.segment_complete(); }
@@ -61,6 +64,7 @@ class ComposerCoverage {
     void cover_stall();
     void end_frame();
     void take_beat();
+    bool table_is_lost();
     void begin_frame();
     void end_table();
     void take_pixels();
@@ -89,6 +93,7 @@ class ComposerCoverage {
     bool in_step_ = true;
     bool running_ = false;
     int frame_ = -1;
+    std::uint32_t rows_of_table_ = 0;  ///< that have come
 
     // What the edge sampled did.
     bool starved_ = false;
@@ -103,6 +108,7 @@ class ComposerCoverage {
     bool cut_ = false;  ///< BUSREADY has been taken back: the beat sampled next is the burst's last
     bool burst_before_cut_ = false;
     bool burst_cut_ = false;
+    std::int64_t ready_clocks_ = 0;  ///< since BUSREADY rose
 
     // Starving.
     int starved_in_row_ = 0;

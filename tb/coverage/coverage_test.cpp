@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "bin_names.h"
 #include "coverage_file.h"
 #include "coverage_report.h"
 #include "goals.h"
@@ -160,4 +161,16 @@ TEST_CASE("coverage: the threshold is one number") {
         CHECK_THROWS_AS(read_threshold(file), CoverageFileError);
     }
     CHECK_THROWS_AS(read_threshold(scratch.path() / "none"), CoverageFileError);
+}
+
+TEST_CASE("coverage: clock ratios are told apart") {
+    const auto ratio = [](std::int64_t core, std::int64_t out) {
+        return std::string(clock_ratio_name(core, out));
+    };
+    // Periods of the core clock and of DVI out.
+    CHECK(ratio(100, 300) == "DVI out slower by a whole factor");
+    CHECK(ratio(100, 250) == "DVI out slower");
+    CHECK(ratio(100, 100) == "DVI out equal");
+    CHECK(ratio(250, 100) == "DVI out faster");
+    CHECK(ratio(300, 100) == "DVI out faster by a whole factor");
 }

@@ -10,9 +10,11 @@
 #include <iterator>
 #include <utility>
 
+#include "bin_names.h"
 #include "coverage_file.h"
 #include "rtl/wires.h"
 #include "run_coverage.h"
+#include "scenario/names.h"
 
 namespace metabuffer::coverage {
 namespace {
@@ -42,9 +44,11 @@ MachineCoverage::MachineCoverage(const sc_core::sc_module_name& name, rtl::Metab
       renderers_(scenario.renderers.size()),
       displays_(static_cast<std::size_t>(scenario.displays.count())),
       display_(coverage_),
+      handshakes_(coverage_, machine.faults()),
       beats_(renderers_),
       tables_ready_(renderers_, true),
-      frames_seen_(renderers_) {
+      frames_seen_(renderers_),
+      contested_(static_cast<std::size_t>(scenario.frames)) {
     for (std::size_t r = 0; r < renderers_; ++r) {
         buses_.emplace_back(coverage_, scenario_, r);
         links_.emplace_back(coverage_, scenario_);
@@ -63,6 +67,11 @@ MachineCoverage::MachineCoverage(const sc_core::sc_module_name& name, rtl::Metab
         for (std::size_t r = 0; r < renderers_; ++r) composers.push_back(&composers_[r * displays_ + d]);
         column_composers_.push_back(std::move(composers));
     }
+    for (std::size_t i = 0; i < composers_.size(); ++i) stalls_.push_back(&machine_.wires().stall[i]);
+    for (const rtl::MachineFaults::Handshaking& wire : machine_.faults().handshakes()) {
+        if (wire.handshake != rtl::Handshake::kStall) continue;
+        stalls_[wire.renderer * displays_ + wire.display] = &wire.driven;
+    }
     display_wires_.framedone.resize(displays_);
     for (const BusCoverage& bus : buses_) all_buses_.push_back(&bus);
     SC_METHOD(core_edge);
@@ -80,6 +89,7 @@ void MachineCoverage::core_edge() {
     sample_buses();
     sample_columns();
     sample_displays();
+    handshakes_.clock_edge();
 }
 
 void MachineCoverage::link_events() {
@@ -95,7 +105,7 @@ void MachineCoverage::sample_composers() {
         const std::size_t below = i + displays_;
         composers_[i].clock_edge({wires.bus_seen_by(i).read(), wires.pipe[i].read(), wires.pipe[below].read(),
                                   wires.startframe[below].read(), wires.column_stall[i % displays_].read(),
-                                  wires.stall[i].read(), wires.busready[i].read()});
+                                  stalls_[i]->read(), wires.busready[i].read()});
     }
 }
 
@@ -111,6 +121,9 @@ void MachineCoverage::sample_buses() {
             if (!destination->in_step()) destination = nullptr;
         }
         buses_[r].clock(beat, destination, tables_ready_[r]);
+        if (destination != nullptr && destination->beats_of_burst() == 1) {
+            sample_competition(r, *destination);
+        }
         if (buses_[r].frames() != frames_seen_[r]) {
             links_[r].frame_starts(frames_seen_[r]);
             frames_seen_[r] = buses_[r].frames();
@@ -123,6 +136,16 @@ void MachineCoverage::sample_buses() {
     }
 }
 
+/// A burst begins: whether another composer of the bus wanted it too.
+void MachineCoverage::sample_competition(std::size_t renderer, const ComposerCoverage& granted) {
+    const auto frame = static_cast<std::size_t>(buses_[renderer].frames()) - 1;
+    if (frame >= contested_.size() || contested_[frame]) return;
+    for (std::size_t d = 0; d < displays_; ++d) {
+        const ComposerCoverage& composer = composers_[renderer * displays_ + d];
+        if (&composer != &granted && composer.competes()) contested_[frame] = true;
+    }
+}
+
 void MachineCoverage::sample_columns() {
     rtl::Wires& wires = machine_.wires();
     for (std::size_t d = 0; d < displays_; ++d) {
@@ -130,7 +153,7 @@ void MachineCoverage::sample_columns() {
         for (std::size_t r = 0; r <= renderers_; ++r) {
             column.pipeready[r] = wires.pipeready[r * displays_ + d].read();
             column.startframe[r] = wires.startframe[r * displays_ + d].read();
-            if (r < renderers_) column.stall[r] = wires.stall[r * displays_ + d].read();
+            if (r < renderers_) column.stall[r] = stalls_[r * displays_ + d]->read();
         }
         column.column_stall = wires.column_stall[d].read();
         column.pipe_out = wires.pipe[renderers_ * displays_ + d].read();
@@ -160,7 +183,20 @@ void MachineCoverage::sample_displays() {
 
 void MachineCoverage::finished(const RunReport& report) {
     cover_run(coverage_, scenario_, report);
+    cover_combination(report);
     if (displays_ > 1) cover_columns_together();
+}
+
+/// Counts contested frames, as far as the displays have shown them.
+void MachineCoverage::cover_combination(const RunReport& report) {
+    const std::size_t shown = std::min(contested_.size(), static_cast<std::size_t>(report.frames_shown()));
+    const auto end = contested_.begin() + static_cast<std::ptrdiff_t>(shown);
+    const auto frames = std::count(contested_.begin(), end, true);
+    const std::string bus = both(to_string(scenario_.bus.arbitration), width_name(scenario_.bus.width_bits));
+    const std::string modes = both(clock_ratio_name(clock_period_picoseconds(scenario_.clocks.core_mhz),
+                                                    clock_period_picoseconds(scenario_.clocks.dvi_out_mhz)),
+                                   to_string(scenario_.composer.on_starvation));
+    coverage_.hit("bus/policy-width-ratio", both(bus, modes), frames);
 }
 
 void MachineCoverage::cover_columns_together() {

@@ -11,6 +11,7 @@
 #include "composer_coverage.h"
 #include "coverage.h"
 #include "display_coverage.h"
+#include "handshake_coverage.h"
 #include "link_coverage.h"
 #include "rtl/metabuffer.h"
 #include "scenario/scenario.h"
@@ -37,6 +38,8 @@ class MachineCoverage final : public sc_core::sc_module {
     void sample_buses();
     void sample_columns();
     void sample_displays();
+    void sample_competition(std::size_t renderer, const ComposerCoverage& granted);
+    void cover_combination(const RunReport& report);
     void cover_columns_together();
 
     rtl::Metabuffer& machine_;
@@ -49,13 +52,16 @@ class MachineCoverage final : public sc_core::sc_module {
     std::vector<LinkCoverage> links_;
     std::vector<ColumnCoverage> columns_;
     DisplayCoverage display_;
-    std::vector<ColumnWires> column_wires_;                               ///< as read at this edge
+    HandshakeCoverage handshakes_;
+    std::vector<const sc_core::sc_signal<bool>*> stalls_;  ///< by composer, as it drives it itself
+    std::vector<ColumnWires> column_wires_;                ///< as read at this edge
     std::vector<std::vector<const ComposerCoverage*>> column_composers_;  ///< by display, from the top
     DisplayWires display_wires_;
     std::vector<rtl::BusBeat> beats_;  ///< of the edge before
     std::vector<bool> tables_ready_;   ///< by renderer, at the edge before
     std::vector<int> frames_seen_;     ///< by renderer
     std::vector<const BusCoverage*> all_buses_;
+    std::vector<bool> contested_;  ///< by frame: composers competed for a bus that sent it
 };
 
 /// Coverage of a machine in a test, if METABUFFER_COVERAGE=DIR asks for it: what was counted goes to a file of the

@@ -103,8 +103,6 @@ class RunCoverage {
         hit("machine/modes", both(to_string(scenario_.pacing), to_string(scenario_.composer.on_starvation)));
         hit("machine/modes", both(to_string(scenario_.composition), to_string(scenario_.depth_format)));
         hit("machine/modes", both(to_string(scenario_.pacing), to_string(scenario_.bus.arbitration)));
-        hit_if(report_.total_bus().pixels_sent > 0, "bus/policy-width",
-               both(to_string(scenario_.bus.arbitration), width_name(scenario_.bus.width_bits)));
     }
 
     void cover_clocks() {
@@ -359,6 +357,7 @@ class RunCoverage {
             ++faults;
             renderers.insert(fault.renderer);
             hit("faults/kind", to_string(fault.kind));
+            if (fault.kind == FaultKind::kLostBeat) hit("faults/lost-beat", to_string(fault.of));
             hit(group, lockstep() ? "in lockstep" : "free-running");
             hit(group, glitches() ? "in glitch" : "in stall");
             if (at_a_clock(fault.kind)) continue;
@@ -382,6 +381,7 @@ class RunCoverage {
         hit_if(renderers.size() > 1, group, "two renderers at once");
         hit_if(has_fault(scenario_, FaultKind::kLostBeat) && report_.total_composer().lost_pixels > 0, group,
                "pixels lost on a bus");
+        hit_if(report_.total_composer().lost_tables > 0, group, "table lost on a bus");
         hit_if(std::any_of(report_.displays.begin(), report_.displays.end(),
                            [](const DisplayCounters& display) { return display.kept_frames > 0; }),
                group, "frame kept off the displays");

@@ -10,6 +10,7 @@
 #include "bin_names.h"
 #include "datapath/segment.h"
 #include "datapath/slot_table.h"
+#include "scenario/limits.h"
 #include "scenario/names.h"
 
 namespace metabuffer::coverage {
@@ -106,6 +107,10 @@ void cover_defect(Coverage& coverage, const Scenario& scenario, const Renderer& 
                             "source leaves the image in x");
             coverage.hit_if(row.sy + row.sdy > renderer.image_height_pixels, group,
                             "source leaves the image in y");
+            coverage.hit_if(row.sx + row.sdx > limits::kUnsignedField.high, group,
+                            "source end beyond 16 bits in x");
+            coverage.hit_if(row.sy + row.sdy > limits::kUnsignedField.high, group,
+                            "source end beyond 16 bits in y");
             break;
         case RowDefect::kDestination:
             coverage.hit_if(row.dx <= -m, group, "first pixel left of the raster");
@@ -116,6 +121,10 @@ void cover_defect(Coverage& coverage, const Scenario& scenario, const Renderer& 
                             "last pixel right of the raster");
             coverage.hit_if(row.dy < height && row.dy + row.sdy * m >= height + m, group,
                             "last pixel below the raster");
+            coverage.hit_if(row.dx + row.sdx * m > limits::kSignedField.high, group,
+                            "destination end beyond 16 bits in x");
+            coverage.hit_if(row.dy + row.sdy * m > limits::kSignedField.high, group,
+                            "destination end beyond 16 bits in y");
             break;
         default:
             break;

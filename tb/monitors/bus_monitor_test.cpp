@@ -80,11 +80,12 @@ struct BusBench {
         beat.count = static_cast<std::uint8_t>(count);
         beats[clock] = beat;
     }
+    void misname(int clock, std::uint8_t frame) { beats.at(clock).frame = frame; }
     /// A frame's start at clock 10 and two rows of 4 x 2 pixels behind it.
     void put_table() {
-        beats[10] = BusBeat::frame_start(false);
-        beats[11] = BusBeat::table_row(row(1), false);
-        beats[12] = BusBeat::table_row(row(2), true);
+        beats[10] = BusBeat::frame_start(0, false);
+        beats[11] = BusBeat::table_row(0, 0, row(1), false);
+        beats[12] = BusBeat::table_row(0, 1, row(2), true);
     }
     static ViewportRow row(int display) {
         return table_row(display, {display == 1 ? 0 : 4, 0}, {4, 2}, {1, 1});
@@ -102,7 +103,7 @@ struct BusBench {
         // What is left of both lies in the open page.
         put(31, 1, 6, 0);
         put(32, 2, 6, 0);
-        beats[40] = BusBeat::frame_start(true);
+        beats[40] = BusBeat::frame_start(1, true);
     }
 };
 
@@ -145,9 +146,53 @@ TEST_CASE("bus monitor: a frame is sent to its end before the next one starts", 
 TEST_CASE("bus monitor: no more frames than the run has", "[monitors]") {
     BusBench bench;
     bench.put_frame();
-    bench.beats[45] = BusBeat::frame_start(true);
+    bench.beats[45] = BusBeat::frame_start(2, true);
     bench.run();
     bench.violations.check_only("bus/frames", "BUS_1", 45, 2);
+}
+
+TEST_CASE("bus monitor: a frame's start names the next frame", "[monitors]") {
+    BusBench bench;
+    bench.put_frame();
+    bench.misname(40, 2);
+    bench.run();
+    bench.violations.check_only("bus/frame-number", "BUS_1", 40, 0);
+}
+
+TEST_CASE("bus monitor: a row names the frame that has started", "[monitors]") {
+    BusBench bench;
+    bench.put_frame();
+    bench.misname(12, 1);
+    bench.run();
+    bench.violations.check_only("bus/frame-number", "BUS_1", 12, 0);
+}
+
+TEST_CASE("bus monitor: pixels name the frame that has started", "[monitors]") {
+    BusBench bench;
+    bench.put_frame();
+    bench.misname(26, 255);
+    bench.run();
+    bench.violations.check_only("bus/frame-number", "BUS_1", 26, 0);
+}
+
+TEST_CASE("bus monitor: the frames' numbers go round", "[monitors]") {
+    constexpr int kFrames = 300;
+    Scenario scenario = bus_scenario();
+    scenario.frames = kFrames;
+    BusBench bench(scenario);
+    for (int i = 0; i < kFrames; ++i)
+        bench.beats[2 + 2 * i] = BusBeat::frame_start(static_cast<std::uint8_t>(i), true);
+    bench.bench.run_through(2 * kFrames + 5);
+    bench.violations.check_none();
+    CHECK(bench.monitor.frames_started() == kFrames);
+}
+
+TEST_CASE("bus monitor: a row names its place in the table", "[monitors]") {
+    BusBench bench;
+    bench.put_frame();
+    bench.beats[12].first = 2;
+    bench.run();
+    bench.violations.check_only("bus/row-number", "BUS_1", 12, 0);
 }
 
 TEST_CASE("bus monitor: a table row that is late", "[monitors]") {
@@ -162,7 +207,7 @@ TEST_CASE("bus monitor: a table row that is late", "[monitors]") {
 TEST_CASE("bus monitor: a row behind the last of its table", "[monitors]") {
     BusBench bench;
     bench.put_table();
-    bench.beats[11] = BusBeat::table_row(BusBench::row(1), true);
+    bench.beats[11] = BusBeat::table_row(0, 0, BusBench::row(1), true);
     bench.run();
     bench.violations.check_only("bus/table", "BUS_1", 12, 0);
 }
@@ -170,7 +215,7 @@ TEST_CASE("bus monitor: a row behind the last of its table", "[monitors]") {
 TEST_CASE("bus monitor: pixels before their table is complete", "[monitors]") {
     BusBench bench;
     bench.put_frame();
-    bench.beats[12] = BusBeat::table_row(BusBench::row(2), false);
+    bench.beats[12] = BusBeat::table_row(0, 1, BusBench::row(2), false);
     bench.run();
     bench.violations.check_first("bus/table", "BUS_1", 13, 0);
 }
@@ -178,7 +223,7 @@ TEST_CASE("bus monitor: pixels before their table is complete", "[monitors]") {
 TEST_CASE("bus monitor: a second row for a display", "[monitors]") {
     BusBench bench;
     bench.put_table();
-    bench.beats[12] = BusBeat::table_row(BusBench::row(1), true);
+    bench.beats[12] = BusBeat::table_row(0, 1, BusBench::row(1), true);
     bench.run();
     bench.violations.check_only("bus/row", "BUS_1", 12, 0);
 }
@@ -186,7 +231,7 @@ TEST_CASE("bus monitor: a second row for a display", "[monitors]") {
 TEST_CASE("bus monitor: a row for a display that is not there", "[monitors]") {
     BusBench bench;
     bench.put_table();
-    bench.beats[12] = BusBeat::table_row(BusBench::row(3), true);
+    bench.beats[12] = BusBeat::table_row(0, 1, BusBench::row(3), true);
     bench.run();
     bench.violations.check_only("bus/row", "BUS_1", 12, 0);
 }
@@ -194,7 +239,7 @@ TEST_CASE("bus monitor: a row for a display that is not there", "[monitors]") {
 TEST_CASE("bus monitor: a row whose last pixel lies off the raster", "[monitors]") {
     BusBench bench;
     bench.put_table();
-    bench.beats[12] = BusBeat::table_row(table_row(2, {0, 0}, {4, 2}, {5, 1}), true);
+    bench.beats[12] = BusBeat::table_row(0, 1, table_row(2, {0, 0}, {4, 2}, {5, 1}), true);
     bench.run();
     bench.violations.check_only("bus/row", "BUS_1", 12, 0);
 }
@@ -204,15 +249,15 @@ TEST_CASE("bus monitor: a row that the buffer can never serve", "[monitors]") {
     scenario.composer.buffer_pixels = 7;
     BusBench bench(scenario);
     bench.put_table();
-    bench.beats[12] = BusBeat::table_row(table_row(2, {0, 0}, {4, 1}, {0, 0}, 2), true);
+    bench.beats[12] = BusBeat::table_row(0, 1, table_row(2, {0, 0}, {4, 1}, {0, 0}, 2), true);
     bench.run();
     bench.violations.check_only("bus/row", "BUS_1", 12, 0);
 }
 
 TEST_CASE("bus monitor: pixels for a display without a row", "[monitors]") {
     BusBench bench;
-    bench.beats[10] = BusBeat::frame_start(false);
-    bench.beats[11] = BusBeat::table_row(BusBench::row(1), true);
+    bench.beats[10] = BusBeat::frame_start(0, false);
+    bench.beats[11] = BusBeat::table_row(0, 0, BusBench::row(1), true);
     bench.put(15, 2, 0, 4);
     bench.run();
     bench.violations.check_only("bus/destination", "BUS_1", 15, 0);
@@ -339,7 +384,7 @@ TEST_CASE("bus monitor: a low BUSREADY in a burst gives the slot on in the same 
     bench.put(24, 1, 4, 2);
     bench.put(25, 1, 6, 0);
     bench.put(26, 2, 6, 0);
-    bench.beats[40] = BusBeat::frame_start(true);
+    bench.beats[40] = BusBeat::frame_start(1, true);
     bench.busready_1_low = {17};
     bench.run();
     bench.violations.check_none();
@@ -381,8 +426,8 @@ namespace {
 /// A bus of 16 bits: a beat of a pixel takes four clocks, a table row eight.
 struct NarrowBus : BusBench {
     NarrowBus() : BusBench(bus_scenario(6, 16)) {
-        beats[10] = BusBeat::frame_start(false);
-        beats[18] = BusBeat::table_row(row(1), true);
+        beats[10] = BusBeat::frame_start(0, false);
+        beats[18] = BusBeat::table_row(0, 0, row(1), true);
         put(25, 1, 0, 5, 1);
         put(29, 1, 1, 4, 1);
         // BUSREADY low at 31 stops the burst while the next pixel moves, which so becomes its last.

@@ -328,6 +328,60 @@ TEST_CASE("composer monitor: STALL that nothing asks for", "[monitors]") {
 
 namespace {
 
+/// A fault that may raise STALL of the composer's row.
+Scenario stalls_of(int renderer, StarvationMode mode, std::int64_t cycles) {
+    Scenario scenario = composer_scenario();
+    scenario.composer.on_starvation = mode;
+    Fault fault;
+    fault.kind = FaultKind::kRandomStalls;
+    fault.renderer = renderer;
+    fault.percent = 1;
+    fault.cycles = cycles;
+    scenario.faults.push_back(fault);
+    return scenario;
+}
+constexpr std::int64_t kWholeRun = 1000;
+
+}  // namespace
+
+TEST_CASE("composer monitor: STALL that a fault may raise", "[monitors]") {
+    MonitorBench bench(stalls_of(1, StarvationMode::kStall, kWholeRun), Strap::kRelay, StallWire::kDriven);
+    bench.put_frame();
+    bench.composite();
+    bench.stall.instead[20] = true;
+    bench.run();
+    bench.violations.check_none();
+}
+
+TEST_CASE("composer monitor: a fault of another row excuses no STALL", "[monitors]") {
+    MonitorBench bench(stalls_of(0, StarvationMode::kStall, kWholeRun), Strap::kRelay, StallWire::kDriven);
+    bench.put_frame();
+    bench.composite();
+    bench.stall.instead[20] = true;
+    bench.run();
+    bench.violations.check_only("composer/stall", "STALL", 20, 0);
+}
+
+TEST_CASE("composer monitor: a fault that is over excuses no STALL", "[monitors]") {
+    MonitorBench bench(stalls_of(1, StarvationMode::kStall, 5), Strap::kRelay, StallWire::kDriven);
+    bench.put_frame();
+    bench.composite();
+    bench.stall.instead[20] = true;
+    bench.run();
+    bench.violations.check_only("composer/stall", "STALL", 20, 0);
+}
+
+TEST_CASE("composer monitor: no fault raises STALL in glitch mode", "[monitors]") {
+    MonitorBench bench(stalls_of(1, StarvationMode::kGlitch, kWholeRun), Strap::kRelay, StallWire::kDriven);
+    bench.put_frame();
+    bench.composite();
+    bench.stall.instead[20] = true;
+    bench.run();
+    bench.violations.check_only("composer/stall", "STALL", 20, 0);
+}
+
+namespace {
+
 /// Pixel 4 is needed at raster place 18, composited at the edge kNeeded, and comes four clocks late.
 struct StallBench : MonitorBench {
     static constexpr int kNeeded = kStart + 19;
@@ -517,8 +571,8 @@ TEST_CASE("composer observer: what over and the alpha key make of every pair of 
                 return Pixel(99, static_cast<std::uint8_t>(i), 255, static_cast<std::uint8_t>(255 - i),
                              i % 2 == 0 ? 99U : 101U);
             };
-            beat(rtl::BusBeat::frame_start(false));
-            beat(rtl::BusBeat::table_row(table_row(1, {0, 0}, {16, 16}, {0, 0}), true));
+            beat(rtl::BusBeat::frame_start(0, false));
+            beat(rtl::BusBeat::table_row(0, 0, table_row(1, {0, 0}, {16, 16}, {0, 0}), true));
             for (int i = 0; i < 256; ++i) {
                 rtl::BusBeat one;
                 one.kind = rtl::BusBeat::Kind::kPixels;

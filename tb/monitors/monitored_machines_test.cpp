@@ -34,7 +34,7 @@ bool same(const ComposerCounters& a, const ComposerCounters& b) {
            a.stalled_cycles == b.stalled_cycles && a.buffer_high_water == b.buffer_high_water &&
            a.busready_drops == b.busready_drops && a.late_pixels == b.late_pixels &&
            a.replayed_pixels == b.replayed_pixels && a.lost_pixels == b.lost_pixels &&
-           glitch(a.first_glitch) == glitch(b.first_glitch) &&
+           a.lost_tables == b.lost_tables && glitch(a.first_glitch) == glitch(b.first_glitch) &&
            glitch(a.last_glitch) == glitch(b.last_glitch) && a.starved_run_count == b.starved_run_count &&
            a.starved_runs == b.starved_runs;
 }
@@ -127,6 +127,7 @@ Scenario random_faulty_scenario(std::uint64_t seed) {
         fault.beats = random.between(1, 5);
         fault.percent = random.between(1, 90);
         fault.seed = random.bits();
+        fault.of = static_cast<LostBeats>(random.between(0, static_cast<int>(LostBeats::kAny)));
         scenario.faults.push_back(fault);
     }
     return scenario;

@@ -178,6 +178,36 @@ TEST_CASE("pipeline monitor: a column that stands still breaks no rule", "[monit
     CHECK(bench.monitor.frames_taken() == 1);
 }
 
+TEST_CASE("pipeline monitor: counts the clocks of COLUMNSTALL, with no frame there too") {
+    StalledBench bench;
+    const auto stall = [&bench](int first, int clocks) {
+        for (int clock = first; clock < first + clocks; ++clock) bench.stall.insert(clock);
+    };
+    stall(kEnd - 12, 12);  // longer than the monitor goes on looking where nothing moves
+    stall(kEnd + 20, 3);   // while it sleeps
+    bench.bench.run_through(kEnd + 40);
+    bench.violations.check_none();
+    CHECK(bench.monitor.stalled_cycles() == 2 + 12 + 3);
+}
+
+TEST_CASE("pipeline monitor: a stall that ends while nothing is on the way breaks no rule later on") {
+    PipelineBench bench(pipeline_scenario(StarvationMode::kStall));
+    // The monitor sleeps where nothing moves, and must not take the old stall for that of the frame's start.
+    constexpr int kLater = 18;
+    for (auto* stages : {&bench.startframe, &bench.valid}) {
+        for (Clocks& all : *stages) {
+            Clocks later;
+            for (const int clock : all) later.insert(clock + kLater);
+            all = later;
+        }
+    }
+    bench.ready = clocks(0, kStart + kLater + 2);
+    bench.stall = clocks(0, 12);
+    bench.run();
+    bench.violations.check_none();
+    CHECK(bench.monitor.frames_taken() == 1);
+}
+
 TEST_CASE("pipeline monitor: a stage that moves while its column stands still", "[monitors]") {
     StalledBench bench;
     bench.valid[0].erase(15);

@@ -143,7 +143,7 @@ TEST_CASE("scoreboard: a wrong row of a table", "[monitors]") {
         bench.edge = next;
         ViewportRow row = beat.row();
         row.dx = 1;
-        bench.wires().bus[0].write(rtl::BusBeat::table_row(row, beat.last));
+        bench.wires().bus[0].write(rtl::BusBeat::table_row(beat.frame, beat.first, row, beat.last));
     };
     bench.run();
     bench.check_first("scoreboard/table", "BUS_1", "core", bench.edge, 0);

@@ -1,6 +1,8 @@
 #include "monitors/swap_lock_monitor.h"
 
 #include <catch2/catch.hpp>
+#include <optional>
+#include <utility>
 
 #include "altered_machine.h"
 
@@ -15,7 +17,8 @@ struct Bench : AlteredMachine {
     std::int64_t edge = -1;  ///< at which the alteration is sampled
     int pictures = 0;
 
-    Bench() : AlteredMachine(altered_scenario()), monitor("monitor", scenario(), log) {
+    explicit Bench(Scenario scenario_of_it = altered_scenario())
+        : AlteredMachine(std::move(scenario_of_it)), monitor("monitor", scenario(), log) {
         monitor.clk_i(machine.core_clk());
         monitor.dvi_clk_i(machine.dvi_out_clk());
         monitor.reset_i(machine.reset());
@@ -69,6 +72,123 @@ TEST_CASE("swap lock monitor: SWAPLOCK low though every FRAMEDONE is high", "[mo
     bench.once(all_done, 20, [&](rtl::Wires&) { bench.wires().swaplock.write(false); });
     bench.run();
     bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
+}
+
+namespace {
+
+/// A fault that may hold the swap lock's wires, and hardly ever does.
+Scenario stalled_scenario(int renderer, std::int64_t from_cycle, std::optional<std::int64_t> cycles) {
+    Scenario scenario = altered_scenario();
+    Fault fault;
+    fault.kind = FaultKind::kRandomStalls;
+    fault.renderer = renderer;
+    fault.percent = 1;
+    fault.from_cycle = from_cycle;
+    fault.cycles = cycles;
+    scenario.faults.push_back(fault);
+    return scenario;
+}
+constexpr int kLastRow = 1;
+
+/// Lowers SWAPLOCK in the first clocks of a swap.
+AlteredWires::Alter late_swaplock(Bench& bench, int clocks) {
+    return [&bench, clocks, done = 0](std::int64_t next, rtl::Wires& real) mutable {
+        done = all_done(real) ? done + 1 : 0;
+        if (done < 1 || done > clocks) return;
+        if (bench.edge < 0) bench.edge = next;
+        bench.wires().swaplock.write(false);
+    };
+}
+
+}  // namespace
+
+TEST_CASE("swap lock monitor: SWAPLOCK may be late while a fault of the last row may hold it", "[monitors]") {
+    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
+    bench.altered.alter = late_swaplock(bench, 3);
+    bench.run();
+    CHECK(bench.edge > 0);
+    for (const auto& violation : bench.violations) FAIL(to_string(violation));
+    CHECK(bench.pictures == 2 * kAlteredFrames);
+}
+
+TEST_CASE("swap lock monitor: a fault of another row excuses no late SWAPLOCK", "[monitors]") {
+    Bench bench(stalled_scenario(kLastRow - 1, 0, std::nullopt));
+    bench.altered.alter = late_swaplock(bench, 3);
+    bench.run();
+    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
+}
+
+TEST_CASE("swap lock monitor: a fault that is over excuses no late SWAPLOCK", "[monitors]") {
+    Bench bench(stalled_scenario(kLastRow, 0, 10));
+    bench.altered.alter = late_swaplock(bench, 1);
+    bench.run();
+    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
+}
+
+TEST_CASE("swap lock monitor: a fault that is still to come excuses no late SWAPLOCK", "[monitors]") {
+    Bench bench(stalled_scenario(kLastRow, 1'000'000, std::nullopt));
+    bench.altered.alter = late_swaplock(bench, 1);
+    bench.run();
+    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
+}
+
+TEST_CASE("swap lock monitor: SWAPLOCK is taken back while a fault may hold it", "[monitors]") {
+    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
+    bench.once(all_done, 20, [&](rtl::Wires&) { bench.wires().swaplock.write(false); });
+    bench.run();
+    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
+}
+
+TEST_CASE("swap lock monitor: SWAPLOCK too early while a fault may hold it", "[monitors]") {
+    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
+    bench.once(none_done, 20, [&](rtl::Wires&) { bench.wires().swaplock.write(true); });
+    bench.run();
+    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
+}
+
+namespace {
+
+/// A FRAMEBAD that stands from the run's start, and a SWAPSKIP that rises when it may.
+void check_late_swapskip(Bench& bench, const std::function<bool(rtl::Wires& real)>& swapskip) {
+    bench.altered.alter = [&bench, swapskip](std::int64_t, rtl::Wires& real) {
+        bench.wires().framebad[1].write(true);
+        bench.wires().swapskip.write(swapskip(real));
+    };
+    bench.run();
+}
+
+}  // namespace
+
+TEST_CASE("swap lock monitor: SWAPSKIP may rise with SWAPLOCK while a fault may hold it", "[monitors]") {
+    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
+    bool risen = false;
+    check_late_swapskip(bench, [&risen](rtl::Wires& real) { return risen = risen || all_done(real); });
+    for (const auto& violation : bench.violations) CHECK(violation.rule != "swap-lock/any-bad");
+}
+
+TEST_CASE("swap lock monitor: SWAPSKIP later than SWAPLOCK while a fault may hold it", "[monitors]") {
+    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
+    int done = 0;
+    std::int64_t edge = -1;
+    bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
+        done += all_done(real) ? 1 : 0;
+        if (done == 1 && edge < 0) edge = next;
+        bench.wires().framebad[1].write(true);
+        bench.wires().swapskip.write(done > 1);
+    };
+    bench.run();
+    bench.check_first("swap-lock/any-bad", "SWAPSKIP", "core", edge, -1);
+}
+
+TEST_CASE("swap lock monitor: SWAPSKIP is taken back while a fault may hold it", "[monitors]") {
+    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
+    bench.altered.alter = [&](std::int64_t next, rtl::Wires&) {
+        bench.wires().framebad[1].write(true);
+        bench.wires().swapskip.write(next == 20);
+        bench.edge = 21;
+    };
+    bench.run();
+    bench.check_first("swap-lock/any-bad", "SWAPSKIP", "core", bench.edge, -1);
 }
 
 TEST_CASE("swap lock monitor: SWAPSKIP without a FRAMEBAD", "[monitors]") {

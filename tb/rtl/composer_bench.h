@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,8 +22,10 @@ enum class StallWire : std::uint8_t { kOwn, kDriven };
 /// A frame as the bus has brought it to the composer.
 struct FrameOnBus {
     std::optional<ViewportRow> row;
+    bool table_lost = false;                 ///< a beat of its table did not arrive
     std::map<std::int64_t, int> sampled_at;  ///< by the pixel's place in the segment
-    std::optional<int> loss_seen_at;         ///< the edge that samples what shows that a pixel was lost
+    std::optional<int>
+        loss_seen_at;  ///< the edge that samples what shows that a pixel was lost; of a table, its
 };
 
 /// A composer of display 1 between a bus, a pipeline above and a pipeline below, all played by the test. It is
@@ -83,10 +86,9 @@ struct ComposerBench {
         composer.stall_o(stall);
         bind_monitor(bench);
         bench.trace(composer);
-        core.each_clock([this](int clock) {
+        core.each_clock([this, &bench](int clock) {
             if (bus_master) bus_master(clock);
-            const auto entry = beats_.find(clock);
-            bus.write(entry == beats_.end() ? rtl::BusBeat{} : entry->second);
+            bus.write(beat_at(clock, bench.reset.read()));
             play_upstream(clock);
         });
     }
@@ -100,12 +102,21 @@ struct ComposerBench {
     /// Called before each edge, to put() what it is to sample.
     std::function<void(int)> bus_master;
 
+    /// The beat gets its frame's number as it is driven: that of the last frame start.
     void put(int clock, const rtl::BusBeat& beat) { beats_[clock] = beat; }
+    /// A beat that is put there does not arrive.
+    void lose(int clock) { lost_.insert(clock); }
+    void lose_from_to(int first_clock, int last_clock) {
+        for (int clock = first_clock; clock <= last_clock; ++clock) lose(clock);
+    }
+    /// A beat that is put there says that it is of another frame.
+    void misname(int clock, int frame) { misnamed_[clock] = frame; }
     /// A frame-start beat at `clock` and the rows at the edges behind it. The last beat's edge.
     int put_table(int clock, const ViewportTable& rows) {
-        put(clock, rtl::BusBeat::frame_start(rows.empty()));
+        put(clock, rtl::BusBeat::frame_start(0, rows.empty()));
         for (std::size_t i = 0; i < rows.size(); ++i) {
-            put(++clock, rtl::BusBeat::table_row(rows[i], i + 1 == rows.size()));
+            put(++clock,
+                rtl::BusBeat::table_row(0, static_cast<std::uint32_t>(i), rows[i], i + 1 == rows.size()));
         }
         return clock;
     }
@@ -160,20 +171,26 @@ struct ComposerBench {
     /// the ports alone.
     std::vector<FrameOnBus> frames_on_bus() const {
         std::vector<FrameOnBus> frames;
-        std::int64_t next = 0;
+        std::size_t over = 0;  // frames that are known not to be sent any more
         for (const auto& [clock, beat] : beats_) {
-            if (beat.kind == rtl::BusBeat::Kind::kFrameStart) {
-                if (!frames.empty()) note_loss(frames.back(), clock, next, segment_pixels(frames.back()));
-                frames.emplace_back();
-                next = 0;
-            } else if (beat.destination != 1 || frames.empty()) {
+            if (beat.kind == rtl::BusBeat::Kind::kFrameStart) frames.emplace_back();
+            if (frames.empty()) continue;
+            FrameOnBus& frame = frames.back();
+            if (lost_.count(clock) != 0) {
+                if (beat.kind != rtl::BusBeat::Kind::kPixels && !frame.table_lost) {
+                    frame.table_lost = true;
+                    frame.loss_seen_at = clock;
+                }
                 continue;
-            } else if (beat.kind == rtl::BusBeat::Kind::kTableRow) {
-                frames.back().row = beat.row();
+            }
+            for (; over + 1 < frames.size(); ++over)
+                note_loss(frames[over], clock, segment_pixels(frames[over]));
+            if (beat.destination != 1) continue;
+            if (beat.kind == rtl::BusBeat::Kind::kTableRow) {
+                frame.row = beat.row();
             } else if (beat.kind == rtl::BusBeat::Kind::kPixels) {
-                note_loss(frames.back(), clock, next, beat.first);
-                for (int i = 0; i < beat.count; ++i) frames.back().sampled_at[beat.first + i] = clock;
-                next = beat.first + beat.count;
+                note_loss(frame, clock, beat.first);
+                for (int i = 0; i < beat.count; ++i) frame.sampled_at[beat.first + i] = clock;
             }
         }
         return frames;
@@ -258,8 +275,24 @@ struct ComposerBench {
     static std::int64_t segment_pixels(const FrameOnBus& frame) {
         return frame.row ? std::int64_t{frame.row->sdx} * frame.row->sdy : 0;
     }
-    static void note_loss(FrameOnBus& frame, int clock, std::int64_t next, std::int64_t come) {
+    /// All pixels before `come` have been sent.
+    static void note_loss(FrameOnBus& frame, int clock, std::int64_t come) {
+        const std::int64_t next = frame.sampled_at.empty() ? 0 : frame.sampled_at.rbegin()->first + 1;
         if (come > next && !frame.loss_seen_at) frame.loss_seen_at = clock;
+    }
+
+    /// What edge `clock` samples on the bus.
+    rtl::BusBeat beat_at(int clock, bool in_reset) {
+        if (in_reset) frames_started_ = 0;
+        const auto entry = beats_.find(clock);
+        if (entry == beats_.end()) return {};
+        frames_started_ += entry->second.kind == rtl::BusBeat::Kind::kFrameStart ? 1 : 0;
+        if (lost_.count(clock) != 0) return {};
+        rtl::BusBeat beat = entry->second;
+        const auto misnamed = misnamed_.find(clock);
+        beat.frame =
+            static_cast<std::uint8_t>(misnamed == misnamed_.end() ? frames_started_ - 1 : misnamed->second);
+        return beat;
     }
 
     /// For each raster position the segment pixel that shows there.
@@ -303,6 +336,9 @@ struct ComposerBench {
     }
 
     std::map<int, rtl::BusBeat> beats_;
+    std::set<int> lost_;
+    std::map<int, int> misnamed_;
+    int frames_started_ = 0;
     std::vector<int> starts_;
     int position_ = -1;
     StallWire stall_wire_;

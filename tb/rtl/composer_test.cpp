@@ -317,10 +317,10 @@ TEST_CASE("composer: without a row PIPEREADY rises when the table has been broad
     ComposerBench empty(bench, "empty", composer_scenario());
     bench.core.drive(no_row.pipeready_in, 0, true);
     bench.core.drive(empty.pipeready_in, 0, true);
-    no_row.put(10, BusBeat::frame_start(false));
-    no_row.put(14, BusBeat::table_row(whole_raster(2), false));
-    no_row.put(18, BusBeat::table_row(whole_raster(3), true));
-    empty.put(10, BusBeat::frame_start(true));
+    no_row.put(10, BusBeat::frame_start(0, false));
+    no_row.put(14, BusBeat::table_row(0, 0, whole_raster(2), false));
+    no_row.put(18, BusBeat::table_row(0, 1, whole_raster(3), true));
+    empty.put(10, BusBeat::frame_start(0, true));
     bench.run_through(40);
     CHECK(no_row.pipereadies.high() == clock_range(18, 41));
     CHECK(empty.pipereadies.high() == clock_range(10, 41));
@@ -886,8 +886,10 @@ struct RandomTraffic {
     std::vector<ViewportRow> rows;  ///< of one frame each
     int beat_pixels = 1;
     int burst_pixels = 1;
-    int laziness = 2;      ///< one clock in so many starts nothing
-    int beats_a_loss = 0;  ///< one beat in so many does not arrive, but for the last frame's; 0: all arrive
+    int laziness = 2;  ///< one clock in so many starts nothing
+    // One beat in so many does not arrive, but for the last frame's; 0: all arrive.
+    int beats_a_loss = 0;        ///< of pixels
+    int table_beats_a_loss = 0;  ///< of tables
 };
 
 /// A bus that keeps the input framebuffer's side of the protocol and does everything it may do besides:
@@ -901,6 +903,7 @@ class RandomBusMaster {
           burst_pixels_(traffic.burst_pixels),
           laziness_(traffic.laziness),
           beats_a_loss_(traffic.beats_a_loss),
+          table_beats_a_loss_(traffic.table_beats_a_loss),
           random_(seed) {
         dut.bus_master = [this](int clock) { edge(clock); };
     }
@@ -919,12 +922,13 @@ class RandomBusMaster {
         if (left_ == 0) {
             if (frame_ + 1 < static_cast<int>(rows_.size()) && tableready && !random_.one_in(4)) {
                 if (!started_) {
-                    dut_.put(clock, BusBeat::frame_start(false));
+                    put_table_beat(clock, BusBeat::frame_start(0, false));
                     started_ = true;
                     return;
                 }
                 ++frame_;
-                dut_.put(clock, BusBeat::table_row(rows_[static_cast<std::size_t>(frame_)], true));
+                put_table_beat(clock,
+                               BusBeat::table_row(0, 0, rows_[static_cast<std::size_t>(frame_)], true));
                 started_ = false;
                 left_ = std::int64_t{rows_[static_cast<std::size_t>(frame_)].sdx} *
                         rows_[static_cast<std::size_t>(frame_)].sdy;
@@ -954,12 +958,20 @@ class RandomBusMaster {
         burst_ -= count;
         const bool lost =
             beats_a_loss_ > 0 && frame_ + 1 < static_cast<int>(rows_.size()) && random_.one_in(beats_a_loss_);
-        if (!lost) dut_.put_pixels(clock, next_, count, burst_, frame_);
+        dut_.put_pixels(clock, next_, count, burst_, frame_);
+        if (lost) dut_.lose(clock);
         next_ += count;
         left_ -= count;
         announced_ = burst_;
         unseen_ = burst_ == 0 && first_beat_;
         first_beat_ = false;
+    }
+
+    void put_table_beat(int clock, const BusBeat& beat) {
+        dut_.put(clock, beat);
+        const int frame = frame_ + (beat.kind == BusBeat::Kind::kFrameStart ? 1 : 0);
+        const bool may_lose = table_beats_a_loss_ > 0 && frame + 1 < static_cast<int>(rows_.size());
+        if (may_lose && random_.one_in(table_beats_a_loss_)) dut_.lose(clock);
     }
 
     ComposerBench& dut_;
@@ -968,6 +980,7 @@ class RandomBusMaster {
     int burst_pixels_;
     int laziness_;
     int beats_a_loss_;
+    int table_beats_a_loss_;
     Random random_;
     bool busready_read_ = false;
     bool tableready_read_ = false;
@@ -1010,8 +1023,13 @@ ViewportRow random_row(Random& random, int longest_source_row) {
     return table_row(1, {0, 0}, {x.second, y.second}, {x.first, y.first}, multiple);
 }
 
+struct Losses {
+    int beats_a_loss = 0;
+    int table_beats_a_loss = 0;
+};
+
 std::unique_ptr<RandomRun> random_run(ClockedTestbench& bench, Random& random, StarvationMode mode, int index,
-                                      int beats_a_loss = 0) {
+                                      const Losses& losses) {
     auto run = std::make_unique<RandomRun>();
     RandomTraffic traffic;
     traffic.beat_pixels = 1 << random.between(0, 3);
@@ -1020,7 +1038,8 @@ std::unique_ptr<RandomRun> random_run(ClockedTestbench& bench, Random& random, S
     const int buffer = source_row + ready_space + (random.one_in(2) ? 0 : random.between(0, 12));
     traffic.burst_pixels = random.between(1, 24);
     traffic.laziness = random.between(2, 12);
-    traffic.beats_a_loss = beats_a_loss;
+    traffic.beats_a_loss = losses.beats_a_loss;
+    traffic.table_beats_a_loss = losses.table_beats_a_loss;
     for (int frame = 0; frame < kRandomFrames; ++frame) run->rows.push_back(random_row(random, source_row));
     traffic.rows = run->rows;
     run->what = "run " + std::to_string(index) + ": beats of " + std::to_string(traffic.beat_pixels) +
@@ -1037,10 +1056,10 @@ std::unique_ptr<RandomRun> random_run(ClockedTestbench& bench, Random& random, S
 }
 
 std::vector<std::unique_ptr<RandomRun>> random_runs(ClockedTestbench& bench, std::uint64_t seed,
-                                                    StarvationMode mode, int beats_a_loss = 0) {
+                                                    StarvationMode mode, const Losses& losses = {}) {
     Random random(seed);
     std::vector<std::unique_ptr<RandomRun>> runs;
-    for (int i = 0; i < 120; ++i) runs.push_back(random_run(bench, random, mode, i, beats_a_loss));
+    for (int i = 0; i < 120; ++i) runs.push_back(random_run(bench, random, mode, i, losses));
     return runs;
 }
 
@@ -1124,7 +1143,7 @@ TEST_CASE(
     const auto seed = random_seed(73);
     INFO("METABUFFER_SEED=" << seed);
     ClockedTestbench bench;
-    const auto runs = random_runs(bench, seed, StarvationMode::kGlitch, 40);
+    const auto runs = random_runs(bench, seed, StarvationMode::kGlitch, {40, 6});
     bench.run_through(kRandomGlitchClocks);
     int marked = 0;
     int untouched = 0;
@@ -1148,7 +1167,7 @@ TEST_CASE("composer: in stall mode a lost beat stops no column, and what is not 
     const auto seed = random_seed(74);
     INFO("METABUFFER_SEED=" << seed);
     ClockedTestbench bench;
-    const auto runs = random_runs(bench, seed, StarvationMode::kStall, 40);
+    const auto runs = random_runs(bench, seed, StarvationMode::kStall, {40, 6});
     bench.run_through(kRandomStallClocks);
     int marked = 0;
     for (const auto& run : runs) {
@@ -1321,7 +1340,7 @@ TEST_CASE("composer's counters: under the random bus they say what the ports sho
     const auto seed = random_seed(71);
     INFO("METABUFFER_SEED=" << seed);
     ClockedTestbench bench;
-    const auto runs = random_runs(bench, seed, StarvationMode::kGlitch, 60);
+    const auto runs = random_runs(bench, seed, StarvationMode::kGlitch, {60, 8});
     std::vector<std::vector<Glitch>> glitches(runs.size());
     for (std::size_t i = 0; i < runs.size(); ++i) {
         runs[i]->dut->composer.on_glitch(
@@ -1331,6 +1350,7 @@ TEST_CASE("composer's counters: under the random bus they say what the ports sho
     std::int64_t all_drops = 0;
     std::int64_t all_late = 0;
     std::int64_t all_lost = 0;
+    std::int64_t all_tables_lost = 0;
     for (std::size_t i = 0; i < runs.size(); ++i) {
         INFO(runs[i]->what);
         const ComposerBench& dut = *runs[i]->dut;
@@ -1339,19 +1359,25 @@ TEST_CASE("composer's counters: under the random bus they say what the ports sho
         CHECK(counters.starved_pixels == static_cast<std::int64_t>(glitches[i].size()));
         CHECK(counters.buffer_high_water <= dut.scenario.composer.buffer_pixels);
         std::int64_t not_come = 0;
+        std::int64_t tables_lost = 0;
         const std::vector<FrameOnBus> frames = dut.frames_on_bus();
         for (std::size_t frame = 0; frame < frames.size(); ++frame) {
+            tables_lost += frames[frame].table_lost ? 1 : 0;
+            if (frames[frame].table_lost) continue;
             not_come += std::int64_t{runs[i]->rows[frame].sdx} * runs[i]->rows[frame].sdy -
                         static_cast<std::int64_t>(frames[frame].sampled_at.size());
         }
         CHECK(counters.lost_pixels == not_come);
+        CHECK(counters.lost_tables == tables_lost);
         all_drops += counters.busready_drops;
         all_late += counters.late_pixels;
         all_lost += counters.lost_pixels;
+        all_tables_lost += counters.lost_tables;
     }
     CHECK(all_drops > 30);
     CHECK(all_late > 30);
     CHECK(all_lost > 30);
+    CHECK(all_tables_lost > 30);
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <optional>
@@ -21,6 +22,7 @@ using rtl::FaultTally;
 using rtl::Handshake;
 using rtl::HandshakeFault;
 using rtl::LinkClock;
+using rtl::SwapLockFault;
 
 constexpr int kPageMiss = 4;
 
@@ -70,9 +72,10 @@ struct WireBench {
     Register reader;
     const Recording<bool>& wires;
 
-    WireBench(ClockedTestbench& bench, const std::string& name, Handshake handshake, Scenario with)
+    WireBench(ClockedTestbench& bench, const std::string& name, Handshake handshake, Scenario with,
+              std::size_t display = 1)
         : scenario(std::move(with)),
-          fault(name.c_str(), scenario, {handshake, 0, 1, "WIRE"}, {0}, tally),
+          fault(name.c_str(), scenario, {handshake, 0, display, "WIRE"}, {0}, tally),
           reader((name + "_reader").c_str()),
           wires(bench.core.record(reader.held)) {
         reader.clk_i(bench.core.clk);
@@ -116,6 +119,47 @@ TEST_CASE("handshake fault: PIPEREADY that stands is not taken back, its next ri
     CHECK(dut.tally.count(0) == 1);
 }
 
+TEST_CASE("handshake fault: FRAMEDONE that stands is not taken back, its next rise waits") {
+    ClockedTestbench bench;
+    WireBench dut(bench, "dut", Handshake::kFramedone, fault_scenario(FaultKind::kPipereadyLow, 20, 30));
+    bench.core.drive(dut.raised, 10, true);
+    bench.core.drive(dut.raised, 28, false);  // the swap has come back
+    bench.core.drive(dut.raised, 33, true);
+    bench.core.drive(dut.raised, 60, false);
+    bench.run_through(70);
+    CHECK(read_high(dut) == both(clock_range(10, 28), clock_range(50, 60)));
+    CHECK(dut.tally.count(0) == 1);
+}
+
+TEST_CASE(
+    "handshake fault: STALL is read high at the clocks of the fault and follows its wire at all others") {
+    ClockedTestbench bench;
+    WireBench dut(bench, "dut", Handshake::kStall, fault_scenario(FaultKind::kBusreadyLow, 20, 5));
+    bench.core.drive(dut.raised, 10, true);
+    bench.core.drive(dut.raised, 12, false);
+    bench.core.drive(dut.raised, 18, true);
+    bench.core.drive(dut.raised, 22, false);
+    bench.core.drive(dut.raised, 30, true);
+    bench.core.drive(dut.raised, 33, false);
+    bench.run_through(19);
+    CHECK(dut.tally.count(0) == 0);
+    bench.run_through(40);
+    CHECK(read_high(dut) == both(both(clock_range(10, 12), clock_range(18, 25)), clock_range(30, 33)));
+    CHECK(dut.tally.count(0) == 1);
+}
+
+TEST_CASE("handshake fault: a STALL that stands anyway is not the fault's work") {
+    ClockedTestbench bench;
+    WireBench dut(bench, "dut", Handshake::kStall, fault_scenario(FaultKind::kBusreadyLow, 20, 5));
+    bench.core.drive(dut.raised, 18, true);
+    bench.core.drive(dut.raised, 30, false);
+    bench.run_through(22);
+    CHECK(dut.fault.waiting_for().empty());
+    bench.run_through(40);
+    CHECK(read_high(dut) == clock_range(18, 30));
+    CHECK(dut.tally.count(0) == 0);
+}
+
 TEST_CASE("handshake fault: a fault that finds its wire low, or standing, has not taken effect") {
     ClockedTestbench bench;
     WireBench low(bench, "low", Handshake::kTableready, fault_scenario(FaultKind::kBusreadyLow, 20, 5));
@@ -136,17 +180,17 @@ TEST_CASE(
     WireBench kept(bench, "kept", Handshake::kBusready, one_clock);
     WireBench lowered(bench, "lowered", Handshake::kBusready, one_clock);
     WireBench long_fault(bench, "long_fault", Handshake::kBusready,
-                         fault_scenario(FaultKind::kBusreadyLow, 20, 15));
+                         fault_scenario(FaultKind::kBusreadyLow, 20, 20));
     for (WireBench* dut : {&kept, &lowered, &long_fault}) bench.core.drive(dut->raised, 10, true);
     // Low itself, as edge 22 reads it.
     bench.core.drive(lowered.raised, 22, false);
     bench.core.drive(lowered.raised, 23, true);
     bench.run_through(60);
-    // A page miss, two beats and two clocks.
-    constexpr int kLow = kPageMiss + 2 * 1 + 2;
+    // Two page misses, three beats and two clocks.
+    constexpr int kLow = 2 * kPageMiss + 3 * 1 + 2;
     CHECK(read_high(kept) == both(clock_range(10, 20), clock_range(20 + kLow, 61)));
     CHECK(read_high(lowered) == both(clock_range(10, 20), clock_range(23, 61)));
-    CHECK(read_high(long_fault) == both(clock_range(10, 20), clock_range(35, 61)));
+    CHECK(read_high(long_fault) == both(clock_range(10, 20), clock_range(40, 61)));
 }
 
 TEST_CASE("handshake fault: held for ever it says so") {
@@ -157,6 +201,15 @@ TEST_CASE("handshake fault: held for ever it says so") {
     bench.run_through(40);
     CHECK(dut.wires.high().empty());
     CHECK(dut.fault.waiting_for() == "holds WIRE low");
+}
+
+TEST_CASE("handshake fault: a STALL that is held for ever says so") {
+    ClockedTestbench bench;
+    WireBench dut(bench, "dut", Handshake::kStall,
+                  fault_scenario(FaultKind::kBusreadyLow, -kResetClocks, std::nullopt));
+    bench.run_through(10);
+    CHECK(read_high(dut) == clock_range(0, 11));
+    CHECK(dut.fault.waiting_for() == "holds WIRE high");
 }
 
 TEST_CASE("handshake fault: random stalls hold in their share of the clocks, and as seed and wire say") {
@@ -173,7 +226,9 @@ TEST_CASE("handshake fault: random stalls hold in their share of the clocks, and
     WireBench same(bench, "same", Handshake::kTableready, scenario(80, 1));
     WireBench other_seed(bench, "other_seed", Handshake::kTableready, scenario(80, 2));
     WireBench other_wire(bench, "other_wire", Handshake::kPairRequest, scenario(80, 1));
-    for (WireBench* dut : {&few, &many, &same, &other_seed, &other_wire}) {
+    WireBench other_display(bench, "other_display", Handshake::kTableready, scenario(80, 1), 2);
+    WireBench stall(bench, "stall", Handshake::kStall, scenario(80, 1));
+    for (WireBench* dut : {&few, &many, &same, &other_seed, &other_wire, &other_display}) {
         bench.core.drive(dut->raised, 0, true);
     }
     bench.run_through(kClocks - 1);
@@ -182,12 +237,169 @@ TEST_CASE("handshake fault: random stalls hold in their share of the clocks, and
     CHECK(many.wires.high() == same.wires.high());
     CHECK(many.wires.high() != other_seed.wires.high());
     CHECK(many.wires.high() != other_wire.wires.high());
+    CHECK(many.wires.high() != other_display.wires.high());
+    CHECK(std::abs(static_cast<int>(stall.wires.high().size()) - kClocks * 80 / 100) < kClocks / 50);
 }
 
-TEST_CASE("bus fault: the next beats of pixels for its composer vanish, all else is seen in the same clock") {
+TEST_CASE(
+    "handshake fault: random stalls delay the rise of FRAMEDONE as long as they say, and never its fall") {
+    constexpr int kClocks = 3000;
+    constexpr int kLow = 8;
+    constexpr int kHigh = 12;
+    ClockedTestbench bench;
+    Scenario scenario = fault_scenario(FaultKind::kRandomStalls, 0, std::nullopt);
+    scenario.faults[0].percent = 50;
+    WireBench dut(bench, "dut", Handshake::kFramedone, scenario);
+    bench.core.each_clock([&dut](int clock) { dut.raised.write(clock % (kLow + kHigh) >= kLow); });
+    const auto& raised = bench.core.record(dut.raised);
+    bench.run_through(kClocks);
+    int delays[3] = {};  // by clocks; the last for all longer ones
+    int delay = 0;
+    for (int clock = 1; clock < kClocks; ++clock) {
+        INFO("clock " << clock);
+        if (!raised.at(clock)) {
+            CHECK_FALSE(dut.wires.at(clock));
+            delay = 0;
+        } else if (!dut.wires.at(clock)) {
+            CHECK((!dut.wires.at(clock - 1) || !raised.at(clock - 1)));
+            ++delay;
+        } else if (!dut.wires.at(clock - 1)) {
+            ++delays[std::min(delay, 2)];
+        }
+    }
+    for (const int count : delays) CHECK(count > 10);
+    CHECK(delays[0] > delays[1]);
+    CHECK(dut.tally.count(0) == 1);
+}
+
+namespace {
+
+/// The wires of a swap lock, which the test drives, behind a fault.
+struct SwapBench {
+    Scenario scenario;
+    FaultTally tally{1};
+    sc_core::sc_signal<bool> swaplock;
+    sc_core::sc_signal<bool> swapskip;
+    sc_core::sc_signal<bool> seen_swaplock;
+    sc_core::sc_signal<bool> seen_swapskip;
+    SwapLockFault fault;
+    Register lock_reader;
+    Register skip_reader;
+    const Recording<bool>& locks;
+    const Recording<bool>& skips;
+
+    SwapBench(ClockedTestbench& bench, const std::string& name, Scenario with)
+        : scenario(std::move(with)),
+          fault(name.c_str(), scenario, {0}, tally),
+          lock_reader((name + "_lock_reader").c_str()),
+          skip_reader((name + "_skip_reader").c_str()),
+          locks(bench.core.record(lock_reader.held)),
+          skips(bench.core.record(skip_reader.held)) {
+        fault.clk_i(bench.core.clk);
+        fault.swaplock_i(swaplock);
+        fault.swapskip_i(swapskip);
+        fault.swaplock_o(seen_swaplock);
+        fault.swapskip_o(seen_swapskip);
+        lock_reader.clk_i(bench.core.clk);
+        lock_reader.wire_i(seen_swaplock);
+        skip_reader.clk_i(bench.core.clk);
+        skip_reader.wire_i(seen_swapskip);
+        bench.trace(fault);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("swap lock fault: SWAPLOCK rises later, SWAPSKIP with it, and neither is taken back") {
+    ClockedTestbench bench;
+    SwapBench dut(bench, "dut", fault_scenario(FaultKind::kPipereadyLow, 20, 30));
+    // A swap that is over before the fault ends, one that falls to it, and one behind it.
+    bench.core.drive(dut.swaplock, 10, true);
+    bench.core.drive(dut.swapskip, 5, true);
+    bench.core.drive(dut.swaplock, 25, false);
+    bench.core.drive(dut.swapskip, 25, false);
+    bench.core.drive(dut.swapskip, 30, true);
+    bench.core.drive(dut.swaplock, 35, true);
+    bench.core.drive(dut.swaplock, 60, false);
+    bench.core.drive(dut.swapskip, 60, false);
+    bench.core.drive(dut.swaplock, 65, true);
+    bench.run_through(40);
+    CHECK(dut.fault.waiting_for() == "holds SWAPLOCK low");
+    bench.run_through(70);
+    CHECK(dut.locks.high() == both(both(clock_range(10, 25), clock_range(50, 60)), clock_range(65, 71)));
+    CHECK(dut.skips.high() == both(clock_range(5, 25), clock_range(50, 60)));
+    CHECK(dut.tally.count(0) == 1);
+    CHECK(dut.fault.waiting_for().empty());
+}
+
+TEST_CASE("swap lock fault: SWAPSKIP that stands when the fault begins stays, SWAPLOCK waits") {
+    ClockedTestbench bench;
+    SwapBench dut(bench, "dut", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
+    bench.core.drive(dut.swapskip, 15, true);
+    bench.core.drive(dut.swaplock, 22, true);
+    bench.run_through(40);
+    CHECK(dut.skips.high() == clock_range(15, 41));
+    CHECK(dut.locks.high() == clock_range(30, 41));
+}
+
+TEST_CASE("swap lock fault: held at random SWAPSKIP stands while SWAPLOCK does, and the seed says how long") {
+    constexpr int kPeriod = 24;
+    constexpr int kSwaps = 160;
+    constexpr int kClocks = kSwaps * kPeriod;
+    ClockedTestbench bench;
+    const auto scenario = [](std::uint64_t seed) {
+        Scenario with = fault_scenario(FaultKind::kRandomStalls, 0, std::nullopt);
+        with.faults[0].percent = 60;
+        with.faults[0].seed = seed;
+        return with;
+    };
+    SwapBench dut(bench, "dut", scenario(3));
+    SwapBench same(bench, "same", scenario(3));
+    SwapBench other(bench, "other", scenario(4));
+    // Every other swap is skipped; SWAPSKIP rises 0 to 7 clocks before SWAPLOCK and falls with it.
+    const auto locked = [](int clock) { return clock % kPeriod >= 10; };
+    const auto skipped = [](int clock) {
+        const int swap = clock / kPeriod;
+        return swap % 2 == 1 && clock % kPeriod >= 10 - swap / 2 % 8;
+    };
+    bench.core.each_clock([&](int clock) {
+        for (SwapBench* bench_of : {&dut, &same, &other}) {
+            bench_of->swaplock.write(locked(clock));
+            bench_of->swapskip.write(skipped(clock));
+        }
+    });
+    bench.run_through(kClocks - 1);
+    int locks_delayed = 0;
+    int skips_delayed = 0;
+    int skips_first = 0;
+    for (int clock = 1; clock < kClocks; ++clock) {
+        INFO("clock " << clock);
+        const bool lock = dut.locks.at(clock);
+        const bool skip = dut.skips.at(clock);
+        if (lock) CHECK(skip == skipped(clock));
+        CHECK((!lock || locked(clock)));
+        CHECK((!skip || skipped(clock)));
+        if (locked(clock) && dut.locks.at(clock - 1) && locked(clock - 1)) CHECK(lock);
+        if (skipped(clock) && dut.skips.at(clock - 1) && skipped(clock - 1)) CHECK(skip);
+        locks_delayed += locked(clock) && !lock ? 1 : 0;
+        skips_delayed += skipped(clock) && !skip ? 1 : 0;
+        skips_first += skip && !lock && !locked(clock) ? 1 : 0;
+    }
+    CHECK(locks_delayed > kClocks / 50);
+    CHECK(skips_delayed > kClocks / 100);
+    CHECK(skips_first > kClocks / 100);
+    CHECK(dut.locks.high() == same.locks.high());
+    CHECK(dut.skips.high() == same.skips.high());
+    CHECK(dut.locks.high() != other.locks.high());
+    CHECK(dut.locks.rises().size() == std::size_t{kSwaps});
+}
+
+/// The clocks whose beats a fault of these beats, from cycle 20 on, lets vanish. All else must be seen in the same clock.
+std::vector<int> lost_clocks(LostBeats of, int beats, std::int64_t pixels_lost) {
     ClockedTestbench bench;
     Scenario scenario = fault_scenario(FaultKind::kLostBeat, 20, std::nullopt);
-    scenario.faults[0].beats = 2;
+    scenario.faults[0].beats = beats;
+    scenario.faults[0].of = of;
     FaultTally tally{1};
     sc_core::sc_signal<BusBeat> sent;
     sc_core::sc_signal<BusBeat> seen;
@@ -209,19 +421,42 @@ TEST_CASE("bus fault: the next beats of pixels for its composer vanish, all else
     bench.core.drive(sent, 18, pixels(2, 0));
     bench.core.drive(sent, 19, pixels(2, 3));
     bench.core.drive(sent, 20, pixels(2, 6));
-    bench.core.drive(sent, 21, BusBeat::frame_start(false));
+    bench.core.drive(sent, 21, BusBeat::frame_start(1, false));
     bench.core.drive(sent, 22, pixels(1, 6));
     bench.core.drive(sent, 23, pixels(2, 9));
     bench.core.drive(sent, 24, pixels(2, 12));
-    bench.core.drive(sent, 25, BusBeat{});
-    bench.run_through(30);
-    for (int clock = 0; clock <= 30; ++clock) {
+    bench.core.drive(sent, 25, BusBeat::table_row(1, 0, table_row(1, {0, 0}, {1, 1}, {0, 0}), false));
+    bench.core.drive(sent, 26, BusBeat::table_row(1, 1, table_row(2, {0, 0}, {1, 1}, {0, 0}), true));
+    bench.core.drive(sent, 27, BusBeat{});
+    bench.core.drive(sent, 28, BusBeat::frame_start(2, true));
+    bench.core.drive(sent, 29, BusBeat{});
+    bench.run_through(35);
+    std::vector<int> lost;
+    for (int clock = 0; clock <= 35; ++clock) {
         INFO("clock " << clock);
-        const bool lost = clock == 20 || clock == 23;
-        CHECK(seen_beats.at(clock) == (lost ? BusBeat{} : sent_beats.at(clock)));
+        const bool is_lost = sent_beats.at(clock).kind != seen_beats.at(clock).kind;
+        CHECK(seen_beats.at(clock) == (is_lost ? BusBeat{} : sent_beats.at(clock)));
+        if (is_lost) lost.push_back(clock);
     }
-    CHECK(dut.lost_pixels() == 6);
-    CHECK(tally.count(0) == 2);
+    CHECK(dut.lost_pixels() == pixels_lost);
+    CHECK(tally.count(0) == static_cast<std::int64_t>(lost.size()));
+    return lost;
+}
+
+TEST_CASE("bus fault: the next beats of pixels for its composer vanish, all else is seen in the same clock") {
+    CHECK(lost_clocks(LostBeats::kPixels, 2, 6) == std::vector<int>{20, 23});
+}
+
+TEST_CASE("bus fault: the next beats of tables vanish, whomever their rows are for") {
+    CHECK(lost_clocks(LostBeats::kTable, 3, 0) == std::vector<int>{21, 25, 26});
+}
+
+TEST_CASE("bus fault: the next beats vanish, whatever they are") {
+    CHECK(lost_clocks(LostBeats::kAny, 6, 9) == clock_range(20, 26));
+}
+
+TEST_CASE("bus fault: a clock without a beat loses none") {
+    CHECK(lost_clocks(LostBeats::kAny, 8, 9) == std::vector<int>{20, 21, 22, 23, 24, 25, 26, 28});
 }
 
 TEST_CASE("link clock: nominal until it is told, then off by the millionths it is told, exact on average") {

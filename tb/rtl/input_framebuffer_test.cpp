@@ -341,10 +341,10 @@ TEST_CASE("input framebuffer: a table row takes 128 bits' worth of clocks on eac
     bench.run_through(kFrameStart + 100);
     for (const auto& [width, clocks] : clocks_per_row) {
         INFO(width << " bits");
-        std::map<int, BusBeat> wanted = {{kFrameStart, BusBeat::frame_start(false)}};
+        std::map<int, BusBeat> wanted = {{kFrameStart, BusBeat::frame_start(0, false)}};
         for (int row = 0; row < 3; ++row) {
-            wanted[kFrameStart + (row + 1) * clocks] =
-                BusBeat::table_row(table[static_cast<std::size_t>(row)], row == 2);
+            wanted[kFrameStart + (row + 1) * clocks] = BusBeat::table_row(
+                0, static_cast<std::uint32_t>(row), table[static_cast<std::size_t>(row)], row == 2);
         }
         check_bus(*duts[width], wanted);
         for (int row = 0; row < 3; ++row) {
@@ -360,7 +360,7 @@ TEST_CASE("input framebuffer: an empty table is one beat, the frame start, which
     InputBench dut(bench, "dut", input_scenario({}, 2));
     dut.put_pair_until(kVerdict, 0, {}, image_of(87));
     bench.run_through(kFrameStart + 50);
-    check_bus(dut, {{kFrameStart, BusBeat::frame_start(true)}});
+    check_bus(dut, {{kFrameStart, BusBeat::frame_start(0, true)}});
 }
 
 TEST_CASE("input framebuffer: the broadcast polls until every TABLEREADY is high and begins in that clock") {
@@ -473,8 +473,8 @@ TEST_CASE(
                               << speed.page_miss);
         const int row_clock = kFrameStart + std::max(1, 128 / speed.width_bits);
         std::map<int, BusBeat> wanted = lone_schedule(speed, image, row, row_clock + 1);
-        wanted[kFrameStart] = BusBeat::frame_start(false);
-        wanted[row_clock] = BusBeat::table_row(row, true);
+        wanted[kFrameStart] = BusBeat::frame_start(0, false);
+        wanted[row_clock] = BusBeat::table_row(0, 0, row, true);
         check_bus(*duts[i], wanted);
     }
 }

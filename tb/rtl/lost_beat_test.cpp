@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,7 @@
 namespace metabuffer::test {
 namespace {
 
+using rtl::BusBeat;
 using rtl::PipePixel;
 
 constexpr int kPageMiss = 3;
@@ -233,6 +236,317 @@ TEST_CASE("composer: a pixel that is sent again and one without a table are repo
     CHECK(report.count() == 1);
     bench.run_through(14);
     CHECK(report.count() == 2);
+}
+
+// ---- tables ----
+
+/// A frame of which nothing shows, and from its first raster pixel on it says so.
+void check_abandoned(const ComposerBench& dut, int start) {
+    CHECK(dut.picture_behind(start) == from_above());
+    for (int i = 0; i < kPixels; ++i) REQUIRE(dut.pipes.at(start + 1 + i).lost);
+}
+
+/// A frame that is shown whole.
+void check_whole(const ComposerBench& dut, int start, const ViewportRow& row, int frame) {
+    CHECK(dut.picture_behind(start) == dut.painted(row, frame));
+    for (int i = 0; i < kPixels; ++i) REQUIRE_FALSE(dut.pipes.at(start + 1 + i).lost);
+}
+
+/// The next frame comes whole behind `clock` and is composited. Its STARTFRAME.
+int put_next_frame(ComposerBench& dut, int clock, int frame) {
+    const int last = dut.put_table(clock, {whole_raster()});
+    dut.put_single_pixels(last + 1, 0, kPixels, frame);
+    dut.start_frame(last + kPixels + 5);
+    return last + kPixels + 5;
+}
+
+TEST_CASE(
+    "composer: whatever of a table is lost shows at the next beat that tells and the next frame is right") {
+    // Rows at 6, 7 and 8, the second of them this composer's; pixels for another from 12 on, for this one from 20 on.
+    struct Case {
+        std::vector<int> lost;
+        int told;
+    };
+    const std::vector<Case> cases = {
+        {{5}, 6},                // the start: by the first row
+        {{5, 6}, 7},             // and by a later one
+        {{5, 6, 7}, 8},          //
+        {{5, 6, 7, 8}, 12},      // by pixels for another
+        {{5, 6, 7, 8, 12}, 20},  // by its own pixels
+        {{6}, 7},                // the first row: by the next
+        {{6, 7}, 8},             //
+        {{7}, 8},                // its own row
+        {{8}, 12},               // the last, which is another's: by pixels
+        {{7, 8}, 12},            //
+        {{6, 7, 8}, 12},         // every row
+        {{6, 7, 8, 12}, 20},     //
+    };
+    ClockedTestbench bench;
+    std::vector<std::unique_ptr<ComposerBench>> duts;
+    const int start = 60;
+    int second = 0;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+        duts.push_back(std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(i), lossy_scenario()));
+        ComposerBench& dut = *duts.back();
+        bench.core.drive(dut.pipeready_in, 0, true);
+        bench.core.drive(dut.pipeready_in, start, false);
+        dut.put_table(5, {whole_raster(2), whole_raster(1), whole_raster(3)});
+        dut.put_pixels(12, 0, 1, 0, 0, 2);
+        dut.put_single_pixels(20, 0, kPixels);
+        for (const int clock : cases[i].lost) dut.lose(clock);
+        dut.start_frame(start);
+        second = put_next_frame(dut, start + 5, 1);
+    }
+    bench.run_through(second + kPixels + 5);
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+        INFO("case " << i);
+        const ComposerBench& dut = *duts[i];
+        CHECK(dut.pipereadies.rises() == std::vector<int>{cases[i].told});
+        check_abandoned(dut, start);
+        check_whole(dut, second, whole_raster(), 1);
+        CHECK(dut.composer.counters().lost_tables == 1);
+        CHECK(dut.composer.counters().lost_pixels == 0);
+        CHECK(dut.composer.counters().late_pixels == 0);
+        CHECK(dut.composer.counters().starved_pixels == 0);
+    }
+}
+
+TEST_CASE("composer: the next frame's start tells of rows lost and of frames that did not come at all") {
+    ClockedTestbench bench;
+    ComposerBench rows(bench, "rows", lossy_scenario());
+    ComposerBench last_row(bench, "last_row", lossy_scenario());
+    ComposerBench whole(bench, "whole", lossy_scenario());
+    ComposerBench three(bench, "three", lossy_scenario());
+    ComposerBench empty(bench, "empty", lossy_scenario());
+    const int next = 80;
+    for (ComposerBench* dut : {&rows, &last_row, &whole}) {
+        dut->put_table(5, {whole_raster(), whole_raster(2)});
+        dut->put_single_pixels(10, 0, kPixels);
+    }
+    rows.lose_from_to(6, 40);
+    last_row.lose_from_to(7, 40);
+    whole.lose_from_to(5, 40);
+    empty.put_table(5, {});
+    empty.lose(5);
+    for (const int clock : {5, 15, 25}) three.put_table(clock, {whole_raster()});
+    three.lose_from_to(5, 40);
+    const std::vector<ComposerBench*> duts = {&rows, &last_row, &whole, &empty, &three};
+    for (ComposerBench* dut : duts) {
+        const int last = dut->put_table(next, {whole_raster()});
+        dut->put_single_pixels(last + 1, 0, kPixels, 1);
+        bench.core.drive(dut->pipeready_in, 0, true);
+        const int missed = dut == &three ? 3 : 1;
+        for (int frame = 0; frame <= missed; ++frame) dut->start_frame(next + 40 * (frame + 1));
+    }
+    bench.run_through(next + 240);
+    for (ComposerBench* dut : duts) {
+        const int missed = dut == &three ? 3 : 1;
+        CHECK(dut->pipereadies.rises().front() == next);
+        for (int frame = 0; frame < missed; ++frame) check_abandoned(*dut, next + 40 * (frame + 1));
+        check_whole(*dut, next + 40 * (missed + 1), whole_raster(), 1);
+        CHECK(dut->composer.counters().lost_tables == missed);
+        CHECK(dut->composer.counters().lost_pixels == 0);
+    }
+}
+
+TEST_CASE("composer: a frame that did not come takes its turn between two that are kept") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", lossy_scenario());
+    const ViewportRow row = table_row(1, {0, 0}, {kWidth, 2}, {0, 1});
+    dut.put_table(5, {row});
+    dut.put_single_pixels(10, 0, 12);
+    const int start = 40;
+    dut.start_frame(start);
+    // All while the first frame is composited.
+    dut.put_table(start + 5, {});
+    dut.lose(start + 5);
+    dut.put_table(start + 10, {row});
+    dut.put_single_pixels(start + 15, 0, 12, 2);
+    const int missed = start + 40;
+    const int third = missed + 40;
+    dut.start_frame(missed);
+    dut.start_frame(third);
+    bench.run_through(third + kPixels + 5);
+    check_whole(dut, start, row, 0);
+    check_abandoned(dut, missed);
+    check_whole(dut, third, row, 2);
+    CHECK(dut.composer.counters().lost_tables == 1);
+    CHECK(dut.composer.counters().late_pixels == 0);
+    // Three frames are known as the third one's start comes; two from the first one's end on, one from the second's.
+    CHECK(dut.tablereadies.falls() == std::vector<int>{start + 10});
+    CHECK(dut.tablereadies.rises() == std::vector<int>{0, missed + kPixels});
+}
+
+TEST_CASE("composer: TABLEREADY counts a frame that is known to be lost") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", lossy_scenario());
+    dut.put_table(5, {whole_raster()});
+    dut.put_single_pixels(10, 0, kPixels);
+    dut.put_table(50, {whole_raster(2)});
+    dut.lose(50);
+    const int start = 70;
+    dut.start_frame(start);
+    bench.run_through(start + kPixels + 5);
+    CHECK(dut.tablereadies.falls() == std::vector<int>{51});
+    CHECK(dut.tablereadies.rises() == std::vector<int>{0, start + kPixels});
+}
+
+TEST_CASE("composer: a table that is lost tells of the pixels before it as one that comes does") {
+    ClockedTestbench bench;
+    ComposerBench prefetching(bench, "prefetching", lossy_scenario());
+    ComposerBench over(bench, "over", lossy_scenario());
+    ComposerBench stalling(bench, "stalling", lossy_scenario(roomy(), StarvationMode::kStall));
+    const int start = 30;
+    const int told = 71;  // the row, whose frame start is lost
+    for (ComposerBench* dut : {&prefetching, &over, &stalling}) {
+        dut->put_table(5, {whole_raster()});
+        dut->put_single_pixels(10, 0, 10);
+        dut->put_table(70, {whole_raster()});
+        dut->lose(70);
+    }
+    prefetching.start_frame(told + 10);
+    over.start_frame(start);
+    stalling.start_frame(start);
+    // Pixels of the lost frame, and some more: none is late or lost.
+    over.put_single_pixels(80, 0, 5, 1);
+    const int next = put_next_frame(over, told + 60, 2);
+    over.start_frame(told + 30);
+    bench.run_through(next + kPixels + 5);
+    check_abandoned(prefetching, told + 10);
+    CHECK(lost_clocks(over) == clock_range(told + 31, told + 31 + kPixels));
+    CHECK(stalling.stalls.high() == clock_range(start + 10, told));
+    check_whole(over, next, whole_raster(), 2);
+    for (const ComposerBench* dut : {&prefetching, &over, &stalling}) {
+        CHECK(dut->composer.counters().lost_tables == 1);
+        CHECK(dut->composer.counters().lost_pixels == kPixels - 10);
+        CHECK(dut->composer.counters().late_pixels == 0);
+    }
+    CHECK(over.composer.counters().starved_pixels == kPixels - 10);
+}
+
+TEST_CASE("composer: pixels of a frame without a table count for BUSREADY as announced and take no room") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", lossy_scenario({8, 7, 2}));
+    dut.put_table(5, {whole_raster()});
+    dut.lose(5);
+    dut.put_pixels(10, 0, 1, 2);  // 2 of the burst behind it, which do not come
+    bench.run_through(30);
+    CHECK(dut.busreadies.falls() == std::vector<int>{10});
+    CHECK(dut.busreadies.rises() == std::vector<int>{0, 10 + kPageMiss + 1});
+    CHECK(dut.composer.counters().buffer_high_water == 0);
+}
+
+TEST_CASE("composer: pixels kept of the frame before a lost table stay") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", lossy_scenario());
+    dut.put_table(5, {whole_raster()});
+    dut.put_single_pixels(10, 0, kPixels);
+    dut.put_table(40, {whole_raster(), whole_raster(2)});
+    dut.lose(42);
+    dut.put_single_pixels(45, 0, kPixels, 1);
+    dut.start_frame(80);
+    dut.start_frame(120);
+    bench.run_through(160);
+    check_whole(dut, 80, whole_raster(), 0);
+    check_abandoned(dut, 120);
+    CHECK(dut.composer.counters().buffer_high_water == kPixels);
+}
+
+TEST_CASE("composer: a reset forgets lost tables and the frames' numbers") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", lossy_scenario());
+    for (const int clock : {5, 15, 25}) dut.put_table(clock, {whole_raster()});
+    dut.lose_from_to(5, 25);  // the third one's row is left
+    bench.core.pulse(bench.reset, 40);
+    const int start = put_next_frame(dut, 50, 3);
+    bench.run_through(start + kPixels + 5);
+    CHECK(dut.composer.counters().lost_tables == 3);
+    check_whole(dut, start, whole_raster(), 3);
+    CHECK(dut.tablereadies.falls() ==
+          std::vector<int>{26});  // the first two are known by the third one's row
+    CHECK(dut.tablereadies.rises() == std::vector<int>{0, 41});
+}
+
+TEST_CASE("composer: the frames' numbers go round and up to 126 frames in a row may be lost") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", lossy_scenario());
+    constexpr int kPeriod = kPixels + 8;
+    constexpr int kFrames = 520;
+    const std::vector<int> lost = {127, 255, 257, 511};
+    for (int frame = 0; frame < kFrames; ++frame) {
+        const int clock = 5 + frame * kPeriod;
+        dut.put_table(clock, {});
+        if (std::find(lost.begin(), lost.end(), frame) != lost.end()) dut.lose(clock);
+        dut.start_frame(clock + kPeriod + 4);
+    }
+    ComposerBench many(bench, "many", lossy_scenario());
+    many.put_table(5, {});
+    many.put_table(10, {});
+    many.misname(10, 127);
+    bench.run_through((kFrames + 2) * kPeriod);
+    std::vector<int> abandoned;
+    for (int frame = 0; frame < kFrames; ++frame) {
+        const int start = 5 + frame * kPeriod + kPeriod + 4;
+        const bool marked = dut.pipes.at(start + 1).lost;
+        REQUIRE(dut.pipes.at(start + kPixels).lost == marked);
+        if (marked) abandoned.push_back(frame);
+    }
+    CHECK(abandoned == lost);
+    CHECK(dut.composer.counters().lost_tables == static_cast<std::int64_t>(lost.size()));
+    CHECK(many.composer.counters().lost_tables == 126);
+}
+
+TEST_CASE("composer: beats that go back are reported as no loss can make them") {
+    ClockedTestbench bench;
+    ExpectedReport report("/metabuffer/composer/protocol");
+    int reports = 0;
+    const auto check_reported_at = [&](int clock) {
+        bench.run_through(clock - 1);
+        CHECK(report.count() == reports);
+        bench.run_through(clock);
+        CHECK(report.count() == ++reports);
+    };
+    ComposerBench dut(bench, "dut", lossy_scenario());
+    dut.put_table(5, {whole_raster(2), whole_raster(), whole_raster(3)});
+    dut.put(9, BusBeat::table_row(0, 3, whole_raster(4), false));  // behind the last
+    dut.put_table(20, {whole_raster(2), whole_raster(3), whole_raster()});
+    dut.put(22, BusBeat::table_row(0, 0, whole_raster(2), false));  // the first again
+    dut.put_pixels(30, 0, 1, 0);
+    dut.misname(30, 0);  // of the frame before
+    dut.put_table(40, {});
+    dut.misname(40, 1);  // begins again
+    check_reported_at(9);
+    check_reported_at(22);
+    check_reported_at(30);
+    check_reported_at(40);
+    bench.run_through(50);
+    CHECK(report.count() == reports);
+}
+
+TEST_CASE("composer: a frame that begins again is reported though there is room for it and changes nothing") {
+    ClockedTestbench bench;
+    ExpectedReport report("/metabuffer/composer/protocol");
+    ComposerBench dut(bench, "dut", lossy_scenario());
+    dut.put_table(5, {});
+    dut.put_table(20, {});
+    dut.misname(20, 0);
+    bench.run_through(19);
+    CHECK(report.count() == 0);
+    bench.run_through(30);
+    CHECK(report.count() == 1);
+    CHECK(dut.tablereadies.falls().empty());
+}
+
+TEST_CASE("composer: a pixel that is sent again announces nothing") {
+    ClockedTestbench bench;
+    ExpectedReport report("/metabuffer/composer/protocol");
+    ComposerBench dut(bench, "dut", lossy_scenario({8, 7, 2}));
+    dut.put_table(5, {whole_raster()});
+    dut.put_pixels(10, 0, 1, 0);
+    dut.put_pixels(12, 0, 1, 2);
+    bench.run_through(20);
+    CHECK(report.count() == 1);
+    CHECK(dut.busreadies.falls().empty());
 }
 
 }  // namespace

@@ -24,20 +24,25 @@ TEST_CASE("signals: a table row crosses the bus in two words and comes out as it
         row.dx = static_cast<std::int16_t>(random.bits());
         row.dy = static_cast<std::int16_t>(random.bits());
         row.dmultiple = static_cast<std::uint16_t>(random.bits());
-        const BusBeat beat = BusBeat::table_row(row, i % 2 == 0);
+        const auto frame = static_cast<std::uint8_t>(255 - i);
+        const BusBeat beat =
+            BusBeat::table_row(frame, 1000U + static_cast<std::uint32_t>(i), row, i % 2 == 0);
         CHECK(beat.kind == BusBeat::Kind::kTableRow);
         CHECK(beat.count == 2);
         CHECK(beat.destination == row.dcomp);
         CHECK(beat.last == (i % 2 == 0));
+        CHECK(beat.frame == frame);
+        CHECK(beat.first == 1000U + static_cast<std::uint32_t>(i));
         CHECK(beat.row() == row);
     }
 }
 
 TEST_CASE("signals: a frame's start carries no word and tells whether a table follows") {
     for (const bool last : {false, true}) {
-        const BusBeat beat = BusBeat::frame_start(last);
+        const BusBeat beat = BusBeat::frame_start(200, last);
         CHECK(beat.kind == BusBeat::Kind::kFrameStart);
         CHECK(beat.count == 0);
+        CHECK(beat.frame == 200);
         CHECK(beat.last == last);
     }
 }

@@ -84,6 +84,24 @@ TEST_CASE("coverage: rows that leave the raster at the top and at the bottom are
     CHECK(runs[2]->report().total_rejected_rows() == 0);
 }
 
+TEST_CASE(
+    "coverage: a row whose end does not fit 16 bits is dropped and not taken for one that ends in the image",
+    "[system][coverage]") {
+    // Cut to 16 bits, each end would lie in the image or on the raster; a valid row of the display stands behind it.
+    const MachineRuns runs = run({
+        one_renderer("source_x", 1, {{1, 65535, 0, 5, 4, 0, 0, 1}, kWholeImage}),
+        one_renderer("source_y", 1, {{1, 0, 65535, 4, 5, 0, 0, 1}, kWholeImage}),
+        one_renderer("destination_x", 1, {{1, 0, 0, 10, 4, 32767, 0, 1}, kWholeImage}),
+        one_renderer("destination_y", 1, {{1, 0, 0, 4, 10, 0, 32767, 1}, kWholeImage}),
+    });
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        INFO(runs[i]->scenario().name);
+        check_run(*runs[i]);
+        const auto defect = static_cast<std::size_t>(i < 2 ? RowDefect::kSource : RowDefect::kDestination);
+        CHECK(runs[i]->report().renderers[0].rejected_rows[defect] == 1);
+    }
+}
+
 TEST_CASE("coverage: a link faster than its bus has the next pair ready before it is asked for",
           "[system][coverage]") {
     Scenario scenario = one_renderer("fast_link", 3, {kWholeImage});

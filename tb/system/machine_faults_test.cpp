@@ -1,5 +1,8 @@
+#include "rtl/machine_faults.h"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -15,6 +18,7 @@
 #include "random_scenario.h"
 #include "random_seed.h"
 #include "rtl/wires.h"
+#include "scenario/derived_timing.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 #include "trace_switch.h"
@@ -94,6 +98,13 @@ Fault machine_fault(FaultKind kind, std::int64_t from_cycle) {
     fault.renderer = static_cast<int>(kFaultyRenderer);
     if (kind != FaultKind::kRandomStalls) fault.display = kFaultyDisplay;
     fault.from_cycle = from_cycle;
+    return fault;
+}
+
+Fault random_stalls(int renderer, int percent, std::int64_t from_cycle = 0) {
+    Fault fault = machine_fault(FaultKind::kRandomStalls, from_cycle);
+    fault.renderer = renderer;
+    fault.percent = percent;
     return fault;
 }
 
@@ -470,12 +481,13 @@ void check_losses(const MachineRun& run, const LossProbe& probe) {
 namespace {
 
 /// Machines that lose beats here and there, and what is asked of each. Gives what they have met.
-LossCoverage lose_beats(StarvationMode mode, std::uint64_t seed) {
+LossCoverage lose_beats(StarvationMode mode, std::uint64_t seed, bool stalled = false) {
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
     LossRuns all;
     constexpr int kBeats[] = {1, 1, 1, 1, 2, 3, 8, 30, 400};
-    for (int i = 0; i < 36; ++i) {
+    const int machines = stalled ? 20 : 36;
+    for (int i = 0; i < machines; ++i) {
         Machine machine;
         machine.mode = mode;
         machine.multiple = i % 3 == 2 ? 2 : 1;
@@ -483,7 +495,14 @@ LossCoverage lose_beats(StarvationMode mode, std::uint64_t seed) {
         machine.bus_bits = 64 << random.between(0, 2);
         Fault fault = machine_fault(FaultKind::kLostBeat, random.between(500, 3200));
         fault.beats = kBeats[random.between(0, 8)];
-        all.add(with_fault(three_renderers(machine), fault));
+        Scenario scenario = with_fault(three_renderers(machine), fault);
+        if (stalled) {
+            // Of the last row, so that the swap is held back too, and not of the one whose faults are counted.
+            Fault stalls = random_stalls(2, random.between(20, 70));
+            stalls.seed = random.bits() >> 20U;
+            scenario = with_fault(scenario, stalls);
+        }
+        all.add(scenario);
     }
     run_traced(all.runs);
     LossCoverage coverage;
@@ -515,6 +534,324 @@ TEST_CASE("lost beats in glitch mode: their frame is not shown and the next good
           "[system][faults]") {
     const LossCoverage coverage = lose_beats(StarvationMode::kGlitch, random_seed(4301));
     CHECK(coverage.not_known_in_time > 0);  // shown, and its starved pixels counted
+}
+
+TEST_CASE("lost beats in stall mode while the swap is held back: a bad frame is kept off every display",
+          "[system][faults]") {
+    lose_beats(StarvationMode::kStall, random_seed(4401), true);
+}
+
+TEST_CASE("lost beats in glitch mode while the swap is held back: a bad frame is kept off every display",
+          "[system][faults]") {
+    lose_beats(StarvationMode::kGlitch, random_seed(4501), true);
+}
+
+// ---- lost tables ----
+
+namespace {
+
+/// Follows the bus of the faulty renderer, before and behind the fault, and the faulty composer's pixels, frame by frame.
+class TableProbe final : public sc_core::sc_module {
+  public:
+    struct Frame {
+        bool start_lost = false;
+        bool rows_lost = false;
+        bool pixels_lost = false;
+        bool loss_known = false;  ///< a beat has come behind what was lost
+        bool marked = false;      ///< its pixels have left the composer marked as lost
+        rtl::BusBeat::Kind told_by = rtl::BusBeat::Kind::kNone;
+
+        bool table_lost() const { return start_lost || rows_lost; }
+        bool touched() const { return table_lost() || pixels_lost; }
+    };
+
+    TableProbe(const sc_core::sc_module_name& name, const MachineRun& run, rtl::Metabuffer& machine)
+        : sc_core::sc_module(name),
+          raster_pixels_(std::int64_t{run.scenario().displays.raster_width_pixels()} *
+                         run.scenario().displays.raster_height_pixels()),
+          sent_(machine.wires().bus[kFaultyRenderer]),
+          seen_(machine.wires().bus_seen_by(kFaultyRenderer * kDisplays + kFaultyDisplay - 1)),
+          pipe_(machine.wires().pipe[(kFaultyRenderer + 1) * kDisplays + kFaultyDisplay - 1]),
+          column_stall_(machine.wires().column_stall[kFaultyDisplay - 1]),
+          frames_(kFrames) {
+        SC_METHOD(clock_edge);
+        sensitive << machine.core_clk().posedge_event();
+        dont_initialize();
+    }
+    SC_HAS_PROCESS(TableProbe);
+
+    const std::vector<Frame>& frames() const { return frames_; }
+    std::int64_t beats_lost() const { return beats_lost_; }
+    std::int64_t tables_known_to_be_lost() const {
+        return std::count_if(frames_.begin(), frames_.end(),
+                             [](const Frame& frame) { return frame.table_lost() && frame.loss_known; });
+    }
+    std::set<int> marked() const {
+        return those([](const Frame& frame) { return frame.marked; });
+    }
+    std::set<int> not_known() const {
+        return those([](const Frame& frame) { return frame.touched() && !frame.loss_known; });
+    }
+
+  private:
+    template <typename Condition>
+    std::set<int> those(Condition condition) const {
+        std::set<int> numbers;
+        for (int i = 0; i < kFrames; ++i) {
+            if (condition(frames_[static_cast<std::size_t>(i)])) numbers.insert(i);
+        }
+        return numbers;
+    }
+
+    void clock_edge() {
+        // A pipeline that stands still shows its pixel again.
+        const bool stood_still = std::exchange(standing_, column_stall_.read());
+        if (pipe_.read().valid && !stood_still) {
+            Frame& frame = frames_.at(static_cast<std::size_t>(piped_++ / raster_pixels_));
+            frame.marked = frame.marked || pipe_.read().lost;
+        }
+        const rtl::BusBeat& sent = sent_.read();
+        if (sent.kind == rtl::BusBeat::Kind::kNone) return;
+        sent_frame_ += sent.kind == rtl::BusBeat::Kind::kFrameStart ? 1 : 0;
+        if (seen_.read().kind == sent.kind) {
+            arrive(sent);
+        } else {
+            lose(sent);
+        }
+    }
+
+    void lose(const rtl::BusBeat& beat) {
+        ++beats_lost_;
+        Frame& frame = frames_.at(static_cast<std::size_t>(sent_frame_));
+        if (beat.kind == rtl::BusBeat::Kind::kPixels && beat.destination != kFaultyDisplay) return;
+        frame.loss_known = false;
+        frame.start_lost = frame.start_lost || beat.kind == rtl::BusBeat::Kind::kFrameStart;
+        frame.rows_lost = frame.rows_lost || beat.kind == rtl::BusBeat::Kind::kTableRow;
+        frame.pixels_lost = frame.pixels_lost || beat.kind == rtl::BusBeat::Kind::kPixels;
+    }
+
+    void arrive(const rtl::BusBeat& beat) {
+        for (int i = 0; i <= sent_frame_; ++i) {
+            Frame& frame = frames_[static_cast<std::size_t>(i)];
+            if (!frame.touched() || frame.loss_known) continue;
+            // Pixels for another tell of a table, not of pixels.
+            const bool tells = frame.table_lost() || i < sent_frame_ || beat.destination == kFaultyDisplay;
+            frame.loss_known = tells;
+            if (tells) frame.told_by = beat.kind;
+        }
+    }
+
+    std::int64_t raster_pixels_;
+    const sc_core::sc_signal<rtl::BusBeat>& sent_;
+    const sc_core::sc_signal<rtl::BusBeat>& seen_;
+    const sc_core::sc_signal<rtl::PipePixel>& pipe_;
+    const sc_core::sc_signal<bool>& column_stall_;
+    bool standing_ = false;
+    std::int64_t piped_ = 0;
+    int sent_frame_ = -1;
+    std::int64_t beats_lost_ = 0;
+    std::vector<Frame> frames_;
+};
+
+/// What a set of runs has met.
+struct TableLossCoverage {
+    int start_told_by_row = 0, start_told_by_pixels = 0, start_told_by_start = 0;
+    int rows_told_by_row = 0, rows_told_by_pixels = 0, rows_told_by_start = 0;
+    int several = 0, not_known = 0, recovered = 0, pixels_too = 0;
+
+    void take(const TableProbe& probe) {
+        int lost = 0;
+        for (const TableProbe::Frame& frame : probe.frames()) {
+            not_known += frame.table_lost() && !frame.loss_known ? 1 : 0;
+            recovered += lost > 0 && !frame.touched() && !frame.marked ? 1 : 0;
+            if (!frame.table_lost() || !frame.loss_known) continue;
+            ++lost;
+            pixels_too += frame.pixels_lost ? 1 : 0;
+            const bool by_row = frame.told_by == rtl::BusBeat::Kind::kTableRow;
+            const bool by_pixels = frame.told_by == rtl::BusBeat::Kind::kPixels;
+            int& told =
+                frame.start_lost
+                    ? (by_row ? start_told_by_row : (by_pixels ? start_told_by_pixels : start_told_by_start))
+                    : (by_row ? rows_told_by_row : (by_pixels ? rows_told_by_pixels : rows_told_by_start));
+            ++told;
+        }
+        several += lost > 1 ? 1 : 0;
+    }
+};
+
+/// Everything that is asked of a run in which beats of tables were lost.
+void check_table_losses(const MachineRun& run, const TableProbe& probe) {
+    const Fault& fault = run.scenario().faults[0];
+    UNSCOPED_INFO(fault.beats << " beats of " << to_string(fault.of) << " from cycle " << fault.from_cycle
+                              << ", " << joined(run.machine().watchdog_findings()));
+    CHECK(faulty(run).injected_faults == probe.beats_lost());
+    CHECK(faulty_composer(run).lost_tables == probe.tables_known_to_be_lost());
+    for (const ComposerCounters& composer : run.drained_report().composers) {
+        const bool is_faulty =
+            composer.renderer == static_cast<int>(kFaultyRenderer) + 1 && composer.display == kFaultyDisplay;
+        CHECK((is_faulty || composer.lost_pixels + composer.lost_tables == 0));
+    }
+    // A frame whose table was lost is marked as soon as it is composited, one of which all has come never is.
+    const std::set<int> marked = probe.marked();
+    const int shown = check_shown(run, marked);
+    for (int i = 0; i < shown; ++i) {
+        const TableProbe::Frame& frame = probe.frames()[static_cast<std::size_t>(i)];
+        INFO("frame " << i);
+        CHECK((!frame.table_lost() || frame.marked));
+        CHECK((frame.touched() || !frame.marked));
+    }
+    if (run.machine().watchdog_findings().empty()) {
+        CHECK(shown == kFrames);
+    } else {
+        CHECK(probe.not_known().count(shown) == 1);
+        CHECK(any_contains(run.machine().watchdog_findings(), "composer_2_2 waits for "));
+        if (probe.frames()[static_cast<std::size_t>(shown)].table_lost()) {
+            CHECK(any_contains(run.machine().watchdog_findings(),
+                               "composer_2_2 waits for the table of frame " + std::to_string(shown)));
+        }
+    }
+    const std::int64_t kept =
+        std::count_if(marked.begin(), marked.end(), [&](int frame) { return frame < shown; });
+    for (const DisplayCounters& display : run.report().displays) {
+        CHECK(display.frames_shown == shown);
+        CHECK(display.kept_frames == kept);
+    }
+}
+
+/// A pair of the faulty renderer that lies off the wall: its table is empty, a frame start alone.
+void take_off_the_wall(Scenario& scenario, std::size_t pair) {
+    RendererFrame& frame = scenario.renderers[kFaultyRenderer].frames[pair];
+    frame.viewport.reset();
+    frame.table.clear();
+}
+
+struct TableLossRuns {
+    MachineRuns runs;
+    std::vector<std::unique_ptr<TableProbe>> probes;
+
+    void add(const Scenario& scenario) {
+        const std::string number = std::to_string(runs.size());
+        runs.push_back(std::make_unique<MachineRun>("run_" + number, scenario));
+        probes.push_back(
+            std::make_unique<TableProbe>(("probe_" + number).c_str(), *runs.back(), runs.back()->machine()));
+    }
+
+    /// Runs and judges them all.
+    TableLossCoverage run() {
+        run_traced(runs);
+        TableLossCoverage coverage;
+        for (std::size_t i = 0; i < runs.size(); ++i) {
+            INFO("run " << i << ": " << describe(runs[i]->scenario()));
+            check_table_losses(*runs[i], *probes[i]);
+            coverage.take(*probes[i]);
+        }
+        return coverage;
+    }
+};
+
+TableLossCoverage lose_tables(LostBeats of, StarvationMode mode, std::uint64_t seed) {
+    INFO("METABUFFER_SEED=" << seed);
+    Random random(seed);
+    TableLossRuns all;
+    const auto add = [&](Machine machine, std::int64_t from_cycle, int beats, std::size_t pair_off_the_wall) {
+        machine.mode = mode;
+        Fault fault = machine_fault(FaultKind::kLostBeat, from_cycle);
+        fault.of = of;
+        fault.beats = beats;
+        Scenario scenario = three_renderers(machine);
+        if (pair_off_the_wall < kFrames) take_off_the_wall(scenario, pair_off_the_wall);
+        all.add(with_fault(scenario, fault));
+    };
+    add({}, 0, 1, 0);                                        // an empty table, of which the next one tells
+    add({}, 0, of == LostBeats::kTable ? 6 : 300, kFrames);  // a frame and some more
+    add({}, random.between(500, 2000), 2000, kFrames - 1);   // all from then on
+    constexpr int kTableBeats[] = {1, 1, 1, 2, 2, 3, 4, 7, 12};
+    constexpr int kAnyBeats[] = {1, 2, 3, 5, 10, 30, 100, 200, 1000};
+    for (int i = 0; i < 21; ++i) {
+        Machine machine;
+        machine.multiple = i % 3 == 2 ? 2 : 1;
+        machine.buffer_pixels = random.one_in(3) ? 32 : random.between(40, 200);
+        machine.bus_bits = 64 << random.between(0, 2);
+        const int from_cycle = random.between(0, 3000);
+        const int beats = (of == LostBeats::kTable ? kTableBeats : kAnyBeats)[random.between(0, 8)];
+        add(machine, from_cycle, beats, static_cast<std::size_t>(random.between(0, 2 * kFrames)));
+    }
+    const TableLossCoverage coverage = all.run();
+    CHECK(coverage.recovered > 5);
+    CHECK(coverage.several > 0);
+    CHECK(coverage.start_told_by_start > 0);
+    CHECK(coverage.not_known > 0);  // the last frame's, and the watchdog has told
+    return coverage;
+}
+
+void check_tables_lost_everywhere(StarvationMode mode, std::uint64_t seed) {
+    const TableLossCoverage coverage = lose_tables(LostBeats::kTable, mode, seed);
+    CHECK(coverage.start_told_by_row > 0);
+    CHECK(coverage.start_told_by_pixels > 0);
+    CHECK(coverage.pixels_too == 0);
+}
+
+}  // namespace
+
+TEST_CASE("lost beats of tables in stall mode: their frame is not shown and the next one is right",
+          "[system][faults]") {
+    check_tables_lost_everywhere(StarvationMode::kStall, random_seed(4401));
+}
+
+TEST_CASE("lost beats of tables in glitch mode: their frame is not shown and the next one is right",
+          "[system][faults]") {
+    check_tables_lost_everywhere(StarvationMode::kGlitch, random_seed(4501));
+}
+
+TEST_CASE("lost beats of any kind in stall mode: their frame is not shown and the next one is right",
+          "[system][faults]") {
+    const TableLossCoverage coverage =
+        lose_tables(LostBeats::kAny, StarvationMode::kStall, random_seed(4601));
+    CHECK(coverage.pixels_too > 0);
+}
+
+TEST_CASE("lost beats of any kind in glitch mode: their frame is not shown and the next one is right",
+          "[system][faults]") {
+    const TableLossCoverage coverage =
+        lose_tables(LostBeats::kAny, StarvationMode::kGlitch, random_seed(4701));
+    CHECK(coverage.pixels_too > 0);
+}
+
+TEST_CASE("lost beats of a table: each row and all behind it until the next frame starts",
+          "[system][faults]") {
+    // A bus so narrow that a row takes 8 clocks and a beat carries one pixel.
+    constexpr int kRowClocks = 8;
+    Machine machine;
+    machine.bus_bits = 16;
+    machine.multiple = 2;
+    TableLossRuns all;
+    for (const StarvationMode mode : {StarvationMode::kStall, StarvationMode::kGlitch}) {
+        machine.mode = mode;
+        const Scenario scenario = three_renderers(machine);
+        const Renderer& renderer = scenario.renderers[kFaultyRenderer];
+        const auto first_pair =
+            static_cast<std::int64_t>(static_cast<double>(pair_clocks(renderer)) * scenario.clocks.core_mhz /
+                                      scenario.clocks.dvi_in_mhz);
+        int pixels = 0;
+        for (const ViewportRow& row : renderer.frames[0].table) pixels += row.sdx * row.sdy;
+        const int rows = static_cast<int>(renderer.frames[0].table.size());
+        // The first table comes behind the first pair: each of its beats is the first to be lost in some run.
+        for (int at = 0; at < 6; ++at) {
+            Fault fault = machine_fault(FaultKind::kLostBeat, first_pair + at * kRowClocks);
+            fault.of = LostBeats::kTable;
+            all.add(with_fault(scenario, fault));
+            fault.of = LostBeats::kAny;
+            fault.beats = rows + pixels;
+            all.add(with_fault(scenario, fault));
+        }
+    }
+    const TableLossCoverage coverage = all.run();
+    CHECK(coverage.start_told_by_row > 0);
+    CHECK(coverage.rows_told_by_row > 0);
+    CHECK(coverage.rows_told_by_pixels > 0);
+    CHECK(coverage.rows_told_by_start > 0);
+    CHECK(coverage.pixels_too > 0);
+    CHECK(coverage.recovered > 50);
 }
 
 // ---- a link's clock that drifts ----
@@ -576,6 +913,139 @@ void check_stalled_machines(std::uint64_t first_seed, int count) {
 
 }  // namespace
 
+namespace {
+
+/// Counts the clocks in which a reader sees a handshake otherwise than its block drives it.
+class HandshakeProbe final : public sc_core::sc_module {
+  public:
+    HandshakeProbe(const sc_core::sc_module_name& name, rtl::Metabuffer& machine)
+        : sc_core::sc_module(name), handshakes_(machine.faults().handshakes()), held_(handshakes_.size()) {
+        SC_METHOD(clock_edge);
+        sensitive << machine.core_clk().posedge_event();
+        dont_initialize();
+    }
+    SC_HAS_PROCESS(HandshakeProbe);
+
+    /// The wires behind a fault, and those that it has held.
+    std::set<std::string> wires() const {
+        return named([](int /*clocks*/) { return true; });
+    }
+    std::set<std::string> held() const {
+        return named([](int clocks) { return clocks > 0; });
+    }
+
+  private:
+    void clock_edge() {
+        for (std::size_t i = 0; i < handshakes_.size(); ++i) {
+            held_[i] += handshakes_[i].driven.read() != handshakes_[i].seen.read() ? 1 : 0;
+        }
+    }
+    template <typename Condition>
+    std::set<std::string> named(Condition condition) const {
+        std::set<std::string> names;
+        for (std::size_t i = 0; i < handshakes_.size(); ++i) {
+            const std::string seen = handshakes_[i].seen.name();
+            if (condition(held_[i])) names.insert(seen.substr(seen.rfind('.') + 1));
+        }
+        return names;
+    }
+
+    const std::vector<rtl::MachineFaults::Handshaking>& handshakes_;
+    std::vector<int> held_;
+};
+
+/// Of a row (from 1) of the three renderers on two displays.
+std::set<std::string> handshakes_of_row(int row, StarvationMode mode) {
+    const std::string of_row = "_" + std::to_string(row);
+    std::set<std::string> wires{"PAIR_REQUEST" + of_row};
+    for (const std::string display : {"_1", "_2"}) {
+        for (const char* wire : {"BUSREADY", "TABLEREADY"}) wires.insert(wire + of_row + display);
+        if (mode == StarvationMode::kStall) wires.insert("STALL" + of_row + display);
+        // The PIPEMASTER is kept from raising its own.
+        wires.insert((row == 1 ? "PIPEREADY_2" : "PIPEREADY" + of_row) + display);
+        if (row == 3) wires.insert({"PIPEREADY_4" + display, "FRAMEDONE" + display});
+    }
+    if (row == 3) wires.insert("SWAPLOCK");
+    return wires;
+}
+
+}  // namespace
+
+TEST_CASE("random stalls hold every handshake of their row, the last one's outputs too, and no other",
+          "[system][faults]") {
+    constexpr double kClocks[][3] = {{25, 250, 125}, {100, 100, 100}, {125, 70, 30}};
+    MachineRuns runs;
+    std::vector<std::unique_ptr<HandshakeProbe>> probes;
+    for (const StarvationMode mode : {StarvationMode::kStall, StarvationMode::kGlitch}) {
+        for (int i = 0; i < 9; ++i) {
+            Machine machine;
+            machine.mode = mode;
+            Scenario scenario = three_renderers(machine);
+            const double* clocks = kClocks[i / 3];
+            scenario.clocks = {clocks[0], clocks[1], clocks[2]};
+            scenario.watchdog_cycles = 30000;
+            const std::string number = std::to_string(runs.size());
+            runs.push_back(std::make_unique<MachineRun>(
+                "run_" + number, with_fault(scenario, random_stalls(i % 3, 30 + 10 * (i / 3)))));
+            probes.push_back(
+                std::make_unique<HandshakeProbe>(("probe_" + number).c_str(), runs.back()->machine()));
+        }
+    }
+    run_traced(runs);
+    std::map<std::pair<int, StarvationMode>, std::set<std::string>> held;  // by row, from 1
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        const MachineRun& run = *runs[i];
+        const Fault& fault = run.scenario().faults[0];
+        INFO("renderer " << fault.renderer << ", " << fault.percent << " %: " << describe(run.scenario()));
+        check_run(run);
+        const StarvationMode mode = run.scenario().composer.on_starvation;
+        std::set<std::string> expected = handshakes_of_row(fault.renderer + 1, mode);
+        if (expected.count("SWAPLOCK") > 0) expected.insert("SWAPSKIP");  // no frame is bad: never high
+        CHECK(probes[i]->wires() == expected);
+        // In a run of a few frames a rise may happen to be held never.
+        const std::set<std::string> now_held = probes[i]->held();
+        held[{fault.renderer + 1, mode}].insert(now_held.begin(), now_held.end());
+        const auto renderer = static_cast<std::size_t>(fault.renderer);
+        for (std::size_t r = 0; r < run.report().renderers.size(); ++r) {
+            CHECK(run.report().renderers[r].injected_faults == (r == renderer ? 1 : 0));
+        }
+    }
+    for (const auto& [row_and_mode, wires] : held) {
+        CHECK(wires == handshakes_of_row(row_and_mode.first, row_and_mode.second));
+    }
+}
+
+TEST_CASE("a machine whose faults are on its links has no module that holds a handshake",
+          "[system][faults]") {
+    Scenario scenario = three_renderers({});
+    Fault fault;
+    fault.kind = FaultKind::kCrc;
+    scenario.faults.push_back(fault);
+    MachineRun run("run", scenario);
+    CHECK(run.machine().faults().handshakes().empty());
+    CHECK(run.machine().matching_blocks({"*_fault*"}) == 0);
+}
+
+TEST_CASE("a column that random stalls hold nearly for ever: the watchdog names the wires",
+          "[system][faults]") {
+    // In the middle of a frame, so that the columns move.
+    Scenario scenario = three_renderers({});
+    for (int r = 0; r < 3; ++r) scenario = with_fault(scenario, random_stalls(r, 99, 1900));
+    MachineRuns runs;
+    runs.push_back(std::make_unique<MachineRun>("run", scenario));
+    run_traced(runs);
+    const std::vector<std::string>& findings = runs[0]->machine().watchdog_findings();
+    INFO(joined(findings));
+    CHECK(any_contains(findings, " waits for its column to move on"));
+    CHECK(std::any_of(findings.begin(), findings.end(), [](const std::string& line) {
+        return line.substr(0, 12) == "stall_fault_" && line.find(" holds STALL_") != std::string::npos &&
+               line.substr(line.size() - 5) == " high";
+    }));
+    const int shown = check_shown(*runs[0], {});
+    CHECK(shown >= 1);
+    CHECK(shown < kFrames);
+}
+
 TEST_CASE("random stalls on every handshake of a row: nothing is lost or late (seeds 5001 on)",
           "[system][faults]") {
     check_stalled_machines(random_seed(5001), 10);
@@ -596,7 +1066,12 @@ TEST_CASE("random stalls: clock gating changes neither clocks nor counters", "[s
     constexpr int kMachines = 5;
     MachineRuns runs;
     for (int i = 0; i < kMachines; ++i) {
-        const Scenario scenario = random_stalled_scenario(kFirstSeed + static_cast<std::uint64_t>(i));
+        Scenario scenario = random_stalled_scenario(kFirstSeed + static_cast<std::uint64_t>(i));
+        if (i == kMachines - 1) {
+            // Composers that sleep while their column stands still for another's STALL.
+            scenario = three_renderers({});
+            for (int r = 0; r < 3; ++r) scenario = with_fault(scenario, random_stalls(r, 20 + 10 * r));
+        }
         const std::string number = std::to_string(i);
         runs.push_back(std::make_unique<MachineRun>("gated_" + number, scenario, rtl::ClockGating::kOn));
         runs.push_back(std::make_unique<MachineRun>("ungated_" + number, scenario, rtl::ClockGating::kOff));

@@ -368,8 +368,11 @@ Scenario random_stalled_scenario(std::uint64_t seed) {
         fault.percent = kPercents[static_cast<std::size_t>(random.between(0, 3))];
         fault.seed = random.bits() >> 20U;
         fault.from_cycle = random.one_in(2) ? 0 : random.between(0, 2000);
-        // What is held back so often makes a frame last long, and all machines run until the last one is done.
-        if (fault.percent > 50 || random.one_in(3)) fault.cycles = random.between(1, 2000);
+        // What is held back so often makes a frame last long, and all machines run until the last one is done. A
+        // bus that looks at BUSREADY once in a slot only hardly ever finds it high then.
+        const bool for_a_while =
+            fault.percent > 50 || scenario.bus.arbitration == Arbitration::kSlotAllocation;
+        if (for_a_while || random.one_in(3)) fault.cycles = random.between(1, 2000);
         scenario.faults.push_back(fault);
     }
     check_scenario(scenario);

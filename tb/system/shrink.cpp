@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 
 namespace metabuffer::test {
@@ -162,6 +163,12 @@ class Reducer {
             const std::string name = "fault " + std::to_string(i);
             if (fault.lines > 1) attempt(name + " of one line", [i](Scenario& s) { s.faults[i].lines = 1; });
             if (fault.beats > 1) attempt(name + " of one beat", [i](Scenario& s) { s.faults[i].beats = 1; });
+            if (fault.of == LostBeats::kAny) {
+                for (const LostBeats of : {LostBeats::kPixels, LostBeats::kTable}) {
+                    attempt(name + " of " + to_string(of) + " only",
+                            [i, of](Scenario& s) { s.faults[i].of = of; });
+                }
+            }
             if (fault.cycles.value_or(1) > 1) {
                 attempt(name + " half as long",
                         [i](Scenario& s) { s.faults[i].cycles = *s.faults[i].cycles / 2; });

@@ -28,11 +28,12 @@ module composer #(
     // The bus of the renderer.
     input  logic [1:0]       bus_kind_i,         // see BUS_...
     input  logic             bus_last_i,         // the table ends here
+    input  logic [7:0]       bus_frame_i,        // the composited frame that the beat is of, modulo 256
     input  logic [3:0]       bus_count_i,        // pixels in this beat, 0..8
     input  logic [15:0]      bus_destination_i,
     input  logic [15:0]      bus_remaining_i,    // pixels of the burst behind this beat
-    input  logic [31:0]      bus_first_i,        // place in the segment of the beat's first pixel
-    input  logic [7:0][63:0] bus_words_i,
+    input  logic [31:0]      bus_first_i,        // place in the segment of the beat's first pixel; of a row in its table
+    input  logic [511:0]     bus_words_i,        // word 0 lowest
     output logic             busready_o,
     output logic             tableready_o,
 
@@ -57,6 +58,7 @@ module composer #(
     output logic        cut_o,         // BUSREADY was dropped in a burst
     output logic [3:0]  late_o,        // pixels dropped that came after their last use
     output logic [31:0] lost_o,        // pixels found not to come any more
+    output logic [7:0]  lost_tables_o, // tables found not to come any more, in part or whole
     output logic [2:0]  error_o,       // see ERROR_...
     // What stands now:
     output logic                  running_o,
@@ -73,6 +75,7 @@ module composer #(
     output logic [COUNT_BITS-1:0] held_o,
     output logic [15:0]           announced_o
 );
+  localparam logic [1:0] BUS_NONE = 2'd0;
   localparam logic [1:0] BUS_FRAME_START = 2'd1;
   localparam logic [1:0] BUS_TABLE_ROW = 2'd2;
   localparam logic [1:0] BUS_PIXELS = 2'd3;
@@ -82,6 +85,8 @@ module composer #(
   localparam logic [2:0] ERROR_ORDER = 3'd2;     // a pixel that has been there
   localparam logic [2:0] ERROR_NO_TABLE = 3'd3;  // a pixel of no frame
   localparam logic [2:0] ERROR_TABLES = 3'd4;    // a third frame's table
+  localparam logic [2:0] ERROR_FRAME = 3'd5;     // a beat of a frame that has been
+  localparam logic [2:0] ERROR_ROW = 3'd6;       // a row that has been
 
   localparam logic [1:0] COMPOSE_Z = 2'd0;
   localparam logic [1:0] COMPOSE_Z_ALPHA_KEY = 2'd1;
@@ -95,9 +100,10 @@ module composer #(
 
   // Two frames: the one that is composited or is next to be (`head`), and the one behind it on the bus. Segment bounds
   // are clipped to the raster, end values one past the last.
-  logic        table_complete[2];
+  logic [7:0]  number[2];
+  logic        table_complete[2];      // or lost
   logic        has_segment[2];
-  logic        abandoned[2];           // pixels were lost: nothing of it is kept or waited for
+  logic        abandoned[2];           // pixels or rows were lost: nothing of it is kept or waited for
   logic [15:0] left[2];
   logic [15:0] right[2];
   logic [15:0] top[2];
@@ -111,6 +117,10 @@ module composer #(
   logic [ADDRESS_BITS-1:0] base[2];    // address of the segment's pixel 0
   logic        head;
   logic [1:0]  frames;
+  logic [7:0]  heard;                  // number of the frame that is to begin next
+  logic [7:0]  composited;             // number of the frame that is composited or is next to be
+  logic        table_lost;             // of the newest frame: its pixels are dropped
+  logic [15:0] next_row;               // place of the table row that must come next
   logic        receiving_ended;        // pixels of a frame that is over, the one that is not `head`, still come
   logic [31:0] released;               // pixels of the head frame that have had their last use
   logic [COUNT_BITS-1:0]   held;
@@ -127,6 +137,12 @@ module composer #(
 
   // ---- step 1: the pipeline side ----
 
+  // A frame whose table did not come is composited in its turn, abandoned and without a segment.
+  logic head_missed, head_segment, head_abandoned;
+  assign head_missed = composited != (frames != 2'd0 ? number[head] : heard);
+  assign head_segment = frames != 2'd0 && has_segment[head] && !head_missed;
+  assign head_abandoned = head_missed || (frames != 2'd0 && abandoned[head]);
+
   logic moving, compositing, starting, raster_row_ends, frame_ends, last_use, releasing, replaying;
   assign moving = !stall_mode_i || !column_stall_i;
   assign compositing = moving && running;
@@ -136,7 +152,7 @@ module composer #(
   assign last_use = (row_phase_o == last_phase[head] || y_o == bottom[head] - 16'd1) &&
                     (column_phase == last_phase[head] || x_o == right[head] - 16'd1);
   assign releasing = compositing && covered && last_use;
-  assign replaying = compositing && covered && !missing && !abandoned[head] && row_phase_o > first_row_phase;
+  assign replaying = compositing && covered && !missing && !head_abandoned && row_phase_o > first_row_phase;
 
   logic [15:0] x_next, y_next, column_next;
   logic [7:0] column_phase_next, row_phase_next, first_row_phase_next;
@@ -160,7 +176,7 @@ module composer #(
       row_phase_next = top_phase[head];
       first_row_phase_next = top_phase[head];
       row_first_pixel_next = '0;
-      row_covered_next = frames != 2'd0 && has_segment[head] && top[head] == '0 && bottom[head] != '0;
+      row_covered_next = head_segment && top[head] == '0 && bottom[head] != '0;
     end else if (compositing) begin
       if (raster_row_ends) begin
         x_next = '0;
@@ -176,7 +192,7 @@ module composer #(
             row_phase_next = row_phase_o + 8'd1;
           end
         end
-        row_covered_next = has_segment[head] && y_next >= top[head] && y_next < bottom[head];
+        row_covered_next = head_segment && y_next >= top[head] && y_next < bottom[head];
       end else begin
         x_next = x_o + 16'd1;
         if (covered) begin
@@ -197,6 +213,7 @@ module composer #(
   // What the frame's end leaves to the bus side.
   logic        head_1;
   logic [1:0]  frames_1;
+  logic [7:0]  composited_1;
   logic        receiving_ended_1;
   logic [31:0] released_1;
   logic [COUNT_BITS-1:0] held_1;
@@ -204,17 +221,21 @@ module composer #(
   always_comb begin : release_pixels
     head_1 = head;
     frames_1 = frames;
+    composited_1 = composited;
     receiving_ended_1 = receiving_ended;
     released_1 = released;
     held_1 = held;
     if (releasing) begin
       released_1 = pixel_o + 32'd1;
-      if (!missing && !abandoned[head]) held_1 = held - COUNT_BITS'(1);
+      if (!missing && !head_abandoned) held_1 = held - COUNT_BITS'(1);
     end
-    if (frame_ends) begin
+    if (frame_ends && head_missed) begin
+      composited_1 = composited + 8'd1;
+    end else if (frame_ends && frames != 2'd0) begin
       if (has_segment[head]) receiving_ended_1 = frames == 2'd1 && arrived[head] != segment_pixels[head];
       head_1 = !head;
       frames_1 = frames - 2'd1;
+      composited_1 = composited + 8'd1;
       released_1 = '0;
     end
   end
@@ -236,18 +257,18 @@ module composer #(
     logic [16:0] rounded;
     rounded = {1'b0, t} + 17'd128;
     rounded = rounded + {8'd0, rounded[16:8]};
-    return rounded[16:8];
+    div255 = rounded[16:8];
   endfunction
 
   function automatic logic [7:0] over_channel(input logic [7:0] front, input logic [7:0] back,
                                               input logic [7:0] front_alpha);
     logic [9:0] sum;
     sum = {2'd0, front} + {1'd0, div255({8'd0, back} * {8'd0, ~front_alpha})};
-    return sum > 10'd255 ? 8'd255 : sum[7:0];
+    over_channel = sum > 10'd255 ? 8'd255 : sum[7:0];
   endfunction
 
   function automatic logic [63:0] over(input logic [31:0] back, input logic [55:0] front);
-    return {8'd0, front[55:32], over_channel(front[31:24], back[31:24], front[31:24]),
+    over = {8'd0, front[55:32], over_channel(front[31:24], back[31:24], front[31:24]),
             over_channel(front[23:16], back[23:16], front[31:24]), over_channel(front[15:8], back[15:8], front[31:24]),
             over_channel(front[7:0], back[7:0], front[31:24])};
   endfunction
@@ -268,29 +289,37 @@ module composer #(
   // ---- step 2: the bus side ----
 
   // A table row: words 0 and 1 of its beat.
+  logic [63:0] row_word_0, row_word_1;
   logic [15:0] row_sdx, row_sdy, row_right, row_bottom;
   logic signed [15:0] row_dx, row_dy;
   logic [7:0] row_multiple;
-  assign row_sdx = bus_words_i[0][63:48];
-  assign row_sdy = bus_words_i[1][15:0];
-  assign row_dx = bus_words_i[1][31:16];
-  assign row_dy = bus_words_i[1][47:32];
-  assign row_multiple = bus_words_i[1][55:48];
+  assign row_word_0 = bus_words_i[63:0];
+  assign row_word_1 = bus_words_i[127:64];
+  assign row_sdx = row_word_0[63:48];
+  assign row_sdy = row_word_1[15:0];
+  assign row_dx = row_word_1[31:16];
+  assign row_dy = row_word_1[47:32];
+  assign row_multiple = row_word_1[55:48];
 
   // One past the last raster position that the segment covers in one direction.
   function automatic logic [15:0] clipped_end(input logic signed [15:0] from, input logic [15:0] source,
                                               input logic [7:0] multiple, input logic [15:0] raster);
     logic signed [25:0] end_position;
     end_position = 26'(from) + $signed({2'd0, {8'd0, source} * {16'd0, multiple}});
-    if (end_position < 0) return '0;
-    return end_position < $signed({10'd0, raster}) ? end_position[15:0] : raster;
+    if (end_position < 0) clipped_end = '0;
+    else clipped_end = end_position < $signed({10'd0, raster}) ? end_position[15:0] : raster;
   endfunction
 
   assign row_right = clipped_end(row_dx, row_sdx, row_multiple, raster_width_i);
   assign row_bottom = clipped_end(row_dy, row_sdy, row_multiple, raster_height_i);
 
+  // A beat tells by its frame what there was before it, and by its place what of its own frame.
+  logic beat, begins, goes_back, too_many, follows, newer, table_open, row_beat, taking_row, losing_table;
+  logic signed [7:0] ahead;  // frames behind the newest that is known
+  logic [7:0] missed_count, heard_1;
+  logic table_lost_1;
   logic beginning, own_row, table_ends;
-  logic own_beat, in_order, keeping, losing, nothing_due, overfull;
+  logic own_beat, dropping, in_order, keeping, losing, nothing_due, overfull;
   logic source_1, newest_2;
   logic [1:0] frames_2;
   logic [31:0] released_source, lost_count, arrived_2, arrived_3;
@@ -311,21 +340,42 @@ module composer #(
     if (receiving_ended_1) released_source = segment_pixels[source_1];
     else if (source_1 == head_1) released_source = released_1;
 
-    beginning = bus_kind_i == BUS_FRAME_START && frames_1 != 2'd2;
-    if (bus_kind_i == BUS_FRAME_START && frames_1 == 2'd2) error_next = ERROR_TABLES;
+    beat = bus_kind_i != BUS_NONE;
+    begins = bus_kind_i == BUS_FRAME_START;
+    ahead = $signed(bus_frame_i - heard + 8'd1);
+    goes_back = beat && (ahead < 0 || (begins && ahead == 0));
+    too_many = begins && !goes_back && frames_1 == 2'd2;
+    if (goes_back) error_next = ERROR_FRAME;
+    if (too_many) error_next = ERROR_TABLES;
+    follows = beat && !goes_back && !too_many;
+    newer = follows && ahead > 0;
+    heard_1 = newer ? bus_frame_i + 8'd1 : heard;
+    missed_count = '0;
+    if (newer) missed_count = begins ? $unsigned(ahead) - 8'd1 : $unsigned(ahead);
+
+    table_open = frames_1 != 2'd0 && !table_complete[source_1];
+    row_beat = follows && !newer && bus_kind_i == BUS_TABLE_ROW && !table_lost;
+    taking_row = row_beat && table_open && bus_first_i == {16'd0, next_row};
+    if (row_beat && (!table_open || bus_first_i < {16'd0, next_row})) error_next = ERROR_ROW;
+    losing_table = table_open && (newer || (follows && bus_kind_i == BUS_PIXELS) ||
+                                  (row_beat && bus_first_i > {16'd0, next_row}));
+    table_lost_1 = table_lost || losing_table || missed_count != '0;
+
+    beginning = begins && follows;
     frames_2 = beginning ? frames_1 + 2'd1 : frames_1;
     newest_2 = frames_2 == 2'd2 ? !head_1 : head_1;
-    own_row = bus_kind_i == BUS_TABLE_ROW && bus_destination_i == display_i && frames_1 != 2'd0;
-    table_ends = bus_last_i && (beginning || (bus_kind_i == BUS_TABLE_ROW && frames_1 != 2'd0));
+    own_row = taking_row && bus_destination_i == display_i;
+    table_ends = bus_last_i && (beginning || taking_row);
 
-    own_beat = bus_kind_i == BUS_PIXELS && bus_destination_i == display_i;
-    in_order = own_beat && !nothing_due && bus_first_i >= arrived[source_1];
-    if (own_beat && !in_order) error_next = nothing_due ? ERROR_NO_TABLE : ERROR_ORDER;
+    own_beat = follows && bus_kind_i == BUS_PIXELS && bus_destination_i == display_i;
+    dropping = own_beat && table_lost_1;
+    in_order = own_beat && !dropping && !nothing_due && bus_first_i >= arrived[source_1];
+    if (own_beat && !dropping && !in_order) error_next = nothing_due ? ERROR_NO_TABLE : ERROR_ORDER;
 
-    // Pixels that were sent and have not come: before this beat, or before this table.
+    // Pixels that were sent and have not come: before this beat, or before this frame.
     lost_count = '0;
     if (in_order) lost_count = bus_first_i - arrived[source_1];
-    if (beginning && !nothing_due && has_segment[source_1] && segment_pixels[source_1] > arrived[source_1]) begin
+    if (newer && !nothing_due && !table_open && has_segment[source_1] && segment_pixels[source_1] > arrived[source_1]) begin
       lost_count = segment_pixels[source_1] - arrived[source_1];
     end
     losing = lost_count != '0;
@@ -356,7 +406,7 @@ module composer #(
     // What is announced and does not come is lost, or its burst was stopped by another than this composer.
     announced_1 = announced_o;
     silent_cycles_1 = silent_cycles;
-    if (in_order && !overfull) begin
+    if ((in_order && !overfull) || dropping) begin
       announced_1 = bus_remaining_i;
       silent_cycles_1 = '0;
     end else if (!own_beat && announced_o != '0) begin
@@ -373,7 +423,7 @@ module composer #(
   assign read_distance = read_address - write_address;
   assign reading = running_next && covered_next;
 
-  for (genvar bank = 0; bank < BANKS; ++bank) begin : gen_bank
+  for (genvar bank = 0; bank < BANKS; bank = bank + 1) begin : gen_bank
     logic [2:0] lane;
     logic [ADDRESS_BITS-4:0] address;  // in the bank: one further for the lanes behind the ring's bank 7
     assign lane = 3'(bank) - write_address[2:0];
@@ -396,7 +446,8 @@ module composer #(
 
   logic [15:0] announced_2;
   logic in_burst, busready_next, head_fresh, head_complete, prefetched_next, missing_next, head_abandoned_next;
-  logic table_complete_next;
+  logic head_loses_table, head_missed_next, table_complete_next;
+  logic [7:0] oldest_kept, frames_known;
   logic [31:0] head_arrived_next;
   logic [SPACE_BITS-1:0] free_space, two_beats, room_wanted;
 
@@ -412,12 +463,18 @@ module composer #(
 
     // The head frame as the bus side leaves it.
     head_fresh = beginning && frames_1 == 2'd0;
+    oldest_kept = head_fresh ? bus_frame_i : number[head_1];
+    head_missed_next = composited_1 != (frames_2 != 2'd0 ? oldest_kept : heard_1);
+    head_loses_table = losing_table && frames_1 == 2'd1;
+    frames_known = heard_1 - composited_1;
     head_arrived_next = frames_1 == 2'd1 ? arrived_3 : arrived[head_1];
-    head_abandoned_next = frames_1 == 2'd1 ? abandoned_2 : abandoned[head_1];
+    head_abandoned_next = head_missed_next || head_loses_table ||
+                          (frames_1 == 2'd1 ? abandoned_2 : abandoned[head_1]);
     head_complete = head_fresh || (!has_segment[head_1] && !(own_row && source_1 == head_1)) || head_abandoned_next ||
                     (has_segment[head_1] && head_arrived_next == segment_pixels[head_1]);
-    table_complete_next = frames_2 != 2'd0 &&
-                          ((table_ends && newest_2 == head_1) || (!head_fresh && table_complete[head_1]));
+    table_complete_next = head_missed_next ||
+                          (frames_2 != 2'd0 && ((table_ends && newest_2 == head_1) || head_loses_table ||
+                                                (!head_fresh && table_complete[head_1])));
     prefetched_next = !running_next && table_complete_next && (head_complete || free_3 < ready_space_pixels_i);
     missing_next = running_next && covered_next && !head_abandoned_next && pixel_next >= head_arrived_next;
   end
@@ -429,6 +486,10 @@ module composer #(
       pipemaster <= pipemaster_i;
       head <= 1'b0;
       frames <= '0;
+      heard <= '0;
+      composited <= '0;
+      table_lost <= 1'b0;
+      next_row <= '0;
       receiving_ended <= 1'b0;
       released <= '0;
       held <= '0;
@@ -455,12 +516,18 @@ module composer #(
       cut_o <= 1'b0;
       late_o <= '0;
       lost_o <= '0;
+      lost_tables_o <= '0;
       error_o <= ERROR_NONE;
       prefetched_o <= 1'b0;
     end else begin
       head <= head_1;
       frames <= frames_2;
-      receiving_ended <= receiving_ended_1 && !beginning;
+      heard <= heard_1;
+      composited <= composited_1;
+      table_lost <= table_lost_1 && !beginning;
+      if (beginning) next_row <= '0;
+      else if (taking_row) next_row <= next_row + 16'd1;
+      receiving_ended <= receiving_ended_1 && !newer;
       released <= released_1;
       held <= held_3;
       if (keeping) write_address <= write_address + ADDRESS_BITS'(taken_count);
@@ -471,13 +538,13 @@ module composer #(
       if (starting) frame_o <= frame_o + 32'd1;
 
       busready_o <= busready_next;
-      tableready_o <= frames_2 != 2'd2;
+      tableready_o <= frames_known < 8'd2;
       if (moving) begin
         startframe_o <= starting;
         pipe_valid_o <= running;
-        pipe_lost_o <= running && (upstream_lost || abandoned[head]);
+        pipe_lost_o <= running && (upstream_lost || head_abandoned);
         if (!running) pipe_pixel_o <= '0;
-        else pipe_pixel_o <= covered && !missing && !abandoned[head] ? merged_pixel : upstream_pixel;
+        else pipe_pixel_o <= covered && !missing && !head_abandoned ? merged_pixel : upstream_pixel;
       end
       // A PIPEREADY from below that belongs to the frame just composited may still stand at the frame's last edge.
       pipeready_o <= !running_next && !running && !(moving ? starting : startframe_o) &&
@@ -492,6 +559,7 @@ module composer #(
       cut_o <= in_burst && !busready_next;
       late_o <= late_count;
       lost_o <= lost_count;
+      lost_tables_o <= missed_count + {7'd0, losing_table};
       error_o <= error_next;
       prefetched_o <= prefetched_next;
       silent_cycles <= silent_cycles_1;
@@ -509,16 +577,22 @@ module composer #(
     pixel_o <= pixel_next;
     read_bank <= read_address[2:0];
     bypass <= keeping && read_distance < ADDRESS_BITS'(taken_count);
-    bypass_word <= bus_words_i[read_distance[2:0]];
+    bypass_word <= bus_words_i[64*read_distance[2:0] +: 64];
   end
 
   always_ff @(posedge clk_i) begin : frame_registers
-    // The frame that a new table begins is never the one whose pixels are lost by it.
+    // The frame that a new table begins is never the one whose pixels or table are lost by it.
     if (in_order || losing) begin
       arrived[source_1] <= arrived_3;
       abandoned[source_1] <= abandoned_2;
     end
+    if (losing_table) begin
+      table_complete[source_1] <= 1'b1;
+      has_segment[source_1] <= 1'b0;
+      abandoned[source_1] <= 1'b1;
+    end
     if (beginning) begin
+      number[newest_2] <= bus_frame_i;
       table_complete[newest_2] <= 1'b0;
       has_segment[newest_2] <= 1'b0;
       abandoned[newest_2] <= 1'b0;
@@ -541,11 +615,11 @@ module composer #(
   end
 
   assign running_o = running;
-  assign table_complete_o = frames != 2'd0 && table_complete[head];
+  assign table_complete_o = head_missed || (frames != 2'd0 && table_complete[head]);
   assign expected_o = arrived[frames == 2'd2 || receiving_ended ? !head : head];
   assign held_o = held;
 
   // Fields of a table row that only the input framebuffer needs.
   logic unused;
-  assign unused = &{1'b0, bus_words_i[0][47:0], bus_words_i[1][63:56]};
+  assign unused = &{1'b0, row_word_0[47:0], row_word_1[63:56]};
 endmodule

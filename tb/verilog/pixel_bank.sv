@@ -8,7 +8,7 @@ module pixel_bank #(
     input  logic                    write_i,
     input  logic [ADDRESS_BITS-1:0] write_address_i,
     input  logic [2:0]              write_lane_i,     // which of the beat's words
-    input  logic [7:0][63:0]        words_i,
+    input  logic [511:0]            words_i,
     input  logic                    read_i,
     input  logic [ADDRESS_BITS-1:0] read_address_i,
     output logic [63:0]             word_o
@@ -16,7 +16,7 @@ module pixel_bank #(
   logic [63:0] storage[DEPTH];
 
   always_ff @(posedge clk_i) begin
-    if (write_i) storage[write_address_i] <= words_i[write_lane_i];
+    if (write_i) storage[write_address_i] <= words_i[64*write_lane_i +: 64];
     if (read_i) word_o <= storage[read_address_i];
   end
 endmodule

@@ -237,6 +237,132 @@ TEST_CASE("composer buffer: an abandoned frame that is over is abandoned still")
     CHECK(buffer.missing_pixels() == 3);
 }
 
+TEST_CASE("composer buffer: a frame that was missed takes its turn, has no segment and is not waited for") {
+    ComposerBuffer buffer(8, kWidth, kHeight);
+    begin(buffer, row_of(2, 1));
+    CHECK(buffer.frames_heard() == 1);
+    CHECK(buffer.wants_frame());
+    CHECK_FALSE(buffer.table_lost());
+    buffer.push(numbered(0));
+    buffer.push(numbered(1));
+    buffer.miss_frame();
+    CHECK(buffer.frames_heard() == 2);
+    CHECK_FALSE(buffer.wants_frame());
+    CHECK(buffer.can_begin_frame());  // there is room for the one behind it
+    CHECK(buffer.table_lost());
+    CHECK_FALSE(buffer.next_pixel().has_value());
+    CHECK(buffer.missing_pixels() == 0);
+    begin(buffer, row_of(3, 1));
+    CHECK_FALSE(buffer.table_lost());
+    CHECK(buffer.frames_heard() == 3);
+    CHECK(buffer.next_pixel() == 0);
+    buffer.push(numbered(10));
+    CHECK(buffer.held_pixels() == 3);
+
+    CHECK(buffer.has_segment());
+    CHECK_FALSE(buffer.abandoned());
+    CHECK(buffer.at_address(buffer.address_of(1)) == numbered(1));
+    buffer.release_through(1);
+    buffer.end_frame();
+
+    CHECK(buffer.has_frame());
+    CHECK(buffer.table_complete());
+    CHECK_FALSE(buffer.has_segment());
+    CHECK(buffer.segment_complete());
+    CHECK(buffer.abandoned());
+    CHECK_FALSE(buffer.wants_frame());
+    buffer.push(numbered(11));  // of the frame behind it
+    buffer.end_frame();
+
+    CHECK(buffer.wants_frame());
+    CHECK(buffer.has_segment());
+    CHECK_FALSE(buffer.abandoned());
+    CHECK_FALSE(buffer.segment_complete());
+    CHECK(buffer.has_arrived(1));
+    CHECK_FALSE(buffer.has_arrived(2));
+    CHECK(buffer.at_address(buffer.address_of(1)) == numbered(11));
+    buffer.push(numbered(12));
+    buffer.release_through(2);
+    buffer.end_frame();
+    CHECK_FALSE(buffer.has_frame());
+    CHECK_FALSE(buffer.table_complete());
+    CHECK(buffer.held_pixels() == 0);
+}
+
+TEST_CASE("composer buffer: several frames missed with none before and none behind them") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    for (int frame = 0; frame < 3; ++frame) buffer.miss_frame();
+    for (int frame = 0; frame < 3; ++frame) {
+        CHECK(buffer.has_frame());
+        CHECK(buffer.table_complete());
+        CHECK(buffer.abandoned());
+        CHECK(buffer.wants_frame() == (frame == 2));
+        buffer.end_frame();
+    }
+    CHECK_FALSE(buffer.has_frame());
+    CHECK_FALSE(buffer.abandoned());
+    CHECK(buffer.table_lost());  // pixels of the last one may still come
+    begin(buffer, row_of(1, 1));
+    CHECK(buffer.has_segment());
+    CHECK_FALSE(buffer.abandoned());
+}
+
+TEST_CASE("composer buffer: a frame whose table is lost keeps its place and loses its segment") {
+    ComposerBuffer buffer(8, kWidth, kHeight);
+    begin(buffer, row_of(2, 1));
+    buffer.push(numbered(0));
+    CHECK_FALSE(buffer.table_open());
+    buffer.begin_frame();
+    CHECK(buffer.table_open());
+    buffer.set_row(row_of(3, 2));
+    buffer.lose_table();
+    CHECK_FALSE(buffer.table_open());
+    CHECK(buffer.table_lost());
+    CHECK_FALSE(buffer.can_begin_frame());
+    CHECK(buffer.missing_pixels() == 0);
+    CHECK(buffer.held_pixels() == 1);
+    CHECK_FALSE(buffer.abandoned());
+    buffer.release_through(1);
+    buffer.end_frame();
+    CHECK(buffer.table_complete());
+    CHECK(buffer.abandoned());
+    CHECK_FALSE(buffer.has_segment());
+    CHECK(buffer.segment_complete());
+    buffer.end_frame();
+    CHECK(buffer.table_lost());
+    CHECK_FALSE(buffer.next_pixel().has_value());
+    CHECK_FALSE(buffer.has_frame());
+}
+
+TEST_CASE("composer buffer: pixels of a frame that is over do not come once a later frame is known") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    begin(buffer, row_of(2, 1));
+    buffer.release_through(1);
+    buffer.end_frame();
+    CHECK(buffer.missing_pixels() == 2);
+    buffer.lose(2);
+    buffer.miss_frame();
+    CHECK_FALSE(buffer.next_pixel().has_value());
+    begin(buffer, row_of(2, 1));
+    CHECK(buffer.next_pixel() == 0);
+    CHECK(buffer.push(numbered(5)));
+}
+
+TEST_CASE("composer buffer: a frame that is started and not known ends without a trace") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    buffer.end_frame();
+    CHECK_FALSE(buffer.has_frame());
+    begin(buffer, row_of(1, 1));
+    CHECK(buffer.has_segment());
+    CHECK_FALSE(buffer.abandoned());
+    buffer.lose(1);
+    buffer.end_frame();
+    begin(buffer, row_of(1, 1));
+    buffer.push(numbered(0));
+    buffer.end_frame();
+    CHECK_FALSE(buffer.abandoned());  // nor is it what a frame was that is over
+}
+
 TEST_CASE("composer buffer: the next frame's pixels do not count for the one that is composited") {
     ComposerBuffer buffer(6, kWidth, kHeight);
     begin(buffer, row_of(2, 1));

@@ -49,10 +49,10 @@ RunReport troubled_run() {
     cube.dropped_frames = 4;
 
     report.composers.resize(4);
-    report.composers[0] = {1, 1, 0, 0, 1024, 12, 0, 0, 0, std::nullopt, std::nullopt, 0, {}};
-    report.composers[1] = {1, 2, 30, 0, 992, 3, 5, 6000, 0, Glitch{1, 12, 40}, Glitch{1, 12, 40}, 0, {}};
-    report.composers[2] = {2, 1, 0, 25, 64, 1, 0, 100, 0, std::nullopt, std::nullopt, 0, {}};
-    report.composers[3] = {2, 2, 1204, 0, 0, 0, 7, 0, 0, Glitch{0, 3, 4}, Glitch{0, 3, 4}, 0, {}};
+    report.composers[0] = {1, 1, 0, 0, 1024, 12, 0, 0, 0, 0, std::nullopt, std::nullopt, 0, {}};
+    report.composers[1] = {1, 2, 30, 0, 992, 3, 5, 6000, 0, 0, Glitch{1, 12, 40}, Glitch{1, 12, 40}, 0, {}};
+    report.composers[2] = {2, 1, 0, 25, 64, 1, 0, 100, 0, 0, std::nullopt, std::nullopt, 0, {}};
+    report.composers[3] = {2, 2, 1204, 0, 0, 0, 7, 0, 0, 0, Glitch{0, 3, 4}, Glitch{0, 3, 4}, 0, {}};
     report.displays.resize(2);
     report.displays[0] = {3, 25};
     report.displays[1] = {3, 0};
@@ -226,7 +226,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     REQUIRE(json["composers"].size() == 4);
     CHECK(json["composers"][1].dump() ==
           R"({"renderer":1,"display":2,"starved_pixels":30,"stalled_cycles":0,"buffer_high_water":992,)"
-          R"("busready_drops":3,"late_pixels":5,"replayed_pixels":6000,"lost_pixels":0,)"
+          R"("busready_drops":3,"late_pixels":5,"replayed_pixels":6000,"lost_pixels":0,"lost_tables":0,)"
           R"("first_glitch":{"frame":1,"x":12,"y":40},"starved_run_count":0,"starved_runs":[]})");
     CHECK(json["composers"][2]["stalled_cycles"] == 25);
     CHECK(json["composers"][2]["first_glitch"].is_null());
@@ -235,11 +235,11 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
                                      R"({"display":2,"frames_shown":3,"stalled_cycles":0,"kept_frames":0}])");
 
     const ordered_json& totals = json["totals"];
-    CHECK(keys(totals) ==
-          std::vector<std::string>{"bus", "rejected_frames", "rejected_rows", "repeated_frames",
-                                   "dropped_frames", "injected_faults", "starved_pixels", "stalled_cycles",
-                                   "buffer_high_water", "busready_drops", "late_pixels", "replayed_pixels",
-                                   "lost_pixels", "frames_shown", "display_stalled_cycles", "kept_frames"});
+    CHECK(keys(totals) == std::vector<std::string>{
+                              "bus", "rejected_frames", "rejected_rows", "repeated_frames", "dropped_frames",
+                              "injected_faults", "starved_pixels", "stalled_cycles", "buffer_high_water",
+                              "busready_drops", "late_pixels", "replayed_pixels", "lost_pixels",
+                              "lost_tables", "frames_shown", "display_stalled_cycles", "kept_frames"});
     CHECK(totals["bus"]["busy_cycles"] == 9000);
     CHECK(totals["bus"]["utilization"].get<double>() == Approx(9000.0 / 13010.0));
     CHECK(totals["rejected_frames"]["crc"] == 2);
@@ -270,8 +270,17 @@ TEST_CASE("what faults did is in the report always and in the summary if it happ
     report.displays[1].kept_frames = 1;  // the same frame
     CHECK(report_summary(report).substr(before.size() - 1) ==
           "; 13 pixels lost on the buses; 1 frame kept off the displays; 7 faults injected\n");
+    report.composers[0].lost_tables = 1;
+    CHECK(contains(report_summary(report), "; 13 pixels and 1 table lost on the buses; "));
+    report.composers[1].lost_pixels = report.composers[2].lost_pixels = 0;
+    report.composers[3].lost_tables = 2;
+    CHECK(contains(report_summary(report), "; 3 tables lost on the buses; "));
+    report.composers[1].lost_pixels = 8;
+    report.composers[2].lost_pixels = 5;
     const ordered_json json = ordered_json::parse(report_json(report));
     CHECK(json["renderers"][0]["injected_faults"] == 3);
+    CHECK(json["composers"][3]["lost_tables"] == 2);
+    CHECK(json["totals"]["lost_tables"] == 3);
     CHECK(json["composers"][1]["lost_pixels"] == 8);
     CHECK(json["displays"][1]["kept_frames"] == 1);
     CHECK(json["totals"]["injected_faults"] == 7);

@@ -36,6 +36,7 @@ TEST_CASE("names: every enumerator has a name of its own") {
     check_round_trip(Pacing::kFreeRunning);
     check_round_trip(FaultKind::kRandomStalls);
     check_round_trip(FrameKind::kDepth);
+    check_round_trip(LostBeats::kAny);
 }
 
 TEST_CASE("names: as the scenario files write them") {

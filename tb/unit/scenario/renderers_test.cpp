@@ -360,6 +360,10 @@ TEST_CASE("faults: each kind has its own keys") {
     CHECK(fault.cycles == 7);
     fault = only("kind: lost_beat, display: 1, beats: 3, from_cycle: 9");
     CHECK(fault.beats == 3);
+    CHECK(fault.of == LostBeats::kPixels);
+    CHECK(only("kind: lost_beat, display: 1, of: pixels").of == LostBeats::kPixels);
+    CHECK(only("kind: lost_beat, display: 1, of: table").of == LostBeats::kTable);
+    CHECK(only("kind: lost_beat, display: 1, of: any").of == LostBeats::kAny);
     fault = only("kind: random_stalls, percent: 40, seed: 12345678901");
     CHECK(fault.percent == 40);
     CHECK(fault.seed == 12'345'678'901U);
@@ -396,7 +400,7 @@ TEST_CASE("faults: what is wrong with one has its line") {
           at + ".frames: is not a known key; the nearest is faults[1].frame");
     CHECK(error("crc") == at + ": is 'crc'; use a map with the keys renderer, pair, kind, frame, "
                                "delay_pairs, lines, byte, bits, x, "
-                               "y, ppm, display, from_cycle, cycles, beats, percent and seed");
+                               "y, ppm, display, from_cycle, cycles, beats, of, percent and seed");
     CHECK(error("{renderer: ball, pair: 0, kind: crc, lines: 2}") ==
           at + ".lines: does not go with kind crc; use it with kind short_frame or long_frame only");
     CHECK(
@@ -415,6 +419,10 @@ TEST_CASE("faults: what is wrong with one has its line") {
           at + ".bits: is missing; use 1 to 255");
     CHECK(error("{renderer: ball, pair: 0, kind: control_byte, byte: 48, bits: 1}") ==
           at + ".byte: 48 is out of range; use 0 to 47, the bytes of the control scanline");
+    CHECK(error("{renderer: ball, kind: lost_beat, display: 1, of: rows}") ==
+          at + ".of: 'rows' is not a kind of beat; use pixels, table or any");
+    CHECK(error("{renderer: ball, kind: busready_low, display: 1, of: table}") ==
+          at + ".of: does not go with kind busready_low; use it with kind lost_beat only");
     CHECK(error("{renderer: ball, kind: lost_beat, display: 2}") ==
           at + ".display: 2 is out of range; use 1 to 1");
 }

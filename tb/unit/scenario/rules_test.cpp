@@ -197,9 +197,17 @@ TEST_CASE("rules: a fault's keys go with its kind and lie within its image and t
     CHECK(error_of(fault) == "faults[0].display: 2 is out of range; use 1 to 1");
     fault.display = 1;
     fault.pair = 3;
-    CHECK(error_of(fault) ==
-          "faults[0].pair: does not go with kind lost_beat; its keys are renderer, kind, display, from_cycle "
-          "and beats");
+    CHECK(
+        error_of(fault) ==
+        "faults[0].pair: does not go with kind lost_beat; its keys are renderer, kind, display, from_cycle, "
+        "beats and of");
+    fault.pair = 0;
+    fault.of = LostBeats::kAny;
+    CHECK(error_of(fault).empty());
+
+    fault = kind(FaultKind::kCrc);
+    fault.of = LostBeats::kTable;
+    CHECK(error_of(fault) == "faults[0].of: does not go with kind crc; use it with kind lost_beat only");
 
     fault = kind(FaultKind::kRandomStalls);
     CHECK(error_of(fault) == "faults[0].percent: 0 is out of range; use 1 to 99");

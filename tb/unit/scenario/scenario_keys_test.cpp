@@ -38,14 +38,14 @@ constexpr const char* kEveryKey =
     "  - {renderer: ball, pair: 0, kind: pixel_bits, bits: 1, x: 0, y: 0}\n"
     "  - {renderer: ball, pair: 0, kind: drift, ppm: 1}\n"
     "  - {renderer: ball, kind: busready_low, display: 1, from_cycle: 0, cycles: 1}\n"
-    "  - {renderer: ball, kind: lost_beat, display: 1, beats: 1}\n"
+    "  - {renderer: ball, kind: lost_beat, display: 1, beats: 1, of: any}\n"
     "  - {renderer: ball, kind: random_stalls, percent: 1, seed: 0}\n";
 
 /// Which of the faults has the key; `bits` in the one that takes the most of it.
 std::string index_of_fault(const std::string& pattern) {
     const std::vector<std::pair<std::string, int>> indices{
-        {"lines", 1},   {"byte", 2},       {"bits", 3},   {"x", 3},     {"y", 3},       {"ppm", 4},
-        {"display", 5}, {"from_cycle", 5}, {"cycles", 5}, {"beats", 6}, {"percent", 7}, {"seed", 7}};
+        {"lines", 1},      {"byte", 2},   {"bits", 3},  {"x", 3},  {"y", 3},       {"ppm", 4}, {"display", 5},
+        {"from_cycle", 5}, {"cycles", 5}, {"beats", 6}, {"of", 6}, {"percent", 7}, {"seed", 7}};
     for (const auto& [key, index] : indices) {
         if (pattern == "faults[]." + key) return "[" + std::to_string(index) + "]";
     }

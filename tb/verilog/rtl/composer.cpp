@@ -29,6 +29,8 @@ constexpr int kErrorNone = 0;
 constexpr int kErrorFull = 1;
 constexpr int kErrorOrder = 2;
 constexpr int kErrorNoTable = 3;
+constexpr int kErrorTables = 4;
+constexpr int kErrorFrame = 5;
 
 constexpr int kMaximumBufferPixels = COMPOSER_MAX_BUFFER_PIXELS;
 constexpr int kHalfWordBits = 32;
@@ -130,6 +132,7 @@ void Composer::drive_inputs() {
         return;  // the other pins of the bus mean nothing
     }
     verilated_->bus_last_i = beat.last ? 1 : 0;
+    verilated_->bus_frame_i = beat.frame;
     verilated_->bus_count_i = beat.count;
     verilated_->bus_destination_i = beat.destination;
     verilated_->bus_remaining_i = static_cast<SData>(beat.remaining);
@@ -174,6 +177,7 @@ void Composer::count(const Before& before) {
     counters_.stalled_cycles += verilated_->stalled_o;
     counters_.late_pixels += verilated_->late_o;
     counters_.lost_pixels += verilated_->lost_o;
+    counters_.lost_tables += verilated_->lost_tables_o;
     counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, verilated_->held_o);
 }
 
@@ -201,8 +205,12 @@ void Composer::report_protocol_error() const {
         text += "pixel " + std::to_string(bus_i.read().first) + " of its segment when ";
         text += verilated_->error_o == kErrorNoTable ? "it was sent no table"
                                                      : std::to_string(verilated_->expected_o) + " was next";
-    } else {
+    } else if (verilated_->error_o == kErrorTables) {
         text += "a third frame's table";
+    } else if (verilated_->error_o == kErrorFrame) {
+        text += "a beat of a frame that has been";
+    } else {
+        text += "row " + std::to_string(bus_i.read().first) + " of a table again";
     }
     SC_REPORT_ERROR("/metabuffer/composer/protocol", text.c_str());
 }

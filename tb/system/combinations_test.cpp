@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "goals.h"
+#include "machine_checks.h"
+#include "machine_coverage.h"
+#include "machine_run.h"
+#include "noise_image.h"
+#include "random_seed.h"
+#include "scenario/limits.h"
+#include "scenario/names.h"
+#include "scenario/scenario_loader.h"
+
+// Every arbitration policy on every width of bus beside every kind of display clock, in both modes of starvation: small
+// machines in which two composers of each bus want it at once, under all monitors. Their pictures are the functional
+// level's.
+
+using namespace metabuffer;
+using namespace metabuffer::test;
+
+namespace {
+
+/// So slow that what run_to_end lets a machine run on behind its end is a few hundred clocks.
+constexpr double kCoreMhz = 4.0;
+/// One for each of coverage::kClockRatios.
+constexpr std::array<double, 5> kDviOutMhz{2.0, 2.9, 4.0, 5.3, 8.0};
+
+constexpr int kDisplayWidth = 9;
+constexpr int kDisplayHeight = 4;
+constexpr int kImageWidth = 17;  ///< its control scanline holds a table of two rows
+constexpr int kImageHeight = 3;
+
+/// Two renderers whose images lie on both displays, a little elsewhere in each frame.
+Scenario contested_buses(const std::string& name, std::uint64_t seed) {
+    Random random(seed);
+    Scenario scenario;
+    scenario.name = name;
+    scenario.displays.columns = 2;
+    scenario.displays.width_pixels = kDisplayWidth;
+    scenario.displays.height_pixels = kDisplayHeight;
+    scenario.composition = static_cast<Composition>(random.between(0, 2));
+    scenario.clocks = {kCoreMhz, kCoreMhz, kCoreMhz};
+    scenario.memory.words_per_cycle = 8;
+    scenario.memory.page_words = random.between(8, 40);
+    scenario.memory.page_miss_cycles = random.between(0, 3);
+    scenario.bus.burst_pixels = random.between(3, 9);
+    scenario.frames = 2;
+    for (int r = 0; r < 2; ++r) {
+        Renderer renderer;
+        renderer.name = "renderer_" + std::to_string(r + 1);
+        renderer.image_width_pixels = kImageWidth;
+        renderer.image_height_pixels = kImageHeight;
+        renderer.images.push_back(
+            std::make_shared<const PixelImage>(noise_image(random, kImageWidth, kImageHeight)));
+        for (int pair = 0; pair < scenario.frames; ++pair) {
+            RendererFrame frame;
+            frame.viewport = Viewport{random.between(0, 2), random.between(0, 1), 1};
+            frame.table =
+                split_viewport(*frame.viewport, kImageWidth, kImageHeight, scenario.displays.wall());
+            renderer.frames.push_back(std::move(frame));
+        }
+        scenario.renderers.push_back(std::move(renderer));
+    }
+    return scenario;
+}
+
+/// For the bus that the scenario has. Most buffers hold less than a segment, so that the order of bursts decides who
+/// waits. With little ready space a burst can be cut, on a narrow bus in the midst of a beat.
+void choose_buffer(Scenario& scenario, std::uint64_t seed) {
+    Random random(seed);
+    const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
+    scenario.composer.ready_space_pixels =
+        random.one_in(2) ? in_flight : std::max(scenario.bus.burst_pixels, in_flight);
+    scenario.composer.buffer_pixels = scenario.composer.ready_space_pixels + random.between(0, 8);
+    check_scenario(scenario);
+}
+
+/// Frames counted for irsa on a bus of 64 bits with equal clocks, in mode stall. Those of no other combination may be.
+std::int64_t contested_frames(const coverage::Coverage& counts) {
+    const std::string group = "bus/policy-width-ratio";
+    const std::int64_t frames = counts.count(group, "irsa, 64 bits, DVI out equal, stall");
+    for (const coverage::GoalGroup& goals : coverage::goal_groups()) {
+        if (goals.name != group) continue;
+        std::int64_t sum = 0;
+        for (const std::string& bin : goals.bins) sum += counts.count(group, bin);
+        CHECK(sum == frames);
+    }
+    return frames;
+}
+
+/// From the start on, for ever if `cycles` is empty, of the second display's composers.
+void hold_second_display(Scenario& scenario, FaultKind kind, std::optional<std::int64_t> cycles) {
+    for (int renderer = 0; renderer < 2; ++renderer) {
+        Fault fault;
+        fault.kind = kind;
+        fault.renderer = renderer;
+        fault.display = 2;
+        fault.cycles = cycles;
+        scenario.faults.push_back(fault);
+    }
+}
+
+/// Every width of bus beside every display clock. What makes the machines differ otherwise is drawn from fixed seeds.
+void run_and_check(Arbitration arbitration, StarvationMode mode) {
+    MachineRuns runs;
+    for (const int width_bits : limits::kBusWidthsBits) {
+        for (const double dvi_out_mhz : kDviOutMhz) {
+            const std::string name = "machine_" + std::to_string(runs.size());
+            const std::uint64_t seed = runs.size() + 1;
+            Scenario scenario = contested_buses(name, seed);
+            scenario.bus.arbitration = arbitration;
+            scenario.bus.width_bits = width_bits;
+            scenario.composer.on_starvation = mode;
+            scenario.clocks.dvi_out_mhz = dvi_out_mhz;
+            choose_buffer(scenario, seed);
+            runs.push_back(std::make_unique<MachineRun>(name, std::move(scenario)));
+        }
+    }
+    const bool ended = run_to_end(runs);
+    for (const auto& run : runs) {
+        INFO(run->scenario().name << ": " << to_string(arbitration) << ", " << to_string(mode) << ", "
+                                  << run->scenario().bus.width_bits << " bits, DVI out "
+                                  << run->scenario().clocks.dvi_out_mhz << " MHz");
+        REQUIRE((ended || run->finished()));
+        check_run(*run);
+    }
+}
+
+}  // namespace
+
+// The sanitizers run two of them; the others are more of the same.
+TEST_CASE("every width and display clock under irsa in glitch", "[system][coverage][slow]") {
+    run_and_check(Arbitration::kIrsa, StarvationMode::kGlitch);
+}
+TEST_CASE("every width and display clock under irsa in stall", "[system][coverage]") {
+    run_and_check(Arbitration::kIrsa, StarvationMode::kStall);
+}
+TEST_CASE("every width and display clock under slot-allocation in glitch", "[system][coverage][slow]") {
+    run_and_check(Arbitration::kSlotAllocation, StarvationMode::kGlitch);
+}
+TEST_CASE("every width and display clock under slot-allocation in stall", "[system][coverage][slow]") {
+    run_and_check(Arbitration::kSlotAllocation, StarvationMode::kStall);
+}
+TEST_CASE("every width and display clock under round-robin in glitch", "[system][coverage][slow]") {
+    run_and_check(Arbitration::kRoundRobin, StarvationMode::kGlitch);
+}
+TEST_CASE("every width and display clock under round-robin in stall", "[system][coverage][slow]") {
+    run_and_check(Arbitration::kRoundRobin, StarvationMode::kStall);
+}
+TEST_CASE("every width and display clock under edf in glitch", "[system][coverage]") {
+    run_and_check(Arbitration::kEdf, StarvationMode::kGlitch);
+}
+TEST_CASE("every width and display clock under edf in stall", "[system][coverage][slow]") {
+    run_and_check(Arbitration::kEdf, StarvationMode::kStall);
+}
+
+TEST_CASE("coverage: a combination counts the frames that its composers competed for and the displays showed",
+          "[system][coverage]") {
+    std::vector<Scenario> scenarios;
+    for (const char* name : {"contested", "one_display", "one_behind_the_other", "never_shown"}) {
+        scenarios.push_back(contested_buses(name, 1));
+        scenarios.back().bus.width_bits = 64;
+        scenarios.back().composer.on_starvation = StarvationMode::kStall;
+    }
+    for (Renderer& renderer : scenarios[1].renderers) {
+        for (RendererFrame& frame : renderer.frames) {
+            frame.viewport.reset();
+            frame.table.resize(1);
+        }
+    }
+    constexpr std::int64_t kFirstFrameIsSent = 6000;
+    scenarios[2].frames = 1;
+    scenarios[2].watchdog_cycles = 2 * kFirstFrameIsSent;
+    hold_second_display(scenarios[2], FaultKind::kBusreadyLow, kFirstFrameIsSent);
+    hold_second_display(scenarios[3], FaultKind::kPipereadyLow, std::nullopt);
+    MachineRuns runs;
+    std::vector<std::unique_ptr<coverage::MachineCoverage>> samplers;
+    for (Scenario& scenario : scenarios) {
+        choose_buffer(scenario, 1);
+        const std::string name = scenario.name;
+        runs.push_back(std::make_unique<MachineRun>(name, scenario));
+        samplers.push_back(std::make_unique<coverage::MachineCoverage>(
+            (name + "_sampler").c_str(), runs.back()->machine(), runs.back()->scenario()));
+    }
+    REQUIRE(run_to_end(runs));
+    constexpr std::array<std::int64_t, 4> kShown{2, 2, 1, 0};
+    constexpr std::array<std::int64_t, 4> kCounted{2, 0, 0, 0};
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        INFO(runs[i]->scenario().name);
+        samplers[i]->finished(runs[i]->report());
+        CHECK(runs[i]->report().frames_shown() == kShown[i]);
+        CHECK(contested_frames(samplers[i]->counts()) == kCounted[i]);
+    }
+    // The third had something to send to both displays, the fourth to each in turns.
+    CHECK(runs[2]->report().core_cycles > kFirstFrameIsSent);
+    CHECK(runs[3]->report().total_bus().bursts > 4);
+}
