@@ -289,6 +289,14 @@ TEST_CASE("composer buffer: a frame that was missed takes its turn, has no segme
     CHECK(buffer.held_pixels() == 0);
 }
 
+TEST_CASE("composer buffer: a frame that was missed lacks no pixels, whatever the one before it lacks") {
+    ComposerBuffer buffer(4, kWidth, kHeight);
+    begin(buffer, row_of(2, 1));
+    CHECK(buffer.missing_pixels() == 2);
+    buffer.miss_frame();
+    CHECK(buffer.missing_pixels() == 0);
+}
+
 TEST_CASE("composer buffer: several frames missed with none before and none behind them") {
     ComposerBuffer buffer(4, kWidth, kHeight);
     for (int frame = 0; frame < 3; ++frame) buffer.miss_frame();
