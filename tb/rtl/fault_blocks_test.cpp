@@ -181,14 +181,19 @@ TEST_CASE(
     WireBench lowered(bench, "lowered", Handshake::kBusready, one_clock);
     WireBench long_fault(bench, "long_fault", Handshake::kBusready,
                          fault_scenario(FaultKind::kBusreadyLow, 20, 20));
-    for (WireBench* dut : {&kept, &lowered, &long_fault}) bench.core.drive(dut->raised, 10, true);
+    Scenario slow_beats = one_clock;
+    slow_beats.bus.width_bits = 16;
+    WireBench narrow(bench, "narrow", Handshake::kBusready, slow_beats);
+    for (WireBench* dut : {&kept, &lowered, &long_fault, &narrow}) bench.core.drive(dut->raised, 10, true);
     // Low itself, as edge 22 reads it.
     bench.core.drive(lowered.raised, 22, false);
     bench.core.drive(lowered.raised, 23, true);
     bench.run_through(60);
     // Two page misses, three beats and two clocks.
     constexpr int kLow = 2 * kPageMiss + 3 * 1 + 2;
+    constexpr int kLowAtFourClocksABeat = 2 * kPageMiss + 3 * 4 + 2;
     CHECK(read_high(kept) == both(clock_range(10, 20), clock_range(20 + kLow, 61)));
+    CHECK(read_high(narrow) == both(clock_range(10, 20), clock_range(20 + kLowAtFourClocksABeat, 61)));
     CHECK(read_high(lowered) == both(clock_range(10, 20), clock_range(23, 61)));
     CHECK(read_high(long_fault) == both(clock_range(10, 20), clock_range(40, 61)));
 }
