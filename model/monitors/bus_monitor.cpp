@@ -6,7 +6,6 @@ namespace metabuffer::monitors {
 namespace {
 
 constexpr int kTableRowBits = 128;
-constexpr int kFrameNumbers = 256;
 
 std::string number(std::int64_t value) { return std::to_string(value); }
 
@@ -139,11 +138,11 @@ bool BusMonitor::busready_at(std::size_t display, std::int64_t edge) const {
 void BusMonitor::check_frame_number(const rtl::BusBeat& beat, std::int64_t edge) {
     const bool starts = beat.kind == rtl::BusBeat::Kind::kFrameStart;
     const int frame = starts ? frames_started_ : frames_started_ - 1;
-    if (beat.kind == rtl::BusBeat::Kind::kNone || frame < 0 || beat.frame == frame % kFrameNumbers) {
+    if (beat.kind == rtl::BusBeat::Kind::kNone || frame < 0 ||
+        beat.frame == static_cast<std::uint32_t>(frame)) {
         return;
     }
-    violate("bus/frame-number", edge,
-            "a beat of frame " + number(beat.frame) + ", not " + number(frame % kFrameNumbers));
+    violate("bus/frame-number", edge, "a beat of frame " + number(beat.frame) + ", not " + number(frame));
 }
 
 void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {

@@ -8,7 +8,7 @@ namespace metabuffer::monitors {
 namespace {
 
 constexpr std::uint32_t kChannelMaximum = 255;
-constexpr int kFrameNumbers = 256;  ///< that a beat tells apart
+constexpr std::int64_t kMostFramesAtOnce = 65535;  ///< that a beat may tell of
 
 std::uint32_t channel(std::uint64_t word, int index) {
     return static_cast<std::uint32_t>(word >> (8 * index)) & kChannelMaximum;
@@ -208,9 +208,9 @@ void ComposerObserver::take_bus(const rtl::BusBeat& beat) {
 /// What a beat tells by its frame's number alone. False for one that breaks the bus's protocol.
 bool ComposerObserver::follow_frames(const rtl::BusBeat& beat) {
     const bool starts = beat.kind == rtl::BusBeat::Kind::kFrameStart;
-    // Begun since the newest frame that is known, modulo their numbers; more than half of these are none.
-    int begun = (beat.frame + kFrameNumbers + 1 - tables_ % kFrameNumbers) % kFrameNumbers;
-    if (begun >= kFrameNumbers / 2 || (starts && begun == 0)) {
+    // Begun since the newest frame that is known; none at all, by number -1, before the first.
+    std::int64_t begun = std::int64_t{static_cast<std::int32_t>(beat.frame)} + 1 - tables_;
+    if (begun < 0 || begun > kMostFramesAtOnce || (starts && begun == 0)) {
         return false;
     }
     if (starts && !has_room_for_table()) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "scenario/text.h"
+
 namespace metabuffer::rtl {
 
 BusFault::BusFault(const sc_core::sc_module_name& name, const Scenario& scenario, std::size_t display,
@@ -22,6 +24,7 @@ BusFault::BusFault(const sc_core::sc_module_name& name, const Scenario& scenario
 void BusFault::update() {
     const BusBeat& beat = bus_i.read();
     if (beat.kind != BusBeat::Kind::kNone && loses(beat)) {
+        ++lost_beats_;
         lost_pixels_ += is_of(beat, LostBeats::kPixels) ? beat.count : 0;
         bus_o.write(BusBeat{});
         return;
@@ -54,6 +57,10 @@ void BusFault::trace(sc_core::sc_trace_file* file) const {
     sc_trace(file, bus_i.read(), path("BUS_in"));
     sc_trace(file, bus_o.read(), path("BUS"));
     sc_core::sc_trace(file, lost_pixels_, path("lost_pixels"));
+}
+
+std::string BusFault::waiting_for() const {
+    return lost_beats_ == 0 ? "" : "has lost " + text::counted(lost_beats_, "beat");
 }
 
 }  // namespace metabuffer::rtl

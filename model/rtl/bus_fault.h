@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "rtl/block.h"
@@ -29,6 +30,7 @@ class BusFault final : public Block {
     SC_HAS_PROCESS(BusFault);
 
     void trace(sc_core::sc_trace_file* file) const override;
+    std::string waiting_for() const override;
 
     /// Pixels for the composer in the beats lost so far.
     std::int64_t lost_pixels() const { return lost_pixels_; }
@@ -43,6 +45,7 @@ class BusFault final : public Block {
     std::vector<std::size_t> faults_;
     FaultTally& tally_;
     std::int64_t core_period_picoseconds_;
+    std::int64_t lost_beats_ = 0;
     std::int64_t lost_pixels_ = 0;
 };
 

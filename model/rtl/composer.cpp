@@ -5,8 +5,8 @@
 namespace metabuffer::rtl {
 namespace {
 
-/// A frame that is farther behind the newest one, modulo 256, is one before it.
-constexpr int kMostFramesBehind = 127;
+/// A number that is farther ahead of the newest frame's is none that a bus can have come to.
+constexpr int kMostFramesAhead = 65535;
 
 }  // namespace
 
@@ -197,12 +197,14 @@ void Composer::bus_edge() {
 }
 
 /// Every beat names its frame, and the bus sends a frame to its end before it begins the next: what a beat tells of the
-/// frames before it, and of its own if the start of that has been lost. False, and reported, for a frame that has been.
+/// frames before it, and of its own if the start of that has been lost. False, and reported, for a frame that has been
+/// or cannot be yet.
 bool Composer::follow_frames(const BusBeat& beat) {
     const bool begins = beat.kind == BusBeat::Kind::kFrameStart;
-    const int behind_newest = static_cast<std::uint8_t>(beat.frame - (buffer_.frames_heard() - 1));
-    if (behind_newest < (begins ? 1 : 0) || behind_newest > kMostFramesBehind) {
-        protocol_error("a beat of a frame that has been");
+    const auto newest = static_cast<std::uint32_t>(buffer_.frames_heard() - 1);
+    const auto behind_newest = static_cast<std::int32_t>(beat.frame - newest);
+    if (behind_newest < (begins ? 1 : 0) || behind_newest > kMostFramesAhead) {
+        protocol_error("a beat of a frame that has been, or cannot be yet");
         return false;
     }
     if (begins && !buffer_.can_begin_frame()) {

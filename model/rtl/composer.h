@@ -36,13 +36,12 @@ namespace metabuffer::rtl {
 ///   raster pixel is left, the frame has gone without its lost pixels, which have starved.
 /// - a frame start or a table row lost shows by the frame that the next beat names, whosever it is, by the place that
 ///   the next row names, or by pixels or another frame before the table's last row. The frame is abandoned from its
-///   first raster pixel on, in its turn, and its pixels are dropped. So that frames can be told apart, one beat at
-///   least of 127 frames must come.
+///   first raster pixel on, in its turn, and its pixels are dropped.
 /// - a burst ends for the composer with its last beat, at its own BUSREADY's fall, or when no beat of it has come
 ///   for a page miss and a beat.
 ///
 /// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or frame
-/// that has been, a pixel without a table, a third frame's table.
+/// that has been, a frame more than 65535 ahead of the newest, a pixel without a table, a third frame's table.
 class Composer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock

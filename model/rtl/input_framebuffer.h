@@ -22,7 +22,7 @@ namespace metabuffer::rtl {
 /// cross the clock domains through two registers.
 ///
 /// The bus side, in core clocks, one beat a clock at most:
-/// - every beat is marked with its frame, modulo 256, and with its place among the rows or pixels.
+/// - every beat is marked with its frame and with its place among the rows or pixels.
 /// - table: one frame-start beat, then each row in 128 / width_bits clocks (at least one), once every
 ///   composer's TABLEREADY is high; until then it polls.
 /// - bursts: with no burst under way the arbiter is asked; a grant's first beat goes out in the same clock,
@@ -116,7 +116,7 @@ class InputFramebuffer final : public Block {
     void ask_for_frame();
     void start_frame(bool fresh);
     /// What the beats of the frame under way are marked with.
-    std::uint8_t frame_on_bus() const { return static_cast<std::uint8_t>(frames_started_ - 1); }
+    std::uint32_t frame_on_bus() const { return static_cast<std::uint32_t>(frames_started_ - 1); }
     void table_clock();
     bool composers_take_table() const;
     void send_clock();

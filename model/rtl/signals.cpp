@@ -80,7 +80,7 @@ void sc_trace(sc_core::sc_trace_file* file, const DecoderEvent& value, const std
     sc_core::sc_trace(file, value.row, name + ".row");
 }
 
-BusBeat BusBeat::frame_start(std::uint8_t frame, bool last) {
+BusBeat BusBeat::frame_start(std::uint32_t frame, bool last) {
     BusBeat beat;
     beat.kind = Kind::kFrameStart;
     beat.last = last;
@@ -88,7 +88,7 @@ BusBeat BusBeat::frame_start(std::uint8_t frame, bool last) {
     return beat;
 }
 
-BusBeat BusBeat::table_row(std::uint8_t frame, std::uint32_t place, const ViewportRow& row, bool last) {
+BusBeat BusBeat::table_row(std::uint32_t frame, std::uint32_t place, const ViewportRow& row, bool last) {
     BusBeat beat;
     beat.kind = Kind::kTableRow;
     beat.last = last;
@@ -126,9 +126,9 @@ std::ostream& operator<<(std::ostream& out, const BusBeat& value) {
         case BusBeat::Kind::kNone:
             return out << "none";
         case BusBeat::Kind::kFrameStart:
-            return out << "start of frame " << int{value.frame};
+            return out << "start of frame " << value.frame;
         case BusBeat::Kind::kTableRow:
-            return out << "row " << value.first << " of frame " << int{value.frame} << " for "
+            return out << "row " << value.first << " of frame " << value.frame << " for "
                        << value.destination;
         case BusBeat::Kind::kPixels:
             return out << int{value.count} << " pixels to " << value.destination << ", " << value.remaining

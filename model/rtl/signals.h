@@ -71,7 +71,7 @@ struct BusBeat {
     };
     Kind kind = Kind::kNone;
     bool last = false;
-    std::uint8_t frame = 0;  ///< number of the composited frame that it is a beat of, modulo 256
+    std::uint32_t frame = 0;  ///< number of the composited frame that it is a beat of, from 0
     std::uint8_t count = 0;
     std::uint16_t destination = 0;  ///< display of the composer addressed, from 1
     std::uint32_t remaining = 0;    ///< pixels of the burst behind this beat
@@ -79,8 +79,8 @@ struct BusBeat {
     std::uint32_t first = 0;
     std::array<std::uint64_t, kMaximumBeatPixels> words{};
 
-    static BusBeat frame_start(std::uint8_t frame, bool last);
-    static BusBeat table_row(std::uint8_t frame, std::uint32_t place, const ViewportRow& row, bool last);
+    static BusBeat frame_start(std::uint32_t frame, bool last);
+    static BusBeat table_row(std::uint32_t frame, std::uint32_t place, const ViewportRow& row, bool last);
     ViewportRow row() const;
 };
 bool operator==(const BusBeat& a, const BusBeat& b);

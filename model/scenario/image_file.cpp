@@ -97,7 +97,7 @@ void read_in_this_thread() {
 
 std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& file) {
     const char* reader = reader_of(file);
-    if (reader == nullptr) fail_unreadable_image(file, "it does not begin as one");
+    if (reader == nullptr) fail_unreadable_image(file, "it begins as none of the formats that are read");
     read_in_this_thread();
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(reader);
     if (input == nullptr) fail_unreadable_image(file, OIIO::geterror());

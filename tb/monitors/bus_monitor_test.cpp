@@ -80,7 +80,7 @@ struct BusBench {
         beat.count = static_cast<std::uint8_t>(count);
         beats[clock] = beat;
     }
-    void misname(int clock, std::uint8_t frame) { beats.at(clock).frame = frame; }
+    void misname(int clock, std::uint32_t frame) { beats.at(clock).frame = frame; }
     /// A frame's start at clock 10 and two rows of 4 x 2 pixels behind it.
     void put_table() {
         beats[10] = BusBeat::frame_start(0, false);
@@ -175,13 +175,13 @@ TEST_CASE("bus monitor: pixels name the frame that has started", "[monitors]") {
     bench.violations.check_only("bus/frame-number", "BUS_1", 26, 0);
 }
 
-TEST_CASE("bus monitor: the frames' numbers go round", "[monitors]") {
+TEST_CASE("bus monitor: the frames' numbers go on", "[monitors]") {
     constexpr int kFrames = 300;
     Scenario scenario = bus_scenario();
     scenario.frames = kFrames;
     BusBench bench(scenario);
     for (int i = 0; i < kFrames; ++i)
-        bench.beats[2 + 2 * i] = BusBeat::frame_start(static_cast<std::uint8_t>(i), true);
+        bench.beats[2 + 2 * i] = BusBeat::frame_start(static_cast<std::uint32_t>(i), true);
     bench.bench.run_through(2 * kFrames + 5);
     bench.violations.check_none();
     CHECK(bench.monitor.frames_started() == kFrames);

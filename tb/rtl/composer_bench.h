@@ -291,7 +291,7 @@ struct ComposerBench {
         rtl::BusBeat beat = entry->second;
         const auto misnamed = misnamed_.find(clock);
         beat.frame =
-            static_cast<std::uint8_t>(misnamed == misnamed_.end() ? frames_started_ - 1 : misnamed->second);
+            static_cast<std::uint32_t>(misnamed == misnamed_.end() ? frames_started_ - 1 : misnamed->second);
         return beat;
     }
 

@@ -122,10 +122,11 @@ ColourImage black(const Scenario& scenario) {
 /// What has been shown, as far as the run came, is whole: every frame that is not kept back is its own picture, and in
 /// place of the others the one before stays, on every display. Gives the frames shown on every display.
 int check_shown(const MachineRun& run, const std::set<int>& kept) {
-    int shown_on_all = kFrames;
+    const int frames = run.scenario().frames;
+    int shown_on_all = frames;
     for (int display = 1; display <= kDisplays; ++display) {
         ColourImage before = black(run.scenario());
-        for (int frame = 0; frame < kFrames; ++frame) {
+        for (int frame = 0; frame < frames; ++frame) {
             INFO("frame " << frame << " on display " << display);
             const ColourImage* shown = run.picture(frame, display);
             if (shown == nullptr) {
@@ -815,6 +816,39 @@ TEST_CASE("lost beats of any kind in glitch mode: their frame is not shown and t
     const TableLossCoverage coverage =
         lose_tables(LostBeats::kAny, StarvationMode::kGlitch, random_seed(4701));
     CHECK(coverage.pixels_too > 0);
+}
+
+TEST_CASE("lost beats of a table: hundreds of frames in a row, and the first whole one behind them is right",
+          "[system][faults]") {
+    constexpr int kLost = 260;
+    constexpr int kRunFrames = kLost + 20;
+    Scenario scenario = three_renderers({});
+    scenario.clocks = {100.0, 100.0, 100.0};
+    scenario.frames = kRunFrames;
+    // Empty tables, a beat each, which its composers hear nothing of. Had one of them heard it, the bus would wait.
+    for (RendererFrame& frame : scenario.renderers[0].frames) {
+        frame.viewport.reset();
+        frame.table.clear();
+    }
+    for (int display = 1; display <= kDisplays; ++display) {
+        Fault fault = machine_fault(FaultKind::kLostBeat, 0);
+        fault.renderer = 0;
+        fault.display = display;
+        fault.of = LostBeats::kTable;
+        fault.beats = kLost;
+        scenario.faults.push_back(fault);
+    }
+    check_scenario(scenario);
+    MachineRuns runs;
+    runs.push_back(std::make_unique<MachineRun>("machine", std::move(scenario)));
+    run_traced(runs);
+    const MachineRun& run = *runs.front();
+    REQUIRE(run.finished());
+    std::set<int> kept;
+    for (int frame = 0; frame < kLost; ++frame) kept.insert(frame);
+    CHECK(check_shown(run, kept) == kRunFrames);
+    CHECK(run.report().total_composer().lost_tables == std::int64_t{kLost} * kDisplays);
+    for (const DisplayCounters& display : run.report().displays) CHECK(display.kept_frames == kLost);
 }
 
 TEST_CASE("lost beats of a table: each row and all behind it until the next frame starts",

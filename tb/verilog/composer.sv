@@ -28,7 +28,7 @@ module composer #(
     // The bus of the renderer.
     input  logic [1:0]       bus_kind_i,         // see BUS_...
     input  logic             bus_last_i,         // the table ends here
-    input  logic [7:0]       bus_frame_i,        // the composited frame that the beat is of, modulo 256
+    input  logic [31:0]      bus_frame_i,        // the composited frame that the beat is of, from 0
     input  logic [3:0]       bus_count_i,        // pixels in this beat, 0..8
     input  logic [15:0]      bus_destination_i,
     input  logic [15:0]      bus_remaining_i,    // pixels of the burst behind this beat
@@ -58,7 +58,7 @@ module composer #(
     output logic        cut_o,         // BUSREADY was dropped in a burst
     output logic [3:0]  late_o,        // pixels dropped that came after their last use
     output logic [31:0] lost_o,        // pixels found not to come any more
-    output logic [7:0]  lost_tables_o, // tables found not to come any more, in part or whole
+    output logic [31:0] lost_tables_o, // tables found not to come any more, in part or whole
     output logic [2:0]  error_o,       // see ERROR_...
     // What stands now:
     output logic                  running_o,
@@ -85,12 +85,13 @@ module composer #(
   localparam logic [2:0] ERROR_ORDER = 3'd2;     // a pixel that has been there
   localparam logic [2:0] ERROR_NO_TABLE = 3'd3;  // a pixel of no frame
   localparam logic [2:0] ERROR_TABLES = 3'd4;    // a third frame's table
-  localparam logic [2:0] ERROR_FRAME = 3'd5;     // a beat of a frame that has been
+  localparam logic [2:0] ERROR_FRAME = 3'd5;     // a beat of a frame that has been, or cannot be yet
   localparam logic [2:0] ERROR_ROW = 3'd6;       // a row that has been
 
   localparam logic [1:0] COMPOSE_Z = 2'd0;
   localparam logic [1:0] COMPOSE_Z_ALPHA_KEY = 2'd1;
 
+  localparam int MOST_FRAMES_AHEAD = 65535;  // of the newest frame that is known: no bus gets there
   localparam int BANKS = 8;
   localparam int SPACE_BITS = (COUNT_BITS > 16 ? COUNT_BITS : 16) + 1;  // counts and announced pixels together
 
@@ -100,7 +101,7 @@ module composer #(
 
   // Two frames: the one that is composited or is next to be (`head`), and the one behind it on the bus. Segment bounds
   // are clipped to the raster, end values one past the last.
-  logic [7:0]  number[2];
+  logic [31:0] number[2];
   logic        table_complete[2];      // or lost
   logic        has_segment[2];
   logic        abandoned[2];           // pixels or rows were lost: nothing of it is kept or waited for
@@ -117,8 +118,8 @@ module composer #(
   logic [ADDRESS_BITS-1:0] base[2];    // address of the segment's pixel 0
   logic        head;
   logic [1:0]  frames;
-  logic [7:0]  heard;                  // number of the frame that is to begin next
-  logic [7:0]  composited;             // number of the frame that is composited or is next to be
+  logic [31:0] heard;                  // number of the frame that is to begin next
+  logic [31:0] composited;             // number of the frame that is composited or is next to be
   logic        table_lost;             // of the newest frame: its pixels are dropped
   logic [15:0] next_row;               // place of the table row that must come next
   logic        receiving_ended;        // pixels of a frame that is over, the one that is not `head`, still come
@@ -213,7 +214,7 @@ module composer #(
   // What the frame's end leaves to the bus side.
   logic        head_1;
   logic [1:0]  frames_1;
-  logic [7:0]  composited_1;
+  logic [31:0] composited_1;
   logic        receiving_ended_1;
   logic [31:0] released_1;
   logic [COUNT_BITS-1:0] held_1;
@@ -230,12 +231,12 @@ module composer #(
       if (!missing && !head_abandoned) held_1 = held - COUNT_BITS'(1);
     end
     if (frame_ends && head_missed) begin
-      composited_1 = composited + 8'd1;
+      composited_1 = composited + 32'd1;
     end else if (frame_ends && frames != 2'd0) begin
       if (has_segment[head]) receiving_ended_1 = frames == 2'd1 && arrived[head] != segment_pixels[head];
       head_1 = !head;
       frames_1 = frames - 2'd1;
-      composited_1 = composited + 8'd1;
+      composited_1 = composited + 32'd1;
       released_1 = '0;
     end
   end
@@ -315,8 +316,8 @@ module composer #(
 
   // A beat tells by its frame what there was before it, and by its place what of its own frame.
   logic beat, begins, goes_back, too_many, follows, newer, table_open, row_beat, taking_row, losing_table;
-  logic signed [7:0] ahead;  // frames behind the newest that is known
-  logic [7:0] missed_count, heard_1;
+  logic signed [31:0] ahead;  // frames behind the newest that is known
+  logic [31:0] missed_count, heard_1;
   logic table_lost_1;
   logic beginning, own_row, table_ends;
   logic own_beat, dropping, in_order, keeping, losing, nothing_due, overfull;
@@ -342,16 +343,16 @@ module composer #(
 
     beat = bus_kind_i != BUS_NONE;
     begins = bus_kind_i == BUS_FRAME_START;
-    ahead = $signed(bus_frame_i - heard + 8'd1);
-    goes_back = beat && (ahead < 0 || (begins && ahead == 0));
+    ahead = $signed(bus_frame_i - heard + 32'd1);
+    goes_back = beat && (ahead < 0 || ahead > MOST_FRAMES_AHEAD || (begins && ahead == 0));
     too_many = begins && !goes_back && frames_1 == 2'd2;
     if (goes_back) error_next = ERROR_FRAME;
     if (too_many) error_next = ERROR_TABLES;
     follows = beat && !goes_back && !too_many;
     newer = follows && ahead > 0;
-    heard_1 = newer ? bus_frame_i + 8'd1 : heard;
+    heard_1 = newer ? bus_frame_i + 32'd1 : heard;
     missed_count = '0;
-    if (newer) missed_count = begins ? $unsigned(ahead) - 8'd1 : $unsigned(ahead);
+    if (newer) missed_count = begins ? $unsigned(ahead) - 32'd1 : $unsigned(ahead);
 
     table_open = frames_1 != 2'd0 && !table_complete[source_1];
     row_beat = follows && !newer && bus_kind_i == BUS_TABLE_ROW && !table_lost;
@@ -447,7 +448,7 @@ module composer #(
   logic [15:0] announced_2;
   logic in_burst, busready_next, head_fresh, head_complete, prefetched_next, missing_next, head_abandoned_next;
   logic head_loses_table, head_missed_next, table_complete_next;
-  logic [7:0] oldest_kept, frames_known;
+  logic [31:0] oldest_kept, frames_known;
   logic [31:0] head_arrived_next;
   logic [SPACE_BITS-1:0] free_space, two_beats, room_wanted;
 
@@ -538,7 +539,7 @@ module composer #(
       if (starting) frame_o <= frame_o + 32'd1;
 
       busready_o <= busready_next;
-      tableready_o <= frames_known < 8'd2;
+      tableready_o <= frames_known < 32'd2;
       if (moving) begin
         startframe_o <= starting;
         pipe_valid_o <= running;
@@ -559,7 +560,7 @@ module composer #(
       cut_o <= in_burst && !busready_next;
       late_o <= late_count;
       lost_o <= lost_count;
-      lost_tables_o <= missed_count + {7'd0, losing_table};
+      lost_tables_o <= missed_count + {31'd0, losing_table};
       error_o <= error_next;
       prefetched_o <= prefetched_next;
       silent_cycles <= silent_cycles_1;

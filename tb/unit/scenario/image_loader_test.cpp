@@ -386,7 +386,8 @@ TEST_CASE("image: formats whose readers are not safe are never opened") {
         const std::filesystem::path file = directory / ("a." + suffix);
         write_picture(file, 4, 3, {{"R", "G", "B"}, TypeDesc::UINT8}, samples);
         CHECK(error_of(file) == file.string() +
-                                    ": is not a readable image: it does not begin as one; use an intact PNG, "
+                                    ": is not a readable image: it begins as none of the formats that are "
+                                    "read; use an intact PNG, "
                                     "OpenEXR, TIFF, PNM, JPEG, WebP, Radiance HDR, SGI or Targa (.tga) file");
     }
 }
