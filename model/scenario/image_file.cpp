@@ -52,6 +52,7 @@ constexpr std::array<const char*, 2> kTargaExtensions{".tga", ".TGA"};
 
 std::string formats() {
     std::vector<std::string> names;
+    names.reserve(kFormats.size() + 1);
     for (const ImageFormat& format : kFormats) names.emplace_back(format.name);
     names.emplace_back("Targa (.tga)");
     return text::joined(names, "or");
