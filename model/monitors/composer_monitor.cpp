@@ -1,7 +1,6 @@
 #include "monitors/composer_monitor.h"
 
 #include <algorithm>
-#include <limits>
 #include <sstream>
 
 #include "rtl/handshake_fault.h"
@@ -24,12 +23,6 @@ std::string text(const rtl::PipePixel& value) {
 
 std::string number(std::int64_t value) { return std::to_string(value); }
 
-/// The last core cycle whose edge may still read what the fault holds low.
-std::int64_t last_cycle_of(const Fault& fault) {
-    constexpr std::int64_t kForEver = std::numeric_limits<std::int64_t>::max() / 2;
-    return fault.cycles ? fault.from_cycle + *fault.cycles : kForEver;
-}
-
 }  // namespace
 
 ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
@@ -42,13 +35,12 @@ ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scen
     for (const Fault& fault : scenario.faults) {
         const bool stalls = fault.kind == FaultKind::kRandomStalls;
         const bool own_display = stalls || fault.display == display + 1;
-        const Hold hold{fault.from_cycle, last_cycle_of(fault)};
+        const FaultWindow hold = FaultWindow(fault).and_behind(1);
         if (fault.renderer == renderer && own_display) {
             if (stalls || fault.kind == FaultKind::kBusreadyLow) {
                 // Behind the fault BUSREADY stays low until the burst that it has stopped is over for the composer too.
                 busready_holds_.push_back(
-                    {hold.first_cycle,
-                     hold.last_cycle + rtl::HandshakeFault::stopped_burst_cycles(scenario)});
+                    hold.and_behind(rtl::HandshakeFault::stopped_burst_cycles(scenario)));
             }
             if (stalls) tableready_holds_.push_back(hold);
             if (stalls && scenario.composer.on_starvation == StarvationMode::kStall) {
@@ -63,12 +55,6 @@ ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scen
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
-}
-
-bool ComposerMonitor::may_hold(const Holds& holds, std::int64_t cycle) {
-    return std::any_of(holds.begin(), holds.end(), [cycle](const Hold& hold) {
-        return hold.first_cycle <= cycle && cycle <= hold.last_cycle;
-    });
 }
 
 void ComposerMonitor::end_of_elaboration() {
@@ -160,18 +146,17 @@ void ComposerMonitor::check_outputs(std::int64_t cycle) {
         reporter_.mute(kWire, pipe_name_, frame);
     }
     const std::int64_t announced = observer_.announced_pixels();
-    if (const bool busready = busready_o.read() || (expected.busready && may_hold(busready_holds_, cycle));
+    if (const bool busready = busready_o.read() || (expected.busready && contain(busready_holds_, cycle));
         busready != expected.busready) {
         const std::string why = ": " + number(observer_.held_pixels()) + " pixels held, " +
                                 number(announced) + " of a burst to come";
         check_wire("composer/busready", busready, expected.busready, busready_name_, cycle,
                    observer_.frames_received(), why.c_str());
     }
-    const bool tableready =
-        tableready_o.read() || (expected.tableready && may_hold(tableready_holds_, cycle));
+    const bool tableready = tableready_o.read() || (expected.tableready && contain(tableready_holds_, cycle));
     check_wire("composer/tableready", tableready, expected.tableready, tableready_name_, cycle,
                observer_.frames_received(), ": high while another frame's row can be kept");
-    const bool stall = stall_o.read() && (expected.stall || !may_hold(stall_holds_, cycle));
+    const bool stall = stall_o.read() && (expected.stall || !contain(stall_holds_, cycle));
     check_wire("composer/stall", stall, expected.stall, stall_name_, cycle, observer_.frame(),
                ": high while the next raster place lacks its pixel");
     check_pipeready(cycle);
@@ -202,7 +187,7 @@ void ComposerMonitor::check_pipe(std::int64_t cycle) {
 void ComposerMonitor::check_pipeready(std::int64_t cycle) {
     const bool seen = pipeready_o.read();
     const bool expected = observer_.expected().pipeready;
-    if (seen == expected || (!seen && !pipeready_before_ && may_hold(pipeready_holds_, cycle))) {
+    if (seen == expected || (!seen && !pipeready_before_ && contain(pipeready_holds_, cycle))) {
         return;
     }
     const std::int64_t next_frame = observer_.frame() + (observer_.running() ? 0 : 1);

@@ -5,9 +5,9 @@
 #include <string>
 #include <systemc>
 #include <utility>
-#include <vector>
 
 #include "monitors/composer_observer.h"
+#include "monitors/fault_window.h"
 #include "monitors/rule_reporter.h"
 #include "monitors/violation.h"
 #include "rtl/block.h"
@@ -73,18 +73,10 @@ class ComposerMonitor final : public sc_core::sc_module {
     rtl::ClockGate gate_{rtl::ClockGating::kOn};
     sc_core::sc_event_or_list wake_events_;
 
-    /// Core cycles in which a fault of the scenario may hold a wire low.
-    struct Hold {
-        std::int64_t first_cycle;
-        std::int64_t last_cycle;
-    };
-    using Holds = std::vector<Hold>;
-    static bool may_hold(const Holds& holds, std::int64_t cycle);
-
-    Holds busready_holds_;
-    Holds tableready_holds_;
-    Holds pipeready_holds_;
-    Holds stall_holds_;
+    FaultWindows busready_holds_;
+    FaultWindows tableready_holds_;
+    FaultWindows pipeready_holds_;
+    FaultWindows stall_holds_;
     bool seen_reset_ = false;        ///< what stands on the outputs is defined
     bool pipeready_before_ = false;  ///< own PIPEREADY as sampled one edge ago
     bool startframe_read_ = false;   ///< a frame has started at the last edge

@@ -36,11 +36,7 @@ SwapLockMonitor::SwapLockMonitor(const sc_core::sc_module_name& name, const Scen
     }
     const int last_row = static_cast<int>(scenario.renderers.size()) - 1;
     for (const Fault& fault : scenario.faults) {
-        if (fault.kind == FaultKind::kRandomStalls && fault.renderer == last_row) {
-            const std::int64_t end_cycle =
-                fault.cycles ? fault.from_cycle + *fault.cycles : std::numeric_limits<std::int64_t>::max();
-            holds_.emplace_back(fault.from_cycle, end_cycle);
-        }
+        if (fault.kind == FaultKind::kRandomStalls && fault.renderer == last_row) holds_.emplace_back(fault);
     }
     SC_METHOD(core_edge);
     sensitive << clk_i.pos();
@@ -59,17 +55,12 @@ void SwapLockMonitor::core_edge() {
     for (std::size_t d = 0; d < displays_.size(); ++d) check_framedone(d, cycle);
 }
 
-bool SwapLockMonitor::may_hold(std::int64_t cycle) const {
-    return std::any_of(holds_.begin(), holds_.end(),
-                       [cycle](const auto& hold) { return hold.first <= cycle && cycle < hold.second; });
-}
-
 void SwapLockMonitor::check_wires(std::int64_t cycle) {
     const bool all_done = std::all_of(framedone_i.begin(), framedone_i.end(), high);
     const bool any_bad = std::any_of(framebad_i.begin(), framebad_i.end(), high);
     const bool swaplock = swaplock_i.read();
     const bool swapskip = swapskip_i.read();
-    const bool may_be_late = !swaplock && may_hold(cycle);
+    const bool may_be_late = !swaplock && contain(holds_, cycle);
     const bool swaplock_right = swaplock == all_done || (may_be_late && !swaplock_);
     const bool swapskip_right = swapskip == any_bad || (may_be_late && !swapskip && !swapskip_);
     if (!wires_told_ && !swaplock_right) {

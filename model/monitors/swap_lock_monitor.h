@@ -8,6 +8,7 @@
 
 #include "formats/dvi_timing.h"
 #include "formats/image.h"
+#include "monitors/fault_window.h"
 #include "monitors/violation.h"
 #include "rtl/block.h"
 #include "rtl/signals.h"
@@ -80,7 +81,6 @@ class SwapLockMonitor final : public sc_core::sc_module {
 
     void core_edge();
     void check_wires(std::int64_t cycle);
-    bool may_hold(std::int64_t cycle) const;
     void check_framedone(std::size_t display, std::int64_t cycle);
     std::int64_t earliest_rise_cycle(std::int64_t cycle) const;
     void dvi_edge();
@@ -101,8 +101,7 @@ class SwapLockMonitor final : public sc_core::sc_module {
     bool wires_told_ = false;  ///< of SWAPLOCK or SWAPSKIP, until they are right again
     bool swaplock_ = false;    ///< as sampled one edge ago
     bool swapskip_ = false;
-    /// Core cycles, the first and one past the last, in which a fault of the scenario may hold the swap lock's wires low.
-    std::vector<std::pair<std::int64_t, std::int64_t>> holds_;
+    FaultWindows holds_;  ///< of the swap lock's wires
     std::int64_t swaps_ = 0;
     std::int64_t kept_frames_ = 0;
 

@@ -7,21 +7,10 @@
 
 #include "rtl/block.h"
 #include "rtl/fault_tally.h"
+#include "rtl/handshake.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::rtl {
-
-/// The handshake wires that a fault can hold low, or, STALL, high.
-enum class Handshake : std::uint8_t {
-    kBusready,
-    kTableready,
-    kPipeready,
-    kPairRequest,
-    kStall,
-    kFramedone,
-    kSwaplock,
-    kSwapskip  ///< with SWAPLOCK, by one module
-};
 
 /// A wire that faults of the scenario hold.
 struct HeldWire {

@@ -13,24 +13,23 @@ struct WireName {
 };
 
 WireName name_of(Handshake handshake, std::size_t renderer, std::size_t display) {
+    const char* const wire = to_string(handshake);
     switch (handshake) {
         case Handshake::kBusready:
-            return {numbered("BUSREADY", renderer, display), numbered("busready_fault", renderer, display)};
+            return {numbered(wire, renderer, display), numbered("busready_fault", renderer, display)};
         case Handshake::kTableready:
-            return {numbered("TABLEREADY", renderer, display),
-                    numbered("tableready_fault", renderer, display)};
+            return {numbered(wire, renderer, display), numbered("tableready_fault", renderer, display)};
         case Handshake::kPipeready:
-            return {numbered("PIPEREADY", renderer, display), numbered("pipeready_fault", renderer, display)};
+            return {numbered(wire, renderer, display), numbered("pipeready_fault", renderer, display)};
         case Handshake::kPairRequest:
-            return {numbered("PAIR_REQUEST", renderer), numbered("pair_request_fault", renderer)};
+            return {numbered(wire, renderer), numbered("pair_request_fault", renderer)};
         case Handshake::kStall:
-            return {numbered("STALL", renderer, display), numbered("stall_fault", renderer, display)};
+            return {numbered(wire, renderer, display), numbered("stall_fault", renderer, display)};
         case Handshake::kFramedone:
-            return {numbered("FRAMEDONE", display), numbered("framedone_fault", display)};
+            return {numbered(wire, display), numbered("framedone_fault", display)};
         case Handshake::kSwaplock:
-            return {"SWAPLOCK", "swap_lock_fault"};
         case Handshake::kSwapskip:
-            return {"SWAPSKIP", "swap_lock_fault"};
+            return {wire, "swap_lock_fault"};
     }
     return {};
 }

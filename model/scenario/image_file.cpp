@@ -60,14 +60,12 @@ std::string formats() {
 
 /// The file's first bytes. Says in the system's words why it cannot be opened: the readers' differ from each other.
 std::string first_bytes(const std::filesystem::path& file) {
-    const auto fail = [&file](const std::string& why) {
-        throw InputError(text::one_line(file.string() + ": cannot be read: " + why));
-    };
     std::error_code error;
-    if (std::filesystem::is_directory(file, error)) fail("Is a directory");
+    if (std::filesystem::is_directory(file, error)) fail_image(file, "cannot be read: Is a directory");
     errno = 0;
     std::ifstream input(file, std::ios::binary);
-    if (!input) fail(std::generic_category().message(errno == 0 ? EIO : errno));
+    if (!input)
+        fail_image(file, "cannot be read: " + std::generic_category().message(errno == 0 ? EIO : errno));
     std::string bytes(kLookedAtBytes, '\0');
     input.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     bytes.resize(static_cast<std::size_t>(input.gcount()));
@@ -107,10 +105,13 @@ std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& f
     return input;
 }
 
+void fail_image(const std::filesystem::path& file, const std::string& message) {
+    throw InputError(text::one_line(file.string() + ": " + message));
+}
+
 void fail_unreadable_image(const std::filesystem::path& file, const std::string& why) {
-    throw InputError(text::one_line(
-        file.string() + ": is not a readable image: " + (why.empty() ? std::string("no reason given") : why) +
-        "; use an intact " + formats() + " file"));
+    fail_image(file, "is not a readable image: " + (why.empty() ? std::string("no reason given") : why) +
+                         "; use an intact " + formats() + " file");
 }
 
 }  // namespace metabuffer

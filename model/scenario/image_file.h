@@ -14,6 +14,9 @@ namespace metabuffer {
 /// (scenario_loader.h) naming the file and why it cannot be read.
 std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& file);
 
+/// Throws the InputError that says of a file what is wrong with it.
+[[noreturn]] void fail_image(const std::filesystem::path& file, const std::string& message);
+
 /// Throws the InputError of a file that cannot be opened, or read to its end, as an image. why: in the reader's words,
 /// which may be none.
 [[noreturn]] void fail_unreadable_image(const std::filesystem::path& file, const std::string& why);

@@ -12,15 +12,10 @@
 
 #include "scenario/image_file.h"
 #include "scenario/limits.h"
-#include "scenario/scenario_loader.h"
 #include "scenario/text.h"
 
 namespace metabuffer {
 namespace {
-
-[[noreturn]] void fail(const std::filesystem::path& file, const std::string& message) {
-    throw InputError(text::one_line(file.string() + ": " + message));
-}
 
 constexpr int kNoChannel = -1;
 
@@ -61,15 +56,16 @@ class NativeImage {
     /// Opens the file and checks what can be told before its pixels are read.
     explicit NativeImage(const std::filesystem::path& file) : file_(file), input_(open_image_file(file)) {
         spec_ = input_->spec();
-        if (spec_.deep || spec_.depth > 1) fail(file, "is a deep or volume image; use one with flat pixels");
+        if (spec_.deep || spec_.depth > 1)
+            fail_image(file, "is a deep or volume image; use one with flat pixels");
         if (!limits::kImagePixels.contains(spec_.width) || !limits::kImagePixels.contains(spec_.height)) {
-            fail(file, "has " + std::to_string(spec_.width) + " x " + std::to_string(spec_.height) +
-                           " pixels; use " + text::range(limits::kImagePixels) + " per side");
+            fail_image(file, "has " + std::to_string(spec_.width) + " x " + std::to_string(spec_.height) +
+                                 " pixels; use " + text::range(limits::kImagePixels) + " per side");
         }
         // OpenImageIO 2.4 unpacks some of these beyond its memory.
         constexpr int kSeparated = 5;
         if (spec_.get_int_attribute("tiff:PhotometricInterpretation") == kSeparated) {
-            fail(file, "holds inks (CMYK); use R, G and B");
+            fail_image(file, "holds inks (CMYK); use R, G and B");
         }
     }
 
@@ -121,15 +117,16 @@ class NativeImage {
             case OIIO::TypeDesc::DOUBLE:
                 return visit<double>(channel, convert);
             default:
-                fail(file_, "channel " + name(channel) + " holds " + spec_.channelformat(channel).c_str() +
-                                " values; use unsigned integers, half, float or double");
+                fail_image(file_, "channel " + name(channel) + " holds " +
+                                      spec_.channelformat(channel).c_str() +
+                                      " values; use unsigned integers, half, float or double");
         }
     }
 
     [[noreturn]] void fail_at_pixel(int channel, std::size_t index, const std::string& message) const {
         const std::size_t row = static_cast<std::size_t>(width());
-        fail(file_, "channel " + name(channel) + " at x " + std::to_string(index % row) + ", y " +
-                        std::to_string(index / row) + ": " + message);
+        fail_image(file_, "channel " + name(channel) + " at x " + std::to_string(index % row) + ", y " +
+                              std::to_string(index / row) + ": " + message);
     }
 
   private:
@@ -139,10 +136,11 @@ class NativeImage {
             std::string(input_->format_name()) == "tiff" && (spec_.tile_width != 0 || spec_.height == 1);
         for (int channel = first; is_affected && channel <= last; ++channel) {
             if (spec_.channelformat(channel).basetype != OIIO::TypeDesc::DOUBLE) continue;
-            fail(file_,
-                 "channel " + name(channel) +
-                     " holds double values in tiles or a single line, which cannot be read from TIFF; use "
-                     "float, or strips and two lines or more");
+            fail_image(
+                file_,
+                "channel " + name(channel) +
+                    " holds double values in tiles or a single line, which cannot be read from TIFF; use "
+                    "float, or strips and two lines or more");
         }
     }
 
@@ -221,15 +219,15 @@ std::vector<std::uint32_t> depth_of_file(const std::filesystem::path& file, int 
                                          DepthFormat format, const DepthRange& range) {
     NativeImage image(file);
     if (image.width() != width || image.height() != height) {
-        fail(file, "has " + std::to_string(image.width()) + " x " + std::to_string(image.height()) +
-                       " pixels; use " + std::to_string(width) + " x " + std::to_string(height) +
-                       ", the size of the image it belongs to");
+        fail_image(file, "has " + std::to_string(image.width()) + " x " + std::to_string(image.height()) +
+                             " pixels; use " + std::to_string(width) + " x " + std::to_string(height) +
+                             ", the size of the image it belongs to");
     }
     int channel = 0;
     if (image.channel_count() > 1) {
         if (image.channels_named("Z") != 1) {
-            fail(file, "has the channels " + image.channel_list() +
-                           "; use one channel, or several with exactly one Z among them");
+            fail_image(file, "has the channels " + image.channel_list() +
+                                 "; use one channel, or several with exactly one Z among them");
         }
         channel = image.find_channel("Z");
     }
@@ -247,8 +245,8 @@ PixelImage load_image(const std::filesystem::path& colour_file,
     const int green = image.find_channel("G");
     const int blue = image.find_channel("B");
     if (red == kNoChannel || green == kNoChannel || blue == kNoChannel) {
-        fail(colour_file,
-             "has the channels " + image.channel_list() + "; use R, G and B, and A and Z if need be");
+        fail_image(colour_file,
+                   "has the channels " + image.channel_list() + "; use R, G and B, and A and Z if need be");
     }
     // The Z24 link has no alpha: every receiver takes it as opaque.
     const int alpha = format == DepthFormat::kZ24 ? kNoChannel : image.find_channel("A");

@@ -6,6 +6,7 @@
 
 #include "bin_names.h"
 #include "report/report.h"
+#include "rtl/handshake.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
 
@@ -257,10 +258,8 @@ std::vector<GoalGroup> machine_groups() {
           "trips before the first frame is shown", "trips after a frame was shown"}},
         {"faults/kind", "faults injected, in a run that came to its end or to the watchdog",
          enum_names<FaultKind>()},
-        {"faults/handshake",
-         "handshakes that a fault holds low though they are raised, or, STALL, high",
-         {"BUSREADY", "TABLEREADY", "PIPEREADY", "PAIR_REQUEST", "STALL", "FRAMEDONE", "SWAPLOCK",
-          "SWAPSKIP"}},
+        {"faults/handshake", "handshakes that a fault holds low though they are raised, or, STALL, high",
+         enum_names<rtl::Handshake>()},
         {"faults/place",
          "where faults strike",
          {"first pair", "last pair", "pair in between", "two faults in a run", "two renderers at once",

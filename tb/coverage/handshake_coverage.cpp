@@ -1,35 +1,11 @@
 #include "handshake_coverage.h"
 
 namespace metabuffer::coverage {
-namespace {
-
-const char* goal_of(rtl::Handshake handshake) {
-    switch (handshake) {
-        case rtl::Handshake::kBusready:
-            return "BUSREADY";
-        case rtl::Handshake::kTableready:
-            return "TABLEREADY";
-        case rtl::Handshake::kPipeready:
-            return "PIPEREADY";
-        case rtl::Handshake::kPairRequest:
-            return "PAIR_REQUEST";
-        case rtl::Handshake::kStall:
-            return "STALL";
-        case rtl::Handshake::kFramedone:
-            return "FRAMEDONE";
-        case rtl::Handshake::kSwaplock:
-            return "SWAPLOCK";
-        case rtl::Handshake::kSwapskip:
-            return "SWAPSKIP";
-    }
-    return "";
-}
-
-}  // namespace
 
 HandshakeCoverage::HandshakeCoverage(Coverage& coverage, const rtl::MachineFaults& faults) {
     for (const rtl::MachineFaults::Handshaking& handshake : faults.handshakes()) {
-        handshakes_.emplace_back(&handshake, Bin(coverage, "faults/handshake", goal_of(handshake.handshake)));
+        handshakes_.emplace_back(&handshake,
+                                 Bin(coverage, "faults/handshake", to_string(handshake.handshake)));
     }
 }
 

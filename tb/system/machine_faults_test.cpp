@@ -422,15 +422,30 @@ struct LossCoverage {
     }
 };
 
-struct LossRuns {
+/// Machines, each with a probe on its wires.
+template <typename Probe>
+struct ProbedRuns {
     MachineRuns runs;
-    std::vector<std::unique_ptr<LossProbe>> probes;
+    std::vector<std::unique_ptr<Probe>> probes;
 
     void add(const Scenario& scenario) {
         const std::string number = std::to_string(runs.size());
         runs.push_back(std::make_unique<MachineRun>("run_" + number, scenario));
         probes.push_back(
-            std::make_unique<LossProbe>(("probe_" + number).c_str(), *runs.back(), runs.back()->machine()));
+            std::make_unique<Probe>(("probe_" + number).c_str(), *runs.back(), runs.back()->machine()));
+    }
+
+    /// Runs them all, has judge(run, probe) judge each, and tells what they have covered.
+    template <typename Coverage, typename Judge>
+    Coverage run(Judge judge) {
+        run_traced(runs);
+        Coverage coverage;
+        for (std::size_t i = 0; i < runs.size(); ++i) {
+            INFO("run " << i << ": " << describe(runs[i]->scenario()));
+            judge(*runs[i], *probes[i]);
+            coverage.take(*probes[i]);
+        }
+        return coverage;
     }
 };
 
@@ -485,7 +500,7 @@ namespace {
 LossCoverage lose_beats(StarvationMode mode, std::uint64_t seed, bool stalled = false) {
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
-    LossRuns all;
+    ProbedRuns<LossProbe> all;
     constexpr int kBeats[] = {1, 1, 1, 1, 2, 3, 8, 30, 400};
     const int machines = stalled ? 20 : 36;
     for (int i = 0; i < machines; ++i) {
@@ -505,13 +520,7 @@ LossCoverage lose_beats(StarvationMode mode, std::uint64_t seed, bool stalled = 
         }
         all.add(scenario);
     }
-    run_traced(all.runs);
-    LossCoverage coverage;
-    for (std::size_t i = 0; i < all.runs.size(); ++i) {
-        INFO("run " << i << ": " << describe(all.runs[i]->scenario()));
-        check_losses(*all.runs[i], *all.probes[i]);
-        coverage.take(*all.probes[i]);
-    }
+    const auto coverage = all.run<LossCoverage>(check_losses);
     CHECK(coverage.first > 0);
     CHECK(coverage.middle > 0);
     CHECK(coverage.last > 0);
@@ -726,29 +735,7 @@ void take_off_the_wall(Scenario& scenario, std::size_t pair) {
     frame.table.clear();
 }
 
-struct TableLossRuns {
-    MachineRuns runs;
-    std::vector<std::unique_ptr<TableProbe>> probes;
-
-    void add(const Scenario& scenario) {
-        const std::string number = std::to_string(runs.size());
-        runs.push_back(std::make_unique<MachineRun>("run_" + number, scenario));
-        probes.push_back(
-            std::make_unique<TableProbe>(("probe_" + number).c_str(), *runs.back(), runs.back()->machine()));
-    }
-
-    /// Runs and judges them all.
-    TableLossCoverage run() {
-        run_traced(runs);
-        TableLossCoverage coverage;
-        for (std::size_t i = 0; i < runs.size(); ++i) {
-            INFO("run " << i << ": " << describe(runs[i]->scenario()));
-            check_table_losses(*runs[i], *probes[i]);
-            coverage.take(*probes[i]);
-        }
-        return coverage;
-    }
-};
+using TableLossRuns = ProbedRuns<TableProbe>;
 
 TableLossCoverage lose_tables(LostBeats of, StarvationMode mode, std::uint64_t seed) {
     INFO("METABUFFER_SEED=" << seed);
@@ -777,7 +764,7 @@ TableLossCoverage lose_tables(LostBeats of, StarvationMode mode, std::uint64_t s
         const int beats = (of == LostBeats::kTable ? kTableBeats : kAnyBeats)[random.between(0, 8)];
         add(machine, from_cycle, beats, static_cast<std::size_t>(random.between(0, 2 * kFrames)));
     }
-    const TableLossCoverage coverage = all.run();
+    const TableLossCoverage coverage = all.run<TableLossCoverage>(check_table_losses);
     CHECK(coverage.recovered > 5);
     CHECK(coverage.several > 0);
     CHECK(coverage.start_told_by_start > 0);
@@ -879,7 +866,7 @@ TEST_CASE("lost beats of a table: each row and all behind it until the next fram
             all.add(with_fault(scenario, fault));
         }
     }
-    const TableLossCoverage coverage = all.run();
+    const TableLossCoverage coverage = all.run<TableLossCoverage>(check_table_losses);
     CHECK(coverage.start_told_by_row > 0);
     CHECK(coverage.rows_told_by_row > 0);
     CHECK(coverage.rows_told_by_pixels > 0);

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "scenario/names.h"
+
+namespace metabuffer::rtl {
+
+/// The handshake wires that a fault can hold low, or, STALL, high.
+enum class Handshake : std::uint8_t {
+    kBusready,
+    kTableready,
+    kPipeready,
+    kPairRequest,
+    kStall,
+    kFramedone,
+    kSwaplock,
+    kSwapskip  ///< with SWAPLOCK, by one module
+};
+
+}  // namespace metabuffer::rtl
+
+namespace metabuffer {
+
+template <>
+struct EnumNames<rtl::Handshake> {
+    static constexpr const char* kWhat = "a handshake";
+    static constexpr std::array<EnumName<rtl::Handshake>, 8> kTable{
+        {{rtl::Handshake::kBusready, "BUSREADY"},
+         {rtl::Handshake::kTableready, "TABLEREADY"},
+         {rtl::Handshake::kPipeready, "PIPEREADY"},
+         {rtl::Handshake::kPairRequest, "PAIR_REQUEST"},
+         {rtl::Handshake::kStall, "STALL"},
+         {rtl::Handshake::kFramedone, "FRAMEDONE"},
+         {rtl::Handshake::kSwaplock, "SWAPLOCK"},
+         {rtl::Handshake::kSwapskip, "SWAPSKIP"}}};
+};
+
+}  // namespace metabuffer
