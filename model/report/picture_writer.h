@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/image.h"
-#include "scenario/output_error.h"
+#include "host/errors.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer {

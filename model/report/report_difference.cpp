@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "formats/image_difference.h"
-#include "scenario/text.h"
+#include "host/text.h"
 
 namespace metabuffer {
 

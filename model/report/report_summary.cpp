@@ -4,9 +4,9 @@
 #include <sstream>
 #include <utility>
 
+#include "host/text.h"
 #include "report/report.h"
 #include "report/text_table.h"
-#include "scenario/text.h"
 
 namespace metabuffer {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "scenario/text.h"
+#include "host/text.h"
 
 namespace metabuffer::rtl {
 

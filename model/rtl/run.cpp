@@ -1,20 +1,15 @@
 #include "rtl/run.h"
 
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <cstring>
 #include <exception>
 #include <fstream>
 #include <limits>
 #include <memory>
 
+#include "host/child_process.h"
+#include "host/errors.h"
 #include "rtl/metabuffer.h"
-#include "scenario/quiet_fork.h"
-#include "scenario/scenario_loader.h"
 #include "simulation/simulation_run.h"
 
 namespace metabuffer::rtl {
@@ -105,15 +100,7 @@ std::optional<CycleRange> locate(const TraceWindow& window, const Metabuffer& ma
 /// event can tell when to start a waveform that shows them, and a run is the same each time. The machine runs
 /// on for a chunk, so of several events the earliest is found.
 std::optional<CycleRange> scout(const Scenario& scenario, const TraceWindow& window) {
-    std::array<int, 2> ends{};
-    if (pipe(ends.data()) != 0) {
-        throw InputError(std::string("--trace: no pipe for the scouting run: ") + std::strerror(errno));
-    }
-    const pid_t child = quiet_fork();
-    if (child < 0) {
-        throw InputError(std::string("--trace: no process for the scouting run: ") + std::strerror(errno));
-    }
-    if (child == 0) {
+    ChildProcess process([&scenario, &window](const ChildProcess::Sender& sender) {
         CycleRange range{0, -1};
         try {
             Metabuffer machine("metabuffer", scenario);
@@ -126,17 +113,17 @@ std::optional<CycleRange> scout(const Scenario& scenario, const TraceWindow& win
         } catch (const std::exception&) {
             // The run proper meets the same error and reports it.
         }
-        const ssize_t written = write(ends[1], &range, sizeof range);
-        _exit(written == sizeof range ? 0 : 1);
-    }
-    close(ends[1]);
+        sender.send(&range, sizeof range);
+    });
+    std::string bytes;
+    while (!process.ended()) process.receive(bytes);
     CycleRange range{0, -1};
-    const ssize_t got = read(ends[0], &range, sizeof range);
-    close(ends[0]);
-    waitpid(child, nullptr, 0);
-    if (got != sizeof range || range.last < range.first) {
-        return std::nullopt;
+    if (!process.complaint().empty() || bytes.size() != sizeof range) {
+        throw InputError("--trace: the scouting run " +
+                         (process.complaint().empty() ? "sent no answer" : process.complaint()));
     }
+    std::memcpy(&range, bytes.data(), sizeof range);
+    if (range.last < range.first) return std::nullopt;
     return range;
 }
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "scenario/scenario_loader.h"
+#include "host/errors.h"
 
 namespace metabuffer::rtl {
 namespace {

@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "host/errors.h"
+#include "host/text.h"
 #include "scenario/names.h"
-#include "scenario/scenario_loader.h"
-#include "scenario/text.h"
 
 namespace metabuffer {
 namespace {

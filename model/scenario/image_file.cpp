@@ -9,8 +9,8 @@
 #include <system_error>
 #include <vector>
 
-#include "scenario/scenario_loader.h"
-#include "scenario/text.h"
+#include "host/errors.h"
+#include "host/text.h"
 
 namespace metabuffer {
 namespace {

@@ -10,9 +10,9 @@
 #include <type_traits>
 #include <vector>
 
+#include "host/text.h"
 #include "scenario/image_file.h"
 #include "scenario/limits.h"
-#include "scenario/text.h"
 
 namespace metabuffer {
 namespace {

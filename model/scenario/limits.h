@@ -5,25 +5,12 @@
 #include <limits>
 
 #include "formats/viewport_table.h"
+#include "host/range.h"
 
 namespace metabuffer {
 
-/// The whole numbers a scenario key takes, both ends included. Bounds that the hardware does not set keep
-/// products of cycles and pixels far inside 64 bits.
-struct IntegerRange {
-    std::int64_t low = 0;
-    std::int64_t high = 0;
-
-    constexpr bool contains(std::int64_t value) const { return low <= value && value <= high; }
-};
-
-struct NumberRange {
-    double low = 0.0;
-    double high = 0.0;
-
-    constexpr bool contains(double value) const { return low <= value && value <= high; }
-};
-
+/// What a scenario key takes. Bounds that the hardware does not set keep products of cycles and pixels far inside
+/// 64 bits.
 namespace limits {
 
 constexpr IntegerRange kGridDisplays{1, 64};

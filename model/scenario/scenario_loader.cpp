@@ -2,9 +2,10 @@
 
 #include <cstddef>
 
+#include "host/errors.h"
+#include "host/text.h"
 #include "scenario/scenario_keys.h"
 #include "scenario/scenario_template.h"
-#include "scenario/text.h"
 
 namespace metabuffer {
 

@@ -1,18 +1,12 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "scenario/scenario.h"
 
 namespace metabuffer {
-
-/// Bad input of any kind. what() is one line: where (file:line), what is wrong, what would be right.
-class InputError : public std::runtime_error {
-    using std::runtime_error::runtime_error;
-};
 
 /// One --set: a dotted path of scenario keys, list entries by their index
 /// (`renderers.0.frames.1.viewport.x`), and a YAML value.

@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "host/text.h"
 #include "scenario/fault_keys.h"
 #include "scenario/image_loader.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_keys.h"
 #include "scenario/scenario_rules.h"
-#include "scenario/text.h"
 
 namespace metabuffer::input {
 namespace {

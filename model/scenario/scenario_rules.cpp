@@ -5,11 +5,12 @@
 #include <set>
 #include <vector>
 
+#include "host/errors.h"
+#include "host/text.h"
 #include "scenario/fault_keys.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
-#include "scenario/text.h"
 
 namespace metabuffer {
 namespace {

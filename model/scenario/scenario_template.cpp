@@ -3,11 +3,11 @@
 #include <set>
 #include <utility>
 
+#include "host/text.h"
+#include "host/text_file.h"
 #include "scenario/scenario_keys.h"
 #include "scenario/scenario_reader.h"
 #include "scenario/scenario_writer.h"
-#include "scenario/text.h"
-#include "scenario/text_file.h"
 #include "scenario/yaml_reader.h"
 
 namespace metabuffer {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "host/errors.h"
 #include "scenario/scenario_loader.h"
 
 namespace metabuffer {

@@ -12,12 +12,11 @@
 #include <system_error>
 #include <vector>
 
+#include "host/errors.h"
+#include "host/text.h"
 #include "scenario/fault_keys.h"
 #include "scenario/names.h"
-#include "scenario/output_error.h"
 #include "scenario/scenario_keys.h"
-#include "scenario/scenario_loader.h"
-#include "scenario/text.h"
 
 namespace metabuffer {
 namespace {

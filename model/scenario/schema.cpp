@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "scenario/text.h"
+#include "host/text.h"
 
 namespace metabuffer {
 namespace {

@@ -6,11 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "host/errors.h"
+#include "host/text.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 #include "scenario/schema.h"
-#include "scenario/text.h"
 
 /// YAML as a tree whose every value knows where it came from, and typed reading of it by a schema.
 namespace metabuffer::input {

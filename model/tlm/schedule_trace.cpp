@@ -9,8 +9,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "host/errors.h"
 #include "report/picture_writer.h"
-#include "scenario/scenario_loader.h"
 
 namespace metabuffer::tlm {
 namespace {

@@ -10,12 +10,12 @@
 #include <systemc>
 #include <vector>
 
-#include "analysis/bandwidth_analysis.h"
-#include "analysis/buffer_bound.h"
 #include "load_scenario.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 #include "starvation_run.h"
+#include "tools/analysis/bandwidth_analysis.h"
+#include "tools/analysis/buffer_bound.h"
 
 // How close the bound of `metabuffer analyze` comes to what the simulation needs, for scripts/measure-bound.
 

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <string>
 
+#include "host/errors.h"
 #include "scenario/scenario_loader.h"
 #include "tlm/metabuffer.h"
 

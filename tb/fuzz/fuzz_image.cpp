@@ -20,10 +20,10 @@
 
 #include "expectations.h"
 #include "formats/pixel.h"
+#include "host/errors.h"
 #include "scenario/image_file.h"
 #include "scenario/image_loader.h"
 #include "scenario/limits.h"
-#include "scenario/scenario_loader.h"
 #include "scratch_directory.h"
 
 namespace {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "expectations.h"
+#include "host/errors.h"
 #include "scenario/scenario_loader.h"
 #include "scratch_directory.h"
 

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "expectations.h"
-#include "exploration/sweep_plan.h"
 #include "scratch_directory.h"
+#include "tools/exploration/sweep_plan.h"
 
 namespace {
 

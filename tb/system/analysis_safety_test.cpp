@@ -4,12 +4,12 @@
 #include <cstdlib>
 #include <string>
 
-#include "analysis/bandwidth_analysis.h"
-#include "analysis/buffer_bound.h"
 #include "load_scenario.h"
 #include "random_scenario.h"
 #include "random_seed.h"
 #include "starvation_run.h"
+#include "tools/analysis/bandwidth_analysis.h"
+#include "tools/analysis/buffer_bound.h"
 
 // Every machine runs in a process of its own, which run_with_buffer starts; nothing is elaborated in this one.
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "program/exit_status.h"
 #include "program_run.h"
+#include "tools/program/exit_status.h"
 #include "workplace.h"
 
 // The built program from outside, as a user meets it.

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "program/exit_status.h"
 #include "program_run.h"
+#include "tools/program/exit_status.h"
 #include "workplace.h"
 
 // `metabuffer compare` from outside: the built program, and one whose level tlm does what the scenario's name says.

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "exploration/results_database.h"
-#include "program/exit_status.h"
 #include "program_run.h"
+#include "tools/exploration/results_database.h"
+#include "tools/program/exit_status.h"
 #include "workplace.h"
 
 // `metabuffer sweep`, `size` and `export` from outside: what is run is what `metabuffer run` runs, and what has ended

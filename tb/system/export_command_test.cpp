@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "exploration/expression.h"
-#include "exploration/figures.h"
-#include "exploration/results_database.h"
-#include "program/exit_status.h"
 #include "program_run.h"
+#include "tools/exploration/expression.h"
+#include "tools/exploration/figures.h"
+#include "tools/exploration/results_database.h"
+#include "tools/program/exit_status.h"
 
 // `metabuffer export` from outside, on files that the library wrote.
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "functional/functional_compositor.h"
+#include "host/errors.h"
 #include "machine_checks.h"
 #include "machine_run.h"
 #include "noise_image.h"

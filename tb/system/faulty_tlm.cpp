@@ -5,8 +5,8 @@
 #include <systemc>
 #include <utility>
 
+#include "host/errors.h"
 #include "rtl/run.h"
-#include "scenario/scenario_loader.h"
 #include "tlm/run.h"
 
 // Stands in for level tlm in a program of its own, so that `metabuffer compare` has something to find: level rtl

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "host/errors.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 

@@ -16,7 +16,7 @@
 #include <systemc>
 #include <utility>
 
-#include "exploration/child_process.h"
+#include "host/child_process.h"
 #include "machine_checks.h"
 #include "machine_run.h"
 #include "random_scenario.h"

@@ -14,8 +14,8 @@
 #include <systemc>
 #include <vector>
 
+#include "host/errors.h"
 #include "random_scenario.h"
-#include "scenario/output_error.h"
 #include "scenario/scenario_loader.h"
 #include "scenario/scenario_writer.h"
 #include "shrink.h"

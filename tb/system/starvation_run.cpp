@@ -1,19 +1,11 @@
 #include "starvation_run.h"
 
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstdio>
-#include <cstdlib>
-#include <exception>
-#include <iostream>
+#include <cstring>
 #include <stdexcept>
 #include <string>
 
-#include "scenario/quiet_fork.h"
+#include "host/child_process.h"
 #include "tlm/run.h"
 
 namespace metabuffer::test {
@@ -40,46 +32,26 @@ Starvation starvation_of(const RunReport& report) {
     return result;
 }
 
-[[noreturn]] void run_in_child(Scenario scenario, int buffer_pixels, int descriptor) {
-    try {
-        scenario.composer.buffer_pixels = buffer_pixels;
-        scenario.composer.on_starvation = StarvationMode::kGlitch;
-        tlm::RunOptions options;
-        options.images = false;
-        const Starvation result = starvation_of(tlm::run(scenario, options).report);
-        if (write(descriptor, &result, sizeof result) == static_cast<ssize_t>(sizeof result)) {
-            _exit(EXIT_SUCCESS);
-        }
-    } catch (const std::exception& error) {
-        std::cerr << scenario.name << ": " << error.what() << std::endl;
-    }
-    _exit(EXIT_FAILURE);
-}
-
 }  // namespace
 
 Starvation run_with_buffer(const Scenario& scenario, int buffer_pixels) {
-    std::array<int, 2> ends{};
-    if (pipe(ends.data()) != 0) throw std::runtime_error("no pipe for a run");
-    // Or both processes would print what is still in there.
-    std::cout.flush();
-    std::fflush(nullptr);
-    const pid_t child = quiet_fork();
-    if (child == 0) {
-        close(ends[0]);
-        run_in_child(scenario, buffer_pixels, ends[1]);
-    }
-    close(ends[1]);
+    ChildProcess process([&scenario, buffer_pixels](const ChildProcess::Sender& sender) {
+        Scenario sized = scenario;
+        sized.composer.buffer_pixels = buffer_pixels;
+        sized.composer.on_starvation = StarvationMode::kGlitch;
+        tlm::RunOptions options;
+        options.images = false;
+        const Starvation result = starvation_of(tlm::run(sized, options).report);
+        sender.send(&result, sizeof result);
+    });
+    std::string bytes;
+    while (!process.ended()) process.receive(bytes);
     Starvation result;
-    const ssize_t got = child > 0 ? read(ends[0], &result, sizeof result) : -1;
-    close(ends[0]);
-    int status = 0;
-    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    if (got != static_cast<ssize_t>(sizeof result) || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    if (!process.complaint().empty() || bytes.size() != sizeof result) {
         throw std::runtime_error(scenario.name + ": the run with " + std::to_string(buffer_pixels) +
-                                 " pixels a composer failed");
+                                 " pixels a composer failed: " + process.complaint());
     }
+    std::memcpy(&result, bytes.data(), sizeof result);
     return result;
 }
 

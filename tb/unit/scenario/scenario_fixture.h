@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "host/errors.h"
 #include "scenario/scenario_loader.h"
 #include "scratch_directory.h"
 

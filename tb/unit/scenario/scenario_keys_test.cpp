@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "scenario/text.h"
+#include "host/text.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {

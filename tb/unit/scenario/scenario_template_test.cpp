@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "scenario/quiet_fork.h"
+#include "host/quiet_fork.h"
 #include "scenario/scenario_keys.h"
 #include "scenario_difference.h"
 #include "unit/scenario/scenario_fixture.h"

@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
+#include "host/errors.h"
 #include "scenario/fault_keys.h"
 #include "scenario/image_loader.h"
-#include "scenario/output_error.h"
 #include "scenario/scenario_loader.h"
 #include "scenario_difference.h"
 #include "unit/scenario/scenario_fixture.h"

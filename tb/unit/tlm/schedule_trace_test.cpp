@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "host/errors.h"
 #include "random_seed.h"
 #include "report/picture_writer.h"
-#include "scenario/scenario_loader.h"
 #include "scratch_directory.h"
 
 using namespace metabuffer;

@@ -1,0 +1,109 @@
+#include "host/child_process.h"
+
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <iostream>
+#include <system_error>
+
+#include "host/errors.h"
+#include "host/quiet_fork.h"
+
+namespace metabuffer {
+namespace {
+
+std::string how_it_ended(int status) {
+    if (WIFSIGNALED(status)) return std::string("ended by a signal: ") + strsignal(WTERMSIG(status));
+    return "ended with exit status " + std::to_string(WEXITSTATUS(status)) + " and without a report";
+}
+
+[[noreturn]] void fail_to_start(const char* what) {
+    throw InputError(std::string("metabuffer: no ") + what +
+                     " for a run: " + std::generic_category().message(errno));
+}
+
+[[noreturn]] void be_the_child(const ChildProcess::Work& work, int descriptor, pid_t parent) {
+    // A run that nobody waits for ends, however its parent did.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(EXIT_FAILURE);
+    int status = EXIT_SUCCESS;
+    try {
+        work(ChildProcess::Sender(descriptor));
+    } catch (...) {
+        status = EXIT_FAILURE;
+    }
+    // What the kernel printed; the parent's destructors are the parent's business.
+    std::cout.flush();
+    std::fflush(nullptr);
+    _exit(status);
+}
+
+}  // namespace
+
+void ChildProcess::Sender::send(const void* bytes, std::size_t count) const {
+    const char* at = static_cast<const char*>(bytes);
+    while (count > 0) {
+        const ssize_t written = write(descriptor_, at, count);
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) _exit(EXIT_FAILURE);
+        at += written;
+        count -= static_cast<std::size_t>(written);
+    }
+}
+
+ChildProcess::ChildProcess(const Work& work) {
+    std::array<int, 2> ends{};
+    if (pipe(ends.data()) != 0) fail_to_start("pipe");
+    // Or both processes would print what is still in there.
+    std::cout.flush();
+    std::fflush(nullptr);
+    const pid_t parent = getpid();
+    process_ = quiet_fork();
+    if (process_ == 0) {
+        close(ends[0]);
+        be_the_child(work, ends[1], parent);
+    }
+    const int error = errno;
+    close(ends[1]);
+    if (process_ < 0) {
+        close(ends[0]);
+        errno = error;
+        fail_to_start("process");
+    }
+    descriptor_ = ends[0];
+}
+
+ChildProcess::~ChildProcess() {
+    if (ended()) return;
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+    close(descriptor_);
+}
+
+void ChildProcess::receive(std::string& bytes) {
+    std::array<char, std::size_t{1} << 16> buffer{};
+    const ssize_t got = read(descriptor_, buffer.data(), buffer.size());
+    if (got > 0) {
+        bytes.append(buffer.data(), static_cast<std::size_t>(got));
+    } else if (got == 0 || errno != EINTR) {
+        reap();
+    }
+}
+
+void ChildProcess::reap() {
+    close(descriptor_);
+    descriptor_ = -1;
+    int status = 0;
+    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+    }
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != EXIT_SUCCESS) complaint_ = how_it_ended(status);
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,106 @@
+#include "host/text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <iomanip>
+#include <locale>
+#include <sstream>
+
+namespace metabuffer::text {
+namespace {
+
+constexpr std::size_t kLongestQuote = 60;
+
+bool is_space_or_control(char character) {
+    const auto code = static_cast<unsigned char>(character);
+    return code <= 0x20U || code == 0x7FU;
+}
+
+}  // namespace
+
+std::string one_line(std::string_view text) {
+    std::string line;
+    for (const char character : text) {
+        if (!is_space_or_control(character)) {
+            line += character;
+        } else if (!line.empty() && line.back() != ' ') {
+            line += ' ';
+        }
+    }
+    if (!line.empty() && line.back() == ' ') line.pop_back();
+    return line;
+}
+
+std::string quoted(std::string_view text) {
+    std::string line = one_line(text.substr(0, kLongestQuote));
+    if (text.size() > kLongestQuote) line += "...";
+    return "'" + line + "'";
+}
+
+std::string joined(const std::vector<std::string>& items, std::string_view conjunction) {
+    std::string list;
+    for (std::size_t i = 0; i < items.size(); ++i) {
+        if (i > 0) list += i + 1 == items.size() ? " " + std::string(conjunction) + " " : ", ";
+        list += items[i];
+    }
+    return list;
+}
+
+std::string number(double value) {
+    std::array<char, 32> digits{};
+    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+    return error == std::errc() ? std::string(digits.data(), end) : std::to_string(value);
+}
+
+std::string decimal(double value, int digits) {
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << std::fixed << std::setprecision(digits) << value;
+    return text.str();
+}
+
+std::string range(const IntegerRange& range) {
+    return std::to_string(range.low) + " to " + std::to_string(range.high);
+}
+
+std::string range(const NumberRange& range) { return number(range.low) + " to " + number(range.high); }
+
+std::string out_of_range(std::int64_t value, const IntegerRange& allowed) {
+    return std::to_string(value) + " is out of range; use " + range(allowed);
+}
+
+std::string out_of_range(double value, const NumberRange& allowed) {
+    return number(value) + " is out of range; use " + range(allowed);
+}
+
+int edit_distance(std::string_view left, std::string_view right) {
+    // Three rows of the usual table: the one before last is what a swap of neighbours looks back at.
+    std::vector<int> before_last(right.size() + 1);
+    std::vector<int> last(right.size() + 1);
+    std::vector<int> current(right.size() + 1);
+    for (std::size_t j = 0; j <= right.size(); ++j) last[j] = static_cast<int>(j);
+    for (std::size_t i = 1; i <= left.size(); ++i) {
+        current[0] = static_cast<int>(i);
+        for (std::size_t j = 1; j <= right.size(); ++j) {
+            const int replace = last[j - 1] + (left[i - 1] == right[j - 1] ? 0 : 1);
+            current[j] = std::min({replace, last[j] + 1, current[j - 1] + 1});
+            if (i > 1 && j > 1 && left[i - 1] == right[j - 2] && left[i - 2] == right[j - 1]) {
+                current[j] = std::min(current[j], before_last[j - 2] + 1);
+            }
+        }
+        std::swap(before_last, last);
+        std::swap(last, current);
+    }
+    return last[right.size()];
+}
+
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
+    return *std::min_element(candidates.begin(), candidates.end(),
+                             [word](const std::string& a, const std::string& b) {
+                                 return edit_distance(word, a) < edit_distance(word, b);
+                             });
+}
+
+}  // namespace metabuffer::text

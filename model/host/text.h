@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host/range.h"
+
+/// Wording that messages, reports and tables share.
+namespace metabuffer::text {
+
+/// Control characters and runs of white space become one space each; none at either end.
+std::string one_line(std::string_view text);
+
+/// The text between quotation marks, on one line, cut when it is long.
+std::string quoted(std::string_view text);
+
+/// "a, b or c"; conjunction is "or" or "and".
+std::string joined(const std::vector<std::string>& items, std::string_view conjunction);
+
+/// The shortest text that reads back as the same number.
+std::string number(double value);
+
+/// With so many digits behind the point.
+std::string decimal(double value, int digits);
+
+/// "1 pair", "3 pairs".
+template <typename Count>
+std::string counted(Count count, const std::string& thing) {
+    return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
+}
+
+/// "1 to 64".
+std::string range(const IntegerRange& range);
+std::string range(const NumberRange& range);
+
+/// "0 is out of range; use 1 to 64".
+std::string out_of_range(std::int64_t value, const IntegerRange& allowed);
+std::string out_of_range(double value, const NumberRange& allowed);
+
+/// Levenshtein distance; swapping two neighbours counts as one edit.
+int edit_distance(std::string_view left, std::string_view right);
+
+/// The candidate with the least distance, the first of several; candidates must not be empty.
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
+
+}  // namespace metabuffer::text

@@ -1,0 +1,215 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "host/text.h"
+#include "report/text_table.h"
+#include "scenario/names.h"
+#include "tools/analysis/analysis_report.h"
+
+namespace metabuffer::analysis {
+namespace {
+
+using text::counted;
+using text::decimal;
+
+constexpr double kPercent = 100.0;
+
+std::string rate(double pixels_per_cycle) { return decimal(pixels_per_cycle, 3); }
+
+std::string list_of(const std::vector<int>& numbers) {
+    std::string text;
+    for (const int number : numbers) text += (text.empty() ? "" : " ") + std::to_string(number);
+    return text;
+}
+
+/// Frame 0, frames 0 to 3 5 7.
+std::string frames_text(const std::vector<int>& frames) {
+    std::string text;
+    for (std::size_t i = 0; i < frames.size();) {
+        std::size_t last = i;
+        while (last + 1 < frames.size() && frames[last + 1] == frames[last] + 1) ++last;
+        text += " " + std::to_string(frames[i]);
+        if (last > i) text += " to " + std::to_string(frames[last]);
+        i = last + 1;
+    }
+    return (frames.size() == 1 ? "frame" : "frames") + text;
+}
+
+std::string percent_of(double part, double whole) { return decimal(kPercent * part / whole, 1) + " %"; }
+
+/// A line of a list of figures: what it is, its value, a remark.
+std::string figure(const std::string& name, const std::string& value, const std::string& remark = "") {
+    constexpr std::size_t kNameWidth = 26;
+    constexpr std::size_t kValueWidth = 10;
+    std::string line = "  " + name;
+    line.resize(std::max(line.size(), kNameWidth + 2), ' ');
+    line += std::string(kValueWidth - std::min(kValueWidth, value.size()), ' ') + value;
+    return line + (remark.empty() ? "" : "  " + remark) + "\n";
+}
+
+std::string task_lines(const TableAnalysis& table) {
+    TextTable lines({0, 4});
+    lines.add({"task", "C pixels", "T clocks", "D clocks", "displays"});
+    for (const Task& task : table.tasks) {
+        lines.add({task.label, std::to_string(task.data_pixels), std::to_string(task.period_cycles),
+                   std::to_string(task.deadline_cycles), list_of(task.displays)});
+    }
+    return lines.text();
+}
+
+std::string composer_lines(const TableAnalysis& table) {
+    TextTable lines;
+    lines.add({"display", "task", "segment", "multiple", "slots", "bursts", "page misses", "bus clocks",
+               "least buffer", "whole segment"});
+    for (const ComposerAnalysis& composer : table.composers) {
+        lines.add({std::to_string(composer.row.dcomp), composer.task,
+                   std::to_string(composer.row.sdx) + "x" + std::to_string(composer.row.sdy),
+                   std::to_string(composer.row.dmultiple), std::to_string(composer.slots),
+                   std::to_string(composer.bursts), std::to_string(composer.page_misses),
+                   std::to_string(composer.bus_cycles), std::to_string(composer.least_buffer_pixels),
+                   std::to_string(composer.whole_buffer_pixels)});
+    }
+    return lines.text();
+}
+
+std::string rejected_lines(const TableAnalysis& table) {
+    std::string text;
+    for (const RejectedRow& row : table.rejected) {
+        text += "  row " + std::to_string(row.index) + " rejected (" + row_defect_key(row.defect) +
+                "): " + row.message + "\n";
+    }
+    return text;
+}
+
+std::string demand_lines(const TableAnalysis& table, const Analysis& analysis) {
+    const Demand& demand = table.demand;
+    const Supply& supply = table.supply;
+    std::string text = "needed, in pixels a clock:\n";
+    text += figure("sum of C / T", rate(demand.sum));
+    text += figure("most at a time", rate(demand.most_at_once), "of the tasks that one raster row meets");
+    text +=
+        figure("busiest raster row", rate(demand.busiest_row), "source rows that begin in one raster row");
+    text += figure("mean of the frame", rate(demand.mean), counted(demand.pixels, "pixel"));
+    text += "carried, in pixels a clock:\n";
+    text += figure("raw", rate(supply.raw), "the lesser of bus and memory");
+    text += figure("sustained", rate(supply.sustained),
+                   std::to_string(supply.page_misses) +
+                       (supply.page_misses == 1 ? " page miss" : " page misses") + " and " +
+                       counted(supply.beats, "beat") + " in " + std::to_string(supply.burst_cycles) +
+                       " clocks" + (supply.whole_bursts ? "" : ", if no burst is cut short"));
+    const double period = analysis.period_cycles;
+    text +=
+        figure("load of the bus", percent_of(static_cast<double>(supply.frame_cycles()), period),
+               std::to_string(supply.frame_cycles()) + " clocks of " + decimal(period, 0) + " for a frame");
+    if (table.load > 1.0) {
+        text += figure("at its busiest", decimal(kPercent * table.load, 1) + " %",
+                       rate((table.load - 1.0) * supply.sustained) +
+                           " pixels a clock too many: they must have been sent before");
+    }
+    const double most_short = table.most_pixels_short(period);
+    const double least_short = table.least_pixels_short(period);
+    if (least_short > 0.0) {
+        text += figure("short in a frame", decimal(std::ceil(least_short), 0),
+                       "pixels or more, " + rate(least_short / period) +
+                           " a clock: with no buffer can the bus carry them");
+    }
+    if (most_short > 0.0) {
+        text += figure(least_short > 0.0 ? "with page misses" : "short in a frame",
+                       decimal(std::ceil(most_short), 0),
+                       "pixels, " + rate(most_short / period) + " a clock, if every page counted is missed");
+    }
+    return text;
+}
+
+std::string slot_lines(const TableAnalysis& table) {
+    constexpr std::size_t kMostSlotsShown = 64;
+    if (table.slot_displays.empty()) return {};
+    std::string text =
+        "slot table: " + counted(static_cast<std::int64_t>(table.slot_displays.size()), "slot") +
+        ", a rotation takes " + decimal(table.rotation_cycles, 1) + " clocks\n";
+    if (table.slot_displays.size() <= kMostSlotsShown) {
+        text += "  displays " + list_of(table.slot_displays) + "\n";
+    }
+    return text;
+}
+
+std::string buffer_lines(const Analysis& analysis) {
+    std::string text = "composer buffers, of all renderers, in pixels:\n";
+    text += figure("smallest legal", std::to_string(analysis.least_buffer_pixels));
+    std::string reason;
+    if (analysis.deciding_renderer) {
+        reason = "decided by display " + std::to_string(*analysis.deciding_display) + " of renderer " +
+                 std::to_string(*analysis.deciding_renderer + 1);
+        for (const TableAnalysis& table : analysis.tables) {
+            if (table.renderer == *analysis.deciding_renderer) {
+                reason = "decided by display " + std::to_string(*analysis.deciding_display) + " of " +
+                         table.renderer_name;
+            }
+        }
+    }
+    text += figure("never starves with", std::to_string(analysis.safe_buffer_pixels), reason);
+    text += figure("holds every segment", std::to_string(analysis.whole_buffer_pixels));
+    text += figure("this scenario", std::to_string(analysis.composer.buffer_pixels),
+                   analysis.scenario_is_safe ? "never starves" : "may starve: the bound does not cover it");
+    if (!analysis.safe_buffer_is_legal) text += "  no scenario may have buffers as large as the bound\n";
+    return text;
+}
+
+std::string rate_lines(const Analysis& analysis) {
+    const double raster_hz =
+        analysis.core_mhz * 1e6 /
+        (static_cast<double>(analysis.raster_width_pixels) * analysis.raster_height_pixels);
+    std::string text = "frame rate, in frames/s:\n";
+    if (analysis.asked_frame_rate_hz) text += figure("asked for", decimal(*analysis.asked_frame_rate_hz, 2));
+    text += figure("raster, back to back", decimal(raster_hz, 2));
+    const bool whole = analysis.composer.ready_space_pixels >= analysis.bus.burst_pixels;
+    const std::string certain = whole ? "for certain" : "if no burst is cut short";
+    const bool bus_is_slower = analysis.sustained_frame_rate_hz < raster_hz;
+    text += figure(
+        "buses can carry", decimal(analysis.sustained_frame_rate_hz, 2),
+        bus_is_slower ? certain : std::string("all that the raster takes") + (whole ? "" : ", " + certain));
+    if (bus_is_slower)
+        text += figure("at best", decimal(analysis.best_frame_rate_hz, 2), "each page opened once");
+    if (analysis.asked_frame_rate_hz) {
+        const double asked = *analysis.asked_frame_rate_hz;
+        if (asked <= analysis.sustained_frame_rate_hz) {
+            text += "  the rate asked for can be carried\n";
+        } else if (asked > analysis.best_frame_rate_hz) {
+            text += "  the rate asked for cannot be held with any buffer\n";
+        } else {
+            text += "  whether the rate asked for can be held is for the page misses to say: run it\n";
+        }
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string analysis_text(const Analysis& analysis) {
+    std::string text = analysis.scenario + ": " + counted(analysis.renderers, "renderer") + ", " +
+                       std::to_string(analysis.display_columns) + "x" +
+                       std::to_string(analysis.display_rows) + " displays, raster " +
+                       std::to_string(analysis.raster_width_pixels) + "x" +
+                       std::to_string(analysis.raster_height_pixels) + "\n";
+    text += "bus of " + std::to_string(analysis.bus.width_bits) + " bits, " +
+            std::string(to_string(analysis.bus.arbitration)) + ", bursts of " +
+            counted(analysis.bus.burst_pixels, "pixel") + ", ready space " +
+            std::to_string(analysis.composer.ready_space_pixels) + "; memory of " +
+            counted(analysis.memory.words_per_cycle, "word") + " a clock, pages of " +
+            std::to_string(analysis.memory.page_words) + ", " +
+            counted(analysis.memory.page_miss_cycles, "clock") + " a miss\n";
+    for (const TableAnalysis& table : analysis.tables) {
+        text += "\nrenderer " + table.renderer_name + ", " + frames_text(table.frames) + "\n";
+        text += rejected_lines(table);
+        if (table.composers.empty()) {
+            text += "  sends nothing\n";
+            continue;
+        }
+        text += task_lines(table) + demand_lines(table, analysis) + slot_lines(table) + composer_lines(table);
+    }
+    return text + "\n" + buffer_lines(analysis) + rate_lines(analysis);
+}
+
+}  // namespace metabuffer::analysis

@@ -1,0 +1,259 @@
+#include "tools/analysis/bandwidth_analysis.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <set>
+
+#include "formats/control_scanline.h"
+#include "scenario/limits.h"
+#include "tools/analysis/arithmetic.h"
+#include "tools/analysis/buffer_bound.h"
+#include "tools/analysis/bus_table.h"
+
+namespace metabuffer::analysis {
+namespace {
+
+/// Sums over raster rows, from where each of them changes.
+class RowSums {
+  public:
+    void add(int first_row, int behind_row, double value) {
+        changes_[first_row] += value;
+        changes_[behind_row] -= value;
+    }
+    double most() const {
+        double sum = 0.0;
+        double most = 0.0;
+        for (const auto& [row, change] : changes_) {
+            sum += change;
+            most = std::max(most, sum);
+        }
+        return most;
+    }
+
+  private:
+    std::map<int, double> changes_;
+};
+
+Demand demand_of(const TableAnalysis& table, const Scenario& scenario) {
+    const int width = scenario.displays.raster_width_pixels();
+    const int height = scenario.displays.raster_height_pixels();
+    Demand demand;
+    for (const Task& task : table.tasks) demand.sum += task.pixels_per_cycle();
+    RowSums rates;
+    std::vector<double> first_shown(static_cast<std::size_t>(height), 0.0);
+    for (const ComposerAnalysis& composer : table.composers) {
+        const Segment segment(composer.row, width, height);
+        rates.add(segment.top(), segment.bottom(),
+                  as_double(composer.row.sdx) / as_double(std::int64_t{composer.row.dmultiple} * width));
+        for (int line = 0; line < composer.row.sdy; ++line) {
+            const int y = std::max(segment.top(), composer.row.dy + line * composer.row.dmultiple);
+            first_shown[static_cast<std::size_t>(y)] += as_double(composer.row.sdx) / width;
+        }
+        demand.pixels += composer.pixels;
+    }
+    demand.most_at_once = rates.most();
+    demand.busiest_row = *std::max_element(first_shown.begin(), first_shown.end());
+    demand.mean = as_double(demand.pixels) / (as_double(width) * height);
+    return demand;
+}
+
+/// Pages that a table's segments touch: each frame begins with none open.
+std::int64_t pages_of(const BusTable& table, int image_width, int page_words) {
+    std::set<std::int64_t> pages;
+    for (const BusUser& user : table.users()) {
+        const ViewportRow& row = user.segment.row();
+        for (std::int64_t line = row.sy; line < row.sy + row.sdy; ++line) {
+            const std::int64_t first = (line * image_width + row.sx) / page_words;
+            const std::int64_t last = (line * image_width + row.sx + row.sdx - 1) / page_words;
+            for (std::int64_t page = first; page <= last; ++page) pages.insert(page);
+        }
+    }
+    return static_cast<std::int64_t>(pages.size());
+}
+
+Supply supply_of(const BusTable& table, const Scenario& scenario, int image_width, std::int64_t pixels) {
+    const MachineFigures& machine = table.machine();
+    Supply supply;
+    supply.raw = as_double(machine.pixels_per_beat) / as_double(machine.cycles_per_beat);
+    supply.whole_bursts = machine.whole_bursts();
+    const std::int64_t row_cycles =
+        std::max(1, static_cast<int>(8 * kControlRowBytes) / scenario.bus.width_bits);
+    supply.table_cycles = 1 + static_cast<std::int64_t>(table.users().size()) * row_cycles;
+    for (const BusUser& user : table.users()) {
+        supply.burst_cycles += user.costs.total();
+        supply.beats += user.costs.beats();
+        supply.page_misses += user.costs.page_misses();
+    }
+    if (table.first_word() == FirstWord::kHits && !table.users().empty()) {
+        supply.page_misses += 1;
+        supply.burst_cycles += machine.page_miss_cycles;
+    }
+    // Cut bursts may have other beats, but none has more pixels than fit.
+    const std::int64_t least_beats =
+        supply.whole_bursts ? supply.beats : (pixels + machine.pixels_per_beat - 1) / machine.pixels_per_beat;
+    supply.least_burst_cycles =
+        least_beats * machine.cycles_per_beat +
+        machine.page_miss_cycles * pages_of(table, image_width, scenario.memory.page_words);
+    supply.sustained = pixels == 0 ? supply.raw : as_double(pixels) / as_double(supply.burst_cycles);
+    return supply;
+}
+
+double load_of(const BusTable& table, const Supply& supply) {
+    RowSums clocks;
+    for (const BusUser& user : table.users()) {
+        const double each = as_double(user.costs.total()) / as_double(user.segment.pixels());
+        clocks.add(user.segment.top(), user.segment.bottom(), user.releases.rate * each);
+    }
+    return std::max(clocks.most(),
+                    as_double(supply.frame_cycles()) / as_double(table.machine().raster_pixels));
+}
+
+/// The bound's copy of a table, since what its bursts cost takes longest to find; made anew if it has none.
+const BusTable& bus_table(const BufferBound& bound, const Scenario& scenario, int renderer_index,
+                          const ViewportTable& rows, std::optional<BusTable>& made) {
+    for (const BusTable& table : bound.tables()) {
+        const bool same =
+            table.renderer() == renderer_index &&
+            std::equal(table.users().begin(), table.users().end(), rows.begin(), rows.end(),
+                       [](const BusUser& user, const ViewportRow& row) { return user.segment.row() == row; });
+        if (same) return table;
+    }
+    return made.emplace(scenario, renderer_index, rows);
+}
+
+TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, int renderer_index,
+                            const ViewportTable& rows) {
+    const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
+    ViewportLimits limits = scenario.limits(renderer);
+    const ValidatedTable own_buffers = validate_table(rows, limits);
+    // A row that this scenario's buffers are too small for is told, but its composer is looked at: how much buffer it
+    // needs is the question.
+    limits.buffer_pixels = static_cast<int>(limits::kBufferPixels.high);
+    const ValidatedTable valid = validate_table(rows, limits);
+    std::optional<BusTable> made;
+    const BusTable& bus = bus_table(bound, scenario, renderer_index, valid.rows, made);
+
+    TableAnalysis table;
+    table.renderer = renderer_index;
+    table.renderer_name = renderer.name;
+    table.rejected = own_buffers.rejected;
+    table.tasks = task_table(valid.rows, limits.raster_width_pixels, limits.raster_height_pixels,
+                             scenario.displays.columns);
+    for (std::size_t i = 0; i < valid.rows.size(); ++i) {
+        const ViewportRow& row = valid.rows[i];
+        const BusUser& user = bus.users()[i];
+        ComposerAnalysis composer;
+        composer.row = row;
+        for (const Task& task : table.tasks) {
+            const bool member = std::count(task.displays.begin(), task.displays.end(), row.dcomp) > 0;
+            if (member) composer.task = task.label;
+        }
+        composer.pixels = user.segment.pixels();
+        composer.bursts = user.costs.bursts();
+        composer.page_misses = user.costs.page_misses();
+        composer.bus_cycles = user.costs.total();
+        composer.slots = bus.machine().has_slots() ? bus.shares().slots(i) : 0;
+        composer.least_buffer_pixels = bus.machine().ready_space + (row.dmultiple > 1 ? row.sdx : 0);
+        composer.whole_buffer_pixels =
+            std::max(composer.least_buffer_pixels, composer.pixels + bus.machine().ready_space - 1);
+        table.composers.push_back(composer);
+        table.rotation_cycles += as_double(composer.slots) * user.slot_average;
+    }
+    table.demand = demand_of(table, scenario);
+    table.supply = supply_of(bus, scenario, renderer.image_width_pixels, table.demand.pixels);
+    table.load = load_of(bus, table.supply);
+    if (bus.machine().has_slots()) {
+        for (const int row : bus.shares().table()) {
+            table.slot_displays.push_back(valid.rows[static_cast<std::size_t>(row)].dcomp);
+        }
+    }
+    return table;
+}
+
+/// The different tables of a renderer, each with the frames that have it.
+void add_tables(const Scenario& scenario, const BufferBound& bound, int renderer_index,
+                const AnalysisOptions& options, std::vector<TableAnalysis>& tables) {
+    const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
+    const std::size_t first = tables.size();
+    std::vector<const ViewportTable*> known;
+    for (std::size_t frame = 0; frame < renderer.frames.size(); ++frame) {
+        const ViewportTable* rows = &renderer.frames[frame].table;
+        if (options.frame) {
+            if (rows != &renderer.frame_of_pair(static_cast<std::uint32_t>(*options.frame)).table) continue;
+        } else if (scenario.pacing == Pacing::kLockstep &&
+                   frame >= static_cast<std::size_t>(scenario.frames)) {
+            break;
+        }
+        const auto same = std::find_if(known.begin(), known.end(),
+                                       [rows](const ViewportTable* other) { return *other == *rows; });
+        const auto index = static_cast<std::size_t>(same - known.begin());
+        if (same == known.end()) {
+            known.push_back(rows);
+            tables.push_back(analyze_table(scenario, bound, renderer_index, *rows));
+        }
+        tables[first + index].frames.push_back(static_cast<int>(frame));
+    }
+}
+
+double pixels_short(std::int64_t pixels, std::int64_t table_cycles, std::int64_t burst_cycles,
+                    double period_cycles) {
+    if (as_double(table_cycles + burst_cycles) <= period_cycles) return 0.0;
+    const double available = std::max(0.0, period_cycles - as_double(table_cycles));
+    return as_double(pixels) * (1.0 - available / as_double(burst_cycles));
+}
+
+}  // namespace
+
+double TableAnalysis::most_pixels_short(double period_cycles) const {
+    return pixels_short(demand.pixels, supply.table_cycles, supply.burst_cycles, period_cycles);
+}
+
+double TableAnalysis::least_pixels_short(double period_cycles) const {
+    return pixels_short(demand.pixels, supply.table_cycles, supply.least_burst_cycles, period_cycles);
+}
+
+Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
+    constexpr double kHertzPerMegahertz = 1e6;
+    Analysis analysis;
+    analysis.scenario = scenario.name;
+    analysis.renderers = static_cast<int>(scenario.renderers.size());
+    analysis.display_columns = scenario.displays.columns;
+    analysis.display_rows = scenario.displays.rows;
+    analysis.raster_width_pixels = scenario.displays.raster_width_pixels();
+    analysis.raster_height_pixels = scenario.displays.raster_height_pixels();
+    analysis.core_mhz = scenario.clocks.core_mhz;
+    analysis.memory = scenario.memory;
+    analysis.bus = scenario.bus;
+    analysis.composer = scenario.composer;
+    const BufferBound bound(scenario);
+    for (int renderer = 0; renderer < analysis.renderers; ++renderer) {
+        add_tables(scenario, bound, renderer, options, analysis.tables);
+    }
+
+    const double core_hz = scenario.clocks.core_mhz * kHertzPerMegahertz;
+    const double raster_cycles =
+        as_double(std::int64_t{analysis.raster_width_pixels} * analysis.raster_height_pixels);
+    analysis.asked_frame_rate_hz = options.frame_rate_hz;
+    analysis.period_cycles = options.frame_rate_hz ? core_hz / *options.frame_rate_hz : raster_cycles;
+    double longest_cycles = raster_cycles;
+    double least_cycles = raster_cycles;
+    for (const TableAnalysis& table : analysis.tables) {
+        longest_cycles = std::max(longest_cycles, as_double(table.supply.frame_cycles()));
+        least_cycles = std::max(least_cycles, as_double(table.supply.least_frame_cycles()));
+    }
+    analysis.sustained_frame_rate_hz = core_hz / longest_cycles;
+    analysis.best_frame_rate_hz = core_hz / least_cycles;
+
+    const BufferBound::Result found = bound.find();
+    analysis.least_buffer_pixels = bound.smallest_legal_pixels();
+    analysis.whole_buffer_pixels = bound.whole_segment_pixels();
+    analysis.safe_buffer_pixels = found.pixels;
+    analysis.safe_buffer_is_legal = limits::kBufferPixels.contains(found.pixels);
+    analysis.deciding_renderer = found.renderer;
+    analysis.deciding_display = found.display;
+    analysis.scenario_is_safe = bound.is_safe(scenario.composer.buffer_pixels);
+    return analysis;
+}
+
+}  // namespace metabuffer::analysis

@@ -1,0 +1,235 @@
+#include "tools/analysis/bus_table.h"
+
+#include <algorithm>
+
+#include "datapath/slot_table.h"
+#include "scenario/derived_timing.h"
+
+namespace metabuffer::analysis {
+
+MachineFigures::MachineFigures(const Scenario& scenario)
+    : raster_width(scenario.displays.raster_width_pixels()),
+      raster_pixels(raster_width * scenario.displays.raster_height_pixels()),
+      burst_pixels(scenario.bus.burst_pixels),
+      ready_space(scenario.composer.ready_space_pixels),
+      pixels_per_beat(metabuffer::pixels_per_beat(scenario.bus, scenario.memory)),
+      cycles_per_beat(metabuffer::cycles_per_beat(scenario.bus)),
+      page_miss_cycles(scenario.memory.page_miss_cycles),
+      lost_slot_cycles(metabuffer::lost_slot_cycles(scenario)),
+      arbitration(scenario.bus.arbitration) {}
+
+/// Row after row of the source is released in a stretch, with a pause between: the most by which that runs ahead of
+/// its average, from the beginning of any stretch to the end of any other.
+ReleaseCurve::ReleaseCurve(const Segment& segment, std::int64_t raster_width) {
+    const ViewportRow& row = segment.row();
+    rate = static_cast<double>(row.sdx) /
+           (static_cast<double>(row.dmultiple) * static_cast<double>(raster_width));
+    first = segment.last_use(0);
+    last = segment.last_use(segment.pixels() - 1) + 1;
+    double least = 0.0;
+    for (std::int64_t j = 0; j < row.sdy; ++j) {
+        const auto ahead = [&](std::int64_t released, std::int64_t position) {
+            return static_cast<double>(released) - rate * static_cast<double>(position - first);
+        };
+        // The first pixel of a row goes in the clock of its last use, so the stretch has begun before it.
+        least = std::min(least, ahead(j * row.sdx, segment.last_use(j * row.sdx)));
+        burst =
+            std::max(burst, ahead((j + 1) * row.sdx, segment.last_use((j + 1) * row.sdx - 1) + 1) - least);
+    }
+    // Within a stretch, a pixel that the raster's left edge cuts short is released sooner than the rest.
+    burst += 1.0;
+}
+
+BusTable::BusTable(const Scenario& scenario, int renderer, const ViewportTable& rows)
+    : machine_(scenario), renderer_(renderer) {
+    const Renderer& source = scenario.renderers[static_cast<std::size_t>(renderer)];
+    find_first_word(source, scenario.memory, rows);
+    users_.reserve(rows.size());
+    for (const ViewportRow& row : rows) add_user(scenario, source, row);
+    if (users_.empty()) return;
+    const bool equal = machine_.arbitration == Arbitration::kRoundRobin;
+    RepeatedSlot repeated = RepeatedSlot::kGranted;
+    if (machine_.single_beats()) {
+        repeated = machine_.work_conserving() ? RepeatedSlot::kSkipped : RepeatedSlot::kLost;
+    }
+    shares_ = SlotShares(equal ? equal_slot_table(rows) : slot_table(rows), rows.size(), repeated);
+    for (const BusUser& user : users_) {
+        residual_cycles_ = std::max(residual_cycles_, static_cast<double>(user.costs.longest()) - 1.0);
+    }
+    if (!machine_.work_conserving()) {
+        residual_cycles_ = std::max(residual_cycles_, static_cast<double>(machine_.lost_slot_cycles));
+    }
+    // A composer passed over for a clock.
+    if (machine_.single_beats() || !machine_.whole_bursts()) residual_cycles_ += 1.0;
+    if (first_word_ == FirstWord::kHits) residual_cycles_ += static_cast<double>(machine_.page_miss_cycles);
+    if (!machine_.has_slots()) return;
+    find_waits();
+    if (knows_rivals()) find_rivalries();
+}
+
+void BusTable::find_first_word(const Renderer& renderer, const MemoryConfig& memory,
+                               const ViewportTable& rows) {
+    first_word_ = rows.size() == 1 ? FirstWord::kExact : FirstWord::kMisses;
+    if (rows.empty()) return;
+    const auto address = [&](std::int64_t x, std::int64_t y) { return y * renderer.image_width_pixels + x; };
+    std::int64_t lowest = address(rows.front().sx, rows.front().sy);
+    std::int64_t highest = lowest;
+    for (const ViewportRow& row : rows) {
+        lowest = std::min(lowest, address(row.sx, row.sy));
+        highest = std::max(highest, address(row.sx + row.sdx - 1, row.sy + row.sdy - 1));
+    }
+    if (lowest / memory.page_words == highest / memory.page_words) first_word_ = FirstWord::kHits;
+}
+
+BusTable::SureBursts BusTable::sure_bursts(std::size_t row) const {
+    const BusUser& user = users_[row];
+    // A clock more for each if it is passed over; and the last one must have ended.
+    const double each = user.slot_average + 1.0 + user.wait.rate;
+    const double once =
+        residual_cycles_ + user.wait.spread + user.slot_excess + static_cast<double>(user.costs.longest());
+    return {1.0 / each, once / each + 1.0};
+}
+
+double BusTable::cut_cycles() const {
+    const double page_miss =
+        first_word_ == FirstWord::kMisses ? static_cast<double>(machine_.page_miss_cycles) : 0.0;
+    return page_miss + static_cast<double>(machine_.cycles_per_beat) + 1.0;
+}
+
+/// A composer that took a slot has its ready space free. It cuts the burst when fewer than two beats' pixels are free
+/// behind a beat, and the next beat may then be held back by a page miss.
+std::int64_t BusTable::least_cut_pixels() const {
+    return std::max<std::int64_t>(1, machine_.ready_space - 2 * machine_.pixels_per_beat + 1);
+}
+
+void BusTable::add_user(const Scenario& scenario, const Renderer& renderer, const ViewportRow& row) {
+    const Segment segment(row, scenario.displays.raster_width_pixels(),
+                          scenario.displays.raster_height_pixels());
+    const int width = renderer.image_width_pixels;
+    const FirstWord alone = first_word_ == FirstWord::kHits ? FirstWord::kHits : FirstWord::kExact;
+    BusUser user{segment,
+                 BurstCosts(segment, width, scenario.bus, scenario.memory, first_word_),
+                 BurstCosts(segment, width, scenario.bus, scenario.memory, alone),
+                 ReleaseCurve(segment, machine_.raster_width),
+                 0.0,
+                 0.0,
+                 {},
+                 {}};
+    if (machine_.whole_bursts()) {
+        user.slot_average = user.costs.average();
+        user.slot_excess = user.costs.excess();
+    } else {
+        // Bursts that begin anywhere: their pixels as if nothing came between, and for each what a cut costs.
+        user.slot_average = user.stream.average() + cut_cycles();
+        user.slot_excess = user.stream.average() + user.stream.excess();
+    }
+    user.portions.push_back(whole_burst_portions(user));
+    if (!machine_.whole_bursts()) user.portions.push_back(cut_burst_portions(user));
+    users_.push_back(std::move(user));
+}
+
+/// Portions of a burst. Bursts that are cut short may begin anywhere in them, but once there is room for a whole burst
+/// they are not cut.
+Portions BusTable::whole_burst_portions(const BusUser& user) const {
+    const std::int64_t bursts = user.costs.bursts();
+    double passed_over = 0.0;
+    if (!machine_.whole_bursts()) passed_over = 1.0;
+    if (machine_.single_beats()) {
+        passed_over = machine_.work_conserving() ? 1.0 : static_cast<double>(machine_.lost_slot_cycles);
+    }
+    Portions portions;
+    portions.aligned = machine_.whole_bursts();
+    portions.ready_space = std::max(machine_.ready_space, machine_.burst_pixels);
+    for (std::int64_t b = 0; b <= bursts; ++b) {
+        const std::int64_t first = std::min(b * machine_.burst_pixels, user.segment.pixels());
+        const auto longest = static_cast<double>(user.costs.longest());
+        const auto grants = static_cast<double>(b);
+        portions.first_pixel.push_back(first);
+        portions.own_before.push_back(passed_over * grants + (portions.aligned
+                                                                  ? static_cast<double>(user.costs.before(b))
+                                                                  : longest * grants));
+        if (b == bursts) break;
+        portions.latest_start.push_back(portions.aligned
+                                            ? static_cast<double>(user.costs.latest_start(b))
+                                            : static_cast<double>(user.segment.first_use(first)) - longest);
+    }
+    return portions;
+}
+
+/// Portions of as many pixels as pass, in full beats, before a composer with no more than its ready space free cuts the
+/// burst; none reaches over a page's end, where a beat ends too.
+Portions BusTable::cut_burst_portions(const BusUser& user) const {
+    const Segment& segment = user.segment;
+    const std::int64_t full = machine_.ready_space / machine_.pixels_per_beat * machine_.pixels_per_beat;
+    Portions portions;
+    portions.aligned = false;
+    portions.ready_space = machine_.ready_space;
+    double own = 0.0;
+    for (std::int64_t k = 0; k < segment.pixels();) {
+        const std::int64_t in_page = user.costs.pixels_in_page(k);
+        for (std::int64_t done = 0; done < in_page; done += full) {
+            const std::int64_t pixels = std::min(full, in_page - done);
+            const std::int64_t beats = (pixels + machine_.pixels_per_beat - 1) / machine_.pixels_per_beat;
+            // On a bus of a beat a clock a portion's first pixel has the least time. On a slower one the last may.
+            const auto in_time = static_cast<double>(machine_.page_miss_cycles + machine_.cycles_per_beat +
+                                                     (pixels - 1) * (machine_.cycles_per_beat - 1));
+            portions.first_pixel.push_back(k + done);
+            portions.latest_start.push_back(static_cast<double>(segment.first_use(k + done)) - in_time);
+            portions.own_before.push_back(own);
+            own +=
+                static_cast<double>(beats * machine_.cycles_per_beat) + cut_cycles() +
+                (done == 0 && first_word_ != FirstWord::kHits ? static_cast<double>(machine_.page_miss_cycles)
+                                                              : 0.0);
+        }
+        k += in_page;
+    }
+    portions.first_pixel.push_back(segment.pixels());
+    portions.own_before.push_back(own);
+    return portions;
+}
+
+/// What a rival's slot takes is known in two ways: its longest burst for each, or its average for all and an excess
+/// once. The lesser of the two counts.
+void BusTable::find_waits() {
+    const bool lost = !machine_.work_conserving();
+    const double lost_cycles = lost ? static_cast<double>(machine_.lost_slot_cycles) : 0.0;
+    std::vector<double> longest;
+    std::vector<double> average;
+    double excess = 0.0;
+    for (const BusUser& user : users_) {
+        longest.push_back(std::max(static_cast<double>(user.costs.longest()), lost_cycles));
+        average.push_back(user.slot_average);
+        excess += user.slot_excess;
+    }
+    for (std::size_t i = 0; i < users_.size(); ++i) {
+        BusUser& user = users_[i];
+        user.wait = shares_.wait(i, longest, lost_cycles);
+        if (lost) continue;  // a lost slot may take longer than the average burst
+        SlotShares::Wait mean = shares_.wait(i, average, lost_cycles);
+        const double others = excess - user.slot_excess;
+        user.wait.rate = mean.rate;
+        user.wait.spread = mean.spread + others;
+        for (std::size_t m = 1; m < mean.most.size(); ++m) {
+            user.wait.most[m] = std::min(user.wait.most[m], mean.most[m] + others);
+        }
+    }
+}
+
+void BusTable::find_rivalries() {
+    rivalries_.resize(users_.size() * users_.size());
+    std::vector<double> only_rival(users_.size(), 0.0);
+    for (std::size_t row = 0; row < users_.size(); ++row) {
+        for (std::size_t rival = 0; rival < users_.size(); ++rival) {
+            if (rival == row) continue;
+            Rivalry& rivalry = rivalries_[row * users_.size() + rival];
+            rivalry.fairness = shares_.fairness(row, rival);
+            only_rival[rival] = users_[rival].slot_average;
+            const SlotShares::Wait wait = shares_.wait(row, only_rival, 0.0);
+            only_rival[rival] = 0.0;
+            rivalry.slot_rate = wait.rate;
+            rivalry.slot_spread = wait.spread + users_[rival].slot_excess;
+        }
+    }
+}
+
+}  // namespace metabuffer::analysis

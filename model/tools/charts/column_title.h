@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+#include "tools/exploration/results_database.h"
+
+namespace metabuffer::charts {
+
+/// How a chart calls a column of the results, or an expression over them, with its unit unless the name says it:
+/// "latency cycles (clocks)", "frames per second", "smallest composer.buffer_pixels". Settings keep their keys.
+std::string column_title(const std::string& expression, const exploration::ResultsIdentity& identity);
+
+/// Whether it is a share, to be shown in percent.
+bool is_share(const std::string& expression);
+
+}  // namespace metabuffer::charts

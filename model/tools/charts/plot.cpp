@@ -1,0 +1,345 @@
+#include "tools/charts/plot.h"
+
+#include <algorithm>
+#include <iterator>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "host/errors.h"
+#include "host/filter_process.h"
+#include "host/text.h"
+#include "tools/charts/column_title.h"
+#include "tools/charts/embedded_files.h"
+#include "tools/charts/value_json.h"
+#include "tools/exploration/expression.h"
+#include "tools/exploration/results_database.h"
+
+namespace metabuffer::charts {
+
+namespace {
+
+using exploration::ResultsReader;
+using exploration::Value;
+
+constexpr const char* kArbitration = "bus.arbitration";
+constexpr const char* kFrameRate = "frames_per_second";
+constexpr const char* kStarved = "starved_pixels";
+/// What was rejected starves nothing, and shows nothing.
+constexpr const char* kIsRejected = "rejected_frames > 0 or rejected_rows > 0 or frames_shown < frames_asked";
+constexpr const char* kBufferBits = "buffer_bits";
+constexpr const char* kSmallest = "smallest";
+
+/// An axis of the results that has more than one value among the points drawn.
+struct VariedAxis {
+    std::string column;  ///< its name in expressions
+    bool is_number = false;
+    std::string
+        twin;  ///< the first axis that went together with it, so that either tells the other; or itself
+};
+
+/// Whether two columns of a table tell each other.
+bool go_together(const ResultsReader::Table& table, std::size_t left, std::size_t right) {
+    std::map<Value, Value> forth;
+    std::map<Value, Value> back;
+    return std::all_of(table.rows.begin(), table.rows.end(), [&](const std::vector<Value>& row) {
+        return forth.emplace(row[left], row[right]).first->second == row[right] &&
+               back.emplace(row[right], row[left]).first->second == row[left];
+    });
+}
+
+std::vector<VariedAxis> varied_axes(const ResultsReader& reader, const std::string& condition) {
+    const std::size_t count = reader.identity().keys.size();
+    // They stand behind the point's number, some under other names than their keys.
+    const auto first = reader.columns().begin() + 1;
+    const std::vector<std::string> columns(first, first + static_cast<std::ptrdiff_t>(count));
+    const ResultsReader::Table table = reader.results(condition);
+    std::vector<VariedAxis> axes;
+    for (std::size_t n = 0; n < count; ++n) {
+        std::set<Value> values;
+        for (const std::vector<Value>& row : table.rows) values.insert(row[n + 1]);
+        if (values.size() < 2) continue;
+        const bool is_number = std::none_of(values.begin(), values.end(), [](const Value& value) {
+            return std::holds_alternative<std::string>(value);
+        });
+        VariedAxis axis{columns[n], is_number, columns[n]};
+        for (std::size_t m = n; m > 0; --m) {
+            if (go_together(table, n + 1, m)) axis.twin = columns[m - 1];
+        }
+        axes.push_back(std::move(axis));
+    }
+    return axes;
+}
+
+/// Fills in what a request leaves open, by what the results vary.
+class Defaults {
+  public:
+    Defaults(const ResultsReader& reader, const PlotRequest& request)
+        : is_search_(!reader.identity().search_key.empty()), axes_(varied_axes(reader, request.condition)) {}
+
+    PlotRequest completed(PlotRequest request) const {
+        switch (request.chart) {
+            case ChartKind::kLines:
+                complete(request.x, first_number());
+                complete(request.y, {figure()});
+                complete(request.colour, others({request.x, request.facet}));
+                break;
+            case ChartKind::kHeatmap:
+                complete(request.x,
+                         request.y.empty() ? first_number() : first_but({request.y.front(), request.facet}));
+                complete(request.y, {first_but({request.x, request.facet})});
+                complete(request.colour, is_search_ ? kSmallest : kStarved);
+                break;
+            case ChartKind::kPareto:
+                complete(request.x, kBufferBits);
+                complete(request.y, {kFrameRate});
+                break;
+            case ChartKind::kPolicy:
+                complete(request.x, policy());
+                complete(request.y, {"utilization", "recovered_slots"});
+                break;
+            case ChartKind::kHistogram:
+                complete(request.x, figure());
+                break;
+            case ChartKind::kScatter:
+                complete(request.x, kBufferBits);
+                complete(request.y, {kFrameRate});
+                complete(request.colour, first_text());
+                break;
+        }
+        if (request.x.empty())
+            throw InputError("--x: these results vary no axis to draw over; name an expression");
+        if (!request.y.empty() && request.y.front().empty()) {
+            throw InputError("--y: these results vary no second axis to draw over; name an expression");
+        }
+        return request;
+    }
+
+  private:
+    static void complete(std::string& text, const std::string& otherwise) {
+        if (text.empty()) text = otherwise;
+    }
+    static void complete(std::vector<std::string>& texts, const std::vector<std::string>& otherwise) {
+        if (texts.empty()) texts = otherwise;
+    }
+
+    std::string figure() const { return is_search_ ? kSmallest : kFrameRate; }
+
+    std::string first_text() const {
+        const auto axis =
+            std::find_if(axes_.begin(), axes_.end(), [](const VariedAxis& a) { return !a.is_number; });
+        return axis != axes_.end() ? axis->column : "";
+    }
+
+    std::string first_number() const {
+        const auto axis =
+            std::find_if(axes_.begin(), axes_.end(), [](const VariedAxis& a) { return a.is_number; });
+        return axis != axes_.end() ? axis->column : first_but({});
+    }
+
+    /// Also if one that goes together with it is.
+    bool is_taken(const VariedAxis& axis, const std::set<std::string>& taken) const {
+        return std::any_of(axes_.begin(), axes_.end(), [&](const VariedAxis& other) {
+            return other.twin == axis.twin && taken.count(other.column) != 0;
+        });
+    }
+
+    std::string first_but(const std::set<std::string>& taken) const {
+        const auto axis = std::find_if(axes_.begin(), axes_.end(),
+                                       [&](const VariedAxis& a) { return !is_taken(a, taken); });
+        return axis != axes_.end() ? axis->column : "";
+    }
+
+    std::string policy() const {
+        const auto policy = std::find_if(axes_.begin(), axes_.end(),
+                                         [](const VariedAxis& a) { return a.column == kArbitration; });
+        if (policy != axes_.end()) return policy->column;
+        const std::string text = first_text();
+        return !text.empty() ? text : first_but({});
+    }
+
+    /// The axes that are not drawn otherwise, as one text: a colour for each combination.
+    std::string others(const std::set<std::string>& taken) const {
+        std::string expression;
+        for (const VariedAxis& axis : axes_) {
+            if (axis.twin != axis.column || is_taken(axis, taken)) continue;
+            expression += (expression.empty() ? "" : " || ', ' || ") + axis.column;
+        }
+        return expression;
+    }
+
+    bool is_search_;
+    std::vector<VariedAxis> axes_;
+};
+
+/// "a || ', ' || b", which Defaults makes, reads better as "a, b".
+std::string colour_title(const std::string& expression, const exploration::ResultsIdentity& identity) {
+    std::string title = expression;
+    const std::string glue = " || ', ' || ";
+    for (std::size_t at = title.find(glue); at != std::string::npos; at = title.find(glue)) {
+        title.replace(at, glue.size(), ", ");
+    }
+    return column_title(title, identity);
+}
+
+std::string joined_titles(const std::vector<std::string>& expressions,
+                          const exploration::ResultsIdentity& identity) {
+    std::string titles;
+    for (const std::string& expression : expressions) {
+        titles += (titles.empty() ? "" : ", ") + column_title(expression, identity);
+    }
+    return titles;
+}
+
+/// `own_title`: the user's, if not empty.
+Json axis_json(const std::string& own_title, const std::string& title,
+               const std::vector<std::string>& expressions, bool log) {
+    Json axis = {
+        {"title", own_title.empty() ? title : own_title},
+        {"percent", !expressions.empty() && std::all_of(expressions.begin(), expressions.end(), is_share)}};
+    if (log) axis["log"] = true;
+    return axis;
+}
+
+/// Reads the request's expressions for every point.
+class RowReader {
+  public:
+    RowReader(const ResultsReader& reader, const PlotRequest& request) {
+        x_ = add(reader, request.x, "--x");
+        for (const std::string& y : request.y) y_.push_back(add(reader, y, "--y").value());
+        colour_ = add(reader, request.colour, "--colour");
+        facet_ = add(reader, request.facet, "--facet");
+        starved_ = add(reader, kStarved, "");
+        rejected_ = add(reader, kIsRejected, "");
+        table_ = reader.results(expressions_, request.condition);
+    }
+
+    /// One for each point, or of several y one for each point and y.
+    Json rows(const PlotRequest& request, const exploration::ResultsIdentity& identity) const {
+        Json list = Json::array();
+        const bool has_panels_by_y = request.chart == ChartKind::kPolicy;
+        for (const std::vector<Value>& row : table_.rows) {
+            for (std::size_t n = 0; n < std::max<std::size_t>(1, y_.size()); ++n) {
+                Json colour = at(row, colour_);
+                Json facet = at(row, facet_);
+                if (y_.size() > 1) {
+                    Json& told_apart = has_panels_by_y ? facet : colour;
+                    const std::string name = column_title(request.y[n], identity);
+                    told_apart =
+                        told_apart.is_null() ? Json(name) : Json(text_of_json(told_apart) + ", " + name);
+                }
+                Json item = {{"x", at(row, x_)}, {"y", y_.empty() ? Json() : at(row, y_[n])}};
+                item["c"] = colour;
+                item["f"] = facet;
+                if (has_panels_by_y) item["axis"] = {{"percent", is_share(request.y[n])}};
+                const bool is_rejected = is_above_zero(at(row, rejected_));
+                item["rejected"] = is_rejected;
+                item["glitch"] = is_rejected || is_above_zero(at(row, starved_));
+                list.push_back(std::move(item));
+            }
+        }
+        return list;
+    }
+
+  private:
+    using Place = std::optional<std::size_t>;
+
+    Place add(const ResultsReader& reader, const std::string& expression, const char* option) {
+        if (expression.empty()) return {};
+        exploration::sql_expression(expression, reader.columns(), option);
+        expressions_.push_back(expression);
+        return expressions_.size() - 1;
+    }
+    static Json at(const std::vector<Value>& row, const Place& place) {
+        return place ? json_of(row[*place]) : Json();
+    }
+    static std::string text_of_json(const Json& json) {
+        return json.is_string() ? json.get<std::string>() : json.dump();
+    }
+    static bool is_above_zero(const Json& number) { return number.is_number() && number.get<double>() > 0.0; }
+
+    std::vector<std::string> expressions_;
+    Place x_;
+    std::vector<std::size_t> y_;
+    Place colour_;
+    Place facet_;
+    Place starved_;
+    Place rejected_;
+    ResultsReader::Table table_;
+};
+
+/// What charts.js draws from.
+Json chart_json(const PlotRequest& request, const exploration::ResultsIdentity& identity,
+                const RowReader& rows) {
+    const bool has_panels_by_y = request.chart == ChartKind::kPolicy && request.y.size() > 1;
+    std::string y_title = has_panels_by_y ? "" : joined_titles(request.y, identity);
+    if (request.chart == ChartKind::kHistogram) y_title = "points";
+    const bool has_colours = !request.colour.empty();
+    Json json;
+    json["chart"] = chart_names()[static_cast<std::size_t>(request.chart)];
+    json["title"] = request.title;
+    json["width"] = request.width_pixels;
+    json["height"] = request.height_pixels;
+    json["x"] = axis_json(request.x_title, column_title(request.x, identity), {request.x}, request.log_x);
+    json["y"] = axis_json(request.y_title, y_title, request.y, request.log_y);
+    const std::string figure = request.y.size() > 1 && request.chart != ChartKind::kPolicy ? ", figure" : "";
+    json["colour"] =
+        axis_json(request.colour_title, has_colours ? colour_title(request.colour, identity) + figure : "",
+                  {request.colour}, false);
+    const std::string facet_title =
+        request.facet_title.empty() ? column_title(request.facet, identity) : request.facet_title;
+    json["facet"] = {{"title", request.facet.empty() ? "" : facet_title}};
+    json["ownScales"] = has_panels_by_y;
+    json["references"] = Json::array();
+    for (const ReferenceLine& line : request.references) {
+        json["references"].push_back({{"value", line.value}, {"label", line.label}});
+    }
+    json["rows"] = rows.rows(request, identity);
+    return json;
+}
+
+}  // namespace
+
+const std::vector<std::string>& chart_names() {
+    static const std::vector<std::string> names{"lines",  "heatmap",   "pareto",
+                                                "policy", "histogram", "scatter"};
+    return names;
+}
+
+ChartKind chart_of(const std::string& name) {
+    const auto found = std::find(chart_names().begin(), chart_names().end(), name);
+    if (found == chart_names().end()) {
+        throw InputError("--chart: " + text::quoted(name) + " is no chart; use " +
+                         text::joined(chart_names(), "or"));
+    }
+    return static_cast<ChartKind>(std::distance(chart_names().begin(), found));
+}
+
+std::string plot_svg(const std::filesystem::path& results, const PlotRequest& open_request) {
+    const ResultsReader reader(results);
+    if (!open_request.condition.empty()) {
+        exploration::sql_expression(open_request.condition, reader.columns(), "--where");
+    }
+    if (reader.results({"point"}, open_request.condition).rows.empty()) {
+        throw InputError("'" + results.string() + "' has no point" +
+                         (open_request.condition.empty() ? "s yet" : " for which --where is true") +
+                         ": nothing to draw");
+    }
+    const PlotRequest request = Defaults(reader, open_request).completed(open_request);
+    const Json chart = chart_json(request, reader.identity(), RowReader(reader, request));
+
+    std::string script;
+    for (const std::string_view part :
+         {embedded::vega_bundle(), embedded::charts_js(), embedded::plot_js()}) {
+        script += part;
+        script += '\n';
+    }
+    script += "metabufferPlot(" + script_text(chart) + ");\n";
+    return filtered({{"node", "-"}, "nodejs"}, script);
+}
+
+std::string png_of(const std::string& svg) {
+    return filtered({{"rsvg-convert", "--zoom", "2", "--format", "png"}, "librsvg2-bin"}, svg);
+}
+
+}  // namespace metabuffer::charts

@@ -1,0 +1,457 @@
+#include "tools/exploration/explorer.h"
+
+#include <poll.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <list>
+#include <set>
+#include <utility>
+
+#include "host/text.h"
+#include "tools/exploration/expression.h"
+#include "tools/exploration/figures.h"
+#include "tools/exploration/smallest_value_search.h"
+
+namespace metabuffer::exploration {
+namespace {
+
+/// What stands for a file's content.
+std::string content_of(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) return "missing";
+    const std::string bytes{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+    const unsigned long crc = crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+    return std::to_string(bytes.size()) + " bytes, CRC-32 " + std::to_string(crc);
+}
+
+/// Whether points that differ in this key may show different images.
+bool may_change_images(const std::string& key) {
+    return key.rfind("renderers", 0) == 0 && key.find(".viewport") == std::string::npos &&
+           key.find(".table") == std::string::npos && key.find(".copies") == std::string::npos;
+}
+
+/// Whether a run would end so again. One that crashed may have been killed from outside, for memory say, and a file that
+/// was missing may be there now.
+bool is_final(RunStatus status) { return status != RunStatus::kCrashed && status != RunStatus::kInvalid; }
+
+std::string described(const std::string& key, std::int64_t value) {
+    return key + "=" + std::to_string(value);
+}
+
+}  // namespace
+
+double Progress::rate() const {
+    return seconds > 0.0 ? static_cast<double>(points_ended - points_reused) / seconds : 0.0;
+}
+
+std::optional<double> Progress::seconds_to_go() const {
+    if (rate() <= 0.0) return std::nullopt;
+    return static_cast<double>(points - points_ended) / rate();
+}
+
+/// One go at a plan.
+class Explorer::Session {
+  public:
+    Session(const Explorer& explorer, ResultsDatabase* results, const ExploreOptions& options);
+
+    Exploration explore();
+
+  private:
+    /// A point that has begun.
+    struct Job {
+        std::size_t point = 0;
+        std::optional<SmallestValueSearch> search;
+        int runs = 0;
+        int under_way = 0;
+        bool all_invalid = true;
+        std::map<std::int64_t, std::int64_t> run_ids;  ///< of a search, by value
+        std::optional<PointRecord> failure;  ///< of a search: a run that tells nothing about the goal
+        RunRecord largest;                   ///< of a search: the run with the largest value
+    };
+    using Jobs = std::list<Job>;
+
+    /// A simulation to be started.
+    struct Task {
+        Jobs::iterator job;
+        std::optional<std::int64_t> value;  ///< of a search
+    };
+    struct Active {
+        Task task;
+        std::unique_ptr<RunProcess> process;
+    };
+
+    const SweepPlan& plan() const { return *explorer_.plan_; }
+    std::vector<Setting> settings_of(const Task& task) const;
+    bool begin_point();
+    void begin(Task task);
+    void fill();
+    int poll_milliseconds() const;
+    void wait();
+    void take(const Task& task, const RunRecord& record, std::optional<std::int64_t> known_run);
+    void take_searched(const Task& task, const RunRecord& record, std::int64_t run);
+    void queue_wanted(Jobs::iterator job);
+    PointRecord outcome_of(const Job& job) const;
+    void end_search(Jobs::iterator job);
+    void ended(std::size_t point, PointRecord record);
+    bool meets_goal(const RunRecord& record) const;
+    std::string why_unmet(const Job& job) const;
+    void report_progress();
+
+    using Clock = std::chrono::steady_clock;
+
+    const Explorer& explorer_;
+    ResultsDatabase* results_;
+    const ExploreOptions& options_;
+    std::optional<Expression> goal_;
+    Clock::time_point started_ = Clock::now();
+    std::size_t next_point_ = 0;
+    std::int64_t next_run_ = 1;  ///< without results
+    Jobs jobs_;
+    std::deque<Task> queue_;
+    std::vector<Active> active_;
+    int processes_;  ///< simulations at once
+    std::vector<std::optional<PointRecord>> records_;
+    Progress progress_;
+    bool stopped_ = false;
+};
+
+Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, const ExploreOptions& options)
+    : explorer_(explorer),
+      results_(results),
+      options_(options),
+      processes_(options.processes),
+      records_(plan().points.size()) {
+    progress_.points = plan().points.size();
+    if (!plan().search) return;
+    goal_.emplace(plan().search->goal, goal_names(plan().keys, plan().search->key), plan().search->where);
+}
+
+Exploration Explorer::Session::explore() {
+    fill();
+    while (!active_.empty() && !stopped_) {
+        wait();
+        if (!stopped_) fill();
+    }
+    Exploration exploration;
+    for (std::optional<PointRecord>& record : records_) {
+        if (record) exploration.points.push_back(std::move(*record));
+    }
+    exploration.progress = progress_;
+    exploration.stopped = stopped_;
+    return exploration;
+}
+
+/// As many simulations as may run at once.
+void Explorer::Session::fill() {
+    while (static_cast<int>(active_.size()) < processes_) {
+        if (!queue_.empty()) {
+            const Task task = queue_.front();
+            queue_.pop_front();
+            begin(task);
+        } else if (!begin_point()) {
+            return;
+        }
+    }
+}
+
+/// False if there is none left.
+bool Explorer::Session::begin_point() {
+    if (next_point_ == plan().points.size()) return false;
+    const std::size_t point = next_point_++;
+    if (results_ != nullptr) {
+        std::optional<PointRecord> known = results_->find_point(plan().points[point].settings);
+        if (known && is_final(known->status)) {
+            ++progress_.points_reused;
+            ended(point, std::move(*known));
+            return true;
+        }
+    }
+    const auto job = jobs_.emplace(jobs_.end());
+    job->point = point;
+    if (plan().search) {
+        job->search.emplace(*plan().search);
+        queue_wanted(job);
+    } else {
+        queue_.push_back({job, std::nullopt});
+    }
+    return true;
+}
+
+void Explorer::Session::queue_wanted(Jobs::iterator job) {
+    for (const std::int64_t value : job->search->wanted()) {
+        ++job->under_way;
+        queue_.push_back({job, value});
+    }
+}
+
+std::vector<Setting> Explorer::Session::settings_of(const Task& task) const {
+    std::vector<Setting> settings = plan().points[task.job->point].settings;
+    if (task.value) settings.push_back({plan().search->key, std::to_string(*task.value)});
+    return settings;
+}
+
+void Explorer::Session::begin(Task task) {
+    if (task.job->failure) {  // the point has failed meanwhile
+        if (--task.job->under_way == 0) end_search(task.job);
+        return;
+    }
+    const std::vector<Setting> settings = settings_of(task);
+    if (results_ != nullptr) {
+        const auto known = results_->find_run(settings);
+        if (known && is_final(known->second.status)) {
+            take(task, known->second, known->first);
+            return;
+        }
+    }
+    RunRequest request{explorer_.template_of(settings), plan().overrides_of(settings), settings,
+                       plan().pictures};
+    try {
+        active_.push_back({task, std::make_unique<RunProcess>(explorer_.simulate_, std::move(request))});
+    } catch (const InputError&) {
+        // No more processes or descriptors for now: those that there are will do.
+        if (active_.empty()) throw;
+        processes_ = static_cast<int>(active_.size());
+        queue_.push_front(task);
+    }
+}
+
+/// How long to wait for something to happen before the time limits are looked at.
+int Explorer::Session::poll_milliseconds() const {
+    constexpr int kLookMilliseconds = 100;
+    return options_.time_limit_seconds > 0.0 ? kLookMilliseconds : -1;
+}
+
+void Explorer::Session::wait() {
+    std::vector<pollfd> waited;
+    waited.reserve(active_.size() + 1);
+    for (const Active& active : active_) waited.push_back({active.process->descriptor(), POLLIN, 0});
+    // A negative descriptor is passed over.
+    waited.push_back({options_.stop_descriptor, POLLIN, 0});
+    if (poll(waited.data(), waited.size(), poll_milliseconds()) < 0) {
+        if (errno == EINTR) return;
+        throw InputError("metabuffer: cannot wait for runs");
+    }
+    if (waited.back().revents != 0) {
+        stopped_ = true;
+        return;
+    }
+    std::vector<Active> finished;
+    for (std::size_t n = 0; n < active_.size(); ++n) {
+        if (waited[n].revents != 0) {
+            active_[n].process->receive();
+        } else if (options_.time_limit_seconds > 0.0 &&
+                   active_[n].process->seconds() > options_.time_limit_seconds) {
+            active_[n].process->give_up("took longer than its time limit of " +
+                                        text::number(options_.time_limit_seconds) + " s");
+        }
+        if (active_[n].process->ended()) finished.push_back(std::move(active_[n]));
+    }
+    active_.erase(std::remove_if(active_.begin(), active_.end(),
+                                 [](const Active& active) { return active.process == nullptr; }),
+                  active_.end());
+    for (const Active& active : finished) {
+        ++progress_.runs;
+        take(active.task, active.process->record(), std::nullopt);
+    }
+}
+
+void Explorer::Session::take(const Task& task, const RunRecord& record,
+                             std::optional<std::int64_t> known_run) {
+    Job& job = *task.job;
+    ++job.runs;
+    if (job.search) {
+        if (!known_run) known_run = results_ != nullptr ? results_->add_run(record) : next_run_++;
+        take_searched(task, record, *known_run);
+        return;
+    }
+    PointRecord point;
+    point.settings = plan().points[job.point].settings;
+    point.status = record.status;
+    point.reason = record.reason;
+    point.run = known_run;
+    if (results_ != nullptr) {
+        if (known_run) {
+            results_->add_point(point);
+        } else {
+            results_->add_point(point, record);
+        }
+    }
+    ended(job.point, std::move(point));
+    jobs_.erase(task.job);
+}
+
+bool Explorer::Session::meets_goal(const RunRecord& record) const {
+    if (record.status != RunStatus::kDone) return false;
+    return goal_->holds([&record](const std::string& name) -> Value {
+        const std::optional<std::size_t> figure = figure_index(name);
+        if (figure && *figure < record.figures.size()) return record.figures[*figure];
+        for (const Setting& setting : record.settings) {
+            if (name == setting.key) return value_of_setting(setting.value);
+        }
+        return {};
+    });
+}
+
+void Explorer::Session::take_searched(const Task& task, const RunRecord& record, std::int64_t run) {
+    Job& job = *task.job;
+    --job.under_way;
+    job.run_ids[*task.value] = run;
+    job.all_invalid = job.all_invalid && record.status == RunStatus::kInvalid;
+    if (job.run_ids.rbegin()->first == *task.value) job.largest = record;
+    if (record.status == RunStatus::kFailed || record.status == RunStatus::kCrashed) {
+        // It says nothing about the goal, so neither can the search.
+        PointRecord failure;
+        failure.status = record.status;
+        failure.reason = described(plan().search->key, *task.value) + ": " + record.reason;
+        failure.run = run;
+        job.failure = std::move(failure);
+    } else {
+        job.search->take(*task.value, meets_goal(record));
+    }
+    if (job.failure || job.search->finished()) {
+        if (job.under_way == 0) end_search(task.job);
+    } else {
+        queue_wanted(task.job);
+    }
+    report_progress();
+}
+
+std::string Explorer::Session::why_unmet(const Job& job) const {
+    const std::int64_t lowest = job.run_ids.begin()->first;
+    const std::int64_t largest = job.run_ids.rbegin()->first;
+    const std::string range = std::to_string(lowest) + " to " + std::to_string(largest);
+    const std::string what = job.search->exhaustive()
+                                 ? "no value of " + range + " meets the goal"
+                                 : "none of " + std::to_string(job.run_ids.size()) + " values looked at, " +
+                                       range + ", meets the goal";
+    const std::string at = "; " + described(plan().search->key, largest);
+    if (!job.largest.reason.empty()) return what + at + ": " + job.largest.reason;
+    std::string figures;
+    const std::vector<FigureKind>& kinds = figure_kinds();
+    const std::vector<std::string>& used = goal_->names();
+    for (std::size_t n = 0; n < std::min(kinds.size(), job.largest.figures.size()); ++n) {
+        if (std::find(used.begin(), used.end(), kinds[n].name) == used.end()) continue;
+        figures +=
+            std::string(figures.empty() ? "" : ", ") + kinds[n].name + " " + text_of(job.largest.figures[n]);
+    }
+    return what + at + " gives " + figures;
+}
+
+PointRecord Explorer::Session::outcome_of(const Job& job) const {
+    if (job.failure) return *job.failure;
+    PointRecord point;
+    point.smallest = job.search->smallest();
+    if (point.smallest) {
+        point.run = job.run_ids.at(*point.smallest);
+        point.monotonic = job.search->monotonic();
+        point.note = job.search->note();
+        return point;
+    }
+    point.run = job.run_ids.rbegin()->second;
+    point.status = job.all_invalid ? RunStatus::kInvalid : RunStatus::kUnmet;
+    point.reason = job.all_invalid ? job.largest.reason : why_unmet(job);
+    return point;
+}
+
+void Explorer::Session::end_search(Jobs::iterator job) {
+    PointRecord point = outcome_of(*job);
+    point.settings = plan().points[job->point].settings;
+    point.runs = job->runs;
+    if (results_ != nullptr) results_->add_point(point);
+    ended(job->point, std::move(point));
+    jobs_.erase(job);
+}
+
+void Explorer::Session::ended(std::size_t point, PointRecord record) {
+    records_[point] = std::move(record);
+    ++progress_.points_ended;
+    report_progress();
+}
+
+void Explorer::Session::report_progress() {
+    progress_.seconds = std::chrono::duration<double>(Clock::now() - started_).count();
+    if (options_.on_progress) options_.on_progress(progress_);
+}
+
+Explorer::Explorer(const SweepPlan& plan, Simulate simulate) : plan_(&plan), simulate_(std::move(simulate)) {
+    const bool images_change = std::any_of(plan.keys.begin(), plan.keys.end(), may_change_images);
+    std::set<std::filesystem::path> with_images;
+    for (const Point& point : plan.points) {
+        const std::filesystem::path file = plan.scenario_file(point.settings);
+        const auto [known, is_new] = templates_.try_emplace(file);
+        if (is_new) {
+            known->second = std::make_shared<const ScenarioTemplate>(file);
+            add_input(file);
+        }
+        if (!images_change && with_images.count(file) != 0) continue;
+        try {
+            read_images_of(point, *known->second);
+            with_images.insert(file);
+        } catch (const InputError&) {
+            // The point's own run will tell.
+        }
+    }
+}
+
+/// The processes of the runs are to find the images in memory.
+void Explorer::read_images_of(const Point& point, const ScenarioTemplate& scenario) {
+    const std::vector<ScenarioOverride> overrides = plan_->overrides_of(point.settings);
+    const std::size_t known = inputs_.size();
+    for (const std::filesystem::path& file : scenario.image_files(overrides)) add_input(file);
+    if (inputs_.size() > known) scenario.scenario(overrides);
+}
+
+/// Relative to the sweep, so that a copy of the whole elsewhere is the same.
+void Explorer::add_input(const std::filesystem::path& file) {
+    std::filesystem::path base = plan_->base.empty() ? plan_->scenario.parent_path() : plan_->base;
+    if (base.empty()) base = ".";
+    const std::string name = std::filesystem::absolute(file)
+                                 .lexically_normal()
+                                 .lexically_proximate(std::filesystem::absolute(base).lexically_normal())
+                                 .string();
+    if (inputs_.count(name) == 0) inputs_[name] = content_of(file);
+}
+
+ResultsIdentity Explorer::identity(const std::string& program_version) const {
+    ResultsIdentity identity;
+    identity.name = plan_->name;
+    identity.inputs = inputs_;
+    identity.scenario = plan_->scenario.lexically_normal().string();
+    identity.base = plan_->base.lexically_normal().string();
+    for (const ScenarioOverride& setting : plan_->fixed)
+        identity.fixed.push_back({setting.path, setting.value});
+    identity.fingerprint = "version " + program_version + (plan_->pictures ? "; pictures" : "");
+    std::vector<std::string> fixed;
+    for (const ScenarioOverride& setting : plan_->fixed) fixed.push_back(setting.path + "=" + setting.value);
+    std::sort(fixed.begin(), fixed.end());
+    for (const std::string& setting : fixed) identity.fingerprint += "; " + setting;
+    identity.keys = plan_->keys;
+    if (plan_->search) {
+        const SearchDescription& search = *plan_->search;
+        identity.fingerprint += "; from " + std::to_string(search.from) + " to " + std::to_string(search.to) +
+                                ", checks " + std::to_string(search.checks);
+        for (const std::int64_t value : search.candidates)
+            identity.fingerprint += " " + std::to_string(value);
+        identity.search_key = search.key;
+        identity.goal = search.goal;
+    }
+    return identity;
+}
+
+Exploration Explorer::run(ResultsDatabase* results, const ExploreOptions& options) const {
+    return Session(*this, results, options).explore();
+}
+
+const std::shared_ptr<const ScenarioTemplate>& Explorer::template_of(
+    const std::vector<Setting>& settings) const {
+    return templates_.at(plan_->scenario_file(settings));
+}
+
+}  // namespace metabuffer::exploration

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scenario/scenario_template.h"
+#include "tools/exploration/results_database.h"
+#include "tools/exploration/run_process.h"
+#include "tools/exploration/sweep_plan.h"
+
+namespace metabuffer::exploration {
+
+/// How far an exploration is.
+struct Progress {
+    std::size_t points = 0;         ///< of the plan
+    std::size_t points_ended = 0;   ///< those that the results held already among them
+    std::size_t points_reused = 0;  ///< those that the results held already
+    std::size_t runs = 0;           ///< simulations that ended now
+    double seconds = 0.0;           ///< since it began
+
+    /// Points a second, without those that were there.
+    double rate() const;
+    /// None before the first point has ended.
+    std::optional<double> seconds_to_go() const;
+};
+
+struct ExploreOptions {
+    int processes = 1;                ///< simulations at once, >= 1
+    double time_limit_seconds = 0.0;  ///< for one simulation, in real time; 0: none
+    /// Whenever something has ended. May be empty.
+    std::function<void(const Progress&)> on_progress;
+    /// Becomes readable when the exploration is to stop, leaving runs under way unfinished; -1: never.
+    int stop_descriptor = -1;
+};
+
+/// What came of an exploration.
+struct Exploration {
+    std::vector<PointRecord> points;  ///< in the order of the plan, without those that were not reached
+    Progress progress;
+    bool stopped = false;
+};
+
+/// Runs the points of a plan, each simulation in a process of its own and several at once, and keeps what comes of
+/// them.
+class Explorer {
+  public:
+    /// Reads the plan's scenario files and, as far as they are valid, the images of its points. The plan must outlive
+    /// it. Throws InputError.
+    Explorer(const SweepPlan& plan, Simulate simulate);
+
+    /// What the results are made from, the program's version among it.
+    ResultsIdentity identity(const std::string& program_version) const;
+
+    /// Runs what `results` (null: keep nothing) does not hold yet, and adds each simulation as it ends. Throws
+    /// InputError if this computer has no process for a run, OutputError if the results cannot be written.
+    Exploration run(ResultsDatabase* results, const ExploreOptions& options) const;
+
+  private:
+    class Session;
+
+    void read_images_of(const Point& point, const ScenarioTemplate& scenario);
+    void add_input(const std::filesystem::path& file);
+    const std::shared_ptr<const ScenarioTemplate>& template_of(const std::vector<Setting>& settings) const;
+
+    const SweepPlan* plan_;
+    Simulate simulate_;
+    std::map<std::filesystem::path, std::shared_ptr<const ScenarioTemplate>> templates_;
+    std::map<std::string, std::string>
+        inputs_;  ///< scenario and image files, and what stands for their content
+};
+
+}  // namespace metabuffer::exploration

@@ -1,0 +1,460 @@
+#include "tools/exploration/results_database.h"
+
+#include <SQLiteCpp/Database.h>
+#include <SQLiteCpp/Exception.h>
+#include <SQLiteCpp/Statement.h>
+#include <SQLiteCpp/Transaction.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstddef>
+#include <system_error>
+#include <variant>
+
+#include "host/errors.h"
+#include "host/text.h"
+#include "tools/exploration/figures.h"
+#include "tools/exploration/results_file.h"
+#include "tools/exploration/sqlite_value.h"
+
+namespace metabuffer::exploration {
+
+namespace {
+
+/// Readers hold a writer up for milliseconds only.
+constexpr int kBusyTimeoutMilliseconds = 10'000;
+
+struct StatusName {
+    RunStatus status;
+    const char* name;
+};
+constexpr std::array<StatusName, 6> kStatusNames{{{RunStatus::kDone, "done"},
+                                                  {RunStatus::kInvalid, "invalid"},
+                                                  {RunStatus::kWatchdog, "watchdog"},
+                                                  {RunStatus::kFailed, "failed"},
+                                                  {RunStatus::kCrashed, "crashed"},
+                                                  {RunStatus::kUnmet, "unmet"}}};
+
+/// That this process alone adds to a file: a lock on a file beside it, which goes with the process however it ends.
+/// SQLite's own locks live on the database file, and closing any descriptor of that would drop them.
+class WriterLock {
+  public:
+    explicit WriterLock(const std::filesystem::path& file) : file_(file), lock_file_(file) {
+        lock_file_ += ".lock";
+        do {
+            take();
+        } while (!is_in_place());
+    }
+    WriterLock(const WriterLock&) = delete;
+    WriterLock& operator=(const WriterLock&) = delete;
+    ~WriterLock() {
+        unlink(lock_file_.c_str());
+        close(descriptor_);
+    }
+
+  private:
+    [[noreturn]] void fail(int error) const {
+        throw InputError("'" + file_.string() + "' cannot be added to: '" + lock_file_.string() +
+                         "': " + std::generic_category().message(error));
+    }
+
+    void take() {
+        descriptor_ = ::open(lock_file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        if (descriptor_ < 0) fail(errno);
+        struct flock request {};
+        request.l_type = F_WRLCK;
+        request.l_whence = SEEK_SET;
+        // Not flock(): a forked child, which may outlive this process by a moment, would hold that lock as well.
+        if (fcntl(descriptor_, F_SETLK, &request) == 0) return;
+        const int error = errno;
+        const bool is_held = error == EAGAIN || error == EACCES;
+        const bool is_told =
+            is_held && fcntl(descriptor_, F_GETLK, &request) == 0 && request.l_type != F_UNLCK;
+        close(descriptor_);
+        if (!is_held) fail(error);
+        throw InputError("'" + file_.string() + "' is being added to by another process" +
+                         (is_told ? " (" + std::to_string(request.l_pid) + ")" : "") +
+                         "; wait for it, or name another file with -o");
+    }
+
+    /// Whether the locked file is the one of that name: the last holder may have removed it in between.
+    bool is_in_place() {
+        struct stat locked {};
+        struct stat named {};
+        if (fstat(descriptor_, &locked) == 0 && stat(lock_file_.c_str(), &named) == 0 &&
+            locked.st_dev == named.st_dev && locked.st_ino == named.st_ino) {
+            return true;
+        }
+        close(descriptor_);
+        return false;
+    }
+
+    std::filesystem::path file_;
+    std::filesystem::path lock_file_;
+    int descriptor_ = -1;
+};
+
+/// The same for every spelling, symbolic links included; never one that SQLite takes for something else, ":memory:".
+std::filesystem::path real_path(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::filesystem::path real =
+        std::filesystem::weakly_canonical(std::filesystem::absolute(file), error);
+    return error ? std::filesystem::absolute(file) : real;
+}
+
+std::string deflated(const std::string& text) {
+    // Reports are repetitive: higher levels take several times as long and save little.
+    constexpr int kLevel = 1;
+    uLongf size = compressBound(static_cast<uLong>(text.size()));
+    std::string result(size, '\0');
+    if (compress2(reinterpret_cast<Bytef*>(result.data()), &size, reinterpret_cast<const Bytef*>(text.data()),
+                  static_cast<uLong>(text.size()), kLevel) != Z_OK) {
+        throw OutputError("a report of " + std::to_string(text.size()) + " bytes cannot be compressed");
+    }
+    result.resize(size);
+    return result;
+}
+
+[[noreturn]] void fail_identity(const std::filesystem::path& file, const std::string& difference) {
+    throw InputError("'" + file.string() + "' holds results " + difference +
+                     "; name another file with -o, or remove it");
+}
+
+std::string or_none(const std::string& text) {
+    return text.empty() ? "none" : "'" + text::one_line(text) + "'";
+}
+
+void check_identity(const std::filesystem::path& file, const ResultsIdentity& held,
+                    const ResultsIdentity& wanted) {
+    if (held.keys != wanted.keys) {
+        fail_identity(file, "over other axes (" + text::joined(held.keys, "and") + " instead of " +
+                                text::joined(wanted.keys, "and") + ")");
+    }
+    if (held.search_key != wanted.search_key) {
+        fail_identity(file, "of another search (of " + or_none(held.search_key) + " instead of " +
+                                or_none(wanted.search_key) + ")");
+    }
+    if (held.goal != wanted.goal) {
+        fail_identity(file, "of a search with another goal (" + or_none(held.goal) + " instead of " +
+                                or_none(wanted.goal) + ")");
+    }
+    if (held.name != wanted.name) {
+        fail_identity(
+            file, "of another sweep (" + or_none(held.name) + " instead of " + or_none(wanted.name) + ")");
+    }
+    if (held.fingerprint != wanted.fingerprint) {
+        fail_identity(file, "of other input (settings that all points share have changed since)");
+    }
+    for (const auto& [input, content] : wanted.inputs) {
+        const auto known = held.inputs.find(input);
+        if (known == held.inputs.end() || known->second == content) continue;
+        fail_identity(file, "of other input ('" + text::one_line(input) + "' has changed since)");
+    }
+}
+
+/// The columns of table runs that add_run() fills in.
+std::vector<std::string> run_columns() {
+    std::vector<std::string> columns{"settings", "status", "reason"};
+    for (const FigureKind& figure : figure_kinds()) columns.emplace_back(figure.name);
+    columns.emplace_back("wall_seconds");
+    columns.emplace_back("report");
+    return columns;
+}
+
+void check_columns(const std::filesystem::path& file, const SQLite::Database& database) {
+    std::vector<std::string> expected = run_columns();
+    expected.insert(expected.begin(), "id");
+    if (column_names(database, "runs") != expected) {
+        fail_identity(file, "with other figures than this program's (another version wrote them)");
+    }
+}
+
+/// Adds a row, or replaces what is there for the same settings; returns the id.
+std::string upsert(const std::string& table, const std::vector<std::string>& columns) {
+    std::string names;
+    std::string parameters;
+    std::string updates;
+    for (const std::string& column : columns) {
+        const char* const comma = names.empty() ? "" : ", ";
+        names.append(comma).append(column);
+        parameters.append(comma).append("?");
+        updates.append(comma).append(column).append(" = excluded.").append(column);
+    }
+    return "INSERT INTO " + table + " (" + names + ") VALUES (" + parameters +
+           ") ON CONFLICT (settings) DO UPDATE SET " + updates + " RETURNING id";
+}
+
+/// The statements that are made once and used for every point.
+struct Statements {
+    explicit Statements(const SQLite::Database& database)
+        : upsert_run(database, upsert("runs", run_columns())),
+          delete_pictures(database, "DELETE FROM pictures WHERE run = ?"),
+          insert_picture(database, "INSERT INTO pictures (run, display, png) VALUES (?, ?, ?)"),
+          upsert_point(database, upsert("points", {"settings", "status", "reason", "run", "smallest",
+                                                   "monotonic", "runs", "note"})),
+          delete_settings(database, "DELETE FROM point_settings WHERE point = ?"),
+          insert_setting(database,
+                         "INSERT INTO point_settings (point, position, key, value) VALUES (?, ?, ?, ?)"),
+          find_point(database,
+                     "SELECT status, reason, run, smallest, monotonic, runs, note FROM points WHERE settings "
+                     "= ?"),
+          find_run(database, "SELECT * FROM runs WHERE settings = ?") {}
+
+    SQLite::Statement upsert_run;
+    SQLite::Statement delete_pictures;
+    SQLite::Statement insert_picture;
+    SQLite::Statement upsert_point;
+    SQLite::Statement delete_settings;
+    SQLite::Statement insert_setting;
+    SQLite::Statement find_point;
+    SQLite::Statement find_run;
+};
+
+template <typename Number>
+void bind_optional(SQLite::Statement& statement, int parameter, const std::optional<Number>& number) {
+    if (number) {
+        statement.bind(parameter, static_cast<std::int64_t>(*number));
+    } else {
+        statement.bind(parameter);
+    }
+}
+
+void bind_bytes(SQLite::Statement& statement, int parameter, const std::string& bytes) {
+    statement.bindNoCopy(parameter, static_cast<const void*>(bytes.data()), static_cast<int>(bytes.size()));
+}
+
+std::optional<std::int64_t> whole_of(const SQLite::Column& column) {
+    if (column.isNull()) return std::nullopt;
+    return column.getInt64();
+}
+
+}  // namespace
+
+const char* to_string(RunStatus status) {
+    for (const StatusName& entry : kStatusNames) {
+        if (entry.status == status) return entry.name;
+    }
+    return "unknown";
+}
+
+RunStatus run_status_of(const std::string& text) {
+    for (const StatusName& entry : kStatusNames) {
+        if (text == entry.name) return entry.status;
+    }
+    throw InputError(text::quoted(text) +
+                     " is no status; use done, invalid, watchdog, failed, crashed or unmet");
+}
+
+struct ResultsDatabase::Content {
+    Content(const std::filesystem::path& file_in, const ResultsIdentity& identity)
+        : file(file_in),
+          lock(real_path(file_in)),
+          database(real_path(file_in).string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
+                   kBusyTimeoutMilliseconds) {
+        const bool is_new = is_empty_database(database);
+        if (!is_new) {
+            check_holds_results(database, file);
+            check_identity(file, read_identity(database), identity);
+            check_columns(file, database);
+        }
+        // What is committed survives the end of the process either way; the system's end may take the last points.
+        database.exec("PRAGMA synchronous = NORMAL");
+        SQLite::Statement(database, "PRAGMA journal_mode = WAL").executeStep();
+        if (is_new) {
+            create_schema(database, identity);
+        } else {
+            SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
+            add_inputs(database, identity);
+            transaction.commit();
+        }
+        statements.emplace(database);
+    }
+    Content(const Content&) = delete;
+    Content& operator=(const Content&) = delete;
+
+    /// Leaves one plain file that can be read where nothing can be written. With a reader at work it stays as it is,
+    /// which is just as complete.
+    ~Content() {
+        statements.reset();
+        try {
+            database.setBusyTimeout(0);
+            SQLite::Statement(database, "PRAGMA wal_checkpoint(TRUNCATE)").executeStep();
+            SQLite::Statement(database, "PRAGMA journal_mode = DELETE").executeStep();
+        } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch)
+        }
+    }
+
+    /// Does what writes, all of it or nothing.
+    template <typename Action>
+    void write(const Action& action) {
+        try {
+            SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
+            action();
+            transaction.commit();
+        } catch (const SQLite::Exception& error) {
+            throw OutputError("cannot add to '" + file.string() + "': " + text::one_line(error.what()));
+        }
+    }
+
+    std::int64_t put_run(const RunRecord& run) {
+        SQLite::Statement& insert = statements->upsert_run;
+        const StatementReset reset(insert);
+        int parameter = 0;
+        insert.bind(++parameter, canonical_text(run.settings));
+        insert.bind(++parameter, std::string(to_string(run.status)));
+        insert.bind(++parameter, run.reason);
+        for (std::size_t n = 0; n < figure_kinds().size(); ++n) {
+            bind_value(insert, ++parameter, run.figures.empty() ? Value() : run.figures.at(n));
+        }
+        insert.bind(++parameter, run.wall_seconds);
+        const std::string report = run.report.empty() ? "" : deflated(run.report);
+        if (report.empty()) {
+            insert.bind(++parameter);
+        } else {
+            bind_bytes(insert, ++parameter, report);
+        }
+        insert.executeStep();
+        const std::int64_t id = insert.getColumn(0).getInt64();
+        put_pictures(id, run);
+        return id;
+    }
+
+    void put_pictures(std::int64_t id, const RunRecord& run) {
+        const StatementReset reset_delete(statements->delete_pictures);
+        statements->delete_pictures.bind(1, id);
+        statements->delete_pictures.exec();
+        for (const auto& [display, png] : run.pictures) {
+            const StatementReset reset(statements->insert_picture);
+            statements->insert_picture.bind(1, id);
+            statements->insert_picture.bind(2, display);
+            bind_bytes(statements->insert_picture, 3, png);
+            statements->insert_picture.exec();
+        }
+    }
+
+    void put_point(const PointRecord& point) {
+        SQLite::Statement& insert = statements->upsert_point;
+        const StatementReset reset(insert);
+        int parameter = 0;
+        insert.bind(++parameter, canonical_text(point.settings));
+        insert.bind(++parameter, std::string(to_string(point.status)));
+        insert.bind(++parameter, point.reason);
+        bind_optional(insert, ++parameter, point.run);
+        bind_optional(insert, ++parameter, point.smallest);
+        bind_optional(insert, ++parameter, point.monotonic);
+        insert.bind(++parameter, point.runs);
+        insert.bind(++parameter, point.note);
+        insert.executeStep();
+        put_settings(insert.getColumn(0).getInt64(), point);
+    }
+
+    void put_settings(std::int64_t id, const PointRecord& point) {
+        const StatementReset reset_delete(statements->delete_settings);
+        statements->delete_settings.bind(1, id);
+        statements->delete_settings.exec();
+        std::int64_t position = 0;
+        for (const Setting& setting : point.settings) {
+            SQLite::Statement& insert = statements->insert_setting;
+            const StatementReset reset(insert);
+            insert.bind(1, id);
+            insert.bind(2, position++);
+            insert.bind(3, setting.key);
+            bind_value(insert, 4, value_of_setting(setting.value));
+            insert.exec();
+        }
+    }
+
+    std::filesystem::path file;
+    WriterLock lock;
+    SQLite::Database database;
+    std::optional<Statements> statements;
+};
+
+ResultsDatabase::ResultsDatabase(std::unique_ptr<Content> content) : content_(std::move(content)) {}
+ResultsDatabase::ResultsDatabase(ResultsDatabase&&) noexcept = default;
+ResultsDatabase& ResultsDatabase::operator=(ResultsDatabase&&) noexcept = default;
+ResultsDatabase::~ResultsDatabase() = default;
+
+ResultsDatabase ResultsDatabase::open(const std::filesystem::path& file, const ResultsIdentity& identity) {
+    check_is_file(file);
+    try {
+        return ResultsDatabase(std::make_unique<Content>(file, identity));
+    } catch (const SQLite::Exception& error) {
+        fail_to_read(file, error);
+    }
+}
+
+std::optional<PointRecord> ResultsDatabase::find_point(const std::vector<Setting>& settings) const {
+    SQLite::Statement& find = content_->statements->find_point;
+    const StatementReset reset(find);
+    try {
+        find.bind(1, canonical_text(settings));
+        if (!find.executeStep()) return std::nullopt;
+        PointRecord point;
+        point.settings = settings;
+        int column = 0;
+        point.status = run_status_of(find.getColumn(column++).getString());
+        point.reason = find.getColumn(column++).getString();
+        point.run = whole_of(find.getColumn(column++));
+        point.smallest = whole_of(find.getColumn(column++));
+        const std::optional<std::int64_t> monotonic = whole_of(find.getColumn(column++));
+        if (monotonic) point.monotonic = *monotonic != 0;
+        point.runs = find.getColumn(column++).getInt();
+        point.note = find.getColumn(column++).getString();
+        return point;
+    } catch (const SQLite::Exception& error) {
+        fail_to_read(content_->file, error);
+    }
+}
+
+std::optional<std::pair<std::int64_t, RunRecord>> ResultsDatabase::find_run(
+    const std::vector<Setting>& settings) const {
+    SQLite::Statement& find = content_->statements->find_run;
+    const StatementReset reset(find);
+    try {
+        find.bind(1, canonical_text(settings));
+        if (!find.executeStep()) return std::nullopt;
+        RunRecord run;
+        run.settings = settings;
+        int column = 0;
+        const std::int64_t id = find.getColumn(column++).getInt64();
+        ++column;  // settings
+        run.status = run_status_of(find.getColumn(column++).getString());
+        run.reason = find.getColumn(column++).getString();
+        for (std::size_t n = 0; n < figure_kinds().size(); ++n) {
+            run.figures.push_back(value_of(find.getColumn(column++)));
+        }
+        const bool has_figures = std::any_of(run.figures.begin(), run.figures.end(), [](const Value& value) {
+            return !std::holds_alternative<std::monostate>(value);
+        });
+        if (!has_figures) run.figures.clear();
+        run.wall_seconds = find.getColumn(column++).getDouble();
+        return std::pair(id, std::move(run));
+    } catch (const SQLite::Exception& error) {
+        fail_to_read(content_->file, error);
+    }
+}
+
+std::int64_t ResultsDatabase::add_run(const RunRecord& run) {
+    std::int64_t id = 0;
+    content_->write([&] { id = content_->put_run(run); });
+    return id;
+}
+
+void ResultsDatabase::add_point(const PointRecord& point) {
+    content_->write([&] { content_->put_point(point); });
+}
+
+void ResultsDatabase::add_point(PointRecord point, const RunRecord& run) {
+    content_->write([&] {
+        point.run = content_->put_run(run);
+        content_->put_point(point);
+    });
+}
+
+}  // namespace metabuffer::exploration

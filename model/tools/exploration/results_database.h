@@ -1,0 +1,149 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/exploration/sweep_plan.h"
+#include "tools/exploration/value.h"
+
+namespace metabuffer::exploration {
+
+/// How a run, or a point, ended.
+enum class RunStatus : std::uint8_t {
+    kDone,      ///< to its end, whatever starved
+    kInvalid,   ///< its settings make no scenario
+    kWatchdog,  ///< nothing moved any more
+    kFailed,    ///< the model or the program was at fault
+    kCrashed,   ///< its process ended without a report
+    kUnmet,     ///< a search only: no value meets the goal
+};
+/// "done", "invalid", "watchdog", "failed", "crashed", "unmet".
+const char* to_string(RunStatus status);
+RunStatus run_status_of(const std::string& text);
+
+/// One simulation.
+struct RunRecord {
+    std::vector<Setting> settings;  ///< of the point, and of a search the key looked for
+    RunStatus status = RunStatus::kDone;
+    std::string reason;          ///< one line; empty if done
+    std::vector<Value> figures;  ///< as figure_kinds() has them; empty if it came to no report
+    std::string report;          ///< report.json's text; empty if it came to none
+    double wall_seconds = 0.0;   ///< from its start to its end, start of the process included
+    std::vector<std::pair<int, std::string>> pictures;  ///< display from 1, and a PNG file's bytes
+};
+
+/// One point of the plan and what came of it.
+struct PointRecord {
+    std::vector<Setting> settings;
+    RunStatus status = RunStatus::kDone;
+    std::string reason;
+    std::optional<std::int64_t> run;  ///< the run that shows it: its own; of a search the smallest that does
+    std::optional<std::int64_t> smallest;  ///< of a search
+    std::optional<bool> monotonic;         ///< of a search: whether every value looked at agrees with that
+    std::string note;                      ///< of a search: what does not agree
+    int runs = 1;                          ///< simulations that it took
+};
+
+/// What the results in a file were made from: two sweeps may share a file if these are equal.
+struct ResultsIdentity {
+    std::string name;
+    std::string fingerprint;  ///< of the settings that all points share
+    /// The files that points are made from and what stands for their content. Points may be added that need more of
+    /// them; one that both know must be the same.
+    std::map<std::string, std::string> inputs;
+    std::vector<std::string> keys;  ///< of the axes
+    std::string search_key;         ///< empty: no search
+    std::string goal;               ///< of the search
+    // How a point is run by hand; not compared, since files may be called from another folder.
+    std::string scenario;        ///< the file; empty if an axis names it,
+    std::string base;            ///< relative to this folder
+    std::vector<Setting> fixed;  ///< settings that all points share
+};
+
+/// The results of a sweep in one SQLite file. The schema, which reports and charts read:
+///
+/// meta(key, value)        schema_version, program_version, name, fingerprint, search_key, goal, ...
+/// axes(position, key)     the keys of the settings
+/// inputs(file, content)   what the points were made from
+/// runs(id, settings, status, reason, <a column for each of figure_kinds()>, wall_seconds, report)
+///                         report: report.json as zlib deflates it; NULL if there is none
+/// points(id, settings, status, reason, run, smallest, monotonic, runs, note)
+/// point_settings(point, position, key, value)   values that are numbers are numbers
+/// pictures(run, display, png)
+/// view results            a row for each point: point, its settings by key, status, reason, smallest, monotonic,
+///                         runs, note, run, and its run's figures and wall_seconds
+///
+/// `settings` is canonical_text(), and a row with the same settings as one that is there replaces it. An axis whose key
+/// is also the name of a figure or of a fixed column, "renderers" say, has the column "axis.renderers". Every row is there
+/// for good once the call that adds it returns, kill -9 or not. docs/results.md has the columns' meanings.
+///
+/// While it is open, FILE-wal and FILE-shm are parts of it and FILE.lock says who adds to it; its end leaves FILE alone. A
+/// forked child must end by _exit().
+class ResultsDatabase {
+  public:
+    /// Opens it to add to it; makes it, not its folder, if it is not there. Throws InputError if it cannot be, if it is
+    /// something else, if another process adds to it, or if it holds results of other input than `identity`.
+    static ResultsDatabase open(const std::filesystem::path& file, const ResultsIdentity& identity);
+    ResultsDatabase(ResultsDatabase&&) noexcept;
+    ResultsDatabase& operator=(ResultsDatabase&&) noexcept;
+    ~ResultsDatabase();
+
+    std::optional<PointRecord> find_point(const std::vector<Setting>& settings) const;
+    /// Its id and the run, without report and pictures.
+    std::optional<std::pair<std::int64_t, RunRecord>> find_run(const std::vector<Setting>& settings) const;
+    /// The run's id. Throws OutputError.
+    std::int64_t add_run(const RunRecord& run);
+    /// Both at once. Throws OutputError.
+    void add_point(const PointRecord& point);
+    /// For a point that is one run: both in one transaction.
+    void add_point(PointRecord point, const RunRecord& run);
+
+  private:
+    struct Content;
+    explicit ResultsDatabase(std::unique_ptr<Content> content);
+    std::unique_ptr<Content> content_;
+};
+
+/// A results file to be read, also while a sweep adds to it and after one was killed: each call sees what was there
+/// when it began.
+class ResultsReader {
+  public:
+    /// Throws InputError if there is none or it is something else, as all calls do if it turns out to be damaged.
+    explicit ResultsReader(const std::filesystem::path& file);
+    ResultsReader(ResultsReader&&) noexcept;
+    ResultsReader& operator=(ResultsReader&&) noexcept;
+    ~ResultsReader();
+
+    struct Table {
+        std::vector<std::string> columns;
+        std::vector<std::vector<Value>> rows;
+    };
+
+    const ResultsIdentity& identity() const;
+    /// The columns of view results.
+    const std::vector<std::string>& columns() const;
+    /// The rows of view results, those that `condition` (an expression over columns, names written plainly; empty:
+    /// all) holds for. They are in the order of the axes' values, the last axis changing fastest, whichever ended first.
+    /// Throws InputError with what is wrong with the condition.
+    Table results(const std::string& condition = {}) const;
+    /// `expressions` over the columns instead of all of them.
+    Table results(const std::vector<std::string>& expressions, const std::string& condition) const;
+    /// Every simulation: settings as text, status, reason, figures, wall_seconds.
+    Table runs() const;
+    /// report.json's text of a run, empty if there is none.
+    std::string report(std::int64_t run) const;
+    /// PNG files of a run by display.
+    std::vector<std::pair<int, std::string>> pictures(std::int64_t run) const;
+
+  private:
+    struct Content;
+    std::unique_ptr<Content> content_;
+};
+
+}  // namespace metabuffer::exploration

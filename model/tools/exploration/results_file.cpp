@@ -1,0 +1,214 @@
+#include "tools/exploration/results_file.h"
+
+#include <SQLiteCpp/Exception.h>
+#include <SQLiteCpp/Statement.h>
+#include <SQLiteCpp/Transaction.h>
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "host/errors.h"
+#include "host/text.h"
+#include "tools/exploration/expression.h"
+#include "tools/exploration/figures.h"
+
+namespace metabuffer::exploration {
+
+namespace {
+
+/// Columns of view results beside the axes' and the figures'.
+constexpr std::array<const char*, 9> kPointColumns{"point", "status", "reason", "smallest",    "monotonic",
+                                                   "runs",  "note",   "run",    "wall_seconds"};
+
+// Values have no declared type: numbers stay numbers and texts texts, as they are added.
+constexpr const char* kTables = R"(
+    CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
+    CREATE TABLE axes (position INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE);
+    CREATE TABLE inputs (file TEXT PRIMARY KEY, content TEXT NOT NULL) WITHOUT ROWID;
+    CREATE TABLE points (id INTEGER PRIMARY KEY, settings TEXT NOT NULL UNIQUE, status TEXT NOT NULL,
+                         reason TEXT NOT NULL, run INTEGER REFERENCES runs (id), smallest, monotonic,
+                         runs INTEGER NOT NULL, note TEXT NOT NULL);
+    CREATE TABLE point_settings (point INTEGER NOT NULL REFERENCES points (id), position INTEGER NOT NULL,
+                                 key TEXT NOT NULL, value, PRIMARY KEY (point, key)) WITHOUT ROWID;
+    CREATE TABLE pictures (run INTEGER NOT NULL REFERENCES runs (id), display INTEGER NOT NULL,
+                           png BLOB NOT NULL, PRIMARY KEY (run, display));
+)";
+
+std::string quoted_text(const std::string& text) {
+    std::string result = "'";
+    for (const char character : text) {
+        result += character;
+        if (character == '\'') result += character;
+    }
+    return result + "'";
+}
+
+std::string runs_table() {
+    std::string sql =
+        "CREATE TABLE runs (id INTEGER PRIMARY KEY, settings TEXT NOT NULL UNIQUE, status TEXT NOT NULL, "
+        "reason TEXT NOT NULL";
+    for (const FigureKind& figure : figure_kinds()) sql += ", " + quoted_name(figure.name);
+    return sql + ", wall_seconds, report BLOB)";
+}
+
+std::string results_view(const std::vector<std::string>& keys) {
+    const std::vector<std::string> columns = axis_columns(keys);
+    std::string sql = "CREATE VIEW results AS SELECT p.id AS point";
+    for (std::size_t n = 0; n < keys.size(); ++n) {
+        sql += ", (SELECT s.value FROM point_settings AS s WHERE s.point = p.id AND s.key = " +
+               quoted_text(keys[n]) + ") AS " + quoted_name(columns[n]);
+    }
+    sql +=
+        ", p.status AS status, p.reason AS reason, p.smallest AS smallest, p.monotonic AS monotonic, "
+        "p.runs AS runs, p.note AS note, p.run AS run";
+    for (const FigureKind& figure : figure_kinds()) {
+        sql += ", r." + quoted_name(figure.name) + " AS " + quoted_name(figure.name);
+    }
+    return sql + ", r.wall_seconds AS wall_seconds FROM points AS p LEFT JOIN runs AS r ON r.id = p.run";
+}
+
+std::int64_t pragma(const SQLite::Database& database, const std::string& name) {
+    SQLite::Statement statement(database, "PRAGMA " + name);
+    return statement.executeStep() ? statement.getColumn(0).getInt64() : 0;
+}
+
+std::string meta(const SQLite::Database& database, const std::string& key) {
+    SQLite::Statement statement(database, "SELECT value FROM meta WHERE key = ?");
+    statement.bind(1, key);
+    return statement.executeStep() ? statement.getColumn(0).getString() : "";
+}
+
+}  // namespace
+
+void check_is_file(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(file, error);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+        throw InputError("'" + file.string() + "' is no file; a file of results is needed");
+    }
+}
+
+bool is_empty_database(const SQLite::Database& database) {
+    SQLite::Statement statement(database, "SELECT count(*) FROM sqlite_master");
+    statement.executeStep();
+    return statement.getColumn(0).getInt() == 0 && pragma(database, "application_id") == 0 &&
+           pragma(database, "user_version") == 0;
+}
+
+void check_holds_results(const SQLite::Database& database, const std::filesystem::path& file) {
+    if (is_empty_database(database)) throw InputError("'" + file.string() + "' holds no results");
+    if (pragma(database, "application_id") != kResultsApplicationId) {
+        throw InputError("'" + file.string() +
+                         "' is an SQLite file, but not one of results; name one that metabuffer sweep wrote");
+    }
+    const std::int64_t version = pragma(database, "user_version");
+    if (version != kResultsSchemaVersion) {
+        throw InputError("'" + file.string() + "' has schema version " + std::to_string(version) +
+                         " (of metabuffer " + meta(database, "program_version") +
+                         "); this program knows version " + std::to_string(kResultsSchemaVersion));
+    }
+}
+
+void add_inputs(SQLite::Database& database, const ResultsIdentity& identity) {
+    SQLite::Statement insert(database, "INSERT OR IGNORE INTO inputs (file, content) VALUES (?, ?)");
+    for (const auto& [file, content] : identity.inputs) {
+        insert.bind(1, file);
+        insert.bind(2, content);
+        insert.exec();
+        insert.reset();
+    }
+}
+
+void create_schema(SQLite::Database& database, const ResultsIdentity& identity) {
+    SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
+    database.exec(kTables);
+    database.exec(runs_table());
+    database.exec(results_view(identity.keys));
+
+    SQLite::Statement insert_meta(database, "INSERT INTO meta (key, value) VALUES (?, ?)");
+    const auto add_meta = [&insert_meta](const std::string& key, const std::string& value) {
+        insert_meta.bind(1, key);
+        insert_meta.bind(2, value);
+        insert_meta.exec();
+        insert_meta.reset();
+    };
+    add_meta("schema_version", std::to_string(kResultsSchemaVersion));
+    add_meta("program_version", METABUFFER_VERSION);
+    add_meta("name", identity.name);
+    add_meta("fingerprint", identity.fingerprint);
+    add_meta("search_key", identity.search_key);
+    add_meta("goal", identity.goal);
+    add_meta("scenario", identity.scenario);
+    add_meta("base", identity.base);
+    add_meta("fixed", canonical_text(identity.fixed));
+
+    SQLite::Statement insert_axis(database, "INSERT INTO axes (position, key) VALUES (?, ?)");
+    for (std::size_t n = 0; n < identity.keys.size(); ++n) {
+        insert_axis.bind(1, static_cast<std::int64_t>(n));
+        insert_axis.bind(2, identity.keys[n]);
+        insert_axis.exec();
+        insert_axis.reset();
+    }
+    add_inputs(database, identity);
+    database.exec("PRAGMA application_id = " + std::to_string(kResultsApplicationId));
+    database.exec("PRAGMA user_version = " + std::to_string(kResultsSchemaVersion));
+    transaction.commit();
+}
+
+ResultsIdentity read_identity(const SQLite::Database& database) {
+    ResultsIdentity identity;
+    identity.name = meta(database, "name");
+    identity.fingerprint = meta(database, "fingerprint");
+    identity.search_key = meta(database, "search_key");
+    identity.goal = meta(database, "goal");
+    identity.scenario = meta(database, "scenario");
+    identity.base = meta(database, "base");
+    const auto fixed = nlohmann::ordered_json::parse(meta(database, "fixed"), nullptr, false);
+    for (const auto& [key, value] : fixed.items()) identity.fixed.push_back({key, value.get<std::string>()});
+    SQLite::Statement inputs(database, "SELECT file, content FROM inputs");
+    while (inputs.executeStep()) {
+        identity.inputs[inputs.getColumn(0).getString()] = inputs.getColumn(1).getString();
+    }
+    SQLite::Statement axes(database, "SELECT key FROM axes ORDER BY position");
+    while (axes.executeStep()) identity.keys.push_back(axes.getColumn(0).getString());
+    return identity;
+}
+
+std::vector<std::string> column_names(const SQLite::Database& database, const std::string& table) {
+    std::vector<std::string> names;
+    SQLite::Statement columns(database, "SELECT name FROM pragma_table_info(?) ORDER BY cid");
+    columns.bind(1, table);
+    while (columns.executeStep()) names.push_back(columns.getColumn(0).getString());
+    return names;
+}
+
+std::vector<std::string> axis_columns(const std::vector<std::string>& keys) {
+    std::vector<std::string> columns;
+    for (const std::string& key : keys) {
+        const bool is_taken =
+            figure_index(key).has_value() ||
+            std::find(kPointColumns.begin(), kPointColumns.end(), key) != kPointColumns.end();
+        columns.push_back(is_taken ? "axis." + key : key);
+    }
+    return columns;
+}
+
+void fail_to_read(const std::filesystem::path& file, const SQLite::Exception& error) {
+    const std::string name = "'" + file.string() + "'";
+    switch (error.getErrorCode()) {
+        case SQLITE_NOTADB:
+            throw InputError(name + " is no file of results: it is no SQLite file");
+        case SQLITE_CORRUPT:
+            throw InputError(name + " is damaged: " + text::one_line(error.what()));
+        case SQLITE_BUSY:
+            throw InputError(name + " is being read by another process; try again when that is through");
+        default:
+            throw InputError(name + " cannot be read: " + text::one_line(error.what()));
+    }
+}
+
+}  // namespace metabuffer::exploration

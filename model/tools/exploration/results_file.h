@@ -1,0 +1,49 @@
+#pragma once
+
+#include <SQLiteCpp/Database.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tools/exploration/results_database.h"
+
+namespace SQLite {
+class Exception;
+}
+
+/// What writer and reader of a results file share: its schema, and how to know one.
+namespace metabuffer::exploration {
+
+/// PRAGMA application_id: "MBUF".
+constexpr int kResultsApplicationId = 0x4D425546;
+/// PRAGMA user_version and meta's schema_version.
+constexpr int kResultsSchemaVersion = 1;
+
+/// Throws InputError for what is there and is no regular file.
+void check_is_file(const std::filesystem::path& file);
+
+/// Whether nothing has ever been stored in it: a new file, or one whose writer ended before its first transaction.
+bool is_empty_database(const SQLite::Database& database);
+
+/// Throws InputError if the database holds something other than results that this program knows.
+void check_holds_results(const SQLite::Database& database, const std::filesystem::path& file);
+
+/// Tables, view, meta and axes, for an empty database.
+void create_schema(SQLite::Database& database, const ResultsIdentity& identity);
+
+/// Those of the identity's inputs that the results do not know yet.
+void add_inputs(SQLite::Database& database, const ResultsIdentity& identity);
+
+ResultsIdentity read_identity(const SQLite::Database& database);
+
+/// The columns of a table or view.
+std::vector<std::string> column_names(const SQLite::Database& database, const std::string& table);
+
+/// The columns of view results that hold the axes' settings, in their order.
+std::vector<std::string> axis_columns(const std::vector<std::string>& keys);
+
+/// For a file that cannot be opened or read.
+[[noreturn]] void fail_to_read(const std::filesystem::path& file, const SQLite::Exception& error);
+
+}  // namespace metabuffer::exploration

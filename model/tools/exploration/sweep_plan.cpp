@@ -1,0 +1,440 @@
+#include "tools/exploration/sweep_plan.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <utility>
+
+#include "host/text.h"
+#include "scenario/scenario_keys.h"
+#include "scenario/yaml_reader.h"
+#include "tools/exploration/axis_values.h"
+#include "tools/exploration/expression.h"
+#include "tools/exploration/figures.h"
+
+namespace metabuffer::exploration {
+namespace {
+
+[[noreturn]] void fail(const std::string& where, const std::string& message) {
+    throw InputError(text::one_line((where.empty() ? "" : where + ": ") + message));
+}
+
+/// Whether the path `inner` names something inside of what `outer` names, or the same. Both written one way.
+bool lies_in(const std::string& inner, const std::string& outer) {
+    return inner.rfind(outer, 0) == 0 &&
+           (inner.size() == outer.size() || inner[outer.size()] == '.' || inner[outer.size()] == '[');
+}
+
+/// The settings that a point has, in the order in which they are put into the scenario.
+class KeyOrder {
+  public:
+    /// Fails if the key would undo one that comes before it.
+    void add(const std::string& key, const std::string& where, const char* what) {
+        const std::string path =
+            key == kScenarioAxis ? key : input::find_key_path(scenario_schema(), key, where).path;
+        for (const Earlier& earlier : earlier_) {
+            if (!lies_in(earlier.path, path)) continue;
+            if (earlier.path == path) {
+                fail(where, key + " is " + earlier.what + " already; use each key once");
+            }
+            std::string message = key + " replaces all of it, ";
+            message += earlier.path + " too, which is " + earlier.what + "; use the keys inside of " + key;
+            fail(where, message);
+        }
+        earlier_.push_back({path, what});
+    }
+    /// One more that later ones must not undo.
+    void add_fixed(const ScenarioOverride& fixed) {
+        std::string where = "--set ";
+        where += fixed.path + "=" + fixed.value;
+        earlier_.push_back({input::find_key_path(scenario_schema(), fixed.path, where).path,
+                            "set to one value for every point"});
+    }
+
+  private:
+    struct Earlier {
+        std::string path;
+        std::string what;
+    };
+    std::vector<Earlier> earlier_;
+};
+
+std::string where_of(const Axis& axis, std::size_t key) {
+    return key < axis.where.size() ? axis.where[key] : std::string();
+}
+
+/// The first entry that is the same as an earlier one, behind that one.
+std::optional<std::pair<std::size_t, std::size_t>> find_repeated(const Axis& axis) {
+    std::vector<std::size_t> order(axis.values.front().size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto compare = [&axis](std::size_t left, std::size_t right) {
+        for (const std::vector<std::string>& values : axis.values) {
+            if (const int difference = values[left].compare(values[right]); difference != 0)
+                return difference;
+        }
+        return 0;
+    };
+    std::stable_sort(order.begin(), order.end(),
+                     [&compare](std::size_t left, std::size_t right) { return compare(left, right) < 0; });
+    std::optional<std::pair<std::size_t, std::size_t>> first;
+    for (std::size_t i = 1; i < order.size(); ++i) {
+        if (compare(order[i - 1], order[i]) != 0) continue;
+        if (!first || order[i] < first->second) first.emplace(order[i - 1], order[i]);
+    }
+    return first;
+}
+
+void check_axis(const Axis& axis) {
+    if (axis.keys.empty() || axis.keys.size() != axis.values.size()) {
+        fail(where_of(axis, 0), "the axis has no keys; use at least one, with values");
+    }
+    const std::size_t count = axis.values.front().size();
+    for (std::size_t key = 0; key < axis.keys.size(); ++key) {
+        if (axis.values[key].size() != count) {
+            fail(where_of(axis, key), axis.keys[key] + " has " + std::to_string(axis.values[key].size()) +
+                                          " values and " + axis.keys.front() + " has " +
+                                          std::to_string(count) +
+                                          "; use as many for each of the keys that go together");
+        }
+    }
+    if (count == 0) fail(where_of(axis, 0), axis.keys.front() + " has no values; use at least one");
+    if (const auto twice = find_repeated(axis)) {
+        std::vector<std::string> values;
+        values.reserve(axis.keys.size());
+        for (const std::vector<std::string>& of_key : axis.values) values.push_back(of_key[twice->second]);
+        fail(where_of(axis, 0), text::joined(axis.keys, "and") + " has " + text::joined(values, "and") +
+                                    " twice, as values " + std::to_string(twice->first + 1) + " and " +
+                                    std::to_string(twice->second + 1) + "; use each once");
+    }
+}
+
+/// All points, filtered or not.
+std::int64_t count_points(const SweepDescription& description) {
+    std::int64_t points = 1;
+    for (const Axis& axis : description.axes) {
+        // Below 2^40: no axis is longer than memory, and the product stops growing at the first that is too much.
+        points *= static_cast<std::int64_t>(axis.values.front().size());
+        if (points > kMostPoints) {
+            fail(description.axes_where, "the axes make " + std::to_string(points) +
+                                             " points or more; use at most " + std::to_string(kMostPoints));
+        }
+    }
+    return points;
+}
+
+void check_keys(const SweepDescription& description) {
+    KeyOrder order;
+    for (const ScenarioOverride& fixed : description.fixed) order.add_fixed(fixed);
+    bool scenario_axis = false;
+    for (const Axis& axis : description.axes) {
+        check_axis(axis);
+        for (std::size_t key = 0; key < axis.keys.size(); ++key) {
+            order.add(axis.keys[key], where_of(axis, key), "an axis");
+            scenario_axis = scenario_axis || axis.keys[key] == kScenarioAxis;
+        }
+    }
+    if (description.search) {
+        const std::string& key = description.search->key;
+        order.add(key, description.search->where, "what is minimized");
+    }
+    if (scenario_axis && !description.scenario.empty()) {
+        fail(description.axes_where,
+             "an axis names the scenarios, beside the sweep's own; use one of the two");
+    }
+    if (!scenario_axis && description.scenario.empty()) {
+        fail(description.axes_where, "there is no scenario; use the key scenario, or an axis of that name");
+    }
+}
+
+std::vector<std::string> keys_of(const std::vector<Axis>& axes) {
+    std::vector<std::string> keys;
+    for (const Axis& axis : axes) keys.insert(keys.end(), axis.keys.begin(), axis.keys.end());
+    return keys;
+}
+
+/// Goes through all combinations of the axes' entries, the last axis fastest.
+class Odometer {
+  public:
+    explicit Odometer(const std::vector<Axis>& axes) : axes_(axes), entries_(axes.size()) {}
+
+    std::vector<Setting> settings() const {
+        std::vector<Setting> settings;
+        for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
+            for (std::size_t key = 0; key < axes_[axis].keys.size(); ++key) {
+                settings.push_back({axes_[axis].keys[key], axes_[axis].values[key][entries_[axis]]});
+            }
+        }
+        return settings;
+    }
+    void next() {
+        for (std::size_t axis = axes_.size(); axis-- > 0;) {
+            if (++entries_[axis] < axes_[axis].values.front().size()) return;
+            entries_[axis] = 0;
+        }
+    }
+
+  private:
+    const std::vector<Axis>& axes_;
+    std::vector<std::size_t> entries_;
+};
+
+/// Every scenario of a plan, read once.
+class Scenarios {
+  public:
+    /// Throws InputError for one that cannot be read.
+    Scenarios(const SweepPlan& plan, const SweepDescription& description) {
+        if (!plan.scenario.empty()) read(plan.scenario, "");
+        for (const Axis& axis : description.axes) {
+            for (std::size_t key = 0; key < axis.keys.size(); ++key) {
+                if (axis.keys[key] != kScenarioAxis) continue;
+                for (const std::string& value : axis.values[key]) {
+                    read(plan.scenario_file({{kScenarioAxis, value}}), where_of(axis, key));
+                }
+            }
+        }
+    }
+
+    const ScenarioTemplate& at(const std::filesystem::path& file) const { return templates_.at(file); }
+
+  private:
+    void read(const std::filesystem::path& file, const std::string& where) {
+        if (templates_.count(file) != 0) return;
+        try {
+            templates_.emplace(file, file);
+        } catch (const InputError& error) {
+            fail(where, error.what());
+        }
+    }
+
+    std::map<std::filesystem::path, ScenarioTemplate> templates_;
+};
+
+class Filter {
+  public:
+    Filter(const SweepPlan& plan, const SweepDescription& description, const Scenarios& scenarios)
+        : plan_(plan), scenarios_(scenarios) {
+        if (description.filter.empty()) return;
+        std::vector<std::string> names = setting_keys();
+        names.insert(names.end(), plan.keys.begin(), plan.keys.end());
+        std::sort(names.begin(), names.end());
+        names.erase(std::unique(names.begin(), names.end()), names.end());
+        expression_.emplace(description.filter, names, description.filter_where);
+        const std::vector<std::string>& used = expression_->names();
+        needs_scenario_ = std::any_of(used.begin(), used.end(), [&plan](const std::string& name) {
+            return std::find(plan.keys.begin(), plan.keys.end(), name) == plan.keys.end();
+        });
+    }
+
+    bool lets_through(const std::vector<Setting>& settings) const {
+        if (!expression_) return true;
+        std::map<std::string, std::string> values;
+        if (needs_scenario_) {
+            try {
+                values = scenarios_.at(plan_.scenario_file(settings)).settings(plan_.overrides_of(settings));
+            } catch (const InputError&) {
+                return true;  // running the point tells what is wrong with it
+            }
+        }
+        return expression_->holds([&](const std::string& name) {
+            for (const Setting& setting : settings) {
+                if (setting.key == name) return value_of_setting(setting.value);
+            }
+            const auto found = values.find(name);
+            return found == values.end() ? Value() : value_of_setting(found->second);
+        });
+    }
+
+  private:
+    const SweepPlan& plan_;
+    const Scenarios& scenarios_;
+    std::optional<Expression> expression_;
+    bool needs_scenario_ = false;  ///< for names that are not in the settings
+};
+
+/// "64..4096*2" or "16..128+16" or "1..5". Nothing if it is a value and no range.
+std::optional<std::vector<std::string>> range_values(const std::string& text, const std::string& where) {
+    const std::size_t dots = text.find("..");
+    if (dots == std::string::npos) return std::nullopt;
+    const std::optional<AxisNumber> from = axis_number(text.substr(0, dots));
+    if (!from) return std::nullopt;  // a path
+    const std::string rest = text.substr(dots + 2);
+    const std::size_t sign = rest.find_first_of("*+", 1);
+    const std::optional<AxisNumber> to = axis_number(rest.substr(0, sign));
+    AxisRange range{*from, to.value_or(AxisNumber()), std::nullopt, std::nullopt};
+    bool good = to.has_value();
+    if (sign != std::string::npos) {
+        const std::optional<AxisNumber> by = axis_number(rest.substr(sign + 1));
+        good = good && by.has_value();
+        (rest[sign] == '*' ? range.factor : range.step) = by;
+    }
+    if (!good) {
+        fail(where, text::quoted(text) + " is not a range; use FROM..TO, FROM..TO+STEP or FROM..TO*FACTOR");
+    }
+    if (const auto problem = problem_of(range)) fail(where, text + ": " + *problem);
+    return values_of(range);
+}
+
+std::string with_bytes_written_out(const std::string& text) {
+    std::string result;
+    for (const char character : text) {
+        const auto byte = static_cast<unsigned char>(character);
+        if (byte < 0x80) {
+            result += character;
+            continue;
+        }
+        std::array<char, 8> code{};
+        std::snprintf(code.data(), code.size(), "\\x%02x", byte);
+        result += code.data();
+    }
+    return result;
+}
+
+/// A goal that no run has a say in is met always or never.
+void check_goal(const SweepPlan& plan) {
+    const SearchDescription& search = *plan.search;
+    const Expression goal(search.goal, goal_names(plan.keys, search.key), search.where);
+    const std::vector<std::string>& used = goal.names();
+    const bool names_figure = std::any_of(
+        used.begin(), used.end(), [](const std::string& name) { return figure_index(name).has_value(); });
+    if (!names_figure) {
+        fail(search.where, "the goal " + text::quoted(search.goal) +
+                               " names no figure of a run; use one, as in starved_pixels = 0");
+    }
+}
+
+}  // namespace
+
+std::string canonical_text(const std::vector<Setting>& settings) {
+    nlohmann::ordered_json text = nlohmann::ordered_json::object();
+    for (const Setting& setting : settings) text[setting.key] = setting.value;
+    try {
+        return text.dump();
+    } catch (const nlohmann::ordered_json::type_error&) {
+        // A file's name may hold bytes that are not UTF-8; two such names stay two.
+        for (auto& value : text) value = with_bytes_written_out(value.get<std::string>());
+        return text.dump();
+    }
+}
+
+std::string default_goal() {
+    return "starved_pixels = 0 and stalled_cycles = 0 and rejected_rows = 0 and rejected_frames = 0";
+}
+
+std::vector<std::string> goal_names(const std::vector<std::string>& axis_keys,
+                                    const std::string& search_key) {
+    std::vector<std::string> names = axis_keys;
+    names.push_back(search_key);
+    for (const FigureKind& kind : figure_kinds()) names.emplace_back(kind.name);
+    return names;
+}
+
+SearchDescription describe_search(const std::string& key, std::optional<std::int64_t> from,
+                                  std::optional<std::int64_t> to, const std::string& where) {
+    const std::string pattern =
+        key == kScenarioAxis ? std::string() : input::find_key_path(scenario_schema(), key, where).pattern;
+    const std::optional<WholeNumbers> numbers = whole_numbers_of(pattern);
+    if (!numbers) {
+        fail(where, key +
+                        " does not hold a whole number, and only those can be minimized; use a key like "
+                        "composer.buffer_pixels");
+    }
+    SearchDescription search;
+    search.key = key;
+    search.goal = default_goal();
+    search.where = where;
+    search.from = from.value_or(numbers->range.low);
+    search.to = to.value_or(numbers->range.high);
+    for (const std::int64_t end : {search.from, search.to}) {
+        if (!numbers->range.contains(end)) fail(where, key + ": " + text::out_of_range(end, numbers->range));
+    }
+    if (search.from > search.to) {
+        fail(where, key + ": from " + std::to_string(search.from) + " is above to " +
+                        std::to_string(search.to) + "; use from at most to");
+    }
+    for (const std::int64_t value : numbers->only) {
+        if (search.from <= value && value <= search.to) search.candidates.push_back(value);
+    }
+    if (!numbers->only.empty() && search.candidates.empty()) {
+        std::vector<std::string> all;
+        for (const std::int64_t value : numbers->only) all.push_back(std::to_string(value));
+        fail(where, key + ": none of its values is from " + std::to_string(search.from) + " to " +
+                        std::to_string(search.to) + "; use a range that has one of " +
+                        text::joined(all, "and"));
+    }
+    return search;
+}
+
+std::filesystem::path SweepPlan::scenario_file(const std::vector<Setting>& settings) const {
+    for (const Setting& setting : settings) {
+        if (setting.key != kScenarioAxis) continue;
+        // A command line's value is YAML: a name may stand in quotation marks.
+        if (setting.value.find_first_of("'\"") != 0) return base / setting.value;
+        const auto origin = std::make_shared<const std::string>(kScenarioAxis);
+        return base / input::parse_yaml(setting.value, origin, false).text;
+    }
+    return scenario;
+}
+
+std::vector<ScenarioOverride> SweepPlan::overrides_of(const std::vector<Setting>& settings) const {
+    std::vector<ScenarioOverride> overrides = fixed;
+    for (const Setting& setting : settings) {
+        if (setting.key != kScenarioAxis) overrides.push_back({setting.key, setting.value});
+    }
+    return overrides;
+}
+
+SweepPlan make_plan(const SweepDescription& description) {
+    check_keys(description);
+    const std::int64_t count = count_points(description);
+    SweepPlan plan;
+    plan.name = description.name;
+    plan.scenario = description.scenario;
+    plan.base = description.base;
+    plan.fixed = description.fixed;
+    plan.keys = keys_of(description.axes);
+    plan.pictures = description.pictures;
+    plan.search = description.search;
+    if (plan.search) check_goal(plan);
+    const Scenarios scenarios(plan, description);
+    const Filter filter(plan, description, scenarios);
+    Odometer odometer(description.axes);
+    for (std::int64_t point = 0; point < count; ++point, odometer.next()) {
+        std::vector<Setting> settings = odometer.settings();
+        if (filter.lets_through(settings)) {
+            plan.points.push_back({std::move(settings)});
+        } else {
+            ++plan.filtered_points;
+        }
+    }
+    if (plan.points.empty()) {
+        fail(description.filter_where, text::quoted(description.filter) + " lets none of the " +
+                                           std::to_string(count) + " points through; use a wider filter");
+    }
+    return plan;
+}
+
+std::vector<std::string> parse_values(const std::string& text, const std::string& where) {
+    const auto origin = std::make_shared<const std::string>(where);
+    std::vector<std::string> values;
+    for (const input::Value& item : input::parse_yaml("[" + text + "]", origin, false).items) {
+        if (item.kind == input::ValueKind::kNothing) {
+            fail(where, text::quoted(text) + " has an empty value; use values with one comma between two");
+        }
+        std::optional<std::vector<std::string>> range;
+        if (item.kind == input::ValueKind::kScalar && !item.quoted) range = range_values(item.text, where);
+        if (range) {
+            values.insert(values.end(), range->begin(), range->end());
+        } else {
+            values.push_back(input::flow_text(item));
+        }
+        if (values.size() > static_cast<std::size_t>(kMostPoints)) {
+            fail(where, "has more than " + std::to_string(kMostPoints) + " values; use fewer");
+        }
+    }
+    if (values.empty()) fail(where, "has no values; use some, like 32,64,128 or 64..4096*2");
+    return values;
+}
+
+}  // namespace metabuffer::exploration

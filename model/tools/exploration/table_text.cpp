@@ -1,0 +1,55 @@
+#include "tools/exploration/table_text.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "tools/exploration/value_json.h"
+
+namespace metabuffer::exploration {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string csv_field(const std::string& text) {
+    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+    std::string field = "\"";
+    for (const char character : text) {
+        field += character;
+        if (character == '"') field += character;
+    }
+    return field + '"';
+}
+
+std::string csv_line(const std::vector<std::string>& texts) {
+    // A line with nothing on it would be no row.
+    if (texts.size() == 1 && texts.front().empty()) return "\"\"\r\n";
+    std::string line;
+    for (std::size_t n = 0; n < texts.size(); ++n) line += (n == 0 ? "" : ",") + csv_field(texts[n]);
+    return line + "\r\n";
+}
+
+}  // namespace
+
+std::string csv_text(const ResultsReader::Table& table) {
+    std::string text = csv_line(table.columns);
+    for (const std::vector<Value>& row : table.rows) {
+        std::vector<std::string> texts(row.size());
+        std::transform(row.begin(), row.end(), texts.begin(), text_of);
+        text += csv_line(texts);
+    }
+    return text;
+}
+
+std::string json_text(const ResultsReader::Table& table) {
+    std::string text = "[";
+    for (const std::vector<Value>& row : table.rows) {
+        Json object = Json::object();
+        for (std::size_t n = 0; n < row.size(); ++n) object[table.columns[n]] = json_of<Json>(row[n]);
+        text +=
+            (text.size() == 1 ? "\n" : ",\n") + object.dump(-1, ' ', false, Json::error_handler_t::replace);
+    }
+    return text + "\n]\n";
+}
+
+}  // namespace metabuffer::exploration

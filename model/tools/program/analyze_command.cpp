@@ -1,0 +1,56 @@
+#include "tools/program/analyze_command.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include "host/errors.h"
+#include "tools/analysis/analysis_report.h"
+#include "tools/analysis/bandwidth_analysis.h"
+
+namespace metabuffer {
+namespace {
+
+constexpr const char* kFooter =
+    "For each renderer and each different table of the run: the tasks of the paper's section 5.1 (C pixels "
+    "in each\n"
+    "T clocks, by D), what they need in sum and what the bus carries, page misses included, the slot table, "
+    "and\n"
+    "each composer's share. Then the buffer with which no pixel starves in any frame: a bound that is "
+    "always\n"
+    "enough, though less may be. docs/analysis.md derives it.\n"
+    "Examples:\n"
+    "  metabuffer analyze scenarios/case-4.yaml\n"
+    "  metabuffer analyze scenarios/paper-figure.yaml --set bus.width_bits=64 --frame-rate-hz 60 --json\n"
+    "Exit status: 0 done, whatever the answer; 2 bad input.";
+
+}  // namespace
+
+AnalyzeCommand::AnalyzeCommand(CLI::App& program)
+    : Command(program, "analyze", "Bandwidth and buffer of a scenario by arithmetic, without running it"),
+      scenario_(command()) {
+    command()
+        .add_option("--frame", frame_,
+                    "Only the tables of this frame, from 0 (default: every different table)")
+        ->check(CLI::Range(0, 999'999));
+    command()
+        .add_option("--frame-rate-hz", frame_rate_hz_,
+                    "Frames a second to be carried (default: as fast as the raster goes)")
+        ->check(CLI::Range(1e-3, 1e9));
+    command().add_flag("--json", json_, "Print JSON");
+    command().footer(kFooter);
+}
+
+ExitStatus AnalyzeCommand::execute() {
+    const Scenario scenario = scenario_.load();
+    if (frame_ && *frame_ >= scenario.frames) {
+        throw InputError("--frame " + std::to_string(*frame_) + ": the run has " +
+                         std::to_string(scenario.frames) + (scenario.frames == 1 ? " frame" : " frames") +
+                         ", counted from 0; use less, or --frames");
+    }
+    const analysis::Analysis result = analysis::analyze(scenario, {frame_, frame_rate_hz_});
+    std::cout << (json_ ? analysis_json(result) : analysis_text(result)) << std::flush;
+    if (!std::cout) throw OutputError("metabuffer: standard output cannot be written");
+    return kExitDone;
+}
+
+}  // namespace metabuffer

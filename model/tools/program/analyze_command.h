@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+
+#include "tools/program/command.h"
+#include "tools/program/scenario_options.h"
+
+namespace metabuffer {
+
+/// `metabuffer analyze`: what each renderer's table asks of its bus, what the bus can carry, and how much buffer is
+/// enough for nothing to starve. Arithmetic: nothing is simulated.
+class AnalyzeCommand final : public Command {
+  public:
+    explicit AnalyzeCommand(CLI::App& program);
+
+    ExitStatus execute() override;
+
+  private:
+    ScenarioOptions scenario_;
+    std::optional<int> frame_;
+    std::optional<double> frame_rate_hz_;
+    bool json_ = false;
+};
+
+}  // namespace metabuffer

@@ -1,0 +1,203 @@
+#include "tools/program/compare_command.h"
+
+#include <poll.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/errors.h"
+#include "host/text.h"
+#include "report/report_difference.h"
+#include "scenario/fault_keys.h"
+#include "tools/program/level_process.h"
+#include "tools/program/progress_line.h"
+
+namespace metabuffer {
+namespace {
+
+using text::counted;
+
+constexpr std::size_t kMostLines = 100;
+/// How far one level may run ahead of the other, in pixels of pictures that wait for their counterparts.
+constexpr std::size_t kMostPixelsAhead = std::size_t{1} << 24;
+
+constexpr const char* kFooter =
+    "Compares every value of report.json but `level`, and every frame's picture on every display. Prints\n"
+    "`identical` and what was compared, or each difference on a line.\n"
+    "Examples:\n"
+    "  metabuffer compare scenarios/paper-figure.yaml\n"
+    "  metabuffer compare scenarios/paper-figure.yaml --set bus.arbitration=edf --frames 4 --no-images\n"
+    "Exit status: 0 identical, also if the watchdog ended the run at both levels; 1 a level failed; 2 bad\n"
+    "input; 5 the levels differ.";
+
+/// Pictures of both levels, each compared with its counterpart as soon as both are there.
+class PictureComparison {
+  public:
+    void take(TimedLevel level, LevelProcess::Picture picture) {
+        Waiting& others = waiting_of(level == TimedLevel::kRtl ? TimedLevel::kTlm : TimedLevel::kRtl);
+        const Place place{picture.frame, picture.display};
+        const auto counterpart = others.pictures.find(place);
+        if (counterpart == others.pictures.end()) {
+            Waiting& own = waiting_of(level);
+            own.pixels += picture.image.values.size();
+            own.pictures.emplace(place, std::move(picture.image));
+            return;
+        }
+        const bool is_rtl = level == TimedLevel::kRtl;
+        compare(place, is_rtl ? &picture.image : &counterpart->second,
+                is_rtl ? &counterpart->second : &picture.image);
+        others.pixels -= counterpart->second.values.size();
+        others.pictures.erase(counterpart);
+    }
+
+    /// Behind the last picture: those that have no counterpart.
+    void finish() {
+        for (const auto& [place, image] : rtl_.pictures) compare(place, &image, nullptr);
+        for (const auto& [place, image] : tlm_.pictures) compare(place, nullptr, &image);
+    }
+
+    bool is_far_ahead(TimedLevel level) { return waiting_of(level).pixels > kMostPixelsAhead; }
+    /// By frame and display.
+    std::vector<std::string> differences() const {
+        std::vector<std::string> lines;
+        lines.reserve(differences_.size());
+        std::transform(differences_.begin(), differences_.end(), std::back_inserter(lines),
+                       [](const auto& difference) { return difference.second; });
+        return lines;
+    }
+    std::size_t compared() const { return compared_; }
+
+  private:
+    using Place = std::pair<int, int>;  ///< frame and display
+
+    struct Waiting {
+        std::multimap<Place, ColourImage> pictures;
+        std::size_t pixels = 0;
+    };
+
+    Waiting& waiting_of(TimedLevel level) { return level == TimedLevel::kRtl ? rtl_ : tlm_; }
+
+    void compare(const Place& place, const ColourImage* rtl, const ColourImage* tlm) {
+        ++compared_;
+        const auto difference = picture_difference(place.second, place.first, rtl, tlm);
+        if (difference) differences_.emplace(place, *difference);
+    }
+
+    Waiting rtl_;
+    Waiting tlm_;
+    std::multimap<Place, std::string> differences_;
+    std::size_t compared_ = 0;
+};
+
+void show_progress(const ProgressLine& line, const LevelProcess& rtl, const LevelProcess& tlm) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "rtl %3.0f %%, tlm %3.0f %% of the pixels composited",
+                  100.0 * rtl.progress(), 100.0 * tlm.progress());
+    line.show(text.data());
+}
+
+/// Lets both runs come to their ends and takes their pictures as they come.
+void receive_all(LevelProcess& rtl, LevelProcess& tlm, PictureComparison& pictures,
+                 const ProgressLine& progress) {
+    while (!rtl.ended() || !tlm.ended()) {
+        // One that is far ahead waits for the other, unless that one waits as well: they may show quite
+        // different frames.
+        const bool rtl_waits = pictures.is_far_ahead(TimedLevel::kRtl) && !tlm.ended() &&
+                               !pictures.is_far_ahead(TimedLevel::kTlm);
+        const bool tlm_waits = pictures.is_far_ahead(TimedLevel::kTlm) && !rtl.ended() &&
+                               !pictures.is_far_ahead(TimedLevel::kRtl);
+        // A negative descriptor is one that poll() passes over.
+        std::array<pollfd, 2> polled{
+            {{rtl_waits ? -1 : rtl.descriptor(), POLLIN, 0}, {tlm_waits ? -1 : tlm.descriptor(), POLLIN, 0}}};
+        if (poll(polled.data(), polled.size(), -1) < 0 && errno != EINTR) {
+            throw InputError("metabuffer: the runs cannot be followed: " +
+                             std::generic_category().message(errno));
+        }
+        for (LevelProcess* const process : {&rtl, &tlm}) {
+            if (polled[process == &rtl ? 0 : 1].revents == 0) continue;
+            for (LevelProcess::Picture& picture : process->receive()) {
+                pictures.take(process->level(), std::move(picture));
+            }
+        }
+        show_progress(progress, rtl, tlm);
+    }
+    pictures.finish();
+}
+
+/// What of the two runs was compared.
+std::string extent(const Scenario& scenario, std::int64_t core_cycles, const ReportComparison& reports,
+                   const PictureComparison& pictures, bool no_images) {
+    const auto displays = static_cast<std::size_t>(scenario.displays.count());
+    return counted(static_cast<std::size_t>(scenario.frames), "frame") + " on " +
+           counted(displays, "display") + ", " + counted(scenario.renderers.size() * displays, "composer") +
+           ", " + counted(static_cast<std::size_t>(core_cycles), "core clock") + ": " +
+           counted(reports.values, "value") + " of the report, " +
+           (no_images ? "no pictures" : counted(pictures.compared(), "picture")) + " compared";
+}
+
+void print_times(const LevelProcess& rtl, const LevelProcess& tlm) {
+    const double rtl_seconds = rtl.result()->simulation_seconds;
+    const double tlm_seconds = tlm.result()->simulation_seconds;
+    std::printf("simulated in %.4f s by rtl, %.4f s by tlm", rtl_seconds, tlm_seconds);
+    if (rtl_seconds > 0.0 && tlm_seconds > 0.0) std::printf(": ratio %.1f", rtl_seconds / tlm_seconds);
+    std::printf("\n");
+}
+
+}  // namespace
+
+CompareCommand::CompareCommand(CLI::App& program)
+    : Command(program, "compare", "Run a scenario at levels rtl and tlm; tell where they differ"),
+      scenario_(command()) {
+    command().add_flag("--no-images", no_images_, "Compare the counters only");
+    command().add_flag("--quiet", quiet_, "Print nothing but differences");
+    command().footer(kFooter);
+}
+
+ExitStatus CompareCommand::execute() {
+    const Scenario scenario = scenario_.load();
+    // Before level rtl runs, which takes longer.
+    refuse_faults_of_level_rtl(scenario, level_name(TimedLevel::kTlm));
+    PictureComparison pictures;
+    LevelProcess rtl(TimedLevel::kRtl, scenario, !no_images_);
+    LevelProcess tlm(TimedLevel::kTlm, scenario, !no_images_);
+    receive_all(rtl, tlm, pictures, ProgressLine(!quiet_));
+
+    std::optional<ExitStatus> failed;
+    for (const LevelProcess* process : {&rtl, &tlm}) {
+        if (!process->failure()) continue;
+        const Failure& failure = *process->failure();
+        std::cerr << scenario_.file() << ": level " << level_name(process->level())
+                  << " failed: " << failure.message << '\n';
+        if (failed != kExitModelError) failed = failure.status;
+    }
+    if (failed) return *failed;
+
+    const ReportComparison reports = compare_reports(rtl.result()->report, tlm.result()->report);
+    std::vector<std::string> lines = reports.differences;
+    const std::vector<std::string> picture_lines = pictures.differences();
+    lines.insert(lines.end(), picture_lines.begin(), picture_lines.end());
+    for (std::size_t i = 0; i < std::min(lines.size(), kMostLines); ++i) std::cout << lines[i] << '\n';
+    if (lines.size() > kMostLines) std::cout << "... and " << lines.size() - kMostLines << " more\n";
+    if (!quiet_) {
+        std::cout << (lines.empty() ? std::string("identical") : counted(lines.size(), "difference")) << "; "
+                  << extent(scenario, rtl.result()->core_cycles, reports, pictures, no_images_) << '\n';
+        if (rtl.result()->watchdog_tripped && tlm.result()->watchdog_tripped) {
+            std::cout << "the watchdog ended the run at both levels\n";
+        }
+        std::cout.flush();
+        print_times(rtl, tlm);
+    }
+    return lines.empty() ? kExitDone : kExitDifferent;
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,178 @@
+#include "tools/program/exploration_run.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "report/text_table.h"
+#include "tools/program/progress_line.h"
+#include "tools/program/stop_signals.h"
+#include "tools/program/tlm_simulation.h"
+
+namespace metabuffer {
+namespace {
+
+using exploration::Exploration;
+using exploration::PointRecord;
+using exploration::Progress;
+using exploration::RunStatus;
+using exploration::Setting;
+
+/// Failed points whose reasons are printed.
+constexpr std::size_t kListedFailures = 8;
+
+/// "1 h 02 min", "3 min 20 s", "7 s".
+std::string duration(double seconds) {
+    const auto whole = std::llround(seconds);
+    std::array<char, 48> text{};
+    if (whole >= 3600) {
+        std::snprintf(text.data(), text.size(), "%lld h %02lld min", whole / 3600, whole / 60 % 60);
+    } else if (whole >= 60) {
+        std::snprintf(text.data(), text.size(), "%lld min %02lld s", whole / 60, whole % 60);
+    } else {
+        std::snprintf(text.data(), text.size(), "%lld s", whole);
+    }
+    return text.data();
+}
+
+void show(const ProgressLine& line, const Progress& progress) {
+    std::array<char, 128> text{};
+    std::snprintf(text.data(), text.size(),
+                  "%zu of %zu points, %zu runs, %.1f points/s, to go: ", progress.points_ended,
+                  progress.points, progress.runs, progress.rate());
+    const auto seconds_to_go = progress.seconds_to_go();
+    line.show(text.data() + (seconds_to_go ? duration(*seconds_to_go) : std::string("?")));
+}
+
+/// A watchdog's reason names every block that waits: the results have all of it.
+std::string shortened(const std::string& reason) {
+    constexpr std::size_t kMostCharacters = 240;
+    return reason.size() <= kMostCharacters ? reason : reason.substr(0, kMostCharacters) + "...";
+}
+
+void make_folder_of(const std::filesystem::path& file) {
+    if (!file.has_parent_path()) return;
+    std::error_code error;
+    std::filesystem::create_directories(file.parent_path(), error);
+    if (error) {
+        throw InputError("--out " + file.string() + ": its folder cannot be made: " + error.message() +
+                         "; name a file in a place that can be written");
+    }
+}
+
+std::string described(const std::vector<Setting>& settings) {
+    std::string text;
+    for (const Setting& setting : settings) {
+        text += (text.empty() ? "" : " ") + setting.key + "=" + setting.value;
+    }
+    return text;
+}
+
+}  // namespace
+
+void add_options(CLI::App& command, ProcessOptions& options) {
+    command
+        .add_option("--processes", options.processes, "Simulations at once (default: one for each processor)")
+        ->check(CLI::Range(1, 4096));
+    command
+        .add_option("--time-limit", options.time_limit_seconds,
+                    "Seconds after which a simulation is given up, as a crash (default: none)")
+        ->check(CLI::PositiveNumber);
+}
+
+Exploration run_exploration(const exploration::SweepPlan& plan,
+                            const std::optional<std::filesystem::path>& results,
+                            const ProcessOptions& processes, bool quiet) {
+    const exploration::Explorer explorer(plan, simulate_by_transactions);
+    std::optional<exploration::ResultsDatabase> database;
+    if (results) {
+        make_folder_of(*results);
+        database.emplace(exploration::ResultsDatabase::open(*results, explorer.identity(METABUFFER_VERSION)));
+    }
+    exploration::ExploreOptions options;
+    options.processes = processes.processes > 0
+                            ? processes.processes
+                            : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    options.time_limit_seconds = processes.time_limit_seconds;
+    const ProgressLine line(!quiet);
+    options.on_progress = [&line](const Progress& progress) { show(line, progress); };
+    const StopSignals signals;
+    options.stop_descriptor = signals.descriptor();
+    return explorer.run(database ? &*database : nullptr, options);
+}
+
+void print_pace(const Exploration& exploration) {
+    const Progress& progress = exploration.progress;
+    std::printf("%zu of %zu points in %.1f s: %.1f points/s, %zu simulations", progress.points_ended,
+                progress.points, progress.seconds, progress.rate(), progress.runs);
+    if (progress.points_reused > 0) std::printf("; %zu points were there already", progress.points_reused);
+    std::printf("\n");
+    std::fflush(stdout);
+}
+
+void print_smallest(const exploration::SweepPlan& plan, const Exploration& exploration) {
+    const std::size_t keys = plan.keys.size();
+    // Behind the settings: the value, the runs it took, and what is to be said.
+    TextTable table({keys + 2});
+    std::vector<std::string> heading = plan.keys;
+    heading.insert(heading.end(), {"smallest " + plan.search->key, "runs", ""});
+    table.add(heading);
+    for (const PointRecord& point : exploration.points) {
+        std::vector<std::string> cells;
+        for (const Setting& setting : point.settings) cells.push_back(setting.value);
+        cells.push_back(point.smallest ? std::to_string(*point.smallest) : to_string(point.status));
+        cells.push_back(std::to_string(point.runs));
+        cells.push_back(point.smallest ? point.note : point.reason);
+        table.add(std::move(cells));
+    }
+    std::cout << table.text();
+}
+
+void print_outcomes(const Exploration& exploration) {
+    std::map<RunStatus, std::size_t> counts;
+    std::vector<const PointRecord*> failed;
+    std::size_t not_monotonic = 0;
+    for (const PointRecord& point : exploration.points) {
+        ++counts[point.status];
+        if (point.status != RunStatus::kDone) failed.push_back(&point);
+        if (!point.monotonic.value_or(true)) ++not_monotonic;
+    }
+    for (const auto& [status, count] : counts) {
+        std::cout << "  " << to_string(status) << std::string(10 - std::string(to_string(status)).size(), ' ')
+                  << count << '\n';
+    }
+    if (not_monotonic > 0) {
+        std::cout << "  of " << not_monotonic << " points the goal is not monotonic: see column note\n";
+    }
+    for (std::size_t n = 0; n < std::min(failed.size(), kListedFailures); ++n) {
+        std::cout << to_string(failed[n]->status) << ": " << described(failed[n]->settings) << ": "
+                  << shortened(failed[n]->reason) << '\n';
+    }
+    if (failed.size() > kListedFailures) {
+        std::cout << "... and " << failed.size() - kListedFailures << " more in the results\n";
+    }
+}
+
+ExitStatus judge(const Exploration& exploration) {
+    if (exploration.stopped) {
+        std::cerr << "stopped; with the results in a file the same command goes on from here\n";
+        return kExitStopped;
+    }
+    const std::vector<PointRecord>& points = exploration.points;
+    const bool all_invalid = std::all_of(points.begin(), points.end(), [](const PointRecord& point) {
+        return point.status == RunStatus::kInvalid;
+    });
+    if (!all_invalid) return kExitDone;
+    std::cerr << points.front().reason << '\n';
+    return kExitBadInput;
+}
+
+}  // namespace metabuffer

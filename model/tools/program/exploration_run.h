@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "tools/exploration/explorer.h"
+#include "tools/exploration/sweep_plan.h"
+#include "tools/program/exit_status.h"
+
+namespace CLI {
+class App;
+}
+
+namespace metabuffer {
+
+/// How the simulations of an exploration run.
+struct ProcessOptions {
+    int processes = 0;                ///< at once; 0: one for each processor
+    double time_limit_seconds = 0.0;  ///< for one of them; 0: none
+};
+/// --processes and --time-limit, for a command that keeps `options`.
+void add_options(CLI::App& command, ProcessOptions& options);
+
+/// Runs a plan at level tlm with a progress line, Ctrl-C ending it in order; what sweep and size have in common.
+/// `results`: where to keep it; none: nowhere. Throws InputError and
+/// OutputError.
+exploration::Exploration run_exploration(const exploration::SweepPlan& plan,
+                                         const std::optional<std::filesystem::path>& results,
+                                         const ProcessOptions& processes, bool quiet);
+
+/// How many points took how long.
+void print_pace(const exploration::Exploration& exploration);
+/// Of a search: each point's settings, its smallest value and what is to be said about it.
+void print_smallest(const exploration::SweepPlan& plan, const exploration::Exploration& exploration);
+/// How the points ended, with the reasons of the first that failed.
+void print_outcomes(const exploration::Exploration& exploration);
+/// What the caller is told, with a line on stderr if it was stopped or if no point makes a scenario.
+ExitStatus judge(const exploration::Exploration& exploration);
+
+}  // namespace metabuffer

@@ -1,0 +1,116 @@
+#include "tools/program/export_command.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <system_error>
+#include <vector>
+
+#include "host/errors.h"
+#include "host/text.h"
+#include "report/picture_writer.h"
+#include "tools/exploration/expression.h"
+#include "tools/exploration/figures.h"
+#include "tools/exploration/results_database.h"
+#include "tools/exploration/table_text.h"
+
+namespace metabuffer {
+namespace {
+
+constexpr const char* kCsv = "csv";
+constexpr const char* kJson = "json";
+
+constexpr const char* kExamples =
+    "A row for each point: its settings, how it ended, and the figures of its run, in the order of the "
+    "axes'\n"
+    "values. Conditions and columns are expressions of SQL over these names. docs/results.md has the syntax "
+    "and\n"
+    "the file's tables.\n"
+    "Examples:\n"
+    "  metabuffer export results.db -o results.csv\n"
+    "  metabuffer export results.db --format json --where \"status <> 'done'\"\n"
+    "  metabuffer export results.db --where 'starved_pixels = 0 and bus.width_bits <= 64' \\\n"
+    "      --columns 'bus.width_bits, composer.buffer_pixels, round(frames_per_second, 1)'\n"
+    "Exit status: 0 done; 2 bad input, a file that cannot be written among them.\n"
+    "Figures:\n";
+
+std::string footer() {
+    std::string text = kExamples;
+    for (const exploration::FigureKind& figure : exploration::figure_kinds()) {
+        const std::string unit = figure.unit;
+        text += std::string("  ") + figure.name + (unit.empty() ? "" : " (" + unit + ")") + ": " +
+                figure.meaning + "\n";
+    }
+    text.pop_back();
+    return text;
+}
+
+void write(const std::string& text, const std::string& file) {
+    if (!file.empty()) {
+        write_text(file, text);
+        return;
+    }
+    std::cout << text << std::flush;
+    if (!std::cout) throw OutputError("metabuffer: standard output cannot be written");
+}
+
+}  // namespace
+
+ExportCommand::ExportCommand(CLI::App& program)
+    : Command(program, "export", "Write the results of a sweep or a search as CSV or JSON") {
+    command().add_option("RESULTS", results_file_, "File of results")->required();
+    command()
+        .add_option("--format", format_, "csv or json (default: as -o ends, else csv)")
+        ->check(CLI::IsMember({kCsv, kJson}));
+    command().add_option("-o,--output", output_file_, "File to write (default: standard output)");
+    CLI::Option* const runs =
+        command().add_flag("--runs", runs_, "A row for each simulation instead, those of searches included");
+    command()
+        .add_option("--where", condition_, "Only the points for which this expression is true")
+        ->excludes(runs);
+    command()
+        .add_option("--columns", columns_, "These columns, expressions with commas in between (default: all)")
+        ->excludes(runs);
+    command().footer(footer());
+}
+
+std::string ExportCommand::format() const {
+    if (!format_.empty()) return format_;
+    if (output_file_.empty()) return kCsv;
+    const std::string extension = std::filesystem::path(output_file_).extension().string();
+    if (extension == std::string(".") + kCsv) return kCsv;
+    if (extension == std::string(".") + kJson) return kJson;
+    throw InputError("-o: the format of " + text::quoted(output_file_) +
+                     " is not known; use a name that ends in .csv or .json, or --format");
+}
+
+ExitStatus ExportCommand::execute() {
+    const std::string chosen_format = format();
+    std::error_code different;
+    if (!output_file_.empty() && std::filesystem::equivalent(results_file_, output_file_, different)) {
+        throw InputError("-o: " + text::quoted(output_file_) +
+                         " is the file of results itself; name another");
+    }
+    const exploration::ResultsReader reader(results_file_);
+    exploration::ResultsReader::Table table;
+    if (runs_) {
+        table = reader.runs();
+    } else {
+        // Checked here for the sake of the option's name in the message.
+        if (!condition_.empty()) exploration::sql_expression(condition_, reader.columns(), "--where");
+        if (columns_.empty()) {
+            table = reader.results(condition_);
+        } else {
+            const std::vector<std::string> expressions = exploration::split_expressions(columns_);
+            for (const std::string& expression : expressions) {
+                exploration::sql_expression(expression, reader.columns(), "--columns");
+            }
+            table = reader.results(expressions, condition_);
+        }
+    }
+    write(chosen_format == kJson ? exploration::json_text(table) : exploration::csv_text(table),
+          output_file_);
+    return kExitDone;
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,97 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "host/errors.h"
+#include "host/text.h"
+#include "tools/program/analyze_command.h"
+#include "tools/program/compare_command.h"
+#include "tools/program/exit_status.h"
+#include "tools/program/export_command.h"
+#include "tools/program/failure.h"
+#include "tools/program/plot_command.h"
+#include "tools/program/report_command.h"
+#include "tools/program/run_command.h"
+#include "tools/program/size_command.h"
+#include "tools/program/sweep_command.h"
+
+namespace {
+
+using Commands = std::vector<std::unique_ptr<metabuffer::Command>>;
+
+std::vector<std::string> names_of(const Commands& commands) {
+    std::vector<std::string> names;
+    names.reserve(commands.size());
+    std::transform(commands.begin(), commands.end(), std::back_inserter(names),
+                   [](const auto& command) { return command->name(); });
+    return names;
+}
+
+/// A command line that cannot be understood: one line, and where help is.
+int report_usage(const CLI::App& program, const Commands& commands, const CLI::ParseError& error, int argc,
+                 char** argv) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+        return program.exit(error);  // --help or --version
+    }
+    const std::string first = argc > 1 ? argv[1] : "";
+    const std::vector<std::string> names = names_of(commands);
+    if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && !first.empty() &&
+        first.front() != '-' && std::find(names.begin(), names.end(), first) == names.end()) {
+        std::cerr << "metabuffer: " << metabuffer::text::quoted(first) << " is not a command; use "
+                  << metabuffer::text::joined(names, "or") << ", or see metabuffer --help\n";
+    } else {
+        std::cerr << "metabuffer: " << error.what() << "; see metabuffer --help\n";
+    }
+    return metabuffer::kExitBadInput;
+}
+
+}  // namespace
+
+int sc_main(int argc, char** argv) {
+    CLI::App program("The Metabuffer: an executable model of image-compositing hardware", "metabuffer");
+    program.require_subcommand(1);
+    program.set_version_flag("--version", METABUFFER_VERSION);
+    Commands commands;
+    commands.push_back(std::make_unique<metabuffer::RunCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::CompareCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::SweepCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::SizeCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::AnalyzeCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::ReportCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::PlotCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::ExportCommand>(program));
+    try {
+        program.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return report_usage(program, commands, error, argc, argv);
+    }
+    try {
+        const auto chosen = std::find_if(commands.begin(), commands.end(),
+                                         [](const auto& command) { return command->chosen(); });
+        const metabuffer::ExitStatus status = (*chosen)->execute();
+        if (std::fflush(stdout) != 0 || !std::cout.flush()) {
+            throw metabuffer::OutputError("standard output cannot be written");
+        }
+        return status;
+    } catch (...) {
+        const metabuffer::Failure failure = metabuffer::current_failure();
+        std::cerr << failure.message << '\n';
+        return failure.status;
+    }
+}
+
+int main(int argc, char** argv) {
+    // A file that may not grow is an error of its writer, told in a line.
+    std::signal(SIGXFSZ, SIG_IGN);
+    // The kernel's banner has no place in a program's output.
+    setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 0);
+    return sc_core::sc_elab_and_sim(argc, argv);
+}

@@ -1,0 +1,342 @@
+#include "tools/program/run_command.h"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+
+#include "functional/functional_compositor.h"
+#include "host/errors.h"
+#include "host/text.h"
+#include "report/picture_writer.h"
+#include "report/report.h"
+#include "rtl/run.h"
+#include "tlm/run.h"
+#include "tlm/schedule_trace.h"
+#include "tools/program/machine_check.h"
+#include "tools/program/picture_check.h"
+#include "tools/program/progress_line.h"
+#include "tools/program/result_folder.h"
+
+namespace metabuffer {
+namespace {
+
+constexpr const char* kRtl = "rtl";
+constexpr const char* kTlm = "tlm";
+constexpr const char* kFunctional = "functional";
+constexpr const char* kWaveformExtension = ".vcd";
+constexpr const char* kScheduleExtension = ".json";
+
+constexpr const char* kFooter =
+    "Levels tlm and rtl give the same pictures and counters; rtl goes clock by clock, has every signal and "
+    "takes\n"
+    "longer. metabuffer compare runs both.\n"
+    "Examples:\n"
+    "  metabuffer run scenarios/paper-figure.yaml\n"
+    "  metabuffer run scenarios/paper-figure.yaml --set bus.width_bits=64 --trace out/schedule.json\n"
+    "  metabuffer run scenarios/paper-figure-starved.yaml --trace out/trace.vcd \\\n"
+    "      --trace-window first-starved-pixel --trace-modules 'composer_*,input_framebuffer_3'\n"
+    "Exit status: 0 done; 1 the model failed; 2 bad input; 3 --strict and something starved or was\n"
+    "rejected; 4 the watchdog: nothing moved any more; 5 --check and the model broke a rule.";
+
+void show_progress(const ProgressLine& line, std::int64_t core_cycles, double share) {
+    std::array<char, 96> text{};
+    std::snprintf(text.data(), text.size(), "%lld core clocks, %3.0f %% of the pixels composited",
+                  static_cast<long long>(core_cycles), 100.0 * share);
+    line.show(text.data());
+}
+
+RunReport run_functional(const Scenario& scenario, PictureSink& pictures) {
+    RunReport report;
+    report.scenario = scenario.name;
+    report.level = kFunctional;
+    report.core_mhz = scenario.clocks.core_mhz;
+    const std::vector<std::vector<int>> pairs = functional::pairs_without_time(scenario);
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        const Renderer& renderer = scenario.renderers[r];
+        RendererCounters& counters = report.renderers.emplace_back();
+        counters.name = renderer.name;
+        for (int frame = 0; frame < scenario.frames; ++frame) {
+            if (pairs[static_cast<std::size_t>(frame)][r] != frame) {
+                ++counters.repeated_frames;
+                continue;
+            }
+            const auto pair = static_cast<std::uint32_t>(frame);
+            counters.add_rejected_rows(
+                pair, validate_table(renderer.frame_of_pair(pair).table, scenario.limits(renderer)));
+        }
+    }
+    report.displays.resize(static_cast<std::size_t>(scenario.displays.count()));
+    functional::Compositor compositor(scenario);
+    for (int frame = 0; frame < scenario.frames; ++frame) {
+        compositor.begin_frame(
+            functional::contributions_of(scenario, pairs[static_cast<std::size_t>(frame)]));
+        for (int display = 1; display <= scenario.displays.count(); ++display) {
+            pictures.take(frame, display, compositor.picture(display));
+            ++report.displays[static_cast<std::size_t>(display) - 1].frames_shown;
+        }
+    }
+    return report;
+}
+
+}  // namespace
+
+/// What a run leaves, at any level.
+struct RunCommand::Outcome {
+    RunReport report;
+    double simulation_seconds = 0.0;  ///< 0: the level has no time
+    std::string trace_line;           ///< what the trace shows, empty if there is none
+    std::string trace_note;           ///< why there is none although one was asked for
+    std::string compared;             ///< what a check has compared, empty without one
+    std::string check_trace_options;  ///< what shows a check's first violation, empty if there is none
+};
+
+RunCommand::RunCommand(CLI::App& program)
+    : Command(program, "run", "Run a scenario; write its pictures and its report"), scenario_(command()) {
+    command()
+        .add_option("--level", level_,
+                    "tlm: by transactions; rtl: clock by clock; functional: the pictures alone, no time "
+                    "(default: tlm, for a .vcd trace and for --check rtl)")
+        ->check(CLI::IsMember({kTlm, kRtl, kFunctional}));
+    command().add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
+    add_trace_options();
+    command().add_flag("--no-images", no_images_,
+                       "Counters only: no pictures, and those of an earlier run in the directory go");
+    command().add_flag(
+        "--check", check_,
+        "Hold every wire to the machine's rules and every pixel to level functional (level rtl), "
+        "or the pictures alone (level tlm); exit with 5 if a rule is broken");
+    command().add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
+    command().add_flag("--quiet", quiet_, "Print no summary and no progress");
+    command().footer(kFooter);
+}
+
+void RunCommand::add_trace_options() {
+    CLI::Option* const trace = command().add_option(
+        "--trace", trace_file_,
+        "Write a trace: FILE.vcd, a waveform (level rtl), or FILE.json, what each bus and display does when, "
+        "for ui.perfetto.dev (level tlm)");
+    constexpr std::int64_t kLargestCycles = 1'000'000'000'000;
+    const std::array<CLI::Option*, 4> waveform_options{
+        command()
+            .add_option("--trace-window", trace_window_,
+                        "What a waveform shows: startframe:K, frames:A-B, cycles:A-B, first-busready-drop, "
+                        "first-starved-pixel, or all (gigabytes for a whole frame)")
+            ->capture_default_str(),
+        command()
+            .add_option("--trace-before", trace_before_cycles_, "Core clocks before the event (default 200)")
+            ->check(CLI::Range(std::int64_t{0}, kLargestCycles)),
+        command()
+            .add_option("--trace-after", trace_after_cycles_, "Core clocks after it (default 2000)")
+            ->check(CLI::Range(std::int64_t{0}, kLargestCycles)),
+        command()
+            .add_option("--trace-modules", trace_blocks_,
+                        "Only these blocks: comma-separated shell patterns such as 'composer_1_*,swap_lock'")
+            ->delimiter(',')};
+    for (CLI::Option* option : waveform_options) {
+        option->needs(trace);
+        waveform_options_.push_back(option);
+    }
+}
+
+std::string RunCommand::level() const {
+    if (!level_.empty()) return level_;
+    const std::filesystem::path extension = std::filesystem::path(trace_file_).extension();
+    const bool schedule = extension == kScheduleExtension;
+    return extension == kWaveformExtension || (check_ && !schedule) ? kRtl : kTlm;
+}
+
+void RunCommand::check_combination(const std::string& level) const {
+    if (no_images_ && level == kFunctional) {
+        throw InputError("--no-images: level functional makes nothing but pictures; use --level tlm or rtl");
+    }
+    if (check_ && level == kFunctional) {
+        throw InputError(
+            "--check: level functional is what the others are checked against; use --level rtl or tlm");
+    }
+    if (check_ && no_images_ && level == kTlm) {
+        throw InputError("--check: level tlm makes no pictures to check with --no-images; use --level rtl");
+    }
+    if (trace_file_.empty()) return;
+    const std::string trace = "--trace " + trace_file_ + ": ";
+    const std::string extension = std::filesystem::path(trace_file_).extension().string();
+    if (level == kFunctional) {
+        throw InputError(
+            trace +
+            "level functional has no time to show; use --level rtl for a waveform or --level tlm "
+            "for a schedule");
+    }
+    if (extension != kWaveformExtension && extension != kScheduleExtension) {
+        throw InputError(trace +
+                         "is no kind of trace; use a name that ends in .vcd for a waveform (level rtl) "
+                         "or in .json for a schedule (level tlm)");
+    }
+    if (extension == kWaveformExtension && level == kTlm) {
+        throw InputError(trace + "level tlm has no signals; use --level rtl, or FILE.json for its schedule");
+    }
+    if (extension == kScheduleExtension && level == kRtl) {
+        throw InputError(trace + "level rtl writes no schedule; use --level tlm, or FILE.vcd for a waveform");
+    }
+    if (extension == kWaveformExtension) return;
+    for (const CLI::Option* option : waveform_options_) {
+        if (option->count() == 0) continue;
+        throw InputError(option->get_name() +
+                         ": goes with a waveform, FILE.vcd; a schedule shows the whole run");
+    }
+}
+
+/// What was found before a block's own error ended the run is told too.
+RunCommand::Outcome RunCommand::run_checked_rtl(const Scenario& scenario, PictureSink& pictures) const {
+    MachineCheck check(scenario);
+    try {
+        Outcome outcome = run_rtl(scenario, pictures, &check);
+        check.finish(outcome.report);
+        outcome.report.check = check.record();
+        outcome.compared = check.compared();
+        outcome.check_trace_options = check.trace_options();
+        return outcome;
+    } catch (...) {
+        if (check.record().violations > 0) print_violations(check.record(), check.trace_options());
+        throw;
+    }
+}
+
+RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& pictures,
+                                        MachineCheck* check) const {
+    rtl::RunOptions options;
+    if (check != nullptr) {
+        options.on_built = [check](rtl::Metabuffer& machine) { check->attach(machine); };
+    }
+    if (!trace_file_.empty()) {
+        rtl::TraceWindow window = rtl::parse_trace_window(trace_window_);
+        window.before_cycles = trace_before_cycles_.value_or(window.before_cycles);
+        window.after_cycles = trace_after_cycles_.value_or(window.after_cycles);
+        options.trace = rtl::TraceRequest{trace_file_, window, trace_blocks_};
+    }
+    const ProgressLine progress(!quiet_);
+    if (!no_images_) {
+        options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
+            pictures.take(frame, display, image);
+        };
+    }
+    options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
+    rtl::RunResult result = rtl::run(scenario, options);
+    Outcome outcome{std::move(result.report), result.simulation_seconds, "", result.trace_note, "", ""};
+    if (result.traced) {
+        outcome.trace_line = "waveform " + trace_file_ + ": core clocks " +
+                             std::to_string(result.traced->first) + " to " +
+                             std::to_string(result.traced->last);
+    }
+    return outcome;
+}
+
+RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& pictures) const {
+    std::optional<tlm::ScheduleTrace> trace;
+    if (!trace_file_.empty()) trace.emplace(trace_file_, scenario);
+    tlm::RunOptions options;
+    options.observer = trace ? &*trace : nullptr;
+    options.images = !no_images_;
+    const ProgressLine progress(!quiet_);
+    std::optional<PictureCheck> check;
+    if (check_) check.emplace(scenario);
+    options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
+        pictures.take(frame, display, image);
+        if (check) check->take(frame, display, image);
+    };
+    options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
+    tlm::RunResult result = tlm::run(scenario, options);
+    Outcome outcome{std::move(result.report), result.simulation_seconds, "", "", "", ""};
+    if (check) {
+        check->finish(outcome.report);
+        outcome.report.check = check->record();
+        outcome.compared = check->compared();
+    }
+    if (trace) {
+        trace->finish(outcome.report.core_cycles);
+        outcome.trace_line = "schedule " + trace_file_ + ": to be opened at https://ui.perfetto.dev";
+    }
+    return outcome;
+}
+
+ExitStatus RunCommand::execute() {
+    const std::string level = this->level();
+    check_combination(level);
+    // Before the scenario is read, which takes longer.
+    if (level == kRtl && !trace_file_.empty()) rtl::parse_trace_window(trace_window_);
+    const Scenario scenario = scenario_.load();
+    const ResultFolder folder(out_directory_.empty() ? std::filesystem::path("out") / scenario.name
+                                                     : std::filesystem::path(out_directory_));
+    const std::filesystem::path& directory = folder.path();
+
+    PictureSink pictures(directory, scenario);
+    Outcome outcome;
+    if (level == kFunctional) {
+        outcome.report = run_functional(scenario, pictures);
+    } else {
+        outcome = level == kTlm ? run_tlm(scenario, pictures)
+                  : check_      ? run_checked_rtl(scenario, pictures)
+                                : run_rtl(scenario, pictures, nullptr);
+    }
+    if (no_images_) {
+        remove_pictures(directory);
+    } else {
+        pictures.finish();
+    }
+    write_text(directory / "report.json", report_json(outcome.report));
+    if (!quiet_) print_summary(outcome, directory.string());
+    if (!outcome.trace_note.empty()) {
+        std::cerr << "no waveform: " << outcome.trace_note << '\n';
+    }
+    return judge(outcome);
+}
+
+void RunCommand::print_summary(const Outcome& outcome, const std::string& directory) const {
+    std::cout << report_summary(outcome.report) << "results in " << directory << std::endl;
+    if (outcome.simulation_seconds > 0.0) {
+        const double composer_clocks = static_cast<double>(outcome.report.composers.size()) *
+                                       static_cast<double>(outcome.report.core_cycles);
+        std::printf("simulated in %.4f s: %.1f million composer clocks a second\n",
+                    outcome.simulation_seconds, composer_clocks / outcome.simulation_seconds / 1e6);
+        std::fflush(stdout);
+    }
+    if (!outcome.trace_line.empty()) std::cout << outcome.trace_line << '\n';
+    if (outcome.report.check) {
+        const std::int64_t violations = outcome.report.check->violations;
+        std::cout << "checked: " << outcome.compared << ": "
+                  << (violations == 0 ? std::string("no violation") : text::counted(violations, "violation"))
+                  << '\n';
+    }
+}
+
+void RunCommand::print_violations(const CheckRecord& record, const std::string& trace_options) const {
+    std::cerr << scenario_.file() << ": --check: the model has broken a rule\n";
+    for (const std::string& violation : record.first_violations) std::cerr << "  " << violation << '\n';
+    const auto more = record.violations - static_cast<std::int64_t>(record.first_violations.size());
+    if (more > 0) std::cerr << "  and " << more << " more\n";
+    if (!trace_options.empty()) std::cerr << "  the first one's waveform: " << trace_options << '\n';
+}
+
+ExitStatus RunCommand::judge(const Outcome& outcome) const {
+    const RunReport& report = outcome.report;
+    const bool wrong = report.check && report.check->violations > 0;
+    if (wrong) print_violations(*report.check, outcome.check_trace_options);
+    if (!report.watchdog.empty()) {
+        std::cerr << scenario_.file() << ": the watchdog ended the run: nothing moves any more\n";
+        for (const std::string& finding : report.watchdog) {
+            std::cerr << "  " << finding << '\n';
+        }
+        return wrong ? kExitDifferent : kExitWatchdog;
+    }
+    if (wrong) return kExitDifferent;
+    if (strict_ && (report.total_starved_pixels() > 0 || report.total_stalled_cycles() > 0 ||
+                    report.total_rejected() > 0)) {
+        std::cerr << scenario_.file() << ": --strict: " << report.total_starved_pixels()
+                  << " pixels starved, " << report.total_stalled_cycles() << " clocks stalled, "
+                  << report.total_rejected() << " frames or rows rejected\n";
+        return kExitStrict;
+    }
+    return kExitDone;
+}
+
+}  // namespace metabuffer

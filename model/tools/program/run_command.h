@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "report/report.h"
+#include "tools/program/command.h"
+#include "tools/program/scenario_options.h"
+
+namespace CLI {
+class Option;
+}  // namespace CLI
+
+namespace metabuffer {
+
+class MachineCheck;
+class PictureSink;
+
+/// `metabuffer run`: one scenario at one level; writes pictures and report, prints a summary.
+class RunCommand final : public Command {
+  public:
+    /// Adds the subcommand and its options.
+    explicit RunCommand(CLI::App& program);
+
+    ExitStatus execute() override;
+
+  private:
+    struct Outcome;
+
+    void add_trace_options();
+    /// The level that is asked for; without one, that of the trace, or of the check.
+    std::string level() const;
+    void check_combination(const std::string& level) const;
+    Outcome run_checked_rtl(const Scenario& scenario, PictureSink& pictures) const;
+    Outcome run_rtl(const Scenario& scenario, PictureSink& pictures, MachineCheck* check) const;
+    Outcome run_tlm(const Scenario& scenario, PictureSink& pictures) const;
+    void print_violations(const CheckRecord& record, const std::string& trace_options) const;
+    void print_summary(const Outcome& outcome, const std::string& directory) const;
+    ExitStatus judge(const Outcome& outcome) const;
+
+    ScenarioOptions scenario_;
+    std::string level_;  ///< empty if it is not given
+    std::string out_directory_;
+    std::string trace_file_;
+    std::vector<const CLI::Option*> waveform_options_;  ///< what goes with a .vcd only
+    std::string trace_window_ = "startframe:0";
+    std::optional<std::int64_t> trace_before_cycles_;
+    std::optional<std::int64_t> trace_after_cycles_;
+    std::vector<std::string> trace_blocks_;
+    bool no_images_ = false;
+    bool check_ = false;
+    bool strict_ = false;
+    bool quiet_ = false;
+};
+
+}  // namespace metabuffer

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/errors.h"
+#include "scenario/scenario_loader.h"
+
+namespace CLI {
+class App;
+}
+
+namespace metabuffer {
+
+/// The arguments that name a scenario and change it, the same for every command: SCENARIO, --set, --frames.
+class ScenarioOptions {
+  public:
+    /// Adds the options to a command, which keeps references to this object.
+    explicit ScenarioOptions(CLI::App& command);
+    ScenarioOptions(const ScenarioOptions&) = delete;
+    ScenarioOptions& operator=(const ScenarioOptions&) = delete;
+
+    const std::string& file() const { return file_; }
+    /// What --set and --frames ask for. Throws InputError.
+    std::vector<ScenarioOverride> overrides() const;
+    /// Throws InputError.
+    Scenario load() const;
+
+  private:
+    std::string file_;
+    std::vector<std::string> overrides_;
+    std::optional<int> frames_;
+};
+
+}  // namespace metabuffer

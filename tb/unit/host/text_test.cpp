@@ -1,0 +1,49 @@
+#include "host/text.h"
+
+#include <catch2/catch.hpp>
+
+namespace metabuffer::text {
+
+TEST_CASE("text: one_line squeezes white space and control characters") {
+    CHECK(one_line("").empty());
+    CHECK(one_line("  a\n\tb \r\n c\x01") == "a b c");
+    CHECK(one_line("\xc3\xa9t\xc3\xa9") == "\xc3\xa9t\xc3\xa9");
+}
+
+TEST_CASE("text: quoted cuts what is long") {
+    CHECK(quoted("a\nb") == "'a b'");
+    CHECK(quoted(std::string(60, 'x')) == "'" + std::string(60, 'x') + "'");
+    CHECK(quoted(std::string(61, 'x')) == "'" + std::string(60, 'x') + "...'");
+}
+
+TEST_CASE("text: lists read as sentences") {
+    CHECK(joined({}, "or").empty());
+    CHECK(joined({"a"}, "or") == "a");
+    CHECK(joined({"a", "b"}, "and") == "a and b");
+    CHECK(joined({"a", "b", "c"}, "or") == "a, b or c");
+}
+
+TEST_CASE("text: numbers and ranges") {
+    CHECK(number(0.001) == "0.001");
+    CHECK(number(100.0) == "100");
+    CHECK(range(IntegerRange{-3, 4}) == "-3 to 4");
+    CHECK(out_of_range(std::int64_t{5}, IntegerRange{-3, 4}) == "5 is out of range; use -3 to 4");
+    CHECK(out_of_range(0.5, NumberRange{1.0, 2.5}) == "0.5 is out of range; use 1 to 2.5");
+}
+
+TEST_CASE("text: edit distance") {
+    CHECK(edit_distance("", "") == 0);
+    CHECK(edit_distance("", "abc") == 3);
+    CHECK(edit_distance("abc", "") == 3);
+    CHECK(edit_distance("kitten", "sitting") == 3);
+    CHECK(edit_distance("widht", "width") == 1);
+    CHECK(edit_distance("ab", "ba") == 1);
+    CHECK(edit_distance("same", "same") == 0);
+}
+
+TEST_CASE("text: the nearest of equals is the first") {
+    CHECK(nearest("b", {"a", "c"}) == "a");
+    CHECK(nearest("colums", {"rows", "columns"}) == "columns");
+}
+
+}  // namespace metabuffer::text

@@ -1,0 +1,225 @@
+#include "tools/analysis/bandwidth_analysis.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "datapath/segment.h"
+#include "formats/viewport_splitter.h"
+#include "random_seed.h"
+#include "tools/analysis/analysis_report.h"
+
+using namespace metabuffer;
+using namespace metabuffer::analysis;
+
+namespace {
+
+/// A machine of one renderer, its image somewhere on the wall.
+Scenario machine(const DisplayConfig& displays, int image, const Viewport& viewport) {
+    Scenario scenario;
+    scenario.name = "test";
+    scenario.displays = displays;
+    Renderer renderer;
+    renderer.name = "view";
+    renderer.image_width_pixels = image;
+    renderer.image_height_pixels = image;
+    renderer.images.push_back(std::make_shared<const PixelImage>(image, image));
+    RendererFrame frame;
+    frame.viewport = viewport;
+    frame.table = split_viewport(viewport, image, image, displays.wall());
+    renderer.frames.push_back(frame);
+    scenario.renderers.push_back(renderer);
+    return scenario;
+}
+
+DisplayConfig wall_of(int columns, int rows, int size) {
+    DisplayConfig displays;
+    displays.columns = columns;
+    displays.rows = rows;
+    displays.width_pixels = size;
+    displays.height_pixels = size;
+    return displays;
+}
+
+Scenario paper_case(int number) {
+    constexpr int kSize = 100;
+    switch (number) {
+        case 1:
+            return machine(wall_of(2, 2, kSize), kSize, {0, 0, 1});
+        case 2:
+            return machine(wall_of(2, 2, kSize), kSize, {25, 25, 1});
+        case 3:
+            return machine(wall_of(2, 2, kSize), kSize, {0, 0, 2});
+        default:
+            return machine(wall_of(3, 3, kSize), kSize, {40, 60, 2});
+    }
+}
+
+}  // namespace
+
+TEST_CASE("the four cases need one pixel a clock in sum", "[analysis]") {
+    for (int number = 1; number <= 4; ++number) {
+        INFO("case " << number);
+        const Analysis analysis = analyze(paper_case(number));
+        REQUIRE(analysis.tables.size() == 1);
+        const Demand& demand = analysis.tables.front().demand;
+        CHECK(demand.sum == Approx(1.0));
+        CHECK(demand.most_at_once == Approx(1.0));
+        CHECK(demand.mean == Approx(1.0));
+        CHECK(demand.pixels == 10'000);
+        // Replicated rows begin together: cases 3 and 4 need it all in every second raster row.
+        CHECK(demand.busiest_row == Approx(number <= 2 ? 1.0 : 2.0));
+    }
+}
+
+TEST_CASE("demand is what a raster painted pixel by pixel shows", "[analysis][random]") {
+    test::Random random(test::random_seed(3));
+    for (int round = 0; round < 60; ++round) {
+        const DisplayConfig displays =
+            wall_of(random.between(1, 3), random.between(1, 3), random.between(5, 24));
+        const int image = random.between(40, 60);
+        const Scenario scenario = machine(
+            displays, image, {random.between(-30, 40), random.between(-30, 40), random.between(1, 4)});
+        const Analysis analysis = analyze(scenario);
+        const Demand& demand = analysis.tables.front().demand;
+        const int size = displays.width_pixels;
+        const ViewportTable& table = scenario.renderers.front().frames.front().table;
+        double most = 0.0;
+        double busiest = 0.0;
+        std::int64_t pixels = 0;
+        for (int y = 0; y < size; ++y) {
+            double rate = 0.0;
+            int first_shown = 0;
+            for (const ViewportRow& row : table) {
+                const Segment segment(row, size, size);
+                bool covered = false;
+                for (std::int64_t k = 0; k < segment.pixels(); ++k) {
+                    first_shown += segment.first_use(k) / size == y ? 1 : 0;
+                    covered =
+                        covered || (segment.first_use(k) / size <= y && y <= segment.last_use(k) / size);
+                }
+                rate += covered ? static_cast<double>(row.sdx) / (row.dmultiple * size) : 0.0;
+            }
+            most = std::max(most, rate);
+            busiest = std::max(busiest, static_cast<double>(first_shown) / size);
+            pixels += first_shown;
+        }
+        CHECK(demand.most_at_once == Approx(most).margin(1e-9));
+        CHECK(demand.busiest_row == Approx(busiest).margin(1e-9));
+        CHECK(demand.pixels == pixels);
+        CHECK(demand.mean == Approx(static_cast<double>(pixels) / (size * size)).margin(1e-9));
+    }
+}
+
+TEST_CASE("a bus that is too slow is short by what a frame has too many", "[analysis]") {
+    Scenario scenario = paper_case(3);
+    scenario.memory.page_miss_cycles = 0;
+    scenario.bus.width_bits = 32;  // a pixel in two clocks
+    Analysis analysis = analyze(scenario);
+    const TableAnalysis& table = analysis.tables.front();
+    CHECK(table.supply.raw == Approx(0.5));
+    CHECK(table.supply.sustained == Approx(0.5));
+    CHECK(table.supply.burst_cycles == 20'000);
+    CHECK(table.supply.table_cycles == 1 + 4 * 4);
+    CHECK(table.most_pixels_short(analysis.period_cycles) == Approx(10'000 - 0.5 * (10'000 - 17)));
+    CHECK(table.least_pixels_short(analysis.period_cycles) == Approx(table.most_pixels_short(10'000)));
+    CHECK(table.load == Approx(2.0).epsilon(0.01));
+    CHECK(analysis.sustained_frame_rate_hz == Approx(100e6 / 20'017));
+    const std::string text = analysis_text(analysis);
+    CHECK(text.find("with no buffer can the bus carry them") != std::string::npos);
+    CHECK(text.find("5009  pixels or more") != std::string::npos);
+
+    analysis = analyze(scenario, {std::nullopt, 1000.0});
+    CHECK(analysis.period_cycles == Approx(100'000.0));
+    CHECK(analysis.tables.front().most_pixels_short(analysis.period_cycles) == 0.0);
+    CHECK(analysis_text(analysis).find("the rate asked for can be carried") != std::string::npos);
+    analysis = analyze(scenario, {std::nullopt, 6000.0});
+    CHECK(analysis_text(analysis).find("the rate asked for cannot be held") != std::string::npos);
+}
+
+TEST_CASE("what a frame lacks lies between each page opened once and every miss counted", "[analysis]") {
+    Scenario scenario = paper_case(3);  // a pixel a clock, 20 pages of 512 words
+    scenario.memory.words_per_cycle = 1;
+    const Analysis analysis = analyze(scenario);
+    const TableAnalysis& table = analysis.tables.front();
+    CHECK(table.supply.least_burst_cycles == 10'000 + 20 * 6);
+    CHECK(table.supply.burst_cycles > table.supply.least_burst_cycles);
+    CHECK(table.least_pixels_short(10'000) < table.most_pixels_short(10'000));
+    CHECK(table.least_pixels_short(10'000) > 0.0);
+    CHECK(analysis.best_frame_rate_hz > analysis.sustained_frame_rate_hz);
+    CHECK(analysis.best_frame_rate_hz == Approx(100e6 / (10'000 + 20 * 6 + 1 + 4 * 2)));
+}
+
+TEST_CASE("each different table of the run stands once with its frames and rejected rows", "[analysis]") {
+    Scenario scenario = paper_case(1);
+    scenario.frames = 4;
+    Renderer& renderer = scenario.renderers.front();
+    RendererFrame moved = renderer.frames.front();
+    moved.table.front().sdx = 60;
+    moved.table.push_back({9, 0, 0, 10, 10, 0, 0, 1});
+    renderer.frames.push_back(moved);
+    renderer.frames.push_back(renderer.frames.front());
+    const Analysis all = analyze(scenario);
+    REQUIRE(all.tables.size() == 2);
+    CHECK(all.tables[0].frames == std::vector<int>{0, 2});
+    CHECK(all.tables[1].frames == std::vector<int>{1});
+    REQUIRE(all.tables[1].rejected.size() == 1);
+    CHECK(all.tables[1].rejected.front().defect == RowDefect::kDisplay);
+    CHECK(analysis_text(all).find("row 1 rejected (display): Dcomp 9") != std::string::npos);
+
+    const Analysis second = analyze(scenario, {1, std::nullopt});
+    REQUIRE(second.tables.size() == 1);
+    CHECK(second.tables.front().tasks.front().data_pixels == 60);
+    CHECK(second.safe_buffer_pixels == all.safe_buffer_pixels);
+    // The last entry repeats.
+    CHECK(analyze(scenario, {3, std::nullopt}).tables.front().tasks.front().data_pixels == 100);
+}
+
+TEST_CASE("the least buffer is the ready space and for replicated rows a source row more", "[analysis]") {
+    for (int number = 1; number <= 4; ++number) {
+        INFO("case " << number);
+        const Analysis analysis = analyze(paper_case(number));
+        const int ready = 32;
+        for (const ComposerAnalysis& composer : analysis.tables.front().composers) {
+            const int row = composer.row.dmultiple > 1 ? composer.row.sdx : 0;
+            CHECK(composer.least_buffer_pixels == ready + row);
+            CHECK(composer.whole_buffer_pixels ==
+                  std::max<std::int64_t>(ready + row, composer.pixels + ready - 1));
+        }
+        CHECK(analysis.least_buffer_pixels == (number <= 2 ? ready : ready + 50));
+    }
+}
+
+TEST_CASE("a row that the scenario's own buffers are too small for is told and still analyzed",
+          "[analysis]") {
+    Scenario scenario = paper_case(3);
+    scenario.composer.buffer_pixels = 40;
+    const Analysis analysis = analyze(scenario);
+    CHECK(analysis.tables.front().rejected.size() == 4);
+    CHECK(analysis.tables.front().composers.size() == 4);
+    CHECK_FALSE(analysis.scenario_is_safe);
+    CHECK(analysis.safe_buffer_pixels >= 82);
+}
+
+TEST_CASE("without slots there is no slot table", "[analysis]") {
+    Scenario scenario = paper_case(2);
+    CHECK(analyze(scenario).tables.front().slot_displays == std::vector<int>{1, 3, 2, 1, 3, 4, 1, 3});
+    scenario.bus.arbitration = Arbitration::kRoundRobin;
+    CHECK(analyze(scenario).tables.front().slot_displays == std::vector<int>{1, 2, 3, 4});
+    scenario.bus.arbitration = Arbitration::kEdf;
+    CHECK(analyze(scenario).tables.front().slot_displays.empty());
+}
+
+TEST_CASE("JSON has the figures of the text", "[analysis]") {
+    const Analysis analysis = analyze(paper_case(4));
+    const std::string json = analysis_json(analysis);
+    CHECK(json.find("\"task\": \"3b\"") != std::string::npos);
+    CHECK(json.find("\"safe_pixels\": " + std::to_string(analysis.safe_buffer_pixels)) != std::string::npos);
+    CHECK(json.find("\"asked_frame_rate_hz\": null") != std::string::npos);
+    const std::string text = analysis_text(analysis);
+    CHECK(text.find("3b          20       200       200  6") != std::string::npos);
+    CHECK(text.find(std::to_string(analysis.safe_buffer_pixels)) != std::string::npos);
+}

@@ -1,0 +1,126 @@
+#include "tools/analysis/buffer_bound.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "datapath/segment.h"
+#include "random_seed.h"
+#include "tools/analysis/bus_table.h"
+
+using namespace metabuffer;
+using namespace metabuffer::analysis;
+
+namespace {
+
+ViewportRow random_row(test::Random& random, int raster, int image) {
+    ViewportRow row;
+    row.dcomp = 1;
+    row.dmultiple = static_cast<std::uint16_t>(random.between(1, 4));
+    const int most = std::min(image, (raster + 2 * row.dmultiple - 2) / row.dmultiple);
+    row.sdx = static_cast<std::uint16_t>(random.between(1, most));
+    row.sdy = static_cast<std::uint16_t>(random.between(1, most));
+    const auto place = [&](int count) {
+        return static_cast<std::int16_t>(random.between(
+            1 - row.dmultiple, std::min(raster - 1, raster + row.dmultiple - count * row.dmultiple - 1)));
+    };
+    row.dx = place(row.sdx);
+    row.dy = place(row.sdy);
+    return row;
+}
+
+/// One renderer, one display, one row.
+Scenario one_composer(const ViewportRow& row, int raster, int image) {
+    Scenario scenario;
+    scenario.displays.width_pixels = raster;
+    scenario.displays.height_pixels = raster;
+    Renderer renderer;
+    renderer.name = "view";
+    renderer.image_width_pixels = image;
+    renderer.image_height_pixels = image;
+    renderer.images.push_back(std::make_shared<const PixelImage>(image, image));
+    RendererFrame frame;
+    frame.table = {row};
+    renderer.frames.push_back(frame);
+    scenario.renderers.push_back(renderer);
+    return scenario;
+}
+
+}  // namespace
+
+TEST_CASE("no window of a raster releases more than rate and burst say", "[analysis][random]") {
+    test::Random random(test::random_seed(5));
+    for (int round = 0; round < 100; ++round) {
+        const int raster = random.between(4, 14);
+        const Segment segment(random_row(random, raster, 14), raster, raster);
+        const ReleaseCurve curve(segment, raster);
+        const std::int64_t positions = std::int64_t{raster} * raster;
+        for (std::int64_t from = 0; from <= positions; ++from) {
+            for (std::int64_t until = from; until <= positions; ++until) {
+                const auto released =
+                    static_cast<double>(segment.released_before(until) - segment.released_before(from));
+                const std::int64_t inside =
+                    std::clamp(until, curve.first, curve.last) - std::clamp(from, curve.first, curve.last);
+                const double most = curve.rate * static_cast<double>(inside) + curve.burst;
+                if (released > most + 1e-9) FAIL_CHECK("from " << from << " until " << until);
+            }
+        }
+    }
+}
+
+TEST_CASE("a buffer for the whole segment is always safe and less than the legal size never",
+          "[analysis][random]") {
+    test::Random random(test::random_seed(6));
+    for (int round = 0; round < 100; ++round) {
+        Scenario scenario = one_composer(random_row(random, 30, 40), 30, 40);
+        scenario.bus.width_bits = 16 << random.between(0, 5);
+        scenario.bus.burst_pixels = random.between(1, 40);
+        scenario.bus.arbitration = static_cast<Arbitration>(random.between(0, 3));
+        scenario.composer.ready_space_pixels =
+            std::max(in_flight_pixels(scenario.bus, scenario.memory), random.between(1, 40));
+        const BufferBound bound(scenario);
+        const ViewportRow& row = scenario.renderers.front().frames.front().table.front();
+        const std::int64_t ready = scenario.composer.ready_space_pixels;
+        CHECK(bound.smallest_legal_pixels() == ready + (row.dmultiple > 1 ? row.sdx : 0));
+        CHECK(bound.whole_segment_pixels() ==
+              std::max(bound.smallest_legal_pixels(), std::int64_t{row.sdx} * row.sdy + ready - 1));
+        CHECK(bound.is_safe(bound.whole_segment_pixels()));
+        CHECK_FALSE(bound.is_safe(bound.smallest_legal_pixels() - 1));
+        const BufferBound::Result found = bound.find();
+        CHECK(bound.is_safe(found.pixels));
+        CHECK(found.pixels <= bound.whole_segment_pixels());
+        CHECK(found.renderer.has_value() == (found.pixels > bound.smallest_legal_pixels()));
+    }
+}
+
+TEST_CASE("a lone composer on a bus of exactly its rate needs a few pixels beside its ready space",
+          "[analysis]") {
+    const int size = 100;
+    Scenario scenario = one_composer({1, 0, 0, size, size, 0, 0, 1}, size, size);
+    scenario.memory.page_miss_cycles = 0;
+    scenario.bus.burst_pixels = 4;
+    scenario.composer.ready_space_pixels = 4;
+    CHECK(BufferBound(scenario).find().pixels <= 8);
+    // Six clocks for each page of 512: 20 misses of the frame's 10,000 clocks, all of which must be prefetched.
+    scenario.memory.page_miss_cycles = 6;
+    const std::int64_t pixels = BufferBound(scenario).find().pixels;
+    CHECK(pixels >= 19 * 6);
+    CHECK(pixels <= 20 * 6 + 16);
+}
+
+TEST_CASE("a slower bus never has a smaller bound by much and a much faster one needs the legal size",
+          "[analysis]") {
+    const int size = 60;
+    std::int64_t slower = 0;
+    for (const int width_bits : {16, 32, 64, 128, 512}) {
+        Scenario scenario = one_composer({1, 0, 0, size, size, 0, 0, 1}, size, size);
+        scenario.bus.width_bits = width_bits;
+        scenario.memory.words_per_cycle = 8;
+        const std::int64_t pixels = BufferBound(scenario).find().pixels;
+        if (slower > 0) CHECK(pixels <= slower);
+        slower = pixels;
+    }
+    CHECK(slower <= 2 * 32);
+}

@@ -1,0 +1,151 @@
+#include "tools/analysis/burst_costs.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "random_seed.h"
+
+using namespace metabuffer;
+using namespace metabuffer::analysis;
+
+namespace {
+
+/// A burst word by word, as docs/design.md has it: a page miss, then a beat of words of one page, and so on.
+struct PlainBurst {
+    std::int64_t cycles = 0;
+    std::int64_t misses = 0;
+    std::int64_t beats = 0;
+    std::vector<std::int64_t> until;  ///< clocks from the grant until each pixel is on the bus
+};
+
+struct Setting {
+    BusConfig bus;
+    MemoryConfig memory;
+    ViewportRow row;
+    int image_width = 0;
+    int raster_width = 0;
+    int raster_height = 0;
+
+    Segment segment() const { return {row, raster_width, raster_height}; }
+    std::int64_t page(std::int64_t k) const {
+        const std::int64_t y = row.sy + k / row.sdx;
+        return (y * image_width + row.sx + k % row.sdx) / memory.page_words;
+    }
+};
+
+PlainBurst play(const Setting& setting, std::int64_t first, std::int64_t behind, std::int64_t open_page) {
+    PlainBurst burst;
+    for (std::int64_t k = first; k < behind;) {
+        if (setting.page(k) != open_page) {
+            burst.cycles += setting.memory.page_miss_cycles;
+            ++burst.misses;
+            open_page = setting.page(k);
+        }
+        burst.cycles += cycles_per_beat(setting.bus);
+        ++burst.beats;
+        for (int n = 0; n < pixels_per_beat(setting.bus, setting.memory); ++n) {
+            if (k >= behind || setting.page(k) != open_page) break;
+            burst.until.push_back(burst.cycles);
+            ++k;
+        }
+    }
+    return burst;
+}
+
+Setting random_setting(test::Random& random) {
+    Setting setting;
+    setting.bus.width_bits = 16 << random.between(0, 5);
+    setting.bus.burst_pixels = random.between(1, 40);
+    setting.memory.page_words = random.between(1, 60);
+    setting.memory.page_miss_cycles = random.between(0, 7);
+    setting.memory.words_per_cycle = random.between(1, 8);
+    setting.image_width = random.between(8, 40);
+    setting.raster_width = random.between(8, 40);
+    setting.raster_height = random.between(8, 40);
+    ViewportRow& row = setting.row;
+    row.dcomp = 1;
+    row.dmultiple = static_cast<std::uint16_t>(random.between(1, 4));
+    row.sdx = static_cast<std::uint16_t>(
+        random.between(1, std::min(setting.image_width, setting.raster_width / row.dmultiple)));
+    row.sdy = static_cast<std::uint16_t>(random.between(1, setting.raster_height / row.dmultiple));
+    row.sx = static_cast<std::uint16_t>(random.between(0, setting.image_width - row.sdx));
+    row.sy = static_cast<std::uint16_t>(random.between(0, 9));
+    row.dx = static_cast<std::int16_t>(
+        random.between(1 - row.dmultiple, setting.raster_width - row.sdx * row.dmultiple));
+    row.dy = static_cast<std::int16_t>(
+        random.between(1 - row.dmultiple, setting.raster_height - row.sdy * row.dmultiple));
+    return setting;
+}
+
+}  // namespace
+
+TEST_CASE("bursts cost what a memory played word by word says", "[analysis][random]") {
+    test::Random random(test::random_seed(7));
+    for (int round = 0; round < 400; ++round) {
+        const Setting setting = random_setting(random);
+        const Segment segment = setting.segment();
+        const auto first_word = static_cast<FirstWord>(random.between(0, 2));
+        const BurstCosts costs(segment, setting.image_width, setting.bus, setting.memory, first_word);
+        const std::int64_t burst = setting.bus.burst_pixels;
+        const std::int64_t pixels = segment.pixels();
+        REQUIRE(costs.bursts() == (pixels + burst - 1) / burst);
+
+        std::int64_t clocks = 0;
+        std::int64_t misses = 0;
+        std::int64_t beats = 0;
+        for (std::int64_t b = 0; b < costs.bursts(); ++b) {
+            const std::int64_t first = b * burst;
+            std::int64_t open_page = -1;
+            if (first_word == FirstWord::kHits) open_page = setting.page(first);
+            if (first_word == FirstWord::kExact && b > 0) open_page = setting.page(first - 1);
+            const PlainBurst played = play(setting, first, std::min(first + burst, pixels), open_page);
+            CHECK(costs.before(b) == clocks);
+            clocks += played.cycles;
+            misses += played.misses;
+            beats += played.beats;
+            std::int64_t latest = std::numeric_limits<std::int64_t>::max();
+            for (std::size_t i = 0; i < played.until.size(); ++i) {
+                const std::int64_t k = first + static_cast<std::int64_t>(i);
+                CHECK(costs.until_pixel(k) == played.until[i]);
+                latest = std::min(latest, segment.first_use(k) - played.until[i]);
+            }
+            CHECK(costs.latest_start(b) == latest);
+        }
+        CHECK(costs.total() == clocks);
+        CHECK(costs.page_misses() == misses);
+        CHECK(costs.beats() == beats);
+    }
+}
+
+TEST_CASE("no burst of any beginning is longer than the longest and no window exceeds average and excess",
+          "[analysis][random]") {
+    test::Random random(test::random_seed(8));
+    for (int round = 0; round < 200; ++round) {
+        const Setting setting = random_setting(random);
+        const Segment segment = setting.segment();
+        const BurstCosts costs(segment, setting.image_width, setting.bus, setting.memory, FirstWord::kMisses);
+        std::int64_t longest = 0;
+        for (std::int64_t first = 0; first < segment.pixels(); ++first) {
+            const std::int64_t behind =
+                std::min<std::int64_t>(first + setting.bus.burst_pixels, segment.pixels());
+            longest = std::max(longest, play(setting, first, behind, -1).cycles);
+            std::int64_t in_page = 0;
+            while (first + in_page < segment.pixels() &&
+                   setting.page(first + in_page) == setting.page(first)) {
+                ++in_page;
+            }
+            CHECK(costs.pixels_in_page(first) == in_page);
+        }
+        CHECK(costs.longest() >= longest);
+        CHECK(costs.longest() <= longest + cycles_per_beat(setting.bus) * (1 + setting.bus.burst_pixels));
+        for (std::int64_t a = 0; a < costs.bursts(); ++a) {
+            for (std::int64_t b = a; b <= costs.bursts(); ++b) {
+                const auto window = static_cast<double>(costs.before(b) - costs.before(a));
+                CHECK(window <= costs.average() * static_cast<double>(b - a) + costs.excess() + 1e-6);
+            }
+        }
+    }
+}

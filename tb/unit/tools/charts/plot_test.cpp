@@ -1,0 +1,228 @@
+#include "tools/charts/plot.h"
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <string>
+
+#include "host/errors.h"
+#include "host/filter_process.h"
+#include "sample_results.h"
+
+using namespace metabuffer;
+using namespace metabuffer::test;
+using Catch::Matchers::Contains;
+using charts::ChartKind;
+using charts::plot_svg;
+using charts::PlotRequest;
+
+namespace {
+
+PlotRequest request_of(ChartKind chart) {
+    PlotRequest request;
+    request.chart = chart;
+    return request;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+    std::size_t result = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + part.size()))
+        ++result;
+    return result;
+}
+
+/// Elements inside the group of a mark, which Vega calls by its kind and name.
+std::size_t marks(const std::string& svg, const std::string& kind, const std::string& name) {
+    std::size_t result = 0;
+    const std::string group = "<g class=\"mark-" + kind + " role-mark " + name + "\"";
+    for (std::size_t at = svg.find(group); at != std::string::npos; at = svg.find(group, at + 1)) {
+        const std::size_t end = svg.find("</g>", at);
+        result += count(svg.substr(at, end - at), "<path");
+    }
+    return result;
+}
+
+/// Other programs are found nowhere while it lives.
+class NoPrograms {
+  public:
+    explicit NoPrograms(const ScratchDirectory& empty) {
+        if (const char* const path = std::getenv("PATH")) path_ = path;
+        setenv("PATH", empty.path().c_str(), 1);
+    }
+    NoPrograms(const NoPrograms&) = delete;
+    NoPrograms& operator=(const NoPrograms&) = delete;
+    ~NoPrograms() { setenv("PATH", path_.c_str(), 1); }
+
+  private:
+    std::string path_;
+};
+
+}  // namespace
+
+TEST_CASE("A program gets all of its input and gives all of its output", "[charts]") {
+    std::string input;
+    for (int n = 0; n < 300'000; ++n) input += std::to_string(n) + "\n";
+    CHECK(filtered({{"cat"}, "coreutils"}, input) == input);
+    CHECK(filtered({{"true"}, "coreutils"}, input).empty());  // though it reads nothing
+    CHECK(filtered({{"cat"}, "coreutils"}, "").empty());
+}
+
+TEST_CASE("A program that fails is told in one line", "[charts]") {
+    CHECK_THROWS_WITH(filtered({{"false"}, "coreutils"}, "text"), "metabuffer: false: failed");
+    CHECK_THROWS_WITH(filtered({{"cat", "/nonexistent/file"}, "coreutils"}, ""),
+                      Contains("cat: failed: ") && Contains("/nonexistent/file") && !Contains("\n"));
+}
+
+TEST_CASE("A program that is not there is told with its package", "[charts]") {
+    const ScratchDirectory scratch;
+    const auto file = sample_results(scratch);
+    const ScratchDirectory empty;
+    const NoPrograms none(empty);
+    CHECK_THROWS_AS(plot_svg(file, {}), OutputError);
+    CHECK_THROWS_WITH(plot_svg(file, {}), Contains("node") && Contains("package nodejs") && !Contains("\n"));
+    CHECK_THROWS_WITH(charts::png_of("<svg/>"), Contains("rsvg-convert") && Contains("librsvg2-bin"));
+}
+
+TEST_CASE("Every chart has a mark for every point that has a value", "[charts]") {
+    const ScratchDirectory scratch;
+    const auto file = sample_results(scratch);
+
+    const std::string lines = plot_svg(file, {});
+    CHECK(marks(lines, "symbol", "points") == 3);
+    CHECK(marks(lines, "symbol", "lost") == 1);
+    CHECK(count(lines, "class=\"mark-line ") == 2);  // a policy each
+    CHECK_THAT(lines, Contains(">bus.width_bits</text>"));
+    CHECK_THAT(lines, Contains(">frames per second</text>"));
+    CHECK_THAT(lines, Contains(">bus.arbitration</text>"));
+    CHECK_THAT(lines, Contains("no value (1 point)"));
+
+    const std::string map = plot_svg(file, request_of(ChartKind::kHeatmap));
+    CHECK(marks(map, "rect", "cells") == 4);
+    CHECK_THAT(map, Contains(">700</text>"));
+
+    const std::string front = plot_svg(file, request_of(ChartKind::kPareto));
+    CHECK(marks(front, "symbol", "points") == 3);
+    CHECK(marks(front, "line", "front") == 1);
+    CHECK_THAT(front, Contains(">no glitch</text>") && Contains(">starved or rejected</text>"));
+
+    const std::string policy = plot_svg(file, request_of(ChartKind::kPolicy));
+    CHECK(marks(policy, "rect", "bars") == 4);  // two policies by two figures
+    CHECK_THAT(policy, Contains(">recovered slots</text>") && Contains(">50%</text>"));
+
+    PlotRequest histogram = request_of(ChartKind::kHistogram);
+    histogram.references = {{500.0, "asked for"}};
+    const std::string bins = plot_svg(file, histogram);
+    CHECK(marks(bins, "rect", "bins") == 2);
+    CHECK_THAT(bins, Contains(">asked for</text>"));
+
+    CHECK(marks(plot_svg(file, request_of(ChartKind::kScatter)), "symbol", "points") == 3);
+}
+
+TEST_CASE("Axes that go together count as one", "[charts]") {
+    const ScratchDirectory scratch;
+    {
+        exploration::ResultsIdentity identity;
+        identity.keys = {"bus.burst_pixels", "composer.ready_space_pixels", "bus.arbitration"};
+        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
+        for (const char* pixels : {"8", "16", "32"}) {
+            for (const char* policy : {"irsa", "edf"}) {
+                const auto run = done_run(
+                    {{identity.keys[0], pixels}, {identity.keys[1], pixels}, {identity.keys[2], policy}},
+                    {{"frames_per_second", 100.0}});
+                database.add_point(point_of(run), run);
+            }
+        }
+    }
+    const std::string lines = plot_svg(scratch / "results.db", {});
+    CHECK(count(lines, "class=\"mark-line ") == 2);  // a policy each, not a point each
+    PlotRequest over_twin;
+    over_twin.x = "composer.ready_space_pixels";
+    CHECK(count(plot_svg(scratch / "results.db", over_twin), "class=\"mark-line ") == 2);
+    const std::string map = plot_svg(scratch / "results.db", request_of(ChartKind::kHeatmap));
+    CHECK(marks(map, "rect", "cells") == 6);
+    CHECK_THAT(map, Contains(">bus.arbitration</text>") && !Contains(">composer.ready_space_pixels</text>"));
+}
+
+TEST_CASE("The front leaves out what costs as much and gives less", "[charts]") {
+    const ScratchDirectory scratch;
+    {
+        exploration::ResultsIdentity identity;
+        identity.keys = {"bus.width_bits"};
+        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
+        struct Machine {
+            std::int64_t bits;
+            double rate;
+            std::int64_t starved;
+        };
+        // The one with the highest rate starves, so it is not on the front; of two at the same cost the faster is.
+        int width = 0;
+        for (const Machine& machine : {Machine{100, 10.0, 0}, Machine{200, 30.0, 0}, Machine{200, 20.0, 0},
+                                       Machine{300, 25.0, 0}, Machine{400, 40.0, 0}, Machine{150, 90.0, 5}}) {
+            const auto run = done_run({{"bus.width_bits", std::to_string(++width)}},
+                                      {{"buffer_bits", machine.bits},
+                                       {"frames_per_second", machine.rate},
+                                       {"starved_pixels", machine.starved}});
+            database.add_point(point_of(run), run);
+        }
+    }
+    const std::string svg = plot_svg(scratch / "results.db", request_of(ChartKind::kPareto));
+    CHECK(marks(svg, "symbol", "points") == 6);
+    // Steps: each of the three on the front adds a corner to the path behind the first.
+    const std::size_t line = svg.find("<g class=\"mark-line role-mark front\"");
+    REQUIRE(line != std::string::npos);
+    const std::string path = svg.substr(svg.find(" d=\"", line), 400);
+    CHECK(count(path.substr(0, path.find('"', 5)), "L") == 4);
+    CHECK(count(svg, "stroke-width=\"1.5\"") == 3);
+}
+
+TEST_CASE("Expressions and titles and panels are as asked for", "[charts]") {
+    const ScratchDirectory scratch;
+    const auto file = sample_results(scratch);
+    PlotRequest request;
+    request.x = "bus.width_bits / 8";
+    request.y = {"starved_pixels", "late_pixels"};
+    request.facet = "bus.arbitration";
+    request.condition = "status = 'done'";
+    request.title = "A <b>bold</b> & \"quoted\" title";
+    request.x_title = "bytes </text><script>";
+    const std::string svg = plot_svg(file, request);
+    CHECK_THAT(svg, Contains("A &lt;b&gt;bold&lt;/b&gt; &amp; \"quoted\" title"));
+    CHECK_THAT(svg, Contains("bytes &lt;/text&gt;&lt;script&gt;"));
+    CHECK_THAT(svg, !Contains("<script"));
+    CHECK_THAT(svg, Contains("bus.arbitration irsa") && Contains("bus.arbitration edf"));
+    CHECK_THAT(svg, Contains(", starved pixels</text>") && Contains(", late pixels</text>"));
+    CHECK(marks(svg, "symbol", "points") == 6);
+    CHECK(plot_svg(file, request) == svg);
+    CHECK(scratch.names() == std::vector<std::string>{"results.db"});
+}
+
+TEST_CASE("The picture has the size asked for and a PNG twice that", "[charts]") {
+    const ScratchDirectory scratch;
+    PlotRequest request;
+    request.width_pixels = 500;
+    request.height_pixels = 300;
+    const std::string svg = plot_svg(sample_results(scratch), request);
+    CHECK_THAT(svg, Contains("width=\"500\" height=\"300\""));
+    const std::string png = charts::png_of(svg);
+    REQUIRE(png.size() > 24);
+    CHECK(png.substr(1, 3) == "PNG");
+    CHECK(png.substr(16, 8) ==
+          std::string("\0\0\x03\xE8\0\0\x02\x58", 8));  // 1000 by 600, as the header has it
+}
+
+TEST_CASE("What cannot be drawn is told with the option at fault", "[charts]") {
+    const ScratchDirectory scratch;
+    const auto file = sample_results(scratch);
+    PlotRequest request;
+    request.y = {"starved_pixel"};
+    CHECK_THROWS_WITH(plot_svg(file, request), Contains("--y") && Contains("starved_pixels"));
+    request = {};
+    request.colour = "bus.arbitration +";
+    CHECK_THROWS_WITH(plot_svg(file, request), Contains("--colour"));
+    request = {};
+    request.condition = "bus.width_bits > 1000";
+    CHECK_THROWS_WITH(plot_svg(file, request), Contains("--where") && Contains("results.db"));
+    request = request_of(ChartKind::kHeatmap);
+    request.condition = "bus.width_bits = 32";
+    CHECK_THROWS_WITH(plot_svg(file, request), Contains("--y") && Contains("axis"));
+    CHECK_THROWS_WITH(charts::chart_of("pie"), Contains("--chart") && Contains("histogram"));
+}

@@ -1,0 +1,438 @@
+#include "tools/exploration/explorer.h"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+#include "host/quiet_fork.h"
+#include "scratch_directory.h"
+#include "tools/exploration/figures.h"
+
+// Explorations with a stand-in for the level: what a run does is the scenario's name or its buffer.
+
+using namespace metabuffer;
+using namespace metabuffer::exploration;
+using metabuffer::test::ScratchDirectory;
+
+namespace {
+
+/// The smallest image whose control scanline holds a table: 12x4 pixels of three bytes.
+std::string image() { return "P6\n12 4\n255\n" + std::string(144, '.'); }
+
+constexpr const char* kScenario = R"(
+displays: {width: 12, height: 4}
+composer: {ready_space_pixels: 2}
+bus: {burst_pixels: 2}
+renderers:
+  - frames: [{image: view.ppm, viewport: {x: 0, y: 0}}]
+)";
+
+struct Place {
+    Place() {
+        directory.write("view.ppm", image());
+        directory.write("scenario.yaml", kScenario);
+    }
+    SweepPlan plan(const std::string& key, const std::vector<std::string>& values) const {
+        SweepDescription description;
+        description.name = "test";
+        description.scenario = directory / "scenario.yaml";
+        description.axes.push_back(Axis{{key}, {values}, {"test"}});
+        return make_plan(description);
+    }
+    /// Lines of a file, none if it is not there.
+    std::vector<std::string> lines(const std::string& name) const {
+        std::vector<std::string> result;
+        std::ifstream stream(directory / name);
+        for (std::string line; std::getline(stream, line);) result.push_back(line);
+        return result;
+    }
+    ScratchDirectory directory;
+};
+
+std::vector<std::string> numbers(int from, int to) {
+    std::vector<std::string> values;
+    for (int value = from; value <= to; ++value) values.push_back(std::to_string(value));
+    return values;
+}
+
+ExploreOptions with_processes(int processes) {
+    ExploreOptions options;
+    options.processes = processes;
+    return options;
+}
+
+/// A line at a file's end in one write, as several processes do it.
+void note(const std::filesystem::path& file, const std::string& line) {
+    std::ofstream(file, std::ios::app) << line + "\n" << std::flush;
+}
+
+Simulation simulation_of(const Scenario& scenario, std::int64_t core_cycles) {
+    Simulation simulation;
+    simulation.report.scenario = scenario.name;
+    simulation.report.core_cycles = core_cycles;
+    simulation.report.core_mhz = scenario.clocks.core_mhz;
+    simulation.report.renderers.resize(1);
+    simulation.report.composers.resize(1);
+    simulation.report.displays.resize(1);
+    return simulation;
+}
+
+Value figure(const RunRecord& run, const std::string& name) {
+    return run.figures.at(figure_index(name).value());
+}
+
+RunRecord run_of(const ResultsDatabase& results, const PointRecord& point) {
+    return results.find_run(point.settings).value().second;
+}
+
+/// Starves below the scenario's watchdog_cycles, which stands in for the threshold.
+Simulation starving(const Scenario& scenario, bool /*pictures*/) {
+    Simulation simulation = simulation_of(scenario, 1);
+    const bool starves = scenario.composer.buffer_pixels < scenario.watchdog_cycles;
+    simulation.report.composers[0].starved_pixels = starves ? 7 : 0;
+    return simulation;
+}
+
+/// Without the test framework's word on it.
+void abort_quietly() {
+    std::signal(SIGABRT, SIG_DFL);
+    std::abort();
+}
+
+SearchDescription buffer_search(std::int64_t to) {
+    return describe_search("composer.buffer_pixels", 1, to, "test");
+}
+
+}  // namespace
+
+TEST_CASE("explorer: each simulation is a process of its own") {
+    const Place place;
+    const SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 29));
+    const Explorer explorer(
+        plan, [](const Scenario& scenario, bool /*pictures*/) { return simulation_of(scenario, getpid()); });
+    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    const Exploration exploration = explorer.run(&results, with_processes(3));
+    REQUIRE(exploration.points.size() == 20);
+    std::set<std::int64_t> processes;
+    for (std::size_t n = 0; n < exploration.points.size(); ++n) {
+        CHECK(exploration.points[n].settings == plan.points[n].settings);
+        processes.insert(
+            std::get<std::int64_t>(figure(run_of(results, exploration.points[n]), "core_cycles")));
+    }
+    CHECK(processes.size() == 20);
+    CHECK(processes.count(getpid()) == 0);
+    CHECK(exploration.progress.points_ended == 20);
+    CHECK(exploration.progress.runs == 20);
+}
+
+TEST_CASE("explorer: as many simulations run at once as were asked for and no more") {
+    const Place place;
+    const SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 21));
+    const std::filesystem::path at_work = place.directory / "at-work";
+    std::filesystem::create_directory(at_work);
+    const Explorer explorer(plan, [&at_work](const Scenario& scenario, bool /*pictures*/) {
+        // Each waits until it has seen three at work, itself among them: with fewer the test would not end.
+        const std::filesystem::path own = at_work / std::to_string(getpid());
+        const std::filesystem::path seen = at_work.parent_path() / "three-seen";
+        std::ofstream(own) << "here";
+        std::ptrdiff_t most = 0;
+        for (int wait = 0; wait < 10'000 && !std::filesystem::exists(seen); ++wait) {
+            std::ptrdiff_t count = 0;
+            for (const auto& entry : std::filesystem::directory_iterator(at_work))
+                count += entry.exists() ? 1 : 0;
+            most = std::max(most, count);
+            if (count >= 3) std::ofstream(seen) << "yes";
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        if (!std::filesystem::exists(seen)) throw std::runtime_error("never three at once");
+        if (most > 3) throw std::runtime_error("more than three at once");
+        std::filesystem::remove(own);
+        return simulation_of(scenario, 1);
+    });
+    for (const PointRecord& point : explorer.run(nullptr, with_processes(3)).points) {
+        CHECK(point.status == RunStatus::kDone);
+        CHECK(point.reason.empty());
+    }
+}
+
+TEST_CASE("explorer: a run that fails is a record with its reason and the others go on") {
+    const Place place;
+    const SweepPlan plan = place.plan(
+        "name", {"fine", "abort", "leave", "input", "exception", "watchdog", "loop-killed", "also-fine"});
+    const Explorer explorer(plan, [](const Scenario& scenario, bool /*pictures*/) {
+        Simulation simulation = simulation_of(scenario, 1);
+        if (scenario.name == "abort") abort_quietly();
+        if (scenario.name == "leave") _exit(EXIT_SUCCESS);
+        if (scenario.name == "input") throw InputError("line 3: told to refuse");
+        if (scenario.name == "exception") throw std::runtime_error("told\nto throw");
+        if (scenario.name == "watchdog") simulation.report.watchdog = {"bus 1 waits", "display 1 waits"};
+        if (scenario.name == "loop-killed") kill(getpid(), SIGKILL);
+        return simulation;
+    });
+    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    const std::vector<PointRecord> points = explorer.run(&results, with_processes(2)).points;
+    REQUIRE(points.size() == 8);
+    const auto check = [&points](std::size_t n, RunStatus status, const std::string& reason) {
+        CAPTURE(n);
+        CHECK(points[n].status == status);
+        CHECK(points[n].reason == reason);
+    };
+    check(0, RunStatus::kDone, "");
+    check(1, RunStatus::kCrashed, "its process ended by a signal: Aborted");
+    check(2, RunStatus::kCrashed, "its process ended without a report");
+    check(3, RunStatus::kInvalid, "line 3: told to refuse");
+    check(4, RunStatus::kFailed, "told to throw");
+    check(5, RunStatus::kWatchdog, "nothing moved any more: bus 1 waits and display 1 waits");
+    check(6, RunStatus::kCrashed, "its process ended by a signal: Killed");
+    check(7, RunStatus::kDone, "");
+    // A watchdog's run has a report, and one that crashed has none.
+    CHECK_FALSE(run_of(results, points[5]).figures.empty());
+    CHECK(run_of(results, points[1]).figures.empty());
+}
+
+TEST_CASE("explorer: settings that make no scenario are recorded as the scenario's own error") {
+    const Place place;
+    const SweepPlan plan = place.plan("composer.buffer_pixels", {"16", "-3", "many"});
+    const Explorer explorer(plan, starving);
+    const std::vector<PointRecord> points = explorer.run(nullptr, with_processes(1)).points;
+    REQUIRE(points.size() == 3);
+    CHECK(points[0].status == RunStatus::kDone);
+    CHECK(points[1].status == RunStatus::kInvalid);
+    CHECK(points[1].reason.find("composer.buffer_pixels") != std::string::npos);
+    CHECK(points[1].reason.find("out of range") != std::string::npos);
+    CHECK(points[2].status == RunStatus::kInvalid);
+}
+
+TEST_CASE("explorer: what is killed goes on with the points that had not ended") {
+    const Place place;
+    const std::filesystem::path started = place.directory / "started";
+    const SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 209));
+    const Explorer explorer(plan, [&started](const Scenario& scenario, bool /*pictures*/) {
+        note(started, std::to_string(scenario.composer.buffer_pixels));
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return simulation_of(scenario, 1);
+    });
+    const std::filesystem::path file = place.directory / "r.db";
+    std::size_t kept = 0;
+    // Killed again and again, a little later each time.
+    for (int round = 1; round <= 4; ++round) {
+        const pid_t victim = quiet_fork();
+        if (victim == 0) {
+            ResultsDatabase results = ResultsDatabase::open(file, explorer.identity("1"));
+            ExploreOptions options = with_processes(3);
+            const std::size_t last = kept + 20;
+            options.on_progress = [last](const Progress& progress) {
+                if (progress.points_ended >= last) kill(getpid(), SIGKILL);
+            };
+            explorer.run(&results, options);
+            _exit(EXIT_SUCCESS);
+        }
+        int status = 0;
+        REQUIRE(waitpid(victim, &status, 0) == victim);
+        REQUIRE(WIFSIGNALED(status));
+        const std::size_t rows = ResultsReader(file).results().rows.size();
+        CHECK(rows >= kept + 20);  // what it had been told had ended
+        kept = rows;
+    }
+    // Children of the killed ones die with them; until then they may still note their start.
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    const std::size_t before = place.lines("started").size();
+    ResultsDatabase results = ResultsDatabase::open(file, explorer.identity("1"));
+    const Exploration rest = explorer.run(&results, with_processes(3));
+    CHECK(rest.points.size() == 200);
+    CHECK(rest.progress.points_reused == kept);
+    CHECK(rest.progress.runs == 200 - kept);
+    CHECK(place.lines("started").size() - before == 200 - kept);
+}
+
+TEST_CASE("explorer: a search finds the smallest value and keeps every simulation") {
+    const Place place;
+    SweepPlan plan = place.plan("watchdog_cycles", {"100", "57", "1", "70000"});
+    plan.search = buffer_search(60'000);
+    const Explorer explorer(plan, starving);
+    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    const Exploration exploration = explorer.run(&results, with_processes(4));
+    REQUIRE(exploration.points.size() == 4);
+    CHECK(exploration.points[0].smallest == 100);
+    CHECK(exploration.points[1].smallest == 57);
+    CHECK(exploration.points[2].smallest == 1);
+    CHECK(exploration.points[0].monotonic == true);
+    CHECK(exploration.points[3].status == RunStatus::kUnmet);
+    CHECK(exploration.points[3].reason.find("none of ") == 0);
+    CHECK(exploration.points[3].reason.find("values looked at, 1 to 60000, meets the goal") !=
+          std::string::npos);
+    CHECK(exploration.points[3].reason.find("starved_pixels 7") != std::string::npos);
+    std::size_t runs = 0;
+    for (const PointRecord& point : exploration.points) runs += static_cast<std::size_t>(point.runs);
+    CHECK(runs == exploration.progress.runs);
+    // The run that shows the point is the one with the smallest value.
+    const std::optional<PointRecord> known = results.find_point(exploration.points[0].settings);
+    REQUIRE(known);
+    std::vector<Setting> settings = exploration.points[0].settings;
+    settings.push_back({"composer.buffer_pixels", "100"});
+    CHECK(results.find_run(settings).value().first == known->run);
+    // Nothing of it is run again.
+    const Exploration again = explorer.run(&results, with_processes(4));
+    CHECK(again.progress.runs == 0);
+    CHECK(again.points[0].smallest == 100);
+}
+
+TEST_CASE("explorer: a search that meets a crash is a failed point and not a guess") {
+    const Place place;
+    SweepPlan plan = place.plan("watchdog_cycles", {"100"});
+    plan.search = buffer_search(60'000);
+    const Explorer explorer(plan, [](const Scenario& scenario, bool pictures) {
+        if (scenario.composer.buffer_pixels == 64) abort_quietly();
+        return starving(scenario, pictures);
+    });
+    const std::vector<PointRecord> points = explorer.run(nullptr, with_processes(2)).points;
+    REQUIRE(points.size() == 1);
+    CHECK(points[0].status == RunStatus::kCrashed);
+    CHECK(points[0].reason == "composer.buffer_pixels=64: its process ended by a signal: Aborted");
+    CHECK_FALSE(points[0].smallest);
+}
+
+TEST_CASE("explorer: a stop ends it and leaves the rest for the next time") {
+    const Place place;
+    const SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 109));
+    const Explorer explorer(plan, starving);
+    std::array<int, 2> ends{};
+    REQUIRE(pipe(ends.data()) == 0);
+    ExploreOptions options = with_processes(2);
+    options.stop_descriptor = ends[0];
+    options.on_progress = [&ends](const Progress& progress) {
+        if (progress.points_ended == 10) REQUIRE(write(ends[1], "x", 1) == 1);
+    };
+    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    const Exploration exploration = explorer.run(&results, options);
+    close(ends[0]);
+    close(ends[1]);
+    CHECK(exploration.stopped);
+    CHECK(exploration.points.size() >= 10);
+    CHECK(exploration.points.size() < 100);
+    const Exploration rest = explorer.run(&results, with_processes(2));
+    CHECK(rest.points.size() == 100);
+    CHECK(rest.progress.points_reused == exploration.points.size());
+}
+
+TEST_CASE("explorer: results of other input are refused") {
+    const Place place;
+    const SweepPlan plan = place.plan("composer.buffer_pixels", {"10"});
+    const auto identity = [&plan] { return Explorer(plan, starving).identity("1"); };
+    const ResultsIdentity first = identity();
+    CHECK(identity().inputs == first.inputs);
+    CHECK(first.inputs.count("scenario.yaml") == 1);
+    CHECK(first.inputs.count("view.ppm") == 1);
+    SECTION("another scenario") {
+        place.directory.write("scenario.yaml", std::string(kScenario) + "frames: 2\n");
+    }
+    SECTION("another image") {
+        std::string other = image();
+        other[20] = '!';
+        place.directory.write("view.ppm", other);
+    }
+    const std::filesystem::path file = place.directory / "r.db";
+    { ResultsDatabase::open(file, first); }
+    CHECK_THROWS_AS(ResultsDatabase::open(file, identity()), InputError);
+    CHECK(Explorer(plan, starving).identity("2").fingerprint != first.fingerprint);
+}
+
+TEST_CASE("explorer: images that only later points show are input as well") {
+    const Place place;
+    place.directory.write("other.ppm", image());
+    const SweepPlan plan = place.plan("renderers.0.frames.0.image", {"missing.ppm", "view.ppm", "other.ppm"});
+    const auto identity = [&plan] { return Explorer(plan, starving).identity("1"); };
+    const ResultsIdentity first = identity();
+    CHECK(first.inputs.at("missing.ppm") == "missing");
+    CHECK(first.inputs.at("other.ppm") == first.inputs.at("view.ppm"));
+    place.directory.write("other.ppm", image() + " ");
+    CHECK(identity().inputs.at("other.ppm") != first.inputs.at("other.ppm"));
+}
+
+TEST_CASE("explorer: a scenario may be added to the results of others") {
+    const Place place;
+    place.directory.write("second.yaml", kScenario);
+    const auto plan_of = [&place](const std::vector<std::string>& scenarios) {
+        SweepDescription description;
+        description.name = "test";
+        description.base = place.directory.path();
+        description.axes.push_back(Axis{{kScenarioAxis}, {scenarios}, {"test"}});
+        return make_plan(description);
+    };
+    for (const std::vector<std::string>& scenarios :
+         {std::vector<std::string>{"scenario.yaml"},
+          std::vector<std::string>{"second.yaml", "scenario.yaml"}}) {
+        const SweepPlan plan = plan_of(scenarios);
+        const Explorer explorer(plan, starving);
+        ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+        const Exploration exploration = explorer.run(&results, with_processes(1));
+        CHECK(exploration.points.size() == scenarios.size());
+        CHECK(exploration.progress.runs == 1);
+    }
+    place.directory.write("scenario.yaml", std::string(kScenario) + "# changed\n");
+    const SweepPlan plan = plan_of({"second.yaml", "scenario.yaml"});
+    CHECK_THROWS_AS(ResultsDatabase::open(place.directory / "r.db", Explorer(plan, starving).identity("1")),
+                    InputError);
+}
+
+TEST_CASE("explorer: what was killed from outside or missed a file is tried again") {
+    const Place place;
+    const SweepPlan plan = place.plan("renderers.0.frames.0.image", {"view.ppm", "late.ppm"});
+    const std::filesystem::path told = place.directory / "told";
+    const Simulate simulate = [&told](const Scenario& scenario, bool /*pictures*/) {
+        if (!std::filesystem::exists(told)) kill(getpid(), SIGKILL);
+        return simulation_of(scenario, 1);
+    };
+    const auto statuses = [&] {
+        const Explorer explorer(plan, simulate);
+        ResultsIdentity identity = explorer.identity("1");
+        identity.inputs.erase("late.ppm");  // it is no other content but none so far
+        ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", identity);
+        std::vector<RunStatus> result;
+        for (const PointRecord& point : explorer.run(&results, with_processes(1)).points) {
+            result.push_back(point.status);
+        }
+        return result;
+    };
+    CHECK(statuses() == std::vector<RunStatus>{RunStatus::kCrashed, RunStatus::kInvalid});
+    std::ofstream(told) << "go";
+    place.directory.write("late.ppm", image());
+    CHECK(statuses() == std::vector<RunStatus>{RunStatus::kDone, RunStatus::kDone});
+}
+
+TEST_CASE("explorer: a simulation that does not come to an end is given up with its reason") {
+    const Place place;
+    const SweepPlan plan = place.plan("name", {"stuck"});
+    const Explorer explorer(plan, [](const Scenario& scenario, bool /*pictures*/) {
+        kill(getpid(), SIGSTOP);
+        return simulation_of(scenario, 1);
+    });
+    ExploreOptions options = with_processes(2);
+    options.time_limit_seconds = 0.5;
+    const std::vector<PointRecord> points = explorer.run(nullptr, options).points;
+    REQUIRE(points.size() == 1);
+    CHECK(points[0].status == RunStatus::kCrashed);
+    CHECK(points[0].reason == "took longer than its time limit of 0.5 s");
+}
+
+TEST_CASE("explorer: a search over negative values that none meets ends as unmet") {
+    const Place place;
+    SweepPlan plan = place.plan("watchdog_cycles", {"70000"});
+    plan.search = describe_search("renderers.0.frames.0.viewport.x", -9, -3, "test");
+    const Explorer explorer(plan, starving);
+    const std::vector<PointRecord> points = explorer.run(nullptr, with_processes(2)).points;
+    REQUIRE(points.size() == 1);
+    CHECK(points[0].status == RunStatus::kUnmet);
+    CHECK(points[0].reason.find(
+              "no value of -9 to -3 meets the goal; renderers.0.frames.0.viewport.x=-3 gives") == 0);
+}

@@ -1,0 +1,160 @@
+#include "tools/exploration/figures.h"
+
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+
+namespace metabuffer::exploration {
+namespace {
+
+/// Two renderers and three displays of 20 by 10 pixels, supersampled twice, and a report with every count different.
+Scenario small_machine() {
+    Scenario scenario;
+    scenario.displays.columns = 3;
+    scenario.displays.width_pixels = 20;
+    scenario.displays.height_pixels = 10;
+    scenario.displays.supersample = 2;
+    scenario.bus.width_bits = 128;
+    scenario.composer.buffer_pixels = 100;
+    scenario.frames = 5;
+    scenario.renderers.resize(2);
+    return scenario;
+}
+
+RunReport small_report() {
+    RunReport report;
+    report.level = "tlm";
+    report.core_mhz = 50.0;
+    report.core_cycles = 9000;
+    report.frames = {{0, 1000, 1999, 40, {}}, {1, 2000, 2999, std::nullopt, {}}, {2, 3500, 4999, 70, {}}};
+    report.renderers.resize(2);
+    BusCounters& bus = report.renderers[0].bus;
+    bus.busy_cycles = 1;
+    bus.table_cycles = 2;
+    bus.page_miss_cycles = 3;
+    bus.poll_cycles = 4;
+    bus.lost_cycles = 5;
+    bus.idle_cycles = 6;
+    bus.page_misses = 7;
+    bus.pixels_sent = 800;
+    bus.bursts = 9;
+    bus.recovered_slots = 10;
+    report.renderers[1].bus = bus;
+    report.renderers[1].bus.busy_cycles = 100;
+    report.renderers[1].bus.pixels_sent = 2000;
+    report.renderers[0].rejected_frames = {1, 2, 0, 0, 0, 3};
+    report.renderers[1].rejected_frames = {0, 0, 4, 0, 0, 0};
+    report.renderers[0].rejected_rows[1] = 5;
+    report.renderers[1].rejected_rows[2] = 6;
+    report.renderers[0].repeated_frames = 11;
+    report.renderers[1].repeated_frames = 12;
+    report.renderers[0].dropped_frames = 13;
+    report.renderers[1].dropped_frames = 14;
+    for (int n = 0; n < 6; ++n) {
+        ComposerCounters composer;
+        composer.starved_pixels = 1 + n;
+        composer.stalled_cycles = 10 + n;
+        composer.buffer_high_water = n == 2 ? 99 : 50;
+        composer.busready_drops = 20 + n;
+        composer.late_pixels = 30 + n;
+        composer.replayed_pixels = 40 + n;
+        report.composers.push_back(composer);
+    }
+    report.displays = {{4, 0}, {3, 0}, {5, 0}};
+    return report;
+}
+
+Value figure(const RunReport& report, const Scenario& scenario, const std::string& name) {
+    const std::vector<Value> values = figures_of(report, scenario);
+    REQUIRE(values.size() == figure_kinds().size());
+    for (std::size_t n = 0; n < values.size(); ++n) {
+        if (figure_kinds()[n].name == name) return values[n];
+    }
+    FAIL("no figure " << name);
+    return {};
+}
+
+}  // namespace
+
+TEST_CASE("figures: every one has a name of its own and a meaning") {
+    std::set<std::string> names;
+    for (const FigureKind& kind : figure_kinds()) {
+        CAPTURE(kind.name);
+        CHECK(names.insert(kind.name).second);
+        CHECK_FALSE(std::string(kind.meaning).empty());
+        CHECK(std::string(kind.meaning).find('\n') == std::string::npos);
+        CHECK(kind.unit != nullptr);
+    }
+}
+
+TEST_CASE("figures: those of report.json's totals are the same") {
+    const RunReport report = small_report();
+    const auto totals = nlohmann::json::parse(report_json(report)).at("totals");
+    int compared = 0;
+    for (const FigureKind& kind : figure_kinds()) {
+        const std::string name = kind.name;
+        const auto& place = totals.at("bus").contains(name) ? totals.at("bus") : totals;
+        // The totals of these are by display and by cause.
+        if (!place.contains(name) || name == "frames_shown" || place.at(name).is_object()) continue;
+        CAPTURE(name);
+        const Value value = figure(report, small_machine(), name);
+        if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+            CHECK(*whole == place.at(name).get<std::int64_t>());
+        } else {
+            CHECK(std::get<double>(value) == place.at(name).get<double>());
+        }
+        ++compared;
+    }
+    CHECK(compared == 19);
+}
+
+TEST_CASE("figures: those that are not in the report are what their meaning says") {
+    const RunReport report = small_report();
+    const Scenario scenario = small_machine();
+    const auto whole = [&](const char* name) {
+        return std::get<std::int64_t>(figure(report, scenario, name));
+    };
+    const auto number = [&](const char* name) { return std::get<double>(figure(report, scenario, name)); };
+    CHECK(whole("frames_shown") == 3);
+    CHECK(whole("frames_asked") == 5);
+    CHECK(whole("core_cycles") == 9000);
+    CHECK(number("frame_cycles") == Approx(4000.0 / 3.0));
+    CHECK(number("frames_per_second") == Approx(3.0 * 50e6 / 4000.0));
+    CHECK(whole("latency_cycles") == 70);
+    CHECK(whole("rejected_frames") == 10);
+    CHECK(whole("rejected_rows") == 11);
+    CHECK(number("pixels_per_cycle") == Approx(2800.0 / (101 + 4 + 6 + 10)));
+    CHECK(number("demand_pixels_per_cycle") == Approx(2000.0 / 4000.0));
+    CHECK(whole("renderers") == 2);
+    CHECK(whole("displays") == 3);
+    CHECK(whole("composers") == 6);
+    CHECK(whole("raster_pixels") == 800);
+    CHECK(whole("buffer_bits") == 38400);
+    CHECK(whole("bus_wires") == 256);
+}
+
+TEST_CASE("figures: a run that came to no frame has no rates and no latency") {
+    RunReport report = small_report();
+    report.frames.clear();
+    for (const char* name :
+         {"frame_cycles", "frames_per_second", "latency_cycles", "demand_pixels_per_cycle"}) {
+        CAPTURE(name);
+        // The mean and the rate of no frames are nothing and not zero.
+        CHECK(std::holds_alternative<std::monostate>(figure(report, small_machine(), name)));
+    }
+    report.renderers[0].bus = {};
+    report.renderers[1].bus = {};
+    CHECK(figure(report, small_machine(), "pixels_per_cycle") == Value());
+    report.displays.clear();
+    CHECK(figure(report, small_machine(), "frames_shown") == Value(std::int64_t{0}));
+}
+
+TEST_CASE("figures: a latency of some frames is the longest of these") {
+    RunReport report = small_report();
+    report.frames[2].latency_cycles.reset();
+    CHECK(figure(report, small_machine(), "latency_cycles") == Value(std::int64_t{40}));
+}
+
+}  // namespace metabuffer::exploration

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scratch_directory.h"
+#include "tools/exploration/sweep_plan.h"
+
+namespace metabuffer::test {
+
+/// The message of the InputError that the call throws, on one line; empty if it throws none.
+template <typename Call>
+std::string sweep_error_of(Call call) {
+    try {
+        call();
+    } catch (const InputError& error) {
+        std::string message = error.what();
+        CHECK(message.find('\n') == std::string::npos);
+        return message;
+    }
+    return "";
+}
+
+/// A directory with two scenarios, `case.yaml` and `wide.yaml` (128 bits), whose images are not there: a plan needs
+/// none.
+class SweepFixture {
+  public:
+    SweepFixture() {
+        const std::string rest =
+            "displays: {width: 16, height: 8}\n"
+            "renderers:\n"
+            "  - frames:\n"
+            "      - {image: none.png, viewport: {x: 0, y: 0}}\n"
+            "      - {image: none.png, viewport: {x: 0, y: 0}}\n";
+        directory_.write("case.yaml", rest);
+        directory_.write("wide.yaml", "bus: {width_bits: 128}\n" + rest);
+    }
+
+    const ScratchDirectory& directory() const { return directory_; }
+
+    exploration::SweepDescription parse(const std::string& text) const {
+        return exploration::parse_sweep(text, "test.yaml", directory_.path());
+    }
+    exploration::SweepPlan plan(const std::string& text) const { return exploration::make_plan(parse(text)); }
+    /// Of reading the text and making its plan.
+    std::string error(const std::string& text) const {
+        return sweep_error_of([&] { plan(text); });
+    }
+
+  private:
+    ScratchDirectory directory_;
+};
+
+/// "bus.width_bits=32 composer.buffer_pixels=64" for each point.
+inline std::vector<std::string> point_texts(const exploration::SweepPlan& plan) {
+    std::vector<std::string> texts;
+    for (const exploration::Point& point : plan.points) {
+        std::string text;
+        for (const exploration::Setting& setting : point.settings) {
+            if (!text.empty()) text += ' ';
+            text += setting.key + "=" + setting.value;
+        }
+        texts.push_back(text);
+    }
+    return texts;
+}
+
+}  // namespace metabuffer::test
