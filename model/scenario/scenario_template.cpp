@@ -25,7 +25,9 @@ struct ScenarioTemplate::Content {
     auto with(const std::vector<ScenarioOverride>& overrides, Read read) const {
         if (overrides.empty()) return read(tree);
         input::Value changed = tree;
-        for (const ScenarioOverride& override_ : overrides) input::apply_override(changed, override_);
+        for (const ScenarioOverride& override_ : overrides) {
+            input::apply_override(changed, scenario_schema(), override_.path, override_.value);
+        }
         return read(changed);
     }
 };

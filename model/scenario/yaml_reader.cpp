@@ -12,8 +12,6 @@
 #include <system_error>
 #include <utility>
 
-#include "scenario/scenario_keys.h"
-
 namespace metabuffer::input {
 namespace {
 
@@ -212,13 +210,14 @@ constexpr const char* kNoKeyPath =
 /// Walks an override's path down the tree and makes the maps on the way.
 class OverrideWalk {
   public:
-    OverrideWalk(Value& root, Place place) : current_(&root), place_(std::move(place)) {}
+    OverrideWalk(Value& root, const Schema& schema, Place place)
+        : schema_(schema), current_(&root), place_(std::move(place)) {}
 
     void step(const Step& step) {
         const SchemaKey& key = *schema_.find(pattern_);
         switch (key.shape) {
             case KeyShape::kFreeMap:
-            case KeyShape::kAny:  // scenarios have neither
+            case KeyShape::kAny:
             case KeyShape::kScalar:
                 fail_at(place_, path_, "has nothing inside; use --set " + path_ + "=VALUE");
             case KeyShape::kMap:
@@ -267,7 +266,7 @@ class OverrideWalk {
         path_ = item_path(path_, *index);
     }
 
-    const Schema& schema_ = scenario_schema();
+    const Schema& schema_;
     Value* current_;
     Place place_;
     std::string pattern_;
@@ -423,18 +422,15 @@ Value parse_yaml(const std::string& text, const std::shared_ptr<const std::strin
     }
 }
 
-void apply_override(Value& root, const ScenarioOverride& override_) {
-    const auto origin = std::make_shared<const std::string>(
-        text::one_line("--set " + override_.path + "=" + override_.value));
+void apply_override(Value& root, const Schema& schema, const std::string& path, const std::string& value) {
+    const auto origin = std::make_shared<const std::string>(text::one_line("--set " + path + "=" + value));
     const Place place{origin, 0};
-    const std::optional<std::vector<Step>> steps = split_path(override_.path);
-    if (!steps.has_value()) {
-        fail_at(place, "", text::quoted(override_.path) + kNoKeyPath);
-    }
-    Value value = parse_yaml(override_.value, origin, false);
-    OverrideWalk walk(root, place);
+    const std::optional<std::vector<Step>> steps = split_path(path);
+    if (!steps.has_value()) fail_at(place, "", text::quoted(path) + kNoKeyPath);
+    Value parsed = parse_yaml(value, origin, false);
+    OverrideWalk walk(root, schema, place);
     for (const Step& step : *steps) walk.step(step);
-    walk.target() = std::move(value);
+    walk.target() = std::move(parsed);
 }
 
 KeyPath find_key_path(const Schema& schema, const std::string& path, const std::string& where) {

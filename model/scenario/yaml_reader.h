@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "host/errors.h"
+#include "host/range.h"
 #include "host/text.h"
-#include "scenario/limits.h"
 #include "scenario/names.h"
-#include "scenario/scenario_loader.h"
 #include "scenario/schema.h"
 
 /// YAML as a tree whose every value knows where it came from, and typed reading of it by a schema.
@@ -57,8 +56,8 @@ std::string flow_text(const Value& value);
 /// is not YAML, on a second document, on a key twice in a map and on endless nesting.
 Value parse_yaml(const std::string& text, const std::shared_ptr<const std::string>& origin, bool has_lines);
 
-/// Puts an override's value into a scenario's tree. Throws InputError.
-void apply_override(Value& root, const ScenarioOverride& override_);
+/// Puts a value, YAML as --set has it, at a path of keys and indices. Throws InputError.
+void apply_override(Value& root, const Schema& schema, const std::string& path, const std::string& value);
 
 /// A path of keys and indices as overrides have it.
 struct KeyPath {
