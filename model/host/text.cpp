@@ -13,17 +13,16 @@ namespace {
 
 constexpr std::size_t kLongestQuote = 60;
 
-bool is_space_or_control(char character) {
-    const auto code = static_cast<unsigned char>(character);
-    return code <= 0x20U || code == 0x7FU;
-}
-
 }  // namespace
+
+bool is_control(char character) { return static_cast<unsigned char>(character) < 0x20U || character == 0x7F; }
+
+bool has_control(std::string_view text) { return std::any_of(text.begin(), text.end(), is_control); }
 
 std::string one_line(std::string_view text) {
     std::string line;
     for (const char character : text) {
-        if (!is_space_or_control(character)) {
+        if (character != ' ' && !is_control(character)) {
             line += character;
         } else if (!line.empty() && line.back() != ' ') {
             line += ' ';
@@ -37,6 +36,27 @@ std::string quoted(std::string_view text) {
     std::string line = one_line(text.substr(0, kLongestQuote));
     if (text.size() > kLongestQuote) line += "...";
     return "'" + line + "'";
+}
+
+std::string literal(std::string_view text, char quote) {
+    std::string result(1, quote);
+    for (const char character : text) {
+        result += character;
+        if (character == quote) result += quote;
+    }
+    return result + quote;
+}
+
+std::string located(std::string_view where, std::string_view message) {
+    std::string text(where);
+    if (!where.empty()) text += ": ";
+    return one_line(text.append(message));
+}
+
+std::string listed(const std::vector<std::string>& items) {
+    std::string list;
+    for (std::size_t i = 0; i < items.size(); ++i) list += (i > 0 ? ", " : "") + items[i];
+    return list;
 }
 
 std::string joined(const std::vector<std::string>& items, std::string_view conjunction) {

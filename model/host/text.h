@@ -9,11 +9,24 @@
 /// Wording that messages, reports and tables share.
 namespace metabuffer::text {
 
+/// Whether it is one of ASCII's control characters.
+bool is_control(char character);
+bool has_control(std::string_view text);
+
 /// Control characters and runs of white space become one space each; none at either end.
 std::string one_line(std::string_view text);
 
 /// The text between quotation marks, on one line, cut when it is long.
 std::string quoted(std::string_view text);
+
+/// The text between quotation marks, those in it doubled: a literal or a name of SQL, a field of CSV, a scalar of YAML.
+std::string literal(std::string_view text, char quote);
+
+/// A message on one line: "where: message", without a place just the message.
+std::string located(std::string_view where, std::string_view message);
+
+/// "a, b, c".
+std::string listed(const std::vector<std::string>& items);
 
 /// "a, b or c"; conjunction is "or" or "and".
 std::string joined(const std::vector<std::string>& items, std::string_view conjunction);

@@ -20,7 +20,7 @@ constexpr int kDeepestNesting = 64;
 constexpr std::size_t kMostValues = 4'000'000;
 
 [[noreturn]] void fail_at(const Place& place, const std::string& path, const std::string& message) {
-    throw InputError(text::one_line(place.describe() + ": " + (path.empty() ? "" : path + ": ") + message));
+    throw InputError(text::located(place.describe(), text::located(path, message)));
 }
 
 std::string item_path(const std::string& list_path, std::size_t index) {
@@ -325,30 +325,7 @@ bool is_plain(const std::string& text) {
 /// A scalar in flow style. What quotation marks keep from being a number keeps them.
 std::string scalar_text(const Value& value) {
     const bool is_number = decimal_number(value.text).has_value();
-    if (is_number ? !value.quoted : is_plain(value.text)) return value.text;
-    const bool has_control = std::any_of(value.text.begin(), value.text.end(), [](char character) {
-        return static_cast<unsigned char>(character) < 0x20U || character == 0x7F;
-    });
-    if (!has_control) {
-        // In single quotes nothing is special but the quote.
-        std::string result = "'";
-        for (const char character : value.text) {
-            result += character == '\'' ? "''" : std::string(1, character);
-        }
-        return result + "'";
-    }
-    constexpr std::string_view kDigits = "0123456789ABCDEF";
-    std::string result = "\"";
-    for (const char character : value.text) {
-        const auto code = static_cast<unsigned char>(character);
-        if (code < 0x20U || code == 0x7FU) {
-            result += std::string("\\x") + kDigits[code >> 4U] + kDigits[code & 0xFU];
-        } else {
-            if (character == '"' || character == '\\') result += '\\';
-            result += character;
-        }
-    }
-    return result + "\"";
+    return (is_number ? !value.quoted : is_plain(value.text)) ? value.text : quoted_scalar(value.text);
 }
 
 }  // namespace
@@ -379,6 +356,24 @@ std::string described(const Value& value) {
             return "a map";
     }
     return "";
+}
+
+std::string quoted_scalar(const std::string& words) {
+    // In single quotes nothing is special but the quote. YAML::Emitter would lose bytes that are not UTF-8, as names of
+    // files may have.
+    if (!text::has_control(words)) return text::literal(words, '\'');
+    constexpr std::string_view kDigits = "0123456789ABCDEF";
+    std::string result = "\"";
+    for (const char character : words) {
+        if (text::is_control(character)) {
+            const auto code = static_cast<unsigned char>(character);
+            result += std::string("\\x") + kDigits[code >> 4U] + kDigits[code & 0xFU];
+        } else {
+            if (character == '"' || character == '\\') result += '\\';
+            result += character;
+        }
+    }
+    return result + "\"";
 }
 
 std::string flow_text(const Value& value) {
@@ -435,7 +430,7 @@ void apply_override(Value& root, const Schema& schema, const std::string& path, 
 
 KeyPath find_key_path(const Schema& schema, const std::string& path, const std::string& where) {
     const auto fail = [&where](const std::string& message) {
-        throw InputError(text::one_line((where.empty() ? "" : where + ": ") + message));
+        throw InputError(text::located(where, message));
     };
     const std::optional<std::vector<Step>> steps = split_path(path);
     if (!steps.has_value()) fail(text::quoted(path) + kNoKeyPath);
@@ -560,10 +555,7 @@ std::string Entry::name() const {
     const std::string use = std::string(schema_->find(pattern_)->meaning) + ", on one line";
     const std::string& words = scalar(use);
     if (words.empty()) fail("is empty; use " + use);
-    const bool has_control = std::any_of(words.begin(), words.end(), [](char character) {
-        return static_cast<unsigned char>(character) < 0x20U || character == 0x7F;
-    });
-    if (has_control) fail(described(*value_) + " has control characters; use " + use);
+    if (text::has_control(words)) fail(described(*value_) + " has control characters; use " + use);
     return words;
 }
 

@@ -49,6 +49,9 @@ struct Member {
 /// "'abc'", "a list", "a map" or "nothing".
 std::string described(const Value& value);
 
+/// A text as a scalar in quotation marks, on one line: reads back as just that text.
+std::string quoted_scalar(const std::string& words);
+
 /// The value in flow style on one line, as an override takes it: reads back as the same.
 std::string flow_text(const Value& value);
 

@@ -292,10 +292,8 @@ bool Explorer::Session::meets_goal(const RunRecord& record) const {
     return goal_->holds([&record](const std::string& name) -> Value {
         const std::optional<std::size_t> figure = figure_index(name);
         if (figure && *figure < record.figures.size()) return record.figures[*figure];
-        for (const Setting& setting : record.settings) {
-            if (name == setting.key) return value_of_setting(setting.value);
-        }
-        return {};
+        const Setting* const setting = find_setting(record.settings, name);
+        return setting == nullptr ? Value() : value_of_setting(setting->value);
     });
 }
 

@@ -8,6 +8,7 @@
 #include <array>
 #include <cctype>
 #include <cstddef>
+#include <iterator>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -27,11 +28,11 @@ constexpr int kDeepestParentheses = 50;
 
 /// The words of SQL that make expressions. FROM is there for IS DISTINCT FROM: behind anything else SQLite refuses it.
 constexpr std::array<std::string_view, 29> kWords{
-    "AND",     "AS",   "BETWEEN", "CASE", "CAST", "COLLATE", "DISTINCT", "ELSE", "END",    "ESCAPE",
-    "FALSE",   "FROM", "GLOB",    "IN",   "IS",   "INTEGER", "ISNULL",   "LIKE", "NOCASE", "NOT",
-    "NOTNULL", "NULL", "NUMERIC", "OR",   "REAL", "TEXT",    "THEN",     "TRUE", "WHEN"};
+    "and",     "as",   "between", "case", "cast", "collate", "distinct", "else", "end",    "escape",
+    "false",   "from", "glob",    "in",   "is",   "integer", "isnull",   "like", "nocase", "not",
+    "notnull", "null", "numeric", "or",   "real", "text",    "then",     "true", "when"};
 /// Those that make a subquery, to be told apart from misspelt names.
-constexpr std::array<std::string_view, 4> kQueryWords{"EXISTS", "SELECT", "VALUES", "WITH"};
+constexpr std::array<std::string_view, 4> kQueryWords{"exists", "select", "values", "with"};
 
 constexpr std::string_view kOperators = "+-*/%<>=!~&|,";
 
@@ -47,18 +48,8 @@ bool begins_name(char character) {
 bool continues_name(char character) { return begins_name(character) || is_digit(character); }
 
 std::string trimmed(const std::string& text) {
-    std::size_t begin = 0;
-    std::size_t end = text.size();
-    while (begin < end && is_space(text[begin])) ++begin;
-    while (begin < end && is_space(text[end - 1])) --end;
-    return text.substr(begin, end - begin);
-}
-
-std::string upper_case(std::string_view word) {
-    std::string result(word);
-    std::transform(result.begin(), result.end(), result.begin(),
-                   [](unsigned char character) { return static_cast<char>(std::toupper(character)); });
-    return result;
+    const auto begin = std::find_if_not(text.begin(), text.end(), is_space);
+    return {begin, std::find_if_not(text.rbegin(), std::make_reverse_iterator(begin), is_space).base()};
 }
 
 std::string lower_case(std::string_view word) {
@@ -98,14 +89,14 @@ class Scanner {
 
   private:
     [[noreturn]] void fail(const std::string& message) const {
-        throw InputError((where_.empty() ? "" : where_ + ": ") + message);
+        throw InputError(text::located(where_, message));
     }
 
     char at(std::size_t position) const { return position < text_.size() ? text_[position] : '\0'; }
 
     void take_token() {
         const char character = at(position_);
-        if (character == '\'') return take_text();
+        if (character == '\'') return copy_to(end_of_quoted('\''));
         if (character == '"') return take_quoted_name();
         if (is_digit(character) || (character == '.' && is_digit(at(position_ + 1)))) return take_number();
         if (begins_name(character)) return take_name_or_word();
@@ -124,11 +115,6 @@ class Scanner {
             ++end;
         }
         fail(std::string("a ") + quote + " is not closed");
-    }
-
-    void take_text() {
-        const std::size_t end = end_of_quoted('\'');
-        copy_to(end);
     }
 
     void take_quoted_name() {
@@ -183,13 +169,13 @@ class Scanner {
         std::size_t end = position_;
         while (!is_whole(end)) ++end;
         const std::string word(text_.substr(position_, end - position_));
-        const std::string upper = upper_case(word);
+        const std::string lower = lower_case(word);
         std::size_t behind = end;
         while (is_space(at(behind))) ++behind;
-        if (contains(kQueryWords, upper)) fail(text::quoted(word) + ": an expression cannot hold a query");
-        if (!contains(kWords, upper)) {
+        if (contains(kQueryWords, lower)) fail(text::quoted(word) + ": an expression cannot hold a query");
+        if (!contains(kWords, lower)) {
             if (at(behind) != '(') fail_unknown(word, false);
-            if (!contains(expression_functions(), lower_case(word))) fail_unknown_function(word);
+            if (!contains(expression_functions(), lower)) fail_unknown_function(word);
         }
         copy_to(end);
     }
@@ -263,9 +249,9 @@ SQLite::Database expression_database() {
     return database;
 }
 
-/// SQLite's message on one line, with names instead of its parameters.
+/// SQLite's message with names instead of its parameters.
 std::string plain_message(const SQLite::Exception& error, const std::vector<std::string>& names) {
-    std::string message = text::one_line(error.what());
+    std::string message = error.what();
     for (std::size_t n = names.size(); n > 0; --n) {
         const std::string parameter = "?" + std::to_string(n);
         const std::size_t position = message.find(parameter);
@@ -294,7 +280,7 @@ struct Expression::Statement {
     }
 
     [[noreturn]] void fail(const std::string& message) const {
-        throw InputError((where.empty() ? "" : where + ": ") + message);
+        throw InputError(text::located(where, message));
     }
 
     std::string text;
@@ -324,7 +310,7 @@ Value Expression::evaluate(const std::function<Value(const std::string& name)>& 
         query.executeStep();
         return value_of(query.getColumn(0));
     } catch (const SQLite::Exception& error) {
-        statement_->fail(text::quoted(statement_->text) + " has no value: " + text::one_line(error.what()));
+        statement_->fail(text::quoted(statement_->text) + " has no value: " + error.what());
     }
 }
 
@@ -369,14 +355,7 @@ std::vector<std::string> split_expressions(const std::string& text) {
     return expressions;
 }
 
-std::string quoted_name(const std::string& name) {
-    std::string result = "\"";
-    for (const char character : name) {
-        result += character;
-        if (character == '"') result += character;
-    }
-    return result + '"';
-}
+std::string quoted_name(const std::string& name) { return text::literal(name, '"'); }
 
 const std::vector<std::string>& expression_functions() {
     static const std::vector<std::string> functions{

@@ -176,17 +176,12 @@ void check_columns(const std::filesystem::path& file, const SQLite::Database& da
 
 /// Adds a row, or replaces what is there for the same settings; returns the id.
 std::string upsert(const std::string& table, const std::vector<std::string>& columns) {
-    std::string names;
-    std::string parameters;
-    std::string updates;
-    for (const std::string& column : columns) {
-        const char* const comma = names.empty() ? "" : ", ";
-        names.append(comma).append(column);
-        parameters.append(comma).append("?");
-        updates.append(comma).append(column).append(" = excluded.").append(column);
-    }
-    return "INSERT INTO " + table + " (" + names + ") VALUES (" + parameters +
-           ") ON CONFLICT (settings) DO UPDATE SET " + updates + " RETURNING id";
+    const std::vector<std::string> parameters(columns.size(), "?");
+    std::vector<std::string> updates(columns.size());
+    std::transform(columns.begin(), columns.end(), updates.begin(),
+                   [](const std::string& column) { return column + " = excluded." + column; });
+    return "INSERT INTO " + table + " (" + text::listed(columns) + ") VALUES (" + text::listed(parameters) +
+           ") ON CONFLICT (settings) DO UPDATE SET " + text::listed(updates) + " RETURNING id";
 }
 
 /// The statements that are made once and used for every point.

@@ -38,15 +38,6 @@ constexpr const char* kTables = R"(
                            png BLOB NOT NULL, PRIMARY KEY (run, display));
 )";
 
-std::string quoted_text(const std::string& text) {
-    std::string result = "'";
-    for (const char character : text) {
-        result += character;
-        if (character == '\'') result += character;
-    }
-    return result + "'";
-}
-
 std::string runs_table() {
     std::string sql =
         "CREATE TABLE runs (id INTEGER PRIMARY KEY, settings TEXT NOT NULL UNIQUE, status TEXT NOT NULL, "
@@ -60,7 +51,7 @@ std::string results_view(const std::vector<std::string>& keys) {
     std::string sql = "CREATE VIEW results AS SELECT p.id AS point";
     for (std::size_t n = 0; n < keys.size(); ++n) {
         sql += ", (SELECT s.value FROM point_settings AS s WHERE s.point = p.id AND s.key = " +
-               quoted_text(keys[n]) + ") AS " + quoted_name(columns[n]);
+               text::literal(keys[n], '\'') + ") AS " + quoted_name(columns[n]);
     }
     sql +=
         ", p.status AS status, p.reason AS reason, p.smallest AS smallest, p.monotonic AS monotonic, "

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "host/errors.h"
+#include "host/text.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/results_database.h"
 #include "tools/exploration/results_file.h"
@@ -91,12 +92,6 @@ std::string inflated(const std::filesystem::path& file, const SQLite::Column& co
     return text;
 }
 
-std::string listed(const std::vector<std::string>& expressions) {
-    std::string list;
-    for (const std::string& expression : expressions) list += (list.empty() ? "" : ", ") + expression;
-    return list;
-}
-
 std::vector<std::string> quoted_names(const std::vector<std::string>& names) {
     std::vector<std::string> quoted;
     std::transform(names.begin(), names.end(), std::back_inserter(quoted), quoted_name);
@@ -134,13 +129,13 @@ struct ResultsReader::Content {
     /// `selected` is SQL.
     std::vector<std::vector<Value>> results(const std::vector<std::string>& selected,
                                             const std::string& condition) const {
-        std::string sql = "SELECT " + listed(selected) + " FROM results";
+        std::string sql = "SELECT " + text::listed(selected) + " FROM results";
         if (!condition.empty()) {
             sql += " WHERE " + sql_expression(condition, columns, "");
         }
         std::vector<std::string> order = quoted_names(axis_columns(identity.keys));
         order.emplace_back("point");
-        return rows(sql + " ORDER BY " + listed(order));
+        return rows(sql + " ORDER BY " + text::listed(order));
     }
 
     std::filesystem::path file;
@@ -184,8 +179,9 @@ ResultsReader::Table ResultsReader::results(const std::vector<std::string>& expr
 }
 
 ResultsReader::Table ResultsReader::runs() const {
-    return {content_->run_columns, content_->rows("SELECT " + listed(quoted_names(content_->run_columns)) +
-                                                  " FROM runs ORDER BY id")};
+    return {content_->run_columns,
+            content_->rows("SELECT " + text::listed(quoted_names(content_->run_columns)) +
+                           " FROM runs ORDER BY id")};
 }
 
 std::string ResultsReader::report(std::int64_t run) const {

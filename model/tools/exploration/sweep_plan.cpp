@@ -18,7 +18,7 @@ namespace metabuffer::exploration {
 namespace {
 
 [[noreturn]] void fail(const std::string& where, const std::string& message) {
-    throw InputError(text::one_line((where.empty() ? "" : where + ": ") + message));
+    throw InputError(text::located(where, message));
 }
 
 /// Whether the path `inner` names something inside of what `outer` names, or the same. Both written one way.
@@ -238,8 +238,8 @@ class Filter {
             }
         }
         return expression_->holds([&](const std::string& name) {
-            for (const Setting& setting : settings) {
-                if (setting.key == name) return value_of_setting(setting.value);
+            if (const Setting* const setting = find_setting(settings, name)) {
+                return value_of_setting(setting->value);
             }
             const auto found = values.find(name);
             return found == values.end() ? Value() : value_of_setting(found->second);
@@ -306,6 +306,12 @@ void check_goal(const SweepPlan& plan) {
 
 }  // namespace
 
+const Setting* find_setting(const std::vector<Setting>& settings, const std::string& key) {
+    const auto found = std::find_if(settings.begin(), settings.end(),
+                                    [&key](const Setting& setting) { return setting.key == key; });
+    return found == settings.end() ? nullptr : &*found;
+}
+
 std::string canonical_text(const std::vector<Setting>& settings) {
     nlohmann::ordered_json text = nlohmann::ordered_json::object();
     for (const Setting& setting : settings) text[setting.key] = setting.value;
@@ -367,14 +373,12 @@ SearchDescription describe_search(const std::string& key, std::optional<std::int
 }
 
 std::filesystem::path SweepPlan::scenario_file(const std::vector<Setting>& settings) const {
-    for (const Setting& setting : settings) {
-        if (setting.key != kScenarioAxis) continue;
-        // A command line's value is YAML: a name may stand in quotation marks.
-        if (setting.value.find_first_of("'\"") != 0) return base / setting.value;
-        const auto origin = std::make_shared<const std::string>(kScenarioAxis);
-        return base / input::parse_yaml(setting.value, origin, false).text;
-    }
-    return scenario;
+    const Setting* const setting = find_setting(settings, kScenarioAxis);
+    if (setting == nullptr) return scenario;
+    // A command line's value is YAML: a name may stand in quotation marks.
+    if (setting->value.find_first_of("'\"") != 0) return base / setting->value;
+    const auto origin = std::make_shared<const std::string>(kScenarioAxis);
+    return base / input::parse_yaml(setting->value, origin, false).text;
 }
 
 std::vector<ScenarioOverride> SweepPlan::overrides_of(const std::vector<Setting>& settings) const {

@@ -31,6 +31,9 @@ struct Setting {
     }
 };
 
+/// The setting of that key, or null.
+const Setting* find_setting(const std::vector<Setting>& settings, const std::string& key);
+
 /// The settings as one text that is the same for the same settings: a JSON object of texts in the order given.
 std::string canonical_text(const std::vector<Setting>& settings);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "host/text.h"
 #include "tools/exploration/value_json.h"
 
 namespace metabuffer::exploration {
@@ -13,12 +14,7 @@ using Json = nlohmann::ordered_json;
 
 std::string csv_field(const std::string& text) {
     if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-    std::string field = "\"";
-    for (const char character : text) {
-        field += character;
-        if (character == '"') field += character;
-    }
-    return field + '"';
+    return text::literal(text, '"');
 }
 
 std::string csv_line(const std::vector<std::string>& texts) {

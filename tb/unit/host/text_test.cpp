@@ -16,7 +16,27 @@ TEST_CASE("text: quoted cuts what is long") {
     CHECK(quoted(std::string(61, 'x')) == "'" + std::string(60, 'x') + "...'");
 }
 
+TEST_CASE("text: a literal doubles its quotation marks") {
+    CHECK(literal("", '"') == "\"\"");
+    CHECK(literal("it's", '\'') == "'it''s'");
+    CHECK(literal("it's", '"') == "\"it's\"");
+    CHECK(literal("\"\xe4\"", '"') == "\"\"\"\xe4\"\"\"");
+}
+
+TEST_CASE("text: control characters are those of ASCII") {
+    CHECK(has_control("a\tb"));
+    CHECK(has_control("\x7f"));
+    CHECK_FALSE(has_control("a b \xc3\xa9 \x85"));
+}
+
+TEST_CASE("text: a message says where if that is known") {
+    CHECK(located("a.yaml:3", "is\nempty") == "a.yaml:3: is empty");
+    CHECK(located("", "is empty") == "is empty");
+}
+
 TEST_CASE("text: lists read as sentences") {
+    CHECK(listed({}).empty());
+    CHECK(listed({"a", "b", "c"}) == "a, b, c");
     CHECK(joined({}, "or").empty());
     CHECK(joined({"a"}, "or") == "a");
     CHECK(joined({"a", "b"}, "and") == "a and b");

@@ -100,6 +100,15 @@ TEST_CASE("flow text: plain words and numbers stay as they are") {
     CHECK(flow("null") == "~");
 }
 
+TEST_CASE("quoted scalar: reads back as the same text, bytes that are no UTF-8 too") {
+    CHECK(input::quoted_scalar("it's") == "'it''s'");
+    for (const std::string text : {"64", "", "a\n\"b\"\\", "\xe4.png"}) {
+        const Value scalar = parse(input::quoted_scalar(text));
+        CHECK(scalar.text == text);
+        CHECK(scalar.quoted);
+    }
+}
+
 TEST_CASE("flow text: reads back as the same") {
     const std::uint64_t seed = random_seed(20);
     INFO("METABUFFER_SEED=" << seed);
