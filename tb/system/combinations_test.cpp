@@ -45,7 +45,7 @@ Scenario contested_buses(const std::string& name, std::uint64_t seed) {
     scenario.displays.columns = 2;
     scenario.displays.width_pixels = kDisplayWidth;
     scenario.displays.height_pixels = kDisplayHeight;
-    scenario.composition = static_cast<Composition>(random.between(0, 2));
+    scenario.composition = one_of(random, kCompositionTable).value;
     scenario.clocks = {kCoreMhz, kCoreMhz, kCoreMhz};
     scenario.memory.words_per_cycle = 8;
     scenario.memory.page_words = random.between(8, 40);

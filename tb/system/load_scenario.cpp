@@ -16,11 +16,6 @@
 namespace metabuffer::test {
 namespace {
 
-template <typename Value, std::size_t Count>
-Value one_of(Random& random, const std::array<Value, Count>& values) {
-    return values[static_cast<std::size_t>(random.between(0, static_cast<int>(Count) - 1))];
-}
-
 DisplayConfig random_displays(Random& random) {
     DisplayConfig displays;
     displays.columns = random.between(1, 3);
