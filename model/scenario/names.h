@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer {
@@ -46,11 +47,7 @@ struct EnumNames<DepthFormat> {
 template <>
 struct EnumNames<Arbitration> {
     static constexpr const char* kWhat = "an arbitration";
-    static constexpr auto kTable =
-        name_table<Arbitration>({{Arbitration::kIrsa, "irsa"},
-                                 {Arbitration::kSlotAllocation, "slot-allocation"},
-                                 {Arbitration::kRoundRobin, "round-robin"},
-                                 {Arbitration::kEdf, "edf"}});
+    static constexpr const auto& kTable = kArbitrationTable;
 };
 
 template <>

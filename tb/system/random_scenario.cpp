@@ -294,7 +294,7 @@ Scenario random_scenario(std::uint64_t seed) {
     scenario.memory.words_per_cycle = random.between(1, 8);
     scenario.bus.width_bits = 16 << random.between(0, 5);
     scenario.bus.burst_pixels = random.between(1, 64);
-    scenario.bus.arbitration = static_cast<Arbitration>(random.between(0, 3));
+    scenario.bus.arbitration = one_of(random, kArbitrationTable).value;
     scenario.composer.on_starvation = random.one_in(2) ? StarvationMode::kGlitch : StarvationMode::kStall;
     choose_buffer(random, scenario);
     scenario.pacing = random.one_in(3) ? Pacing::kFreeRunning : Pacing::kLockstep;
@@ -365,7 +365,7 @@ Scenario random_stalled_scenario(std::uint64_t seed) {
         fault.from_cycle = random.one_in(2) ? 0 : random.between(0, 2000);
         // What is held back so often makes a frame last long, and all machines run until the last one is done. A
         // bus that looks at BUSREADY once in a slot only hardly ever finds it high then.
-        const bool for_a_while = fault.percent > 50 || scenario.bus.arbitration == Arbitration::kSlotAllocation;
+        const bool for_a_while = fault.percent > 50 || loses_slots(scenario.bus.arbitration);
         if (for_a_while || random.one_in(3)) fault.cycles = random.between(1, 2000);
         scenario.faults.push_back(fault);
     }
