@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <random>
@@ -29,5 +31,10 @@ class Random {
   private:
     std::mt19937_64 engine_;
 };
+
+template <typename Value, std::size_t kCount>
+Value one_of(Random& random, const std::array<Value, kCount>& values) {
+    return values[static_cast<std::size_t>(random.between(0, static_cast<int>(kCount) - 1))];
+}
 
 }  // namespace metabuffer::test

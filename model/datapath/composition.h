@@ -1,17 +1,33 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "formats/pixel.h"
+#include "host/enum_table.h"
 
 namespace metabuffer {
 
-/// How a composer merges its local pixel with the one from upstream.
+/// How a composer merges its local pixel with the one from upstream. Each level and the judges work it out in code of
+/// their own, in a switch that does not compile before it has a new one.
 enum class Composition : std::uint8_t {
     kZ,          ///< the nearer wins; a tie keeps the upstream pixel
     kZAlphaKey,  ///< as kZ, but a local pixel with A = 0 never wins
     kOver,       ///< premultiplied alpha: the nearer over the farther
 };
+
+struct CompositionRow {
+    Composition value;
+    const char* name;
+};
+
+/// Messages list the names in this order.
+inline constexpr std::array kCompositionTable{
+    CompositionRow{Composition::kZ, "z"},
+    CompositionRow{Composition::kZAlphaKey, "z-alpha-key"},
+    CompositionRow{Composition::kOver, "over"},
+};
+static_assert(is_in_order(kCompositionTable));
 
 /// t / 255 rounded to nearest, exact for 0 <= t <= 255 * 255, without a divider.
 constexpr std::uint32_t div255(std::uint32_t t) { return (t + 128 + ((t + 128) >> 8)) >> 8; }

@@ -12,26 +12,18 @@ constexpr std::uint32_t kEvenBytes = 0x00FF'00FFU;  ///< every other channel, ea
 
 // ---- planes_after_link ----
 
-// What colour_link_bits, with_colour_half and so on amount to. Written out, and one loop for each format, for
-// the functions of pixel.h branch on the format at every pixel.
-
+// What colour_link_bits, with_colour_half and so on amount to, written out: alpha and Z as far as the format has them.
 METABUFFER_VECTORIZED
-void link_a8z16(const Pixel* __restrict colour, const Pixel* __restrict depth, std::uint32_t* __restrict argb,
-                std::uint32_t* __restrict z, std::size_t count) {
+void link_planes(const Pixel* __restrict colour, const Pixel* __restrict depth, const DepthLayout& layout,
+                 std::uint32_t* __restrict argb, std::uint32_t* __restrict z, std::size_t count) {
+    const std::uint32_t alpha_mask = layout.alpha_mask() << kColourBits;
+    const std::uint32_t opaque_alpha = layout.opaque_alpha() << kColourBits;
+    const std::uint32_t z_mask = layout.z_mask();
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint64_t depth_word = depth[i].word();
         argb[i] = (static_cast<std::uint32_t>(colour[i].word()) & kColourMask) |
-                  (static_cast<std::uint32_t>(depth_word) & kAlphaMask);
-        z[i] = static_cast<std::uint32_t>(depth_word >> 32) & far_z(DepthFormat::kA8Z16);
-    }
-}
-
-METABUFFER_VECTORIZED
-void link_z24(const Pixel* __restrict colour, const Pixel* __restrict depth, std::uint32_t* __restrict argb,
-              std::uint32_t* __restrict z, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) {
-        argb[i] = static_cast<std::uint32_t>(colour[i].word()) | kAlphaMask;
-        z[i] = static_cast<std::uint32_t>(depth[i].word() >> 32) & far_z(DepthFormat::kZ24);
+                  (static_cast<std::uint32_t>(depth_word) & alpha_mask) | opaque_alpha;
+        z[i] = static_cast<std::uint32_t>(depth_word >> 32) & z_mask;
     }
 }
 
@@ -202,13 +194,8 @@ void average_4(const std::uint32_t* argb, std::size_t display_width, std::uint32
 
 PixelPlanes planes_after_link(const PixelImage& colour, const PixelImage& depth, DepthFormat format) {
     PixelPlanes planes(colour.width_pixels, colour.height_pixels);
-    const Pixel* const colours = colour.values.data();
-    const Pixel* const depths = depth.values.data();
-    if (format == DepthFormat::kA8Z16) {
-        link_a8z16(colours, depths, planes.argb.data(), planes.z.data(), planes.argb.size());
-    } else {
-        link_z24(colours, depths, planes.argb.data(), planes.z.data(), planes.argb.size());
-    }
+    link_planes(colour.values.data(), depth.values.data(), layout_of(format), planes.argb.data(),
+                planes.z.data(), planes.argb.size());
     return planes;
 }
 

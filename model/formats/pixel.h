@@ -2,19 +2,9 @@
 
 #include <cstdint>
 
+#include "formats/depth_format.h"
+
 namespace metabuffer {
-
-/// What the 24 bits of a depth frame's pixel mean (sections 4 and 7 of the paper: colour on even frames,
-/// alpha and Z on odd ones).
-enum class DepthFormat : std::uint8_t {
-    kA8Z16,  ///< A in [23:16], Z in [15:0]
-    kZ24,    ///< Z in [23:0]; alpha is taken as 255
-};
-
-/// The far plane: all ones in the format's Z width. Z is unsigned and 0 is nearest.
-constexpr std::uint32_t far_z(DepthFormat format) {
-    return format == DepthFormat::kA8Z16 ? 0xFFFFU : 0xFF'FFFFU;
-}
 
 constexpr int kColourBits = 24;
 constexpr std::uint32_t kColourMask = 0xFF'FFFFU;
@@ -50,9 +40,9 @@ constexpr std::uint32_t colour_link_bits(Pixel pixel) { return pixel.rgb(); }
 
 /// The 24 link bits of a pixel in the depth frame.
 constexpr std::uint32_t depth_link_bits(Pixel pixel, DepthFormat format) {
-    return format == DepthFormat::kA8Z16
-               ? (static_cast<std::uint32_t>(pixel.a()) << 16) | (pixel.z() & 0xFFFFU)
-               : pixel.z();
+    const DepthLayout& layout = layout_of(format);
+    return ((pixel.a() & layout.alpha_mask()) << layout.alpha_shift) |
+           ((pixel.z() & layout.z_mask()) << layout.z_shift);
 }
 
 /// A memory word whose colour half has been replaced by a colour frame's link bits.
@@ -62,8 +52,9 @@ constexpr Pixel with_colour_half(Pixel old, std::uint32_t link_bits) {
 
 /// A memory word whose depth half (A and Z) has been replaced by a depth frame's link bits.
 constexpr Pixel with_depth_half(Pixel old, std::uint32_t link_bits, DepthFormat format) {
-    const std::uint64_t a = format == DepthFormat::kA8Z16 ? (link_bits >> 16) & 0xFFU : 0xFFU;
-    const std::uint64_t z = link_bits & far_z(format);
+    const DepthLayout& layout = layout_of(format);
+    const std::uint64_t a = layout.alpha_of(link_bits) | layout.opaque_alpha();
+    const std::uint64_t z = layout.z_of(link_bits);
     return Pixel(old.rgb() | (a << 24) | (z << 32));
 }
 

@@ -184,13 +184,12 @@ std::shared_ptr<const PixelImage> image_with_flipped_bits(const Scenario& scenar
             copy = std::make_shared<PixelImage>(source.image_of_pair(pair));
         }
         Pixel& pixel = copy->at(fault.x, fault.y);
-        // In a word R, G, B lie as on the link; of the depth half A lies above them, and Z in the upper 32 bits.
+        // In a word R, G, B lie as on the link; A lies above them, and Z in the upper 32 bits.
         std::uint64_t flips = fault.bits;
         if (fault.frame == FrameKind::kDepth) {
-            const std::uint64_t z_bits = fault.bits & far_z(scenario.depth_format);
-            const std::uint64_t a_bits =
-                scenario.depth_format == DepthFormat::kA8Z16 ? std::uint64_t{fault.bits} >> 16 : 0;
-            flips = (z_bits << 32) | (a_bits << 24);
+            const DepthLayout& layout = layout_of(scenario.depth_format);
+            flips = (std::uint64_t{layout.z_of(fault.bits)} << 32) |
+                    (std::uint64_t{layout.alpha_of(fault.bits)} << 24);
         }
         pixel = Pixel(pixel.word() ^ flips);
     }

@@ -12,24 +12,14 @@ namespace {
 
 // The loops take bare pointers: only so do compilers believe that they do not overlap.
 
-struct TakeA8Z16 {
+struct TakeOverLink {
     METABUFFER_REFERENCE_LOOP void operator()(const Pixel* __restrict pixels, std::size_t count,
+                                              std::uint32_t argb_lost, std::uint32_t z_kept,
                                               std::uint32_t* __restrict argb,
                                               std::uint32_t* __restrict z) const {
         for (std::size_t i = 0; i < count; ++i) {
-            argb[i] = static_cast<std::uint32_t>(pixels[i].word());
-            z[i] = pixels[i].z() & 0xFFFFU;
-        }
-    }
-};
-
-struct TakeZ24 {
-    METABUFFER_REFERENCE_LOOP void operator()(const Pixel* __restrict pixels, std::size_t count,
-                                              std::uint32_t* __restrict argb,
-                                              std::uint32_t* __restrict z) const {
-        for (std::size_t i = 0; i < count; ++i) {
-            argb[i] = static_cast<std::uint32_t>(pixels[i].word()) | 0xFF00'0000U;
-            z[i] = pixels[i].z();
+            argb[i] = static_cast<std::uint32_t>(pixels[i].word()) | argb_lost;
+            z[i] = pixels[i].z() & z_kept;
         }
     }
 };
@@ -182,11 +172,10 @@ struct AverageSquares {
 }  // namespace
 
 void take_over_link(const Pixel* pixels, std::size_t count, DepthFormat format, TargetRun target) {
-    if (format == DepthFormat::kA8Z16) {
-        run_loop(TakeA8Z16{}, pixels, count, target.argb, target.z);
-    } else {
-        run_loop(TakeZ24{}, pixels, count, target.argb, target.z);
-    }
+    const DepthLayout& layout = layout_of(format);
+    const std::uint32_t argb_lost = layout.has_alpha() ? 0U : 0xFF00'0000U;
+    const std::uint32_t z_kept = 0xFF'FFFFU >> (kColourBits - layout.z_bits);
+    run_loop(TakeOverLink{}, pixels, count, argb_lost, z_kept, target.argb, target.z);
 }
 
 void replicate(const std::uint32_t* values, std::size_t count, int multiple, std::uint32_t* target) {

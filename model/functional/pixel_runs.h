@@ -24,8 +24,8 @@ struct TargetRun {
     std::uint32_t* z = nullptr;
 };
 
-/// What is left of the pixels after the link: a depth frame has no room for the alpha of z24 nor for more
-/// than 16 bits of Z in a8z16, so an image that holds more loses it here as it does in the machine.
+/// What is left of the pixels after the link: a depth frame has room for alpha and Z only as its format has them, so an
+/// image that holds more loses it here as it does in the machine.
 void take_over_link(const Pixel* pixels, std::size_t count, DepthFormat format, TargetRun target);
 
 /// Each of the `count` values `multiple` times: fills count * multiple values.

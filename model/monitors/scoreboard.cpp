@@ -336,10 +336,11 @@ std::string Scoreboard::renderer_text(int renderer) const {
 }
 
 std::string Scoreboard::pixel_text(Pixel pixel) const {
+    constexpr int kBitsPerDigit = 4;
+    const int z_digits = (layout_of(scenario_.depth_format).z_bits + kBitsPerDigit - 1) / kBitsPerDigit;
     std::array<char, 48> text{};
     std::snprintf(text.data(), text.size(), "%s A %u Z 0x%0*x", colour_text(pixel.rgb()).c_str(),
-                  static_cast<unsigned>(pixel.a()), scenario_.depth_format == DepthFormat::kA8Z16 ? 4 : 6,
-                  static_cast<unsigned>(pixel.z()));
+                  static_cast<unsigned>(pixel.a()), z_digits, static_cast<unsigned>(pixel.z()));
     return text.data();
 }
 

@@ -10,7 +10,7 @@
 namespace metabuffer::rtl {
 
 /// The bus arbiter of an input framebuffer (section 5.3 of the paper): gives the bus to one composer for a
-/// burst, by the scenario's policy (`irsa`, `slot-allocation`, `round-robin`, `edf`).
+/// burst, by the scenario's policy (datapath/arbitration).
 ///
 /// Timing: an arbitration is combinational within the input framebuffer's clock, so a granted burst's first
 /// beat follows the last beat of the burst before it without a gap, and recovering slots costs no clock. The

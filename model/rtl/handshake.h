@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "scenario/names.h"
@@ -26,15 +25,14 @@ namespace metabuffer {
 template <>
 struct EnumNames<rtl::Handshake> {
     static constexpr const char* kWhat = "a handshake";
-    static constexpr std::array<EnumName<rtl::Handshake>, 8> kTable{
-        {{rtl::Handshake::kBusready, "BUSREADY"},
-         {rtl::Handshake::kTableready, "TABLEREADY"},
-         {rtl::Handshake::kPipeready, "PIPEREADY"},
-         {rtl::Handshake::kPairRequest, "PAIR_REQUEST"},
-         {rtl::Handshake::kStall, "STALL"},
-         {rtl::Handshake::kFramedone, "FRAMEDONE"},
-         {rtl::Handshake::kSwaplock, "SWAPLOCK"},
-         {rtl::Handshake::kSwapskip, "SWAPSKIP"}}};
+    static constexpr auto kTable = name_table<rtl::Handshake>({{rtl::Handshake::kBusready, "BUSREADY"},
+                                                               {rtl::Handshake::kTableready, "TABLEREADY"},
+                                                               {rtl::Handshake::kPipeready, "PIPEREADY"},
+                                                               {rtl::Handshake::kPairRequest, "PAIR_REQUEST"},
+                                                               {rtl::Handshake::kStall, "STALL"},
+                                                               {rtl::Handshake::kFramedone, "FRAMEDONE"},
+                                                               {rtl::Handshake::kSwaplock, "SWAPLOCK"},
+                                                               {rtl::Handshake::kSwapskip, "SWAPSKIP"}});
 };
 
 }  // namespace metabuffer

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "datapath/slot_table.h"
 
 namespace metabuffer {
@@ -41,7 +42,7 @@ std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
         const DviTiming out{scenario.displays.width_pixels, scenario.displays.height_pixels};
         quiet += 2.0 * static_cast<double>(out.frame_clocks()) * dvi_out_period;
         double bus_cycles = scenario.memory.page_miss_cycles;
-        if (scenario.bus.arbitration == Arbitration::kSlotAllocation) {
+        if (loses_slots(scenario.bus.arbitration)) {
             bus_cycles += (kSlotTableLimit + static_cast<double>(scenario.displays.count())) *
                           static_cast<double>(lost_slot_cycles(scenario));
         }

@@ -248,8 +248,8 @@ PixelImage load_image(const std::filesystem::path& colour_file,
         fail_image(colour_file,
                    "has the channels " + image.channel_list() + "; use R, G and B, and A and Z if need be");
     }
-    // The Z24 link has no alpha: every receiver takes it as opaque.
-    const int alpha = format == DepthFormat::kZ24 ? kNoChannel : image.find_channel("A");
+    // Without alpha on the link, every receiver takes a pixel as opaque.
+    const int alpha = layout_of(format).has_alpha() ? image.find_channel("A") : kNoChannel;
     const int depth = depth_file.has_value() ? kNoChannel : image.find_channel("Z");
 
     int first = std::min({red, green, blue});

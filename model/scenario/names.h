@@ -1,11 +1,13 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer {
@@ -17,46 +19,49 @@ struct EnumName {
     const char* name;
 };
 
-/// The names of one enumeration, in the order in which messages list them.
+/// The names of one enumeration, in the order in which messages list them. A row of kTable has a value and a name, and may
+/// have more.
 template <typename Enum>
 struct EnumNames;
+
+/// As many rows as are listed.
+template <typename Enum, std::size_t kCount>
+constexpr std::array<EnumName<Enum>, kCount> name_table(const EnumName<Enum> (&rows)[kCount]) {
+    std::array<EnumName<Enum>, kCount> table{};
+    for (std::size_t i = 0; i < kCount; ++i) table[i] = rows[i];
+    return table;
+}
 
 template <>
 struct EnumNames<Composition> {
     static constexpr const char* kWhat = "a composition";
-    static constexpr std::array<EnumName<Composition>, 3> kTable{
-        {{Composition::kZ, "z"}, {Composition::kZAlphaKey, "z-alpha-key"}, {Composition::kOver, "over"}}};
+    static constexpr const auto& kTable = kCompositionTable;
 };
 
 template <>
 struct EnumNames<DepthFormat> {
     static constexpr const char* kWhat = "a depth format";
-    static constexpr std::array<EnumName<DepthFormat>, 2> kTable{
-        {{DepthFormat::kA8Z16, "a8z16"}, {DepthFormat::kZ24, "z24"}}};
+    static constexpr const auto& kTable = kDepthFormatTable;
 };
 
 template <>
 struct EnumNames<Arbitration> {
     static constexpr const char* kWhat = "an arbitration";
-    static constexpr std::array<EnumName<Arbitration>, 4> kTable{
-        {{Arbitration::kIrsa, "irsa"},
-         {Arbitration::kSlotAllocation, "slot-allocation"},
-         {Arbitration::kRoundRobin, "round-robin"},
-         {Arbitration::kEdf, "edf"}}};
+    static constexpr const auto& kTable = kArbitrationTable;
 };
 
 template <>
 struct EnumNames<StarvationMode> {
     static constexpr const char* kWhat = "a starvation mode";
-    static constexpr std::array<EnumName<StarvationMode>, 2> kTable{
-        {{StarvationMode::kGlitch, "glitch"}, {StarvationMode::kStall, "stall"}}};
+    static constexpr auto kTable =
+        name_table<StarvationMode>({{StarvationMode::kGlitch, "glitch"}, {StarvationMode::kStall, "stall"}});
 };
 
 template <>
 struct EnumNames<Pacing> {
     static constexpr const char* kWhat = "a pacing";
-    static constexpr std::array<EnumName<Pacing>, 2> kTable{
-        {{Pacing::kLockstep, "lockstep"}, {Pacing::kFreeRunning, "free-running"}}};
+    static constexpr auto kTable =
+        name_table<Pacing>({{Pacing::kLockstep, "lockstep"}, {Pacing::kFreeRunning, "free-running"}});
 };
 
 template <>
@@ -88,15 +93,15 @@ struct EnumNames<FaultKind> {
 template <>
 struct EnumNames<FrameKind> {
     static constexpr const char* kWhat = "a frame of a pair";
-    static constexpr std::array<EnumName<FrameKind>, 2> kTable{
-        {{FrameKind::kColour, "colour"}, {FrameKind::kDepth, "depth"}}};
+    static constexpr auto kTable =
+        name_table<FrameKind>({{FrameKind::kColour, "colour"}, {FrameKind::kDepth, "depth"}});
 };
 
 template <>
 struct EnumNames<LostBeats> {
     static constexpr const char* kWhat = "a kind of beat";
-    static constexpr std::array<EnumName<LostBeats>, 3> kTable{
-        {{LostBeats::kPixels, "pixels"}, {LostBeats::kTable, "table"}, {LostBeats::kAny, "any"}}};
+    static constexpr auto kTable = name_table<LostBeats>(
+        {{LostBeats::kPixels, "pixels"}, {LostBeats::kTable, "table"}, {LostBeats::kAny, "any"}});
 };
 
 /// The enumerator's name; "?" for a value that is no enumerator.

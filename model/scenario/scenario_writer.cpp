@@ -96,7 +96,7 @@ class ImageFiles {
         for (std::size_t number = 1; number <= images_.size(); ++number) {
             const PixelImage& image = *images_[number - 1];
             write_colour(directory / colour_file(number), image);
-            if (format == DepthFormat::kA8Z16) {
+            if (layout_of(format).z_bits <= 16) {
                 write_depth<std::uint16_t>(directory / depth_file(number), image);
             } else {
                 write_depth<std::uint32_t>(directory / depth_file(number), image);

@@ -70,7 +70,7 @@ void measure(const Scenario& scenario) {
         load = std::max(load, table.load);
         whole_bursts = whole_bursts && table.supply.whole_bursts;
     }
-    const std::int64_t bound = analysis.safe_buffer_pixels;
+    const std::int64_t bound = analysis.safe_buffer_pixels.value_or(analysis.whole_buffer_pixels);
     const bool starves = !run_with_buffer(scenario, static_cast<int>(bound)).none();
     std::cout << scenario.name << ' ' << to_string(scenario.bus.arbitration) << ' ' << load << ' '
               << (whole_bursts ? "whole" : "cut") << ' ' << analysis.least_buffer_pixels << ' ' << bound

@@ -123,7 +123,7 @@ void check_pixels(const PixelImage& image, DepthFormat format) {
            static_cast<std::size_t>(image.width_pixels) * static_cast<std::size_t>(image.height_pixels));
     for (const Pixel& pixel : image.values) {
         EXPECT(pixel.z() <= far_z(format));
-        EXPECT(format != DepthFormat::kZ24 || pixel.a() == 255);
+        EXPECT(layout_of(format).has_alpha() || pixel.a() == 255);
     }
 }
 

@@ -551,9 +551,9 @@ TEST_CASE("composer monitor: a handshake that a fault of the scenario holds low"
 
 TEST_CASE("composer observer: what over and the alpha key make of every pair of alphas", "[monitors]") {
     // The observer's arithmetic against rounding by hand, in floating point.
-    for (const Composition composition : {Composition::kOver, Composition::kZAlphaKey, Composition::kZ}) {
+    for (const CompositionRow& composition : kCompositionTable) {
         Scenario scenario = small_scenario(16, 16);
-        scenario.composition = composition;
+        scenario.composition = composition.value;
         scenario.composer.buffer_pixels = 256;
         for (int alpha = 0; alpha < 256; alpha += 15) {
             monitors::ComposerObserver observer(scenario, 0, 0);
@@ -589,19 +589,28 @@ TEST_CASE("composer observer: what over and the alpha key make of every pair of 
                 const bool nearer = i % 2 == 1;
                 const Pixel front = nearer ? local(i) : above(i);
                 const Pixel back = nearer ? above(i) : local(i);
-                Pixel expected =
-                    nearer && (composition == Composition::kZ || alpha > 0) ? local(i) : above(i);
-                if (composition == Composition::kOver) {
-                    const auto channel = [&](int f, int b) {
-                        const double sum = f + std::floor(b * (255.0 - front.a()) / 255.0 + 0.5);
-                        return static_cast<std::uint8_t>(std::min(255.0, sum));
-                    };
-                    expected = Pixel(channel(front.r(), back.r()), channel(front.g(), back.g()),
-                                     channel(front.b(), back.b()), channel(front.a(), back.a()), front.z());
+                const auto channel = [&](int f, int b) {
+                    const double sum = f + std::floor(b * (255.0 - front.a()) / 255.0 + 0.5);
+                    return static_cast<std::uint8_t>(std::min(255.0, sum));
+                };
+                Pixel expected;
+                switch (composition.value) {
+                    case Composition::kZ:
+                        expected = front;
+                        break;
+                    case Composition::kZAlphaKey:
+                        expected = nearer && alpha > 0 ? local(i) : above(i);
+                        break;
+                    case Composition::kOver:
+                        expected =
+                            Pixel(channel(front.r(), back.r()), channel(front.g(), back.g()),
+                                  channel(front.b(), back.b()), channel(front.a(), back.a()), front.z());
+                        break;
                 }
                 if (!(observer.expected().pipe.pixel == expected)) {
-                    FAIL("pixel " << i << " of alpha " << alpha << ": " << std::hex
-                                  << observer.expected().pipe.pixel.word() << ", not " << expected.word());
+                    FAIL(composition.name << ", pixel " << i << " of alpha " << alpha << ": " << std::hex
+                                          << observer.expected().pipe.pixel.word() << ", not "
+                                          << expected.word());
                 }
             }
         }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "clocked_testbench.h"
+#include "datapath/arbitration/arbitration_table.h"
 #include "dvi_waveform.h"
 #include "monitors/bus_monitor.h"
 #include "random_seed.h"
@@ -1161,9 +1162,9 @@ TEST_CASE(
     Random random(seed);
     ClockedTestbench bench;
     std::vector<std::unique_ptr<InputBench>> duts;
-    for (const Arbitration policy : {Arbitration::kIrsa, Arbitration::kSlotAllocation, Arbitration::kEdf}) {
+    for (const ArbitrationRow& policy : kArbitrationTable) {
         Scenario scenario = input_scenario({16, 1, 4, 8, 3}, 3, 2);
-        scenario.bus.arbitration = policy;
+        scenario.bus.arbitration = policy.value;
         duts.push_back(std::make_unique<InputBench>(bench, "dut_" + std::to_string(duts.size()), scenario));
         duts.back()->put_pair_until(kVerdict, 0, one_line_each(3), image_of(123));
         duts.back()->pair_lost(kVerdict + 1, 1);

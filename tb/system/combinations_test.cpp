@@ -45,7 +45,7 @@ Scenario contested_buses(const std::string& name, std::uint64_t seed) {
     scenario.displays.columns = 2;
     scenario.displays.width_pixels = kDisplayWidth;
     scenario.displays.height_pixels = kDisplayHeight;
-    scenario.composition = static_cast<Composition>(random.between(0, 2));
+    scenario.composition = one_of(random, kCompositionTable).value;
     scenario.clocks = {kCoreMhz, kCoreMhz, kCoreMhz};
     scenario.memory.words_per_cycle = 8;
     scenario.memory.page_words = random.between(8, 40);
@@ -133,36 +133,45 @@ void run_and_check(Arbitration arbitration, StarvationMode mode) {
     }
 }
 
-}  // namespace
+class Combination final : public Catch::ITestInvoker {
+  public:
+    Combination(Arbitration arbitration, StarvationMode mode) : arbitration_(arbitration), mode_(mode) {}
+    void invoke() const override { run_and_check(arbitration_, mode_); }
 
-// The sanitizers run two of them; the others are more of the same.
-TEST_CASE("every width and display clock under irsa in glitch", "[system][coverage][slow]") {
-    run_and_check(Arbitration::kIrsa, StarvationMode::kGlitch);
+  private:
+    Arbitration arbitration_;
+    StarvationMode mode_;
+};
+
+/// The sanitizers run two of them; the others are more of the same.
+bool is_quick(Arbitration arbitration, StarvationMode mode) {
+    return mode == StarvationMode::kStall ? arbitration == Arbitration::kIrsa
+                                          : arbitration == Arbitration::kEdf;
 }
-TEST_CASE("every width and display clock under irsa in stall", "[system][coverage]") {
-    run_and_check(Arbitration::kIrsa, StarvationMode::kStall);
+
+bool register_combinations() {
+    for (const auto& policy : EnumNames<Arbitration>::kTable) {
+        for (const auto& mode : EnumNames<StarvationMode>::kTable) {
+            const std::string name =
+                std::string("every width and display clock under ") + policy.name + " in " + mode.name;
+            const std::string tags =
+                std::string("[system][coverage]") + (is_quick(policy.value, mode.value) ? "" : "[slow]");
+            // Registers in its constructor, as the macro does for a function.
+            const Catch::AutoReg registration(new Combination(policy.value, mode.value),
+                                              CATCH_INTERNAL_LINEINFO, Catch::StringRef(),
+                                              Catch::NameAndTags{name, tags});
+        }
+    }
+    return true;
 }
-TEST_CASE("every width and display clock under slot-allocation in glitch", "[system][coverage][slow]") {
-    run_and_check(Arbitration::kSlotAllocation, StarvationMode::kGlitch);
-}
-TEST_CASE("every width and display clock under slot-allocation in stall", "[system][coverage][slow]") {
-    run_and_check(Arbitration::kSlotAllocation, StarvationMode::kStall);
-}
-TEST_CASE("every width and display clock under round-robin in glitch", "[system][coverage][slow]") {
-    run_and_check(Arbitration::kRoundRobin, StarvationMode::kGlitch);
-}
-TEST_CASE("every width and display clock under round-robin in stall", "[system][coverage][slow]") {
-    run_and_check(Arbitration::kRoundRobin, StarvationMode::kStall);
-}
-TEST_CASE("every width and display clock under edf in glitch", "[system][coverage]") {
-    run_and_check(Arbitration::kEdf, StarvationMode::kGlitch);
-}
-TEST_CASE("every width and display clock under edf in stall", "[system][coverage][slow]") {
-    run_and_check(Arbitration::kEdf, StarvationMode::kStall);
-}
+
+const bool kRegistered = register_combinations();
+
+}  // namespace
 
 TEST_CASE("coverage: a combination counts the frames that its composers competed for and the displays showed",
           "[system][coverage]") {
+    REQUIRE(kRegistered);
     std::vector<Scenario> scenarios;
     for (const char* name : {"contested", "one_display", "one_behind_the_other", "never_shown"}) {
         scenarios.push_back(contested_buses(name, 1));

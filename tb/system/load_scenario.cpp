@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "formats/control_scanline.h"
 #include "random_seed.h"
 #include "scenario/limits.h"
@@ -15,11 +16,6 @@
 
 namespace metabuffer::test {
 namespace {
-
-template <typename Value, std::size_t Count>
-Value one_of(Random& random, const std::array<Value, Count>& values) {
-    return values[static_cast<std::size_t>(random.between(0, static_cast<int>(Count) - 1))];
-}
 
 DisplayConfig random_displays(Random& random) {
     DisplayConfig displays;
@@ -190,7 +186,7 @@ Scenario random_load_scenario(std::uint64_t seed) {
     scenario.frames = random.between(1, 3);
     scenario.pacing = random.one_in(4) ? Pacing::kFreeRunning : Pacing::kLockstep;
     scenario.bus.arbitration =
-        random.one_in(2) ? Arbitration::kIrsa : static_cast<Arbitration>(random.between(0, 3));
+        random.one_in(2) ? Arbitration::kIrsa : one_of(random, kArbitrationTable).value;
     const int renderers = random.one_in(2) ? 1 : random.between(1, 3);
     for (int index = 0; index < renderers; ++index) {
         scenario.renderers.push_back(random_renderer(random, scenario, index));

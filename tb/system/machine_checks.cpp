@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <numeric>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "functional/functional_compositor.h"
 #include "naive_pipeline.h"
 
@@ -141,10 +142,10 @@ void check_buses(const MachineRun& run) {
         CHECK(bus.busy_cycles * pixels_per_beat(scenario.bus, scenario.memory) >=
               bus.pixels_sent * cycles_per_beat(scenario.bus));
         CHECK(bus.page_miss_cycles <= bus.page_misses * scenario.memory.page_miss_cycles);
-        if (scenario.bus.arbitration != Arbitration::kSlotAllocation) {
-            CHECK(bus.lost_cycles == 0);
-        } else {
+        if (loses_slots(scenario.bus.arbitration)) {
             CHECK(bus.recovered_slots == 0);
+        } else {
+            CHECK(bus.lost_cycles == 0);
         }
     }
 }

@@ -16,11 +16,6 @@ namespace {
 
 constexpr int kLargestExtent = 64;  // of an image, both ways
 
-template <typename Value, std::size_t Count>
-Value one_of(Random& random, const std::array<Value, Count>& values) {
-    return values[static_cast<std::size_t>(random.between(0, static_cast<int>(Count) - 1))];
-}
-
 std::uint8_t channel(Random& random) { return static_cast<std::uint8_t>(random.between(0, 255)); }
 
 DisplayConfig random_displays(Random& random) {
@@ -291,15 +286,15 @@ Scenario random_scenario(std::uint64_t seed) {
     Scenario scenario;
     scenario.name = "random_" + std::to_string(seed);
     scenario.displays = random_displays(random);
-    scenario.composition = static_cast<Composition>(random.between(0, 2));
-    scenario.depth_format = random.one_in(2) ? DepthFormat::kA8Z16 : DepthFormat::kZ24;
+    scenario.composition = one_of(random, kCompositionTable).value;
+    scenario.depth_format = one_of(random, kDepthFormatTable).value;
     scenario.clocks = random_clocks(random);
     scenario.memory.page_words = random.between(4, 64);
     scenario.memory.page_miss_cycles = random.between(0, 12);
     scenario.memory.words_per_cycle = random.between(1, 8);
     scenario.bus.width_bits = 16 << random.between(0, 5);
     scenario.bus.burst_pixels = random.between(1, 64);
-    scenario.bus.arbitration = static_cast<Arbitration>(random.between(0, 3));
+    scenario.bus.arbitration = one_of(random, kArbitrationTable).value;
     scenario.composer.on_starvation = random.one_in(2) ? StarvationMode::kGlitch : StarvationMode::kStall;
     choose_buffer(random, scenario);
     scenario.pacing = random.one_in(3) ? Pacing::kFreeRunning : Pacing::kLockstep;
@@ -370,8 +365,7 @@ Scenario random_stalled_scenario(std::uint64_t seed) {
         fault.from_cycle = random.one_in(2) ? 0 : random.between(0, 2000);
         // What is held back so often makes a frame last long, and all machines run until the last one is done. A
         // bus that looks at BUSREADY once in a slot only hardly ever finds it high then.
-        const bool for_a_while =
-            fault.percent > 50 || scenario.bus.arbitration == Arbitration::kSlotAllocation;
+        const bool for_a_while = fault.percent > 50 || loses_slots(scenario.bus.arbitration);
         if (for_a_while || random.one_in(3)) fault.cycles = random.between(1, 2000);
         scenario.faults.push_back(fault);
     }

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "machine_checks.h"
 #include "machine_run.h"
 #include "random_batches.h"
@@ -64,7 +65,7 @@ TEST_CASE("random scenarios cover what a scenario may be", "[system]") {
     // Each kind of row defect, fault and policy occurs among the seeds that the batches run.
     std::array<int, kRowDefectCount> defects{};
     std::array<int, static_cast<std::size_t>(FaultKind::kPixelBits) + 1> faults{};
-    std::array<int, 4> arbitrations{};
+    std::array<int, kArbitrationTable.size()> arbitrations{};
     for (std::uint64_t seed = 1; seed <= kBatches * kMachinesPerBatch; ++seed) {
         const Scenario scenario = random_scenario(seed);
         ++arbitrations[static_cast<std::size_t>(scenario.bus.arbitration)];

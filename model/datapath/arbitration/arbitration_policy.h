@@ -9,7 +9,14 @@
 
 namespace metabuffer {
 
+/// Whose burst is next on a bus; arbitration_table.h says what each of them is.
 enum class Arbitration : std::uint8_t { kIrsa, kSlotAllocation, kRoundRobin, kEdf };
+
+/// What becomes of a slot that its composer cannot use.
+enum class IdleSlots : std::uint8_t {
+    kRecovered,  ///< the next composer that is ready has it, so the bus rests only while nobody is ready
+    kLost,       ///< its time passes
+};
 
 /// What the arbiter sees of one table row at a clock.
 struct BusRequest {

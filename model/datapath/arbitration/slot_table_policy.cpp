@@ -1,7 +1,5 @@
 #include "datapath/arbitration/slot_table_policy.h"
 
-#include "datapath/slot_table.h"
-
 namespace metabuffer {
 
 void SlotTablePolicy::start_frame(const std::vector<Segment>& segments) {
@@ -10,7 +8,7 @@ void SlotTablePolicy::start_frame(const std::vector<Segment>& segments) {
     for (const Segment& segment : segments) {
         rows.push_back(segment.row());
     }
-    table_ = slots_ == Slots::kProportional ? slot_table(rows) : equal_slot_table(rows);
+    table_ = make_table_(rows);
     next_ = 0;
     find_distances(rows.size());
 }

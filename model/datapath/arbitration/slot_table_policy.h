@@ -10,10 +10,11 @@ namespace metabuffer {
 /// with recovery are IRSA, without it plain slot allocation; equal slots with recovery are round robin.
 class SlotTablePolicy final : public ArbitrationPolicy {
   public:
-    enum class Slots : std::uint8_t { kProportional, kEqual };
-    enum class IdleSlots : std::uint8_t { kRecovered, kLost };
+    /// Makes a frame's table: row indices, at least one slot for each row.
+    using TableMaker = std::vector<int> (*)(const ViewportTable& rows);
 
-    SlotTablePolicy(Slots slots, IdleSlots idle_slots) : slots_(slots), idle_slots_(idle_slots) {}
+    SlotTablePolicy(TableMaker make_table, IdleSlots idle_slots)
+        : make_table_(make_table), idle_slots_(idle_slots) {}
 
     void start_frame(const std::vector<Segment>& segments) override;
     BusGrant pick(const std::vector<BusRequest>& requests) override;
@@ -23,7 +24,7 @@ class SlotTablePolicy final : public ArbitrationPolicy {
     void find_distances(std::size_t rows);
     void step() { next_ = next_ + 1 == table_.size() ? 0 : next_ + 1; }
 
-    Slots slots_;
+    TableMaker make_table_;
     IdleSlots idle_slots_;
     std::vector<int> table_;
     std::vector<int> distances_;  ///< by row and slot: slots to pass from that slot to the row's next one

@@ -149,11 +149,16 @@ std::string buffer_lines(const Analysis& analysis) {
             }
         }
     }
-    text += figure("never starves with", std::to_string(analysis.safe_buffer_pixels), reason);
+    const bool has_bound = analysis.safe_buffer_pixels.has_value();
+    if (!has_bound) reason = std::string("nothing is proved of ") + to_string(analysis.bus.arbitration);
+    text += figure("never starves with",
+                   has_bound ? std::to_string(*analysis.safe_buffer_pixels) : "no bound", reason);
     text += figure("holds every segment", std::to_string(analysis.whole_buffer_pixels));
+    const std::string not_safe = has_bound ? "may starve: the bound does not cover it" : "may starve";
     text += figure("this scenario", std::to_string(analysis.composer.buffer_pixels),
-                   analysis.scenario_is_safe ? "never starves" : "may starve: the bound does not cover it");
-    if (!analysis.safe_buffer_is_legal) text += "  no scenario may have buffers as large as the bound\n";
+                   analysis.scenario_is_safe ? "never starves" : not_safe);
+    if (analysis.safe_buffer_is_legal == false)
+        text += "  no scenario may have buffers as large as the bound\n";
     return text;
 }
 

@@ -119,7 +119,7 @@ const BusTable& bus_table(const BufferBound& bound, const Scenario& scenario, in
                        [](const BusUser& user, const ViewportRow& row) { return user.segment.row() == row; });
         if (same) return table;
     }
-    return made.emplace(scenario, renderer_index, rows);
+    return made.emplace(scenario, MachineFigures(scenario), renderer_index, rows);
 }
 
 TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, int renderer_index,
@@ -140,6 +140,7 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
     table.rejected = own_buffers.rejected;
     table.tasks = task_table(valid.rows, limits.raster_width_pixels, limits.raster_height_pixels,
                              scenario.displays.columns);
+    const bool has_slots = !bus.shares().table().empty();
     for (std::size_t i = 0; i < valid.rows.size(); ++i) {
         const ViewportRow& row = valid.rows[i];
         const BusUser& user = bus.users()[i];
@@ -153,7 +154,7 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
         composer.bursts = user.costs.bursts();
         composer.page_misses = user.costs.page_misses();
         composer.bus_cycles = user.costs.total();
-        composer.slots = bus.machine().has_slots() ? bus.shares().slots(i) : 0;
+        composer.slots = has_slots ? bus.shares().slots(i) : 0;
         composer.least_buffer_pixels = bus.machine().ready_space + (row.dmultiple > 1 ? row.sdx : 0);
         composer.whole_buffer_pixels =
             std::max(composer.least_buffer_pixels, composer.pixels + bus.machine().ready_space - 1);
@@ -163,10 +164,8 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
     table.demand = demand_of(table, scenario);
     table.supply = supply_of(bus, scenario, renderer.image_width_pixels, table.demand.pixels);
     table.load = load_of(bus, table.supply);
-    if (bus.machine().has_slots()) {
-        for (const int row : bus.shares().table()) {
-            table.slot_displays.push_back(valid.rows[static_cast<std::size_t>(row)].dcomp);
-        }
+    for (const int row : bus.shares().table()) {
+        table.slot_displays.push_back(valid.rows[static_cast<std::size_t>(row)].dcomp);
     }
     return table;
 }
@@ -245,13 +244,14 @@ Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
     analysis.sustained_frame_rate_hz = core_hz / longest_cycles;
     analysis.best_frame_rate_hz = core_hz / least_cycles;
 
-    const BufferBound::Result found = bound.find();
     analysis.least_buffer_pixels = bound.smallest_legal_pixels();
     analysis.whole_buffer_pixels = bound.whole_segment_pixels();
-    analysis.safe_buffer_pixels = found.pixels;
-    analysis.safe_buffer_is_legal = limits::kBufferPixels.contains(found.pixels);
-    analysis.deciding_renderer = found.renderer;
-    analysis.deciding_display = found.display;
+    if (const std::optional<BufferBound::Result> found = bound.find()) {
+        analysis.safe_buffer_pixels = found->pixels;
+        analysis.safe_buffer_is_legal = limits::kBufferPixels.contains(found->pixels);
+        analysis.deciding_renderer = found->renderer;
+        analysis.deciding_display = found->display;
+    }
     analysis.scenario_is_safe = bound.is_safe(scenario.composer.buffer_pixels);
     return analysis;
 }

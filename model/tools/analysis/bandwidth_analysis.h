@@ -46,7 +46,7 @@ struct ComposerAnalysis {
     std::int64_t bursts = 0;
     std::int64_t page_misses = 0;
     std::int64_t bus_cycles = 0;
-    std::int64_t slots = 0;                ///< of the slot table; 0 for edf, which has none
+    std::int64_t slots = 0;                ///< of the slot table; 0 if the policy has none
     std::int64_t least_buffer_pixels = 0;  ///< the smallest legal
     std::int64_t whole_buffer_pixels = 0;  ///< holds the whole segment whatever the bus does
 };
@@ -60,7 +60,7 @@ struct TableAnalysis {
     std::vector<RejectedRow> rejected;
     Demand demand;
     Supply supply;
-    std::vector<int> slot_displays;  ///< the slot table, by display; empty for edf
+    std::vector<int> slot_displays;  ///< the slot table, by display; empty if the policy has none
     /// Clocks of the bus that the composers of the busiest raster row need in each clock, or the whole frame does in
     /// each of the raster's, whichever is more. Beyond 1 the bus cannot keep pace: pixels must have been sent before.
     double load = 0.0;
@@ -95,11 +95,12 @@ struct Analysis {
 
     std::int64_t least_buffer_pixels = 0;  ///< the smallest with which no row is rejected
     std::int64_t whole_buffer_pixels = 0;  ///< the smallest that holds every segment
-    std::int64_t safe_buffer_pixels = 0;   ///< nothing starves with these, in any frame of the run
-    bool safe_buffer_is_legal = true;      ///< a scenario may have such buffers
-    std::optional<int> deciding_renderer;  ///< whose composer needs that many; index
-    std::optional<int> deciding_display;   ///< from 1
-    bool scenario_is_safe = false;         ///< the scenario's own buffers are known to do
+    /// Nothing starves with these, in any frame of the run; none if nothing is proved of the arbitration.
+    std::optional<std::int64_t> safe_buffer_pixels;
+    std::optional<bool> safe_buffer_is_legal;  ///< a scenario may have such buffers
+    std::optional<int> deciding_renderer;      ///< whose composer needs that many; index
+    std::optional<int> deciding_display;       ///< from 1
+    bool scenario_is_safe = false;             ///< the scenario's own buffers are known to do
 };
 
 struct AnalysisOptions {

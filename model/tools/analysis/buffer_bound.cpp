@@ -82,7 +82,7 @@ class BufferBound::FillTimes {
     }
 
     double fill(const BusTable& table, std::size_t row) const {
-        if (table.machine().has_slots()) return for_grants(table, row, grants(table, row));
+        if (table.machine().has_sure_slots()) return for_grants(table, row, grants(table, row));
         // The others come first only with what is due before.
         const BusUser& user = table.users()[row];
         const std::int64_t due = user.segment.first_use(held_pixels(table, row) - 1);
@@ -99,7 +99,7 @@ class BufferBound::FillTimes {
     /// By how much a rival's composer is prefetched behind this one, as far as this bus goes.
     double behind(const BusTable& table, std::size_t row, std::size_t rival) const {
         const MachineFigures& machine = table.machine();
-        if (!machine.has_slots()) {
+        if (!machine.has_sure_slots()) {
             const std::int64_t own = divide_up(held_pixels(table, row), machine.burst_pixels);
             const std::int64_t wanted = grants(table, rival);
             const std::int64_t pixel = (own - 1) * machine.burst_pixels;
@@ -174,8 +174,9 @@ class BufferBound::FillTimes {
     std::vector<Slowest> second_;
 };
 
-BufferBound::BufferBound(const Scenario& scenario)
-    : renderers_(scenario.renderers.size()),
+BufferBound::BufferBound(const Scenario& scenario, const MachineFigures& machine)
+    : machine_(machine),
+      renderers_(scenario.renderers.size()),
       displays_(static_cast<std::size_t>(scenario.displays.count())),
       several_frames_(scenario.frames > 1) {
     for (std::size_t r = 0; r < renderers_; ++r) {
@@ -190,7 +191,7 @@ BufferBound::BufferBound(const Scenario& scenario)
             const ViewportTable& rows = renderer.frames[frame].table;
             if (std::find(known.begin(), known.end(), rows) != known.end()) continue;
             known.push_back(rows);
-            tables_.emplace_back(scenario, static_cast<int>(r), validate_table(rows, limits).rows);
+            tables_.emplace_back(scenario, machine, static_cast<int>(r), validate_table(rows, limits).rows);
         }
     }
     refills_.reserve(tables_.size());
@@ -227,7 +228,7 @@ std::int64_t BufferBound::whole_segment_pixels() const {
 double BufferBound::refill_pixels(const BusTable& table, std::size_t row) const {
     const MachineFigures& machine = table.machine();
     if (!several_frames_) return 0.0;
-    if (!machine.has_slots()) return as_double(limits::kBufferPixels.high);
+    if (!machine.has_sure_slots()) return as_double(limits::kBufferPixels.high);
     const BusUser& user = table.users()[row];
     const BusTable::SureBursts sure = table.sure_bursts(row);
     double most = 0.0;
@@ -295,7 +296,8 @@ bool BufferBound::is_safe(std::int64_t buffer_pixels) const {
 }
 
 /// In strides that double, then between the last two. Safety need not be monotonic, but the size found is safe.
-BufferBound::Result BufferBound::find() const {
+std::optional<BufferBound::Result> BufferBound::find() const {
+    if (!machine_.has_bound()) return std::nullopt;
     Result result;
     std::int64_t unsafe = smallest_legal_pixels();
     const std::int64_t largest = whole_segment_pixels();

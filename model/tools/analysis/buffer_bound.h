@@ -18,7 +18,8 @@ class BufferBound {
   public:
     /// Takes the tables that a run of the scenario can come to. Rows are left out that the scenario would reject with
     /// any buffer.
-    explicit BufferBound(const Scenario& scenario);
+    explicit BufferBound(const Scenario& scenario) : BufferBound(scenario, MachineFigures(scenario)) {}
+    BufferBound(const Scenario& scenario, const MachineFigures& machine);
 
     /// The different tables of the renderers, in their order.
     const std::vector<BusTable>& tables() const { return tables_; }
@@ -37,8 +38,9 @@ class BufferBound {
         std::optional<int> renderer;  ///< index
         std::optional<int> display;   ///< from 1
     };
-    /// The smallest safe size that a search finds.
-    Result find() const;
+    /// The smallest safe size that a search finds; none if nothing is proved of the policy. whole_segment_pixels() are safe
+    /// even then.
+    std::optional<Result> find() const;
 
   private:
     struct Place {
@@ -52,6 +54,7 @@ class BufferBound {
     BufferCase case_of(Place place, std::int64_t buffer_pixels, const FillTimes& fill) const;
     double refill_pixels(const BusTable& table, std::size_t row) const;
 
+    MachineFigures machine_;
     std::vector<BusTable> tables_;
     std::size_t renderers_ = 0;
     std::size_t displays_ = 0;

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
-#include "datapath/slot_table.h"
 #include "scenario/derived_timing.h"
 
 namespace metabuffer::analysis {
 
-MachineFigures::MachineFigures(const Scenario& scenario)
+MachineFigures::MachineFigures(const Scenario& scenario, const ArbitrationRow& policy)
     : raster_width(scenario.displays.raster_width_pixels()),
       raster_pixels(raster_width * scenario.displays.raster_height_pixels()),
       burst_pixels(scenario.bus.burst_pixels),
@@ -16,7 +15,7 @@ MachineFigures::MachineFigures(const Scenario& scenario)
       cycles_per_beat(metabuffer::cycles_per_beat(scenario.bus)),
       page_miss_cycles(scenario.memory.page_miss_cycles),
       lost_slot_cycles(metabuffer::lost_slot_cycles(scenario)),
-      arbitration(scenario.bus.arbitration) {}
+      policy(policy) {}
 
 /// Row after row of the source is released in a stretch, with a pause between: the most by which that runs ahead of
 /// its average, from the beginning of any stretch to the end of any other.
@@ -40,19 +39,21 @@ ReleaseCurve::ReleaseCurve(const Segment& segment, std::int64_t raster_width) {
     burst += 1.0;
 }
 
-BusTable::BusTable(const Scenario& scenario, int renderer, const ViewportTable& rows)
-    : machine_(scenario), renderer_(renderer) {
+BusTable::BusTable(const Scenario& scenario, const MachineFigures& machine, int renderer,
+                   const ViewportTable& rows)
+    : machine_(machine), renderer_(renderer) {
     const Renderer& source = scenario.renderers[static_cast<std::size_t>(renderer)];
     find_first_word(source, scenario.memory, rows);
     users_.reserve(rows.size());
     for (const ViewportRow& row : rows) add_user(scenario, source, row);
     if (users_.empty()) return;
-    const bool equal = machine_.arbitration == Arbitration::kRoundRobin;
     RepeatedSlot repeated = RepeatedSlot::kGranted;
     if (machine_.single_beats()) {
         repeated = machine_.work_conserving() ? RepeatedSlot::kSkipped : RepeatedSlot::kLost;
     }
-    shares_ = SlotShares(equal ? equal_slot_table(rows) : slot_table(rows), rows.size(), repeated);
+    if (machine_.policy.slot_table != nullptr) {
+        shares_ = SlotShares(machine_.policy.slot_table(rows), rows.size(), repeated);
+    }
     for (const BusUser& user : users_) {
         residual_cycles_ = std::max(residual_cycles_, static_cast<double>(user.costs.longest()) - 1.0);
     }
@@ -62,7 +63,7 @@ BusTable::BusTable(const Scenario& scenario, int renderer, const ViewportTable& 
     // A composer passed over for a clock.
     if (machine_.single_beats() || !machine_.whole_bursts()) residual_cycles_ += 1.0;
     if (first_word_ == FirstWord::kHits) residual_cycles_ += static_cast<double>(machine_.page_miss_cycles);
-    if (!machine_.has_slots()) return;
+    if (!machine_.has_sure_slots()) return;
     find_waits();
     if (knows_rivals()) find_rivalries();
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "datapath/segment.h"
 #include "scenario/scenario.h"
 #include "tools/analysis/burst_costs.h"
@@ -14,7 +15,10 @@ namespace metabuffer::analysis {
 
 /// What the arithmetic needs of a scenario's machine.
 struct MachineFigures {
-    explicit MachineFigures(const Scenario& scenario);
+    explicit MachineFigures(const Scenario& scenario)
+        : MachineFigures(scenario, arbitration_row(scenario.bus.arbitration)) {}
+    /// As if the scenario's policy were this one.
+    MachineFigures(const Scenario& scenario, const ArbitrationRow& policy);
 
     std::int64_t raster_width = 0;
     std::int64_t raster_pixels = 0;
@@ -24,13 +28,16 @@ struct MachineFigures {
     std::int64_t cycles_per_beat = 0;
     std::int64_t page_miss_cycles = 0;
     std::int64_t lost_slot_cycles = 0;
-    Arbitration arbitration = Arbitration::kIrsa;
+    ArbitrationRow policy;
 
     /// No burst is ever cut short: BUSREADY promises room for a whole one.
     bool whole_bursts() const { return ready_space >= burst_pixels; }
     /// Slots that nobody can use are never waited for.
-    bool work_conserving() const { return arbitration != Arbitration::kSlotAllocation; }
-    bool has_slots() const { return arbitration != Arbitration::kEdf; }
+    bool work_conserving() const { return policy.idle_slots == IdleSlots::kRecovered; }
+    /// A composer that is ready gets each of its slots.
+    bool has_sure_slots() const { return policy.proof == BufferProof::kSlots; }
+    /// Something is proved of the policy; without sure slots that what is due first goes first.
+    bool has_bound() const { return policy.proof != BufferProof::kNone; }
     /// Bursts are single beats, after which the composer is passed over for a clock.
     bool single_beats() const { return burst_pixels <= pixels_per_beat; }
 };
@@ -75,7 +82,7 @@ struct BusUser {
     double slot_excess = 0.0;
     /// How the segment is granted; with bursts that may be cut short there are two ways to see it.
     std::vector<Portions> portions;
-    SlotShares::Wait wait;  ///< behind the rivals' slots; not for EDF
+    SlotShares::Wait wait;  ///< behind the rivals' slots; only if these are sure
 
     int display() const { return segment.row().dcomp; }
 };
@@ -96,14 +103,16 @@ class BusTable {
     static constexpr std::size_t kMostRivals = 64;
 
     /// The rows must be valid for the scenario's raster and the renderer's image.
-    BusTable(const Scenario& scenario, int renderer, const ViewportTable& rows);
+    BusTable(const Scenario& scenario, const MachineFigures& machine, int renderer,
+             const ViewportTable& rows);
 
     const MachineFigures& machine() const { return machine_; }
     int renderer() const { return renderer_; }
     const std::vector<BusUser>& users() const { return users_; }
+    /// Empty if the policy has no slots.
     const SlotShares& shares() const { return shares_; }
     bool knows_rivals() const { return users_.size() <= kMostRivals; }
-    /// Both by row. Only if knows_rivals(), and not for EDF.
+    /// Both by row. Only if knows_rivals(), and slots are sure.
     const Rivalry& rivalry(std::size_t row, std::size_t rival) const {
         return rivalries_[row * users_.size() + rival];
     }
@@ -113,7 +122,7 @@ class BusTable {
     /// its only one.
     double residual_cycles() const { return residual_cycles_; }
     /// A composer with room for whole bursts is sure to get rate * clocks - loss of them, from any clock on, whatever the
-    /// others do. Not for EDF.
+    /// others do. Only if slots are sure.
     struct SureBursts {
         double rate = 0.0;
         double loss = 0.0;

@@ -56,7 +56,7 @@ class RivalRule {
         rival.row = j;
         const RivalGrants grants(table_, j, buffer_.buffer_pixels);
         rival.slack = grants.slack();
-        if (machine_.has_slots()) {
+        if (machine_.has_sure_slots()) {
             const Rivalry& rivalry = table_.rivalry(row_, j);
             rival.slot_rate = rivalry.slot_rate;
             rival.slot_spread = rivalry.slot_spread;
@@ -150,7 +150,7 @@ class RivalRule {
             const auto latest = static_cast<std::int64_t>(std::floor(jobs_.latest_start(portion)));
             const std::int64_t now = latest - Jobs::kBusreadyCycles + buffer_.shifts[rival.row].earlier;
             std::int64_t room = grants.at_most(grants.released_before(now + 1));
-            if (!machine_.has_slots()) {
+            if (!machine_.has_sure_slots()) {
                 const std::int64_t bursts =
                     grants.bursts_due_by(jobs_.segment().first_use(jobs_.next_pixel_at_most(portion)));
                 room = std::min(room, grants.of_bursts(machine_.whole_bursts() ? bursts : bursts + 1));
@@ -184,7 +184,7 @@ class RivalRule {
         for (const Rival& rival : rivals_) {
             const double by_slots = rival.slot_rate * grants + rival.slot_spread;
             const double by_room = rival.room[b] - rival.granted[a] + rival.slack;
-            if (machine_.has_slots() && by_slots <= by_room) {
+            if (machine_.has_sure_slots() && by_slots <= by_room) {
                 slot_rate += rival.slot_rate;
                 constant += rival.slot_spread;
             } else {

@@ -182,7 +182,7 @@ class PollRule {
         const RivalGrants rival(table_, j, buffer_.buffer_pixels);
         const std::int64_t full = rival.when_full(0) / machine_.burst_pixels;
         double bursts = 0.0;
-        if (machine_.has_slots()) {
+        if (machine_.has_sure_slots()) {
             const SlotShares::Fairness& fairness = table_.rivalry(row_, j).fairness;
             bursts = std::floor(fairness.rate * as_double(grants) - fairness.loss);
         } else {
@@ -233,7 +233,7 @@ bool in_time(const BusTable& table, std::size_t row, const Portions& portions, c
     const BusUser& me = table.users()[row];
     const Jobs jobs(me, portions, machine, buffer.buffer_pixels);
     PortionFlags known(static_cast<std::size_t>(jobs.count()), 0);
-    if (machine.has_slots()) slot_rule(table, me, jobs, known);
+    if (machine.has_sure_slots()) slot_rule(table, me, jobs, known);
     if (all_known(known, jobs)) return true;
     if (!machine.work_conserving() || !table.knows_rivals()) return false;
     if (machine.whole_bursts()) PollRule(table, row, jobs, buffer).apply(known);
@@ -247,6 +247,7 @@ bool is_starvation_free(const BusTable& table, std::size_t row, const BufferCase
     const BusUser& me = table.users()[row];
     const std::int64_t held = buffer.buffer_pixels - machine.ready_space + 1;
     if (me.segment.pixels() <= held) return true;
+    if (!machine.has_bound()) return false;
     if (!first_burst_in_time(table, me, buffer.buffer_pixels)) return false;
     return std::any_of(me.portions.begin(), me.portions.end(),
                        [&](const Portions& portions) { return in_time(table, row, portions, buffer); });

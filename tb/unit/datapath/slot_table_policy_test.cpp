@@ -12,8 +12,6 @@ namespace metabuffer {
 namespace {
 
 using Kind = BusGrant::Kind;
-using Slots = SlotTablePolicy::Slots;
-using IdleSlots = SlotTablePolicy::IdleSlots;
 
 constexpr test::RasterSize kRaster{64, 48};
 
@@ -74,17 +72,16 @@ class SlotRing {
     std::deque<int> slots_;
 };
 
-void check_against_ring(Slots slots, IdleSlots idle_slots, std::uint64_t default_seed) {
+void check_against_ring(SlotTablePolicy::TableMaker make_table, IdleSlots idle_slots,
+                        std::uint64_t default_seed) {
     const auto seed = test::random_seed(default_seed);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
-    SlotTablePolicy policy(slots, idle_slots);
+    SlotTablePolicy policy(make_table, idle_slots);
     int polls = 0;
     for (int trial = 0; trial < 100; ++trial) {
         const ViewportTable rows = random_table(random);
-        const std::vector<int> table =
-            slots == Slots::kProportional ? slot_table(rows) : equal_slot_table(rows);
-        SlotRing ring(table);
+        SlotRing ring(make_table(rows));
         policy.start_frame(segments_of(rows));
         REQUIRE(policy.slot() == 0);
         for (int clock = 0; clock < 200; ++clock) {
@@ -105,13 +102,13 @@ void check_against_ring(Slots slots, IdleSlots idle_slots, std::uint64_t default
 
 TEST_CASE(
     "irsa: a slot nobody can use goes to the next in the table at once, and a poll does not move it on") {
-    check_against_ring(Slots::kProportional, IdleSlots::kRecovered, 141);
+    check_against_ring(slot_table, IdleSlots::kRecovered, 141);
 }
 TEST_CASE("slot-allocation: the slot's owner or nobody, and the table moves on either way") {
-    check_against_ring(Slots::kProportional, IdleSlots::kLost, 142);
+    check_against_ring(slot_table, IdleSlots::kLost, 142);
 }
 TEST_CASE("round-robin: one slot each, idle ones recovered") {
-    check_against_ring(Slots::kEqual, IdleSlots::kRecovered, 143);
+    check_against_ring(equal_slot_table, IdleSlots::kRecovered, 143);
 }
 
 TEST_CASE("irsa: with everyone ready each composer gets its C / T share of every round") {
@@ -125,7 +122,7 @@ TEST_CASE("irsa: with everyone ready each composer gets its C / T share of every
         row.dmultiple = 2;
         rows.push_back(row);
     }
-    SlotTablePolicy policy(Slots::kProportional, IdleSlots::kRecovered);
+    SlotTablePolicy policy(slot_table, IdleSlots::kRecovered);
     policy.start_frame(segments_of(rows));
     std::vector<BusRequest> requests(rows.size());
     for (BusRequest& request : requests) request.pending = request.ready = true;
@@ -140,7 +137,7 @@ TEST_CASE("irsa: with everyone ready each composer gets its C / T share of every
 }
 
 TEST_CASE("irsa: a composer that is not ready loses its turn and no more, the others share its time") {
-    SlotTablePolicy policy(Slots::kEqual, IdleSlots::kRecovered);
+    SlotTablePolicy policy(equal_slot_table, IdleSlots::kRecovered);
     ViewportRow row;
     row.sdx = row.sdy = row.dmultiple = 1;
     policy.start_frame(segments_of({row, row, row}));

@@ -16,8 +16,6 @@ using Values = std::vector<std::uint32_t>;
 
 constexpr std::uint32_t kGuard = 0xDEAD'BEEFU;  ///< stands where a function must not write
 constexpr std::size_t kGuardValues = 40;        ///< more than any vector unit writes at once
-constexpr auto kCompositions =
-    std::array<Composition, 3>{Composition::kZ, Composition::kZAlphaKey, Composition::kOver};
 
 /// A run of pixels somewhere in planes of which nothing else is to be touched. Each plane has an alignment of
 /// its own.
@@ -101,11 +99,12 @@ TEST_CASE("span: planes hold what the link makes of one image's colour and anoth
     const auto seed = test::random_seed(171);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
-    for (const DepthFormat format : {DepthFormat::kA8Z16, DepthFormat::kZ24}) {
+    for (const DepthLayout& layout : kDepthFormatTable) {
+        const DepthFormat format = layout.value;
         for (int trial = 0; trial < 50; ++trial) {
             const int width = random.between(1, 40);
             const int height = random.between(1, 5);
-            INFO((format == DepthFormat::kA8Z16 ? "a8z16, " : "z24, ") << width << " x " << height);
+            INFO(layout.name << ", " << width << " x " << height);
             const PixelImage colour = random_image(random, width, height);
             const PixelImage depth = random_image(random, width, height);
             check_link(colour, depth, format, Pixel(random.bits() >> 8));
@@ -155,7 +154,7 @@ TEST_CASE("span: a composited run is compose() pixel for pixel at any length and
     const auto seed = test::random_seed(173);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
-    for (const Composition composition : kCompositions) {
+    for (const CompositionRow& row : kCompositionTable) {
         for (int trial = 0; trial < 1000; ++trial) {
             // All the short lengths, then any.
             const std::size_t count = trial <= 70 ? static_cast<std::size_t>(trial) : random_length(random);
@@ -163,7 +162,7 @@ TEST_CASE("span: a composited run is compose() pixel for pixel at any length and
             Run upstream(random, count);
             randomize(random, local);
             randomize(random, upstream);
-            check_composition(composition, local, upstream);
+            check_composition(row.value, local, upstream);
         }
     }
 }
@@ -176,7 +175,7 @@ TEST_CASE("span: a composited run is compose() for every pair of alpha and chann
     constexpr std::uint32_t kZ = 1000;
     Run local(random, kPairs);
     Run upstream(random, kPairs);
-    for (const Composition composition : kCompositions) {
+    for (const CompositionRow& row : kCompositionTable) {
         for (const std::uint32_t local_z : {kZ - 1, kZ, kZ + 1}) {
             for (const int front_channel : {0, 1, 127, 128, 254, 255}) {
                 for (std::size_t i = 0; i < kPairs; ++i) {
@@ -190,7 +189,7 @@ TEST_CASE("span: a composited run is compose() for every pair of alpha and chann
                     local.set(i, local_is_front ? front : back);
                     upstream.set(i, local_is_front ? back : front);
                 }
-                check_composition(composition, local, upstream);
+                check_composition(row.value, local, upstream);
             }
         }
     }
@@ -212,7 +211,7 @@ TEST_CASE("span: a tie keeps upstream and a transparent local pixel wins only wi
     const Pixel tied(9, 9, 9, 255, 500);
     const Pixel transparent(9, 9, 9, 0, 499);
     const Pixel faint(9, 9, 9, 1, 499);
-    for (const Composition composition : kCompositions) CHECK(result(composition, tied) == upstream_pixel);
+    for (const CompositionRow& row : kCompositionTable) CHECK(result(row.value, tied) == upstream_pixel);
     CHECK(result(Composition::kZ, transparent) == transparent);
     CHECK(result(Composition::kZAlphaKey, transparent) == upstream_pixel);
     CHECK(result(Composition::kZAlphaKey, faint) == faint);

@@ -82,18 +82,32 @@ TEST_CASE("input framebuffer word: a z24 depth frame replaces Z, sets A to 255 a
     CHECK(with_depth_half(old, 0xFFFFFFFF, DepthFormat::kZ24).word() == 0x00FFFFFF'FF112233U);
 }
 
+TEST_CASE("depth formats: alpha and Z lie beside each other in the 24 bits, and alpha is whole or left out") {
+    for (const DepthLayout& layout : kDepthFormatTable) {
+        INFO(layout.name);
+        CHECK((layout.z_bits >= 1 && layout.z_bits <= 24));
+        CHECK((layout.alpha_bits == 0 || layout.alpha_bits == 8));
+        const std::uint32_t z = layout.z_mask() << layout.z_shift;
+        const std::uint32_t alpha = layout.alpha_mask() << layout.alpha_shift;
+        CHECK((z | alpha) <= 0xFF'FFFFU);
+        CHECK((z & alpha) == 0);
+        CHECK(layout.z_of(z) == layout.z_mask());
+        CHECK(layout.alpha_of(alpha) == layout.alpha_mask());
+    }
+}
+
 TEST_CASE("input framebuffer word: a pair over the link restores the pixel in either order of its halves") {
     const auto seed = test::random_seed(101);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
     for (int trial = 0; trial < 20000; ++trial) {
         const Pixel stale(random.bits() & 0x00FFFFFF'FFFFFFFFU);
-        const bool z24 = random.one_in(2);
-        const DepthFormat format = z24 ? DepthFormat::kZ24 : DepthFormat::kA8Z16;
-        // What the format can carry: 16 bits of Z, or no alpha.
-        const std::uint64_t word =
-            z24 ? (random.bits() & 0x00FFFFFF'00FFFFFFU) | 0xFF000000U : random.bits() & 0x0000FFFF'FFFFFFFFU;
-        const Pixel sent(word);
+        const DepthLayout layout = test::one_of(random, kDepthFormatTable);
+        const DepthFormat format = layout.value;
+        // What the format can carry.
+        const Pixel any(random.bits());
+        const Pixel sent(any.r(), any.g(), any.b(), layout.has_alpha() ? any.a() : std::uint8_t{255},
+                         any.z() >> (24 - layout.z_bits));
         const std::uint32_t colour = colour_link_bits(sent);
         const std::uint32_t depth = depth_link_bits(sent, format);
         REQUIRE(colour <= 0xFFFFFF);

@@ -144,7 +144,6 @@ ViewportRow random_row(test::Random& random, const Scenario& scenario, const Pix
 
 Scenario random_machine(test::Random& random) {
     const int supersamples[] = {1, 2, 4};
-    const Composition compositions[] = {Composition::kZ, Composition::kZAlphaKey, Composition::kOver};
     Scenario scenario;
     scenario.displays.columns = random.between(1, 3);
     scenario.displays.rows = random.between(1, 3);
@@ -154,8 +153,8 @@ Scenario random_machine(test::Random& random) {
     for (auto& channel : scenario.displays.background) {
         channel = static_cast<std::uint8_t>(random.between(0, 255));
     }
-    scenario.composition = compositions[random.between(0, 2)];
-    scenario.depth_format = random.one_in(2) ? DepthFormat::kA8Z16 : DepthFormat::kZ24;
+    scenario.composition = test::one_of(random, kCompositionTable).value;
+    scenario.depth_format = test::one_of(random, kDepthFormatTable).value;
     return scenario;
 }
 

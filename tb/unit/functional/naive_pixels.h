@@ -15,9 +15,13 @@ namespace metabuffer::test {
 
 /// What a link of this depth format leaves of a pixel.
 inline Pixel naive_after_link(Pixel pixel, DepthFormat format) {
-    const bool z24 = format == DepthFormat::kZ24;
-    return {pixel.r(), pixel.g(), pixel.b(), z24 ? std::uint8_t{255} : pixel.a(),
-            z24 ? pixel.z() : pixel.z() % 0x1'0000U};
+    switch (format) {
+        case DepthFormat::kA8Z16:
+            return {pixel.r(), pixel.g(), pixel.b(), pixel.a(), pixel.z() % 0x1'0000U};
+        case DepthFormat::kZ24:
+            return {pixel.r(), pixel.g(), pixel.b(), 255, pixel.z()};
+    }
+    return {};
 }
 
 inline std::uint8_t naive_over_channel(int front, int back, int front_alpha) {
@@ -27,16 +31,20 @@ inline std::uint8_t naive_over_channel(int front, int back, int front_alpha) {
 
 inline Pixel naive_blend(Composition composition, Pixel local, Pixel upstream) {
     const bool nearer = local.z() < upstream.z();
-    if (composition != Composition::kOver) {
-        const bool keyed_out = composition == Composition::kZAlphaKey && local.a() == 0;
-        return nearer && !keyed_out ? local : upstream;
-    }
     const Pixel front = nearer ? local : upstream;
     const Pixel back = nearer ? upstream : local;
-    return {naive_over_channel(front.r(), back.r(), front.a()),
-            naive_over_channel(front.g(), back.g(), front.a()),
-            naive_over_channel(front.b(), back.b(), front.a()),
-            naive_over_channel(front.a(), back.a(), front.a()), front.z()};
+    switch (composition) {
+        case Composition::kZ:
+            return front;
+        case Composition::kZAlphaKey:
+            return nearer && local.a() == 0 ? upstream : front;
+        case Composition::kOver:
+            return {naive_over_channel(front.r(), back.r(), front.a()),
+                    naive_over_channel(front.g(), back.g(), front.a()),
+                    naive_over_channel(front.b(), back.b(), front.a()),
+                    naive_over_channel(front.a(), back.a(), front.a()), front.z()};
+    }
+    return {};
 }
 
 /// Few depths and alphas, so that ties, clear and opaque pixels are common; and now and then any word.

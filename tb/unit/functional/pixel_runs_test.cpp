@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "random_seed.h"
+#include "scenario/names.h"
 #include "unit/functional/naive_pixels.h"
 
 // Runs of every length and at every alignment, against the same done pixel by pixel. Memory around what is
@@ -91,9 +92,9 @@ TEST_CASE("runs: merging is what each pixel alone gives", "[functional][random]"
     const std::uint64_t seed = test::random_seed(20260201);
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
-    const Composition composition = GENERATE(Composition::kZ, Composition::kZAlphaKey, Composition::kOver);
-    const DepthFormat format = GENERATE(DepthFormat::kA8Z16, DepthFormat::kZ24);
-    INFO("composition " << static_cast<int>(composition) << ", depth format " << static_cast<int>(format));
+    const Composition composition = GENERATE(from_range(kCompositionTable)).value;
+    const DepthFormat format = GENERATE(from_range(kDepthFormatTable)).value;
+    INFO(to_string(composition) << ", " << to_string(format));
 
     for (int trial = 0; trial < 200; ++trial) {
         const std::size_t count = random_count(random);
@@ -127,7 +128,7 @@ TEST_CASE("runs: a link leaves what its depth format has room for", "[functional
     const std::uint64_t seed = test::random_seed(20260202);
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
-    const DepthFormat format = GENERATE(DepthFormat::kA8Z16, DepthFormat::kZ24);
+    const DepthFormat format = GENERATE(from_range(kDepthFormatTable)).value;
 
     for (int trial = 0; trial < 100; ++trial) {
         const std::size_t shift = random_shift(random);

@@ -112,7 +112,8 @@ std::string content_of(const std::filesystem::path& file) {
 }  // namespace
 
 TEST_CASE("a scenario with no default in it is read back as it was written", "[scenario][writer]") {
-    for (const DepthFormat format : {DepthFormat::kA8Z16, DepthFormat::kZ24}) {
+    for (const DepthLayout& layout : kDepthFormatTable) {
+        const DepthFormat format = layout.value;
         INFO(to_string(format));
         const ScratchDirectory directory;
         const Scenario scenario = unusual_scenario(format);
@@ -145,7 +146,8 @@ TEST_CASE("pixels keep every bit that a link carries", "[scenario][writer]") {
 }
 
 TEST_CASE("images of one row and of one pixel are read back", "[scenario][writer]") {
-    for (const DepthFormat format : {DepthFormat::kA8Z16, DepthFormat::kZ24}) {
+    for (const DepthLayout& layout : kDepthFormatTable) {
+        const DepthFormat format = layout.value;
         for (const std::pair<int, int>& size : {std::pair(40, 1), std::pair(6, 1), std::pair(6, 40)}) {
             INFO(to_string(format) << " " << size.first << "x" << size.second);
             const ScratchDirectory directory;

@@ -24,7 +24,7 @@ static_assert(static_cast<int>(BusBeat::Kind::kNone) == kKindNone &&
               static_cast<int>(BusBeat::Kind::kTableRow) == kKindTableRow &&
               static_cast<int>(BusBeat::Kind::kPixels) == kKindPixels);
 static_assert(static_cast<int>(Composition::kZ) == 0 && static_cast<int>(Composition::kZAlphaKey) == 1 &&
-              static_cast<int>(Composition::kOver) == 2);
+              static_cast<int>(Composition::kOver) == 2 && kCompositionTable.size() == 3);
 constexpr int kErrorNone = 0;
 constexpr int kErrorFull = 1;
 constexpr int kErrorOrder = 2;

@@ -213,13 +213,28 @@ TEST_CASE("without slots there is no slot table", "[analysis]") {
     CHECK(analyze(scenario).tables.front().slot_displays.empty());
 }
 
+TEST_CASE("without a bound a line says so, and the JSON has none", "[analysis]") {
+    Analysis analysis = analyze(paper_case(4));
+    CHECK(analysis_text(analysis).find("no bound") == std::string::npos);
+    analysis.safe_buffer_pixels.reset();
+    analysis.safe_buffer_is_legal.reset();
+    analysis.scenario_is_safe = false;
+    const std::string text = analysis_text(analysis);
+    CHECK(text.find("  never starves with          no bound  nothing is proved of irsa\n") !=
+          std::string::npos);
+    CHECK(text.find("  this scenario                   1024  may starve\n") != std::string::npos);
+    const std::string json = analysis_json(analysis);
+    CHECK(json.find("\"safe_pixels\": null") != std::string::npos);
+    CHECK(json.find("\"safe_is_legal\": null") != std::string::npos);
+}
+
 TEST_CASE("JSON has the figures of the text", "[analysis]") {
     const Analysis analysis = analyze(paper_case(4));
     const std::string json = analysis_json(analysis);
     CHECK(json.find("\"task\": \"3b\"") != std::string::npos);
-    CHECK(json.find("\"safe_pixels\": " + std::to_string(analysis.safe_buffer_pixels)) != std::string::npos);
+    CHECK(json.find("\"safe_pixels\": " + std::to_string(*analysis.safe_buffer_pixels)) != std::string::npos);
     CHECK(json.find("\"asked_frame_rate_hz\": null") != std::string::npos);
     const std::string text = analysis_text(analysis);
     CHECK(text.find("3b          20       200       200  6") != std::string::npos);
-    CHECK(text.find(std::to_string(analysis.safe_buffer_pixels)) != std::string::npos);
+    CHECK(text.find(std::to_string(*analysis.safe_buffer_pixels)) != std::string::npos);
 }

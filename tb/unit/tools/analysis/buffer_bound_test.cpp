@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "datapath/segment.h"
 #include "random_seed.h"
 #include "tools/analysis/bus_table.h"
@@ -77,7 +78,7 @@ TEST_CASE("a buffer for the whole segment is always safe and less than the legal
         Scenario scenario = one_composer(random_row(random, 30, 40), 30, 40);
         scenario.bus.width_bits = 16 << random.between(0, 5);
         scenario.bus.burst_pixels = random.between(1, 40);
-        scenario.bus.arbitration = static_cast<Arbitration>(random.between(0, 3));
+        scenario.bus.arbitration = test::one_of(random, kArbitrationTable).value;
         scenario.composer.ready_space_pixels =
             std::max(in_flight_pixels(scenario.bus, scenario.memory), random.between(1, 40));
         const BufferBound bound(scenario);
@@ -88,10 +89,37 @@ TEST_CASE("a buffer for the whole segment is always safe and less than the legal
               std::max(bound.smallest_legal_pixels(), std::int64_t{row.sdx} * row.sdy + ready - 1));
         CHECK(bound.is_safe(bound.whole_segment_pixels()));
         CHECK_FALSE(bound.is_safe(bound.smallest_legal_pixels() - 1));
-        const BufferBound::Result found = bound.find();
-        CHECK(bound.is_safe(found.pixels));
-        CHECK(found.pixels <= bound.whole_segment_pixels());
-        CHECK(found.renderer.has_value() == (found.pixels > bound.smallest_legal_pixels()));
+        const std::optional<BufferBound::Result> found = bound.find();
+        REQUIRE(found.has_value() == (arbitration_row(scenario.bus.arbitration).proof != BufferProof::kNone));
+        if (!found) continue;
+        CHECK(bound.is_safe(found->pixels));
+        CHECK(found->pixels <= bound.whole_segment_pixels());
+        CHECK(found->renderer.has_value() == (found->pixels > bound.smallest_legal_pixels()));
+    }
+}
+
+TEST_CASE("of a policy of which nothing is proved only a buffer for the whole segment is safe",
+          "[analysis][random]") {
+    test::Random random(test::random_seed(7));
+    for (const ArbitrationRow& row : kArbitrationTable) {
+        INFO(row.name);
+        ArbitrationRow unproved = row;
+        unproved.proof = BufferProof::kNone;
+        int less_with_a_proof = 0;
+        for (int round = 0; round < 20; ++round) {
+            Scenario scenario = one_composer(random_row(random, 30, 40), 30, 40);
+            scenario.bus.arbitration = row.value;
+            scenario.composer.ready_space_pixels = in_flight_pixels(scenario.bus, scenario.memory);
+            scenario.frames = random.between(1, 2);
+            const BufferBound bound(scenario, MachineFigures(scenario, unproved));
+            CHECK_FALSE(bound.find().has_value());
+            const std::int64_t whole = bound.whole_segment_pixels();
+            CHECK(bound.is_safe(whole));
+            if (whole == bound.smallest_legal_pixels()) continue;
+            CHECK_FALSE(bound.is_safe(whole - 1));
+            less_with_a_proof += BufferBound(scenario).is_safe(whole - 1) ? 1 : 0;
+        }
+        CHECK((less_with_a_proof > 0) == (row.proof != BufferProof::kNone));
     }
 }
 
@@ -102,10 +130,10 @@ TEST_CASE("a lone composer on a bus of exactly its rate needs a few pixels besid
     scenario.memory.page_miss_cycles = 0;
     scenario.bus.burst_pixels = 4;
     scenario.composer.ready_space_pixels = 4;
-    CHECK(BufferBound(scenario).find().pixels <= 8);
+    CHECK(BufferBound(scenario).find()->pixels <= 8);
     // Six clocks for each page of 512: 20 misses of the frame's 10,000 clocks, all of which must be prefetched.
     scenario.memory.page_miss_cycles = 6;
-    const std::int64_t pixels = BufferBound(scenario).find().pixels;
+    const std::int64_t pixels = BufferBound(scenario).find()->pixels;
     CHECK(pixels >= 19 * 6);
     CHECK(pixels <= 20 * 6 + 16);
 }
@@ -118,7 +146,7 @@ TEST_CASE("a slower bus never has a smaller bound by much and a much faster one 
         Scenario scenario = one_composer({1, 0, 0, size, size, 0, 0, 1}, size, size);
         scenario.bus.width_bits = width_bits;
         scenario.memory.words_per_cycle = 8;
-        const std::int64_t pixels = BufferBound(scenario).find().pixels;
+        const std::int64_t pixels = BufferBound(scenario).find()->pixels;
         if (slower > 0) CHECK(pixels <= slower);
         slower = pixels;
     }

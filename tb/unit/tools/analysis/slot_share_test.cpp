@@ -33,7 +33,7 @@ struct PlayedBus {
 
 PlayedBus play(test::Random& random, const ViewportTable& rows, std::size_t row, std::size_t rival,
                bool passed_over, int grants) {
-    SlotTablePolicy policy(SlotTablePolicy::Slots::kProportional, SlotTablePolicy::IdleSlots::kRecovered);
+    SlotTablePolicy policy(slot_table, IdleSlots::kRecovered);
     std::vector<Segment> segments;
     for (const ViewportRow& each : rows) segments.emplace_back(each, 1'000'000'000, 1'000'000);
     policy.start_frame(segments);

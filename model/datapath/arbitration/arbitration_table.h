@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "datapath/arbitration/arbitration_policy.h"
+#include "datapath/slot_table.h"
+#include "host/enum_table.h"
+
+namespace metabuffer {
+
+/// What is proved of the order in which a policy serves composers. The buffer bound of `metabuffer analyze` rests on it
+/// (docs/analysis.md).
+enum class BufferProof : std::uint8_t {
+    kNone,       ///< nothing, so there is no bound
+    kSlots,      ///< a composer that is ready gets each of its slots, whatever the others do
+    kDeadlines,  ///< of the composers that are ready, the one whose next pixel is needed first goes first
+};
+
+/// One policy: all that is known of it outside of its own class. A new policy is a class, an enumerator and a row.
+struct ArbitrationRow {
+    Arbitration value;
+    const char* name;
+    std::unique_ptr<ArbitrationPolicy> (*make)(const ArbitrationRow& row);
+    /// Rows by slot, for a table of valid rows; null: the policy has no slots.
+    std::vector<int> (*slot_table)(const ViewportTable& rows);
+    IdleSlots idle_slots;
+    BufferProof proof;
+};
+
+std::unique_ptr<ArbitrationPolicy> make_slot_table_policy(const ArbitrationRow& row);
+std::unique_ptr<ArbitrationPolicy> make_edf_policy(const ArbitrationRow& row);
+
+/// Messages list the names in this order.
+inline constexpr std::array kArbitrationTable{
+    ArbitrationRow{Arbitration::kIrsa, "irsa", make_slot_table_policy, slot_table, IdleSlots::kRecovered,
+                   BufferProof::kSlots},
+    ArbitrationRow{Arbitration::kSlotAllocation, "slot-allocation", make_slot_table_policy, slot_table,
+                   IdleSlots::kLost, BufferProof::kSlots},
+    ArbitrationRow{Arbitration::kRoundRobin, "round-robin", make_slot_table_policy, equal_slot_table,
+                   IdleSlots::kRecovered, BufferProof::kSlots},
+    ArbitrationRow{Arbitration::kEdf, "edf", make_edf_policy, nullptr, IdleSlots::kRecovered,
+                   BufferProof::kDeadlines},
+};
+static_assert(is_in_order(kArbitrationTable));
+
+constexpr const ArbitrationRow& arbitration_row(Arbitration arbitration) {
+    return row_of(kArbitrationTable, arbitration);
+}
+
+/// Whether slots may pass unused while a composer waits that could use them.
+constexpr bool loses_slots(Arbitration arbitration) {
+    return arbitration_row(arbitration).idle_slots == IdleSlots::kLost;
+}
+
+}  // namespace metabuffer
