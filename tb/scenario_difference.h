@@ -7,6 +7,7 @@
 #include "scenario/fault_keys.h"
 #include "scenario/names.h"
 #include "scenario/scenario.h"
+#include "scenario/scenario_keys.h"
 
 namespace metabuffer::test {
 
@@ -45,34 +46,10 @@ inline bool same_pixels(const PixelImage& left, const PixelImage& right, DepthFo
 /// a table stands does not count, nor do images that no frame uses.
 inline std::string scenario_difference(const Scenario& left, const Scenario& right) {
     FirstDifference first;
-    first.compare("name", left.name, right.name);
-    first.compare("columns", left.displays.columns, right.displays.columns);
-    first.compare("rows", left.displays.rows, right.displays.rows);
-    first.compare("width", left.displays.width_pixels, right.displays.width_pixels);
-    first.compare("height", left.displays.height_pixels, right.displays.height_pixels);
-    first.compare("supersample", left.displays.supersample, right.displays.supersample);
-    first.compare("background", left.background_pixel().word(), right.background_pixel().word());
-    first.compare("composition", to_string(left.composition), to_string(right.composition));
-    first.compare("depth_format", to_string(left.depth_format), to_string(right.depth_format));
-    first.compare("near", left.depth_near, right.depth_near);
-    first.compare("far", left.depth_far, right.depth_far);
-    first.compare("core_mhz", left.clocks.core_mhz, right.clocks.core_mhz);
-    first.compare("dvi_in_mhz", left.clocks.dvi_in_mhz, right.clocks.dvi_in_mhz);
-    first.compare("dvi_out_mhz", left.clocks.dvi_out_mhz, right.clocks.dvi_out_mhz);
-    first.compare("page_words", left.memory.page_words, right.memory.page_words);
-    first.compare("page_miss_cycles", left.memory.page_miss_cycles, right.memory.page_miss_cycles);
-    first.compare("words_per_cycle", left.memory.words_per_cycle, right.memory.words_per_cycle);
-    first.compare("width_bits", left.bus.width_bits, right.bus.width_bits);
-    first.compare("burst_pixels", left.bus.burst_pixels, right.bus.burst_pixels);
-    first.compare("arbitration", to_string(left.bus.arbitration), to_string(right.bus.arbitration));
-    first.compare("buffer_pixels", left.composer.buffer_pixels, right.composer.buffer_pixels);
-    first.compare("ready_space_pixels", left.composer.ready_space_pixels, right.composer.ready_space_pixels);
-    first.compare("on_starvation", to_string(left.composer.on_starvation),
-                  to_string(right.composer.on_starvation));
-    first.compare("pacing", to_string(left.pacing), to_string(right.pacing));
-    first.compare("link_timeout_pairs", left.link_timeout_pairs, right.link_timeout_pairs);
-    first.compare("watchdog_cycles", left.watchdog_cycles, right.watchdog_cycles);
-    first.compare("frames", left.frames, right.frames);
+    for (const ObjectKey<Scenario>& key : setting_rows()) {
+        if (key.value == nullptr) continue;
+        first.compare(key.schema.pattern, value_text(*key.value(left)), value_text(*key.value(right)));
+    }
     first.compare("renderers", left.renderers.size(), right.renderers.size());
     first.compare("faults", left.faults.size(), right.faults.size());
     if (!first.text().empty()) return first.text();
@@ -93,9 +70,10 @@ inline std::string scenario_difference(const Scenario& left, const Scenario& rig
             first.require(where + " table", frame.table == other_frame.table);
             first.compare(where + " viewport", frame.viewport.has_value(), other_frame.viewport.has_value());
             if (frame.viewport && other_frame.viewport) {
-                first.compare(where + " x", frame.viewport->x, other_frame.viewport->x);
-                first.compare(where + " y", frame.viewport->y, other_frame.viewport->y);
-                first.compare(where + " multiple", frame.viewport->multiple, other_frame.viewport->multiple);
+                for (const ObjectKey<Viewport>& key : viewport_rows()) {
+                    first.compare(where + " " + key.schema.pattern, value_text(*key.value(*frame.viewport)),
+                                  value_text(*key.value(*other_frame.viewport)));
+                }
             }
             const auto pair = static_cast<std::uint32_t>(f);
             first.require(where + " image",
@@ -109,7 +87,11 @@ inline std::string scenario_difference(const Scenario& left, const Scenario& rig
         first.compare(fault + " renderer", one.renderer, other.renderer);
         first.compare(fault + " kind", to_string(one.kind), to_string(other.kind));
         for (const FaultKey& key : fault_keys()) {
-            first.compare(fault + " " + key.name, key.value(one).value_or(-1), key.value(other).value_or(-1));
+            const auto text = [&key](const Fault& of) {
+                const std::optional<KeyValue> value = key.value(of);
+                return value ? value_text(*value) : std::string("none");
+            };
+            first.compare(fault + " " + key.name(), text(one), text(other));
         }
     }
     return first.text();

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "functional/pixel_runs.h"
+#include "scenario/fault_kinds.h"
 
 namespace metabuffer::functional {
 
@@ -133,25 +134,19 @@ bool is_content(const Renderer& renderer, std::uint32_t pair, int byte) {
 
 /// Whether a fault keeps its frame from being taken.
 bool spoils_frame(const Scenario& scenario, const Fault& fault) {
-    switch (fault.kind) {
-        case FaultKind::kMagic:
-        case FaultKind::kVersion:
-        case FaultKind::kKind:
-        case FaultKind::kCrc:
-        case FaultKind::kNumber:
-        case FaultKind::kShortLine:
-        case FaultKind::kLongLine:
-        case FaultKind::kShortFrame:
-        case FaultKind::kLongFrame:
-        case FaultKind::kMissing:
-        case FaultKind::kOtherPair:
-            return true;
-        case FaultKind::kControlByte:
-            return is_content(scenario.renderers[static_cast<std::size_t>(fault.renderer)], fault.pair,
-                              fault.byte);
-        default:
+    switch (fault_traits(fault.kind).effect) {
+        case FaultEffect::kNone:
+        case FaultEffect::kPixels:
             return false;
+        case FaultEffect::kGeometry:
+        case FaultEffect::kAbsence:
+            return true;
+        case FaultEffect::kHeader:
+            return fault.kind != FaultKind::kControlByte ||
+                   is_content(scenario.renderers[static_cast<std::size_t>(fault.renderer)], fault.pair,
+                              fault.byte);
     }
+    return false;
 }
 
 /// Whether a pair with these faults never reaches the back bank in time. A link that is silent for some pair

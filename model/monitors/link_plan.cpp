@@ -2,11 +2,14 @@
 
 #include <algorithm>
 
+#include "scenario/fault_kinds.h"
+
 namespace metabuffer::monitors {
 
-bool LinkPlan::has_fault(FaultKind fault) const {
+template <typename Predicate>
+bool LinkPlan::has_fault(Predicate concerned) const {
     return std::any_of(scenario_.faults.begin(), scenario_.faults.end(), [&](const Fault& candidate) {
-        return candidate.kind == fault && candidate.renderer == renderer_ && candidate.pair == pair_ &&
+        return concerned(candidate) && candidate.renderer == renderer_ && candidate.pair == pair_ &&
                candidate.frame == kind_;
     });
 }
@@ -21,11 +24,13 @@ void LinkPlan::step() {
 }
 
 LinkPlan::Frame LinkPlan::next() {
-    while (has_fault(FaultKind::kMissing)) step();
-    const bool spoilt = has_fault(FaultKind::kShortLine) || has_fault(FaultKind::kLongLine) ||
-                        has_fault(FaultKind::kShortFrame) || has_fault(FaultKind::kLongFrame);
-    const Frame frame{pair_, kind_, spoilt};
-    repeated_ = !repeated_ && has_fault(FaultKind::kRepeated);
+    const auto has_effect = [this](FaultEffect effect) {
+        return has_fault([effect](const Fault& fault) { return fault_traits(fault.kind).effect == effect; });
+    };
+    while (has_effect(FaultEffect::kAbsence)) step();
+    const Frame frame{pair_, kind_, has_effect(FaultEffect::kGeometry)};
+    repeated_ =
+        !repeated_ && has_fault([](const Fault& fault) { return fault.kind == FaultKind::kRepeated; });
     if (!repeated_) step();
     return frame;
 }

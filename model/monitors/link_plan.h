@@ -23,7 +23,8 @@ class LinkPlan {
     Frame next();
 
   private:
-    bool has_fault(FaultKind fault) const;
+    template <typename Predicate>
+    bool has_fault(Predicate concerned) const;
     void step();
 
     const Scenario& scenario_;

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "monitors/link_plan.h"
+#include "report/counters.h"
 #include "rtl/metabuffer.h"
 #include "rtl/wires.h"
 
@@ -233,14 +234,9 @@ void MachineMonitors::finish_composer(std::size_t i, const ComposerCounters& cou
         differs(std::string("the report has ") + counter + " " + std::to_string(reported) +
                 ", the wires showed " + std::to_string(derived));
     };
-    compare("starved_pixels", counters.starved_pixels, seen.starved_pixels);
-    compare("stalled_cycles", counters.stalled_cycles, seen.stalled_cycles);
-    compare("buffer_high_water", counters.buffer_high_water, seen.buffer_high_water);
-    compare("busready_drops", counters.busready_drops, seen.busready_drops);
-    compare("late_pixels", counters.late_pixels, seen.late_pixels);
-    compare("replayed_pixels", counters.replayed_pixels, seen.replayed_pixels);
-    compare("lost_pixels", counters.lost_pixels, seen.lost_pixels);
-    compare("lost_tables", counters.lost_tables, seen.lost_tables);
+    for (const Counter<ComposerCounters>& counter : Counters<ComposerCounters>::kTable) {
+        compare(counter.name, counters.*counter.member, seen.*counter.member);
+    }
     compare("starved_run_count", counters.starved_run_count, seen.starved_run_count);
     if (!(counters.starved_runs == seen.starved_runs)) {
         differs("the report's starved_runs are not those that the wires showed");

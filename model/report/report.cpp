@@ -1,7 +1,10 @@
 #include "report/report.h"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
+
+#include "report/counters.h"
 
 namespace metabuffer {
 
@@ -23,8 +26,12 @@ const char* reject_cause_key(RejectCause cause) {
     return "unknown";
 }
 
+std::int64_t BusCounters::wanted_cycles() const {
+    return busy_cycles + table_cycles + page_miss_cycles + poll_cycles + lost_cycles;
+}
+
 double BusCounters::utilization() const {
-    const std::int64_t wanted = busy_cycles + table_cycles + page_miss_cycles + poll_cycles + lost_cycles;
+    const std::int64_t wanted = wanted_cycles();
     return wanted == 0 ? 0.0 : static_cast<double>(busy_cycles) / static_cast<double>(wanted);
 }
 
@@ -69,74 +76,34 @@ void ComposerCounters::add_starved_run(const StarvedRun& run) {
     if (starved_run_count <= kStarvedRunsKept) starved_runs.push_back(run);
 }
 
-std::int64_t RunReport::total_starved_pixels() const { return total_composer().starved_pixels; }
-
-std::int64_t RunReport::total_stalled_cycles() const { return total_composer().stalled_cycles; }
-
-std::int64_t RunReport::total_rejected_frames() const {
-    return std::accumulate(renderers.begin(), renderers.end(), std::int64_t{0},
-                           [](std::int64_t sum, const RendererCounters& renderer) {
-                               return sum + renderer.total_rejected_frames();
-                           });
-}
-
-std::int64_t RunReport::total_rejected_rows() const {
-    return std::accumulate(renderers.begin(), renderers.end(), std::int64_t{0},
-                           [](std::int64_t sum, const RendererCounters& renderer) {
-                               return sum + renderer.total_rejected_rows();
-                           });
-}
-
-std::int64_t RunReport::total_repeated_frames() const {
-    return std::accumulate(
-        renderers.begin(), renderers.end(), std::int64_t{0},
-        [](std::int64_t sum, const RendererCounters& renderer) { return sum + renderer.repeated_frames; });
-}
-
-std::int64_t RunReport::total_dropped_frames() const {
-    return std::accumulate(
-        renderers.begin(), renderers.end(), std::int64_t{0},
-        [](std::int64_t sum, const RendererCounters& renderer) { return sum + renderer.dropped_frames; });
-}
-
-std::int64_t RunReport::total_injected_faults() const {
-    return std::accumulate(
-        renderers.begin(), renderers.end(), std::int64_t{0},
-        [](std::int64_t sum, const RendererCounters& renderer) { return sum + renderer.injected_faults; });
-}
-
-std::int64_t RunReport::total_rejected() const { return total_rejected_frames() + total_rejected_rows(); }
-
 BusCounters RunReport::total_bus() const {
     BusCounters total;
+    for (const RendererCounters& renderer : renderers) add_counters(total, renderer.bus);
+    return total;
+}
+
+RendererCounters RunReport::total_renderer() const {
+    RendererCounters total;
+    const auto add = [](auto& sums, const auto& counts) {
+        std::transform(sums.begin(), sums.end(), counts.begin(), sums.begin(), std::plus<>());
+    };
     for (const RendererCounters& renderer : renderers) {
-        const BusCounters& bus = renderer.bus;
-        total.busy_cycles += bus.busy_cycles;
-        total.table_cycles += bus.table_cycles;
-        total.page_miss_cycles += bus.page_miss_cycles;
-        total.poll_cycles += bus.poll_cycles;
-        total.lost_cycles += bus.lost_cycles;
-        total.idle_cycles += bus.idle_cycles;
-        total.page_misses += bus.page_misses;
-        total.pixels_sent += bus.pixels_sent;
-        total.bursts += bus.bursts;
-        total.recovered_slots += bus.recovered_slots;
+        add_counters(total, renderer);
+        add(total.rejected_frames, renderer.rejected_frames);
+        add(total.rejected_rows, renderer.rejected_rows);
     }
     return total;
 }
 
 ComposerCounters RunReport::total_composer() const {
     ComposerCounters total;
-    for (const ComposerCounters& composer : composers) {
-        total.starved_pixels += composer.starved_pixels;
-        total.stalled_cycles += composer.stalled_cycles;
-        total.buffer_high_water = std::max(total.buffer_high_water, composer.buffer_high_water);
-        total.busready_drops += composer.busready_drops;
-        total.late_pixels += composer.late_pixels;
-        total.replayed_pixels += composer.replayed_pixels;
-        total.lost_pixels += composer.lost_pixels;
-        total.lost_tables += composer.lost_tables;
-    }
+    for (const ComposerCounters& composer : composers) add_counters(total, composer);
+    return total;
+}
+
+DisplayCounters RunReport::total_display() const {
+    DisplayCounters total;
+    for (const DisplayCounters& display : displays) add_counters(total, display);
     return total;
 }
 

@@ -16,20 +16,23 @@ constexpr int kRejectCauseCount = 6;
 /// "geometry", "magic", "version", "kind", "crc", "pair".
 const char* reject_cause_key(RejectCause cause);
 
-/// What one bus did, in core cycles. Every cycle of the run is exactly one of busy, table, page miss, poll,
-/// lost or idle.
+// counters.h says of each counter what it counts, in which unit, and what the total over the machine is.
+
+/// What one bus did. Every core cycle of the run is exactly one of busy, table, page miss, poll, lost or idle.
 struct BusCounters {
-    std::int64_t busy_cycles = 0;       ///< a pixel, or a part of one, moves
-    std::int64_t table_cycles = 0;      ///< the viewport table is broadcast
-    std::int64_t page_miss_cycles = 0;  ///< a burst waits for the memory to open a page
-    std::int64_t poll_cycles = 0;       ///< there is something to send and no composer that takes it
-    std::int64_t lost_cycles = 0;       ///< slot-allocation only: a slot whose composer cannot use it
-    std::int64_t idle_cycles = 0;       ///< nothing to send
+    std::int64_t busy_cycles = 0;
+    std::int64_t table_cycles = 0;
+    std::int64_t page_miss_cycles = 0;
+    std::int64_t poll_cycles = 0;
+    std::int64_t lost_cycles = 0;
+    std::int64_t idle_cycles = 0;
     std::int64_t page_misses = 0;
     std::int64_t pixels_sent = 0;
     std::int64_t bursts = 0;
-    std::int64_t recovered_slots = 0;  ///< slots passed over and used by the next composer in the table
+    std::int64_t recovered_slots = 0;
 
+    /// Cycles with something to send: all but the idle ones.
+    std::int64_t wanted_cycles() const;
     /// Share of the cycles with something to send in which pixels moved; 0 when there were none.
     double utilization() const;
 };
@@ -44,7 +47,6 @@ struct RendererCounters {
     std::vector<std::string> rejected_row_messages;             ///< "pair 0, row 2: ...", the first few
     std::int64_t repeated_frames = 0;
     std::int64_t dropped_frames = 0;
-    /// Faults of the scenario that have taken effect on the renderer's link, its bus and its composers.
     std::int64_t injected_faults = 0;
 
     std::int64_t total_rejected_frames() const;
@@ -80,13 +82,13 @@ struct ComposerCounters {
     int renderer = 0;  ///< from 1
     int display = 0;   ///< from 1
     std::int64_t starved_pixels = 0;
-    std::int64_t stalled_cycles = 0;  ///< clocks this composer made its column wait
+    std::int64_t stalled_cycles = 0;
     std::int64_t buffer_high_water = 0;
-    std::int64_t busready_drops = 0;   ///< bursts it cut short
-    std::int64_t late_pixels = 0;      ///< arrived after their last use and were dropped
-    std::int64_t replayed_pixels = 0;  ///< local pixels read again from the moving window
-    std::int64_t lost_pixels = 0;      ///< sent and never arrived: their frames are not shown
-    std::int64_t lost_tables = 0;      ///< whose start or a row never arrived: their frames are not shown
+    std::int64_t busready_drops = 0;
+    std::int64_t late_pixels = 0;
+    std::int64_t replayed_pixels = 0;
+    std::int64_t lost_pixels = 0;
+    std::int64_t lost_tables = 0;
     std::optional<Glitch> first_glitch;
     std::optional<Glitch> last_glitch;
     std::int64_t starved_run_count = 0;
@@ -100,8 +102,8 @@ struct ComposerCounters {
 
 struct DisplayCounters {
     std::int64_t frames_shown = 0;
-    std::int64_t stalled_cycles = 0;  ///< clocks its column stood still
-    std::int64_t kept_frames = 0;     ///< of those shown, frames of lost pixels: the picture before stayed
+    std::int64_t stalled_cycles = 0;
+    std::int64_t kept_frames = 0;
 };
 
 struct FrameRecord {
@@ -141,16 +143,18 @@ struct RunReport {
     std::vector<std::string> watchdog;  ///< what waited for what, if the watchdog ended the run
     std::optional<CheckRecord> check;   ///< only of a run that was checked
 
-    std::int64_t total_starved_pixels() const;
-    std::int64_t total_stalled_cycles() const;   ///< of all composers
-    std::int64_t total_rejected_frames() const;  ///< for whatever cause
-    std::int64_t total_rejected_rows() const;
-    std::int64_t total_rejected() const;  ///< frames and rows
-    std::int64_t total_repeated_frames() const;
-    std::int64_t total_dropped_frames() const;
-    std::int64_t total_injected_faults() const;
-    BusCounters total_bus() const;            ///< the sums over all renderers
-    ComposerCounters total_composer() const;  ///< the sums over all composers; the high water is the highest
+    // Over the machine; lists of places and messages stay empty.
+    BusCounters total_bus() const;
+    RendererCounters total_renderer() const;  ///< without the bus
+    ComposerCounters total_composer() const;
+    DisplayCounters total_display() const;
+    std::int64_t total_starved_pixels() const { return total_composer().starved_pixels; }
+    std::int64_t total_stalled_cycles() const {
+        return total_composer().stalled_cycles;
+    }  ///< of all composers
+    std::int64_t total_rejected_frames() const { return total_renderer().total_rejected_frames(); }
+    std::int64_t total_rejected_rows() const { return total_renderer().total_rejected_rows(); }
+    std::int64_t total_rejected() const { return total_rejected_frames() + total_rejected_rows(); }
 
     /// The frames that every display has shown.
     std::int64_t frames_shown() const;

@@ -3,10 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "report/counters.h"
 #include "report/report.h"
 
-// Every key but "check", which only a checked run has, is always there: a level that has no clock reports zeros for what is counted in clocks, and empty
-// lists for what it has no records of.
+// Every key but "check", which only a checked run has, is always there: a level that has no clock reports zeros for what
+// is counted in clocks, and empty lists for what it has no records of.
 
 namespace metabuffer {
 
@@ -18,18 +19,19 @@ using RowCounts = std::array<std::int64_t, kRowDefectCount>;
 
 constexpr int kFirstRowDefect = static_cast<int>(RowDefect::kNone) + 1;
 
+/// Appends an owner's counters, by their names there or among the totals.
+template <typename Owner>
+void put_counters(Json& json, const Owner& owner, bool among_totals = false) {
+    for (const Counter<Owner>& counter : Counters<Owner>::kTable) {
+        json[among_totals ? counter.name_in_totals() : counter.name] = owner.*counter.member;
+    }
+}
+
 Json bus_json(const BusCounters& bus) {
-    return {{"busy_cycles", bus.busy_cycles},
-            {"table_cycles", bus.table_cycles},
-            {"page_miss_cycles", bus.page_miss_cycles},
-            {"poll_cycles", bus.poll_cycles},
-            {"lost_cycles", bus.lost_cycles},
-            {"idle_cycles", bus.idle_cycles},
-            {"page_misses", bus.page_misses},
-            {"pixels_sent", bus.pixels_sent},
-            {"bursts", bus.bursts},
-            {"recovered_slots", bus.recovered_slots},
-            {"utilization", bus.utilization()}};
+    Json json = Json::object();
+    put_counters(json, bus);
+    json["utilization"] = bus.utilization();
+    return json;
 }
 
 Json rejected_frames_json(const FrameCounts& counts) {
@@ -57,14 +59,13 @@ Json frame_json(const FrameRecord& frame) {
 }
 
 Json renderer_json(const RendererCounters& renderer) {
-    return {{"name", renderer.name},
-            {"bus", bus_json(renderer.bus)},
-            {"rejected_frames", rejected_frames_json(renderer.rejected_frames)},
-            {"rejected_rows", rejected_rows_json(renderer.rejected_rows)},
-            {"rejected_row_messages", renderer.rejected_row_messages},
-            {"repeated_frames", renderer.repeated_frames},
-            {"dropped_frames", renderer.dropped_frames},
-            {"injected_faults", renderer.injected_faults}};
+    Json json{{"name", renderer.name},
+              {"bus", bus_json(renderer.bus)},
+              {"rejected_frames", rejected_frames_json(renderer.rejected_frames)},
+              {"rejected_rows", rejected_rows_json(renderer.rejected_rows)},
+              {"rejected_row_messages", renderer.rejected_row_messages}};
+    put_counters(json, renderer);
+    return json;
 }
 
 Json glitch_json(const std::optional<Glitch>& glitch) {
@@ -83,63 +84,29 @@ Json starved_runs_json(const std::vector<StarvedRun>& runs) {
 }
 
 Json composer_json(const ComposerCounters& composer) {
-    return {{"renderer", composer.renderer},
-            {"display", composer.display},
-            {"starved_pixels", composer.starved_pixels},
-            {"stalled_cycles", composer.stalled_cycles},
-            {"buffer_high_water", composer.buffer_high_water},
-            {"busready_drops", composer.busready_drops},
-            {"late_pixels", composer.late_pixels},
-            {"replayed_pixels", composer.replayed_pixels},
-            {"lost_pixels", composer.lost_pixels},
-            {"lost_tables", composer.lost_tables},
-            {"first_glitch", glitch_json(composer.first_glitch)},
-            {"starved_run_count", composer.starved_run_count},
-            {"starved_runs", starved_runs_json(composer.starved_runs)}};
+    Json json{{"renderer", composer.renderer}, {"display", composer.display}};
+    put_counters(json, composer);
+    json["first_glitch"] = glitch_json(composer.first_glitch);
+    json["starved_run_count"] = composer.starved_run_count;
+    json["starved_runs"] = starved_runs_json(composer.starved_runs);
+    return json;
 }
 
 Json display_json(int display, const DisplayCounters& counters) {
-    return {{"display", display},
-            {"frames_shown", counters.frames_shown},
-            {"stalled_cycles", counters.stalled_cycles},
-            {"kept_frames", counters.kept_frames}};
+    Json json{{"display", display}};
+    put_counters(json, counters);
+    return json;
 }
 
-/// Sums over the machine; the buffers' high water is the highest. A display's stalled clocks are its
-/// column's, so they have a key of their own beside the composers'.
 Json totals_json(const RunReport& report) {
-    FrameCounts frames{};
-    RowCounts rows{};
-    for (const RendererCounters& renderer : report.renderers) {
-        for (std::size_t n = 0; n < frames.size(); ++n) frames[n] += renderer.rejected_frames[n];
-        for (std::size_t n = 0; n < rows.size(); ++n) rows[n] += renderer.rejected_rows[n];
-    }
-
-    const ComposerCounters composers = report.total_composer();
-    DisplayCounters displays;
-    for (const DisplayCounters& display : report.displays) {
-        displays.frames_shown += display.frames_shown;
-        displays.stalled_cycles += display.stalled_cycles;
-        displays.kept_frames += display.kept_frames;
-    }
-
-    return {{"bus", bus_json(report.total_bus())},
-            {"rejected_frames", rejected_frames_json(frames)},
-            {"rejected_rows", rejected_rows_json(rows)},
-            {"repeated_frames", report.total_repeated_frames()},
-            {"dropped_frames", report.total_dropped_frames()},
-            {"injected_faults", report.total_injected_faults()},
-            {"starved_pixels", composers.starved_pixels},
-            {"stalled_cycles", composers.stalled_cycles},
-            {"buffer_high_water", composers.buffer_high_water},
-            {"busready_drops", composers.busready_drops},
-            {"late_pixels", composers.late_pixels},
-            {"replayed_pixels", composers.replayed_pixels},
-            {"lost_pixels", composers.lost_pixels},
-            {"lost_tables", composers.lost_tables},
-            {"frames_shown", displays.frames_shown},
-            {"display_stalled_cycles", displays.stalled_cycles},
-            {"kept_frames", displays.kept_frames}};
+    const RendererCounters renderers = report.total_renderer();
+    Json json{{"bus", bus_json(report.total_bus())},
+              {"rejected_frames", rejected_frames_json(renderers.rejected_frames)},
+              {"rejected_rows", rejected_rows_json(renderers.rejected_rows)}};
+    put_counters(json, renderers, true);
+    put_counters(json, report.total_composer(), true);
+    put_counters(json, report.total_display(), true);
+    return json;
 }
 
 }  // namespace

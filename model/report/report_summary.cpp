@@ -89,10 +89,9 @@ std::string timing_lines(const RunReport& report) {
            " us), last DVI pixel to last composited pixel\n";
 }
 
-std::vector<std::string> bus_cells(const std::string& name, const BusCounters& bus, std::int64_t repeated,
-                                   std::int64_t dropped, std::int64_t rejected) {
-    const std::int64_t wanted =
-        bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.poll_cycles + bus.lost_cycles;
+std::vector<std::string> bus_cells(const std::string& name, const BusCounters& bus,
+                                   const RendererCounters& renderer) {
+    const std::int64_t wanted = bus.wanted_cycles();
     const double poll =
         wanted == 0 ? 0.0 : static_cast<double>(bus.poll_cycles) / static_cast<double>(wanted);
     return {name,
@@ -101,9 +100,9 @@ std::vector<std::string> bus_cells(const std::string& name, const BusCounters& b
             std::to_string(bus.pixels_sent),
             std::to_string(bus.page_misses),
             std::to_string(bus.recovered_slots),
-            std::to_string(repeated),
-            std::to_string(dropped),
-            std::to_string(rejected)};
+            std::to_string(renderer.repeated_frames),
+            std::to_string(renderer.dropped_frames),
+            std::to_string(renderer.total_rejected_frames() + renderer.total_rejected_rows())};
 }
 
 std::string bus_table(const RunReport& report) {
@@ -112,13 +111,10 @@ std::string bus_table(const RunReport& report) {
                "rejected"});
     for (const RendererCounters& renderer : report.renderers) {
         if (report.renderers.size() > kRenderersDown) continue;
-        table.add(bus_cells(shortened(renderer.name), renderer.bus, renderer.repeated_frames,
-                            renderer.dropped_frames,
-                            renderer.total_rejected_frames() + renderer.total_rejected_rows()));
+        table.add(bus_cells(shortened(renderer.name), renderer.bus, renderer));
     }
     if (report.renderers.size() != 1) {
-        table.add(bus_cells("all", report.total_bus(), report.total_repeated_frames(),
-                            report.total_dropped_frames(), report.total_rejected()));
+        table.add(bus_cells("all", report.total_bus(), report.total_renderer()));
     }
 
     std::string text = "\nbuses, in % of the clocks with something to send:\n" + table.text();
@@ -264,8 +260,7 @@ std::string starved_verdict(const RunReport& report) {
 }
 
 std::string stalled_verdict(const RunReport& report) {
-    std::int64_t clocks = 0;
-    for (const DisplayCounters& display : report.displays) clocks += display.stalled_cycles;
+    const std::int64_t clocks = report.total_display().stalled_cycles;
     return clocks == 0 ? "" : "columns stalled for " + counted(clocks, "clock");
 }
 
@@ -280,7 +275,7 @@ std::string rejected_verdict(const RunReport& report) {
 
 /// What only a scenario with faults has to tell of.
 std::string faults_verdict(const RunReport& report) {
-    const std::int64_t faults = report.total_injected_faults();
+    const std::int64_t faults = report.total_renderer().injected_faults;
     return faults == 0 ? "" : counted(faults, "fault") + " injected";
 }
 

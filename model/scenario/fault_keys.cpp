@@ -1,141 +1,108 @@
 #include "scenario/fault_keys.h"
 
 #include <algorithm>
+#include <cstring>
+#include <limits>
 #include <map>
 #include <stdexcept>
-#include <type_traits>
 
 #include "host/errors.h"
 #include "host/text.h"
-#include "scenario/names.h"
+#include "scenario/fault_kinds.h"
+#include "scenario/limits.h"
 
 namespace metabuffer {
 namespace {
 
-/// A key whose value is a member of a Fault.
-template <auto Member>
-FaultKey number_key(const char* name, const IntegerRange& range) {
-    return {name, FaultKey::Shape::kWholeNumber, range,
-            [](const Fault& fault) {
-                return std::optional<std::int64_t>(static_cast<std::int64_t>(fault.*Member));
-            },
-            [](Fault& fault, std::int64_t value) {
-                fault.*Member = static_cast<std::decay_t<decltype(fault.*Member)>>(value);
-            }};
-}
+using object_key::choice;
+using object_key::otherwise;
+using object_key::required;
+using object_key::whole_number;
+
+constexpr const char* kList = "faults[].";
 
 const FaultKey& key_named(std::string_view name) {
-    const FaultKey* const key = find_fault_key(name);
-    if (key == nullptr) throw std::logic_error("no key of a fault: " + std::string(name));
-    return *key;
-}
-
-FaultKeyUse required(std::string_view name) {
-    const FaultKey& key = key_named(name);
-    return {&key, true, key.range};
-}
-
-FaultKeyUse required(std::string_view name, const IntegerRange& range) {
-    return {&key_named(name), true, range};
-}
-
-FaultKeyUse optional(std::string_view name) {
-    const FaultKey& key = key_named(name);
-    return {&key, false, key.range};
+    const std::vector<FaultKey>& keys = fault_keys();
+    const auto found =
+        std::find_if(keys.begin(), keys.end(), [name](const FaultKey& key) { return key.name() == name; });
+    if (found == keys.end()) throw std::logic_error("no key of a fault: " + std::string(name));
+    return *found;
 }
 
 using Uses = std::vector<FaultKeyUse>;
 
-/// `more` behind the keys that name a frame on a link.
-Uses of_frame(const Uses& more = {}) {
-    Uses uses{required("pair"), optional("frame")};
-    uses.insert(uses.end(), more.begin(), more.end());
-    return uses;
-}
-
-std::map<FaultKind, Uses> keys_by_kind() {
-    const IntegerRange& byte_bits = limits::kByteBits;
-    return {
-        {FaultKind::kMagic, of_frame()},
-        {FaultKind::kVersion, of_frame()},
-        {FaultKind::kKind, of_frame()},
-        {FaultKind::kCrc, of_frame()},
-        {FaultKind::kNumber, of_frame()},
-        {FaultKind::kShortLine, of_frame()},
-        {FaultKind::kLongLine, of_frame()},
-        {FaultKind::kShortFrame, of_frame({optional("lines")})},
-        {FaultKind::kLongFrame, of_frame({optional("lines")})},
-        {FaultKind::kMissing, of_frame()},
-        {FaultKind::kDelay, of_frame({required("delay_pairs")})},
-        {FaultKind::kRepeated, of_frame()},
-        {FaultKind::kOtherPair, of_frame()},
-        {FaultKind::kControlByte, of_frame({required("byte"), required("bits", byte_bits)})},
-        {FaultKind::kPixelBits, of_frame({required("bits"), required("x"), required("y")})},
-        {FaultKind::kDrift, {required("pair"), required("ppm")}},
-        {FaultKind::kBusreadyLow, {required("display"), optional("from_cycle"), optional("cycles")}},
-        {FaultKind::kPipereadyLow, {required("display"), optional("from_cycle"), optional("cycles")}},
-        {FaultKind::kLostBeat,
-         {required("display"), optional("from_cycle"), optional("beats"), optional("of")}},
-        {FaultKind::kRandomStalls,
-         {optional("from_cycle"), optional("cycles"), required("percent"), optional("seed")}},
-    };
+std::map<FaultKind, Uses> uses_by_kind() {
+    std::map<FaultKind, Uses> result;
+    for (const FaultTraits& traits : kFaultKinds) {
+        Uses& uses = result[traits.value];
+        for (const FaultKeyOfKind& of_kind : traits.keys) {
+            if (of_kind.name == nullptr) break;
+            const FaultKey& key = key_named(of_kind.name);
+            FaultKeyUse use{&key, key.schema.rule};
+            if (of_kind.range.low <= of_kind.range.high) use.rule.whole = of_kind.range;
+            uses.push_back(std::move(use));
+        }
+    }
+    return result;
 }
 
 std::vector<std::string> kinds_with(const FaultKey& key) {
     std::vector<std::string> names;
-    for (const auto& kind : EnumNames<FaultKind>::kTable) {
-        const Uses& uses = fault_keys_of(kind.value);
-        const bool has_key =
-            std::any_of(uses.begin(), uses.end(), [&key](const FaultKeyUse& use) { return use.key == &key; });
-        if (has_key) names.emplace_back(kind.name);
+    for (const FaultTraits& kind : kFaultKinds) {
+        if (use_of(key, kind.value) != nullptr) names.emplace_back(kind.name);
     }
     return names;
 }
 
 }  // namespace
 
+const char* FaultKey::name() const { return schema.pattern + std::strlen(kList); }
+
 const std::vector<FaultKey>& fault_keys() {
+    // The image, or its link, sets closer bounds where it knows them.
+    constexpr IntegerRange kPosition{0, limits::kImagePixels.high - 1};
+    constexpr IntegerRange kOneOrMoreCycles{1, limits::kCycles.high};
     static const std::vector<FaultKey> keys{
-        number_key<&Fault::pair>("pair", limits::kFaultPair),
-        {"frame",
-         FaultKey::Shape::kFrame,
-         {0, 1},
-         [](const Fault& fault) { return std::optional<std::int64_t>(static_cast<int>(fault.frame)); },
-         [](Fault& fault, std::int64_t value) { fault.frame = static_cast<FrameKind>(value); }},
-        number_key<&Fault::delay_pairs>("delay_pairs", limits::kDelayPairs),
-        number_key<&Fault::lines>("lines", limits::kFaultLines),
-        number_key<&Fault::byte>("byte", limits::kFaultByte),
-        number_key<&Fault::bits>("bits", limits::kLinkPixelBits),
-        number_key<&Fault::x>("x", limits::kFaultPosition),
-        number_key<&Fault::y>("y", limits::kFaultPosition),
-        number_key<&Fault::ppm>("ppm", limits::kFaultPpm),
-        number_key<&Fault::display>("display", limits::kFaultDisplay),
-        number_key<&Fault::from_cycle>("from_cycle", limits::kFaultFromCycle),
-        {"cycles", FaultKey::Shape::kWholeNumber, limits::kFaultCycles,
-         [](const Fault& fault) { return fault.cycles; },
-         [](Fault& fault, std::int64_t value) { fault.cycles = value; }},
-        number_key<&Fault::beats>("beats", limits::kFaultBeats),
-        {"of",
-         FaultKey::Shape::kBeats,
-         {0, static_cast<int>(LostBeats::kAny)},
-         [](const Fault& fault) { return std::optional<std::int64_t>(static_cast<int>(fault.of)); },
-         [](Fault& fault, std::int64_t value) { fault.of = static_cast<LostBeats>(value); }},
-        number_key<&Fault::percent>("percent", limits::kFaultPercent),
-        number_key<&Fault::seed>("seed", limits::kFaultSeed),
+        {required(whole_number<&Fault::pair>("faults[].pair", "", "the pair's number, from 0",
+                                             {0, std::numeric_limits<std::uint32_t>::max()}))},
+        {choice<FrameKind, &Fault::frame>("faults[].frame", "which frame of the pair")},
+        {required(whole_number<&Fault::delay_pairs>("faults[].delay_pairs", "pair times",
+                                                    "how long the link is silent", {1, 1'000'000}))},
+        {whole_number<&Fault::lines>("faults[].lines", "scanlines", "missing or added",
+                                     {1, limits::kImagePixels.high})},
+        {required(whole_number<&Fault::byte>("faults[].byte", "", "a byte of the control scanline, from 0",
+                                             {0, kLinkBytesPerPixel * limits::kImagePixels.high - 1}))},
+        {required(whole_number<&Fault::bits>("faults[].bits", "", "the bits to flip", {1, 0xFF'FFFF}))},
+        {required(whole_number<&Fault::x>("faults[].x", "image pixels", "column of the pixel", kPosition))},
+        {required(whole_number<&Fault::y>("faults[].y", "image pixels", "row of the pixel", kPosition))},
+        {required(whole_number<&Fault::ppm>("faults[].ppm", "ppm", "millionths that the clock is fast",
+                                            {-100'000, 100'000}))},
+        {required(
+            whole_number<&Fault::display>("faults[].display", "", "a display, from 1",
+                                          {1, limits::kGridDisplays.high * limits::kGridDisplays.high}))},
+        {whole_number<&Fault::from_cycle>("faults[].from_cycle", "core cycles", "when it begins",
+                                          limits::kCycles)},
+        {otherwise(
+            whole_number<&Fault::cycles>("faults[].cycles", "core cycles", "how long", kOneOrMoreCycles),
+            "for ever")},
+        {whole_number<&Fault::beats>("faults[].beats", "beats", "how many are lost", {1, 1'000'000'000})},
+        {choice<LostBeats, &Fault::of>("faults[].of", "which beats")},
+        {required(whole_number<&Fault::percent>("faults[].percent", "%", "share of the clocks", {1, 99}))},
+        {whole_number<&Fault::seed>("faults[].seed", "", "any whole number", limits::kCycles)},
     };
     return keys;
 }
 
-const FaultKey* find_fault_key(std::string_view name) {
-    const std::vector<FaultKey>& keys = fault_keys();
-    const auto found =
-        std::find_if(keys.begin(), keys.end(), [name](const FaultKey& key) { return key.name == name; });
-    return found == keys.end() ? nullptr : &*found;
+const std::vector<FaultKeyUse>& fault_keys_of(FaultKind kind) {
+    static const std::map<FaultKind, Uses> uses = uses_by_kind();
+    return uses.at(kind);
 }
 
-const std::vector<FaultKeyUse>& fault_keys_of(FaultKind kind) {
-    static const std::map<FaultKind, Uses> uses = keys_by_kind();
-    return uses.at(kind);
+const FaultKeyUse* use_of(const FaultKey& key, FaultKind kind) {
+    const Uses& uses = fault_keys_of(kind);
+    const auto found =
+        std::find_if(uses.begin(), uses.end(), [&key](const FaultKeyUse& use) { return use.key == &key; });
+    return found == uses.end() ? nullptr : &*found;
 }
 
 std::string misplaced_fault_key(const FaultKey& key, FaultKind kind) {
@@ -146,29 +113,16 @@ std::string misplaced_fault_key(const FaultKey& key, FaultKind kind) {
         return text + "use it with kind " + text::joined(kinds, "or") + " only";
     }
     std::vector<std::string> keys{"renderer", "kind"};
-    for (const FaultKeyUse& use : fault_keys_of(kind)) keys.emplace_back(use.key->name);
+    for (const FaultKeyUse& use : fault_keys_of(kind)) keys.emplace_back(use.key->name());
     return text + "its keys are " + text::joined(keys, "and");
 }
 
-bool is_on_link(FaultKind kind) { return kind == FaultKind::kDrift || !is_only_at_level_rtl(kind); }
-
-bool is_only_at_level_rtl(FaultKind kind) {
-    switch (kind) {
-        case FaultKind::kDrift:
-        case FaultKind::kBusreadyLow:
-        case FaultKind::kPipereadyLow:
-        case FaultKind::kLostBeat:
-        case FaultKind::kRandomStalls:
-            return true;
-        default:
-            return false;
-    }
-}
+bool is_on_link(FaultKind kind) { return fault_traits(kind).place != FaultPlace::kMachine; }
 
 void refuse_faults_of_level_rtl(const Scenario& scenario, const std::string& level) {
     for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
         const Fault& fault = scenario.faults[i];
-        if (!is_only_at_level_rtl(fault.kind)) continue;
+        if (!fault_traits(fault.kind).only_at_level_rtl()) continue;
         std::string message = fault.where.empty() ? "faults[" : fault.where;
         if (fault.where.empty()) message.append(std::to_string(i)).append("]");
         message.append(".kind: ").append(to_string(fault.kind));

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "scenario/derived_timing.h"
+#include "scenario/fault_kinds.h"
 
 namespace metabuffer {
 namespace {
@@ -29,40 +30,18 @@ std::vector<const Fault*> spoiling_faults(const Scenario& scenario, int renderer
     std::vector<const Fault*> faults;
     for (const Fault& fault : scenario.faults) {
         if (fault.renderer != renderer || fault.pair != pair || fault.frame != frame) continue;
-        switch (fault.kind) {
-            case FaultKind::kMagic:
-            case FaultKind::kVersion:
-            case FaultKind::kKind:
-            case FaultKind::kCrc:
-            case FaultKind::kNumber:
-            case FaultKind::kShortLine:
-            case FaultKind::kLongLine:
-            case FaultKind::kShortFrame:
-            case FaultKind::kLongFrame:
-            case FaultKind::kOtherPair:
-            case FaultKind::kControlByte:
-            case FaultKind::kPixelBits:
-                faults.push_back(&fault);
-                break;
-            default:
-                break;
-        }
+        if (fault_traits(fault.kind).changes_frame()) faults.push_back(&fault);
     }
     return faults;
 }
 
 /// What is changed in a frame whose content and control scanline have been made.
 void spoil(LinkFrame& link, const Fault& fault, DepthFormat format) {
+    if (const int offset = fault_traits(fault.kind).control_offset; offset != FaultTraits::kNoOffset) {
+        flip(link.control, offset, kByteBits);
+        return;
+    }
     switch (fault.kind) {
-        case FaultKind::kMagic:
-            flip(link.control, kControlMagicOffset, kByteBits);
-            break;
-        case FaultKind::kVersion:
-            flip(link.control, kControlVersionOffset, kByteBits);
-            break;
-        case FaultKind::kCrc:
-            flip(link.control, kControlCrcOffset, kByteBits);
-            break;
         case FaultKind::kControlByte:
             flip(link.control, fault.byte, fault.bits);
             break;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "datapath/arbitration/arbitration_table.h"
+#include "scenario/fault_kinds.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer {
@@ -67,27 +68,7 @@ struct EnumNames<Pacing> {
 template <>
 struct EnumNames<FaultKind> {
     static constexpr const char* kWhat = "a kind of fault";
-    static constexpr std::array<EnumName<FaultKind>, 20> kTable{
-        {{FaultKind::kMagic, "magic"},
-         {FaultKind::kVersion, "version"},
-         {FaultKind::kKind, "kind"},
-         {FaultKind::kCrc, "crc"},
-         {FaultKind::kNumber, "number"},
-         {FaultKind::kShortLine, "short_line"},
-         {FaultKind::kLongLine, "long_line"},
-         {FaultKind::kShortFrame, "short_frame"},
-         {FaultKind::kLongFrame, "long_frame"},
-         {FaultKind::kMissing, "missing"},
-         {FaultKind::kDelay, "delay"},
-         {FaultKind::kRepeated, "repeated"},
-         {FaultKind::kOtherPair, "other_pair"},
-         {FaultKind::kControlByte, "control_byte"},
-         {FaultKind::kPixelBits, "pixel_bits"},
-         {FaultKind::kDrift, "drift"},
-         {FaultKind::kBusreadyLow, "busready_low"},
-         {FaultKind::kPipereadyLow, "pipeready_low"},
-         {FaultKind::kLostBeat, "lost_beat"},
-         {FaultKind::kRandomStalls, "random_stalls"}}};
+    static constexpr const auto& kTable = kFaultKinds;
 };
 
 template <>

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,30 +24,29 @@ namespace metabuffer {
 enum class StarvationMode : std::uint8_t { kGlitch, kStall };
 enum class Pacing : std::uint8_t { kLockstep, kFreeRunning };
 
-/// What can be told to go wrong, on a renderer's link or inside the machine, to see the machine cope. fault_keys.h
-/// tells which fields go with which kind.
+/// What a scenario makes go wrong, on a renderer's link or inside the machine, to see the machine cope. fault_kinds.h
+/// says of each kind what it is and which fields go with it.
 enum class FaultKind : std::uint8_t {
-    kMagic,        ///< the control scanline's magic is not MBUF
-    kVersion,      ///< its version is not 1
-    kKind,         ///< its kind is neither 0 nor 1 (and its CRC holds)
-    kCrc,          ///< its CRC-32 does not match
-    kNumber,       ///< its frame number is one more than the pair's (and its CRC holds)
-    kShortLine,    ///< the last image scanline is a pixel short
-    kLongLine,     ///< the last image scanline is a pixel long
-    kShortFrame,   ///< the last `lines` image scanlines are missing
-    kLongFrame,    ///< there are `lines` image scanlines too many
-    kMissing,      ///< the frame is not sent
-    kDelay,        ///< the link is silent for delay_pairs pair times before the frame
-    kRepeated,     ///< the frame is sent twice
-    kOtherPair,    ///< the frame is that of the next pair: number, table and image
-    kControlByte,  ///< one byte of the control scanline is changed by `bits`
-    kPixelBits,    ///< `bits` of the image pixel at (x, y) are flipped on the link
-    kDrift,        ///< from the pair on, the link's clock runs `ppm` millionths fast; level rtl only
-    // Inside the machine, at level rtl only, from core clock from_cycle on:
-    kBusreadyLow,   ///< BUSREADY of a composer is low for `cycles`
-    kPipereadyLow,  ///< PIPEREADY of a composer is low for `cycles`
-    kLostBeat,      ///< the bus loses its next `beats` beats of kind `of` on their way to one composer
-    kRandomStalls,  ///< each handshake of the renderer's row is held back in `percent` of the clocks, for `cycles`
+    kMagic,
+    kVersion,
+    kKind,
+    kCrc,
+    kNumber,
+    kShortLine,
+    kLongLine,
+    kShortFrame,
+    kLongFrame,
+    kMissing,
+    kDelay,
+    kRepeated,
+    kOtherPair,
+    kControlByte,
+    kPixelBits,
+    kDrift,
+    kBusreadyLow,
+    kPipereadyLow,
+    kLostBeat,
+    kRandomStalls,
 };
 
 /// Which beats a kLostBeat loses.
@@ -55,34 +56,36 @@ enum class LostBeats : std::uint8_t {
     kAny,     ///< whichever comes, pixels for others as well
 };
 
+/// The units and ranges of its members, as of those of the structures below, are in the key tables (scenario_keys.h,
+/// fault_keys.h).
 struct Fault {
-    int renderer = 0;        ///< index into Scenario::renderers
-    std::uint32_t pair = 0;  ///< the pair's number, from 0
+    int renderer = 0;  ///< index into Scenario::renderers
+    std::uint32_t pair = 0;
     FaultKind kind = FaultKind::kCrc;
-    FrameKind frame = FrameKind::kColour;  ///< which frame of the pair
-    int delay_pairs = 0;                   ///< kDelay only: pair times, >= 1
-    int lines = 1;                         ///< kShortFrame, kLongFrame: missing or added, 1..image lines
-    int byte = 0;                          ///< kControlByte: of the control scanline, from 0
-    std::uint32_t bits = 0;                ///< kControlByte: 1..255; kPixelBits: 1..0xFFFFFF
-    int x = 0;                             ///< kPixelBits: within the image
+    FrameKind frame = FrameKind::kColour;
+    int delay_pairs = 0;
+    int lines = 1;
+    int byte = 0;
+    std::uint32_t bits = 0;
+    int x = 0;
     int y = 0;
-    int ppm = 0;                                        ///< kDrift: -100000..100000
-    int display = 0;                                    ///< kBusreadyLow, kPipereadyLow, kLostBeat: from 1
-    std::int64_t from_cycle = 0;                        ///< faults inside the machine: core clock
-    std::optional<std::int64_t> cycles = std::nullopt;  ///< how long, >= 1; for ever if empty
-    int beats = 1;                                      ///< kLostBeat: >= 1
-    LostBeats of = LostBeats::kPixels;                  ///< kLostBeat
-    int percent = 0;                                    ///< kRandomStalls: 1..99
-    std::uint64_t seed = 1;                             ///< kRandomStalls
+    int ppm = 0;
+    int display = 0;  ///< from 1
+    std::int64_t from_cycle = 0;
+    std::optional<std::int64_t> cycles = std::nullopt;  ///< for ever if empty
+    int beats = 1;
+    LostBeats of = LostBeats::kPixels;
+    int percent = 0;
+    std::uint64_t seed = 1;
     std::string where = std::string();  ///< "file.yaml:7: faults[1]", empty if it is not from a file
 };
 
 struct DisplayConfig {
-    int columns = 1;       ///< 1..64
-    int rows = 1;          ///< 1..64
-    int width_pixels = 0;  ///< of one display, 1..4096
+    int columns = 1;
+    int rows = 1;
+    int width_pixels = 0;  ///< of one display
     int height_pixels = 0;
-    int supersample = 1;  ///< 1, 2 or 4 per axis
+    int supersample = 1;  ///< per axis
     std::uint8_t background[3] = {0, 0, 0};
 
     int count() const { return columns * rows; }
@@ -92,7 +95,7 @@ struct DisplayConfig {
 };
 
 struct ClockConfig {
-    double core_mhz = 100.0;  ///< 0.001..10000, as the others
+    double core_mhz = 100.0;
     double dvi_in_mhz = 100.0;
     double dvi_out_mhz = 100.0;
 };
@@ -104,20 +107,20 @@ constexpr std::int64_t clock_period_picoseconds(double mhz) {
 }
 
 struct MemoryConfig {
-    int page_words = 512;      ///< >= 1
-    int page_miss_cycles = 6;  ///< >= 0
-    int words_per_cycle = 1;   ///< 1..8
+    int page_words = 512;
+    int page_miss_cycles = 6;
+    int words_per_cycle = 1;
 };
 
 struct BusConfig {
-    int width_bits = 64;    ///< 16, 32, 64, 128, 256 or 512
-    int burst_pixels = 32;  ///< 1..65535
+    int width_bits = 64;
+    int burst_pixels = 32;
     Arbitration arbitration = Arbitration::kIrsa;
 };
 
 struct ComposerConfig {
-    int buffer_pixels = 1024;     ///< 1..2^24
-    int ready_space_pixels = 32;  ///< default: one burst, but at least what can be in flight
+    int buffer_pixels = 1024;
+    int ready_space_pixels = 32;
     StarvationMode on_starvation = StarvationMode::kGlitch;
 };
 
@@ -136,6 +139,10 @@ constexpr int kBeatsInFlight = 2;
 /// The least legal ready space.
 constexpr int in_flight_pixels(const BusConfig& bus, const MemoryConfig& memory) {
     return kBeatsInFlight * pixels_per_beat(bus, memory);
+}
+/// The ready space if none is given: one burst, but at least what can be in flight.
+constexpr int default_ready_space_pixels(const BusConfig& bus, const MemoryConfig& memory) {
+    return std::max(bus.burst_pixels, in_flight_pixels(bus, memory));
 }
 
 /// One entry of a renderer's list: the image, and the table its control scanline carries.
@@ -161,6 +168,12 @@ struct Renderer {
     DviTiming timing() const { return renderer_dvi_timing(image_width_pixels, image_height_pixels); }
 };
 
+/// Where an image came from.
+struct ImageFiles {
+    std::filesystem::path image;
+    std::optional<std::filesystem::path> depth;
+};
+
 /// A scenario with every default filled in, every key checked and every image read. Levels are built from it.
 struct Scenario {
     std::string name;
@@ -174,11 +187,13 @@ struct Scenario {
     BusConfig bus;
     ComposerConfig composer;
     Pacing pacing = Pacing::kLockstep;
-    int link_timeout_pairs = 2;        ///< >= 1
+    int link_timeout_pairs = 2;
     std::int64_t watchdog_cycles = 0;  ///< 0: the machine derives a safe value from the scenario
     int frames = 1;                    ///< composited frames to show
     std::vector<Renderer> renderers;   ///< at least one
     std::vector<Fault> faults;
+    /// Of the images that were read from files.
+    std::map<const PixelImage*, ImageFiles> image_files;
 
     Pixel background_pixel() const {
         return {displays.background[0], displays.background[1], displays.background[2], 0,

@@ -1,134 +1,207 @@
 #include "scenario/scenario_keys.h"
 
-#include <array>
-#include <map>
 #include <string>
 
 #include "scenario/fault_keys.h"
+#include "scenario/limits.h"
 
 namespace metabuffer {
 namespace {
 
-template <std::size_t Count>
-WholeNumbers only(const std::array<int, Count>& values) {
-    return {{values.front(), values.back()}, {values.begin(), values.end()}};
+using object_key::choice;
+using object_key::number;
+using object_key::one_of;
+using object_key::otherwise;
+using object_key::required;
+using object_key::row;
+using object_key::whole_number;
+
+constexpr IntegerRange kDisplayPixels{1, 4096};
+constexpr IntegerRange kViewportPosition{-1'000'000'000, 1'000'000'000};
+constexpr NumberRange kClockMhz{0.001, 10000.0};
+constexpr NumberRange kDepth{-1e30, 1e30};
+
+ObjectKey<Scenario> map(const char* path) { return {{path, KeyShape::kMap, "a map"}}; }
+
+/// A list that always has so many numbers; the row of its entries follows it.
+SchemaKey numbers(const char* path, const char* meaning, std::size_t length) {
+    SchemaKey key{path, KeyShape::kList, meaning};
+    key.length = length;
+    return key;
+}
+
+/// What stands in a list, or is read by code of its own.
+SchemaKey scalar(const char* path, const char* meaning, ValueRule::Type type = ValueRule::Type::kText,
+                 const char* fallback = "required") {
+    SchemaKey key{path, KeyShape::kScalar, meaning};
+    key.rule.type = type;
+    key.fallback = fallback;
+    return key;
+}
+
+ObjectKey<Scenario> depth_range() {
+    ObjectKey<Scenario> key{numbers("depth_range", "a list of two numbers, [near, far]", 2)};
+    key.value = [](const Scenario& scenario) {
+        return std::optional<KeyValue>(std::vector<double>{scenario.depth_near, scenario.depth_far});
+    };
+    key.set = [](Scenario& scenario, const KeyValue& value) {
+        const auto& ends = std::get<std::vector<double>>(value);
+        scenario.depth_near = ends[0];
+        scenario.depth_far = ends[1];
+    };
+    key.schema.fallback = value_text(*key.value(Scenario()));
+    return key;
+}
+
+template <auto Member>
+constexpr TableField field(const char* name, const IntegerRange& range) {
+    return {name, range, [](const ViewportRow& table_row) { return std::int64_t{table_row.*Member}; },
+            [](ViewportRow& table_row, std::int64_t value) {
+                table_row.*Member = static_cast<std::decay_t<decltype(table_row.*Member)>>(value);
+            }};
+}
+
+std::vector<SchemaKey> renderer_keys() {
+    std::vector<SchemaKey> keys{
+        {"renderers", KeyShape::kList, "a list of renderers"},
+        {"renderers[]", KeyShape::kMap, "a map"},
+        scalar("renderers[].name", "the renderer's name", ValueRule::Type::kText,
+               "renderer_1, renderer_2, ..."),
+        {"renderers[].copies", KeyShape::kScalar, "how many renderers of these frames",
+         ValueRule::whole_numbers({1, limits::kComposers}), "renderers", "1"},
+        {"renderers[].frames", KeyShape::kList,
+         "a list of frames, each with an image and a viewport or a table"},
+        {"renderers[].frames[]", KeyShape::kMap, "a map"},
+        scalar("renderers[].frames[].image", "a file name"),
+        scalar("renderers[].frames[].depth", "a file name", ValueRule::Type::kText, "Z of the image"),
+        {"renderers[].frames[].viewport", KeyShape::kMap, "a map"}};
+    for (const ObjectKey<Viewport>& key : viewport_rows()) keys.push_back(key.schema);
+    keys.push_back({"renderers[].frames[].table", KeyShape::kList,
+                    "a list of rows, each [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]"});
+    keys.push_back({"renderers[].frames[].table[]", KeyShape::kList,
+                    "a row of eight whole numbers, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]"});
+    keys.push_back({"renderers[].frames[].table[][]", KeyShape::kScalar, "a field of a row"});
+    return keys;
+}
+
+std::vector<SchemaKey> all_keys() {
+    std::vector<SchemaKey> keys;
+    for (const ObjectKey<Scenario>& key : setting_rows()) keys.push_back(key.schema);
+    for (const SchemaKey& key : renderer_keys()) keys.push_back(key);
+    keys.push_back({"faults", KeyShape::kList, "a list of faults"});
+    keys.push_back({"faults[]", KeyShape::kMap, "a map"});
+    keys.push_back(scalar("faults[].renderer", "a renderer's name"));
+    keys.push_back({"faults[].kind", KeyShape::kScalar, "what goes wrong", ValueRule::choice_of<FaultKind>(),
+                    "", "required"});
+    for (const FaultKey& key : fault_keys()) keys.push_back(key.schema);
+    return keys;
 }
 
 }  // namespace
 
-const Schema& scenario_schema() {
-    constexpr KeyShape kScalar = KeyShape::kScalar;
-    constexpr KeyShape kMap = KeyShape::kMap;
-    constexpr KeyShape kList = KeyShape::kList;
-    static const Schema schema{
-        "the scenario is empty; use at least the keys displays and renderers",
-        {
-            {"", kMap, "a map"},
-            {"name", kScalar, "the scenario's name"},
-            {"displays", kMap, "a map"},
-            {"displays.columns", kScalar, "displays side by side"},
-            {"displays.rows", kScalar, "displays one above the other"},
-            {"displays.width", kScalar, "pixels of one display"},
-            {"displays.height", kScalar, "pixels of one display"},
-            {"displays.supersample", kScalar, "raster pixels per display pixel and axis"},
-            {"displays.background", kList, "a list of three whole numbers 0 to 255, [R, G, B]"},
-            {"displays.background[]", kScalar, "one of R, G, B"},
-            {"composition", kScalar, "how a composer merges two pixels"},
-            {"depth_format", kScalar, "the layout of a depth frame's pixel"},
-            {"depth_range", kList, "a list of two numbers, [near, far]"},
-            {"depth_range[]", kScalar, "near or far"},
-            {"clocks", kMap, "a map"},
-            {"clocks.core_mhz", kScalar, "MHz"},
-            {"clocks.dvi_in_mhz", kScalar, "MHz"},
-            {"clocks.dvi_out_mhz", kScalar, "MHz"},
-            {"memory", kMap, "a map"},
-            {"memory.page_words", kScalar, "words of an open page"},
-            {"memory.page_miss_cycles", kScalar, "cycles to open a page"},
-            {"memory.words_per_cycle", kScalar, "words per cycle of the open page"},
-            {"bus", kMap, "a map"},
-            {"bus.width_bits", kScalar, "bits"},
-            {"bus.burst_pixels", kScalar, "most pixels of a burst"},
-            {"bus.arbitration", kScalar, "who is next on the bus"},
-            {"composer", kMap, "a map"},
-            {"composer.buffer_pixels", kScalar, "pixels of the buffer"},
-            {"composer.ready_space_pixels", kScalar, "free pixels at which a slot is taken"},
-            {"composer.on_starvation", kScalar, "what happens when a pixel is late"},
-            {"pacing", kScalar, "who waits for whom"},
-            {"link_timeout_pairs", kScalar, "pair times"},
-            {"watchdog_cycles", kScalar, "cycles, 0 for a value derived from the scenario"},
-            {"frames", kScalar, "composited frames"},
-            {"renderers", kList, "a list of renderers"},
-            {"renderers[]", kMap, "a map"},
-            {"renderers[].name", kScalar, "the renderer's name"},
-            {"renderers[].copies", kScalar, "how many renderers of these frames"},
-            {"renderers[].frames", kList, "a list of frames, each with an image and a viewport or a table"},
-            {"renderers[].frames[]", kMap, "a map"},
-            {"renderers[].frames[].image", kScalar, "a file name"},
-            {"renderers[].frames[].depth", kScalar, "a file name"},
-            {"renderers[].frames[].viewport", kMap, "a map"},
-            {"renderers[].frames[].viewport.x", kScalar, "raster pixels"},
-            {"renderers[].frames[].viewport.y", kScalar, "raster pixels"},
-            {"renderers[].frames[].viewport.multiple", kScalar, "raster pixels per source pixel and axis"},
-            {"renderers[].frames[].table", kList,
-             "a list of rows, each [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]"},
-            {"renderers[].frames[].table[]", kList,
-             "a row of eight whole numbers, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]"},
-            {"renderers[].frames[].table[][]", kScalar, "a field of a row"},
-            {"faults", kList, "a list of faults"},
-            {"faults[]", kMap, "a map"},
-            {"faults[].renderer", kScalar, "a renderer's name"},
-            {"faults[].pair", kScalar, "the pair's number, from 0"},
-            {"faults[].kind", kScalar, "what goes wrong"},
-            {"faults[].frame", kScalar, "which frame of the pair"},
-            {"faults[].delay_pairs", kScalar, "pair times"},
-            {"faults[].lines", kScalar, "scanlines"},
-            {"faults[].byte", kScalar, "a byte of the control scanline, from 0"},
-            {"faults[].bits", kScalar, "the bits to flip"},
-            {"faults[].x", kScalar, "image pixels"},
-            {"faults[].y", kScalar, "image pixels"},
-            {"faults[].ppm", kScalar, "millionths that the clock is fast"},
-            {"faults[].display", kScalar, "a display, from 1"},
-            {"faults[].from_cycle", kScalar, "core cycle"},
-            {"faults[].cycles", kScalar, "core cycles"},
-            {"faults[].beats", kScalar, "beats"},
-            {"faults[].of", kScalar, "which beats"},
-            {"faults[].percent", kScalar, "per cent of the clocks"},
-            {"faults[].seed", kScalar, "any whole number"},
-        }};
-    return schema;
+const std::vector<ObjectKey<Scenario>>& setting_rows() {
+    static const std::vector<ObjectKey<Scenario>> rows{
+        map(""),
+        otherwise(row<&Scenario::name>(scalar("name", "the scenario's name")), "the file's name"),
+        map("displays"),
+        whole_number<&Scenario::displays, &DisplayConfig::columns>(
+            "displays.columns", "displays", "displays side by side", limits::kGridDisplays),
+        whole_number<&Scenario::displays, &DisplayConfig::rows>(
+            "displays.rows", "displays", "displays one above the other", limits::kGridDisplays),
+        required(whole_number<&Scenario::displays, &DisplayConfig::width_pixels>(
+            "displays.width", "pixels", "width of one display", kDisplayPixels)),
+        required(whole_number<&Scenario::displays, &DisplayConfig::height_pixels>(
+            "displays.height", "pixels", "height of one display", kDisplayPixels)),
+        one_of<&Scenario::displays, &DisplayConfig::supersample>("displays.supersample", "",
+                                                                 "raster pixels per display pixel and axis",
+                                                                 {1, 2, 4}, "a supersampling"),
+        row<&Scenario::displays, &DisplayConfig::background>(
+            numbers("displays.background", "a list of three whole numbers 0 to 255, [R, G, B]", 3)),
+        {{"displays.background[]", KeyShape::kScalar, "one of R, G, B", ValueRule::whole_numbers({0, 255})}},
+        choice<Composition, &Scenario::composition>("composition", "how a composer merges two pixels"),
+        choice<DepthFormat, &Scenario::depth_format>("depth_format", "the layout of a depth frame's pixel"),
+        depth_range(),
+        {{"depth_range[]", KeyShape::kScalar, "near or far", ValueRule::numbers(kDepth)}},
+        map("clocks"),
+        number<&Scenario::clocks, &ClockConfig::core_mhz>("clocks.core_mhz", "MHz",
+                                                          "clock of buses and composers", kClockMhz),
+        number<&Scenario::clocks, &ClockConfig::dvi_in_mhz>("clocks.dvi_in_mhz", "MHz",
+                                                            "pixel clock of the renderers' links", kClockMhz),
+        number<&Scenario::clocks, &ClockConfig::dvi_out_mhz>("clocks.dvi_out_mhz", "MHz",
+                                                             "pixel clock of the displays", kClockMhz),
+        map("memory"),
+        whole_number<&Scenario::memory, &MemoryConfig::page_words>("memory.page_words", "words",
+                                                                   "words of an open page", {1, 1 << 24}),
+        whole_number<&Scenario::memory, &MemoryConfig::page_miss_cycles>(
+            "memory.page_miss_cycles", "core cycles", "cycles to open a page", {0, 1'000'000}),
+        whole_number<&Scenario::memory, &MemoryConfig::words_per_cycle>(
+            "memory.words_per_cycle", "words", "words per cycle of the open page", limits::kWordsPerCycle),
+        map("bus"),
+        one_of<&Scenario::bus, &BusConfig::width_bits>(
+            "bus.width_bits", "bits", "width of a bus",
+            {limits::kBusWidthsBits.begin(), limits::kBusWidthsBits.end()}, "a bus width"),
+        whole_number<&Scenario::bus, &BusConfig::burst_pixels>("bus.burst_pixels", "pixels",
+                                                               "most pixels of a burst", {1, 65535}),
+        choice<Arbitration, &Scenario::bus, &BusConfig::arbitration>("bus.arbitration",
+                                                                     "who is next on the bus"),
+        map("composer"),
+        whole_number<&Scenario::composer, &ComposerConfig::buffer_pixels>(
+            "composer.buffer_pixels", "pixels", "pixels of a composer's buffer", limits::kBufferPixels),
+        otherwise(
+            whole_number<&Scenario::composer, &ComposerConfig::ready_space_pixels>(
+                "composer.ready_space_pixels", "pixels", "free pixels at which a slot is taken",
+                limits::kBufferPixels),
+            "one burst, at least what can be in flight",
+            +[](const Scenario& scenario) -> KeyValue {
+                return std::int64_t{default_ready_space_pixels(scenario.bus, scenario.memory)};
+            }),
+        choice<StarvationMode, &Scenario::composer, &ComposerConfig::on_starvation>(
+            "composer.on_starvation", "what happens when a pixel is late"),
+        choice<Pacing, &Scenario::pacing>("pacing", "who waits for whom"),
+        whole_number<&Scenario::link_timeout_pairs>(
+            "link_timeout_pairs", "pair times", "after which a missing pair is replaced by the last good one",
+            {1, 1'000'000}),
+        whole_number<&Scenario::watchdog_cycles>(
+            "watchdog_cycles", "core cycles",
+            "cycles without movement that end a run; 0 for a value derived "
+            "from the scenario",
+            limits::kCycles),
+        otherwise(whole_number<&Scenario::frames>("frames", "frames", "composited frames", limits::kFrames),
+                  "the longest of the renderers' lists"),
+    };
+    return rows;
 }
 
-std::optional<WholeNumbers> whole_numbers_of(std::string_view pattern) {
-    static const std::map<std::string_view, WholeNumbers> numbers{
-        {"displays.columns", {limits::kGridDisplays, {}}},
-        {"displays.rows", {limits::kGridDisplays, {}}},
-        {"displays.width", {limits::kDisplayPixels, {}}},
-        {"displays.height", {limits::kDisplayPixels, {}}},
-        {"displays.supersample", only(limits::kSupersamples)},
-        {"displays.background[]", {limits::kChannel, {}}},
-        {"memory.page_words", {limits::kPageWords, {}}},
-        {"memory.page_miss_cycles", {limits::kPageMissCycles, {}}},
-        {"memory.words_per_cycle", {limits::kWordsPerCycle, {}}},
-        {"bus.width_bits", only(limits::kBusWidthsBits)},
-        {"bus.burst_pixels", {limits::kBurstPixels, {}}},
-        {"composer.buffer_pixels", {limits::kBufferPixels, {}}},
-        {"composer.ready_space_pixels", {limits::kReadySpacePixels, {}}},
-        {"link_timeout_pairs", {limits::kLinkTimeoutPairs, {}}},
-        {"watchdog_cycles", {limits::kWatchdogCycles, {}}},
-        {"frames", {limits::kFrames, {}}},
-        {"renderers[].copies", {limits::kRendererCopies, {}}},
-        {"renderers[].frames[].viewport.x", {limits::kViewportPosition, {}}},
-        {"renderers[].frames[].viewport.y", {limits::kViewportPosition, {}}},
-        {"renderers[].frames[].viewport.multiple", {limits::kViewportMultiple, {}}},
+const std::vector<ObjectKey<Viewport>>& viewport_rows() {
+    static const std::vector<ObjectKey<Viewport>> rows{
+        required(whole_number<&Viewport::x>("renderers[].frames[].viewport.x", "raster pixels",
+                                            "left edge in the display space", kViewportPosition)),
+        required(whole_number<&Viewport::y>("renderers[].frames[].viewport.y", "raster pixels",
+                                            "top edge in the display space", kViewportPosition)),
+        whole_number<&Viewport::multiple>("renderers[].frames[].viewport.multiple", "raster pixels",
+                                          "raster pixels per source pixel and axis", {1, kMaximumMultiple}),
     };
-    const std::string fault_list = "faults[].";
-    if (pattern.substr(0, fault_list.size()) == fault_list) {
-        const FaultKey* const key = find_fault_key(pattern.substr(fault_list.size()));
-        if (key == nullptr || key->shape != FaultKey::Shape::kWholeNumber) return std::nullopt;
-        return WholeNumbers{key->range, {}};
-    }
-    const auto found = numbers.find(pattern);
-    return found == numbers.end() ? std::nullopt : std::optional<WholeNumbers>(found->second);
+    return rows;
+}
+
+const std::array<TableField, 8>& table_fields() {
+    static constexpr std::array<TableField, 8> fields{
+        field<&ViewportRow::dcomp>("Dcomp", limits::kUnsignedField),
+        field<&ViewportRow::sx>("Sx", limits::kUnsignedField),
+        field<&ViewportRow::sy>("Sy", limits::kUnsignedField),
+        field<&ViewportRow::sdx>("Sdx", limits::kUnsignedField),
+        field<&ViewportRow::sdy>("Sdy", limits::kUnsignedField),
+        field<&ViewportRow::dx>("Dx", limits::kSignedField),
+        field<&ViewportRow::dy>("Dy", limits::kSignedField),
+        field<&ViewportRow::dmultiple>("Dmultiple", limits::kUnsignedField),
+    };
+    return fields;
+}
+
+const Schema& scenario_schema() {
+    static const Schema schema{"the scenario is empty; use at least the keys displays and renderers",
+                               all_keys()};
+    return schema;
 }
 
 }  // namespace metabuffer

@@ -1,25 +1,35 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <optional>
-#include <string_view>
 #include <vector>
 
-#include "scenario/limits.h"
+#include "formats/viewport_splitter.h"
+#include "formats/viewport_table.h"
+#include "scenario/object_key.h"
+#include "scenario/scenario.h"
 #include "scenario/schema.h"
 
+/// The table of scenario keys: what a file may hold and where the scenario keeps it. Reader, rules, writer, overrides,
+/// sweeps, `metabuffer keys` and the documentation go by it. A new key is a member and a row.
 namespace metabuffer {
 
-/// Every place of a scenario file.
+/// Every place of a scenario file, in the order of the documentation.
 const Schema& scenario_schema();
 
-/// What a whole-number key takes.
-struct WholeNumbers {
-    IntegerRange range;
-    std::vector<std::int64_t> only;  ///< ascending, if not all of the range will do
-};
+/// The keys outside of lists, and the maps that they stand in.
+const std::vector<ObjectKey<Scenario>>& setting_rows();
 
-/// What the key of that pattern ("bus.width_bits") takes; nothing if its values are no whole numbers.
-std::optional<WholeNumbers> whole_numbers_of(std::string_view pattern);
+/// The keys of a viewport.
+const std::vector<ObjectKey<Viewport>>& viewport_rows();
+
+/// A field of a table's row, in the order of files.
+struct TableField {
+    const char* name;
+    IntegerRange range;
+    std::int64_t (*value)(const ViewportRow&);
+    void (*set)(ViewportRow&, std::int64_t);
+};
+const std::array<TableField, 8>& table_fields();
 
 }  // namespace metabuffer

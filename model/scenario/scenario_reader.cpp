@@ -40,103 +40,33 @@ struct Draft {
     std::vector<RendererSource> sources;
 };
 
-int integer(const Entry& entry, const IntegerRange& allowed) {
-    return static_cast<int>(entry.integer(allowed));
-}
-
-void read_optional(const Entry& entry, const IntegerRange& allowed, int& value) {
-    if (entry.present()) value = integer(entry, allowed);
-}
-
-void read_optional(const Entry& entry, const NumberRange& allowed, double& value) {
-    if (entry.present()) value = entry.number(allowed);
-}
-
-template <typename Enum>
-void read_optional(const Entry& entry, Enum& value) {
-    if (entry.present()) value = entry.choice<Enum>();
-}
-
-void read_displays(const Entry& entry, DisplayConfig& displays) {
-    if (!entry.present()) entry.fail("is missing; use a map with at least the keys width and height");
-    read_optional(entry.child("columns"), limits::kGridDisplays, displays.columns);
-    read_optional(entry.child("rows"), limits::kGridDisplays, displays.rows);
-    displays.width_pixels = integer(entry.child("width"), limits::kDisplayPixels);
-    displays.height_pixels = integer(entry.child("height"), limits::kDisplayPixels);
-    if (const Entry supersample = entry.child("supersample"); supersample.present()) {
-        displays.supersample = supersample.one_of(limits::kSupersamples, "a supersampling");
-    }
-    if (const Entry background = entry.child("background"); background.present()) {
-        const std::vector<Entry> channels = background.items();
-        if (channels.size() != std::size(displays.background)) {
-            background.fail("has " + std::to_string(channels.size()) +
-                            " entries; use three whole numbers 0 to 255, [R, G, B]");
+/// Those of the keys that stand there, and what follows for the others.
+template <typename Object>
+void read_keys(const Entry& base, const std::vector<ObjectKey<Object>>& keys, std::size_t prefix_length,
+               Object& object) {
+    for (const ObjectKey<Object>& key : keys) {
+        if (key.set == nullptr) continue;
+        const Entry entry = base.at(key.schema.pattern + prefix_length);
+        if (entry.present() || key.required) {
+            key.set(object, entry.value());
+        } else if (key.derived != nullptr) {
+            key.set(object, key.derived(object));
         }
-        std::transform(channels.begin(), channels.end(), std::begin(displays.background),
-                       [](const Entry& channel) {
-                           return static_cast<std::uint8_t>(channel.integer(limits::kChannel));
-                       });
-    }
-}
-
-void read_depth_range(const Entry& entry, Scenario& scenario) {
-    if (!entry.present()) return;
-    const std::vector<Entry> ends = entry.items();
-    if (ends.size() != 2) {
-        entry.fail("has " + std::to_string(ends.size()) + " entries; use two numbers, [near, far]");
-    }
-    scenario.depth_near = ends[0].number(limits::kDepth);
-    scenario.depth_far = ends[1].number(limits::kDepth);
-}
-
-void read_machine(const Entry& root, Scenario& scenario) {
-    const Entry clocks = root.child("clocks");
-    read_optional(clocks.child("core_mhz"), limits::kClockMhz, scenario.clocks.core_mhz);
-    read_optional(clocks.child("dvi_in_mhz"), limits::kClockMhz, scenario.clocks.dvi_in_mhz);
-    read_optional(clocks.child("dvi_out_mhz"), limits::kClockMhz, scenario.clocks.dvi_out_mhz);
-
-    const Entry memory = root.child("memory");
-    read_optional(memory.child("page_words"), limits::kPageWords, scenario.memory.page_words);
-    read_optional(memory.child("page_miss_cycles"), limits::kPageMissCycles,
-                  scenario.memory.page_miss_cycles);
-    read_optional(memory.child("words_per_cycle"), limits::kWordsPerCycle, scenario.memory.words_per_cycle);
-
-    const Entry bus = root.child("bus");
-    if (const Entry width = bus.child("width_bits"); width.present()) {
-        scenario.bus.width_bits = width.one_of(limits::kBusWidthsBits, "a bus width");
-    }
-    read_optional(bus.child("burst_pixels"), limits::kBurstPixels, scenario.bus.burst_pixels);
-    read_optional(bus.child("arbitration"), scenario.bus.arbitration);
-
-    const Entry composer = root.child("composer");
-    read_optional(composer.child("buffer_pixels"), limits::kBufferPixels, scenario.composer.buffer_pixels);
-    scenario.composer.ready_space_pixels =
-        std::max(scenario.bus.burst_pixels, in_flight_pixels(scenario.bus, scenario.memory));
-    read_optional(composer.child("ready_space_pixels"), limits::kReadySpacePixels,
-                  scenario.composer.ready_space_pixels);
-    read_optional(composer.child("on_starvation"), scenario.composer.on_starvation);
-
-    read_optional(root.child("pacing"), scenario.pacing);
-    read_optional(root.child("link_timeout_pairs"), limits::kLinkTimeoutPairs, scenario.link_timeout_pairs);
-    if (const Entry watchdog = root.child("watchdog_cycles"); watchdog.present()) {
-        scenario.watchdog_cycles = watchdog.integer(limits::kWatchdogCycles);
     }
 }
 
 ViewportRow read_row(const Entry& entry) {
-    const std::vector<Entry> fields = entry.items();
-    if (fields.size() != 8) {
-        entry.fail("has " + std::to_string(fields.size()) +
+    const std::vector<Entry> entries = entry.items();
+    if (entries.size() != table_fields().size()) {
+        entry.fail("has " + std::to_string(entries.size()) +
                    " entries; use eight, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]");
     }
-    const auto unsigned_field = [&fields](std::size_t index) {
-        return static_cast<std::uint16_t>(fields[index].integer(limits::kUnsignedField));
-    };
-    const auto signed_field = [&fields](std::size_t index) {
-        return static_cast<std::int16_t>(fields[index].integer(limits::kSignedField));
-    };
-    return {unsigned_field(0), unsigned_field(1), unsigned_field(2), unsigned_field(3),
-            unsigned_field(4), signed_field(5),   signed_field(6),   unsigned_field(7)};
+    ViewportRow row;
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        const TableField& field = table_fields()[i];
+        field.set(row, entries[i].integer(field.range));
+    }
+    return row;
 }
 
 FrameSource read_frame(const Entry& entry, const std::filesystem::path& base) {
@@ -152,10 +82,8 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base) {
         entry.fail("has neither a viewport nor a table; use one of the two");
     }
     if (viewport.present()) {
-        Viewport& position = source.frame.viewport.emplace();
-        position.x = integer(viewport.child("x"), limits::kViewportPosition);
-        position.y = integer(viewport.child("y"), limits::kViewportPosition);
-        read_optional(viewport.child("multiple"), limits::kViewportMultiple, position.multiple);
+        constexpr std::string_view kPrefix = "renderers[].frames[].viewport.";
+        read_keys(viewport, viewport_rows(), kPrefix.size(), source.frame.viewport.emplace());
         source.frame.table_line = viewport.place().line;
     } else {
         for (const Entry& row : table.items()) source.frame.table.push_back(read_row(row));
@@ -170,7 +98,7 @@ std::vector<RendererSource> read_renderers(const Entry& entry, const std::filesy
     for (const Entry& item : entry.items()) {
         RendererSource renderer{item, "renderer_" + std::to_string(renderers.size() + 1), 1, {}, 0};
         if (const Entry name = item.child("name"); name.present()) renderer.name = name.name();
-        read_optional(item.child("copies"), limits::kRendererCopies, renderer.copies);
+        if (const Entry copies = item.child("copies"); copies.present()) renderer.copies = copies.integer();
         const Entry frames = item.child("frames");
         if (!frames.present()) frames.fail("is missing; use a list of at least one frame");
         for (const Entry& frame : frames.items()) renderer.frames.push_back(read_frame(frame, base));
@@ -215,32 +143,18 @@ int renderer_index(const Entry& renderer, const std::vector<std::string>& names)
     return static_cast<int>(found - names.begin());
 }
 
-std::int64_t fault_value(const Entry& value, const FaultKeyUse& use) {
-    switch (use.key->shape) {
-        case FaultKey::Shape::kFrame:
-            return static_cast<std::int64_t>(value.choice<FrameKind>());
-        case FaultKey::Shape::kBeats:
-            return static_cast<std::int64_t>(value.choice<LostBeats>());
-        case FaultKey::Shape::kWholeNumber:
-            break;
-    }
-    return value.integer(use.range);
-}
-
 Fault read_fault(const Entry& entry, const std::vector<std::string>& names) {
     Fault fault;
     fault.where = entry.where();
     fault.renderer = renderer_index(entry.child("renderer"), names);
     fault.kind = entry.child("kind").choice<FaultKind>();
-    const std::vector<FaultKeyUse>& uses = fault_keys_of(fault.kind);
     for (const FaultKey& key : fault_keys()) {
-        const Entry value = entry.child(key.name);
-        const auto use = std::find_if(uses.begin(), uses.end(),
-                                      [&key](const FaultKeyUse& candidate) { return candidate.key == &key; });
-        if (use == uses.end()) {
+        const Entry value = entry.child(key.name());
+        const FaultKeyUse* const use = use_of(key, fault.kind);
+        if (use == nullptr) {
             if (value.present()) value.fail(misplaced_fault_key(key, fault.kind));
-        } else if (value.present() || use->required) {
-            key.set(fault, fault_value(value, *use));
+        } else if (value.present() || key.required) {
+            key.set(fault, value.value(use->rule));
         }
     }
     return fault;
@@ -280,8 +194,7 @@ void split_viewport_of(RendererFrame& frame, const Entry& entry, const Renderer&
 }
 
 /// Reads the images of one renderer and splits its viewports.
-void read_images(const RendererSource& source, const Scenario& scenario, ImageShelf& shelf,
-                 Renderer& renderer) {
+void read_images(const RendererSource& source, Scenario& scenario, ImageShelf& shelf, Renderer& renderer) {
     std::map<const PixelImage*, std::size_t> indices;  // into the renderer's own list
     for (std::size_t i = 0; i < source.frames.size(); ++i) {
         const FrameSource& frame_source = source.frames[i];
@@ -291,7 +204,11 @@ void read_images(const RendererSource& source, const Scenario& scenario, ImageSh
         const std::shared_ptr<const PixelImage>& image =
             shelf.image_of(key, [&] { return load(frame_source, scenario); });
         const auto [known, is_new] = indices.try_emplace(image.get(), renderer.images.size());
-        if (is_new) renderer.images.push_back(image);
+        if (is_new) {
+            renderer.images.push_back(image);
+            scenario.image_files.insert_or_assign(image.get(),
+                                                  ImageFiles{frame_source.image, frame_source.depth});
+        }
         frame.image = known->second;
         const PixelImage& first = *renderer.images.front();
         renderer.image_width_pixels = first.width_pixels;
@@ -337,21 +254,20 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
     const Entry root(tree, scenario_schema());
     Draft draft;
     Scenario& scenario = draft.scenario;
-    const Entry name = root.child("name");
-    scenario.name = name.present() ? name.name() : default_name;
-    read_displays(root.child("displays"), scenario.displays);
-    read_optional(root.child("composition"), scenario.composition);
-    read_optional(root.child("depth_format"), scenario.depth_format);
-    read_depth_range(root.child("depth_range"), scenario);
-    read_machine(root, scenario);
+    if (const Entry displays = root.child("displays"); !displays.present()) {
+        displays.fail("is missing; use a map with at least the keys width and height");
+    }
+    scenario.name = default_name;
+    read_keys(root, setting_rows(), 0, scenario);
 
     draft.sources = read_renderers(root.child("renderers"), base);
     make_renderers(draft);
     scenario.faults = read_faults(root.child("faults"), scenario.renderers);
-    std::size_t longest = 1;
-    for (const RendererSource& source : draft.sources) longest = std::max(longest, source.frames.size());
-    scenario.frames = static_cast<int>(std::min<std::size_t>(longest, limits::kFrames.high));
-    read_optional(root.child("frames"), limits::kFrames, scenario.frames);
+    if (!root.child("frames").present()) {
+        std::size_t longest = 1;
+        for (const RendererSource& source : draft.sources) longest = std::max(longest, source.frames.size());
+        scenario.frames = static_cast<int>(std::min<std::size_t>(longest, limits::kFrames.high));
+    }
     throw_if(settings_violation(scenario), draft, tree);
     return draft;
 }

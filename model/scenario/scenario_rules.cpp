@@ -8,8 +8,10 @@
 #include "host/errors.h"
 #include "host/text.h"
 #include "scenario/fault_keys.h"
+#include "scenario/fault_kinds.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
+#include "scenario/scenario_keys.h"
 #include "scenario/scenario_loader.h"
 
 namespace metabuffer {
@@ -24,18 +26,15 @@ class RuleCheck {
     void integer(const std::string& path, std::int64_t value, const IntegerRange& allowed) {
         if (!allowed.contains(value)) require(false, path, text::out_of_range(value, allowed));
     }
-    void number(const std::string& path, double value, const NumberRange& allowed) {
-        if (!allowed.contains(value)) require(false, path, text::out_of_range(value, allowed));
-    }
-    template <std::size_t Count>
-    void one_of(const std::string& path, int value, const std::array<int, Count>& allowed,
-                const std::string& what) {
-        if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return;
-        std::vector<std::string> names;
-        names.reserve(Count);
-        for (const int candidate : allowed) names.push_back(std::to_string(candidate));
-        require(false, path,
-                std::to_string(value) + " is not " + what + "; use " + text::joined(names, "or"));
+    /// What the key itself takes.
+    template <typename Object>
+    void key(const std::string& path, const ObjectKey<Object>& key, const ValueRule& rule,
+             const Object& object) {
+        const std::optional<KeyValue> value = key.value(object);
+        if (!value.has_value() || key.schema.length > 0) return;  // a list's numbers have rules of their own
+        if (const std::string complaint = rule.complaint(*value); !complaint.empty()) {
+            require(false, path, complaint);
+        }
     }
 
     /// Whether a rule is broken, so that what follows from its values need not be computed.
@@ -46,43 +45,31 @@ class RuleCheck {
     std::optional<RuleViolation> violation_;
 };
 
-void check_displays(RuleCheck& check, const Scenario& scenario) {
-    const DisplayConfig& displays = scenario.displays;
-    check.integer("displays.columns", displays.columns, limits::kGridDisplays);
-    check.integer("displays.rows", displays.rows, limits::kGridDisplays);
-    check.integer("displays.width", displays.width_pixels, limits::kDisplayPixels);
-    check.integer("displays.height", displays.height_pixels, limits::kDisplayPixels);
-    check.one_of("displays.supersample", displays.supersample, limits::kSupersamples, "a supersampling");
-    if (check.failed()) return;
-    check.integer("displays.width", displays.raster_width_pixels(), limits::kRasterPixels);
-    check.integer("displays.height", displays.raster_height_pixels(), limits::kRasterPixels);
+void check_keys(RuleCheck& check, const Scenario& scenario) {
+    for (const ObjectKey<Scenario>& key : setting_rows()) {
+        if (key.value != nullptr) check.key(key.schema.pattern, key, key.schema.rule, scenario);
+    }
 }
 
+/// The rules between keys.
 void check_machine(RuleCheck& check, const Scenario& scenario) {
-    check.number("depth_range", scenario.depth_near, limits::kDepth);
-    check.number("depth_range", scenario.depth_far, limits::kDepth);
+    if (check.failed()) return;
+    const DisplayConfig& displays = scenario.displays;
+    check.integer("displays.width", displays.raster_width_pixels(), limits::kRasterPixels);
+    check.integer("displays.height", displays.raster_height_pixels(), limits::kRasterPixels);
+    const ValueRule& depth = scenario_schema().find("depth_range[]")->rule;
+    for (const double end : {scenario.depth_near, scenario.depth_far}) {
+        const std::string complaint = depth.complaint(end);
+        check.require(complaint.empty(), "depth_range", complaint);
+    }
     check.require(scenario.depth_near < scenario.depth_far, "depth_range",
                   "near " + text::number(scenario.depth_near) + " is not below far " +
                       text::number(scenario.depth_far) + "; use [near, far] with near < far");
-    check.number("clocks.core_mhz", scenario.clocks.core_mhz, limits::kClockMhz);
-    check.number("clocks.dvi_in_mhz", scenario.clocks.dvi_in_mhz, limits::kClockMhz);
-    check.number("clocks.dvi_out_mhz", scenario.clocks.dvi_out_mhz, limits::kClockMhz);
-    check.integer("memory.page_words", scenario.memory.page_words, limits::kPageWords);
-    check.integer("memory.page_miss_cycles", scenario.memory.page_miss_cycles, limits::kPageMissCycles);
-    check.integer("memory.words_per_cycle", scenario.memory.words_per_cycle, limits::kWordsPerCycle);
-    check.one_of("bus.width_bits", scenario.bus.width_bits, limits::kBusWidthsBits, "a bus width");
-    check.integer("bus.burst_pixels", scenario.bus.burst_pixels, limits::kBurstPixels);
-    check.integer("composer.buffer_pixels", scenario.composer.buffer_pixels, limits::kBufferPixels);
-    check.integer("composer.ready_space_pixels", scenario.composer.ready_space_pixels,
-                  limits::kReadySpacePixels);
     const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
     check.require(scenario.composer.ready_space_pixels >= in_flight, "composer.ready_space_pixels",
                   std::to_string(scenario.composer.ready_space_pixels) + " is less than the " +
                       std::to_string(in_flight) + " pixels that can be in flight; use " +
                       std::to_string(in_flight) + " or more");
-    check.integer("link_timeout_pairs", scenario.link_timeout_pairs, limits::kLinkTimeoutPairs);
-    check.integer("watchdog_cycles", scenario.watchdog_cycles, limits::kWatchdogCycles);
-    check.integer("frames", scenario.frames, limits::kFrames);
 }
 
 void check_names(RuleCheck& check, const Scenario& scenario) {
@@ -115,17 +102,14 @@ std::string fault_path(std::size_t index) { return "faults[" + std::to_string(in
 
 /// The keys that go with its kind are in range, the others have their defaults.
 void check_fault_keys(RuleCheck& check, const Fault& fault, const std::string& path) {
-    const std::vector<FaultKeyUse>& uses = fault_keys_of(fault.kind);
     const Fault untouched;
     for (const FaultKey& key : fault_keys()) {
-        const std::string key_path = path + "." + key.name;
-        const std::optional<std::int64_t> value = key.value(fault);
-        const auto use = std::find_if(uses.begin(), uses.end(),
-                                      [&key](const FaultKeyUse& candidate) { return candidate.key == &key; });
-        if (use == uses.end()) {
-            check.require(value == key.value(untouched), key_path, misplaced_fault_key(key, fault.kind));
-        } else if (value.has_value()) {
-            check.integer(key_path, *value, use->range);
+        const std::string key_path = path + "." + key.name();
+        if (const FaultKeyUse* const use = use_of(key, fault.kind); use != nullptr) {
+            check.key(key_path, key, use->rule, fault);
+        } else {
+            check.require(key.value(fault) == key.value(untouched), key_path,
+                          misplaced_fault_key(key, fault.kind));
         }
     }
 }
@@ -144,18 +128,7 @@ bool clash(const Fault& one, const Fault& other) {
         return true;
     }
     const auto changed_byte = [](const Fault& fault) {
-        switch (fault.kind) {
-            case FaultKind::kMagic:
-                return kControlMagicOffset;
-            case FaultKind::kVersion:
-                return kControlVersionOffset;
-            case FaultKind::kCrc:
-                return kControlCrcOffset;
-            case FaultKind::kControlByte:
-                return fault.byte;
-            default:
-                return -1;
-        }
+        return fault.kind == FaultKind::kControlByte ? fault.byte : fault_traits(fault.kind).control_offset;
     };
     if (changed_byte(one) >= 0 && changed_byte(one) == changed_byte(other)) return true;
     if (one.kind != other.kind || one.kind == FaultKind::kControlByte) return false;
@@ -293,7 +266,7 @@ void check_table(RuleCheck& check, const Renderer& renderer, const RendererFrame
 
 std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
     RuleCheck check;
-    check_displays(check, scenario);
+    check_keys(check, scenario);
     check_machine(check, scenario);
     check_names(check, scenario);
     check_faults(check, scenario);

@@ -89,10 +89,10 @@ std::map<std::string, std::string> ScenarioTemplate::settings(
 
 std::vector<std::string> setting_keys() {
     std::vector<std::string> keys;
-    for (const SchemaKey& key : scenario_schema().keys()) {
-        const std::string pattern = key.pattern;
-        if (key.shape == KeyShape::kScalar && pattern.find("[]") == std::string::npos)
-            keys.push_back(pattern);
+    for (const ObjectKey<Scenario>& key : setting_rows()) {
+        if (key.schema.shape == KeyShape::kScalar && key.value != nullptr) {
+            keys.emplace_back(key.schema.pattern);
+        }
     }
     return keys;
 }

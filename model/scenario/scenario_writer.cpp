@@ -17,6 +17,7 @@
 #include "scenario/fault_keys.h"
 #include "scenario/names.h"
 #include "scenario/scenario_keys.h"
+#include "scenario/yaml_reader.h"
 
 namespace metabuffer {
 namespace {
@@ -28,18 +29,13 @@ constexpr int kColourChannels = 4;
     throw OutputError(text::one_line("cannot write '" + file.string() + "': " + reason));
 }
 
-/// A name as a YAML scalar that means just itself: in single quotes nothing is special but the quote.
+/// A name as a YAML scalar that means just itself.
 std::string name(const std::string& key, const std::string& words) {
-    const bool has_control = std::any_of(words.begin(), words.end(), [](char character) {
-        return static_cast<unsigned char>(character) < 0x20U || character == 0x7F;
-    });
-    if (words.empty() || has_control) {
+    if (words.empty() || text::has_control(words)) {
         throw InputError(key + ": " + text::quoted(words) +
                          " cannot be written to a scenario file; use a name on one line");
     }
-    std::string result = "'";
-    for (const char character : words) result += character == '\'' ? "''" : std::string(1, character);
-    return result + "'";
+    return input::quoted_scalar(words);
 }
 
 // ---- images ----
@@ -81,17 +77,27 @@ void write_depth(const std::filesystem::path& file, const PixelImage& image) {
     write_tiff(file, image, {"Z"}, samples);
 }
 
-/// Each image once, however many frames and renderers show it.
-class ImageFiles {
+/// Where the images of a scenario are written to or found.
+class ImageNames {
   public:
-    /// The keys of a frame that name its image.
-    std::string keys_of(const PixelImage& image) {
+    ImageNames() = default;
+    ImageNames(const ImageNames&) = delete;
+    ImageNames& operator=(const ImageNames&) = delete;
+    virtual ~ImageNames() = default;
+    /// The files of an image, relative to the scenario's.
+    virtual ImageFiles files_of(const PixelImage& image) = 0;
+};
+
+/// Images in files of their own, each once, however many frames and renderers show it.
+class WrittenImages final : public ImageNames {
+  public:
+    ImageFiles files_of(const PixelImage& image) override {
         const auto [known, is_new] = numbers_.try_emplace(&image, images_.size() + 1);
         if (is_new) images_.push_back(&image);
-        return "image: " + colour_file(known->second) + ", depth: " + depth_file(known->second);
+        return {colour_file(known->second), depth_file(known->second)};
     }
 
-    /// Writes all that keys_of was asked for.
+    /// Writes all that files_of was asked for.
     void write(const std::filesystem::path& directory, DepthFormat format) const {
         for (std::size_t number = 1; number <= images_.size(); ++number) {
             const PixelImage& image = *images_[number - 1];
@@ -112,6 +118,26 @@ class ImageFiles {
     std::map<const PixelImage*, std::size_t> numbers_;  ///< from 1
 };
 
+/// The files that the images were read from.
+class ReadImages final : public ImageNames {
+  public:
+    ReadImages(const Scenario& scenario, const std::filesystem::path& directory)
+        : scenario_(scenario), directory_(std::filesystem::absolute(directory)) {}
+
+    ImageFiles files_of(const PixelImage& image) override {
+        const ImageFiles& files = scenario_.image_files.at(&image);
+        return {relative(files.image), files.depth ? std::optional(relative(*files.depth)) : std::nullopt};
+    }
+
+  private:
+    std::filesystem::path relative(const std::filesystem::path& file) const {
+        return std::filesystem::proximate(file, directory_);
+    }
+
+    const Scenario& scenario_;
+    std::filesystem::path directory_;
+};
+
 // ---- the scenario's text ----
 
 bool is_split_of_viewport(const RendererFrame& frame, const Renderer& renderer, const DisplayWall& wall) {
@@ -124,79 +150,92 @@ bool is_split_of_viewport(const RendererFrame& frame, const Renderer& renderer, 
     }
 }
 
-std::string table_text(const ViewportTable& table) {
-    std::ostringstream text;
-    const char* before = "[";
-    for (const ViewportRow& row : table) {
-        text << before << "[" << row.dcomp << ", " << row.sx << ", " << row.sy << ", " << row.sdx << ", "
-             << row.sdy << ", " << row.dx << ", " << row.dy << ", " << row.dmultiple << "]";
-        before = ", ";
-    }
-    return table.empty() ? "[]" : text.str() + "]";
+/// In flow style: "{a: 1, b: 2}", "[1, 2]".
+std::string flow_map(const std::vector<std::string>& members) { return "{" + text::listed(members) + "}"; }
+std::string flow_list(const std::vector<std::string>& items) { return "[" + text::listed(items) + "]"; }
+
+std::string value_in_file(const SchemaKey& key, const KeyValue& value) {
+    return key.rule.type == ValueRule::Type::kText ? name(key.pattern, std::get<std::string>(value))
+                                                   : value_text(value);
 }
 
-/// Every key of the machine, from the one list: what stands in a map goes on the map's line.
-void write_settings(std::ostream& out, const Scenario& scenario) {
-    const std::uint8_t* background = scenario.displays.background;
-    std::map<std::string, std::string> values = scenario_settings(scenario);
-    values["name"] = name("name", scenario.name);
-    values["displays.background"] = "[" + std::to_string(background[0]) + ", " +
-                                    std::to_string(background[1]) + ", " + std::to_string(background[2]) +
-                                    "]";
-    values["depth_range"] =
-        "[" + text::number(scenario.depth_near) + ", " + text::number(scenario.depth_far) + "]";
-    const Schema& schema = scenario_schema();
-    for (const std::string& key : schema.keys_of("")) {
-        if (const auto value = values.find(key); value != values.end()) {
-            out << key << ": " << value->second << "\n";
-        }
-        if (schema.find(key)->shape != KeyShape::kMap) continue;
-        const char* before = ": {";
-        out << key;
-        for (const std::string& inner : schema.keys_of(key)) {
-            out << before << inner << ": " << values.at(key_pattern(key, inner));
-            before = ", ";
-        }
-        out << "}\n";
+/// "name: value" of every key that is kept in the object and stands in the map at `map`.
+template <typename Object>
+std::vector<std::string> members_of(const std::vector<ObjectKey<Object>>& keys, const std::string& map,
+                                    const Object& object) {
+    std::vector<std::string> members;
+    for (const ObjectKey<Object>& key : keys) {
+        const std::string path = key.schema.pattern;
+        const std::size_t dot = path.rfind('.');
+        const bool is_inside = dot != std::string::npos && path.compare(0, dot, map) == 0;
+        if (key.value == nullptr || !is_inside) continue;
+        members.push_back(path.substr(dot + 1) + ": " + value_in_file(key.schema, *key.value(object)));
     }
+    return members;
+}
+
+/// Every key of the machine: what stands in a map goes on the map's line.
+void write_settings(std::ostream& out, const Scenario& scenario) {
+    for (const ObjectKey<Scenario>& key : setting_rows()) {
+        const std::string path = key.schema.pattern;
+        if (path.empty() || path.find_first_of(".[") != std::string::npos) continue;
+        out << path << ": "
+            << (key.schema.shape == KeyShape::kMap ? flow_map(members_of(setting_rows(), path, scenario))
+                                                   : value_in_file(key.schema, *key.value(scenario)))
+            << "\n";
+    }
+}
+
+std::string table_text(const ViewportTable& table) {
+    std::vector<std::string> rows;
+    for (const ViewportRow& row : table) {
+        std::vector<std::string> fields;
+        for (const TableField& field : table_fields()) fields.push_back(std::to_string(field.value(row)));
+        rows.push_back(flow_list(fields));
+    }
+    return flow_list(rows);
 }
 
 void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWall& wall,
-                    ImageFiles& images) {
-    out << "  - name: " << name("renderers.name", renderer.name) << "\n"
-        << "    frames:\n";
+                    ImageNames& images) {
+    out << "  - name: " << name("renderers.name", renderer.name) << "\n    frames:\n";
     for (const RendererFrame& frame : renderer.frames) {
-        out << "      - {" << images.keys_of(*renderer.images[frame.image]) << ", ";
-        if (is_split_of_viewport(frame, renderer, wall)) {
-            const Viewport& viewport = *frame.viewport;
-            out << "viewport: {x: " << viewport.x << ", y: " << viewport.y
-                << ", multiple: " << viewport.multiple << "}}\n";
-        } else {
-            out << "table: " << table_text(frame.table) << "}\n";
+        const ImageFiles files = images.files_of(*renderer.images[frame.image]);
+        std::vector<std::string> members{"image: " + name("renderers.frames.image", files.image.string())};
+        if (files.depth) {
+            members.push_back("depth: " + name("renderers.frames.depth", files.depth->string()));
         }
+        if (is_split_of_viewport(frame, renderer, wall)) {
+            const std::string path = "renderers[].frames[].viewport";
+            members.push_back("viewport: " + flow_map(members_of(viewport_rows(), path, *frame.viewport)));
+        } else {
+            members.push_back("table: " + table_text(frame.table));
+        }
+        out << "      - " << flow_map(members) << "\n";
     }
 }
 
 void write_fault(std::ostream& out, const Fault& fault, const Scenario& scenario) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(fault.renderer)];
-    out << "  - {renderer: " << name("faults.renderer", renderer.name) << ", kind: " << to_string(fault.kind);
+    std::vector<std::string> members{"renderer: " + name("faults.renderer", renderer.name),
+                                     std::string("kind: ") + to_string(fault.kind)};
     for (const FaultKeyUse& use : fault_keys_of(fault.kind)) {
-        const std::optional<std::int64_t> value = use.key->value(fault);
-        if (!value) continue;
-        out << ", " << use.key->name << ": ";
-        switch (use.key->shape) {
-            case FaultKey::Shape::kFrame:
-                out << to_string(fault.frame);
-                break;
-            case FaultKey::Shape::kBeats:
-                out << to_string(fault.of);
-                break;
-            case FaultKey::Shape::kWholeNumber:
-                out << *value;
-                break;
-        }
+        const std::optional<KeyValue> value = use.key->value(fault);
+        if (value) members.push_back(use.key->name() + (": " + value_text(*value)));
     }
-    out << "}\n";
+    out << "  - " << flow_map(members) << "\n";
+}
+
+std::string scenario_text(const Scenario& scenario, ImageNames& images) {
+    std::ostringstream out;
+    write_settings(out, scenario);
+    out << "renderers:\n";
+    for (const Renderer& renderer : scenario.renderers) {
+        write_renderer(out, renderer, scenario.displays.wall(), images);
+    }
+    if (!scenario.faults.empty()) out << "faults:\n";
+    for (const Fault& fault : scenario.faults) write_fault(out, fault, scenario);
+    return out.str();
 }
 
 void write_text_file(const std::filesystem::path& file, const std::string& content) {
@@ -210,53 +249,30 @@ void write_text_file(const std::filesystem::path& file, const std::string& conte
 }  // namespace
 
 std::map<std::string, std::string> scenario_settings(const Scenario& scenario) {
-    const DisplayConfig& displays = scenario.displays;
-    return {
-        {"name", scenario.name},
-        {"displays.columns", std::to_string(displays.columns)},
-        {"displays.rows", std::to_string(displays.rows)},
-        {"displays.width", std::to_string(displays.width_pixels)},
-        {"displays.height", std::to_string(displays.height_pixels)},
-        {"displays.supersample", std::to_string(displays.supersample)},
-        {"composition", to_string(scenario.composition)},
-        {"depth_format", to_string(scenario.depth_format)},
-        {"clocks.core_mhz", text::number(scenario.clocks.core_mhz)},
-        {"clocks.dvi_in_mhz", text::number(scenario.clocks.dvi_in_mhz)},
-        {"clocks.dvi_out_mhz", text::number(scenario.clocks.dvi_out_mhz)},
-        {"memory.page_words", std::to_string(scenario.memory.page_words)},
-        {"memory.page_miss_cycles", std::to_string(scenario.memory.page_miss_cycles)},
-        {"memory.words_per_cycle", std::to_string(scenario.memory.words_per_cycle)},
-        {"bus.width_bits", std::to_string(scenario.bus.width_bits)},
-        {"bus.burst_pixels", std::to_string(scenario.bus.burst_pixels)},
-        {"bus.arbitration", to_string(scenario.bus.arbitration)},
-        {"composer.buffer_pixels", std::to_string(scenario.composer.buffer_pixels)},
-        {"composer.ready_space_pixels", std::to_string(scenario.composer.ready_space_pixels)},
-        {"composer.on_starvation", to_string(scenario.composer.on_starvation)},
-        {"pacing", to_string(scenario.pacing)},
-        {"link_timeout_pairs", std::to_string(scenario.link_timeout_pairs)},
-        {"watchdog_cycles", std::to_string(scenario.watchdog_cycles)},
-        {"frames", std::to_string(scenario.frames)},
-    };
+    std::map<std::string, std::string> settings;
+    for (const ObjectKey<Scenario>& key : setting_rows()) {
+        if (key.schema.shape == KeyShape::kScalar && key.value != nullptr) {
+            settings.emplace(key.schema.pattern, value_text(*key.value(scenario)));
+        }
+    }
+    return settings;
 }
 
 void write_scenario(const Scenario& scenario, const std::filesystem::path& directory) {
-    std::ostringstream out;
-    write_settings(out, scenario);
-    out << "renderers:\n";
-    ImageFiles images;
-    for (const Renderer& renderer : scenario.renderers) {
-        write_renderer(out, renderer, scenario.displays.wall(), images);
-    }
-    if (!scenario.faults.empty()) out << "faults:\n";
-    for (const Fault& fault : scenario.faults) write_fault(out, fault, scenario);
-
+    WrittenImages images;
+    const std::string content = scenario_text(scenario, images);
     std::error_code error;
     std::filesystem::create_directories(directory, error);
     if (error) fail(directory, error.message());
     // An earlier scenario's text must not stand beside this one's images if these cannot all be written.
     std::filesystem::remove(directory / kScenarioFile, error);
     images.write(directory, scenario.depth_format);
-    write_text_file(directory / kScenarioFile, out.str());
+    write_text_file(directory / kScenarioFile, content);
+}
+
+std::string effective_scenario(const Scenario& scenario, const std::filesystem::path& directory) {
+    ReadImages images(scenario, directory);
+    return scenario_text(scenario, images);
 }
 
 }  // namespace metabuffer

@@ -26,4 +26,9 @@ std::map<std::string, std::string> scenario_settings(const Scenario& scenario);
 /// ones and control characters), OutputError if a file cannot be written.
 void write_scenario(const Scenario& scenario, const std::filesystem::path& directory);
 
+/// The text of a scenario file in that directory that makes the same scenario from the same image files: every key with
+/// its value, copies written out, images by relative paths. The scenario must come from files. Throws InputError for a
+/// path that no scenario file can hold.
+std::string effective_scenario(const Scenario& scenario, const std::filesystem::path& directory);
+
 }  // namespace metabuffer

@@ -1,5 +1,6 @@
 #include "scenario/schema.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "host/text.h"
@@ -25,6 +26,82 @@ std::string_view enclosing_map(std::string_view pattern) {
 }
 
 }  // namespace
+
+std::string value_text(const KeyValue& value) {
+    struct Text {
+        std::string operator()(std::int64_t number) const { return std::to_string(number); }
+        std::string operator()(double number) const { return text::number(number); }
+        std::string operator()(const std::string& words) const { return words; }
+        std::string operator()(const std::vector<double>& numbers) const {
+            std::string list;
+            for (const double number : numbers) list += (list.empty() ? "" : ", ") + text::number(number);
+            return "[" + list + "]";
+        }
+    };
+    return std::visit(Text{}, value);
+}
+
+ValueRule ValueRule::whole_numbers(const IntegerRange& range) {
+    ValueRule rule;
+    rule.type = Type::kWholeNumber;
+    rule.whole = range;
+    return rule;
+}
+
+ValueRule ValueRule::one_of(std::vector<std::int64_t> values, const char* what) {
+    ValueRule rule = whole_numbers({values.front(), values.back()});
+    rule.only = std::move(values);
+    rule.what = what;
+    return rule;
+}
+
+ValueRule ValueRule::numbers(const NumberRange& range) {
+    ValueRule rule;
+    rule.type = Type::kNumber;
+    rule.number = range;
+    return rule;
+}
+
+std::string ValueRule::allowed() const {
+    switch (type) {
+        case Type::kAny:
+        case Type::kText:
+            break;
+        case Type::kWholeNumber: {
+            if (only.empty()) return text::range(whole);
+            std::vector<std::string> names;
+            for (const std::int64_t value : only) names.push_back(std::to_string(value));
+            return text::joined(names, "or");
+        }
+        case Type::kNumber:
+            return text::range(number);
+        case Type::kChoice:
+            return text::joined(choices, "or");
+    }
+    return "";
+}
+
+std::string ValueRule::complaint(const KeyValue& value) const {
+    switch (type) {
+        case Type::kAny:
+        case Type::kText:
+        case Type::kChoice:  // an enumerator cannot be wrong
+            break;
+        case Type::kWholeNumber: {
+            const auto whole_number = std::get<std::int64_t>(value);
+            if (only.empty()) {
+                return whole.contains(whole_number) ? "" : text::out_of_range(whole_number, whole);
+            }
+            if (std::find(only.begin(), only.end(), whole_number) != only.end()) return "";
+            return std::to_string(whole_number) + " is not " + what + "; use " + allowed();
+        }
+        case Type::kNumber: {
+            const auto any_number = std::get<double>(value);
+            return number.contains(any_number) ? "" : text::out_of_range(any_number, number);
+        }
+    }
+    return "";
+}
 
 Schema::Schema(std::string empty_message, std::vector<SchemaKey> keys)
     : empty_message_(std::move(empty_message)), keys_(std::move(keys)) {

@@ -5,7 +5,11 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <variant>
 #include <vector>
+
+#include "host/range.h"
+#include "scenario/names.h"
 
 namespace metabuffer {
 
@@ -17,11 +21,55 @@ enum class KeyShape : std::uint8_t {
     kAny,      ///< the schema says nothing about it
 };
 
+/// A key's value. An enumerator is its name; the numbers are those of a list of fixed length.
+using KeyValue = std::variant<std::int64_t, double, std::string, std::vector<double>>;
+
+/// As files write it, without quotation marks.
+std::string value_text(const KeyValue& value);
+
+/// What a key takes.
+struct ValueRule {
+    enum class Type : std::uint8_t {
+        kAny,  ///< the reader of the key decides
+        kWholeNumber,
+        kNumber,
+        kChoice,
+        kText,
+    };
+    Type type = Type::kAny;
+    IntegerRange whole;
+    NumberRange number;
+    std::vector<std::int64_t> only;    ///< whole numbers, ascending, if not all of the range will do
+    std::vector<std::string> choices;  ///< the names
+    const char* what = "";             ///< what one of `only` or `choices` is called: "a bus width"
+
+    static ValueRule whole_numbers(const IntegerRange& range);
+    static ValueRule one_of(std::vector<std::int64_t> values, const char* what);
+    static ValueRule numbers(const NumberRange& range);
+    template <typename Enum>
+    static ValueRule choice_of() {
+        ValueRule rule;
+        rule.type = Type::kChoice;
+        rule.choices = enum_names<Enum>();
+        rule.what = EnumNames<Enum>::kWhat;
+        return rule;
+    }
+
+    /// "1 to 64", "16, 32 or 64", "glitch or stall"; empty if it takes anything.
+    std::string allowed() const;
+    /// What is wrong with the value and what would be right, empty if nothing is. The value must be of the rule's type.
+    std::string complaint(const KeyValue& value) const;
+};
+
 /// One place of a file. A list's entries are written "[]": `renderers[].frames[].viewport.x`.
 struct SchemaKey {
     const char* pattern;
     KeyShape shape;
     const char* meaning;  ///< completes "use ..."
+    ValueRule rule = {};
+    const char* unit = "";
+    std::string fallback = {};  ///< what holds if it is not given, in words: "64", "required"
+    std::size_t length = 0;     ///< of a list of numbers that always has so many
 };
 
 /// Every place that a kind of YAML file has, the one list that its reader, overrides and documentation go by.

@@ -485,6 +485,12 @@ Entry Entry::child(const std::string& key) const {
             value == nullptr ? place_ : value->place};
 }
 
+Entry Entry::at(std::string_view path) const {
+    const std::size_t dot = path.find('.');
+    const Entry inner = child(std::string(path.substr(0, dot)));
+    return dot == std::string_view::npos ? inner : inner.at(path.substr(dot + 1));
+}
+
 std::vector<Entry> Entry::items() const {
     std::vector<Entry> entries;
     if (value_ == nullptr) return entries;
@@ -535,9 +541,7 @@ std::int64_t Entry::whole_number(const std::string& use) const {
 }
 
 std::int64_t Entry::integer(const IntegerRange& allowed) const {
-    const std::int64_t value = whole_number(text::range(allowed));
-    if (!allowed.contains(value)) fail(text::out_of_range(value, allowed));
-    return value;
+    return std::get<std::int64_t>(value(ValueRule::whole_numbers(allowed)));
 }
 
 double Entry::number(const NumberRange& allowed) const {
@@ -576,16 +580,43 @@ std::string Entry::flow() const {
     return flow_text(*value_);
 }
 
-int Entry::one_of(const std::vector<int>& allowed, const std::string& what) const {
-    std::vector<std::string> names;
-    names.reserve(allowed.size());
-    for (const int value : allowed) names.push_back(std::to_string(value));
-    const std::string use = text::joined(names, "or");
-    const std::int64_t value = whole_number(use);
-    if (std::find(allowed.begin(), allowed.end(), value) == allowed.end()) {
-        fail(std::to_string(value) + " is not " + what + "; use " + use);
+KeyValue Entry::value() const {
+    const SchemaKey& key = *schema_->find(pattern_);
+    return key.length > 0 ? KeyValue(numbers(key)) : value(key.rule);
+}
+
+std::vector<double> Entry::numbers(const SchemaKey& key) const {
+    const std::vector<Entry> entries = items();
+    if (entries.size() != key.length) {
+        const std::string_view list = "a list of ";
+        fail("has " + std::to_string(entries.size()) + " entries; use " + (key.meaning + list.size()));
     }
-    return static_cast<int>(value);
+    std::vector<double> values;
+    for (const Entry& entry : entries) {
+        const KeyValue value = entry.value();
+        const auto* const whole = std::get_if<std::int64_t>(&value);
+        values.push_back(whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value));
+    }
+    return values;
+}
+
+KeyValue Entry::value(const ValueRule& rule) const {
+    switch (rule.type) {
+        case ValueRule::Type::kAny:
+            break;
+        case ValueRule::Type::kWholeNumber: {
+            const std::int64_t value = whole_number(rule.allowed());
+            if (const std::string complaint = rule.complaint(value); !complaint.empty()) fail(complaint);
+            return value;
+        }
+        case ValueRule::Type::kNumber:
+            return number(rule.number);
+        case ValueRule::Type::kChoice:
+            return choice(rule.choices, rule.what);
+        case ValueRule::Type::kText:
+            return name();
+    }
+    throw std::logic_error("no rule for the values of " + pattern_);
 }
 
 std::string Entry::choice(const std::vector<std::string>& allowed, const std::string& what) const {

@@ -90,6 +90,8 @@ class Entry {
     const Place& place() const { return place_; }
     const std::string& path() const { return path_; }
 
+    /// What stands at a path of keys below it: "bus.width_bits".
+    Entry at(std::string_view path) const;
     /// The key of a map. Asking for a key that the schema does not have is a programming error.
     Entry child(const std::string& key) const;
     /// A list's entries, none if there is no list.
@@ -102,6 +104,11 @@ class Entry {
     /// Throws InputError: where, message.
     [[noreturn]] void fail(const std::string& message) const;
 
+    /// The value by the key's own rule, which must not be kAny; by another of the same type.
+    KeyValue value() const;
+    KeyValue value(const ValueRule& rule) const;
+    /// A whole number by the key's own rule.
+    int integer() const { return static_cast<int>(std::get<std::int64_t>(value())); }
     std::int64_t integer(const IntegerRange& allowed) const;
     double number(const NumberRange& allowed) const;
     std::string name() const;
@@ -110,12 +117,6 @@ class Entry {
     bool boolean() const;
     /// Whatever it is, in flow style; fails if there is nothing.
     std::string flow() const;
-    /// A whole number out of a list of allowed ones, which `what` names ("a bus width").
-    template <std::size_t Count>
-    int one_of(const std::array<int, Count>& allowed, const std::string& what) const {
-        return one_of(std::vector<int>(allowed.begin(), allowed.end()), what);
-    }
-    int one_of(const std::vector<int>& allowed, const std::string& what) const;
     template <typename Enum>
     Enum choice() const {
         const std::vector<std::string> names = enum_names<Enum>();
@@ -134,6 +135,7 @@ class Entry {
     /// The scalar's text; fails if there is none. `use` is what would be right.
     const std::string& scalar(const std::string& use) const;
     std::int64_t whole_number(const std::string& use) const;
+    std::vector<double> numbers(const SchemaKey& key) const;
 
     const Schema* schema_;
     const Value* value_;

@@ -406,8 +406,8 @@ TEST_CASE("option --no-images leaves the counters and no picture", "[program]") 
             names.push_back(entry.path().filename().string());
         }
         std::sort(names.begin(), names.end());
-        CHECK(names == std::vector<std::string>{"display_1.png.txt", "display_x.png", "my-collage.png",
-                                                "report.json"});
+        CHECK(names == std::vector<std::string>{"display_1.png.txt", "display_x.png",
+                                                "effective_scenario.yaml", "my-collage.png", "report.json"});
     }
 }
 

@@ -109,7 +109,7 @@ TEST_CASE("coverage: a link faster than its bus has the next pair ready before i
     scenario.bus.width_bits = 16;
     const MachineRuns runs = run({std::move(scenario)});
     check_run(*runs[0]);
-    CHECK(runs[0]->report().total_repeated_frames() == 0);
+    CHECK(runs[0]->report().total_renderer().repeated_frames == 0);
 }
 
 TEST_CASE("coverage: a frame is shown again when its pair is lost and a later one is whole",

@@ -597,7 +597,7 @@ TEST_CASE("level tlm refuses faults that happen clock by clock and names the lev
         } catch (const InputError& refused) {
             error = refused.what();
         }
-        CHECK(error == (is_only_at_level_rtl(kind.value)
+        CHECK(error == (fault_traits(kind.value).only_at_level_rtl()
                             ? std::string("faults[0].kind: ") + kind.name +
                                   " happens clock by clock, which level tlm does not know; use --level rtl"
                             : std::string()));

@@ -7,6 +7,7 @@
 
 #include "host/errors.h"
 #include "scenario/names.h"
+#include "scenario/scenario_keys.h"
 #include "scenario/scenario_loader.h"
 
 namespace metabuffer::test {
@@ -305,54 +306,22 @@ class Reducer {
         start = static_cast<std::uint16_t>(std::min<int>(start, extent - count));
     }
 
-    /// One setting at its default, if it is not there yet.
-    template <typename Access>
-    void at_default(const std::string& what, Access access) {
-        const Scenario defaults;
-        if (access(scenario_) == access(defaults)) return;
-        attempt(what + " as by default", [&](Scenario& s) { access(s) = access(defaults); });
-    }
-
+    /// Each setting at its default, if it is not there yet and has one. The grid, the frames and the depth format have
+    /// steps of their own, since more depends on them; a name makes no machine smaller.
     void settings() {
-        at_default(
-            "core clock", [](auto& s) -> auto& { return s.clocks.core_mhz; });
-        at_default(
-            "DVI input clock", [](auto& s) -> auto& { return s.clocks.dvi_in_mhz; });
-        at_default(
-            "DVI output clock", [](auto& s) -> auto& { return s.clocks.dvi_out_mhz; });
-        at_default(
-            "pacing", [](auto& s) -> auto& { return s.pacing; });
-        at_default(
-            "composition", [](auto& s) -> auto& { return s.composition; });
-        at_default(
-            "starvation mode", [](auto& s) -> auto& { return s.composer.on_starvation; });
-        at_default(
-            "arbitration", [](auto& s) -> auto& { return s.bus.arbitration; });
-        at_default(
-            "link timeout", [](auto& s) -> auto& { return s.link_timeout_pairs; });
-        at_default(
-            "watchdog", [](auto& s) -> auto& { return s.watchdog_cycles; });
-        at_default(
-            "page size", [](auto& s) -> auto& { return s.memory.page_words; });
-        at_default(
-            "page miss", [](auto& s) -> auto& { return s.memory.page_miss_cycles; });
-        at_default(
-            "memory width", [](auto& s) -> auto& { return s.memory.words_per_cycle; });
-        at_default(
-            "bus width", [](auto& s) -> auto& { return s.bus.width_bits; });
-        at_default(
-            "burst", [](auto& s) -> auto& { return s.bus.burst_pixels; });
-        at_default(
-            "buffer", [](auto& s) -> auto& { return s.composer.buffer_pixels; });
-        at_default(
-            "ready space", [](auto& s) -> auto& { return s.composer.ready_space_pixels; });
-        const std::uint8_t* background = scenario_.displays.background;
-        if (std::any_of(background, background + 3, [](std::uint8_t channel) { return channel != 0; })) {
-            attempt("black background",
-                    [](Scenario& s) { std::fill_n(s.displays.background, 3, std::uint8_t{0}); });
+        for (const ObjectKey<Scenario>& key : setting_rows()) {
+            const std::string path = key.schema.pattern;
+            const bool has_own_steps = path.rfind("displays.", 0) == 0 && path != "displays.background";
+            if (key.value == nullptr || has_own_steps || path == "name" || path == "frames" ||
+                path == "depth_format" || path == "depth_range") {
+                continue;
+            }
+            const KeyValue usual = *key.value(Scenario());
+            if (*key.value(scenario_) == usual) continue;
+            attempt(path + " as by default", [&](Scenario& s) { key.set(s, usual); });
         }
         if (scenario_.depth_format != DepthFormat::kA8Z16) {
-            attempt("depth format as by default", [](Scenario& s) {
+            attempt("depth_format as by default", [](Scenario& s) {
                 s.depth_format = DepthFormat::kA8Z16;
                 for (Renderer& renderer : s.renderers) clip_depths(renderer);
             });

@@ -95,7 +95,7 @@ struct Levels {
 
 bool level_tlm_knows(const Scenario& scenario) {
     return std::none_of(scenario.faults.begin(), scenario.faults.end(),
-                        [](const Fault& fault) { return is_only_at_level_rtl(fault.kind); });
+                        [](const Fault& fault) { return fault_traits(fault.kind).only_at_level_rtl(); });
 }
 
 void check_machine(const MachineRun& rtl, const Levels& levels) {

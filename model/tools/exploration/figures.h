@@ -15,14 +15,11 @@ namespace metabuffer::exploration {
 struct FigureKind {
     const char* name;     ///< "starved_pixels": a column of the results
     const char* unit;     ///< "pixels", "clocks", "frames/s", "bits", "" for a ratio
-    const char* meaning;  ///< one line for --help and documentation
+    std::string meaning;  ///< one line for --help and documentation
 };
 
-/// Every figure, in the order of the results' columns. Sums are over the machine, as in report.json's totals; beside
-/// them: frame_cycles (mean clocks a frame, first composited pixel to last), frames_per_second, latency_cycles (the
-/// longest of the frames), demand_pixels_per_cycle (pixels sent on the busiest bus over the clocks that frames took),
-/// and the cost: renderers, displays, composers, buffer_bits (composers x buffer_pixels x 64), bus_wires (renderers x
-/// width_bits).
+/// Every figure, in the order of the results' columns: what a run is asked for and its rates, the totals of every
+/// counter (report/counters.h), and the cost of the machine.
 const std::vector<FigureKind>& figure_kinds();
 
 /// The place of the figure of that name in that order; none if there is no such figure.

@@ -340,31 +340,32 @@ SearchDescription describe_search(const std::string& key, std::optional<std::int
                                   std::optional<std::int64_t> to, const std::string& where) {
     const std::string pattern =
         key == kScenarioAxis ? std::string() : input::find_key_path(scenario_schema(), key, where).pattern;
-    const std::optional<WholeNumbers> numbers = whole_numbers_of(pattern);
-    if (!numbers) {
+    const SchemaKey* const schema_key = scenario_schema().find(pattern);
+    if (schema_key->rule.type != ValueRule::Type::kWholeNumber) {
         fail(where, key +
                         " does not hold a whole number, and only those can be minimized; use a key like "
                         "composer.buffer_pixels");
     }
+    const ValueRule& numbers = schema_key->rule;
     SearchDescription search;
     search.key = key;
     search.goal = default_goal();
     search.where = where;
-    search.from = from.value_or(numbers->range.low);
-    search.to = to.value_or(numbers->range.high);
+    search.from = from.value_or(numbers.whole.low);
+    search.to = to.value_or(numbers.whole.high);
     for (const std::int64_t end : {search.from, search.to}) {
-        if (!numbers->range.contains(end)) fail(where, key + ": " + text::out_of_range(end, numbers->range));
+        if (!numbers.whole.contains(end)) fail(where, key + ": " + text::out_of_range(end, numbers.whole));
     }
     if (search.from > search.to) {
         fail(where, key + ": from " + std::to_string(search.from) + " is above to " +
                         std::to_string(search.to) + "; use from at most to");
     }
-    for (const std::int64_t value : numbers->only) {
+    for (const std::int64_t value : numbers.only) {
         if (search.from <= value && value <= search.to) search.candidates.push_back(value);
     }
-    if (!numbers->only.empty() && search.candidates.empty()) {
+    if (!numbers.only.empty() && search.candidates.empty()) {
         std::vector<std::string> all;
-        for (const std::int64_t value : numbers->only) all.push_back(std::to_string(value));
+        for (const std::int64_t value : numbers.only) all.push_back(std::to_string(value));
         fail(where, key + ": none of its values is from " + std::to_string(search.from) + " to " +
                         std::to_string(search.to) + "; use a range that has one of " +
                         text::joined(all, "and"));

@@ -14,9 +14,11 @@
 #include "host/text.h"
 #include "tools/program/analyze_command.h"
 #include "tools/program/compare_command.h"
+#include "tools/program/counters_command.h"
 #include "tools/program/exit_status.h"
 #include "tools/program/export_command.h"
 #include "tools/program/failure.h"
+#include "tools/program/keys_command.h"
 #include "tools/program/plot_command.h"
 #include "tools/program/report_command.h"
 #include "tools/program/run_command.h"
@@ -68,6 +70,8 @@ int sc_main(int argc, char** argv) {
     commands.push_back(std::make_unique<metabuffer::ReportCommand>(program));
     commands.push_back(std::make_unique<metabuffer::PlotCommand>(program));
     commands.push_back(std::make_unique<metabuffer::ExportCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::KeysCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::CountersCommand>(program));
     try {
         program.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

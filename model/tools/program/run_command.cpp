@@ -12,6 +12,7 @@
 #include "report/picture_writer.h"
 #include "report/report.h"
 #include "rtl/run.h"
+#include "scenario/scenario_writer.h"
 #include "tlm/run.h"
 #include "tlm/schedule_trace.h"
 #include "tools/program/machine_check.h"
@@ -27,6 +28,7 @@ constexpr const char* kTlm = "tlm";
 constexpr const char* kFunctional = "functional";
 constexpr const char* kWaveformExtension = ".vcd";
 constexpr const char* kScheduleExtension = ".json";
+constexpr const char* kEffectiveScenario = "effective_scenario.yaml";
 
 constexpr const char* kFooter =
     "Levels tlm and rtl give the same pictures and counters; rtl goes clock by clock, has every signal and "
@@ -268,6 +270,8 @@ ExitStatus RunCommand::execute() {
     const ResultFolder folder(out_directory_.empty() ? std::filesystem::path("out") / scenario.name
                                                      : std::filesystem::path(out_directory_));
     const std::filesystem::path& directory = folder.path();
+    // Before the run, which takes longer: it may hold a path that no scenario file can.
+    const std::string effective = effective_scenario(scenario, directory);
 
     PictureSink pictures(directory, scenario);
     Outcome outcome;
@@ -284,6 +288,7 @@ ExitStatus RunCommand::execute() {
         pictures.finish();
     }
     write_text(directory / "report.json", report_json(outcome.report));
+    write_text(directory / kEffectiveScenario, effective);
     if (!quiet_) print_summary(outcome, directory.string());
     if (!outcome.trace_note.empty()) {
         std::cerr << "no waveform: " << outcome.trace_note << '\n';

@@ -289,7 +289,7 @@ TEST_CASE("rules: a level without clocks refuses faults that happen clock by clo
         const std::string error = input_error_of([&] { refuse_faults_of_level_rtl(scenario, "tlm"); });
         const std::string wanted = std::string(".kind: ") + kind.name +
                                    " happens clock by clock, which level tlm does not know; use --level rtl";
-        CHECK(error == (is_only_at_level_rtl(kind.value) ? "faults[1]" + wanted : ""));
+        CHECK(error == (fault_traits(kind.value).only_at_level_rtl() ? "faults[1]" + wanted : ""));
         if (error.empty()) continue;
         scenario.faults[1].where = "file.yaml:7: faults[1]";
         CHECK(input_error_of([&] { refuse_faults_of_level_rtl(scenario, "tlm"); }) ==

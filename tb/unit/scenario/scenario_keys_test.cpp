@@ -135,35 +135,36 @@ TEST_CASE("scenario keys: what a whole-number key takes is what the reader takes
                   std::vector<std::uint16_t>(std::size_t{16} * 8));
     int count = 0;
     for (const SchemaKey& key : scenario_schema().keys()) {
-        const std::optional<WholeNumbers> numbers = whole_numbers_of(key.pattern);
+        const bool takes_whole_numbers = key.rule.type == ValueRule::Type::kWholeNumber;
         const bool other = std::string(key.pattern).find(".table") != std::string::npos;
         // The text of the error says whether the reader asks for a whole number there.
         const std::string wrong = key.shape == KeyShape::kScalar && !other
                                       ? fixture.error(kEveryKey, {with_indices(key.pattern) + "=x"})
                                       : std::string();
         INFO(key.pattern << ": " << wrong);
-        CHECK(numbers.has_value() == (wrong.find("is not a whole number") != std::string::npos));
-        if (!numbers) continue;
+        CHECK(takes_whole_numbers == (wrong.find("is not a whole number") != std::string::npos));
+        if (!takes_whole_numbers) continue;
         ++count;
         const auto error = [&](std::int64_t value) {
             return fixture.error(kEveryKey, {with_indices(key.pattern) + "=" + std::to_string(value)});
         };
-        if (numbers->only.empty()) {
-            CHECK(wrong.find("; use " + text::range(numbers->range)) != std::string::npos);
-            for (const std::int64_t beyond : {numbers->range.low - 1, numbers->range.high + 1}) {
-                CHECK(error(beyond).find("is out of range; use " + text::range(numbers->range)) !=
+        if (key.rule.only.empty()) {
+            CHECK(wrong.find("; use " + text::range(key.rule.whole)) != std::string::npos);
+            for (const std::int64_t beyond : {key.rule.whole.low - 1, key.rule.whole.high + 1}) {
+                CHECK(error(beyond).find("is out of range; use " + text::range(key.rule.whole)) !=
                       std::string::npos);
             }
         }
-        for (const std::int64_t value : numbers->only) {
+        for (const std::int64_t value : key.rule.only) {
             CHECK(error(value).find(key.pattern) == std::string::npos);
             CHECK(error(3 * value).find(" is not a ") != std::string::npos);
         }
-        CHECK(std::is_sorted(numbers->only.begin(), numbers->only.end()));
+        CHECK(std::is_sorted(key.rule.only.begin(), key.rule.only.end()));
     }
     CHECK(count == 34);
-    CHECK_FALSE(whole_numbers_of("bus").has_value());
-    CHECK_FALSE(whole_numbers_of("").has_value());
+    for (const char* map : {"bus", ""}) {
+        CHECK(scenario_schema().find(map)->rule.type == ValueRule::Type::kAny);
+    }
 }
 
 TEST_CASE("scenario keys: an unknown key names the nearest known one") {

@@ -81,9 +81,12 @@ Scenario unusual_scenario(DepthFormat format) {
             fault.renderer = number % 4;
             fault.kind = kind.value;
             for (const FaultKeyUse& use : fault_keys_of(kind.value)) {
-                if (required_only && !use.required) continue;
-                const bool is_number = use.key->shape == FaultKey::Shape::kWholeNumber;
-                use.key->set(fault, is_number ? ++number % 6 + 1 : 1);
+                if (required_only && !use.key->required) continue;
+                if (use.rule.type == ValueRule::Type::kWholeNumber) {
+                    use.key->set(fault, std::int64_t{++number % 6 + 1});
+                } else {
+                    use.key->set(fault, use.rule.choices.at(1));
+                }
             }
             fault.pair += fault.pair == 0 ? 0 : static_cast<std::uint32_t>(10 * number);
             scenario.faults.push_back(fault);

@@ -52,6 +52,8 @@ RunReport small_report() {
     report.renderers[1].repeated_frames = 12;
     report.renderers[0].dropped_frames = 13;
     report.renderers[1].dropped_frames = 14;
+    report.renderers[0].injected_faults = 15;
+    report.renderers[1].injected_faults = 16;
     for (int n = 0; n < 6; ++n) {
         ComposerCounters composer;
         composer.starved_pixels = 1 + n;
@@ -60,9 +62,11 @@ RunReport small_report() {
         composer.busready_drops = 20 + n;
         composer.late_pixels = 30 + n;
         composer.replayed_pixels = 40 + n;
+        composer.lost_pixels = 50 + n;
+        composer.lost_tables = 60 + n;
         report.composers.push_back(composer);
     }
-    report.displays = {{4, 0}, {3, 0}, {5, 0}};
+    report.displays = {{4, 1, 2}, {3, 3, 4}, {5, 5, 6}};
     return report;
 }
 
@@ -107,7 +111,7 @@ TEST_CASE("figures: those of report.json's totals are the same") {
         }
         ++compared;
     }
-    CHECK(compared == 19);
+    CHECK(compared == 24);
 }
 
 TEST_CASE("figures: those that are not in the report are what their meaning says") {
@@ -127,6 +131,10 @@ TEST_CASE("figures: those that are not in the report are what their meaning says
     CHECK(whole("rejected_rows") == 11);
     CHECK(number("pixels_per_cycle") == Approx(2800.0 / (101 + 4 + 6 + 10)));
     CHECK(number("demand_pixels_per_cycle") == Approx(2000.0 / 4000.0));
+    CHECK(whole("lost_tables") == 60 + 61 + 62 + 63 + 64 + 65);
+    CHECK(whole("injected_faults") == 31);
+    CHECK(whole("display_stalled_cycles") == 9);
+    CHECK(whole("kept_frames") == 12);
     CHECK(whole("renderers") == 2);
     CHECK(whole("displays") == 3);
     CHECK(whole("composers") == 6);

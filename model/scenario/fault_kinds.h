@@ -1,0 +1,134 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "formats/control_scanline.h"
+#include "host/enum_table.h"
+#include "host/range.h"
+#include "scenario/scenario.h"
+
+/// One row of traits for each kind of fault: what everything beside the code that does it goes by.
+namespace metabuffer {
+
+/// Where a fault happens.
+enum class FaultPlace : std::uint8_t {
+    kFrame,    ///< in one frame of a pair on the renderer's link
+    kLink,     ///< on the link, from a pair on
+    kMachine,  ///< inside the machine, from a core clock on
+};
+
+/// What a fault does to the frame that it names.
+enum class FaultEffect : std::uint8_t {
+    kNone,      ///< nothing: the frame is as it was, if it comes at another time
+    kHeader,    ///< its control scanline says something else
+    kGeometry,  ///< it has another shape
+    kPixels,    ///< its pixels differ
+    kAbsence,   ///< it is not sent
+};
+
+/// A key that goes with a kind.
+struct FaultKeyOfKind {
+    const char* name = nullptr;   ///< null: there is none
+    IntegerRange range = {1, 0};  ///< closer than the key's own, unless empty
+};
+
+struct FaultTraits {
+    static constexpr std::size_t kMostKeys = 5;
+    static constexpr int kNoOffset = -1;
+
+    FaultKind value = FaultKind::kCrc;
+    const char* name = nullptr;
+    const char* meaning = nullptr;
+    FaultPlace place = FaultPlace::kFrame;
+    FaultEffect effect = FaultEffect::kNone;
+    std::array<FaultKeyOfKind, kMostKeys> keys{};  ///< beside `renderer` and `kind`, in the order of files
+    /// Of the control scanline's byte that is inverted, for kinds that do only that.
+    int control_offset = kNoOffset;
+
+    /// The frame has content of its own, which must be made.
+    constexpr bool changes_frame() const {
+        return effect == FaultEffect::kHeader || effect == FaultEffect::kGeometry ||
+               effect == FaultEffect::kPixels;
+    }
+    /// It happens clock by clock, which level rtl alone has.
+    constexpr bool only_at_level_rtl() const { return place != FaultPlace::kFrame; }
+};
+
+namespace fault_kinds {
+
+constexpr FaultKeyOfKind kPair{"pair"};
+constexpr FaultKeyOfKind kFrame{"frame"};
+constexpr FaultKeyOfKind kLines{"lines"};
+constexpr FaultKeyOfKind kDisplay{"display"};
+constexpr FaultKeyOfKind kFromCycle{"from_cycle"};
+constexpr FaultKeyOfKind kCycles{"cycles"};
+
+}  // namespace fault_kinds
+
+// clang-format off
+inline constexpr std::array kFaultKinds{
+    FaultTraits{FaultKind::kMagic, "magic", "the control scanline's magic is not MBUF", FaultPlace::kFrame,
+                FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}, kControlMagicOffset},
+    FaultTraits{FaultKind::kVersion, "version", "the control scanline's version is not 1", FaultPlace::kFrame,
+                FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}, kControlVersionOffset},
+    FaultTraits{FaultKind::kKind, "kind", "its kind is neither colour nor depth (and its CRC holds)",
+                FaultPlace::kFrame, FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}},
+    FaultTraits{FaultKind::kCrc, "crc", "its CRC-32 does not match", FaultPlace::kFrame, FaultEffect::kHeader,
+                {fault_kinds::kPair, fault_kinds::kFrame}, kControlCrcOffset},
+    FaultTraits{FaultKind::kNumber, "number", "its frame number is one more than the pair's (and its CRC holds)",
+                FaultPlace::kFrame, FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}},
+    FaultTraits{FaultKind::kShortLine, "short_line", "the last image scanline is a pixel short", FaultPlace::kFrame,
+                FaultEffect::kGeometry, {fault_kinds::kPair, fault_kinds::kFrame}},
+    FaultTraits{FaultKind::kLongLine, "long_line", "the last image scanline is a pixel long", FaultPlace::kFrame,
+                FaultEffect::kGeometry, {fault_kinds::kPair, fault_kinds::kFrame}},
+    FaultTraits{FaultKind::kShortFrame, "short_frame", "the last `lines` image scanlines are missing",
+                FaultPlace::kFrame, FaultEffect::kGeometry,
+                {fault_kinds::kPair, fault_kinds::kFrame, fault_kinds::kLines}},
+    FaultTraits{FaultKind::kLongFrame, "long_frame", "there are `lines` image scanlines too many",
+                FaultPlace::kFrame, FaultEffect::kGeometry,
+                {fault_kinds::kPair, fault_kinds::kFrame, fault_kinds::kLines}},
+    FaultTraits{FaultKind::kMissing, "missing", "the frame is not sent", FaultPlace::kFrame, FaultEffect::kAbsence,
+                {fault_kinds::kPair, fault_kinds::kFrame}},
+    FaultTraits{FaultKind::kDelay, "delay", "the link is silent for `delay_pairs` pair times before the frame",
+                FaultPlace::kFrame, FaultEffect::kNone,
+                {fault_kinds::kPair, fault_kinds::kFrame, FaultKeyOfKind{"delay_pairs"}}},
+    FaultTraits{FaultKind::kRepeated, "repeated", "the frame is sent twice", FaultPlace::kFrame, FaultEffect::kNone,
+                {fault_kinds::kPair, fault_kinds::kFrame}},
+    FaultTraits{FaultKind::kOtherPair, "other_pair",
+                "the frame is that of the next pair: number, table and image", FaultPlace::kFrame,
+                FaultEffect::kHeader, {fault_kinds::kPair, fault_kinds::kFrame}},
+    FaultTraits{FaultKind::kControlByte, "control_byte", "one byte of the control scanline is changed by `bits`",
+                FaultPlace::kFrame, FaultEffect::kHeader,
+                {fault_kinds::kPair, fault_kinds::kFrame, FaultKeyOfKind{"byte"},
+                 FaultKeyOfKind{"bits", {1, 0xFF}}}},
+    FaultTraits{FaultKind::kPixelBits, "pixel_bits", "`bits` of the image pixel at (x, y) are flipped on the link",
+                FaultPlace::kFrame, FaultEffect::kPixels,
+                {fault_kinds::kPair, fault_kinds::kFrame, FaultKeyOfKind{"bits"}, FaultKeyOfKind{"x"},
+                 FaultKeyOfKind{"y"}}},
+    FaultTraits{FaultKind::kDrift, "drift", "from the pair on, the link's clock runs `ppm` millionths fast",
+                FaultPlace::kLink, FaultEffect::kNone, {fault_kinds::kPair, FaultKeyOfKind{"ppm"}}},
+    FaultTraits{FaultKind::kBusreadyLow, "busready_low", "BUSREADY of a composer is low for `cycles`",
+                FaultPlace::kMachine, FaultEffect::kNone,
+                {fault_kinds::kDisplay, fault_kinds::kFromCycle, fault_kinds::kCycles}},
+    FaultTraits{FaultKind::kPipereadyLow, "pipeready_low", "PIPEREADY of a composer is low for `cycles`",
+                FaultPlace::kMachine, FaultEffect::kNone,
+                {fault_kinds::kDisplay, fault_kinds::kFromCycle, fault_kinds::kCycles}},
+    FaultTraits{FaultKind::kLostBeat, "lost_beat",
+                "the bus loses its next `beats` beats of kind `of` on their way to one composer",
+                FaultPlace::kMachine, FaultEffect::kNone,
+                {fault_kinds::kDisplay, fault_kinds::kFromCycle, FaultKeyOfKind{"beats"}, FaultKeyOfKind{"of"}}},
+    FaultTraits{FaultKind::kRandomStalls, "random_stalls",
+                "each handshake of the renderer's row is held back in `percent` of the clocks, for `cycles`",
+                FaultPlace::kMachine, FaultEffect::kNone,
+                {fault_kinds::kFromCycle, fault_kinds::kCycles, FaultKeyOfKind{"percent"},
+                 FaultKeyOfKind{"seed"}}},
+};
+// clang-format on
+
+static_assert(is_in_order(kFaultKinds));
+
+constexpr const FaultTraits& fault_traits(FaultKind kind) { return row_of(kFaultKinds, kind); }
+
+}  // namespace metabuffer
