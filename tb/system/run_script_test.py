@@ -71,19 +71,20 @@ class Run(unittest.TestCase):
         options = options_of_run()
         self.assertGreaterEqual(set(options), {*VALUES, "--check", "--strict", "--quiet", "--no-images"})
         del options["--help"]
-        every = []
+        every, joined = [], []
         for option, takes_value in options.items():
             words = [option, VALUES[option]] if takes_value else [option]
-            joined = [f"{option}={VALUES[option]}"] if takes_value else [option]
             every += words
+            joined.append("=".join(words))
             results = VALUES["--out"] if option == "--out" else "out/foveated"
-            for line in ([*words, "scenarios/foveated.yaml"], ["scenarios/foveated.yaml", *joined]):
-                with self.subTest(line=line):
-                    shutil.rmtree(self.project / results, ignore_errors=True)
-                    self.check_ran(self.run_script(*line), "foveated", results)
-                    self.assertFalse((self.project / "out/paper-figure").exists())
-        shutil.rmtree(self.project / VALUES["--out"])
-        self.check_ran(self.run_script(*every), "paper-figure", VALUES["--out"])
+            with self.subTest(words=words):
+                shutil.rmtree(self.project / results, ignore_errors=True)
+                self.check_ran(self.run_script(*words, "scenarios/foveated.yaml"), "foveated", results)
+                self.assertFalse((self.project / "out/paper-figure").exists())
+        for line, name in ((["scenarios/foveated.yaml", *every], "foveated"), (every, "paper-figure"),
+                           ([*joined, "scenarios/foveated.yaml"], "foveated")):
+            shutil.rmtree(self.project / VALUES["--out"])
+            self.check_ran(self.run_script(*line), name, VALUES["--out"])
 
     def test_results_waveform_and_its_view_are_named_after_the_scenario(self):
         done = self.run_script()
