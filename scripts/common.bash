@@ -3,6 +3,12 @@
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
+# fail TEXT...: ends a script whose arguments are wrong.
+fail() {
+  echo "${0##*/}: $*" >&2
+  exit 2
+}
+
 # quietly LOG COMMAND...: the command's output goes to the log, and is shown only if it fails.
 quietly() {
   local log=$1 status=0
@@ -36,4 +42,17 @@ build() {
   shift
   quietly "$root/build/$name/build.log" cmake --build "$root/build/$name" --parallel "$(nproc)" \
     ${@:+--target "$@"}
+}
+
+# build_programs TARGET...: these, in build/release, with what it takes to build them.
+build_programs() {
+  "$root/scripts/install-packages" run
+  configure release release
+  build release "$@"
+}
+
+# build_checked TARGET...: the same as the checks want it, warnings being errors and no test left out.
+build_checked() {
+  configure release release -DMETABUFFER_WERROR=ON -DMETABUFFER_BROWSER_TESTS=ON
+  build release "$@"
 }

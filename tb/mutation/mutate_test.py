@@ -109,7 +109,7 @@ class Mutate(unittest.TestCase):
 
     @classmethod
     def mutate(cls, *arguments):
-        return subprocess.run([sys.executable, SCRIPT, "--source", cls.tree, "--timeout", "2", *arguments],
+        return subprocess.run([SCRIPT, "--source", cls.tree, "--timeout", "2", *arguments],
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               timeout=300, check=False)
 
@@ -169,6 +169,13 @@ class Mutate(unittest.TestCase):
         verdicts = {one["replacement"]: one["verdict"] for one in self.results() if one["original"] == "value < limit_"}
         self.assertEqual((verdicts["value <= limit_"], verdicts["!(value < limit_)"]), ("equivalent", "killed"))
 
+    def test_equivalents_of_other_files_are_no_matter_when_some_are_asked_for(self):
+        written = {key: WRITTEN[0][key] for key in ("file", "original", "replacement")}
+        self.write("tb/mutation/equivalent.json", json.dumps([AT_LIMIT | {"reason": ""},
+                                                              written | {"place": WRITTEN[0]["what"], "reason": ""}]))
+        self.addCleanup(self.write, "tb/mutation/equivalent.json", "[]")
+        self.assertEqual(self.mutate("--list", "model/rtl/none").stdout, "")
+
     def test_equivalent_mutant_that_is_no_more_is_told(self):
         done = self.again(UNREACHED)
         self.assertEqual(done.returncode, 1)
@@ -180,6 +187,9 @@ class Mutate(unittest.TestCase):
         self.assertTrue(text.startswith("before\n<!-- mutants by block -->\n| block | mutants |"), text)
         self.assertRegex(text, r"\| `rtl/gate` \| \d+ \| \d+ \| 0 \| \d+ \|")
         self.assertIn("<!-- end of mutants by block -->\nafter\n", text)
+        self.assertIn("| operator | mutants | to choose from |", text)
+        self.assertRegex(text, r"\| relational \| 2 \| 2 \|")
+        self.assertIn("| written by hand | 1 | 2 |", text)
 
     def test_list_is_the_same_each_time_and_smaller_if_asked(self):
         lists = {self.mutate("--list", "--count", "5", "--seed", "7").stdout for _ in range(2)}
@@ -193,6 +203,19 @@ class Mutate(unittest.TestCase):
         self.assertIn("-    if (value < limit_) {\n+    if (value <= limit_) {\n", done.stdout)
         self.assertRegex(done.stdout, rf"survived 1 tests: {number}: ")
         self.assertEqual(done.returncode, 1)
+
+    def test_source_that_has_changed_is_read_anew(self):
+        before = self.mutate("--list").stdout
+        self.assertIn("value < limit_  ->  value <= limit_", before)
+        self.addCleanup(self.write, FILE, SOURCE)
+        self.write(FILE, SOURCE.replace("value < limit_", "limit_ > value"))
+        after = self.mutate("--list").stdout
+        self.assertNotIn("value < limit_  ->", after)
+        self.assertIn("limit_ > value  ->  limit_ >= value", after)
+        self.write(FILE, SOURCE.replace("value < limit_", "value < no_limit"))
+        refused = self.mutate("--list")
+        self.assertEqual(refused.returncode, 3)
+        self.assertIn("gate.cpp cannot be read", refused.stdout)
 
     def test_source_is_not_changed(self):
         self.assertEqual((self.tree / FILE).read_text(), SOURCE)

@@ -111,6 +111,7 @@ RunCommand::RunCommand(CLI::App& program)
         "or the pictures alone (level tlm); exit with 5 if a rule is broken");
     command().add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
     command().add_flag("--quiet", quiet_, "Print no summary and no progress");
+    add_request_option();
     command().footer(kFooter);
 }
 
@@ -135,11 +136,26 @@ void RunCommand::add_trace_options() {
         command()
             .add_option("--trace-modules", trace_blocks_,
                         "Only these blocks: comma-separated shell patterns such as 'composer_1_*,swap_lock'")
-            ->delimiter(',')};
+            ->delimiter(',')
+            ->allow_extra_args(false)};  // what follows may be the scenario
     for (CLI::Option* option : waveform_options) {
         option->needs(trace);
         waveform_options_.push_back(option);
     }
+}
+
+/// Like --version, it ends the program as soon as the options are read, before any is found to be missing.
+void RunCommand::add_request_option() {
+    constexpr const char* kHidden = "";
+    const auto print = [this] {
+        const std::string request = "scenario=" + scenario_.file() + "\nlevel=" + level_ +
+                                    "\nout=" + out_directory_ + "\ntrace=" + trace_file_ +
+                                    "\nquiet=" + (quiet_ ? "yes" : "no");
+        throw CLI::CallForVersion(request, CLI::ExitCodes::Success);
+    };
+    command()
+        .add_flag_callback("--print-request", print, "Print what the command line names, and run nothing")
+        ->group(kHidden);
 }
 
 std::string RunCommand::level() const {

@@ -30,6 +30,10 @@ class RunCommand final : public Command {
     struct Outcome;
 
     void add_trace_options();
+    /// --print-request, for scripts/run: a line for each of scenario, level, out, trace and quiet, as the command line
+    /// has them. So no script need know which word is an option's value. Add it behind all other options, since their
+    /// values are set in the order in which they are added.
+    void add_request_option();
     /// The level that is asked for; without one, that of the trace, or of the check.
     std::string level() const;
     void check_combination(const std::string& level) const;

@@ -1,0 +1,44 @@
+"""What a command costs, and tables of it."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from typing import Any, NamedTuple, Sequence
+
+from lib.project import SCRIPT
+
+
+class Measurement(NamedTuple):
+    """Seconds are of the wall and of processors: in the program, and in the system's kernel for it."""
+
+    output: str
+    seconds: float
+    user_seconds: float
+    system_seconds: float
+    mebibytes: float
+
+
+def measured(*command: Any, stderr: Any = None) -> Measurement:
+    """Runs a command, which must succeed; of what it starts, what it waits for counts."""
+    words = [str(word) for word in command]
+    with tempfile.TemporaryFile("w+") as output:
+        started = time.perf_counter()
+        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=output, stderr=stderr)
+        _, status, usage = os.wait4(process.pid, 0)
+        seconds = time.perf_counter() - started
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode != 0:
+            sys.exit(f"{SCRIPT}: exit status {process.returncode}: {' '.join(words)}")
+        output.seek(0)
+        return Measurement(output.read(), seconds, usage.ru_utime, usage.ru_stime, usage.ru_maxrss / 1024)
+
+
+def print_aligned(rows: Sequence[Sequence[Any]]) -> None:
+    """A table whose first column is text and whose others are figures."""
+    widths = [max(len(str(row[column])) for row in rows) for column in range(len(rows[0]))]
+    for row in rows:
+        cells = [str(cell).ljust(width) if column == 0 else str(cell).rjust(width)
+                 for column, (cell, width) in enumerate(zip(row, widths))]
+        print("  " + "   ".join(cells).rstrip())

@@ -1,0 +1,134 @@
+"""Runs the tests, with a mutant or without, and so judges the mutants."""
+
+import collections
+import json
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+import time
+from typing import Callable, Optional
+
+from lib.parallel import Children
+from mutation.mutants import Mutant
+from mutation.switches import LARGEST_NUMBER
+from mutation.tree import Tree
+
+MEMORY_BYTES = 6 * 2**30
+FILE_BYTES = 2 * 2**30
+TESTS_OF_A_BATCH = 4
+STEADY = ("unit", "rtl", "tlm", "monitors", "system")  # kinds of tests in which no wall clock has a say
+QUICK_SECONDS = 1  # a test that all mutants meet before any meets a longer one
+SURVEY_SECONDS = 1200
+
+
+class Test:
+    """One test of CTest's."""
+
+    def __init__(self, entry: dict):
+        self.name = entry["name"]
+        self.command = entry["command"]
+        properties = {one["name"]: one["value"] for one in entry.get("properties", [])}
+        self.directory = properties.get("WORKING_DIRECTORY")
+        self.slow = "slow" in properties.get("LABELS", [])
+        self.environment = dict(one.split("=", 1) for one in properties.get("ENVIRONMENT", []))
+        self.seconds = 0.0
+        self.repetition = False
+        self.reached: set[int] = set()
+
+    @property
+    def kind(self) -> str:
+        """The word before the colon: unit, rtl, tlm, system, program."""
+        return self.name.split(":")[0] if ":" in self.name else "test"
+
+    def quick(self) -> bool:
+        return self.seconds <= QUICK_SECONDS and not self.repetition
+
+    def distance(self, mutant: Mutant) -> int:
+        """Smaller for tests that ought to notice."""
+        file = pathlib.PurePosixPath(mutant.file)
+        program = pathlib.PurePath(self.command[0]).name
+        own = file.stem in program or file.stem.replace("_", " ") in self.name
+        order = {"unit": 1, "rtl": 2, "tlm": 3, "system": 4}.get(self.kind, 5)
+        if own and not self.slow:
+            order = 0
+        return order + (10 if self.slow or self.repetition else 0)
+
+
+class Judge:
+    """One object for all threads."""
+
+    def __init__(self, tree: Tree):
+        self.tree, self.options = tree, tree.options
+        self.build = tree.directory / "build"
+        self.scratch = tree.directory / "scratch"
+        self.scratch.mkdir(parents=True, exist_ok=True)
+        self.children = Children()
+        listed = subprocess.run(["ctest", "--show-only=json-v1"], cwd=self.build, stdout=subprocess.PIPE, check=True)
+        self.tests = [Test(entry) for entry in json.loads(listed.stdout)["tests"]
+                      if "command" in entry and "_NOT_BUILT" not in entry["name"]
+                      and not (self.options.target and self.foreign(entry["command"]))]
+        self.tests = [test for test in self.tests if self.options.slow or not test.slow]
+        self.put_repetitions_last()
+
+    def put_repetitions_last(self) -> None:
+        """Of tests that differ in a number only, such as seeds, the first ones stand for all that can."""
+        seen: collections.Counter = collections.Counter()
+        for test in self.tests:
+            family = re.sub(r"\d+", "N", test.name)
+            seen[family] += 1
+            test.repetition = seen[family] > TESTS_OF_A_BATCH
+
+    def foreign(self, command: list[str]) -> bool:
+        """Not a program among the targets to build."""
+        return pathlib.PurePath(command[0]).name not in self.options.target
+
+    def run(self, test: Test, mutant: int, limit_seconds: float, reached: Optional[str] = None) -> str:
+        """How the test ended: passed, failed or timeout."""
+        with tempfile.TemporaryDirectory(dir=self.scratch, ignore_cleanup_errors=True) as place:
+            os.chmod(place, 0o755)  # some tests look at it as another user
+            environment = dict(os.environ, **test.environment, TMPDIR=place, METABUFFER_MUTANT=str(mutant))
+            environment.pop("METABUFFER_SEED", None)
+            if reached:
+                environment["METABUFFER_MUTANTS_REACHED"] = reached
+            status, _, _ = self.children.run(
+                ["prlimit", f"--as={MEMORY_BYTES}", f"--fsize={FILE_BYTES}", "--core=0", *test.command],
+                limit_seconds, cwd=test.directory or self.build, env=environment, stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL)
+            if status is None:
+                return "timeout"
+            return "passed" if status == 0 else "failed"
+
+    def survey(self, test: Test) -> bool:
+        """Runs a test without mutants: whether it passes, how long it takes, what it reaches."""
+        with tempfile.NamedTemporaryFile(dir=self.scratch) as file:
+            file.truncate(LARGEST_NUMBER + 1)
+            started = time.monotonic()
+            verdict = self.run(test, 0, SURVEY_SECONDS, file.name)
+            test.seconds = time.monotonic() - started
+            content = pathlib.Path(file.name).read_bytes()
+            test.reached = {mutant.number for mutant in self.tree.mutants if content[mutant.number]}
+        return verdict == "passed"
+
+    def try_quick(self, mutant: Mutant) -> None:
+        self.try_tests(mutant, lambda test: test.quick())
+
+    def try_rest(self, mutant: Mutant) -> None:
+        self.try_tests(mutant, lambda test: not test.quick())
+
+    def try_tests(self, mutant: Mutant, wanted: Callable[[Test], bool]) -> None:
+        """Runs the tests that reach the mutant, the nearest and quickest first, until one fails."""
+        tests = [test for test in self.tests if mutant.number in test.reached]
+        mutant.reached_by = len(tests)
+        for test in sorted(filter(wanted, tests), key=lambda test: (test.distance(mutant), test.seconds)):
+            limit = self.options.timeout + 10 * test.seconds
+            ended = self.run(test, mutant.number, limit)
+            # A test that fails now and then on a busy machine kills nothing.
+            if ended == "passed" or (test.kind not in STEADY and self.run(test, mutant.number, limit) == "passed"):
+                continue
+            if not mutant.killed:
+                mutant.killed, mutant.kind = True, test.kind
+            mutant.tests.append(test.name + (" (hangs)" if ended == "timeout" else ""))
+            if not self.options.all_tests:
+                break

@@ -1,0 +1,132 @@
+"""The run as a whole: which mutants take part, what they go through, and what is told."""
+
+import argparse
+import collections
+import json
+import shutil
+import time
+
+from lib.parallel import in_parallel
+from lib.progress import Progress
+from mutation import tables
+from mutation.judge import Judge
+from mutation.mutants import Key, Mutant
+from mutation.stop import Stop
+from mutation.tree import Tree
+
+
+def list_mutants(tree: Tree) -> int:
+    for mutant in tree.mutants:
+        print(tree.describe(mutant) + (f"  (equivalent: {mutant.reason})" if mutant.reason else ""))
+    for note in tree.notes:
+        print(note)
+    return 1 if tree.notes else 0
+
+
+def only(tree: Tree, numbers: list[int]) -> list[Mutant]:
+    """The mutants of these numbers, which are shown."""
+    mutants = [mutant for mutant in tree.mutants if mutant.number in numbers]
+    if len(mutants) < len(set(numbers)):
+        raise Stop("no such mutant among those chosen, see --list", 2)
+    for mutant in mutants:
+        print(tree.describe(mutant))
+        print(tree.copies[mutant.file].difference(mutant))
+    return mutants
+
+
+def survivors(tree: Tree) -> set[Key]:
+    """Of the last run."""
+    path = tree.directory / "results.json"
+    if not path.exists():
+        raise Stop(f"no last run: {path} is not there", 2)
+    return {Key(one["file"], one["original"], one["replacement"], one["place"])
+            for one in json.loads(path.read_text())["mutants"] if one["verdict"] == "survived"}
+
+
+def taking_part(tree: Tree) -> list[Mutant]:
+    mutants = only(tree, tree.options.only) if tree.options.only else tree.mutants
+    if tree.options.again:
+        last = survivors(tree)
+        mutants = [mutant for mutant in mutants if mutant.key in last]
+    return mutants
+
+
+def survey(judge: Judge, jobs: int) -> None:
+    """Every test once without mutants. Those that fail take no part; too many of them end the run."""
+    broken = []
+    progress = Progress("tests without mutants", len(judge.tests))
+    for test, passed in in_parallel(jobs, judge.survey, judge.tests, judge.children.stop):
+        if not passed:
+            broken.append(test)
+            progress.say(f"fails without a mutant: {test.name}")
+        progress.step()
+    progress.finish()
+    if broken and len(broken) > len(judge.tests) // 10:
+        raise Stop(f"{len(broken)} tests fail without mutants")
+    judge.tests = [test for test in judge.tests if test not in broken]
+
+
+def try_all(tree: Tree, judge: Judge, mutants: list[Mutant]) -> None:
+    """All meet the quick tests, and those that survive them the rest."""
+    options = tree.options
+    progress = Progress("mutants", len(mutants))
+    for _ in in_parallel(options.jobs, judge.try_quick, mutants, judge.children.stop):
+        progress.step()
+    progress.finish()
+    # Known equivalents have met the quick tests: that will do for a daily run.
+    left = [mutant for mutant in mutants if options.all_tests or not mutant.killed
+            and (options.slow or not mutant.reason)]
+    for mutant in left:
+        if mutant.verdict == "survived":
+            print(f"not killed by quick tests: {tree.describe(mutant)}", flush=True)
+    progress = Progress("mutants that quick tests do not kill", len(left))
+    for mutant, _ in in_parallel(options.jobs, judge.try_rest, left, judge.children.stop):
+        if mutant.verdict == "survived":
+            progress.say(f"survived {mutant.reached_by} tests: {tree.describe(mutant)}")
+        progress.step()
+    progress.finish()
+
+
+def note_killed_equivalents(tree: Tree, mutants: list[Mutant]) -> None:
+    tree.notes += [f"equivalent.json: killed by {mutant.tests[0]}: {tree.describe(mutant)}"
+                   for mutant in mutants if mutant.killed and mutant.reason]
+
+
+def tell(tree: Tree, mutants: list[Mutant], seconds: float) -> int:
+    """Tables, notes and the sum; the exit status. The mutants are those that took part and compile."""
+    print(tables.by_block(mutants))
+    print(tables.by_test(mutants))
+    for note in tree.notes:
+        print(note)
+    counts = collections.Counter(mutant.verdict for mutant in mutants)
+    discarded = sum(1 for mutant in tree.mutants if mutant.discarded)
+    print(f"{counts['killed']} killed, {counts['equivalent']} equivalent, {counts['survived']} survived, "
+          f"{discarded} discarded; {seconds:.0f} s")
+    return 1 if counts["survived"] or tree.notes else 0
+
+
+def run(options: argparse.Namespace) -> int:
+    started = time.monotonic()
+    tree = Tree(options)
+    if options.list:
+        return list_mutants(tree)
+    asked = taking_part(tree)
+    print(f"{len(tree.mutants)} mutants of {len({mutant.file for mutant in tree.mutants})} files, "
+          f"made by operators from {sum(tree.choice.values())} and written by hand", flush=True)
+    if tree.build_or_reuse():
+        print(f"built in {time.monotonic() - started:.0f} s", flush=True)
+    judge = Judge(tree)
+    survey(judge, options.jobs)
+    mutants = [mutant for mutant in asked if not mutant.discarded]
+    try_all(tree, judge, mutants)
+    if options.only:
+        for mutant in mutants:
+            print(f"{mutant.verdict}: {mutant.number}: {'; '.join(mutant.tests) or mutant.reason}")
+    note_killed_equivalents(tree, mutants)
+    shutil.rmtree(judge.scratch, ignore_errors=True)
+    seconds = time.monotonic() - started
+    results = tables.results(tree, asked, seconds)
+    (options.directory / "results.json").write_text(json.dumps(results, indent=1) + "\n")
+    if options.write_table:
+        tables.write(options.write_table, tree, mutants)
+    return tell(tree, mutants, seconds)

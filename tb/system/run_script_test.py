@@ -1,0 +1,133 @@
+"""Tests scripts/run with the built program, in a project of two small scenarios that needs no building.
+
+usage: run_script_test.py SCRIPTS METABUFFER
+"""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPTS, METABUFFER = map(pathlib.Path, sys.argv[1:3])
+DONE, BAD_INPUT = 0, 2
+
+SCENARIO = """displays: {width: 12, height: 4}
+composer: {ready_space_pixels: 2}
+bus: {burst_pixels: 2}
+renderers:
+  - frames: [{image: view.ppm, viewport: {x: 0, y: 0}}]
+"""
+# What to give each option that takes a value. One that is not here fails the test of all options.
+VALUES = {"--set": "bus.width_bits=64", "--frames": "1", "--level": "rtl", "--out": "elsewhere", "--trace": "mine.vcd",
+          "--trace-window": "all", "--trace-before": "5", "--trace-after": "5", "--trace-modules": "composer_*"}
+
+
+def options_of_run():
+    """Those that the program's help lists, and whether each takes a value."""
+    text = subprocess.run([METABUFFER, "run", "--help"], stdout=subprocess.PIPE, text=True, check=True).stdout
+    return {match[1]: match[2] is not None
+            for match in re.finditer(r"^  (?:-\w,)?(--[\w-]+)( [A-Z]+\b)?", text, re.MULTILINE)}
+
+
+class Run(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.project = pathlib.Path(scratch.name).resolve() / "project"
+        for name in ("paper-figure", "foveated"):
+            self.write(f"scenarios/{name}.yaml", SCENARIO)
+        (self.project / "scenarios/view.ppm").write_bytes(b"P6\n12 4\n255\n" + bytes(144))
+        self.write("waves/metabuffer.gtkw", '[dumpfile] "(null)"\n[timestart] 0\n')
+        self.write("build/release/build.ninja", "")  # nothing is to be configured
+        (self.project / "build/release/metabuffer").symlink_to(METABUFFER.resolve())
+        for stand_in in ("scripts/install-packages", "bin/cmake"):
+            self.write(stand_in, "#!/bin/sh\nexit 0\n").chmod(0o755)
+        for name in ("run", "common.bash"):
+            shutil.copy(SCRIPTS / name, self.project / "scripts" / name)
+
+    def write(self, name, text):
+        path = self.project / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        return path
+
+    def run_script(self, *words, directory="."):
+        environment = dict(os.environ, PATH=f"{self.project / 'bin'}:{os.environ['PATH']}")
+        return subprocess.run([self.project / "scripts/run", *words], cwd=self.project / directory, env=environment,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                              timeout=100, check=False)
+
+    def check_ran(self, done, name, results):
+        self.assertEqual(done.returncode, DONE, done.stderr)
+        report = json.loads((self.project / results / "report.json").read_text())
+        self.assertEqual(report["scenario"], name)
+
+    def test_every_option_of_the_program_works_before_and_behind_the_scenario(self):
+        options = options_of_run()
+        self.assertGreaterEqual(set(options), {*VALUES, "--check", "--strict", "--quiet", "--no-images"})
+        del options["--help"]
+        every, joined = [], []
+        for option, takes_value in options.items():
+            words = [option, VALUES[option]] if takes_value else [option]
+            every += words
+            joined.append("=".join(words))
+            results = VALUES["--out"] if option == "--out" else "out/foveated"
+            with self.subTest(words=words):
+                shutil.rmtree(self.project / results, ignore_errors=True)
+                self.check_ran(self.run_script(*words, "scenarios/foveated.yaml"), "foveated", results)
+                self.assertFalse((self.project / "out/paper-figure").exists())
+        for line, name in ((["scenarios/foveated.yaml", *every], "foveated"), (every, "paper-figure"),
+                           ([*joined, "scenarios/foveated.yaml"], "foveated")):
+            shutil.rmtree(self.project / VALUES["--out"])
+            self.check_ran(self.run_script(*line), name, VALUES["--out"])
+
+    def test_results_waveform_and_its_view_are_named_after_the_scenario(self):
+        done = self.run_script()
+        self.check_ran(done, "paper-figure", "out/paper-figure")
+        names = {path.name for path in (self.project / "out/paper-figure").iterdir()}
+        self.assertGreaterEqual(names, {"display_1.png", "collage.png", "report.json", "trace.vcd", "trace.gtkw"})
+        view = (self.project / "out/paper-figure/trace.gtkw").read_text()
+        self.assertTrue(view.startswith(f'[dumpfile] "{self.project}/out/paper-figure/trace.vcd"\n'), view)
+        self.assertIn("[timestart] 0\n", view)
+        self.assertNotIn("(null)", view)
+        self.assertIn("to see it:  gtkwave out/paper-figure/trace.vcd out/paper-figure/trace.gtkw", done.stdout)
+        self.assertEqual(self.run_script("--quiet").stdout, "")
+
+    def test_results_lie_in_the_project_wherever_the_script_is_called(self):
+        self.check_ran(self.run_script(directory="scenarios"), "paper-figure", "out/paper-figure")
+        self.check_ran(self.run_script("foveated.yaml", "--no-images", directory="scenarios"), "foveated",
+                       "out/foveated")
+
+    def test_only_a_waveform_that_is_not_asked_for_is_added(self):
+        self.assertEqual(self.run_script("--trace", "mine.vcd").returncode, DONE)
+        self.assertTrue((self.project / "mine.vcd").exists())
+        self.assertFalse((self.project / "out/paper-figure/trace.vcd").exists())
+        for level in ("tlm", "functional"):
+            self.check_ran(self.run_script("--level", level), "paper-figure", "out/paper-figure")
+            self.assertFalse((self.project / "out/paper-figure/trace.vcd").exists())
+        self.check_ran(self.run_script("--level=rtl", "--out", "there"), "paper-figure", "there")
+        self.assertTrue((self.project / "there/trace.gtkw").exists())
+
+    def test_bad_arguments_are_refused_as_the_program_does(self):
+        for words in (("--colour",), ("--out",), ("--level", "gate"), ("scenarios/none.yaml",),
+                      ("scenarios/foveated.yaml", "scenarios/paper-figure.yaml"),
+                      ("--check", "--level", "functional")):
+            done = self.run_script(*words)
+            self.assertEqual(done.returncode, BAD_INPUT, (words, done.stdout))
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertFalse((self.project / "out").exists())
+
+    def test_help_is_the_scripts_own(self):
+        for word in ("-h", "--help"):
+            done = self.run_script("--check", word)
+            self.assertEqual(done.returncode, DONE)
+            self.assertIn("usage: scripts/run", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])
