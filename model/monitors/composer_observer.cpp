@@ -1,41 +1,14 @@
 #include "monitors/composer_observer.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
+
+#include "monitors/reference_composition.h"
 
 namespace metabuffer::monitors {
 namespace {
 
-constexpr std::uint32_t kChannelMaximum = 255;
 constexpr std::int64_t kMostFramesAtOnce = 65535;  ///< that a beat may tell of
-
-std::uint32_t channel(std::uint64_t word, int index) {
-    return static_cast<std::uint32_t>(word >> (8 * index)) & kChannelMaximum;
-}
-
-/// Premultiplied `front` over `back`, channel by channel as docs/design.md has it, the quotient by division.
-Pixel over(Pixel front, Pixel back) {
-    constexpr int kChannels = 4;
-    const std::uint32_t transparency = kChannelMaximum - front.a();
-    std::array<std::uint8_t, kChannels> result{};
-    for (int i = 0; i < kChannels; ++i) {
-        const std::uint32_t product = channel(back.word(), i) * transparency;
-        const std::uint32_t rounded = (2 * product + kChannelMaximum) / (2 * kChannelMaximum);
-        result[static_cast<std::size_t>(i)] =
-            static_cast<std::uint8_t>(std::min(kChannelMaximum, channel(front.word(), i) + rounded));
-    }
-    return {result[2], result[1], result[0], result[3], front.z()};
-}
-
-Pixel merged(Composition composition, Pixel local, Pixel upstream) {
-    const bool local_in_front = local.z() < upstream.z();
-    if (composition == Composition::kOver) {
-        return local_in_front ? over(local, upstream) : over(upstream, local);
-    }
-    const bool key = composition == Composition::kZAlphaKey && local.a() == 0;
-    return local_in_front && !key ? local : upstream;
-}
 
 std::uint64_t power_of_two_from(std::int64_t least) {
     std::uint64_t size = 1;
@@ -142,7 +115,7 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
             }
         } else {
             const Pixel local(frame.ring[static_cast<std::uint64_t>(k) & frame.ring_mask]);
-            expected_.pipe.pixel = merged(composition_, local, upstream.pixel);
+            expected_.pipe.pixel = reference_composition(composition_, local, upstream.pixel);
             counters_.replayed_pixels += row_.repeats ? 1 : 0;
         }
         if (row_.last) {
