@@ -69,21 +69,14 @@ struct GrantGoals : CoverGroup {
 };
 
 /// Goals of one bus.
-struct BusGoals {
-    explicit BusGoals(Coverage& coverage)
-        : table(coverage),
-          beat(coverage),
-          burst(coverage),
-          page(coverage),
-          cuts(coverage),
-          grants(coverage) {}
-
-    BusTableGoals table;
-    BeatGoals beat;
-    BurstGoals burst;
-    PageGoals page;
-    RunningCutGoals cuts;
-    GrantGoals grants;
+struct BusGoals : GoalSet {
+    using GoalSet::GoalSet;
+    BusTableGoals table{coverage};
+    BeatGoals beat{coverage};
+    BurstGoals burst{coverage};
+    PageGoals page{coverage};
+    RunningCutGoals cuts{coverage};
+    GrantGoals grants{coverage};
 };
 
 /// Follows one renderer's bus: tables, beats, bursts and the pages of its memory that they touch.

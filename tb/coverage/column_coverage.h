@@ -62,15 +62,13 @@ struct AverageGoals : CoverGroup {
 };
 
 /// Goals of one column.
-struct ColumnGoals {
-    explicit ColumnGoals(Coverage& coverage)
-        : pipeready(coverage), sequence(coverage), stall(coverage), starved(coverage), average(coverage) {}
-
-    PipereadyGoals pipeready;
-    BackToBackGoals sequence;
-    ColumnStallGoals stall;
-    StarvedColumnGoals starved;
-    AverageGoals average;
+struct ColumnGoals : GoalSet {
+    using GoalSet::GoalSet;
+    PipereadyGoals pipeready{coverage};
+    BackToBackGoals sequence{coverage};
+    ColumnStallGoals stall{coverage};
+    StarvedColumnGoals starved{coverage};
+    AverageGoals average{coverage};
 };
 
 /// What stands on a column's wires at a core clock edge, before the edge. One entry for each composer and, at the end,

@@ -156,35 +156,21 @@ struct LostTableGoals : CoverGroup {
 };
 
 /// Goals of one composer.
-struct ComposerGoals {
-    explicit ComposerGoals(Coverage& coverage)
-        : relation(coverage),
-          depth_format(coverage),
-          alpha(coverage),
-          front(coverage),
-          depth(coverage),
-          buffer(coverage),
-          late(coverage),
-          repeated(coverage),
-          starved(coverage),
-          stall(coverage),
-          busready_drop(coverage),
-          prefetch(coverage),
-          lost_table(coverage) {}
-
-    RelationGoals relation;
-    DepthFormatGoals depth_format;
-    AlphaGoals alpha;
-    FrontGoals front;
-    ComposedDepthGoals depth;
-    BufferGoals buffer;
-    LatePixelGoals late;
-    RepeatedPixelGoals repeated;
-    StarvedPixelGoals starved;
-    StallingComposerGoals stall;
-    BusreadyDropGoals busready_drop;
-    PrefetchGoals prefetch;
-    LostTableGoals lost_table;
+struct ComposerGoals : GoalSet {
+    using GoalSet::GoalSet;
+    RelationGoals relation{coverage};
+    DepthFormatGoals depth_format{coverage};
+    AlphaGoals alpha{coverage};
+    FrontGoals front{coverage};
+    ComposedDepthGoals depth{coverage};
+    BufferGoals buffer{coverage};
+    LatePixelGoals late{coverage};
+    RepeatedPixelGoals repeated{coverage};
+    StarvedPixelGoals starved{coverage};
+    StallingComposerGoals stall{coverage};
+    BusreadyDropGoals busready_drop{coverage};
+    PrefetchGoals prefetch{coverage};
+    LostTableGoals lost_table{coverage};
 };
 
 /// What stands on a composer's wires at a core clock edge, before the edge.

@@ -52,6 +52,17 @@ class CoverGroup {
     GroupTitle title_;
 };
 
+/// Groups, each made with `coverage`, or sets of them.
+class GoalSet {
+  public:
+    explicit GoalSet(Coverage& all) : coverage(all) {}
+    GoalSet(const GoalSet&) = delete;
+    GoalSet& operator=(const GoalSet&) = delete;
+
+  protected:
+    Coverage& coverage;
+};
+
 /// Values, and what each is called in the names of goals.
 template <typename Value>
 using Axis = std::vector<std::pair<Value, std::string>>;

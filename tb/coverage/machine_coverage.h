@@ -64,31 +64,19 @@ struct ColumnsSequenceGoals : CoverGroup {
 };
 
 /// Every goal there is.
-struct MachineGoals {
-    explicit MachineGoals(Coverage& coverage)
-        : combination(coverage),
-          columns_stall(coverage),
-          columns_ready(coverage),
-          columns_sequence(coverage),
-          bus(coverage),
-          composer(coverage),
-          column(coverage),
-          link(coverage),
-          display(coverage),
-          handshake(coverage),
-          run(coverage) {}
-
-    CombinationGoals combination;
-    ColumnsStallGoals columns_stall;
-    ColumnsReadyGoals columns_ready;
-    ColumnsSequenceGoals columns_sequence;
-    BusGoals bus;
-    ComposerGoals composer;
-    ColumnGoals column;
-    PairGoals link;
-    SwapGoals display;
-    HandshakeGoals handshake;
-    RunGoals run;
+struct MachineGoals : GoalSet {
+    using GoalSet::GoalSet;
+    CombinationGoals combination{coverage};
+    ColumnsStallGoals columns_stall{coverage};
+    ColumnsReadyGoals columns_ready{coverage};
+    ColumnsSequenceGoals columns_sequence{coverage};
+    BusGoals bus{coverage};
+    ComposerGoals composer{coverage};
+    ColumnGoals column{coverage};
+    PairGoals link{coverage};
+    SwapGoals display{coverage};
+    HandshakeGoals handshake{coverage};
+    RunGoals run{coverage};
 };
 
 /// Samples functional coverage of a whole machine at level rtl from outside: by its wires at every clock, and at the

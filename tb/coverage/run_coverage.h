@@ -201,47 +201,27 @@ struct OverlapGoals : CoverGroup {
 };
 
 /// Goals of a run, by its scenario and its report.
-struct RunGoals {
-    explicit RunGoals(Coverage& coverage)
-        : tables(coverage),
-          shape(coverage),
-          frames(coverage),
-          supersample(coverage),
-          modes(coverage),
-          clocks(coverage),
-          words(coverage),
-          page(coverage),
-          beat(coverage),
-          buffer(coverage),
-          starvation(coverage),
-          slots(coverage),
-          watchdog(coverage),
-          pacing(coverage),
-          rejected(coverage),
-          fault_kind(coverage),
-          lost_beat(coverage),
-          fault_place(coverage),
-          overlap(coverage) {}
-
-    TableGoals tables;
-    ShapeGoals shape;
-    FrameGoals frames;
-    SupersampleGoals supersample;
-    ModeGoals modes;
-    ClockGoals clocks;
-    MemoryWordGoals words;
-    PageSizeGoals page;
-    BeatLimitGoals beat;
-    BufferSizeGoals buffer;
-    StarvationModeGoals starvation;
-    SlotGoals slots;
-    WatchdogGoals watchdog;
-    PacingGoals pacing;
-    RejectedFrameGoals rejected;
-    FaultKindGoals fault_kind;
-    LostBeatGoals lost_beat;
-    FaultPlaceGoals fault_place;
-    OverlapGoals overlap;
+struct RunGoals : GoalSet {
+    using GoalSet::GoalSet;
+    TableGoals tables{coverage};
+    ShapeGoals shape{coverage};
+    FrameGoals frames{coverage};
+    SupersampleGoals supersample{coverage};
+    ModeGoals modes{coverage};
+    ClockGoals clocks{coverage};
+    MemoryWordGoals words{coverage};
+    PageSizeGoals page{coverage};
+    BeatLimitGoals beat{coverage};
+    BufferSizeGoals buffer{coverage};
+    StarvationModeGoals starvation{coverage};
+    SlotGoals slots{coverage};
+    WatchdogGoals watchdog{coverage};
+    PacingGoals pacing{coverage};
+    RejectedFrameGoals rejected{coverage};
+    FaultKindGoals fault_kind{coverage};
+    LostBeatGoals lost_beat{coverage};
+    FaultPlaceGoals fault_place{coverage};
+    OverlapGoals overlap{coverage};
 };
 
 /// Counts what the scenario and the report of a run at level rtl, which has ended, tell of it: modes, clocks, tables

@@ -143,29 +143,18 @@ struct ViewportGoals : CoverGroup {
 };
 
 /// Goals of tables, their segments and the viewports that they are made of.
-struct TableGoals {
-    explicit TableGoals(Coverage& coverage)
-        : shares(coverage),
-          policy(coverage),
-          size(coverage),
-          replication(coverage),
-          phase(coverage),
-          edges(coverage),
-          display_pixel(coverage),
-          rejected(coverage),
-          shape(coverage),
-          viewport(coverage) {}
-
-    ShareGoals shares;
-    PolicyComposersGoals policy;
-    SegmentSizeGoals size;
-    MultipleGoals replication;
-    PhaseGoals phase;
-    SegmentEdgeGoals edges;
-    CutDisplayPixelGoals display_pixel;
-    RejectedRowGoals rejected;
-    TableShapeGoals shape;
-    ViewportGoals viewport;
+struct TableGoals : GoalSet {
+    using GoalSet::GoalSet;
+    ShareGoals shares{coverage};
+    PolicyComposersGoals policy{coverage};
+    SegmentSizeGoals size{coverage};
+    MultipleGoals replication{coverage};
+    PhaseGoals phase{coverage};
+    SegmentEdgeGoals edges{coverage};
+    CutDisplayPixelGoals display_pixel{coverage};
+    RejectedRowGoals rejected{coverage};
+    TableShapeGoals shape{coverage};
+    ViewportGoals viewport{coverage};
 };
 
 /// Counts what a table that was composited holds: its rows, where their segments lie, and what was rejected.
