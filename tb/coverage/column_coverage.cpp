@@ -54,9 +54,9 @@ void ColumnCoverage::cover_pipeready(const ColumnWires& wires,
     const bool bottom = wires.pipeready.back();
     if (bottom && !bottom_ready_) {
         bottom_ready_edge_ = edge_;
-        goals_.sequence.prefetched_first.hit_if(
-            std::all_of(composers.begin(), composers.end(),
-                        [](const ComposerCoverage* composer) { return composer->prefetched(); }));
+        goals_.sequence.prefetched_first.hit_if(std::all_of(
+            composers.begin(), composers.end(),
+            [](const ComposerCoverage* composer) { return composer->in_step() && composer->prefetched(); }));
     }
     bottom_ready_ = bottom;
 }
