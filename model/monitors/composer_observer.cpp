@@ -1,41 +1,14 @@
 #include "monitors/composer_observer.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
+
+#include "monitors/reference_composition.h"
 
 namespace metabuffer::monitors {
 namespace {
 
-constexpr std::uint32_t kChannelMaximum = 255;
 constexpr std::int64_t kMostFramesAtOnce = 65535;  ///< that a beat may tell of
-
-std::uint32_t channel(std::uint64_t word, int index) {
-    return static_cast<std::uint32_t>(word >> (8 * index)) & kChannelMaximum;
-}
-
-/// Premultiplied `front` over `back`, channel by channel as docs/design.md has it, the quotient by division.
-Pixel over(Pixel front, Pixel back) {
-    constexpr int kChannels = 4;
-    const std::uint32_t transparency = kChannelMaximum - front.a();
-    std::array<std::uint8_t, kChannels> result{};
-    for (int i = 0; i < kChannels; ++i) {
-        const std::uint32_t product = channel(back.word(), i) * transparency;
-        const std::uint32_t rounded = (2 * product + kChannelMaximum) / (2 * kChannelMaximum);
-        result[static_cast<std::size_t>(i)] =
-            static_cast<std::uint8_t>(std::min(kChannelMaximum, channel(front.word(), i) + rounded));
-    }
-    return {result[2], result[1], result[0], result[3], front.z()};
-}
-
-Pixel merged(Composition composition, Pixel local, Pixel upstream) {
-    const bool local_in_front = local.z() < upstream.z();
-    if (composition == Composition::kOver) {
-        return local_in_front ? over(local, upstream) : over(upstream, local);
-    }
-    const bool key = composition == Composition::kZAlphaKey && local.a() == 0;
-    return local_in_front && !key ? local : upstream;
-}
 
 std::uint64_t power_of_two_from(std::int64_t least) {
     std::uint64_t size = 1;
@@ -77,6 +50,7 @@ void ComposerObserver::reset(bool pipemaster) {
 void ComposerObserver::edge(const ComposerInputs& inputs, std::int64_t cycle) {
     const bool was_running = running_;
     overflowed_ = table_refused_ = false;
+    kept_pixels_ = 0;
     stood_still_ = may_stall_ && inputs.column_stall;
     if (!stood_still_) {
         pipeline(inputs, cycle);
@@ -112,13 +86,30 @@ void ComposerObserver::pipeline(const ComposerInputs& inputs, std::int64_t cycle
     }
 }
 
+std::optional<ComposerObserver::LocalPixel> ComposerObserver::next_local_pixel() const {
+    const Frame& frame = oldest();
+    if (!row_.covered || !frame.places.covers(x_)) {
+        return std::nullopt;
+    }
+    LocalPixel local;
+    local.column = frame.places.column_at(x_);
+    local.index = row_.first_pixel + local.column;
+    local.arrived = local.index < frame.arrived;
+    local.abandoned = frame.abandoned;
+    local.repeated = row_.repeats;
+    local.last_use = row_.last && frame.places.columns_used_up(x_) > local.column;
+    if (local.arrived && !local.abandoned) {
+        local.pixel = Pixel(frame.ring[static_cast<std::uint64_t>(local.index) & frame.ring_mask]);
+    }
+    return local;
+}
+
 bool ComposerObserver::needs_missing_pixel() const {
-    if (!running_ || !row_.covered) {
+    if (!running_) {
         return false;
     }
-    const Frame& frame = oldest();
-    return frame.places.covers(x_) && !frame.abandoned &&
-           row_.first_pixel + frame.places.column_at(x_) >= frame.arrived;
+    const std::optional<LocalPixel> local = next_local_pixel();
+    return local && local->starves();
 }
 
 void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cycle) {
@@ -127,11 +118,8 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
     }
     Frame& frame = oldest();
     expected_.pipe = {upstream.pixel, true, upstream.lost || frame.abandoned};
-    if (row_.covered && frame.places.covers(x_)) {
-        const std::int64_t k = row_.first_pixel + frame.places.column_at(x_);
-        if (frame.abandoned) {
-            // Passes as it comes.
-        } else if (k >= frame.arrived) {
+    if (const std::optional<LocalPixel> local = next_local_pixel()) {
+        if (local->starves()) {
             const Glitch glitch{frame_, x_, y_};
             counters_.add_glitch(glitch);
             if (first_starved_cycle_ == kNever) {
@@ -140,10 +128,9 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
             if (on_glitch_) {
                 on_glitch_(glitch);
             }
-        } else {
-            const Pixel local(frame.ring[static_cast<std::uint64_t>(k) & frame.ring_mask]);
-            expected_.pipe.pixel = merged(composition_, local, upstream.pixel);
-            counters_.replayed_pixels += row_.repeats ? 1 : 0;
+        } else if (!local->abandoned) {
+            expected_.pipe.pixel = reference_composition(composition_, local->pixel, upstream.pixel);
+            counters_.replayed_pixels += local->repeated ? 1 : 0;
         }
         if (row_.last) {
             frame.used_up = row_.first_pixel + frame.places.columns_used_up(x_);
@@ -222,8 +209,8 @@ bool ComposerObserver::follow_frames(const rtl::BusBeat& beat) {
     }
     // The bus sends all of a frame before the next one's table: what is missing now was lost.
     lose_open_table();
-    if (!table_lost_ && (ended_short_ || !frames_.empty()) && receiving().missing() > 0) {
-        lose(receiving().missing());
+    if (const std::int64_t missing = missing_pixels(); missing > 0) {
+        lose(missing);
     }
     for (const int seen = starts ? 1 : 0; begun > seen; --begun) {
         Frame missed;
@@ -299,15 +286,20 @@ bool ComposerObserver::take_pixels(const rtl::BusBeat& beat) {
         if (!frame.abandoned && k < frame.used_up) {
             ++counters_.late_pixels;
         } else if (!frame.abandoned) {
-            if (room() == 0) {
+            if (free_pixels() == 0) {
                 overflowed_ = true;
                 return false;
             }
             frame.ring[static_cast<std::uint64_t>(k) & frame.ring_mask] = beat.words[i];
+            ++kept_pixels_;
         }
         ++frame.arrived;
     }
     return true;
+}
+
+std::int64_t ComposerObserver::missing_pixels() const {
+    return table_lost_ || (!ended_short_ && frames_.empty()) ? 0 : receiving().missing();
 }
 
 std::int64_t ComposerObserver::held_pixels() const {
@@ -321,8 +313,7 @@ std::int64_t ComposerObserver::held_pixels() const {
 // ---- the handshakes ----
 
 bool ComposerObserver::prefetched() const {
-    return !running_ && !frames_.empty() && oldest().table_complete &&
-           (oldest().abandoned || oldest().missing() == 0 || room() < ready_space_pixels_);
+    return !running_ && table_complete() && (segment_complete() || free_pixels() < ready_space_pixels_);
 }
 
 void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs, std::int64_t cycle) {
@@ -331,9 +322,9 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
         dropped_ = false;
         announced_ = 0;
     }
-    const std::int64_t room_now = room();
+    const std::int64_t room = free_pixels();
     if (announced_ > beat_pixels_) {
-        expected_.busready = room_now >= std::min(announced_, kBeatsInFlight * beat_pixels_);
+        expected_.busready = room >= std::min(announced_, kBeatsInFlight * beat_pixels_);
         if (!expected_.busready) {
             dropped_ = true;
             ++counters_.busready_drops;
@@ -342,7 +333,7 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
             }
         }
     } else {
-        expected_.busready = room_now - announced_ >= ready_space_pixels_;
+        expected_.busready = room - announced_ >= ready_space_pixels_;
     }
     expected_.tableready = frames_.size() < kFrames;
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "monitors/segment_places.h"
@@ -91,9 +92,39 @@ class ComposerObserver {
     }                                                  ///< PIPEREADY from below counted at the last edge
     bool stood_still() const { return stood_still_; }  ///< COLUMNSTALL held the last edge
     std::int64_t held_pixels() const;
+    std::int64_t free_pixels() const { return buffer_pixels_ - held_pixels(); }
+    std::int64_t kept_pixels() const { return kept_pixels_; }     ///< of those that the last edge brought
     std::int64_t announced_pixels() const { return announced_; }  ///< of the burst under way, still to come
     bool overflowed() const { return overflowed_; }        ///< the last edge brought a pixel that had no room
     bool table_refused() const { return table_refused_; }  ///< the last edge brought a table that had no room
+
+    // ---- frames that are known and not composited to their end ----
+
+    bool has_frame() const { return !frames_.empty(); }
+    bool has_room_for_table() const;
+    /// Of the oldest, which is composited or comes next. What was lost counts as arrived.
+    bool table_complete() const { return has_frame() && oldest().table_complete; }
+    bool has_segment() const { return oldest().has_segment; }
+    const SegmentPlaces& segment() const { return oldest().places; }  ///< while has_segment()
+    std::int64_t arrived_pixels() const { return oldest().arrived; }
+    bool segment_complete() const { return oldest().abandoned || oldest().missing() == 0; }
+    /// Still to come, of the newest or of one that is over and that the bus still sends.
+    std::int64_t missing_pixels() const;
+
+    /// The segment's pixel that shows at the raster place composited next.
+    struct LocalPixel {
+        std::int64_t index = 0;  ///< in the segment
+        int column = 0;          ///< in its source row
+        bool arrived = false;    ///< or was lost
+        bool abandoned = false;  ///< its frame is: the pixel from above passes
+        bool repeated = false;   ///< its source row shows in the raster row above too
+        bool last_use = false;   ///< it shows nowhere behind this place
+        Pixel pixel;             ///< if it has arrived and is not abandoned
+
+        bool starves() const { return !arrived && !abandoned; }
+    };
+    /// While running(); none where the segment does not show.
+    std::optional<LocalPixel> next_local_pixel() const;
 
   private:
     /// A frame that is known and not composited to its end.
@@ -117,7 +148,7 @@ class ComposerObserver {
     const Frame& oldest() const { return frames_.empty() ? unknown_ : frames_.front(); }
     /// The frame that the bus sends, which may be over.
     Frame& receiving() { return ended_short_ ? ended_ : frames_.back(); }
-    bool has_room_for_table() const;
+    const Frame& receiving() const { return ended_short_ ? ended_ : frames_.back(); }
     bool table_open() const { return !frames_.empty() && !frames_.back().table_complete; }
 
     void pipeline(const ComposerInputs& inputs, std::int64_t cycle);
@@ -131,7 +162,6 @@ class ComposerObserver {
     void lose(std::int64_t count);
     void lose_open_table();
     void handshakes(bool was_running, const ComposerInputs& inputs, std::int64_t cycle);
-    std::int64_t room() const { return buffer_pixels_ - held_pixels(); }
 
     std::uint16_t destination_;
     Composition composition_;
@@ -164,6 +194,7 @@ class ComposerObserver {
     bool stood_still_ = false;
     bool overflowed_ = false;
     bool table_refused_ = false;
+    std::int64_t kept_pixels_ = 0;
     ComposerOutputs expected_;
 
     ComposerCounters counters_;

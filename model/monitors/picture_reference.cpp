@@ -5,33 +5,9 @@
 #include <cstdio>
 
 #include "formats/image_difference.h"
+#include "monitors/reference_composition.h"
 
 namespace metabuffer::monitors {
-namespace {
-
-constexpr int kOpaque = 255;
-
-int div255_rounded(int value) { return (2 * value + kOpaque) / (2 * kOpaque); }
-
-std::uint8_t over_channel(int front, int back, int front_alpha) {
-    return static_cast<std::uint8_t>(
-        std::min(kOpaque, front + div255_rounded(back * (kOpaque - front_alpha))));
-}
-
-Pixel over(Pixel front, Pixel back) {
-    return {over_channel(front.r(), back.r(), front.a()), over_channel(front.g(), back.g(), front.a()),
-            over_channel(front.b(), back.b(), front.a()), over_channel(front.a(), back.a(), front.a()),
-            front.z()};
-}
-
-Pixel merged(Composition composition, Pixel local, Pixel upstream) {
-    const bool nearer = local.z() < upstream.z();
-    if (composition == Composition::kOver) return nearer ? over(local, upstream) : over(upstream, local);
-    const bool transparent = composition == Composition::kZAlphaKey && local.a() == 0;
-    return nearer && !transparent ? local : upstream;
-}
-
-}  // namespace
 
 std::string colour_text(std::uint32_t rgb) {
     std::array<char, 8> text{};
@@ -74,7 +50,7 @@ PictureReference::Column PictureReference::column(const std::vector<functional::
         const bool starved = std::find(missing.begin(), missing.end(), static_cast<int>(r)) != missing.end();
         const std::optional<Local> own = local(contributions[r], display, x, y);
         if (own && !starved) {
-            const Pixel out = merged(scenario_.composition, own->pixel, pixel);
+            const Pixel out = reference_composition(scenario_.composition, own->pixel, pixel);
             if (out != pixel) {
                 column.winner = static_cast<int>(r);
                 column.winning = own;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "formats/viewport_table.h"
@@ -16,6 +17,11 @@ class SegmentPlaces {
 
     /// Pixels that the bus sends for the row.
     std::int64_t pixels() const { return std::int64_t{width_} * height_; }
+    int source_width() const { return width_; }
+    int multiple() const { return multiple_; }
+    /// First and one past the last column of the raster in which the segment shows.
+    int left() const { return std::max(dx_, 0); }
+    int right() const { return right_; }
     /// The row is one that a table may carry for this raster: a multiple of 1 to 255, a source that is not empty, its
     /// first and last pixel on the raster at least in part.
     bool legal() const { return legal_; }

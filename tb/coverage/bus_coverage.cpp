@@ -3,18 +3,15 @@
 #include <algorithm>
 #include <utility>
 
-#include "bin_names.h"
 #include "composer_coverage.h"
 #include "formats/control_scanline.h"
-#include "scenario/names.h"
 
 namespace metabuffer::coverage {
 
-BusCoverage::BusCoverage(Coverage& coverage, const Scenario& scenario, std::size_t renderer)
-    : coverage_(coverage),
+BusCoverage::BusCoverage(const BusGoals& goals, const Scenario& scenario, std::size_t renderer)
+    : goals_(goals),
       scenario_(scenario),
       source_(scenario.renderers[renderer]),
-      policy_(to_string(scenario.bus.arbitration)),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
       row_of_(static_cast<std::size_t>(scenario.displays.count())) {}
 
@@ -45,12 +42,11 @@ void BusCoverage::clock(const rtl::BusBeat& beat, const ComposerCoverage* destin
 }
 
 void BusCoverage::take_table_beat(const rtl::BusBeat& beat) {
-    const char* group = "bus/table";
+    const BusTableGoals& goals = goals_.table;
     if (beat.kind == rtl::BusBeat::Kind::kFrameStart) {
         ++frames_;
         // The beat was driven one edge ago, at the first one that read TABLEREADY high.
-        if (frames_ > 2)
-            coverage_.hit(group, !tableready_two_before_ ? "waits for TABLEREADY" : "goes at once");
+        if (frames_ > 2) (tableready_two_before_ ? goals.goes_at_once : goals.waits_for_tableready).hit();
         rows_before_ = std::exchange(rows_, {});
         pixels_left_ = 0;
         idle_clocks_ = 0;
@@ -62,21 +58,19 @@ void BusCoverage::take_table_beat(const rtl::BusBeat& beat) {
         rows_.push_back(row);
         row_of_.at(row.dcomp - std::size_t{1}) = row;
         pixels_left_ += std::int64_t{row.sdx} * row.sdy;
-        coverage_.hit(group, clocks_since_table_beat_ > 1 ? "row of several clocks" : "row of one clock");
+        (clocks_since_table_beat_ > 1 ? goals.row_of_several_clocks : goals.row_of_one_clock).hit();
     }
     clocks_since_table_beat_ = 0;
     if (beat.last) end_table();
 }
 
 void BusCoverage::end_table() {
-    const char* group = "bus/table";
-    coverage_.hit(group, rows_.empty() ? "empty" : rows_.size() == 1 ? "of one row" : "of several rows");
-    if (frames_ > 1)
-        coverage_.hit(group, rows_ == rows_before_ ? "the same as before" : "changes from the frame before");
-    coverage_.hit_if(
+    const BusTableGoals& goals = goals_.table;
+    goals.rows(static_cast<std::int64_t>(rows_.size())).hit();
+    if (frames_ > 1) (rows_ == rows_before_ ? goals.same : goals.changes).hit();
+    goals.unsorted.hit_if(
         !std::is_sorted(rows_.begin(), rows_.end(),
-                        [](const ViewportRow& a, const ViewportRow& b) { return a.dcomp < b.dcomp; }),
-        group, "rows in another order than displays");
+                        [](const ViewportRow& a, const ViewportRow& b) { return a.dcomp < b.dcomp; }));
 }
 
 void BusCoverage::take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& destination) {
@@ -90,19 +84,17 @@ void BusCoverage::take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& 
     if (page != open_page_) {
         ++burst_pages_;
         if (burst_beats_ > 1) {
-            coverage_.hit("bus/burst", "over a page's end");
-            coverage_.hit_if(scenario_.memory.page_miss_cycles > 0, "bus/burst", "page miss in mid burst");
+            goals_.burst.over_page_end.hit();
+            goals_.burst.miss_in_mid_burst.hit_if(scenario_.memory.page_miss_cycles > 0);
         }
-        coverage_.hit_if(burst_pages_ > 2, "memory/page", "burst in three pages or more");
+        goals_.page.burst_in_three_pages.hit_if(burst_pages_ > 2);
     }
     open_page_ = page;
-    coverage_.hit("bus/beat", std::to_string(beat.count) + " at a time");
+    goals_.beat.pixels(beat.count).hit();
     if (beat.count < pixels_per_beat_) {
-        coverage_.hit("bus/beat", beat.remaining == 0 ? "beat not full at the burst's end"
-                                                      : "beat not full at a page's end");
+        (beat.remaining == 0 ? goals_.beat.short_at_burst_end : goals_.beat.short_at_page_end).hit();
     }
-    coverage_.hit_if(beat.first % row.sdx + beat.count > row.sdx, "bus/burst",
-                     "pixels of several source rows in a beat");
+    goals_.burst.several_rows_in_a_beat.hit_if(beat.first % row.sdx + beat.count > row.sdx);
     clocks_since_pixels_ = 0;
     // Behind a cut one more beat may come; on a narrow bus it no longer announces the rest.
     const bool behind_cut = std::exchange(burst_cut_, false) && destination.beats_of_burst() > 1;
@@ -110,20 +102,18 @@ void BusCoverage::take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& 
         if (!behind_cut) end_burst(row, beat);
     } else if (destination.cut()) {
         burst_cut_ = true;
-        coverage_.hit("bus/burst", "cut by BUSREADY");
-        coverage_.hit_if(cut_display_ != 0 && cut_display_ != beat.destination, "bus/busready-drop",
-                         "two composers running");
+        goals_.burst.cut.hit();
+        goals_.cuts.two_composers_running.hit_if(cut_display_ != 0 && cut_display_ != beat.destination);
         cut_display_ = beat.destination;
     }
 }
 
 void BusCoverage::start_burst(const rtl::BusBeat& beat, std::int64_t page) {
-    const char* group = "bus/burst";
-    coverage_.hit_if(burst_display_ == beat.destination, "bus/arbitration",
-                     both(policy_, "the same composer twice running"));
-    coverage_.hit_if(burst_display_ != 0 && clocks_since_pixels_ == cycles_per_beat(scenario_.bus), group,
-                     "right behind another");
-    coverage_.hit(group, page == open_page_ ? "page open before it" : "page miss before it");
+    const BurstGoals& goals = goals_.burst;
+    goals_.grants.same_composer_again(scenario_.bus.arbitration).hit_if(burst_display_ == beat.destination);
+    goals.right_behind_another.hit_if(burst_display_ != 0 &&
+                                      clocks_since_pixels_ == cycles_per_beat(scenario_.bus));
+    (page == open_page_ ? goals.page_open_before : goals.miss_before).hit();
     burst_display_ = beat.destination;
     burst_first_ = beat.first;
     burst_pixels_ = 0;
@@ -132,17 +122,16 @@ void BusCoverage::start_burst(const rtl::BusBeat& beat, std::int64_t page) {
 }
 
 void BusCoverage::end_burst(const ViewportRow& row, const rtl::BusBeat& beat) {
-    const char* group = "bus/burst";
+    const BurstGoals& goals = goals_.burst;
     cut_display_ = 0;
     const std::int64_t segment = std::int64_t{row.sdx} * row.sdy;
     const std::int64_t end = beat.first + std::int64_t{beat.count};
-    coverage_.hit_if(burst_pixels_ == scenario_.bus.burst_pixels, group, "whole");
-    coverage_.hit_if(burst_pixels_ < scenario_.bus.burst_pixels && end == segment, group,
-                     "shorter at the segment's end");
-    coverage_.hit_if(burst_pixels_ == 1, group, "of one pixel");
-    coverage_.hit(group, burst_beats_ == 1 ? "of one beat" : "of several beats");
-    coverage_.hit_if(burst_first_ / row.sdx != (end - 1) / row.sdx, group, "over a source row's end");
-    coverage_.hit_if(burst_pixels_ == segment, group, "carries the whole segment");
+    goals.whole.hit_if(burst_pixels_ == scenario_.bus.burst_pixels);
+    goals.shorter_at_segment_end.hit_if(burst_pixels_ < scenario_.bus.burst_pixels && end == segment);
+    goals.of_one_pixel.hit_if(burst_pixels_ == 1);
+    (burst_beats_ == 1 ? goals.of_one_beat : goals.of_several_beats).hit();
+    goals.over_row_end.hit_if(burst_first_ / row.sdx != (end - 1) / row.sdx);
+    goals.whole_segment.hit_if(burst_pixels_ == segment);
 }
 
 }  // namespace metabuffer::coverage

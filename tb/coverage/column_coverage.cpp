@@ -1,16 +1,14 @@
 #include "column_coverage.h"
 
 #include <algorithm>
-#include <string>
 
-#include "bin_names.h"
 #include "bus_coverage.h"
 #include "composer_coverage.h"
 
 namespace metabuffer::coverage {
 
-ColumnCoverage::ColumnCoverage(Coverage& coverage, const Scenario& scenario, int display)
-    : coverage_(coverage),
+ColumnCoverage::ColumnCoverage(const ColumnGoals& goals, const Scenario& scenario, int display)
+    : goals_(goals),
       scenario_(scenario),
       display_(display),
       readiness_(scenario.renderers.size()),
@@ -33,21 +31,22 @@ void ColumnCoverage::clock_edge(const ColumnWires& wires,
 
 void ColumnCoverage::cover_pipeready(const ColumnWires& wires,
                                      const std::vector<const ComposerCoverage*>& composers) {
-    const char* group = "pipeready";
+    const PipereadyGoals& goals = goals_.pipeready;
     for (std::size_t r = 0; r < composers.size(); ++r) {
         const ComposerCoverage& composer = *composers[r];
         Readiness& before = readiness_[r];
         const Readiness now{below_now_[r], composer.prefetched(), composer.table_complete(),
                             wires.pipeready[r]};
         if (now.raised && !before.raised && composer.in_step()) {
-            coverage_.hit_if(!before.below && before.prefetched, group, "waited for below");
-            coverage_.hit_if(before.below && !before.prefetched, group, "waited for the prefetch");
-            coverage_.hit_if(!before.below && !before.prefetched, group, "both in the same clock");
-            coverage_.hit_if(before.below && !before.table, group, "table comes last");
-            coverage_.hit(group, composer.segment_empty()      ? "segment empty"
-                                 : composer.segment_complete() ? "segment wholly in the buffer"
-                                                               : "buffer takes no further slot");
-            coverage_.hit_if(composers.size() == 1, group, "single composer in the column");
+            goals.waited_for_below.hit_if(!before.below && before.prefetched);
+            goals.waited_for_prefetch.hit_if(before.below && !before.prefetched);
+            goals.both_at_once.hit_if(!before.below && !before.prefetched);
+            goals.table_last.hit_if(before.below && !before.table);
+            (composer.segment_empty()      ? goals.segment_empty
+             : composer.segment_complete() ? goals.segment_in_buffer
+                                           : goals.buffer_filled)
+                .hit();
+            goals.single_composer.hit_if(composers.size() == 1);
         }
         before = now;
         below_now_[r] = wires.pipeready[r + 1];
@@ -55,9 +54,9 @@ void ColumnCoverage::cover_pipeready(const ColumnWires& wires,
     const bool bottom = wires.pipeready.back();
     if (bottom && !bottom_ready_) {
         bottom_ready_edge_ = edge_;
-        coverage_.hit_if(std::all_of(composers.begin(), composers.end(),
-                                     [](const ComposerCoverage* composer) { return composer->prefetched(); }),
-                         "frames/sequence", "all prefetched before PIPEREADY from below");
+        goals_.sequence.prefetched_first.hit_if(std::all_of(
+            composers.begin(), composers.end(),
+            [](const ComposerCoverage* composer) { return composer->in_step() && composer->prefetched(); }));
     }
     bottom_ready_ = bottom;
 }
@@ -69,10 +68,8 @@ void ColumnCoverage::cover_start(const ColumnWires& wires,
         starts_.push_back(edge_);
         const auto relays = static_cast<std::int64_t>(composers.size()) + 1;
         const bool back_to_back = starts_.size() > 1 && edge_ == bottom_ready_edge_ + relays;
-        const char* group = "frames/sequence";
-        coverage_.hit_if(back_to_back, group,
-                         "back to back: STARTFRAME at the earliest clock behind a frame");
-        coverage_.hit_if(back_to_back && back_to_back_, group, "three frames back to back");
+        goals_.sequence.two_frames.hit_if(back_to_back);
+        goals_.sequence.three_frames.hit_if(back_to_back && back_to_back_);
         back_to_back_ = back_to_back;
     }
     started_ = started;
@@ -91,32 +88,24 @@ void ColumnCoverage::cover_stall(const ColumnWires& wires,
         end_stall();
         return;
     }
-    const char* group = "stall";
-    coverage_.hit_if(stalled_clocks_ == 0 && moving_clocks_ == 1, group, "again after one clock");
+    const ColumnStallGoals& goals = goals_.stall;
+    goals.again_after_one_clock.hit_if(stalled_clocks_ == 0 && moving_clocks_ == 1);
     ++stalled_clocks_;
     moving_clocks_ = 0;
-    coverage_.hit_if(std::count(wires.stall.begin(), wires.stall.end(), true) > 1, group,
-                     "two composers at once");
-    coverage_.hit_if(
-        std::find(wires.startframe.begin(), wires.startframe.end(), true) != wires.startframe.end(), group,
-        "STARTFRAME stands still");
+    goals.two_composers.hit_if(std::count(wires.stall.begin(), wires.stall.end(), true) > 1);
+    goals.startframe_stands.hit_if(std::find(wires.startframe.begin(), wires.startframe.end(), true) !=
+                                   wires.startframe.end());
     for (std::size_t r = 0; r < composers.size(); ++r) {
         if (!wires.stall[r]) continue;
         const BusCoverage& bus = *buses[r];
-        coverage_.hit_if(!bus.beat_now() && !bus.burst_waits(), group, "bus sends nothing");
-        coverage_.hit_if(bus.burst_waits() && cycles_per_beat(scenario_.bus) == 1, group, "bus opens a page");
-        coverage_.hit_if(bus.destination_now() != 0 && bus.destination_now() != display_, group,
-                         "bus sends to another composer");
+        goals.bus_silent.hit_if(!bus.beat_now() && !bus.burst_waits());
+        goals.bus_opens_page.hit_if(bus.burst_waits() && cycles_per_beat(scenario_.bus) == 1);
+        goals.bus_serves_another.hit_if(bus.destination_now() != 0 && bus.destination_now() != display_);
     }
 }
 
 void ColumnCoverage::end_stall() {
-    constexpr std::int64_t kShort = 8;
-    if (stalled_clocks_ > 0) {
-        coverage_.hit("stall", stalled_clocks_ == 1       ? "for one clock"
-                               : stalled_clocks_ > kShort ? "for more than 8 clocks"
-                                                          : "for 2 to 8 clocks");
-    }
+    if (stalled_clocks_ > 0) goals_.stall.clocks(stalled_clocks_).hit();
     stalled_clocks_ = 0;
     ++moving_clocks_;
 }
@@ -125,8 +114,7 @@ void ColumnCoverage::cover_starved(const std::vector<const ComposerCoverage*>& c
     for (const ComposerCoverage* composer : composers) {
         if (!composer->starved()) continue;
         int& frame = starved_frame_[static_cast<std::size_t>(composer->position())];
-        coverage_.hit_if(frame == composer->frame(), "starvation/place",
-                         "two composers of a column at one raster pixel");
+        goals_.starved.two_composers.hit_if(frame == composer->frame());
         frame = composer->frame();
     }
 }
@@ -146,11 +134,11 @@ void ColumnCoverage::cover_average(const rtl::PipePixel& pixel) {
     if (x % s != s - 1 || y % s != s - 1) return;
     const int remainder = sum % (s * s);
     const int half = s * s / 2;
-    const char* rounding = remainder == 0      ? "exact"
-                           : remainder < half  ? "down"
-                           : remainder == half ? "half up"
-                                               : "up";
-    coverage_.hit("supersample", both(std::to_string(s), rounding));
+    const Rounding rounding = remainder == 0      ? Rounding::kExact
+                              : remainder < half  ? Rounding::kDown
+                              : remainder == half ? Rounding::kHalfUp
+                                                  : Rounding::kUp;
+    goals_.average.rounding(s, rounding).hit();
 }
 
 }  // namespace metabuffer::coverage

@@ -4,14 +4,72 @@
 #include <cstdint>
 #include <vector>
 
-#include "coverage.h"
+#include "cover_group.h"
 #include "rtl/signals.h"
 #include "scenario/scenario.h"
+#include "shared_groups.h"
 
 namespace metabuffer::coverage {
 
 class BusCoverage;
 class ComposerCoverage;
+
+struct PipereadyGoals : CoverGroup {
+    explicit PipereadyGoals(Coverage& coverage) : CoverGroup(coverage, groups::kPipeready) {}
+    Bin waited_for_below = bin("waited for below");
+    Bin waited_for_prefetch = bin("waited for the prefetch");
+    Bin both_at_once = bin("both in the same clock");
+    Bin segment_in_buffer = bin("segment wholly in the buffer");
+    Bin buffer_filled = bin("buffer takes no further slot");
+    Bin segment_empty = bin("segment empty");
+    Bin table_last = bin("table comes last");
+    Bin single_composer = bin("single composer in the column");
+};
+
+struct BackToBackGoals : CoverGroup {
+    explicit BackToBackGoals(Coverage& coverage) : CoverGroup(coverage, groups::kSequence) {}
+    Bin prefetched_first = bin("all prefetched before PIPEREADY from below");
+    Bin two_frames = bin("back to back: STARTFRAME at the earliest clock behind a frame");
+    Bin three_frames = bin("three frames back to back");
+};
+
+struct ColumnStallGoals : CoverGroup {
+    explicit ColumnStallGoals(Coverage& coverage) : CoverGroup(coverage, groups::kStall) {}
+    Ranges clocks{*this, {{1, "for one clock"}, {2, "for 2 to 8 clocks"}, {9, "for more than 8 clocks"}}};
+    Bin two_composers = bin("two composers at once");
+    Bin bus_silent = bin("bus sends nothing");
+    Bin bus_opens_page = bin("bus opens a page");
+    Bin bus_serves_another = bin("bus sends to another composer");
+    Bin again_after_one_clock = bin("again after one clock");
+    Bin startframe_stands = bin("STARTFRAME stands still");
+};
+
+struct StarvedColumnGoals : CoverGroup {
+    explicit StarvedColumnGoals(Coverage& coverage) : CoverGroup(coverage, groups::kStarvationPlace) {}
+    Bin two_composers = bin("two composers of a column at one raster pixel");
+};
+
+enum class Rounding : std::uint8_t { kExact, kDown, kHalfUp, kUp };
+
+struct AverageGoals : CoverGroup {
+    explicit AverageGoals(Coverage& coverage) : CoverGroup(coverage, groups::kSupersample) {}
+    Cross<int, Rounding> rounding{*this,
+                                  {{2, "2"}, {4, "4"}},
+                                  {{Rounding::kExact, "exact"},
+                                   {Rounding::kDown, "down"},
+                                   {Rounding::kHalfUp, "half up"},
+                                   {Rounding::kUp, "up"}}};
+};
+
+/// Goals of one column.
+struct ColumnGoals : GoalSet {
+    using GoalSet::GoalSet;
+    PipereadyGoals pipeready{coverage};
+    BackToBackGoals sequence{coverage};
+    ColumnStallGoals stall{coverage};
+    StarvedColumnGoals starved{coverage};
+    AverageGoals average{coverage};
+};
 
 /// What stands on a column's wires at a core clock edge, before the edge. One entry for each composer and, at the end,
 /// one for the output framebuffer, from the top.
@@ -26,8 +84,8 @@ struct ColumnWires {
 /// Follows one display's pipeline: who waits for whom, when it starts and when it stands still.
 class ColumnCoverage {
   public:
-    /// display: from 1.
-    ColumnCoverage(Coverage& coverage, const Scenario& scenario, int display);
+    /// display: from 1. Goals and scenario must outlive it.
+    ColumnCoverage(const ColumnGoals& goals, const Scenario& scenario, int display);
 
     /// A core clock edge. The composers, from the top, and the buses have sampled the edge before already.
     void clock_edge(const ColumnWires& wires, const std::vector<const ComposerCoverage*>& composers,
@@ -56,7 +114,7 @@ class ColumnCoverage {
         bool raised = false;
     };
 
-    Coverage& coverage_;
+    const ColumnGoals& goals_;
     const Scenario& scenario_;
     int display_;
     std::int64_t edge_ = 0;

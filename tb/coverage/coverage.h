@@ -2,46 +2,56 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <string_view>
-#include <vector>
-
-#include "goals.h"
+#include <deque>
+#include <map>
+#include <set>
+#include <string>
 
 namespace metabuffer::coverage {
 
-/// How often each goal has been reached.
+/// Which group of goals: things of one kind that must each have happened in a test before the testbench is trusted.
+struct GroupTitle {
+    const char* name;     ///< "bus/burst"
+    const char* meaning;  ///< one line for the report
+};
+
+/// A goal and how often it has been reached.
+struct Goal {
+    std::string name;  ///< in its group
+    std::int64_t count = 0;
+};
+
+/// All goals, group by group. They are declared to it by the cover groups of those that hit them (cover_group.h).
 class Coverage {
   public:
-    Coverage() : counts_(goal_count()) {}
+    struct Group {
+        std::string meaning;
+        std::deque<Goal> goals;  ///< in the order of their declaration; each stays where it is
+    };
 
-    /// Throws std::logic_error for a name that is no goal.
-    void hit(std::string_view group, std::string_view bin, std::int64_t times = 1) {
-        counts_[goal_index(group, bin)] += times;
-    }
-    void hit_if(bool condition, std::string_view group, std::string_view bin) {
-        if (condition) hit(group, bin);
-    }
-    std::int64_t count(std::string_view group, std::string_view bin) const {
-        return counts_[goal_index(group, bin)];
-    }
-    std::int64_t& counter(std::size_t goal) { return counts_[goal]; }
-    std::int64_t count(std::size_t goal) const { return counts_[goal]; }
-    void add(const Coverage& other);
+    Coverage() = default;
+    Coverage(const Coverage&) = delete;  // bins refer to its goals
+    Coverage& operator=(const Coverage&) = delete;
 
-  private:
-    std::vector<std::int64_t> counts_;  ///< by goal_index
-};
+    /// Several declarations may add to one group. Throws std::logic_error for a goal that is there already, and for a
+    /// group that has another meaning there.
+    Goal& declare(const GroupTitle& group, const std::string& name);
 
-/// A goal whose name is looked up once, for what may happen at every clock. The coverage must outlive it.
-class Bin {
-  public:
-    Bin(Coverage& coverage, std::string_view group, std::string_view bin)
-        : count_(&coverage.counter(goal_index(group, bin))) {}
-    void hit() { ++*count_; }
-    void hit_if(bool condition) { *count_ += condition ? 1 : 0; }
+    const std::map<std::string, Group>& groups() const { return groups_; }  ///< by name
+    std::size_t goal_count() const { return full_names_.size(); }
+    /// full_name: "GROUP: GOAL", as full_name() puts it together.
+    bool has_goal(const std::string& full_name) const { return full_names_.count(full_name) != 0; }
 
   private:
-    std::int64_t* count_;
+    std::map<std::string, Group> groups_;
+    std::set<std::string> full_names_;
 };
+
+/// What stands between the names of group and goal. No group's name holds it.
+constexpr const char* kBehindGroup = ": ";
+
+inline std::string full_name(const std::string& group, const std::string& goal) {
+    return group + kBehindGroup + goal;
+}
 
 }  // namespace metabuffer::coverage

@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::string_view kTest = "test ";
 constexpr std::string_view kEnd = "end";
-constexpr std::string_view kBehindGroup = ": ";
 
 bool starts_with(std::string_view text, std::string_view start) {
     return text.substr(0, start.size()) == start;
@@ -21,7 +20,8 @@ bool starts_with(std::string_view text, std::string_view start) {
 /// Reads the lines of one file.
 class RecordReader {
   public:
-    explicit RecordReader(const std::filesystem::path& file) : file_(file), in_(file) {
+    RecordReader(const std::filesystem::path& file, const Coverage& goals)
+        : file_(file), in_(file), goals_(goals) {
         if (!in_) throw CoverageFileError(file.string() + ": cannot be read");
     }
 
@@ -45,25 +45,23 @@ class RecordReader {
         Record record{std::move(test), {}};
         while (next()) {
             if (line_ == kEnd) return record;
-            read_count(record.coverage);
+            read_count(record);
         }
         fail("the record ends without \"end\"");
     }
 
-    void read_count(Coverage& coverage) {
+    void read_count(Record& record) {
         std::int64_t count = 0;
         const char* first = line_.data();
         const auto [end, error] = std::from_chars(first, first + line_.size(), count);
         const auto digits = static_cast<std::size_t>(end - first);
-        const std::size_t colon = line_.find(kBehindGroup);
         if (error != std::errc() || count < 1 || line_.substr(digits, 1) != " " ||
-            colon == std::string::npos) {
+            line_.find(kBehindGroup) == std::string::npos) {
             fail("expected \"COUNT GROUP: BIN\"");
         }
-        const std::string group = line_.substr(digits + 1, colon - digits - 1);
-        const std::string bin = line_.substr(colon + kBehindGroup.size());
-        if (!is_goal(group, bin)) fail("there is no goal \"" + group + ": " + bin + "\"");
-        coverage.hit(group, bin, count);
+        const std::string goal = line_.substr(digits + 1);
+        if (!goals_.has_goal(goal)) fail("there is no goal \"" + goal + "\"");
+        record.counts[goal] += count;
     }
 
     [[noreturn]] void fail(const std::string& what) const {
@@ -72,22 +70,27 @@ class RecordReader {
 
     std::filesystem::path file_;
     std::ifstream in_;
+    const Coverage& goals_;
     std::string line_;
     int number_ = 0;
 };
 
 }  // namespace
 
+Record record_of(const std::string& test, const Coverage& coverage) {
+    Record record{test, {}};
+    for (const auto& [name, group] : coverage.groups()) {
+        for (const Goal& goal : group.goals) {
+            if (goal.count > 0) record.counts[full_name(name, goal.name)] = goal.count;
+        }
+    }
+    return record;
+}
+
 void append_record(const std::filesystem::path& file, const Record& record) {
     std::ostringstream text;
     text << kTest << record.test << '\n';
-    std::size_t goal = 0;
-    for (const GoalGroup& group : goal_groups()) {
-        for (const std::string& bin : group.bins) {
-            const std::int64_t count = record.coverage.count(goal++);
-            if (count > 0) text << count << ' ' << group.name << kBehindGroup << bin << '\n';
-        }
-    }
+    for (const auto& [goal, count] : record.counts) text << count << ' ' << goal << '\n';
     text << kEnd << '\n';
     std::error_code ignored;  // the stream tells of it
     std::filesystem::create_directories(file.parent_path(), ignored);
@@ -96,6 +99,8 @@ void append_record(const std::filesystem::path& file, const Record& record) {
     if (!out) throw CoverageFileError(file.string() + ": cannot be written");
 }
 
-std::vector<Record> read_records(const std::filesystem::path& file) { return RecordReader(file).read(); }
+std::vector<Record> read_records(const std::filesystem::path& file, const Coverage& goals) {
+    return RecordReader(file, goals).read();
+}
 
 }  // namespace metabuffer::coverage

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -16,9 +18,11 @@ class CoverageFileError : public std::runtime_error {
 
 /// What one machine of a test has reached.
 struct Record {
-    std::string test;  ///< the test's name
-    Coverage coverage;
+    std::string test;                            ///< the test's name
+    std::map<std::string, std::int64_t> counts;  ///< by the goals' full names; above 0
 };
+
+Record record_of(const std::string& test, const Coverage& coverage);
 
 /// Adds a record to a file, which is made if it is not there. A record is text:
 ///     test NAME
@@ -27,8 +31,8 @@ struct Record {
 /// Throws CoverageFileError.
 void append_record(const std::filesystem::path& file, const Record& record);
 
-/// Throws CoverageFileError for a file that is damaged: a goal that is not there, a count that is none, a record
+/// Throws CoverageFileError for a file that is damaged: a goal that is none of `goals`, a count that is none, a record
 /// without its end.
-std::vector<Record> read_records(const std::filesystem::path& file);
+std::vector<Record> read_records(const std::filesystem::path& file, const Coverage& goals);
 
 }  // namespace metabuffer::coverage

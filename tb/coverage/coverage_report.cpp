@@ -12,12 +12,6 @@ namespace {
 constexpr double kHundred = 100.0;
 constexpr int kNameColumns = 28;
 
-std::size_t reached_in(const MergedCoverage& coverage, std::size_t first, std::size_t count) {
-    std::size_t reached = 0;
-    for (std::size_t goal = first; goal < first + count; ++goal) reached += coverage.count(goal) > 0 ? 1 : 0;
-    return reached;
-}
-
 std::string fixed(double percent) {
     std::ostringstream text;
     text << std::fixed << std::setprecision(1) << percent;
@@ -28,20 +22,29 @@ std::string fixed(double percent) {
 
 void MergedCoverage::add(const Record& record) {
     ++records_;
-    sum_.add(record.coverage);
-    for (std::size_t goal = 0; goal < first_test_.size(); ++goal) {
-        std::string& first = first_test_[goal];
-        if (record.coverage.count(goal) > 0 && (first.empty() || record.test < first)) first = record.test;
+    for (const auto& [goal, count] : record.counts) {
+        Reached& reached = reached_[goal];
+        reached.count += count;
+        if (reached.first_test.empty() || record.test < reached.first_test) reached.first_test = record.test;
     }
 }
 
-std::size_t MergedCoverage::reached() const { return reached_in(*this, 0, goal_count()); }
-
-double MergedCoverage::percent() const {
-    return kHundred * static_cast<double>(reached()) / static_cast<double>(goal_count());
+MergedCoverage::Reached MergedCoverage::reached(const std::string& group, const std::string& goal) const {
+    const auto found = reached_.find(full_name(group, goal));
+    return found == reached_.end() ? Reached{} : found->second;
 }
 
-MergedCoverage merge_directory(const std::filesystem::path& directory) {
+std::size_t MergedCoverage::reached_in(const std::string& group) const {
+    const std::deque<Goal>& goals = goals_.groups().at(group).goals;
+    return static_cast<std::size_t>(std::count_if(
+        goals.begin(), goals.end(), [&](const Goal& goal) { return reached(group, goal.name).count > 0; }));
+}
+
+double MergedCoverage::percent() const {
+    return kHundred * static_cast<double>(goals_reached()) / static_cast<double>(goals_.goal_count());
+}
+
+MergedCoverage merge_directory(const std::filesystem::path& directory, const Coverage& goals) {
     std::vector<std::filesystem::path> files;
     std::error_code error;
     for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
@@ -54,9 +57,9 @@ MergedCoverage merge_directory(const std::filesystem::path& directory) {
             ": holds no *.coverage; run the tests with METABUFFER_COVERAGE=" + directory.string());
     }
     std::sort(files.begin(), files.end());
-    MergedCoverage merged;
+    MergedCoverage merged(goals);
     for (const std::filesystem::path& file : files) {
-        for (const Record& record : read_records(file)) merged.add(record);
+        for (const Record& record : read_records(file, goals)) merged.add(record);
     }
     return merged;
 }
@@ -64,48 +67,45 @@ MergedCoverage merge_directory(const std::filesystem::path& directory) {
 std::string text_report(const MergedCoverage& coverage, double threshold_percent, bool every_goal) {
     std::ostringstream text;
     text << "functional coverage of " << coverage.records() << " machines\n\n";
-    std::size_t first = 0;
-    for (const GoalGroup& group : goal_groups()) {
-        const std::size_t reached = reached_in(coverage, first, group.bins.size());
-        text << std::left << std::setw(kNameColumns) << group.name << std::right << std::setw(4) << reached
-             << " of " << std::setw(3) << group.bins.size() << "  " << group.meaning << '\n';
-        for (std::size_t i = 0; i < group.bins.size(); ++i) {
-            const std::int64_t count = coverage.count(first + i);
+    for (const auto& [name, group] : coverage.goals().groups()) {
+        text << std::left << std::setw(kNameColumns) << name << std::right << std::setw(4)
+             << coverage.reached_in(name) << " of " << std::setw(3) << group.goals.size() << "  "
+             << group.meaning << '\n';
+        for (const Goal& goal : group.goals) {
+            const auto [count, first_test] = coverage.reached(name, goal.name);
             if (count == 0) {
-                text << "    HOLE  " << group.bins[i] << '\n';
+                text << "    HOLE  " << goal.name << '\n';
             } else if (every_goal) {
-                text << "    " << group.bins[i] << ": " << count << ", first in "
-                     << coverage.first_test(first + i) << '\n';
+                text << "    " << goal.name << ": " << count << ", first in " << first_test << '\n';
             }
         }
-        first += group.bins.size();
     }
     text << '\n'
-         << coverage.reached() << " of " << goal_count() << " goals reached: " << fixed(coverage.percent())
-         << " %, threshold " << fixed(threshold_percent) << " %\n";
+         << coverage.goals_reached() << " of " << coverage.goals().goal_count()
+         << " goals reached: " << fixed(coverage.percent()) << " %, threshold " << fixed(threshold_percent)
+         << " %\n";
     return text.str();
 }
 
 std::string json_report(const MergedCoverage& coverage, double threshold_percent) {
     nlohmann::ordered_json json;
     json["machines"] = coverage.records();
-    json["goals"] = goal_count();
-    json["reached"] = coverage.reached();
+    json["goals"] = coverage.goals().goal_count();
+    json["reached"] = coverage.goals_reached();
     json["percent"] = coverage.percent();
     json["threshold_percent"] = threshold_percent;
     json["groups"] = nlohmann::ordered_json::array();
-    std::size_t goal = 0;
-    for (const GoalGroup& group : goal_groups()) {
+    for (const auto& [name, group] : coverage.goals().groups()) {
         nlohmann::ordered_json entry;
-        entry["name"] = group.name;
+        entry["name"] = name;
         entry["meaning"] = group.meaning;
-        entry["reached"] = reached_in(coverage, goal, group.bins.size());
+        entry["reached"] = coverage.reached_in(name);
         entry["bins"] = nlohmann::ordered_json::array();
-        for (const std::string& bin : group.bins) {
-            nlohmann::ordered_json value{{"name", bin}, {"count", coverage.count(goal)}};
-            if (coverage.count(goal) > 0) value["first_test"] = coverage.first_test(goal);
+        for (const Goal& goal : group.goals) {
+            const auto [count, first_test] = coverage.reached(name, goal.name);
+            nlohmann::ordered_json value{{"name", goal.name}, {"count", count}};
+            if (count > 0) value["first_test"] = first_test;
             entry["bins"].push_back(std::move(value));
-            ++goal;
         }
         json["groups"].push_back(std::move(entry));
     }

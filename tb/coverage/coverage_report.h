@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
-#include <vector>
 
 #include "coverage_file.h"
 
@@ -13,24 +13,30 @@ namespace metabuffer::coverage {
 /// What all tests together have reached.
 class MergedCoverage {
   public:
-    MergedCoverage() : first_test_(goal_count()) {}
+    struct Reached {
+        std::int64_t count = 0;
+        std::string first_test;  ///< the first by name; empty if none has reached it
+    };
+
+    /// The goals, whatever their counts, must outlive it.
+    explicit MergedCoverage(const Coverage& goals) : goals_(goals) {}
 
     void add(const Record& record);
-    std::int64_t count(std::size_t goal) const { return sum_.count(goal); }
-    /// The test that reached it, the first by name; empty if none has.
-    const std::string& first_test(std::size_t goal) const { return first_test_[goal]; }
-    std::size_t reached() const;
+    const Coverage& goals() const { return goals_; }
+    Reached reached(const std::string& group, const std::string& goal) const;
+    std::size_t reached_in(const std::string& group) const;
+    std::size_t goals_reached() const { return reached_.size(); }
     std::size_t records() const { return records_; }
     double percent() const;
 
   private:
-    Coverage sum_;
-    std::vector<std::string> first_test_;
+    const Coverage& goals_;
+    std::map<std::string, Reached> reached_;  ///< by full name
     std::size_t records_ = 0;
 };
 
 /// Every file DIR/*.coverage, in the order of their names. Throws CoverageFileError, also if there is none.
-MergedCoverage merge_directory(const std::filesystem::path& directory);
+MergedCoverage merge_directory(const std::filesystem::path& directory, const Coverage& goals);
 
 /// The report for people: a line for each group, under it the holes by name; with `every_goal` the goals that are
 /// reached as well, how often and first by which test.

@@ -1,17 +1,19 @@
 #include "coverage.h"
 
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "bin_names.h"
+#include "cover_group.h"
 #include "coverage_file.h"
 #include "coverage_report.h"
-#include "goals.h"
 #include "scratch_directory.h"
 
 using namespace metabuffer::coverage;
@@ -19,134 +21,176 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-/// Some goal, by its place.
-std::pair<std::string, std::string> goal_at(std::size_t place) {
-    for (const GoalGroup& group : goal_groups()) {
-        if (place < group.bins.size()) return {group.name, group.bins[place]};
-        place -= group.bins.size();
-    }
-    throw std::out_of_range("no such goal");
-}
+enum class Colour : std::uint8_t { kRed, kGreen };
 
-Record record_of(const std::string& test, const std::vector<std::size_t>& goals) {
-    Record record{test, {}};
-    for (const std::size_t goal : goals) ++record.coverage.counter(goal);
-    return record;
+Axis<Colour> colours() { return {{Colour::kRed, "red"}, {Colour::kGreen, "green"}}; }
+
+struct LampGoals : CoverGroup {
+    explicit LampGoals(Coverage& coverage) : CoverGroup(coverage, {"lamp", "what a lamp can do"}) {}
+    Bin lit = bin("lit");
+    Bin dark = bin("dark");
+    Cross<Colour, int> blinks{*this, colours(), numbers(2, 3, " times")};
+    Ranges hours{*this, {{1, "an hour"}, {2, "2 to 9 hours"}, {10, "longer"}}};
+};
+
+struct SwitchGoals : CoverGroup {
+    explicit SwitchGoals(Coverage& coverage) : CoverGroup(coverage, {"switch", "what a switch can do"}) {}
+    Bin clicks = bin("clicks");
+};
+
+/// Both, with their Coverage.
+struct HouseGoals {
+    Coverage coverage;
+    LampGoals lamp{coverage};
+    SwitchGoals light_switch{coverage};
+};
+
+std::vector<std::string> names(const Coverage& coverage, const std::string& group) {
+    std::vector<std::string> result;
+    for (const Goal& goal : coverage.groups().at(group).goals) result.push_back(goal.name);
+    return result;
 }
 
 void write(const std::filesystem::path& file, const std::string& text) { std::ofstream(file) << text; }
 
 }  // namespace
 
-TEST_CASE("coverage: goals have names of their own that files can hold") {
-    std::set<std::string> groups;
-    std::size_t place = 0;
-    for (const GoalGroup& group : goal_groups()) {
-        INFO(group.name);
-        CHECK(groups.insert(group.name).second);
-        CHECK_FALSE(group.meaning.empty());
-        CHECK_FALSE(group.bins.empty());
-        CHECK(group.name.find(": ") == std::string::npos);
-        for (const std::string& bin : group.bins) {
-            INFO(bin);
-            CHECK(goal_index(group.name, bin) == place++);
-            CHECK(bin.find('\n') == std::string::npos);
-        }
+TEST_CASE("coverage: goals are known once they are declared, also those that are never hit") {
+    const HouseGoals goals;
+    CHECK(goals.coverage.goal_count() == 10);
+    CHECK(goals.coverage.groups().size() == 2);
+    CHECK(names(goals.coverage, "switch") == std::vector<std::string>{"clicks"});
+    CHECK(names(goals.coverage, "lamp") ==
+          std::vector<std::string>{"lit", "dark", "red, 2 times", "red, 3 times", "green, 2 times",
+                                   "green, 3 times", "an hour", "2 to 9 hours", "longer"});
+    CHECK(goals.coverage.has_goal("lamp: red, 2 times"));
+    CHECK_FALSE(goals.coverage.has_goal("lamp: clicks"));
+    CHECK_FALSE(goals.coverage.has_goal("lamps: lit"));
+    CHECK_FALSE(goals.coverage.has_goal(""));
+    for (const auto& [name, group] : goals.coverage.groups()) {
+        for (const Goal& goal : group.goals) CHECK(goal.count == 0);
     }
-    CHECK(place == goal_count());
-    CHECK(goal_count() >= 250);
 }
 
-TEST_CASE("coverage: a name that is no goal is a mistake of the sampler") {
+TEST_CASE("coverage: a goal is declared once, and a group means one thing") {
     Coverage coverage;
-    CHECK_THROWS_AS(coverage.hit("bus/burst", "of two and a half pixels"), std::logic_error);
-    CHECK_THROWS_AS(coverage.hit("bus/burts", "whole"), std::logic_error);
-    CHECK_FALSE(is_goal("bus/burst", ""));
-    coverage.hit_if(false, "bus/burst", "whole");
-    CHECK(coverage.count("bus/burst", "whole") == 0);
-    coverage.hit("bus/burst", "whole", 3);
-    Bin bin(coverage, "bus/burst", "whole");
-    bin.hit();
-    bin.hit_if(false);
-    CHECK(coverage.count("bus/burst", "whole") == 4);
+    const LampGoals lamp(coverage);
+    CoverGroup more(coverage, {"lamp", "what a lamp can do"});
+    CHECK_NOTHROW(more.bin("broken"));
+    CHECK_THROWS_AS(more.bin("lit"), std::logic_error);
+    CHECK(coverage.goal_count() == 10);
+    CoverGroup other(coverage, {"lamp", "what a lamp is made of"});
+    CHECK_THROWS_AS(other.bin("glass"), std::logic_error);
+}
+
+TEST_CASE("coverage: hits count for the goal of the value") {
+    const HouseGoals goals;
+    goals.lamp.lit.hit_if(false);
+    CHECK(goals.lamp.lit.count() == 0);
+    goals.lamp.lit.hit(3);
+    goals.lamp.lit.hit_if(true);
+    goals.lamp.lit.hit();
+    CHECK(goals.lamp.lit.count() == 5);
+    goals.lamp.blinks(Colour::kGreen, 3).hit();
+    CHECK_THROWS_AS(goals.lamp.blinks(Colour::kGreen, 4), std::out_of_range);
+    for (const int hours : {1, 2, 9, 10, 1000}) goals.lamp.hours(hours).hit();
+    CHECK(record_of("x", goals.coverage).counts ==
+          std::map<std::string, std::int64_t>{{"lamp: lit", 5},
+                                              {"lamp: green, 3 times", 1},
+                                              {"lamp: an hour", 1},
+                                              {"lamp: 2 to 9 hours", 2},
+                                              {"lamp: longer", 2}});
+}
+
+TEST_CASE("coverage: every enumerator is a goal, by its name") {
+    const Axis<metabuffer::StarvationMode> modes = every<metabuffer::StarvationMode>("in ", " mode");
+    REQUIRE(modes.size() == metabuffer::EnumNames<metabuffer::StarvationMode>::kTable.size());
+    CHECK(modes[0].first == metabuffer::StarvationMode::kGlitch);
+    CHECK(modes[0].second == "in glitch mode");
 }
 
 TEST_CASE("coverage: records of a process add up in its file") {
+    const HouseGoals goals;
     const metabuffer::test::ScratchDirectory scratch;
     const auto file = scratch.path() / "new" / "7.coverage";
-    append_record(file, record_of("first test", {0, 0, 5}));
-    append_record(file, record_of("second: test", {1}));
-    const std::vector<Record> records = read_records(file);
+    append_record(file, {"first test", {{"lamp: lit", 2}, {"lamp: red, 2 times", 1}}});
+    append_record(file, {"second: test", {{"switch: clicks", 1}}});
+    const std::vector<Record> records = read_records(file, goals.coverage);
     REQUIRE(records.size() == 2);
     CHECK(records[0].test == "first test");
-    CHECK(records[0].coverage.count(std::size_t{0}) == 2);
-    CHECK(records[0].coverage.count(std::size_t{5}) == 1);
-    CHECK(records[0].coverage.count(std::size_t{1}) == 0);
+    CHECK(records[0].counts ==
+          std::map<std::string, std::int64_t>{{"lamp: lit", 2}, {"lamp: red, 2 times", 1}});
     CHECK(records[1].test == "second: test");
-    CHECK(records[1].coverage.count(std::size_t{1}) == 1);
+    CHECK(records[1].counts == std::map<std::string, std::int64_t>{{"switch: clicks", 1}});
 }
 
 TEST_CASE("coverage: a damaged file is refused and says where") {
+    const HouseGoals goals;
     const metabuffer::test::ScratchDirectory scratch;
     const auto file = scratch.path() / "a.coverage";
-    const auto [group, bin] = goal_at(0);
-    const std::string good = "test x\n2 " + group + ": " + bin + "\n";
+    const std::string good = "test x\n2 lamp: lit\n";
     const std::vector<std::pair<std::string, std::string>> damaged{
         {"", "holds no record"},
         {good, "a.coverage:3: the record ends without"},
         {good + "test y\nend\n", "a.coverage:3: expected \"COUNT GROUP: BIN\""},
-        {"2 " + group + ": " + bin + "\nend\n", "a.coverage:1: expected \"test NAME\""},
+        {"2 lamp: lit\nend\n", "a.coverage:1: expected \"test NAME\""},
         {"test x\n1 bus/none: whole\nend\n", "a.coverage:2: there is no goal \"bus/none: whole\""},
-        {"test x\n0 " + group + ": " + bin + "\nend\n", "a.coverage:2: expected"},
-        {"test x\n-1 " + group + ": " + bin + "\nend\n", "a.coverage:2: expected"},
-        {"test x\n1" + group + ": " + bin + "\nend\n", "a.coverage:2: expected"},
-        {"test x\n99999999999999999999 " + group + ": " + bin + "\nend\n", "a.coverage:2: expected"},
+        {"test x\n0 lamp: lit\nend\n", "a.coverage:2: expected"},
+        {"test x\n-1 lamp: lit\nend\n", "a.coverage:2: expected"},
+        {"test x\n1lamp: lit\nend\n", "a.coverage:2: expected"},
+        {"test x\n99999999999999999999 lamp: lit\nend\n", "a.coverage:2: expected"},
         {"test x\n\nend\n", "a.coverage:2: expected"},
     };
     for (const auto& [text, complaint] : damaged) {
         INFO(text);
         write(file, text);
-        CHECK_THROWS_WITH(read_records(file), Contains(complaint));
-        CHECK_THROWS_AS(merge_directory(scratch.path()), CoverageFileError);
+        CHECK_THROWS_WITH(read_records(file, goals.coverage), Contains(complaint));
+        CHECK_THROWS_AS(merge_directory(scratch.path(), goals.coverage), CoverageFileError);
     }
     write(file, good + "end\n");
-    CHECK_NOTHROW(merge_directory(scratch.path()));
-    CHECK_THROWS_WITH(read_records(scratch.path() / "none"), Contains("cannot be read"));
+    CHECK_NOTHROW(merge_directory(scratch.path(), goals.coverage));
+    CHECK_THROWS_WITH(read_records(scratch.path() / "none", goals.coverage), Contains("cannot be read"));
 }
 
 TEST_CASE("coverage: merged counts are sums and name the first test") {
+    const HouseGoals goals;
     const metabuffer::test::ScratchDirectory scratch;
-    append_record(scratch.path() / "1.coverage", record_of("b", {3}));
-    append_record(scratch.path() / "2.coverage", record_of("a", {3, 4}));
-    append_record(scratch.path() / "2.coverage", record_of("c", {4}));
+    append_record(scratch.path() / "1.coverage", {"b", {{"lamp: lit", 1}}});
+    append_record(scratch.path() / "2.coverage", {"a", {{"lamp: lit", 1}, {"lamp: dark", 1}}});
+    append_record(scratch.path() / "2.coverage", {"c", {{"lamp: dark", 1}}});
     write(scratch.path() / "notes.txt", "no coverage");
-    const MergedCoverage merged = merge_directory(scratch.path());
+    const MergedCoverage merged = merge_directory(scratch.path(), goals.coverage);
     CHECK(merged.records() == 3);
-    CHECK(merged.count(3) == 2);
-    CHECK(merged.count(4) == 2);
-    CHECK(merged.first_test(3) == "a");
-    CHECK(merged.first_test(5).empty());
-    CHECK(merged.reached() == 2);
-    CHECK_THROWS_WITH(merge_directory(scratch.path() / "none"), Contains("none"));
+    CHECK(merged.reached("lamp", "lit").count == 2);
+    CHECK(merged.reached("lamp", "dark").count == 2);
+    CHECK(merged.reached("lamp", "lit").first_test == "a");
+    CHECK(merged.reached("switch", "clicks").count == 0);
+    CHECK(merged.reached("switch", "clicks").first_test.empty());
+    CHECK(merged.goals_reached() == 2);
+    CHECK(merged.reached_in("lamp") == 2);
+    CHECK(merged.reached_in("switch") == 0);
+    CHECK(merged.percent() == 20.0);
+    CHECK_THROWS_WITH(merge_directory(scratch.path() / "none", goals.coverage), Contains("none"));
     std::filesystem::create_directory(scratch.path() / "empty");
-    CHECK_THROWS_WITH(merge_directory(scratch.path() / "empty"), Contains("METABUFFER_COVERAGE"));
+    CHECK_THROWS_WITH(merge_directory(scratch.path() / "empty", goals.coverage),
+                      Contains("METABUFFER_COVERAGE"));
 }
 
 TEST_CASE("coverage: the report names every hole and no goal that is reached") {
-    MergedCoverage merged;
-    merged.add(record_of("some test", {2}));
-    const auto [hole_group, hole] = goal_at(0);
-    const auto [group, reached] = goal_at(2);
+    const HouseGoals goals;
+    MergedCoverage merged(goals.coverage);
+    merged.add({"some test", {{"lamp: dark", 1}}});
     const std::string text = text_report(merged, 90.0, false);
-    CHECK_THAT(text, Contains("    HOLE  " + hole + "\n"));
-    CHECK_THAT(text, !Contains("    HOLE  " + reached + "\n"));
-    CHECK_THAT(text, Contains("1 of " + std::to_string(goal_count()) + " goals reached"));
+    CHECK_THAT(text, Contains("    HOLE  lit\n"));
+    CHECK_THAT(text, Contains("    HOLE  clicks\n"));
+    CHECK_THAT(text, !Contains("    HOLE  dark\n"));
+    CHECK_THAT(text, Contains("1 of 10 goals reached"));
     CHECK_THAT(text, Contains("threshold 90.0 %"));
-    CHECK_THAT(text_report(merged, 90.0, true), Contains("    " + reached + ": 1, first in some test\n"));
+    CHECK_THAT(text_report(merged, 90.0, true), Contains("    dark: 1, first in some test\n"));
     const auto json = nlohmann::json::parse(json_report(merged, 90.0));
     CHECK(json.at("reached") == 1);
-    CHECK(json.at("goals") == goal_count());
-    CHECK(json.at("groups").at(0).at("bins").at(2).at("first_test") == "some test");
+    CHECK(json.at("goals") == 10);
+    CHECK(json.at("groups").at(0).at("bins").at(1).at("first_test") == "some test");
     CHECK(json.at("groups").at(0).at("bins").at(0).at("count") == 0);
 }
 
@@ -161,16 +205,4 @@ TEST_CASE("coverage: the threshold is one number") {
         CHECK_THROWS_AS(read_threshold(file), CoverageFileError);
     }
     CHECK_THROWS_AS(read_threshold(scratch.path() / "none"), CoverageFileError);
-}
-
-TEST_CASE("coverage: clock ratios are told apart") {
-    const auto ratio = [](std::int64_t core, std::int64_t out) {
-        return std::string(clock_ratio_name(core, out));
-    };
-    // Periods of the core clock and of DVI out.
-    CHECK(ratio(100, 300) == "DVI out slower by a whole factor");
-    CHECK(ratio(100, 250) == "DVI out slower");
-    CHECK(ratio(100, 100) == "DVI out equal");
-    CHECK(ratio(250, 100) == "DVI out faster");
-    CHECK(ratio(300, 100) == "DVI out faster by a whole factor");
 }

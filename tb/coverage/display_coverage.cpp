@@ -24,31 +24,29 @@ void DisplayCoverage::clock_edge(const DisplayWires& wires) {
 }
 
 void DisplayCoverage::cover_swaplock(const DisplayWires& wires) {
-    const char* group = "display/swap";
     if (done_edges_.size() == 1) {
-        coverage_.hit(group, "single display");
+        goals_.single_display.hit();
     } else {
         const auto [first, last] = std::minmax_element(done_edges_.begin(), done_edges_.end());
-        coverage_.hit(group,
-                      *first == *last ? "all columns done at one clock" : "waits for the slowest column");
-        coverage_.hit_if(*first != *last && done_edges_.front() == *last, group, "first column last");
-        coverage_.hit_if(*first != *last && done_edges_.back() == *last, group, "last column last");
+        const bool together = *first == *last;
+        (together ? goals_.all_at_one_clock : goals_.waits_for_slowest).hit();
+        goals_.first_column_last.hit_if(!together && done_edges_.front() == *last);
+        goals_.last_column_last.hit_if(!together && done_edges_.back() == *last);
     }
-    coverage_.hit_if(wires.de, group, "SWAPLOCK comes during a displayed frame");
+    goals_.during_displayed_frame.hit_if(wires.de);
 }
 
 void DisplayCoverage::cover_swap(bool skipped) {
-    const char* group = "display/swap";
     if (!swapped_before_) {
-        coverage_.hit_if(dvi_frames_ > 0, group, "black before the first");
-        coverage_.hit_if(dvi_frames_ > 1, group, "several DVI frames before the first");
+        goals_.black_before_first.hit_if(dvi_frames_ > 0);
+        goals_.several_before_first.hit_if(dvi_frames_ > 1);
     } else {
-        coverage_.hit_if(dvi_frames_ == 1, group, "a DVI frame for each frame");
-        coverage_.hit_if(dvi_frames_ == 2, group, "frame displayed twice");
-        coverage_.hit_if(dvi_frames_ > 2, group, "frame displayed three times or more");
+        goals_.dvi_frame_for_each.hit_if(dvi_frames_ == 1);
+        goals_.displayed_twice.hit_if(dvi_frames_ == 2);
+        goals_.displayed_oftener.hit_if(dvi_frames_ > 2);
     }
-    coverage_.hit_if(skipped, group, "kept as pixels were lost");
-    coverage_.hit_if(!skipped && kept_before_, group, "swapped after one that was kept");
+    goals_.kept.hit_if(skipped);
+    goals_.swapped_after_kept.hit_if(!skipped && kept_before_);
     swapped_before_ = true;
     kept_before_ = skipped;
     dvi_frames_ = 0;

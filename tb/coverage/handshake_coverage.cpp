@@ -2,10 +2,9 @@
 
 namespace metabuffer::coverage {
 
-HandshakeCoverage::HandshakeCoverage(Coverage& coverage, const rtl::MachineFaults& faults) {
+HandshakeCoverage::HandshakeCoverage(const HandshakeGoals& goals, const rtl::MachineFaults& faults) {
     for (const rtl::MachineFaults::Handshaking& handshake : faults.handshakes()) {
-        handshakes_.emplace_back(&handshake,
-                                 Bin(coverage, "faults/handshake", to_string(handshake.handshake)));
+        handshakes_.emplace_back(&handshake, goals.held(handshake.handshake));
     }
 }
 

@@ -3,17 +3,26 @@
 #include <utility>
 #include <vector>
 
-#include "coverage.h"
+#include "cover_group.h"
+#include "rtl/handshake.h"
 #include "rtl/machine_faults.h"
 
 namespace metabuffer::coverage {
+
+struct HandshakeGoals : CoverGroup {
+    explicit HandshakeGoals(Coverage& coverage)
+        : CoverGroup(coverage,
+                     {"faults/handshake",
+                      "handshakes that a fault holds low though they are raised, or, STALL, high"}) {}
+    Cross<rtl::Handshake> held{*this, every<rtl::Handshake>()};
+};
 
 /// Follows the handshakes that have a fault on their way: which of them their readers have seen otherwise than their
 /// blocks drove them.
 class HandshakeCoverage {
   public:
-    /// Coverage and faults must outlive it.
-    HandshakeCoverage(Coverage& coverage, const rtl::MachineFaults& faults);
+    /// Goals and faults must outlive it.
+    HandshakeCoverage(const HandshakeGoals& goals, const rtl::MachineFaults& faults);
 
     /// A core clock edge, before the edge.
     void clock_edge();

@@ -11,7 +11,6 @@ constexpr std::int64_t kAskedClocks = 16;
 }  // namespace
 
 void LinkCoverage::event(const rtl::DecoderEvent& event, const BusCoverage& bus) {
-    const char* group = "link/pacing";
     if (event.pair_lost) lost_.insert(event.lost_number);
     if (event.colour_start) {
         superseded_ = superseded_ || whole_;
@@ -24,31 +23,28 @@ void LinkCoverage::event(const rtl::DecoderEvent& event, const BusCoverage& bus)
     const bool bus_waits = bus.idle_clocks() > kAskedClocks;
     if (lockstep()) {
         if (more && bus.frames() > 0) {
-            coverage_.hit_if(bus_waits, group, "lockstep, bus waits for the link");
-            coverage_.hit_if(bus.idle_clocks() == 0, group, "lockstep, link waits for the bus");
+            goals_.bus_waits.hit_if(bus_waits);
+            goals_.link_waits.hit_if(bus.idle_clocks() == 0);
         }
     } else {
-        coverage_.hit_if(more && shown_ && superseded_ && bus_waits, group,
-                         "free-running, waits for the pair under way");
+        goals_.waits_for_pair_under_way.hit_if(more && shown_ && superseded_ && bus_waits);
     }
 }
 
 void LinkCoverage::frame_starts(int frame) {
-    const char* group = "link/pacing";
     if (!lockstep()) {
-        coverage_.hit_if(whole_, group, "free-running, fresh");
+        goals_.free_running_fresh.hit_if(whole_);
         shown_ = shown_ || whole_;
         whole_ = superseded_ = false;
         return;
     }
     const auto wanted = static_cast<std::uint32_t>(frame);
     if (good_.count(wanted) != 0) {
-        coverage_.hit(group, "lockstep, fresh");
+        goals_.lockstep_fresh.hit();
     } else if (good_.upper_bound(wanted) != good_.end()) {
-        coverage_.hit(group, "lockstep, again as a later pair is there");
+        goals_.again_as_later_is_there.hit();
     } else {
-        coverage_.hit(group, lost_.count(wanted) != 0 ? "lockstep, again as the pair is lost"
-                                                      : "lockstep, again at the timeout");
+        (lost_.count(wanted) != 0 ? goals_.again_as_lost : goals_.again_at_timeout).hit();
     }
 }
 

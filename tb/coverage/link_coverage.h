@@ -3,19 +3,33 @@
 #include <cstdint>
 #include <set>
 
-#include "coverage.h"
+#include "cover_group.h"
 #include "rtl/signals.h"
 #include "scenario/scenario.h"
+#include "shared_groups.h"
 
 namespace metabuffer::coverage {
 
 class BusCoverage;
 
+struct PairGoals : CoverGroup {
+    explicit PairGoals(Coverage& coverage) : CoverGroup(coverage, groups::kPacing) {}
+    Bin lockstep_fresh = bin("lockstep, fresh");
+    Bin again_at_timeout = bin("lockstep, again at the timeout");
+    Bin again_as_lost = bin("lockstep, again as the pair is lost");
+    Bin again_as_later_is_there = bin("lockstep, again as a later pair is there");
+    Bin bus_waits = bin("lockstep, bus waits for the link");
+    Bin link_waits = bin("lockstep, link waits for the bus");
+    Bin free_running_fresh = bin("free-running, fresh");
+    Bin waits_for_pair_under_way = bin("free-running, waits for the pair under way");
+};
+
 /// Follows what a renderer's decoder tells and what its framebuffer makes of it: why a frame shows a fresh pair or
 /// the last one again.
 class LinkCoverage {
   public:
-    LinkCoverage(Coverage& coverage, const Scenario& scenario) : coverage_(coverage), scenario_(scenario) {}
+    /// Goals and scenario must outlive it.
+    LinkCoverage(const PairGoals& goals, const Scenario& scenario) : goals_(goals), scenario_(scenario) {}
 
     /// The decoder tells something.
     void event(const rtl::DecoderEvent& event, const BusCoverage& bus);
@@ -25,7 +39,7 @@ class LinkCoverage {
   private:
     bool lockstep() const { return scenario_.pacing == Pacing::kLockstep; }
 
-    Coverage& coverage_;
+    const PairGoals& goals_;
     const Scenario& scenario_;
     std::set<std::uint32_t> good_;  ///< numbers of whole pairs
     std::set<std::uint32_t> lost_;

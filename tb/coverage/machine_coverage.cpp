@@ -10,11 +10,8 @@
 #include <iterator>
 #include <utility>
 
-#include "bin_names.h"
 #include "coverage_file.h"
 #include "rtl/wires.h"
-#include "run_coverage.h"
-#include "scenario/names.h"
 
 namespace metabuffer::coverage {
 namespace {
@@ -36,6 +33,15 @@ std::string test_name() {
 
 }  // namespace
 
+ClockRatio clock_ratio(std::int64_t core_picoseconds, std::int64_t out_picoseconds) {
+    if (core_picoseconds == out_picoseconds) return ClockRatio::kEqual;
+    if (core_picoseconds < out_picoseconds) {
+        return out_picoseconds % core_picoseconds == 0 ? ClockRatio::kSlowerByWholeFactor
+                                                       : ClockRatio::kSlower;
+    }
+    return core_picoseconds % out_picoseconds == 0 ? ClockRatio::kFasterByWholeFactor : ClockRatio::kFaster;
+}
+
 MachineCoverage::MachineCoverage(const sc_core::sc_module_name& name, rtl::Metabuffer& machine,
                                  const Scenario& scenario)
     : sc_core::sc_module(name),
@@ -43,21 +49,22 @@ MachineCoverage::MachineCoverage(const sc_core::sc_module_name& name, rtl::Metab
       scenario_(scenario),
       renderers_(scenario.renderers.size()),
       displays_(static_cast<std::size_t>(scenario.displays.count())),
-      display_(coverage_),
-      handshakes_(coverage_, machine.faults()),
+      goals_(coverage_),
+      display_(goals_.display),
+      handshakes_(goals_.handshake, machine.faults()),
       beats_(renderers_),
       tables_ready_(renderers_, true),
       frames_seen_(renderers_),
       contested_(static_cast<std::size_t>(scenario.frames)) {
     for (std::size_t r = 0; r < renderers_; ++r) {
-        buses_.emplace_back(coverage_, scenario_, r);
-        links_.emplace_back(coverage_, scenario_);
+        buses_.emplace_back(goals_.bus, scenario_, r);
+        links_.emplace_back(goals_.link, scenario_);
         for (std::size_t d = 0; d < displays_; ++d) {
-            composers_.emplace_back(coverage_, scenario_, r, static_cast<int>(d) + 1);
+            composers_.emplace_back(goals_.composer, scenario_, r, static_cast<int>(d) + 1);
         }
     }
     for (std::size_t d = 0; d < displays_; ++d) {
-        columns_.emplace_back(coverage_, scenario_, static_cast<int>(d) + 1);
+        columns_.emplace_back(goals_.column, scenario_, static_cast<int>(d) + 1);
         ColumnWires column;
         column.pipeready.resize(renderers_ + 1);
         column.startframe.resize(renderers_ + 1);
@@ -103,9 +110,11 @@ void MachineCoverage::sample_composers() {
     rtl::Wires& wires = machine_.wires();
     for (std::size_t i = 0; i < composers_.size(); ++i) {
         const std::size_t below = i + displays_;
-        composers_[i].clock_edge({wires.bus_seen_by(i).read(), wires.pipe[i].read(), wires.pipe[below].read(),
-                                  wires.startframe[below].read(), wires.column_stall[i % displays_].read(),
-                                  stalls_[i]->read(), wires.busready[i].read()});
+        const monitors::ComposerInputs inputs{wires.bus_seen_by(i).read(), wires.startframe[i].read(),
+                                              wires.pipe[i].read(), wires.pipeready[below].read(),
+                                              wires.column_stall[i % displays_].read()};
+        composers_[i].clock_edge(
+            {inputs, wires.pipe[below].read(), wires.startframe[below].read(), wires.busready[i].read()});
     }
 }
 
@@ -163,11 +172,10 @@ void MachineCoverage::sample_columns() {
     const auto stalled = std::count_if(columns_.begin(), columns_.end(),
                                        [](const ColumnCoverage& column) { return column.stalled(); });
     if (stalled == 0) return;
-    coverage_.hit_if(stalled == static_cast<std::ptrdiff_t>(displays_), "stall", "all columns at once");
-    coverage_.hit_if(
+    goals_.columns_stall.all_at_once.hit_if(stalled == static_cast<std::ptrdiff_t>(displays_));
+    goals_.columns_stall.one_while_another_runs.hit_if(
         std::any_of(columns_.begin(), columns_.end(),
-                    [](const ColumnCoverage& column) { return column.running() && !column.stalled(); }),
-        "stall", "one column while another runs");
+                    [](const ColumnCoverage& column) { return column.running() && !column.stalled(); }));
 }
 
 void MachineCoverage::sample_displays() {
@@ -182,7 +190,7 @@ void MachineCoverage::sample_displays() {
 }
 
 void MachineCoverage::finished(const RunReport& report) {
-    cover_run(coverage_, scenario_, report);
+    cover_run(goals_.run, scenario_, report);
     cover_combination(report);
     if (displays_ > 1) cover_columns_together();
 }
@@ -192,11 +200,11 @@ void MachineCoverage::cover_combination(const RunReport& report) {
     const std::size_t shown = std::min(contested_.size(), static_cast<std::size_t>(report.frames_shown()));
     const auto end = contested_.begin() + static_cast<std::ptrdiff_t>(shown);
     const auto frames = std::count(contested_.begin(), end, true);
-    const std::string bus = both(to_string(scenario_.bus.arbitration), width_name(scenario_.bus.width_bits));
-    const std::string modes = both(clock_ratio_name(clock_period_picoseconds(scenario_.clocks.core_mhz),
-                                                    clock_period_picoseconds(scenario_.clocks.dvi_out_mhz)),
-                                   to_string(scenario_.composer.on_starvation));
-    coverage_.hit("bus/policy-width-ratio", both(bus, modes), frames);
+    const ClockRatio ratio = clock_ratio(clock_period_picoseconds(scenario_.clocks.core_mhz),
+                                         clock_period_picoseconds(scenario_.clocks.dvi_out_mhz));
+    const BusConfig& bus = scenario_.bus;
+    goals_.combination.bins(bus.arbitration, bus.width_bits, ratio, scenario_.composer.on_starvation)
+        .hit(frames);
 }
 
 void MachineCoverage::cover_columns_together() {
@@ -219,12 +227,12 @@ void MachineCoverage::cover_columns_together() {
     }
     for (std::size_t frame = 0; frame < started; ++frame) {
         const bool together = same(frame, starts);
-        coverage_.hit("frames/sequence",
-                      together ? "columns start at the same clock" : "columns start apart");
-        coverage_.hit("pipeready", together ? "columns at the same clock" : "columns at different clocks");
+        const ColumnsSequenceGoals& goals = goals_.columns_sequence;
+        (together ? goals.start_together : goals.start_apart).hit();
+        (together ? goals_.columns_ready.same_clock : goals_.columns_ready.different_clocks).hit();
     }
     for (std::size_t frame = 0; frame < ended; ++frame) {
-        coverage_.hit_if(!same(frame, ends), "frames/sequence", "columns end apart");
+        goals_.columns_sequence.end_apart.hit_if(!same(frame, ends));
     }
 }
 
@@ -244,7 +252,7 @@ CoverageRecorder::~CoverageRecorder() {
     if (!machine_coverage_) return;
     try {
         append_record(directory_ / (std::to_string(getpid()) + ".coverage"),
-                      {test_name(), machine_coverage_->counts()});
+                      record_of(test_name(), machine_coverage_->counts()));
     } catch (const std::exception& error) {
         std::cerr << error.what() << '\n';  // what is missing shows as a hole
     }

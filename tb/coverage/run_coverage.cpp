@@ -1,24 +1,20 @@
 #include "run_coverage.h"
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
 #include <set>
 #include <string>
 
-#include "bin_names.h"
 #include "datapath/segment.h"
 #include "scenario/derived_timing.h"
-#include "scenario/names.h"
-#include "segment_coverage.h"
 
 namespace metabuffer::coverage {
 namespace {
 
-/// Which of three names fits the order of two values.
-template <typename Value>
-const char* by_order(Value left, Value right, const char* less, const char* equal, const char* greater) {
-    if (left < right) return less;
-    return left == right ? equal : greater;
+/// By periods.
+Speed speed(std::int64_t period, std::int64_t core_period) {
+    if (period == core_period) return Speed::kEqual;
+    return period < core_period ? Speed::kFaster : Speed::kSlower;
 }
 
 bool whole_multiple(std::int64_t a, std::int64_t b) { return a % b == 0 || b % a == 0; }
@@ -28,11 +24,35 @@ bool has_fault(const Scenario& scenario, FaultKind kind) {
                        [kind](const Fault& fault) { return fault.kind == kind; });
 }
 
+/// The cause that a fault is rejected for, if a frame is.
+std::optional<RejectCause> cause_of(FaultKind kind) {
+    switch (kind) {
+        case FaultKind::kMagic:
+            return RejectCause::kMagic;
+        case FaultKind::kVersion:
+            return RejectCause::kVersion;
+        case FaultKind::kKind:
+            return RejectCause::kKind;
+        case FaultKind::kCrc:
+            return RejectCause::kCrc;
+        case FaultKind::kNumber:
+        case FaultKind::kMissing:
+            return RejectCause::kPair;
+        case FaultKind::kShortLine:
+        case FaultKind::kLongLine:
+        case FaultKind::kShortFrame:
+        case FaultKind::kLongFrame:
+            return RejectCause::kGeometry;
+        default:
+            return std::nullopt;
+    }
+}
+
 /// Samples one run.
 class RunCoverage {
   public:
-    RunCoverage(Coverage& coverage, const Scenario& scenario, const RunReport& report)
-        : coverage_(coverage), scenario_(scenario), report_(report) {}
+    RunCoverage(const RunGoals& goals, const Scenario& scenario, const RunReport& report)
+        : goals_(goals), scenario_(scenario), report_(report) {}
 
     void sample() {
         cover_shape();
@@ -51,146 +71,125 @@ class RunCoverage {
     }
 
   private:
-    void hit(const char* group, const std::string& bin) { coverage_.hit(group, bin); }
-    void hit_if(bool condition, const char* group, const std::string& bin) {
-        coverage_.hit_if(condition, group, bin);
-    }
     bool glitches() const { return scenario_.composer.on_starvation == StarvationMode::kGlitch; }
     bool lockstep() const { return scenario_.pacing == Pacing::kLockstep; }
     bool tripped() const { return !report_.watchdog.empty(); }
 
     void cover_shape() {
-        const char* group = "machine/shape";
+        const ShapeGoals& goals = goals_.shape;
         const DisplayConfig& displays = scenario_.displays;
         const std::size_t renderers = scenario_.renderers.size();
-        hit_if(renderers == 1, group, "1 renderer");
-        for (std::size_t count = 2; count <= 4; ++count) {
-            hit_if(renderers == count, group, std::to_string(count) + " renderers");
-        }
-        hit_if(renderers >= 5, group, "5 renderers or more");
-        hit_if(displays.count() == 1, group, "1 display");
-        hit_if(displays.columns > 1 && displays.rows == 1, group, "displays in a row");
-        hit_if(displays.columns == 1 && displays.rows > 1, group, "displays in a column");
-        hit_if(displays.columns > 1 && displays.rows > 1, group, "displays in a grid");
+        goals.renderers(static_cast<std::int64_t>(renderers)).hit();
+        goals.one_display.hit_if(displays.count() == 1);
+        goals.displays_in_row.hit_if(displays.columns > 1 && displays.rows == 1);
+        goals.displays_in_column.hit_if(displays.columns == 1 && displays.rows > 1);
+        goals.displays_in_grid.hit_if(displays.columns > 1 && displays.rows > 1);
         const bool narrow = displays.width_pixels == 1;
         const bool low = displays.height_pixels == 1;
-        hit_if(narrow && low, group, "display of one pixel");
-        hit_if(narrow && !low, group, "display one pixel wide");
-        hit_if(!narrow && low, group, "display one pixel high");
-        hit_if(displays.height_pixels > displays.width_pixels, group, "raster higher than wide");
-        hit_if(displays.height_pixels < displays.width_pixels, group, "raster wider than high");
+        goals.display_of_one_pixel.hit_if(narrow && low);
+        goals.display_one_pixel_wide.hit_if(narrow && !low);
+        goals.display_one_pixel_high.hit_if(!narrow && low);
+        goals.raster_higher.hit_if(displays.height_pixels > displays.width_pixels);
+        goals.raster_wider.hit_if(displays.height_pixels < displays.width_pixels);
         std::set<std::pair<int, int>> sizes;
         for (const Renderer& renderer : scenario_.renderers) {
             sizes.emplace(renderer.image_width_pixels, renderer.image_height_pixels);
-            hit_if(renderer.images.size() > 1 && scenario_.frames > 1, group, "image changes between pairs");
-            hit_if(renderer.frames.size() < static_cast<std::size_t>(scenario_.frames), group,
-                   "frames beyond a renderer's list");
+            goals.image_changes.hit_if(renderer.images.size() > 1 && scenario_.frames > 1);
+            goals.frames_beyond_list.hit_if(renderer.frames.size() <
+                                            static_cast<std::size_t>(scenario_.frames));
         }
-        hit_if(sizes.size() > 1, group, "renderers of different image sizes");
+        goals.different_image_sizes.hit_if(sizes.size() > 1);
         const int raster_pixels = displays.raster_width_pixels() * displays.raster_height_pixels();
-        const char* frames = "frames/sequence";
-        hit_if(raster_pixels == 1, frames, "raster of one pixel");
-        hit_if(raster_pixels < static_cast<int>(renderers), frames, "frame shorter than the column");
-        hit_if(scenario_.frames == 1, frames, "one frame");
-        hit_if(scenario_.frames == 2, frames, "two frames");
-        hit_if(scenario_.frames > 2, frames, "three frames or more");
-        hit("supersample", std::to_string(displays.supersample));
-        hit_if(displays.supersample > 1, "supersample",
-               std::string("with ") + to_string(scenario_.composition));
+        goals_.frames.raster_of_one_pixel.hit_if(raster_pixels == 1);
+        goals_.frames.shorter_than_column.hit_if(raster_pixels < static_cast<int>(renderers));
+        goals_.frames.frames(scenario_.frames).hit();
+        goals_.supersample.factor(displays.supersample).hit();
+        goals_.supersample.averaged(scenario_.composition).hit_if(displays.supersample > 1);
     }
 
     void cover_modes() {
-        hit("machine/modes", both(to_string(scenario_.pacing), to_string(scenario_.composer.on_starvation)));
-        hit("machine/modes", both(to_string(scenario_.composition), to_string(scenario_.depth_format)));
-        hit("machine/modes", both(to_string(scenario_.pacing), to_string(scenario_.bus.arbitration)));
+        goals_.modes.starvation(scenario_.pacing, scenario_.composer.on_starvation).hit();
+        goals_.modes.composition(scenario_.composition, scenario_.depth_format).hit();
+        goals_.modes.arbitration(scenario_.pacing, scenario_.bus.arbitration).hit();
     }
 
     void cover_clocks() {
-        const char* group = "link/timing";
+        const ClockGoals& goals = goals_.clocks;
         const std::int64_t core = clock_period_picoseconds(scenario_.clocks.core_mhz);
         const std::int64_t in = clock_period_picoseconds(scenario_.clocks.dvi_in_mhz);
         const std::int64_t out = clock_period_picoseconds(scenario_.clocks.dvi_out_mhz);
-        hit(group, both(by_order(in, core, "DVI in faster", "DVI in equal", "DVI in slower"),
-                        by_order(out, core, "DVI out faster", "DVI out equal", "DVI out slower")));
-        hit_if(!whole_multiple(in, core), group, "DVI in no whole multiple");
-        hit_if(!whole_multiple(out, core), group, "DVI out no whole multiple");
-        hit_if(in != core && whole_multiple(in, core), group, "DVI in whole multiple");
-        hit_if(out != core && whole_multiple(out, core), group, "DVI out whole multiple");
-        hit_if(in != core && out != core && in != out, group, "three different clocks");
-        hit_if(in != core && in == out, group, "DVI in and out share a clock");
+        goals.speed(speed(in, core), speed(out, core)).hit();
+        goals.in_no_whole_multiple.hit_if(!whole_multiple(in, core));
+        goals.out_no_whole_multiple.hit_if(!whole_multiple(out, core));
+        goals.in_whole_multiple.hit_if(in != core && whole_multiple(in, core));
+        goals.out_whole_multiple.hit_if(out != core && whole_multiple(out, core));
+        goals.three_clocks.hit_if(in != core && out != core && in != out);
+        goals.shared_clock.hit_if(in != core && in == out);
     }
 
     void cover_memory() {
         const MemoryConfig& memory = scenario_.memory;
         const BusConfig& bus = scenario_.bus;
-        hit("memory/words", std::to_string(memory.words_per_cycle));
-        const char* group = "memory/page";
-        hit_if(memory.page_miss_cycles == 0, group, "miss costs nothing");
-        hit_if(memory.page_miss_cycles == 1, group, "miss costs 1 clock");
-        hit_if(memory.page_miss_cycles > 1, group, "miss costs more");
-        hit_if(memory.page_words == 1, group, "of one word");
-        hit_if(memory.page_words < pixels_per_beat(bus, memory), group, "smaller than a beat could be");
-        hit_if(memory.page_words < bus.burst_pixels, group, "smaller than a burst");
-        hit_if(memory.page_words > bus.burst_pixels, group, "larger than a burst");
+        goals_.words.words(memory.words_per_cycle).hit();
+        const PageSizeGoals& page = goals_.page;
+        page.miss_cycles(memory.page_miss_cycles).hit();
+        page.one_word.hit_if(memory.page_words == 1);
+        page.smaller_than_beat.hit_if(memory.page_words < pixels_per_beat(bus, memory));
+        page.smaller_than_burst.hit_if(memory.page_words < bus.burst_pixels);
+        page.larger_than_burst.hit_if(memory.page_words > bus.burst_pixels);
         for (const Renderer& renderer : scenario_.renderers) {
-            hit_if(memory.page_words > renderer.image_width_pixels * renderer.image_height_pixels, group,
-                   "larger than the image");
+            page.larger_than_image.hit_if(memory.page_words >
+                                          renderer.image_width_pixels * renderer.image_height_pixels);
         }
         const int bus_pixels = bus.width_bits / kPixelBits;
-        hit_if(bus.width_bits == 16, "bus/beat", "4 clocks a pixel");
-        hit_if(bus.width_bits == 32, "bus/beat", "2 clocks a pixel");
-        if (bus_pixels >= 1) {
-            hit("bus/beat", by_order(bus_pixels, memory.words_per_cycle, "bus limits", "bus equals memory",
-                                     "memory limits"));
-        }
+        const BeatLimitGoals& beat = goals_.beat;
+        beat.four_clocks.hit_if(cycles_per_beat(bus) == 4);
+        beat.two_clocks.hit_if(cycles_per_beat(bus) == 2);
+        beat.bus_limits.hit_if(bus_pixels >= 1 && bus_pixels < memory.words_per_cycle);
+        beat.bus_equals_memory.hit_if(bus_pixels >= 1 && bus_pixels == memory.words_per_cycle);
+        beat.memory_limits.hit_if(bus_pixels > memory.words_per_cycle);
     }
 
     void cover_buffers() {
-        const char* group = "composer/buffer";
+        const BufferSizeGoals& goals = goals_.buffer;
         const int in_flight = in_flight_pixels(scenario_.bus, scenario_.memory);
         const ComposerConfig& composer = scenario_.composer;
-        hit_if(composer.buffer_pixels == in_flight, group, "smallest legal size");
-        hit_if(composer.buffer_pixels == scenario_.bus.burst_pixels + 1, group, "one pixel beyond a burst");
-        hit_if(composer.ready_space_pixels == in_flight, group, "ready space is in-flight only");
-        hit_if(composer.ready_space_pixels > scenario_.bus.burst_pixels, group,
-               "ready space is more than a burst");
+        goals.smallest.hit_if(composer.buffer_pixels == in_flight);
+        goals.beyond_a_burst.hit_if(composer.buffer_pixels == scenario_.bus.burst_pixels + 1);
+        goals.ready_space_in_flight.hit_if(composer.ready_space_pixels == in_flight);
+        goals.ready_space_beyond_a_burst.hit_if(composer.ready_space_pixels > scenario_.bus.burst_pixels);
     }
 
     void cover_starvation() {
-        const std::string policy = to_string(scenario_.bus.arbitration);
+        const StarvationModeGoals& goals = goals_.starvation;
         const bool starved = report_.total_starved_pixels() > 0;
         const bool stalled = report_.total_stalled_cycles() > 0;
-        const char* group = "starvation/mode";
-        hit_if(starved, group, both(policy, "starved in glitch"));
-        hit_if(stalled, group, both(policy, "stalled in stall"));
-        hit_if(!starved && glitches(), group, "glitch without starving");
-        hit_if(!stalled && !glitches(), group, "stall without stalling");
+        goals.starved(scenario_.bus.arbitration).hit_if(starved);
+        goals.stalled(scenario_.bus.arbitration).hit_if(stalled);
+        goals.glitch_without_starving.hit_if(!starved && glitches());
+        goals.stall_without_stalling.hit_if(!stalled && !glitches());
     }
 
     void cover_arbitration() {
-        const std::string policy = to_string(scenario_.bus.arbitration);
+        const SlotGoals& goals = goals_.slots;
+        const Arbitration policy = scenario_.bus.arbitration;
         const BusCounters bus = report_.total_bus();
-        hit_if(bus.poll_cycles > 0, "bus/arbitration", both(policy, "poll"));
-        if (bus.recovered_slots > 0 && is_goal("bus/arbitration", both(policy, "slots recovered"))) {
-            hit("bus/arbitration", both(policy, "slots recovered"));
-        }
-        hit_if(bus.lost_cycles > 0, "bus/arbitration", "slot-allocation, slot lost");
+        goals.poll(policy).hit_if(bus.poll_cycles > 0);
+        goals.irsa_recovers.hit_if(bus.recovered_slots > 0 && policy == Arbitration::kIrsa);
+        goals.round_robin_recovers.hit_if(bus.recovered_slots > 0 && policy == Arbitration::kRoundRobin);
+        goals.slot_lost.hit_if(bus.lost_cycles > 0);
     }
 
     void cover_watchdog() {
-        const char* group = "watchdog";
-        hit(group, scenario_.watchdog_cycles == 0 ? "interval derived" : "interval given");
-        hit(group, tripped() ? "ends a run" : "silent in a whole run");
+        const WatchdogGoals& goals = goals_.watchdog;
+        (scenario_.watchdog_cycles == 0 ? goals.interval_derived : goals.interval_given).hit();
+        (tripped() ? goals.ends_run : goals.silent).hit();
         for (const std::string& line : report_.watchdog) {
-            hit_if(line.find("input_framebuffer_") != std::string::npos, group, "names an input framebuffer");
-            hit_if(line.find("composer_") != std::string::npos, group, "names a composer");
-            hit_if(line.find("output_framebuffer_") != std::string::npos, group,
-                   "names an output framebuffer");
+            goals.names_input_framebuffer.hit_if(line.find("input_framebuffer_") != std::string::npos);
+            goals.names_composer.hit_if(line.find("composer_") != std::string::npos);
+            goals.names_output_framebuffer.hit_if(line.find("output_framebuffer_") != std::string::npos);
         }
-        if (tripped()) {
-            hit(group, report_.frames_shown() > 0 ? "trips after a frame was shown"
-                                                  : "trips before the first frame is shown");
-        }
+        if (tripped()) (report_.frames_shown() > 0 ? goals.after_a_frame : goals.before_first_frame).hit();
     }
 
     /// The tables of the pairs that were composited.
@@ -202,7 +201,7 @@ class RunCoverage {
                 const int pair = frame.pairs.at(r);
                 if (pair < 0) continue;
                 const RendererFrame& entry = renderer.frame_of_pair(static_cast<std::uint32_t>(pair));
-                if (seen.insert(&entry).second) cover_table(coverage_, scenario_, renderer, entry.table);
+                if (seen.insert(&entry).second) cover_table(goals_.tables, scenario_, renderer, entry.table);
             }
         }
         for (const FrameRecord& frame : report_.frames) cover_frame(frame);
@@ -217,10 +216,10 @@ class RunCoverage {
                 segments[row.dcomp - std::size_t{1}].emplace_back(
                     row, scenario_.displays.raster_width_pixels(), scenario_.displays.raster_height_pixels());
             }
-            hit_if(rows.empty(), "machine/shape", "renderer that no display shows");
+            goals_.shape.renderer_not_shown.hit_if(rows.empty());
         }
         for (const std::vector<Segment>& of_display : segments) {
-            hit_if(of_display.empty(), "frames/sequence", "no renderer covers a display");
+            goals_.frames.display_not_covered.hit_if(of_display.empty());
             cover_three_at_a_pixel(of_display);
         }
     }
@@ -233,8 +232,7 @@ class RunCoverage {
         for (std::size_t i = 0; i < segments.size(); ++i) {
             for (std::size_t j = 0; j < i; ++j) {
                 for (std::size_t k = 0; k < j; ++k) {
-                    hit_if(overlap(segments[i], segments[j], segments[k]), "compose/depth",
-                           "three renderers at one raster pixel");
+                    goals_.overlap.three_renderers.hit_if(overlap(segments[i], segments[j], segments[k]));
                 }
             }
         }
@@ -251,86 +249,55 @@ class RunCoverage {
     void cover_viewports() {
         for (const Renderer& renderer : scenario_.renderers) {
             for (const RendererFrame& frame : renderer.frames) {
-                if (frame.viewport) cover_viewport(coverage_, scenario_, renderer, frame);
+                if (frame.viewport) cover_viewport(goals_.tables.viewport, scenario_, renderer, frame);
             }
         }
     }
 
     void cover_pacing() {
-        const char* group = "link/pacing";
+        const PacingGoals& goals = goals_.pacing;
         for (std::size_t r = 0; r < scenario_.renderers.size(); ++r) {
             const RendererCounters& counters = report_.renderers[r];
-            if (!report_.frames.empty() && report_.frames.front().pairs.at(r) < 0) {
-                hit(group, lockstep() ? "lockstep, nothing before the first pair"
-                                      : "free-running, nothing before the first pair");
-            }
-            if (lockstep()) {
-                hit_if(counters.dropped_frames > 0, group, "lockstep, pair too late dropped");
-                continue;
-            }
-            hit_if(counters.repeated_frames > 0, group, "free-running, again");
-            hit_if(counters.dropped_frames > 0, group, "free-running, overwritten pair dropped");
-            hit_if(counters.repeated_frames > 0 && counters.dropped_frames > 0, group,
-                   "free-running, drops and repeats in one run");
+            goals.nothing_before_first(scenario_.pacing)
+                .hit_if(!report_.frames.empty() && report_.frames.front().pairs.at(r) < 0);
+            const bool repeated = counters.repeated_frames > 0;
+            const bool dropped = counters.dropped_frames > 0;
+            goals.lockstep_too_late_dropped.hit_if(lockstep() && dropped);
+            goals.free_running_again.hit_if(!lockstep() && repeated);
+            goals.free_running_dropped.hit_if(!lockstep() && dropped);
+            goals.drops_and_repeats.hit_if(!lockstep() && repeated && dropped);
         }
     }
 
     void cover_rejections() {
-        const char* group = "link/rejected";
+        const RejectedFrameGoals& goals = goals_.rejected;
         for (std::size_t r = 0; r < scenario_.renderers.size(); ++r) {
             if (report_.renderers[r].total_rejected_frames() == 0) continue;
-            hit(group, lockstep() ? "in lockstep" : "free-running");
+            goals.pacing(scenario_.pacing).hit();
             for (const Fault& fault : scenario_.faults) {
                 if (fault.renderer != static_cast<int>(r)) continue;
-                const std::string cause = cause_name(fault.kind);
-                if (cause.empty() || rejected(r, cause) == 0) continue;
-                hit(group, both(cause, fault.frame == FrameKind::kColour ? "colour frame" : "depth frame"));
+                const std::optional<RejectCause> cause = cause_of(fault.kind);
+                if (!cause || rejected(r, *cause) == 0) continue;
+                goals.cause(*cause, fault.frame).hit();
                 const int pair = static_cast<int>(fault.pair);
-                hit_if(pair == 0, group, "first pair");
-                hit_if(pair > 0, group, "later pair");
-                hit_if(pair == scenario_.frames - 1, group, "last pair");
-                hit_if(std::any_of(report_.frames.begin(), report_.frames.end(),
-                                   [&](const FrameRecord& frame) { return frame.pairs.at(r) > pair; }),
-                       group, "good pair behind it");
+                goals.first_pair.hit_if(pair == 0);
+                goals.later_pair.hit_if(pair > 0);
+                goals.last_pair.hit_if(pair == scenario_.frames - 1);
+                goals.good_pair_behind.hit_if(
+                    std::any_of(report_.frames.begin(), report_.frames.end(),
+                                [&](const FrameRecord& frame) { return frame.pairs.at(r) > pair; }));
                 for (const Fault& other : scenario_.faults) {
-                    const bool rejects = !cause_name(other.kind).empty();
-                    hit_if(rejects && other.renderer == fault.renderer && other.pair == fault.pair + 1, group,
-                           "two pairs running");
-                    hit_if(rejects && other.renderer != fault.renderer && other.pair == fault.pair, group,
-                           "two renderers in a frame");
+                    const bool rejects = cause_of(other.kind).has_value();
+                    const bool same_renderer = other.renderer == fault.renderer;
+                    goals.two_pairs_running.hit_if(rejects && same_renderer && other.pair == fault.pair + 1);
+                    goals.two_renderers.hit_if(rejects && !same_renderer && other.pair == fault.pair);
                 }
             }
         }
     }
 
-    std::int64_t rejected(std::size_t renderer, const std::string& cause) const {
-        for (int i = 0; i < kRejectCauseCount; ++i) {
-            if (cause == reject_cause_key(static_cast<RejectCause>(i))) {
-                return report_.renderers[renderer].rejected_frames[static_cast<std::size_t>(i)];
-            }
-        }
-        return 0;
-    }
-
-    /// The cause that a fault is rejected for; empty for one that no frame is rejected for.
-    static std::string cause_name(FaultKind kind) {
-        switch (kind) {
-            case FaultKind::kMagic:
-            case FaultKind::kVersion:
-            case FaultKind::kKind:
-            case FaultKind::kCrc:
-                return to_string(kind);
-            case FaultKind::kNumber:
-            case FaultKind::kMissing:
-                return "pair";
-            case FaultKind::kShortLine:
-            case FaultKind::kLongLine:
-            case FaultKind::kShortFrame:
-            case FaultKind::kLongFrame:
-                return "geometry";
-            default:
-                return {};
-        }
+    std::int64_t rejected(std::size_t renderer, RejectCause cause) const {
+        return report_.renderers[renderer].rejected_frames[static_cast<std::size_t>(cause)];
     }
 
     /// A fault of a pair that the run did not come to, or of a clock behind its end, has done nothing.
@@ -349,53 +316,67 @@ class RunCoverage {
     bool at_a_clock(FaultKind kind) const { return kind >= FaultKind::kBusreadyLow; }
 
     void cover_faults() {
-        const char* group = "faults/place";
+        const FaultPlaceGoals& goals = goals_.fault_place;
         std::set<int> renderers;
         int faults = 0;
         for (const Fault& fault : scenario_.faults) {
             if (!struck(fault)) continue;
             ++faults;
             renderers.insert(fault.renderer);
-            hit("faults/kind", to_string(fault.kind));
-            if (fault.kind == FaultKind::kLostBeat) hit("faults/lost-beat", to_string(fault.of));
-            hit(group, lockstep() ? "in lockstep" : "free-running");
-            hit(group, glitches() ? "in glitch" : "in stall");
+            goals_.fault_kind.kind(fault.kind).hit();
+            if (fault.kind == FaultKind::kLostBeat) goals_.lost_beat.of(fault.of).hit();
+            goals.pacing(scenario_.pacing).hit();
+            goals.starvation(scenario_.composer.on_starvation).hit();
             if (at_a_clock(fault.kind)) continue;
             const int pair = static_cast<int>(fault.pair);
-            hit_if(pair == 0, group, "first pair");
-            hit_if(pair == scenario_.frames - 1, group, "last pair");
-            hit_if(pair > 0 && pair < scenario_.frames - 1, group, "pair in between");
-            hit_if(fault.kind == FaultKind::kDelay, group,
-                   fault.delay_pairs < scenario_.link_timeout_pairs ? "silence shorter than the timeout"
-                                                                    : "silence longer than the timeout");
-            if (fault.kind == FaultKind::kDrift) {
-                hit(group, fault.ppm > 0 ? "clock drifts fast" : "clock drifts slow");
-            }
-            hit_if(std::any_of(report_.frames.begin(), report_.frames.end(),
-                               [&](const FrameRecord& frame) {
-                                   return frame.pairs.at(static_cast<std::size_t>(fault.renderer)) > pair;
-                               }),
-                   group, "good frame shown behind a faulty one");
+            goals.first_pair.hit_if(pair == 0);
+            goals.last_pair.hit_if(pair == scenario_.frames - 1);
+            goals.pair_between.hit_if(pair > 0 && pair < scenario_.frames - 1);
+            const bool delayed = fault.kind == FaultKind::kDelay;
+            const bool in_time = fault.delay_pairs < scenario_.link_timeout_pairs;
+            goals.short_silence.hit_if(delayed && in_time);
+            goals.long_silence.hit_if(delayed && !in_time);
+            if (fault.kind == FaultKind::kDrift)
+                (fault.ppm > 0 ? goals.drifts_fast : goals.drifts_slow).hit();
+            goals.good_frame_behind.hit_if(
+                std::any_of(report_.frames.begin(), report_.frames.end(), [&](const FrameRecord& frame) {
+                    return frame.pairs.at(static_cast<std::size_t>(fault.renderer)) > pair;
+                }));
         }
-        hit_if(faults > 1, group, "two faults in a run");
-        hit_if(renderers.size() > 1, group, "two renderers at once");
-        hit_if(has_fault(scenario_, FaultKind::kLostBeat) && report_.total_composer().lost_pixels > 0, group,
-               "pixels lost on a bus");
-        hit_if(report_.total_composer().lost_tables > 0, group, "table lost on a bus");
-        hit_if(std::any_of(report_.displays.begin(), report_.displays.end(),
-                           [](const DisplayCounters& display) { return display.kept_frames > 0; }),
-               group, "frame kept off the displays");
+        goals.two_faults.hit_if(faults > 1);
+        goals.two_renderers.hit_if(renderers.size() > 1);
+        goals.pixels_lost.hit_if(has_fault(scenario_, FaultKind::kLostBeat) &&
+                                 report_.total_composer().lost_pixels > 0);
+        goals.table_lost.hit_if(report_.total_composer().lost_tables > 0);
+        goals.frame_kept_off.hit_if(
+            std::any_of(report_.displays.begin(), report_.displays.end(),
+                        [](const DisplayCounters& display) { return display.kept_frames > 0; }));
     }
 
-    Coverage& coverage_;
+    const RunGoals& goals_;
     const Scenario& scenario_;
     const RunReport& report_;
 };
 
 }  // namespace
 
-void cover_run(Coverage& coverage, const Scenario& scenario, const RunReport& report) {
-    RunCoverage(coverage, scenario, report).sample();
+Axis<Speed> ClockGoals::speeds(const std::string& clock) {
+    return {{Speed::kSlower, clock + " slower"},
+            {Speed::kEqual, clock + " equal"},
+            {Speed::kFaster, clock + " faster"}};
+}
+
+Axis<RejectCause> RejectedFrameGoals::causes() {
+    Axis<RejectCause> axis;
+    for (int i = 0; i < kRejectCauseCount; ++i) {
+        const auto cause = static_cast<RejectCause>(i);
+        axis.emplace_back(cause, reject_cause_key(cause));
+    }
+    return axis;
+}
+
+void cover_run(const RunGoals& goals, const Scenario& scenario, const RunReport& report) {
+    RunCoverage(goals, scenario, report).sample();
 }
 
 }  // namespace metabuffer::coverage

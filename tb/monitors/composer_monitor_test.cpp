@@ -616,3 +616,78 @@ TEST_CASE("composer observer: what over and the alpha key make of every pair of 
         }
     }
 }
+
+TEST_CASE("composer observer: which local pixel comes next, what is held and what is missing", "[monitors]") {
+    Scenario scenario = small_scenario(4, 4);
+    scenario.composer.on_starvation = StarvationMode::kGlitch;
+    scenario.composer.buffer_pixels = 8;
+    monitors::ComposerObserver observer(scenario, 0, 0);
+    observer.reset(false);
+    std::int64_t cycle = 0;
+    const rtl::PipePixel upstream{scenario.background_pixel(), true, false};
+    const auto edge = [&](const rtl::BusBeat& bus, bool startframe = false) {
+        observer.edge({bus, startframe, upstream, false, false}, cycle++);
+    };
+    const auto next = [&observer] {
+        const auto local = observer.next_local_pixel();
+        REQUIRE(local.has_value());
+        return *local;
+    };
+    CHECK_FALSE(observer.has_frame());
+    CHECK(observer.has_room_for_table());
+    CHECK(observer.missing_pixels() == 0);
+    edge(rtl::BusBeat::frame_start(0, false));
+    CHECK(observer.has_frame());
+    CHECK_FALSE(observer.table_complete());
+    // Two by two pixels, each of which shows four times.
+    edge(rtl::BusBeat::table_row(0, 0, table_row(1, {0, 0}, {2, 2}, {0, 0}, 2), true));
+    CHECK(observer.table_complete());
+    CHECK(observer.has_segment());
+    CHECK(observer.segment().pixels() == 4);
+    CHECK(observer.missing_pixels() == 4);
+    CHECK_FALSE(observer.segment_complete());
+    const auto pixels = [](std::uint32_t first) {
+        rtl::BusBeat beat;
+        beat.kind = rtl::BusBeat::Kind::kPixels;
+        beat.destination = 1;
+        beat.count = 2;
+        beat.first = first;
+        beat.words = {first + 1, first + 2};
+        return beat;
+    };
+    edge(pixels(0), true);
+    CHECK(observer.kept_pixels() == 2);
+    CHECK(observer.arrived_pixels() == 2);
+    CHECK(observer.missing_pixels() == 2);
+    CHECK(observer.free_pixels() == 6);
+    CHECK(observer.running());
+    for (int place = 0; place < 8; ++place) {
+        INFO("raster place " << place);
+        const monitors::ComposerObserver::LocalPixel local = next();
+        CHECK(local.index == place % 4 / 2);
+        CHECK(local.column == place % 4 / 2);
+        CHECK(local.arrived);
+        CHECK(local.pixel == Pixel(static_cast<std::uint64_t>(local.index) + 1));
+        CHECK(local.repeated == (place >= 4));
+        CHECK(local.last_use == (place >= 4 && place % 2 == 1));
+        edge({});
+        CHECK(observer.kept_pixels() == 0);
+    }
+    CHECK(observer.held_pixels() == 0);
+    CHECK(next().index == 2);
+    CHECK(next().starves());
+    edge(rtl::BusBeat{});
+    edge(pixels(2));
+    CHECK(observer.segment_complete());
+    CHECK_FALSE(next().starves());
+    // Nothing of the frame is missing when the next one begins.
+    edge(rtl::BusBeat::frame_start(1, true));
+    CHECK_FALSE(observer.has_room_for_table());
+    CHECK_FALSE(next().abandoned);
+    for (int place = 11; place < 16; ++place) edge(rtl::BusBeat{});
+    CHECK_FALSE(observer.running());
+    CHECK(observer.has_room_for_table());
+    CHECK(observer.table_complete());
+    CHECK_FALSE(observer.has_segment());
+    CHECK(observer.segment_complete());
+}

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "goals.h"
 #include "machine_checks.h"
 #include "machine_coverage.h"
 #include "machine_run.h"
@@ -29,7 +28,7 @@ namespace {
 
 /// So slow that what run_to_end lets a machine run on behind its end is a few hundred clocks.
 constexpr double kCoreMhz = 4.0;
-/// One for each of coverage::kClockRatios.
+/// One for each coverage::ClockRatio.
 constexpr std::array<double, 5> kDviOutMhz{2.0, 2.9, 4.0, 5.3, 8.0};
 
 constexpr int kDisplayWidth = 9;
@@ -83,15 +82,16 @@ void choose_buffer(Scenario& scenario, std::uint64_t seed) {
 }
 
 /// Frames counted for irsa on a bus of 64 bits with equal clocks, in mode stall. Those of no other combination may be.
-std::int64_t contested_frames(const coverage::Coverage& counts) {
-    const std::string group = "bus/policy-width-ratio";
-    const std::int64_t frames = counts.count(group, "irsa, 64 bits, DVI out equal, stall");
-    for (const coverage::GoalGroup& goals : coverage::goal_groups()) {
-        if (goals.name != group) continue;
-        std::int64_t sum = 0;
-        for (const std::string& bin : goals.bins) sum += counts.count(group, bin);
-        CHECK(sum == frames);
+std::int64_t contested_frames(const coverage::MachineCoverage& sampler) {
+    const std::int64_t frames =
+        sampler.goals()
+            .combination.bins(Arbitration::kIrsa, 64, coverage::ClockRatio::kEqual, StarvationMode::kStall)
+            .count();
+    std::int64_t sum = 0;
+    for (const coverage::Goal& goal : sampler.counts().groups().at("bus/policy-width-ratio").goals) {
+        sum += goal.count;
     }
+    CHECK(sum == frames);
     return frames;
 }
 
@@ -205,7 +205,7 @@ TEST_CASE("coverage: a combination counts the frames that its composers competed
         INFO(runs[i]->scenario().name);
         samplers[i]->finished(runs[i]->report());
         CHECK(runs[i]->report().frames_shown() == kShown[i]);
-        CHECK(contested_frames(samplers[i]->counts()) == kCounted[i]);
+        CHECK(contested_frames(*samplers[i]) == kCounted[i]);
     }
     // The third had something to send to both displays, the fourth to each in turns.
     CHECK(runs[2]->report().core_cycles > kFirstFrameIsSent);

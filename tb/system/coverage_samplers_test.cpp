@@ -1,6 +1,5 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
-#include <initializer_list>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,44 +8,34 @@
 #include "machine_run.h"
 #include "random_scenario.h"
 #include "report/report.h"
-#include "scenario/names.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;
 
 namespace {
 
-std::int64_t sum(const coverage::Coverage& counts, const char* group,
-                 std::initializer_list<const char*> bins) {
-    std::int64_t result = 0;
-    for (const char* bin : bins) result += counts.count(group, bin);
-    return result;
-}
-
 /// What is counted at the wires is what the machine's own counters say.
-void check_counts(const coverage::Coverage& counts, const Scenario& scenario, const RunReport& report) {
+void check_counts(const coverage::MachineGoals& goals, const Scenario& scenario, const RunReport& report) {
     const ComposerCounters composers = report.total_composer();
     const BusCounters bus = report.total_bus();
     std::int64_t pixels = 0;
-    for (int count = 1; count <= 8; ++count) {
-        pixels += count * counts.count("bus/beat", std::to_string(count) + " at a time");
-    }
+    for (int count = 1; count <= 8; ++count) pixels += count * goals.bus.beat.pixels(count).count();
     CHECK(pixels == bus.pixels_sent);
-    CHECK(counts.count("bus/burst", "cut by BUSREADY") == composers.busready_drops);
-    CHECK(sum(counts, "bus/burst", {"of one beat", "of several beats"}) +
-              counts.count("bus/burst", "cut by BUSREADY") ==
-          bus.bursts);
-    CHECK(sum(counts, "bus/burst", {"page miss before it"}) <= bus.page_misses);
-    CHECK(counts.count("bus/busready-drop", to_string(scenario.bus.arbitration)) == composers.busready_drops);
-    CHECK(sum(counts, "starvation/place", {"in the first frame", "in a later frame"}) ==
-          composers.starved_pixels);
-    CHECK(sum(counts, "composer/late",
-              {"behind their last use", "of a frame that is over",
-               "behind a replicated pixel's last repetition"}) == composers.late_pixels);
-    CHECK(counts.count("composer/replication", "source row read again") == composers.replayed_pixels);
-    CHECK((counts.count("composer/buffer", "full") > 0) ==
+    const coverage::BurstGoals& burst = goals.bus.burst;
+    CHECK(burst.cut.count() == composers.busready_drops);
+    CHECK(burst.of_one_beat.count() + burst.of_several_beats.count() + burst.cut.count() == bus.bursts);
+    CHECK(burst.miss_before.count() <= bus.page_misses);
+    CHECK(goals.composer.busready_drop.policy(scenario.bus.arbitration).count() == composers.busready_drops);
+    const coverage::StarvedPixelGoals& starved = goals.composer.starved;
+    CHECK(starved.first_frame.count() + starved.later_frame.count() == composers.starved_pixels);
+    const coverage::LatePixelGoals& late = goals.composer.late;
+    CHECK(late.behind_last_use.count() + late.frame_is_over.count() + late.behind_last_repetition.count() ==
+          composers.late_pixels);
+    CHECK(goals.composer.repeated.row_again.count() == composers.replayed_pixels);
+    CHECK((goals.composer.buffer.full.count() > 0) ==
           (composers.buffer_high_water == scenario.composer.buffer_pixels));
-    CHECK(sum(counts, "bus/table", {"empty", "of one row", "of several rows"}) ==
+    const coverage::Ranges& rows = goals.bus.table.rows;
+    CHECK(rows(0).count() + rows(1).count() + rows(2).count() ==
           static_cast<std::int64_t>(scenario.renderers.size()) * scenario.frames);
 }
 
@@ -66,6 +55,37 @@ TEST_CASE("coverage: what is counted at the wires is what the blocks count thems
     for (std::size_t i = 0; i < runs.size(); ++i) {
         INFO("METABUFFER_SEED=" << i + 1);
         INFO(describe(runs[i]->scenario()));
-        check_counts(samplers[i]->counts(), runs[i]->scenario(), runs[i]->drained_report());
+        check_counts(samplers[i]->goals(), runs[i]->scenario(), runs[i]->drained_report());
     }
+}
+
+TEST_CASE("coverage: goals have names of their own that files can hold", "[coverage]") {
+    coverage::Coverage counts;
+    const coverage::MachineGoals goals(counts);
+    std::size_t sum = 0;
+    for (const auto& [name, group] : counts.groups()) {
+        INFO(name);
+        CHECK_FALSE(group.meaning.empty());
+        CHECK_FALSE(group.goals.empty());
+        CHECK(name.find(coverage::kBehindGroup) == std::string::npos);
+        for (const coverage::Goal& goal : group.goals) {
+            INFO(goal.name);
+            CHECK(goal.count == 0);
+            CHECK(goal.name.find('\n') == std::string::npos);
+            CHECK(counts.has_goal(coverage::full_name(name, goal.name)));
+            ++sum;
+        }
+    }
+    CHECK(sum == counts.goal_count());
+    CHECK(sum >= 250);
+}
+
+TEST_CASE("coverage: clock ratios are told apart", "[coverage]") {
+    using coverage::ClockRatio;
+    // Periods of the core clock and of DVI out.
+    CHECK(coverage::clock_ratio(100, 300) == ClockRatio::kSlowerByWholeFactor);
+    CHECK(coverage::clock_ratio(100, 250) == ClockRatio::kSlower);
+    CHECK(coverage::clock_ratio(100, 100) == ClockRatio::kEqual);
+    CHECK(coverage::clock_ratio(250, 100) == ClockRatio::kFaster);
+    CHECK(coverage::clock_ratio(300, 100) == ClockRatio::kFasterByWholeFactor);
 }
