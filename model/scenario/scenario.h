@@ -10,6 +10,7 @@
 
 #include "datapath/arbitration/arbitration_policy.h"
 #include "datapath/composition.h"
+#include "datapath/link/pacing.h"
 #include "formats/control_scanline.h"
 #include "formats/dvi_timing.h"
 #include "formats/image.h"
@@ -20,7 +21,6 @@
 namespace metabuffer {
 
 enum class StarvationMode : std::uint8_t { kGlitch, kStall };
-enum class Pacing : std::uint8_t { kLockstep, kFreeRunning };
 
 /// What can be told to go wrong, on a renderer's link or inside the machine, to see the machine cope. fault_keys.h
 /// tells which fields go with which kind.
