@@ -132,14 +132,7 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
         if (frame.abandoned) {
             // Passes as it comes.
         } else if (k >= frame.arrived) {
-            const Glitch glitch{frame_, x_, y_};
-            counters_.add_glitch(glitch);
-            if (first_starved_cycle_ == kNever) {
-                first_starved_cycle_ = cycle;
-            }
-            if (on_glitch_) {
-                on_glitch_(glitch);
-            }
+            count_glitch({frame_, x_, y_}, cycle);
         } else {
             const Pixel local(frame.ring[static_cast<std::uint64_t>(k) & frame.ring_mask]);
             expected_.pipe.pixel = merged(composition_, local, upstream.pixel);
@@ -336,10 +329,7 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
         expected_.busready = room_now >= std::min(announced_, kBeatsInFlight * beat_pixels_);
         if (!expected_.busready) {
             dropped_ = true;
-            ++counters_.busready_drops;
-            if (first_busready_drop_cycle_ == kNever) {
-                first_busready_drop_cycle_ = cycle;
-            }
+            count_busready_drop(cycle);
         }
     } else {
         expected_.busready = room_now - announced_ >= ready_space_pixels_;
@@ -352,8 +342,8 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
     expected_.pipeready = ready && !running_ && !was_running && !expected_.startframe;
 
     expected_.stall = may_stall_ && needs_missing_pixel();
-    if (expected_.stall && first_starved_cycle_ == kNever) {
-        first_starved_cycle_ = cycle;
+    if (expected_.stall) {
+        note_starved(cycle);
     }
 }
 
