@@ -120,14 +120,7 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
     expected_.pipe = {upstream.pixel, true, upstream.lost || frame.abandoned};
     if (const std::optional<LocalPixel> local = next_local_pixel()) {
         if (local->starves()) {
-            const Glitch glitch{frame_, x_, y_};
-            counters_.add_glitch(glitch);
-            if (first_starved_cycle_ == kNever) {
-                first_starved_cycle_ = cycle;
-            }
-            if (on_glitch_) {
-                on_glitch_(glitch);
-            }
+            count_glitch({frame_, x_, y_}, cycle);
         } else if (!local->abandoned) {
             expected_.pipe.pixel = reference_composition(composition_, local->pixel, upstream.pixel);
             counters_.replayed_pixels += local->repeated ? 1 : 0;
@@ -327,10 +320,7 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
         expected_.busready = room >= std::min(announced_, kBeatsInFlight * beat_pixels_);
         if (!expected_.busready) {
             dropped_ = true;
-            ++counters_.busready_drops;
-            if (first_busready_drop_cycle_ == kNever) {
-                first_busready_drop_cycle_ = cycle;
-            }
+            count_busready_drop(cycle);
         }
     } else {
         expected_.busready = room - announced_ >= ready_space_pixels_;
@@ -343,8 +333,8 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
     expected_.pipeready = ready && !running_ && !was_running && !expected_.startframe;
 
     expected_.stall = may_stall_ && needs_missing_pixel();
-    if (expected_.stall && first_starved_cycle_ == kNever) {
-        first_starved_cycle_ = cycle;
+    if (expected_.stall) {
+        note_starved(cycle);
     }
 }
 

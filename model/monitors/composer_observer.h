@@ -1,12 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <vector>
 
 #include "monitors/segment_places.h"
-#include "report/report.h"
+#include "report/composer_record.h"
 #include "rtl/signals.h"
 #include "scenario/scenario.h"
 
@@ -44,17 +43,8 @@ struct ComposerOutputs {
 ///     observer.counters();
 ///
 /// Raises nothing: a bus that breaks its protocol is passed over as a composer does after its report.
-class ComposerObserver {
+class ComposerObserver : public ComposerRecord {
   public:
-    static constexpr std::int64_t kNever = -1;
-
-    /// Core cycles of STARTFRAME and of a frame's first and last pixel composited.
-    struct FrameSpan {
-        std::int64_t startframe_cycle = kNever;
-        std::int64_t start_cycle = kNever;
-        std::int64_t end_cycle = kNever;
-    };
-
     /// display, renderer: indices, from 0. The scenario is only read here.
     ComposerObserver(const Scenario& scenario, int renderer, int display);
 
@@ -69,15 +59,6 @@ class ComposerObserver {
     void set_pipeready(bool pipeready) { expected_.pipeready = pipeready; }
     /// With the inputs as they are nothing changes at further edges.
     bool idle(const ComposerInputs& inputs) const;
-
-    // ---- as in the report ----
-
-    const ComposerCounters& counters() const { return counters_; }
-    const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
-    std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
-    std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
-    /// Called for each starved raster pixel.
-    void on_glitch(std::function<void(const Glitch&)> callback) { on_glitch_ = std::move(callback); }
 
     // ---- where it stands ----
 
@@ -196,12 +177,6 @@ class ComposerObserver {
     bool table_refused_ = false;
     std::int64_t kept_pixels_ = 0;
     ComposerOutputs expected_;
-
-    ComposerCounters counters_;
-    std::vector<FrameSpan> frame_spans_;
-    std::int64_t first_busready_drop_cycle_ = kNever;
-    std::int64_t first_starved_cycle_ = kNever;
-    std::function<void(const Glitch&)> on_glitch_;
 };
 
 }  // namespace metabuffer::monitors

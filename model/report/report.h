@@ -6,13 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "datapath/link/reject_cause.h"
 #include "formats/viewport_table.h"
 
 namespace metabuffer {
 
-/// Why a frame or a pair was rejected at the link (section 4).
-enum class RejectCause : std::uint8_t { kGeometry, kMagic, kVersion, kKind, kCrc, kPair };
-constexpr int kRejectCauseCount = 6;
 /// "geometry", "magic", "version", "kind", "crc", "pair".
 const char* reject_cause_key(RejectCause cause);
 

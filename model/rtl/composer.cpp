@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "report/waits.h"
+
 namespace metabuffer::rtl {
 namespace {
 
@@ -122,7 +124,7 @@ void Composer::composite(const PipePixel& upstream) {
         const std::int64_t k = walker_.pixel();
         local_starved_ = !abandoned && !buffer_.has_arrived(k);
         if (local_starved_) {
-            count_glitch();
+            count_glitch({frame_, walker_.x(), walker_.y()}, clock_edge_number(core_period_picoseconds_));
         } else if (!abandoned) {
             const Pixel local = buffer_.at_address(buffer_.address_of(k));
             out.pixel = compose(composition_, local, upstream.pixel);
@@ -140,26 +142,11 @@ void Composer::composite(const PipePixel& upstream) {
     }
 }
 
-void Composer::count_glitch() {
-    const Glitch glitch{frame_, walker_.x(), walker_.y()};
-    note_first(first_starved_cycle_);
-    counters_.add_glitch(glitch);
-    if (on_glitch_) {
-        on_glitch_(glitch);
-    }
-}
-
 void Composer::end_frame() {
     running_ = false;
     local_starved_ = false;
     frame_spans_.back().end_cycle = clock_edge_number(core_period_picoseconds_);
     buffer_.end_frame();
-}
-
-void Composer::note_first(std::int64_t& cycle) const {
-    if (cycle == kNever) {
-        cycle = clock_edge_number(core_period_picoseconds_);
-    }
 }
 
 bool Composer::next_pixel_missing() const {
@@ -321,8 +308,7 @@ void Composer::drive_handshakes(bool was_running) {
         busready = buffer_.free_pixels() >= std::min(announced_, kBeatsInFlight * pixels_per_beat_);
         if (!busready) {
             burst_cut_ = true;
-            note_first(first_busready_drop_cycle_);
-            ++counters_.busready_drops;
+            count_busready_drop(clock_edge_number(core_period_picoseconds_));
         }
     } else {
         busready = slot_ready();
@@ -348,7 +334,7 @@ void Composer::drive_handshakes(bool was_running) {
     if (on_starvation_ == StarvationMode::kStall) {
         stall_ = next_pixel_missing();
         if (stall_) {
-            note_first(first_starved_cycle_);
+            note_starved(clock_edge_number(core_period_picoseconds_));
         }
         stall_o.write(stall_);
     }
@@ -379,20 +365,17 @@ void Composer::trace(sc_core::sc_trace_file* file) const {
 
 std::string Composer::waiting_for() const {
     if (running_) {
-        return stall_ ? "waits for pixel " + std::to_string(walker_.pixel()) + " of its segment in frame " +
-                            std::to_string(frame_) + " at raster position " + std::to_string(walker_.x()) +
-                            ", " + std::to_string(walker_.y())
-                      : "waits for its column to move on";
+        return stall_ ? waits::for_segment_pixel(walker_.pixel(), frame_, walker_.x(), walker_.y())
+                      : waits::for_column();
     }
-    const std::string next = std::to_string(frame_ + 1);
+    const int next = frame_ + 1;
     if (!buffer_.table_complete()) {
-        return "waits for the table of frame " + next;
+        return waits::for_table(next);
     }
     if (!prefetched()) {
-        return "waits for its buffer to be prefetched with frame " + next;
+        return waits::for_prefetch(next);
     }
-    return !pipeready_ ? "waits for PIPEREADY from below for frame " + next
-                       : "waits for STARTFRAME of frame " + next;
+    return pipeready_ ? waits::for_startframe(next) : waits::for_pipeready(next);
 }
 
 }  // namespace metabuffer::rtl

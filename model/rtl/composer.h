@@ -1,11 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <utility>
-#include <vector>
 
 #include "datapath/composer_buffer.h"
+#include "report/composer_record.h"
 #include "rtl/block.h"
 #include "rtl/signals.h"
 
@@ -42,7 +40,7 @@ namespace metabuffer::rtl {
 ///
 /// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or frame
 /// that has been, a frame more than 65535 ahead of the newest, a pixel without a table, a third frame's table.
-class Composer final : public Block {
+class Composer final : public Block, public ComposerRecord {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
     sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
@@ -67,25 +65,6 @@ class Composer final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
 
-    /// Called for each starved raster pixel (`glitch` mode).
-    void on_glitch(std::function<void(const Glitch&)> callback) { on_glitch_ = std::move(callback); }
-
-    /// Counters; renderer and display are left to the machine that wires the composer.
-    const ComposerCounters& counters() const { return counters_; }
-
-    /// Core cycles of STARTFRAME and of the first and last pixel composited, for each frame that has started.
-    static constexpr std::int64_t kNever = -1;
-    struct FrameSpan {
-        std::int64_t startframe_cycle = kNever;
-        std::int64_t start_cycle = kNever;
-        std::int64_t end_cycle = kNever;
-    };
-    const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
-
-    /// Core cycle of the first BUSREADY drop in a burst, and of the first starved pixel or stalled clock.
-    std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
-    std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
-
   private:
     void end_of_elaboration() override;
     void clock_edge();
@@ -93,7 +72,6 @@ class Composer final : public Block {
     void pipeline_edge();
     void start_frame();
     void composite(const PipePixel& upstream);
-    void count_glitch();
     void end_frame();
     void bus_edge();
     bool follow_frames(const BusBeat& beat);
@@ -109,7 +87,6 @@ class Composer final : public Block {
     bool slot_ready() const;
     bool prefetched() const;
     bool next_pixel_missing() const;
-    void note_first(std::int64_t& cycle) const;
 
     // Configuration, constant after elaboration.
     std::uint16_t display_;
@@ -143,11 +120,6 @@ class Composer final : public Block {
     bool burst_cut_ = false;  ///< BUSREADY has just been dropped: the beat sampled now is the burst's last
     std::uint32_t next_row_ = 0;  ///< place in the newest frame's table of the row that must come next
     int frame_ = -1;              ///< number of the frame composited, from 0
-    std::function<void(const Glitch&)> on_glitch_;
-    ComposerCounters counters_;
-    std::vector<FrameSpan> frame_spans_;
-    std::int64_t first_busready_drop_cycle_ = kNever;
-    std::int64_t first_starved_cycle_ = kNever;
 };
 
 }  // namespace metabuffer::rtl

@@ -1,32 +1,10 @@
 #include "rtl/dvi_decoder.h"
 
-#include <algorithm>
 #include <utility>
 
-#include "formats/control_scanline.h"
+#include "report/waits.h"
 
 namespace metabuffer::rtl {
-namespace {
-
-RejectCause cause_of(ScanlineDefect defect) {
-    switch (defect) {
-        case ScanlineDefect::kMagic:
-            return RejectCause::kMagic;
-        case ScanlineDefect::kVersion:
-            return RejectCause::kVersion;
-        case ScanlineDefect::kKind:
-            return RejectCause::kKind;
-        default:
-            return RejectCause::kCrc;
-    }
-}
-
-/// The earlier of two frame numbers, which count modulo 2^32.
-std::uint32_t earlier(std::uint32_t a, std::uint32_t b) {
-    return static_cast<std::int32_t>(a - b) < 0 ? a : b;
-}
-
-}  // namespace
 
 DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing)
     : Block(name), timing_(timing) {
@@ -37,11 +15,9 @@ DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& tim
 }
 
 void DviDecoder::reset() {
-    in_frame_ = false;
+    pairs_.reset();
     previous_de_ = false;
     previous_vsync_ = false;
-    expect_ = Expect::kAnyColour;
-    control_good_ = false;
     table_.clear();
     next_row_ = 0;
     pixel_ = DecodedPixel{};
@@ -78,7 +54,7 @@ void DviDecoder::clock_edge() {
     }
     previous_de_ = link.de;
     previous_vsync_ = link.vsync;
-    event_now = event_now || event_.rejected || event_.pair_lost || event_.colour_start || event_.pair_good;
+    event_now = event_now || event_.tells_something();
     if (pixel_.valid || pixel_was_valid) {
         pixel_o.write(pixel_);
     }
@@ -89,18 +65,18 @@ void DviDecoder::clock_edge() {
 }
 
 void DviDecoder::take_pixel(std::uint32_t data) {
-    if (!in_frame_) {
+    if (!pairs_.in_frame()) {
         return;
     }
     if (x_ >= timing_.active_pixels || line_ >= timing_.active_lines) {
-        reject(RejectCause::kGeometry);
+        pairs_.reject_geometry(event_);
         return;
     }
     if (line_ == 0) {
         control_.push_back(data);
     } else {
         pixel_.valid = true;
-        pixel_.kind = kind_;
+        pixel_.kind = pairs_.kind();
         pixel_.address = static_cast<std::uint32_t>((line_ - 1) * timing_.active_pixels + x_);
         pixel_.data = data;
     }
@@ -108,11 +84,11 @@ void DviDecoder::take_pixel(std::uint32_t data) {
 }
 
 void DviDecoder::end_line() {
-    if (!in_frame_) {
+    if (!pairs_.in_frame()) {
         return;
     }
     if (x_ != timing_.active_pixels) {
-        reject(RejectCause::kGeometry);
+        pairs_.reject_geometry(event_);
         return;
     }
     if (line_ == 0) {
@@ -124,83 +100,21 @@ void DviDecoder::end_line() {
 
 void DviDecoder::end_control_scanline() {
     DecodedScanline scanline = decode_control_scanline(control_);
-    if (scanline.defect != ScanlineDefect::kNone) {
-        reject(cause_of(scanline.defect));
-        return;
-    }
-    kind_ = scanline.content.kind;
-    const std::uint32_t number = scanline.content.frame_number;
-    if (kind_ == FrameKind::kColour) {
-        if (expect_ == Expect::kDepth) {
-            // The pair before this one never got its depth frame. Sent again, a colour frame begins its pair anew,
-            // and no pair is lost.
-            if (number == number_) {
-                expect_ = Expect::kAnyColour;
-            }
-            reject(RejectCause::kPair);
-            in_frame_ = true;
-        }
-        number_ = number;
-        control_good_ = true;
-        event_.colour_start = true;
-        event_.number = number;
+    pairs_.end_control_scanline(scanline, event_);
+    if (event_.colour_start) {
         table_ = std::move(scanline.content.table);
         next_row_ = 0;
-        return;
     }
-    if (expect_ == Expect::kDepth && number == number_) {
-        control_good_ = true;
-        return;
-    }
-    if (expect_ == Expect::kColour && number == number_) {
-        reject(RejectCause::kPair);  // sent again behind its pair, which is whole and stays so
-        return;
-    }
-    // Where the two frames of a pair differ, the lower number is the pair that is lost now.
-    const std::uint32_t lost = expect_ == Expect::kDepth ? earlier(number, number_) : number;
-    if (expect_ == Expect::kAnyColour) {
-        in_frame_ = false;  // its colour frame has been rejected or was never seen
-    } else {
-        reject(RejectCause::kPair);
-    }
-    lose_pair(lost);
 }
 
 void DviDecoder::end_frame() {
-    if (in_frame_ && line_ > 0) {
-        if (line_ != timing_.active_lines) {
-            reject(RejectCause::kGeometry);
-        } else if (kind_ == FrameKind::kColour) {
-            expect_ = Expect::kDepth;
-        } else {
-            event_.pair_good = true;
-            event_.number = number_;
-            expect_ = Expect::kColour;
-        }
+    if (line_ > 0) {
+        pairs_.end_frame(line_ == timing_.active_lines, event_);
     }
-    in_frame_ = true;
-    control_good_ = false;
+    pairs_.begin_frame();
     control_.clear();
     x_ = 0;
     line_ = 0;
-}
-
-/// Drops the frame under way, and the pair it belongs to.
-void DviDecoder::reject(RejectCause cause) {
-    in_frame_ = false;
-    ++rejected_frames_[static_cast<std::size_t>(cause)];
-    event_.rejected = true;
-    event_.cause = cause;
-    if (expect_ == Expect::kDepth || control_good_) {
-        lose_pair(number_);
-    }
-    expect_ = Expect::kAnyColour;
-    control_good_ = false;
-}
-
-void DviDecoder::lose_pair(std::uint32_t number) {
-    event_.pair_lost = true;
-    event_.lost_number = number;
 }
 
 void DviDecoder::trace(sc_core::sc_trace_file* file) const {
@@ -209,16 +123,6 @@ void DviDecoder::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, line_, path("line"));
 }
 
-std::string DviDecoder::waiting_for() const {
-    switch (expect_) {
-        case Expect::kAnyColour:
-            return "waits for a good colour frame";
-        case Expect::kColour:
-            return "waits for the next colour frame";
-        case Expect::kDepth:
-            return "waits for the depth frame of pair " + std::to_string(number_);
-    }
-    return {};
-}
+std::string DviDecoder::waiting_for() const { return waits::for_link_frame(pairs_); }
 
 }  // namespace metabuffer::rtl

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "datapath/link/pair_follower.h"
 #include "formats/dvi_timing.h"
 #include "rtl/block.h"
 #include "rtl/signals.h"
@@ -11,7 +12,8 @@
 namespace metabuffer::rtl {
 
 /// The DVI frame decoder between a renderer's link and its input framebuffer (section 4 of the paper): finds
-/// frames from VSYNC and DE, colour and depth from the control scanline, and pairs from the frame numbers.
+/// frames from VSYNC and DE, colour and depth from the control scanline, and pairs from the frame numbers
+/// (PairFollower).
 ///
 /// Timing, all outputs registered: a pixel on the link at one clock is on pixel_o after the next. The verdict
 /// on the control scanline is on event_o after the clock that sees DE fall behind it, and the table's rows
@@ -35,42 +37,29 @@ class DviDecoder final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
 
-    const std::array<std::int64_t, kRejectCauseCount>& rejected_frames() const { return rejected_frames_; }
+    const std::array<std::int64_t, kRejectCauseCount>& rejected_frames() const { return pairs_.rejected(); }
 
   private:
-    enum class Expect : std::uint8_t {
-        kAnyColour,  ///< finding its feet: everything else is passed over
-        kColour,
-        kDepth,  ///< of pair number_
-    };
-
     void clock_edge();
     void reset();
     void take_pixel(std::uint32_t data);
     void end_line();
     void end_control_scanline();
     void end_frame();
-    void reject(RejectCause cause);
-    void lose_pair(std::uint32_t number);
 
     DviTiming timing_;
 
-    bool in_frame_ = false;  ///< a VSYNC has been seen and the frame is not rejected
+    PairFollower pairs_;
     bool previous_de_ = false;
     bool previous_vsync_ = false;
     int x_ = 0;
     int line_ = 0;
     std::vector<std::uint32_t> control_;
-    Expect expect_ = Expect::kAnyColour;
-    FrameKind kind_ = FrameKind::kColour;  ///< of the frame under way, once its control scanline is good
-    bool control_good_ = false;
-    std::uint32_t number_ = 0;  ///< of the pair under way
     ViewportTable table_;
     std::size_t next_row_ = 0;
     DecodedPixel pixel_;
     DecoderEvent event_;
     bool event_pending_ = false;  ///< event_o must be written: it changes or has to be taken back
-    std::array<std::int64_t, kRejectCauseCount> rejected_frames_{};
 };
 
 }  // namespace metabuffer::rtl

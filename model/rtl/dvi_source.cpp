@@ -1,5 +1,7 @@
 #include "rtl/dvi_source.h"
 
+#include "report/waits.h"
+
 namespace metabuffer::rtl {
 
 DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
@@ -161,9 +163,9 @@ std::string DviSource::waiting_for() const {
             if (program_.all_pairs_sent()) {
                 return {};
             }
-            return "waits for its input framebuffer to ask for pair " + std::to_string(program_.next_pair());
+            return waits::for_pair_request(program_.next_pair());
         case State::kSilence:
-            return "is silent before pair " + std::to_string(program_.pair());
+            return waits::in_silence(program_.pair());
         default:
             return {};
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "report/waits.h"
 #include "scenario/derived_timing.h"
 
 namespace metabuffer::rtl {
@@ -24,11 +25,10 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       cycles_per_beat_(cycles_per_beat(scenario.bus)),
       cycles_per_table_row_(divide_up(8 * kControlRowBytes, scenario.bus.width_bits)),
       lost_slot_cycles_(metabuffer::lost_slot_cycles(scenario)),
-      pair_clocks_(pair_clocks(renderer_)),
-      timeout_clocks_(link_timeout_clocks(scenario, renderer_)),
       frame_memory_("frame_memory", scenario.memory, scenario.depth_format,
                     std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels),
-      bus_arbiter_("bus_arbiter", scenario.bus.arbitration) {
+      bus_arbiter_("bus_arbiter", scenario.bus.arbitration),
+      banks_(scenario.pacing, pair_clocks(renderer_), link_timeout_clocks(scenario, renderer_)) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
@@ -40,14 +40,8 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
 // ---- the link's side ----
 
 void InputFramebuffer::link_reset() {
-    back_bank_ = BackBank::kFree;
-    front_valid_ = false;
-    superseded_ = false;
-    lost_valid_ = false;
-    wanted_pair_ = 0;
+    banks_.reset(link_edge_);
     request_seen_ = false;
-    request_open_ = false;
-    timeout_start_edge_ = link_edge_;
     answer_now_ = Answer{};
     request_synchronizer_.reset();
     answer_.write(answer_now_);
@@ -77,18 +71,17 @@ void InputFramebuffer::run_link() {
     const bool request = request_synchronizer_.sample(request_.read());
     if (request != request_seen_) {
         request_seen_ = request;
-        request_open_ = true;
+        banks_.ask();
     }
-    if (request_open_) {
-        if (const std::optional<bool> fresh = answer_to_request()) {
-            answer_now_ = {!answer_now_.toggle, *fresh};
-            answer_.write(answer_now_);
-            request_open_ = false;
-            ++wanted_pair_;
-            timeout_start_edge_ = link_edge_;
+    if (const auto given = banks_.answer(link_edge_)) {
+        const bool fresh = *given == BankKeeper::Answer::kFresh;
+        if (fresh) {
+            swap_banks();
         }
+        answer_now_ = {!answer_now_.toggle, fresh};
+        answer_.write(answer_now_);
     }
-    const bool pair_request = back_bank_ != BackBank::kWhole;
+    const bool pair_request = banks_.wants_pair();
     if (pair_request != pair_request_) {
         pair_request_ = pair_request;
         pair_request_o.write(pair_request);
@@ -96,77 +89,26 @@ void InputFramebuffer::run_link() {
 }
 
 void InputFramebuffer::take_event(const DecoderEvent& event) {
-    if (event.rejected && back_bank_ == BackBank::kFilling) {
-        back_bank_ = BackBank::kFree;
-    }
-    if (event.pair_lost) {
-        lost_valid_ = true;
-        lost_number_ = event.lost_number;
-    }
+    const BankKeeper::Taken taken = banks_.take(event, link_edge_);
+    renderer_counters_.dropped_frames += taken.dropped_pairs;
     if (event.colour_start) {
-        if (back_bank_ == BackBank::kWhole) {
-            ++renderer_counters_.dropped_frames;
-            superseded_ = true;
-        }
-        back_bank_ = BackBank::kFilling;
-        filling_since_edge_ = link_edge_;
         back_table_.clear();
     }
     if (event.row) {
         back_table_.push_back(event.table_row);
     }
-    if (event.pair_good) {
-        accept_pair(event.number);
+    if (taken.pair_accepted) {
+        back_number_ = event.number;
+        ValidatedTable table = validate_table(back_table_, limits_);
+        renderer_counters_.add_rejected_rows(back_number_, table);
+        back_table_ = std::move(table.rows);
     }
-}
-
-void InputFramebuffer::accept_pair(std::uint32_t number) {
-    const bool too_late = static_cast<std::int32_t>(number - wanted_pair_) < 0;
-    if (scenario_.pacing == Pacing::kLockstep && too_late) {
-        ++renderer_counters_.dropped_frames;
-        back_bank_ = BackBank::kFree;
-        timeout_start_edge_ = link_edge_;  // the source sends its next pair only now
-        return;
-    }
-    back_bank_ = BackBank::kWhole;
-    back_number_ = number;
-    ValidatedTable table = validate_table(back_table_, limits_);
-    renderer_counters_.add_rejected_rows(number, table);
-    back_table_ = std::move(table.rows);
-}
-
-/// True: the banks are swapped, the pair is fresh. False: the front pair again. Nothing: not yet.
-std::optional<bool> InputFramebuffer::answer_to_request() {
-    if (scenario_.pacing == Pacing::kFreeRunning) {
-        if (back_bank_ == BackBank::kWhole) {
-            swap_banks();
-            return true;
-        }
-        if (front_valid_ && superseded_ && pair_under_way()) {
-            // A newer pair has been overwritten. A machine slower than the link would hardly ever meet a
-            // whole one between two overwritings, so it waits for the one under way.
-            return std::nullopt;
-        }
-        return front_valid_ || timed_out() ? std::optional<bool>(false) : std::nullopt;
-    }
-    if (back_bank_ == BackBank::kWhole) {
-        if (back_number_ != wanted_pair_) {
-            return false;  // a later one: the wanted pair will not come any more
-        }
-        swap_banks();
-        return true;
-    }
-    const bool lost = lost_valid_ && lost_number_ == wanted_pair_;
-    return lost || timed_out() ? std::optional<bool>(false) : std::nullopt;
 }
 
 void InputFramebuffer::swap_banks() {
     frame_memory_.swap_banks();
     front_rows_ = back_table_;
     front_source_ = {static_cast<int>(back_number_), true, last_pixel_picoseconds_};
-    front_valid_ = true;
-    superseded_ = false;
-    back_bank_ = BackBank::kFree;
 }
 
 // ---- the bus side ----
@@ -445,30 +387,27 @@ void InputFramebuffer::trace(sc_core::sc_trace_file* file) const {
 }
 
 std::string InputFramebuffer::waiting_for() const {
-    const std::string frame = std::to_string(frames_started_ - 1);
+    const std::int64_t frame = frames_started_ - 1;
     switch (state_) {
         case State::kRequest:
         case State::kWait:
-            return "waits for pair " + std::to_string(frames_started_) + " from the link";
+            return waits::for_pair(frames_started_);
         case State::kTable:
-            return table_started_
-                       ? ""
-                       : "waits for TABLEREADY of every composer to broadcast the table of frame " + frame;
+            return table_started_ ? "" : waits::for_tableready(frame);
         case State::kSend: {
             if (page_wait_ > 0) {
-                return "waits for its memory to open a page";
+                return waits::for_memory_page();
             }
             if (lost_wait_ > 0) {
-                return "lets a lost slot pass";
+                return waits::for_lost_slot();
             }
-            std::string composers;
+            std::vector<int> displays;
             for (const Row& row : rows_) {
                 if (row.left > 0) {
-                    composers += (composers.empty() ? "" : ", ") + std::to_string(row.segment.row().dcomp);
+                    displays.push_back(row.segment.row().dcomp);
                 }
             }
-            return "waits for BUSREADY of the composers of display " + composers + " with " +
-                   std::to_string(pixels_left_) + " pixels of frame " + frame + " to send";
+            return waits::for_busready(displays, pixels_left_, frame);
         }
         case State::kDone:
             return {};

@@ -2,11 +2,12 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "datapath/link/bank_keeper.h"
 #include "datapath/segment.h"
+#include "report/machine_report.h"
 #include "rtl/block.h"
 #include "rtl/bus_arbiter.h"
 #include "rtl/frame_memory.h"
@@ -17,9 +18,9 @@ namespace metabuffer::rtl {
 /// The input framebuffer, box B of the paper's Figure 1 (sections 4 and 5): takes a renderer's pairs into the
 /// back bank of its memory and sends the front one's segments over the renderer's bus.
 ///
-/// The link's side keeps the banks. For each frame the bus side asks it for a pair; it answers "fresh" after
-/// swapping the banks, or "again" if the front pair is to be repeated (docs/design.md says when). Both words
-/// cross the clock domains through two registers.
+/// The link's side keeps the banks (BankKeeper). For each frame the bus side asks it for a pair; it answers "fresh"
+/// after swapping the banks, or "again" if the front pair is to be repeated. Both words cross the clock domains
+/// through two registers.
 ///
 /// The bus side, in core clocks, one beat a clock at most:
 /// - every beat is marked with its frame and with its place among the rows or pixels.
@@ -53,12 +54,7 @@ class InputFramebuffer final : public Block {
     /// Counters of bus and table; what the link rejected is the decoder's.
     const RendererCounters& counters() const { return renderer_counters_; }
 
-    /// What a composited frame was made of.
-    struct FrameSource {
-        int pair = -1;  ///< -1: none yet
-        bool fresh = false;
-        std::int64_t last_pixel_picoseconds = 0;  ///< when the pair's last pixel was on the link
-    };
+    /// What each composited frame that has been started was made of.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
 
     /// Pixels taken from the link, for the watchdog.
@@ -66,7 +62,6 @@ class InputFramebuffer final : public Block {
 
   private:
     // ---- the link's side (DVI input clock) ----
-    enum class BackBank : std::uint8_t { kFree, kFilling, kWhole };
     struct Answer {
         bool toggle = false;
         bool fresh = false;
@@ -86,16 +81,7 @@ class InputFramebuffer final : public Block {
     void run_link();
     void link_reset();
     void take_event(const DecoderEvent& event);
-    void accept_pair(std::uint32_t number);
-    std::optional<bool> answer_to_request();
     void swap_banks();
-    /// A pair is coming in: its colour frame has begun no longer than a pair time ago.
-    bool pair_under_way() const {
-        return back_bank_ == BackBank::kFilling && link_edge_ - filling_since_edge_ < pair_clocks_;
-    }
-    bool timed_out() const {
-        return link_edge_ - timeout_start_edge_ >= timeout_clocks_ && !pair_under_way();
-    }
 
     // ---- the bus side (core clock) ----
     enum class State : std::uint8_t { kRequest, kWait, kTable, kSend, kDone };
@@ -135,8 +121,6 @@ class InputFramebuffer final : public Block {
     int cycles_per_beat_;
     int cycles_per_table_row_;
     int lost_slot_cycles_;
-    std::int64_t pair_clocks_;  ///< a pair on the link
-    std::int64_t timeout_clocks_;
 
     FrameMemory frame_memory_;
     BusArbiter bus_arbiter_;
@@ -145,23 +129,15 @@ class InputFramebuffer final : public Block {
     sc_core::sc_signal<Answer> answer_{"answer"};
 
     // The link's registers.
-    BackBank back_bank_ = BackBank::kFree;
+    BankKeeper banks_;
     ViewportTable back_table_;  ///< as it comes; once the pair is whole, its valid rows
     std::uint32_t back_number_ = 0;
     std::int64_t link_edge_ = 0;  ///< number of the link clock's edge
     std::int64_t previous_edge_picoseconds_ = 0;
     std::int64_t last_pixel_picoseconds_ = 0;  ///< when the last pixel was on the link
-    std::int64_t filling_since_edge_ = 0;
     std::int64_t link_pixels_ = 0;
-    bool front_valid_ = false;
-    bool superseded_ = false;  ///< a whole pair newer than the front one has been overwritten
-    bool lost_valid_ = false;
-    std::uint32_t lost_number_ = 0;
-    std::uint32_t wanted_pair_ = 0;  ///< number of the composited frame that is asked for next
     bool request_seen_ = false;
-    bool request_open_ = false;
     bool pair_request_ = false;
-    std::int64_t timeout_start_edge_ = 0;  ///< when the bus side was answered, or a pair too late was dropped
     Answer answer_now_;
     Synchronizer<bool> request_synchronizer_;
     // Written at the swap, read by the bus side after the answer has crossed.

@@ -3,7 +3,6 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -39,7 +38,7 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
       dvi_out_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
       wires_(std::make_unique<Wires>(renderers(), displays())),
       faults_(std::make_unique<MachineFaults>(scenario, *wires_)),
-      last_frame_shown_(displays(), -1) {
+      shown_(displays()) {
     make_clocks();
     make_renderer_side();
     make_composers();
@@ -221,20 +220,16 @@ void Metabuffer::on_glitch(const std::function<void(int, int, const Glitch&)>& c
 
 void Metabuffer::frame_captured(std::size_t display, const ColourImage& image) {
     const int frame = output_framebuffers_[display]->front_frame();
-    if (frame == last_frame_shown_[display]) {
+    if (frame == shown_.last(display)) {
         return;  // nothing new was on the screen
     }
-    last_frame_shown_[display] = frame;
+    const bool on_all_displays = shown_.add(display, frame);
     if (on_frame_shown_) {
         on_frame_shown_(frame, static_cast<int>(display) + 1, image);
     }
-    const int shown = *std::min_element(last_frame_shown_.begin(), last_frame_shown_.end()) + 1;
-    if (shown > frames_shown_) {
-        frames_shown_ = shown;
-        if (shown == scenario_.frames) {
-            // In a delta cycle of its own: every block has then done the clock that is being executed.
-            finish_event_.notify(sc_core::SC_ZERO_TIME);
-        }
+    if (on_all_displays && shown_.on_all_displays() == scenario_.frames) {
+        // In a delta cycle of its own: every block has then done the clock that is being executed.
+        finish_event_.notify(sc_core::SC_ZERO_TIME);
     }
 }
 
@@ -299,69 +294,29 @@ std::int64_t Metabuffer::raster_pixels_taken() const {
     return count;
 }
 
-std::int64_t Metabuffer::raster_pixels_to_take() const {
-    return std::int64_t{scenario_.displays.raster_width_pixels()} *
-           scenario_.displays.raster_height_pixels() * scenario_.displays.count() * scenario_.frames;
-}
-
-std::vector<FrameRecord> Metabuffer::frame_records() const {
-    std::vector<FrameRecord> records;
-    for (int frame = 0; frame < frames_shown_; ++frame) {
-        const auto f = static_cast<std::size_t>(frame);
-        FrameRecord record;
-        record.index = frame;
-        record.start_cycle = std::numeric_limits<std::int64_t>::max();
-        for (std::size_t d = 0; d < displays(); ++d) {
-            record.start_cycle = std::min(record.start_cycle, composer(0, d).frame_spans()[f].start_cycle);
-            record.end_cycle =
-                std::max(record.end_cycle, composer(renderers() - 1, d).frame_spans()[f].end_cycle);
-        }
-        std::int64_t last_pixel_picoseconds = -1;
-        for (const auto& framebuffer : input_framebuffers_) {
-            const InputFramebuffer::FrameSource& source = framebuffer->frame_sources()[f];
-            record.pairs.push_back(source.pair);
-            if (source.fresh) {
-                last_pixel_picoseconds = std::max(last_pixel_picoseconds, source.last_pixel_picoseconds);
-            }
-        }
-        if (last_pixel_picoseconds >= 0) {
-            record.latency_cycles = record.end_cycle - last_pixel_picoseconds / core_period_picoseconds_;
-        }
-        records.push_back(std::move(record));
-    }
-    return records;
-}
-
 RunReport Metabuffer::report() const {
-    RunReport report;
-    report.scenario = scenario_.name;
-    report.level = "rtl";
-    report.core_mhz = scenario_.clocks.core_mhz;
-    report.core_cycles = core_cycle() + 1;
-    report.buffer_pixels = scenario_.composer.buffer_pixels;
-    report.watchdog = watchdog_findings_;
-    report.frames = frame_records();
+    MachineReport report(scenario_, "rtl", shown_, core_cycle() + 1);
     for (std::size_t r = 0; r < renderers(); ++r) {
-        const InputFramebuffer& framebuffer = *input_framebuffers_[r];
-        RendererCounters counters = framebuffer.counters();
-        counters.name = scenario_.renderers[r].name;
+        RendererCounters counters = input_framebuffers_[r]->counters();
         counters.rejected_frames = dvi_decoders_[r]->rejected_frames();
         counters.injected_faults = dvi_sources_[r]->injected_faults() + faults_->injected_faults(r);
-        report.renderers.push_back(std::move(counters));
+        report.add_renderer(std::move(counters), input_framebuffers_[r]->frame_sources());
         for (std::size_t d = 0; d < displays(); ++d) {
-            report.composers.push_back(composer(r, d).counters());
-            report.composers.back().renderer = static_cast<int>(r) + 1;
-            report.composers.back().display = static_cast<int>(d) + 1;
+            report.add_composer(composer(r, d).counters());
         }
     }
     for (std::size_t d = 0; d < displays(); ++d) {
         DisplayCounters counters;
-        counters.frames_shown = last_frame_shown_[d] + 1;
         counters.stalled_cycles = output_framebuffers_[d]->stalled_cycles();
         counters.kept_frames = output_framebuffers_[d]->kept_frames();
-        report.displays.push_back(counters);
+        report.add_display(counters);
+        for (int frame = 0; frame < shown_.on_all_displays(); ++frame) {
+            const auto f = static_cast<std::size_t>(frame);
+            report.add_composition(frame, composer(0, d).frame_spans()[f].start_cycle,
+                                   composer(renderers() - 1, d).frame_spans()[f].end_cycle);
+        }
     }
-    return report;
+    return report.finish(watchdog_findings_);
 }
 
 std::int64_t Metabuffer::first_busready_drop_cycle() const {

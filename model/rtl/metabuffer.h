@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "report/report.h"
+#include "report/machine_report.h"
 #include "rtl/block.h"
 #include "rtl/composer.h"
 #include "rtl/dvi_decoder.h"
@@ -16,6 +16,7 @@
 #include "rtl/output_framebuffer.h"
 #include "rtl/swap_lock.h"
 #include "rtl/watchdog.h"
+#include "simulation/frame_shown.h"
 
 namespace metabuffer::rtl {
 
@@ -40,9 +41,6 @@ class Metabuffer final : public Block {
     ~Metabuffer() override;
     SC_HAS_PROCESS(Metabuffer);
 
-    /// Called when a composited frame (from 0) has been shown in full for the first time on a display (from
-    /// 1).
-    using FrameShown = std::function<void(int frame, int display, const ColourImage&)>;
     void on_frame_shown(FrameShown callback) { on_frame_shown_ = std::move(callback); }
 
     /// Called once, after the clock in which the scenario's last frame has been shown on every display or the
@@ -84,7 +82,7 @@ class Metabuffer final : public Block {
     /// Raster pixels that have left the pipelines, of raster_pixels_to_take() in the whole run: for a
     /// progress display.
     std::int64_t raster_pixels_taken() const;
-    std::int64_t raster_pixels_to_take() const;
+    std::int64_t raster_pixels_to_take() const { return raster_pixels_of_run(scenario_); }
 
     /// Every wire between two blocks, for whoever binds to the machine from outside.
     Wires& wires() { return *wires_; }
@@ -116,7 +114,6 @@ class Metabuffer final : public Block {
     void watchdog_timeout();
     void settle();
     void find_who_waits();
-    std::vector<FrameRecord> frame_records() const;
 
     const Scenario& scenario_;
     ClockGating gating_;
@@ -147,8 +144,7 @@ class Metabuffer final : public Block {
 
     FrameShown on_frame_shown_;
     std::function<void()> on_finished_;
-    std::vector<int> last_frame_shown_;  ///< per display
-    int frames_shown_ = 0;
+    ShownFrames shown_;
     std::vector<std::string> watchdog_findings_;
     bool watchdog_tripped_ = false;
     sc_core::sc_event settle_event_;

@@ -1,5 +1,7 @@
 #include "rtl/output_framebuffer.h"
 
+#include "report/waits.h"
+
 namespace metabuffer::rtl {
 
 OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
@@ -206,11 +208,9 @@ void OutputFramebuffer::trace(sc_core::sc_trace_file* file) const {
 
 std::string OutputFramebuffer::waiting_for() const {
     if (receiving_) {
-        return "waits for raster pixel " + std::to_string(raster_position_) + " of frame " +
-               std::to_string(frames_taken_);
+        return waits::for_raster_pixel(raster_position_, frames_taken_);
     }
-    return frame_done_ ? "waits for SWAPLOCK to show frame " + std::to_string(frames_taken_ - 1)
-                       : "waits for STARTFRAME of frame " + std::to_string(frames_taken_);
+    return frame_done_ ? waits::for_swaplock(frames_taken_ - 1) : waits::for_startframe(frames_taken_);
 }
 
 }  // namespace metabuffer::rtl

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "formats/image.h"
 #include "report/report.h"
 #include "rtl/trace_window.h"
 #include "scenario/scenario.h"
+#include "simulation/frame_shown.h"
 
 namespace metabuffer::rtl {
 
@@ -29,7 +29,7 @@ struct RunOptions {
     /// ends; a run that only looks for a waveform's window is not told of.
     std::function<void(Metabuffer& machine)> on_built;
     /// Each composited frame (from 0) on each display (from 1), once it has been shown in full.
-    std::function<void(int frame, int display, const ColourImage&)> on_frame_shown;
+    FrameShown on_frame_shown;
     /// Now and then while the run lasts: core clocks done, share of the run's raster pixels composited.
     std::function<void(std::int64_t core_cycles, double share)> on_progress;
 };

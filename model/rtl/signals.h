@@ -6,6 +6,7 @@
 #include <string>
 #include <systemc>
 
+#include "datapath/link/pair_event.h"
 #include "formats/control_scanline.h"
 #include "formats/pixel.h"
 #include "formats/viewport_table.h"
@@ -42,14 +43,7 @@ std::ostream& operator<<(std::ostream& out, const DecodedPixel& value);
 void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std::string& name);
 
 /// What the decoder has learnt in a clock about frames and pairs.
-struct DecoderEvent {
-    bool rejected = false;  ///< a frame or a pair was rejected for `cause`
-    RejectCause cause = RejectCause::kGeometry;
-    bool pair_lost = false;  ///< pair `lost_number` will not come
-    std::uint32_t lost_number = 0;
-    bool colour_start = false;  ///< the pixels of a colour frame follow: what the back bank held is gone
-    bool pair_good = false;     ///< pair `number` is whole
-    std::uint32_t number = 0;
+struct DecoderEvent : PairEvent {
     bool row = false;  ///< a row of the colour frame's table, one a clock
     ViewportRow table_row;
 };

@@ -12,6 +12,7 @@
 
 #include "datapath/arbitration/arbitration_policy.h"
 #include "datapath/composition.h"
+#include "datapath/link/pacing.h"
 #include "formats/control_scanline.h"
 #include "formats/dvi_timing.h"
 #include "formats/image.h"
@@ -22,7 +23,6 @@
 namespace metabuffer {
 
 enum class StarvationMode : std::uint8_t { kGlitch, kStall };
-enum class Pacing : std::uint8_t { kLockstep, kFreeRunning };
 
 /// What a scenario makes go wrong, on a renderer's link or inside the machine, to see the machine cope. fault_kinds.h
 /// says of each kind what it is and which fields go with it.

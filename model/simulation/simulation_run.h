@@ -2,11 +2,10 @@
 
 #include <chrono>
 #include <exception>
-#include <functional>
 #include <systemc>
 #include <utility>
 
-#include "formats/image.h"
+#include "simulation/frame_shown.h"
 
 namespace metabuffer {
 
@@ -14,8 +13,6 @@ namespace metabuffer {
 /// exception of that callback out of the kernel, which would wrap it.
 class SimulationRun {
   public:
-    using FrameShown = std::function<void(int frame, int display, const ColourImage&)>;
-
     /// on_frame_shown: the host's; may be empty, may throw.
     explicit SimulationRun(FrameShown on_frame_shown) : on_frame_shown_(std::move(on_frame_shown)) {}
 

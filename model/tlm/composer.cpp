@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "datapath/span.h"
+#include "report/waits.h"
 
 namespace metabuffer::tlm {
 namespace {
@@ -316,23 +317,19 @@ std::string Composer::waiting_for(std::int64_t through_cycle) const {
         const Segment* const segment = buffer_.segment(frame);
         if (column_.may_stall() && segment != nullptr && segment->covers(x, y) &&
             buffer_.arrived(frame, through_cycle) <= segment->pixel_at(x, y)) {
-            return "waits for pixel " + std::to_string(segment->pixel_at(x, y)) +
-                   " of its segment in frame " + std::to_string(frame) + " at raster position " +
-                   std::to_string(x) + ", " + std::to_string(y);
+            return waits::for_segment_pixel(segment->pixel_at(x, y), frame, x, y);
         }
-        return "waits for its column to move on";
+        return waits::for_column();
     }
     const int next = position < 0 && frame >= 0 ? frame : frame + 1;
-    const std::string name = std::to_string(next);
     if (buffer_.table_cycle(next) > through_cycle) {
-        return "waits for the table of frame " + name;
+        return waits::for_table(next);
     }
     if (buffer_.prefetched_cycle(next) > through_cycle) {
-        return "waits for its buffer to be prefetched with frame " + name;
+        return waits::for_prefetch(next);
     }
     const bool raised = next_frame_ > next && own_pipeready_ <= through_cycle;
-    return raised ? "waits for STARTFRAME of frame " + name
-                  : "waits for PIPEREADY from below for frame " + name;
+    return raised ? waits::for_startframe(next) : waits::for_pipeready(next);
 }
 
 }  // namespace metabuffer::tlm

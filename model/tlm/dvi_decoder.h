@@ -6,8 +6,8 @@
 #include <systemc>
 #include <vector>
 
+#include "datapath/link/pair_follower.h"
 #include "formats/dvi_timing.h"
-#include "report/report.h"
 #include "tlm/payload.h"
 
 namespace metabuffer::tlm {
@@ -28,34 +28,22 @@ class DviDecoder final : public sc_core::sc_module {
     std::string waiting_for(std::int64_t through_edge) const;
 
   private:
-    enum class Expect : std::uint8_t { kAnyColour, kColour, kDepth };
-    struct Rejection {
+    /// The follower of pairs as it is from a clock on.
+    struct Moment {
         std::int64_t edge;
-        RejectCause cause;
-    };
-    struct Expectation {
-        std::int64_t edge;
-        Expect expect;
-        std::uint32_t number;
+        PairFollower pairs;
     };
 
     void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
     void decode(const DviFrame& frame);
     void end_control_scanline(const DviFrame& frame, std::int64_t edge);
-    void reject(RejectCause cause, std::int64_t edge);
-    void expect(Expect expect, std::int64_t edge);
-    LinkEvent& event_at(std::int64_t edge);
+    void learnt(LinkEvent event, std::int64_t edge);
+    const PairFollower& pairs_at(std::int64_t through_edge) const;
 
     DviTiming timing_;
-    Expect expect_ = Expect::kAnyColour;
-    bool frame_lives_ = false;  ///< the frame under way is not rejected or passed over
-    bool control_good_ = false;
-    FrameKind kind_ = FrameKind::kColour;
-    std::uint32_t number_ = 0;
+    PairFollower pairs_;
     const PixelImage* colour_image_ = nullptr;
-    std::array<std::int64_t, kRejectCauseCount> rejected_frames_{};
-    std::vector<Rejection> newest_rejections_;      ///< of the frame under way, counted already
-    std::vector<Expectation> newest_expectations_;  ///< before the frame under way and behind it
+    std::vector<Moment> newest_moments_;  ///< before the frame under way, and through it
     Message<DecodedFrame> decoded_;
 };
 

@@ -1,5 +1,7 @@
 #include "tlm/dvi_source.h"
 
+#include "report/waits.h"
+
 namespace metabuffer::tlm {
 
 DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
@@ -78,7 +80,7 @@ void DviSource::send_frame(std::int64_t edge) {
 
 std::string DviSource::waiting_for(std::int64_t picoseconds) const {
     if (state_ == State::kSilence) {
-        return "is silent before pair " + std::to_string(program_.pair());
+        return waits::in_silence(program_.pair());
     }
     // A frame's last clock leaves the source without one.
     const bool idle = state_ == State::kIdle ||
@@ -86,7 +88,7 @@ std::string DviSource::waiting_for(std::int64_t picoseconds) const {
     if (!idle || program_.all_pairs_sent()) {
         return {};
     }
-    return "waits for its input framebuffer to ask for pair " + std::to_string(program_.next_pair());
+    return waits::for_pair_request(program_.next_pair());
 }
 
 }  // namespace metabuffer::tlm

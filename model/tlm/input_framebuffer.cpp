@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "report/waits.h"
 #include "scenario/derived_timing.h"
 
 namespace metabuffer::tlm {
@@ -25,11 +26,10 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       cycles_per_beat_(cycles_per_beat(scenario.bus)),
       cycles_per_table_row_(divide_up(8 * kControlRowBytes, scenario.bus.width_bits)),
       lost_slot_cycles_(lost_slot_cycles(scenario)),
-      pair_clocks_(pair_clocks(renderer_)),
-      timeout_clocks_(link_timeout_clocks(scenario, renderer_)),
-      timeout_start_edge_(settings_.first_link_edge - 1),
+      banks_(scenario.pacing, pair_clocks(renderer_), link_timeout_clocks(scenario, renderer_)),
       next_cycle_(settings_.first_cycle),
       policy_(make_policy(scenario.bus.arbitration)) {
+    banks_.reset(settings_.first_link_edge - 1);
     link_socket.register_b_transport(this, &InputFramebuffer::take_frame);
     bus_socket.register_nb_transport_bw(this, &InputFramebuffer::take_notice);
     // The first two tables find every composer empty, from the clock behind the first without reset.
@@ -74,88 +74,36 @@ void InputFramebuffer::link_process() {
     }
     if (request_edge_ <= edge) {
         request_edge_ = kUnknownCycle;
-        request_open_ = true;
+        banks_.ask();
     }
-    if (request_open_) {
-        if (const std::optional<bool> fresh = answer_to_request(edge)) {
-            answer(*fresh, edge);
-        }
+    if (const auto given = banks_.answer(edge)) {
+        answer(*given == BankKeeper::Answer::kFresh, edge);
     }
-    pair_request_o.write(back_bank_ != BackBank::kWhole);
+    pair_request_o.write(banks_.wants_pair());
     wake_link(next_link_edge(edge));
 }
 
 /// The next clock in which something may change.
 std::int64_t InputFramebuffer::next_link_edge(std::int64_t edge) const {
-    std::int64_t next = request_edge_;
+    std::int64_t next = std::min(request_edge_, banks_.next_timer(edge).value_or(kUnknownCycle));
     if (!link_events_.empty()) {
         next = std::min(next, link_events_.front().edge);
-    }
-    if (request_open_) {
-        for (const std::int64_t end :
-             {timeout_start_edge_ + timeout_clocks_, filling_since_edge_ + pair_clocks_}) {
-            if (end > edge) {
-                next = std::min(next, end);
-            }
-        }
     }
     return next;
 }
 
 void InputFramebuffer::take_event(const LinkEvent& event, std::int64_t edge) {
-    if (event.rejected && back_bank_ == BackBank::kFilling) {
-        back_bank_ = BackBank::kFree;
-    }
-    if (event.pair_lost) {
-        lost_valid_ = true;
-        lost_number_ = event.lost_number;
-    }
+    const BankKeeper::Taken taken = banks_.take(event, edge);
+    counters_.dropped_frames += taken.dropped_pairs;
     if (event.colour_start) {
-        if (back_bank_ == BackBank::kWhole) {
-            ++counters_.dropped_frames;
-            superseded_ = true;
-        }
-        back_bank_ = BackBank::kFilling;
-        filling_since_edge_ = edge;
-        filling_ = event;
+        filling_table_ = event.table;
     }
-    if (event.pair_good) {
-        accept_pair(event, edge);
+    if (taken.pair_accepted) {
+        back_ = event;
+        ValidatedTable table = validate_table(filling_table_, limits_);
+        counters_.add_rejected_rows(event.number, table);
+        back_rows_ = std::move(table.rows);
     }
-}
-
-void InputFramebuffer::accept_pair(const LinkEvent& event, std::int64_t edge) {
-    const bool too_late = static_cast<std::int32_t>(event.number - wanted_pair_) < 0;
-    if (scenario_.pacing == Pacing::kLockstep && too_late) {
-        ++counters_.dropped_frames;
-        back_bank_ = BackBank::kFree;
-        timeout_start_edge_ = edge;  // the source sends its next pair only now
-        return;
-    }
-    back_bank_ = BackBank::kWhole;
-    back_ = event;
-    ValidatedTable table = validate_table(filling_.table, limits_);
-    counters_.add_rejected_rows(event.number, table);
-    back_rows_ = std::move(table.rows);
-}
-
-/// True: the banks are swapped, the pair is fresh. False: the front pair again. Nothing: not yet.
-std::optional<bool> InputFramebuffer::answer_to_request(std::int64_t edge) {
-    const std::optional<bool> again(false);
-    if (scenario_.pacing == Pacing::kFreeRunning) {
-        if (back_bank_ == BackBank::kWhole) {
-            return true;
-        }
-        if (front_valid_ && superseded_ && pair_under_way(edge)) {
-            return std::nullopt;
-        }
-        return front_valid_ || timed_out(edge) ? again : std::nullopt;
-    }
-    if (back_bank_ == BackBank::kWhole) {
-        return back_.number == wanted_pair_;  // a later one: the wanted pair will not come any more
-    }
-    const bool lost = lost_valid_ && lost_number_ == wanted_pair_;
-    return lost || timed_out(edge) ? again : std::nullopt;
 }
 
 void InputFramebuffer::answer(bool fresh, std::int64_t edge) {
@@ -165,13 +113,7 @@ void InputFramebuffer::answer(bool fresh, std::int64_t edge) {
         if (settings_.shelf != nullptr) {
             front_content_ = settings_.shelf->content(*back_.colour, *back_.depth);
         }
-        front_valid_ = true;
-        superseded_ = false;
-        back_bank_ = BackBank::kFree;
     }
-    request_open_ = false;
-    ++wanted_pair_;
-    timeout_start_edge_ = edge;
     answer_fresh_ = fresh;
     state_ = State::kStart;
     next_cycle_ = core_.edge_seeing(dvi_.picoseconds_of(edge));
@@ -652,7 +594,6 @@ RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
     bus.idle_cycles =
         through_cycle + 1 -
         (bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.poll_cycles + bus.lost_cycles);
-    counters.name = renderer_.name;
     return counters;
 }
 
@@ -673,14 +614,14 @@ std::int64_t InputFramebuffer::link_pixels(std::int64_t through_edge) const {
 }
 
 std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
-    const std::string frame = std::to_string(frames_started_ - 1);
+    const std::int64_t frame = frames_started_ - 1;
     switch (state_) {
         case State::kRequest:
         case State::kWait:
         case State::kStart:
-            return "waits for pair " + std::to_string(frames_started_) + " from the link";
+            return waits::for_pair(frames_started_);
         case State::kTable:
-            return "waits for TABLEREADY of every composer to broadcast the table of frame " + frame;
+            return waits::for_tableready(frame);
         case State::kSend:
         case State::kRecheck: {
             for (const Span& span : newest_spans_) {
@@ -689,24 +630,23 @@ std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
                     return {};
                 }
                 if (now && span.kind == SpanKind::kPageMiss) {
-                    return "waits for its memory to open a page";
+                    return waits::for_memory_page();
                 }
                 if (now && span.kind == SpanKind::kLost) {
-                    return "lets a lost slot pass";
+                    return waits::for_lost_slot();
                 }
             }
-            std::string composers;
+            std::vector<int> displays;
             // A burst under way has been counted to its end.
             const std::int64_t unsent = counters_.bus.pixels_sent - counters(through_cycle).bus.pixels_sent;
             for (std::size_t i = 0; i < rows_.size(); ++i) {
                 const Row& row = rows_[i];
                 const bool in_burst = unsent > 0 && static_cast<int>(i) == burst_row_;
                 if (in_burst || row.sent < row.pixels) {
-                    composers += (composers.empty() ? "" : ", ") + std::to_string(row.row.dcomp);
+                    displays.push_back(row.row.dcomp);
                 }
             }
-            return "waits for BUSREADY of the composers of display " + composers + " with " +
-                   std::to_string(pixels_left_ + unsent) + " pixels of frame " + frame + " to send";
+            return waits::for_busready(displays, pixels_left_ + unsent, frame);
         }
         case State::kDone:
             return {};

@@ -5,13 +5,13 @@
 #include <deque>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <systemc>
 #include <vector>
 
 #include "datapath/arbitration/arbitration_policy.h"
-#include "report/report.h"
+#include "datapath/link/bank_keeper.h"
+#include "report/machine_report.h"
 #include "scenario/scenario.h"
 #include "tlm/content_shelf.h"
 #include "tlm/cycle.h"
@@ -48,12 +48,7 @@ class InputFramebuffer final : public sc_core::sc_module {
     InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, Settings settings);
     SC_HAS_PROCESS(InputFramebuffer);
 
-    /// What a composited frame was made of.
-    struct FrameSource {
-        int pair = -1;  ///< -1: none yet
-        bool fresh = false;
-        std::int64_t last_pixel_picoseconds = 0;  ///< when the pair's last pixel was on the link
-    };
+    /// What each composited frame that has been started was made of.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
 
     /// Everything up to a core clock, the present; `core_cycles` of the run are one more.
@@ -66,22 +61,12 @@ class InputFramebuffer final : public sc_core::sc_module {
 
   private:
     // ---- the link's side (DVI input clock) ----
-    enum class BackBank : std::uint8_t { kFree, kFilling, kWhole };
-
     void take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
     void link_process();
     void take_event(const LinkEvent& event, std::int64_t edge);
-    void accept_pair(const LinkEvent& event, std::int64_t edge);
-    std::optional<bool> answer_to_request(std::int64_t edge);
     void answer(bool fresh, std::int64_t edge);
     void wake_link(std::int64_t edge);
     std::int64_t next_link_edge(std::int64_t edge) const;
-    bool pair_under_way(std::int64_t edge) const {
-        return back_bank_ == BackBank::kFilling && edge - filling_since_edge_ < pair_clocks_;
-    }
-    bool timed_out(std::int64_t edge) const {
-        return edge - timeout_start_edge_ >= timeout_clocks_ && !pair_under_way(edge);
-    }
 
     // ---- the bus side (core clock) ----
     enum class State : std::uint8_t {
@@ -151,27 +136,17 @@ class InputFramebuffer final : public sc_core::sc_module {
     int cycles_per_beat_;
     int cycles_per_table_row_;
     int lost_slot_cycles_;
-    std::int64_t pair_clocks_;
-    std::int64_t timeout_clocks_;
 
     // The link's side.
     sc_core::sc_event link_wake_;
     std::deque<LinkEvent> link_events_;
     DecodedFrame newest_link_frame_;
     std::int64_t link_pixels_before_ = 0;
-    BackBank back_bank_ = BackBank::kFree;
-    LinkEvent filling_;  ///< the pair under way: number and table
-    LinkEvent back_;     ///< the whole pair in the back bank
+    BankKeeper banks_;
+    ViewportTable filling_table_;  ///< of the pair under way
+    LinkEvent back_;               ///< the whole pair in the back bank
     ViewportTable back_rows_;
-    std::int64_t filling_since_edge_ = 0;
-    std::int64_t timeout_start_edge_;
-    bool front_valid_ = false;
-    bool superseded_ = false;
-    bool lost_valid_ = false;
-    std::uint32_t lost_number_ = 0;
-    std::uint32_t wanted_pair_ = 0;
     std::int64_t request_edge_ = kUnknownCycle;  ///< at which the request is seen
-    bool request_open_ = false;
     ViewportTable front_rows_;
     FrameSource front_source_;
     FrameContent front_content_;

@@ -1,7 +1,7 @@
 #include "tlm/metabuffer.h"
 
 #include <algorithm>
-#include <limits>
+#include <utility>
 
 #include "scenario/derived_timing.h"
 #include "scenario/fault_keys.h"
@@ -23,7 +23,7 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
       dvi_out_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
       first_cycle_(kResetCycles),
       reset_picoseconds_(core_.picoseconds_of(kResetCycles) - core_.period_picoseconds() / 2),
-      last_frame_shown_(displays(), -1),
+      shown_(displays()),
       watchdog_interval_(watchdog_interval_picoseconds(scenario)) {
     refuse_faults_of_level_rtl(scenario, "tlm");
     if (options_.images) {
@@ -157,13 +157,11 @@ std::int64_t Metabuffer::run_limit() const {
 // ---- the end of a run ----
 
 void Metabuffer::frame_shown(std::size_t display, int frame, const ColourImage* image) {
-    last_frame_shown_[display] = frame;
+    const bool on_all_displays = shown_.add(display, frame);
     if (image != nullptr && on_frame_shown_) {
         on_frame_shown_(frame, static_cast<int>(display) + 1, *image);
     }
-    const int shown = *std::min_element(last_frame_shown_.begin(), last_frame_shown_.end()) + 1;
-    if (shown > frames_shown_) {
-        frames_shown_ = shown;
+    if (on_all_displays) {
         if (options_.observer != nullptr) {
             for (std::size_t d = 0; d < displays(); ++d) {
                 const FrameTime& time = columns_[d]->frame(frame);
@@ -172,7 +170,7 @@ void Metabuffer::frame_shown(std::size_t display, int frame, const ColourImage* 
                     {time.cycle_of(1), time.cycle_of(columns_[d]->last_step() - 1)});
             }
         }
-        if (shown == scenario_.frames) {
+        if (shown_.on_all_displays() == scenario_.frames) {
             settle_event_.notify(sc_core::SC_ZERO_TIME);
         }
     }
@@ -216,7 +214,7 @@ void Metabuffer::finish() {
         return;
     }
     finished_ = true;
-    make_report();
+    report_ = make_report();
     if (on_finished_) {
         on_finished_();
     }
@@ -230,11 +228,6 @@ std::int64_t Metabuffer::raster_pixels_taken(std::int64_t through_cycle) const {
         count += framebuffer->pixels_taken(through_cycle);
     }
     return count;
-}
-
-std::int64_t Metabuffer::raster_pixels_to_take() const {
-    return std::int64_t{scenario_.displays.raster_width_pixels()} *
-           scenario_.displays.raster_height_pixels() * scenario_.displays.count() * scenario_.frames;
 }
 
 std::vector<std::string> Metabuffer::who_waits() const {
@@ -261,62 +254,30 @@ std::vector<std::string> Metabuffer::who_waits() const {
     return findings;
 }
 
-std::vector<FrameRecord> Metabuffer::frame_records() const {
-    std::vector<FrameRecord> records;
-    for (int frame = 0; frame < frames_shown_; ++frame) {
-        FrameRecord record;
-        record.index = frame;
-        record.start_cycle = std::numeric_limits<std::int64_t>::max();
-        for (const auto& column : columns_) {
-            record.start_cycle = std::min(record.start_cycle, column->first_pixel_cycle(frame));
-            record.end_cycle = std::max(record.end_cycle, column->last_pixel_cycle(frame));
-        }
-        std::int64_t last_pixel_picoseconds = -1;
-        for (const auto& framebuffer : input_framebuffers_) {
-            const InputFramebuffer::FrameSource& source =
-                framebuffer->frame_sources()[static_cast<std::size_t>(frame)];
-            record.pairs.push_back(source.pair);
-            if (source.fresh) {
-                last_pixel_picoseconds = std::max(last_pixel_picoseconds, source.last_pixel_picoseconds);
-            }
-        }
-        if (last_pixel_picoseconds >= 0) {
-            record.latency_cycles = record.end_cycle - core_.edge_at(last_pixel_picoseconds);
-        }
-        records.push_back(std::move(record));
-    }
-    return records;
-}
-
-void Metabuffer::make_report() {
+RunReport Metabuffer::make_report() {
     const std::int64_t cycle = core_cycle();
-    RunReport& report = report_;
-    report.scenario = scenario_.name;
-    report.level = "tlm";
-    report.core_mhz = scenario_.clocks.core_mhz;
-    report.core_cycles = cycle + 1;
-    report.buffer_pixels = scenario_.composer.buffer_pixels;
-    if (watchdog_tripped_) {
-        report.watchdog = who_waits();
-    }
-    report.frames = frame_records();
+    // Before the composers close their books.
+    std::vector<std::string> findings = watchdog_tripped_ ? who_waits() : std::vector<std::string>{};
+    MachineReport report(scenario_, "tlm", shown_, cycle + 1);
     for (std::size_t r = 0; r < renderers(); ++r) {
         RendererCounters counters = input_framebuffers_[r]->counters(cycle);
         counters.rejected_frames = dvi_decoders_[r]->rejected_frames(dvi_in_.edge_at(now_picoseconds()));
         counters.injected_faults = dvi_sources_[r]->injected_faults();
-        report.renderers.push_back(std::move(counters));
+        report.add_renderer(std::move(counters), input_framebuffers_[r]->frame_sources());
         for (std::size_t d = 0; d < displays(); ++d) {
-            report.composers.push_back(composer(r, d).finish(cycle));
-            report.composers.back().renderer = static_cast<int>(r) + 1;
-            report.composers.back().display = static_cast<int>(d) + 1;
+            report.add_composer(composer(r, d).finish(cycle));
         }
     }
     for (std::size_t d = 0; d < displays(); ++d) {
         DisplayCounters counters;
-        counters.frames_shown = last_frame_shown_[d] + 1;
         counters.stalled_cycles = columns_[d]->stalled_cycles(cycle);
-        report.displays.push_back(counters);
+        report.add_display(counters);
+        for (int frame = 0; frame < shown_.on_all_displays(); ++frame) {
+            report.add_composition(frame, columns_[d]->first_pixel_cycle(frame),
+                                   columns_[d]->last_pixel_cycle(frame));
+        }
     }
+    return report.finish(std::move(findings));
 }
 
 }  // namespace metabuffer::tlm

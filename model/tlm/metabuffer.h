@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "formats/image.h"
-#include "report/report.h"
+#include "report/machine_report.h"
 #include "scenario/scenario.h"
+#include "simulation/frame_shown.h"
 #include "tlm/bus.h"
 #include "tlm/column_time.h"
 #include "tlm/composer.h"
@@ -51,8 +52,6 @@ class Metabuffer final : public sc_core::sc_module {
     ~Metabuffer() override;
     SC_HAS_PROCESS(Metabuffer);
 
-    using FrameShown = std::function<void(int frame, int display, const ColourImage&)>;
-    /// Called when a composited frame (from 0) has been shown in full for the first time on a display (from 1).
     void on_frame_shown(FrameShown callback) { on_frame_shown_ = std::move(callback); }
     /// Called once, when the scenario's last frame has been shown on every display or the watchdog has found
     /// that nothing moves. What a machine does behind its end, if it stands beside others in one elaboration,
@@ -67,7 +66,7 @@ class Metabuffer final : public sc_core::sc_module {
     /// Raster pixels that have left the pipelines, of raster_pixels_to_take() in the whole run: for a progress
     /// display.
     std::int64_t raster_pixels_taken() const { return raster_pixels_taken(core_cycle()); }
-    std::int64_t raster_pixels_to_take() const;
+    std::int64_t raster_pixels_to_take() const { return raster_pixels_of_run(scenario_); }
 
   private:
     std::size_t displays() const { return static_cast<std::size_t>(scenario_.displays.count()); }
@@ -88,8 +87,7 @@ class Metabuffer final : public sc_core::sc_module {
     void finish();
     void frame_shown(std::size_t display, int frame, const ColourImage* image);
     std::vector<std::string> who_waits() const;
-    std::vector<FrameRecord> frame_records() const;
-    void make_report();
+    RunReport make_report();
 
     const Scenario& scenario_;
     Options options_;
@@ -114,8 +112,7 @@ class Metabuffer final : public sc_core::sc_module {
 
     FrameShown on_frame_shown_;
     std::function<void()> on_finished_;
-    std::vector<int> last_frame_shown_;  ///< per display
-    int frames_shown_ = 0;
+    ShownFrames shown_;
     bool finished_ = false;
     sc_core::sc_event settle_event_;
     sc_core::sc_event finish_event_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "datapath/span.h"
+#include "report/waits.h"
 
 namespace metabuffer::tlm {
 
@@ -99,14 +100,13 @@ std::string OutputFramebuffer::waiting_for(std::int64_t through_cycle) const {
     const std::int64_t position =
         newest < 0 ? -1 : column_.frame(newest).step_at(through_cycle) - column_.renderers();
     if (position >= 0 && position < column_.raster_pixels()) {
-        return "waits for raster pixel " + std::to_string(position) + " of frame " + std::to_string(newest);
+        return waits::for_raster_pixel(position, newest);
     }
     // The start of the newest frame may be known before it happens.
     const int taken = position < 0 ? newest - 1 : newest;
     const bool bank_free =
         taken < 0 || (swap_lock_.swaps() > taken && swap_lock_.pipeready_cycle() <= through_cycle);
-    return bank_free ? "waits for STARTFRAME of frame " + std::to_string(std::max(taken + 1, 0))
-                     : "waits for SWAPLOCK to show frame " + std::to_string(taken);
+    return bank_free ? waits::for_startframe(std::max(taken + 1, 0)) : waits::for_swaplock(taken);
 }
 
 }  // namespace metabuffer::tlm

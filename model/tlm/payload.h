@@ -9,6 +9,7 @@
 #include <tlm>
 #include <vector>
 
+#include "datapath/link/pair_event.h"
 #include "formats/control_scanline.h"
 #include "formats/image.h"
 #include "formats/pixel_planes.h"
@@ -102,15 +103,8 @@ struct DviFrame : Extension<DviFrame> {
 };
 
 /// What the decoder has found, at the clock in which the input framebuffer reads it.
-struct LinkEvent {
-    std::int64_t edge = 0;  ///< DVI input clock
-    bool rejected = false;
-    RejectCause cause = RejectCause::kGeometry;
-    bool pair_lost = false;
-    std::uint32_t lost_number = 0;
-    bool colour_start = false;
-    bool pair_good = false;
-    std::uint32_t number = 0;
+struct LinkEvent : PairEvent {
+    std::int64_t edge = 0;               ///< DVI input clock
     ViewportTable table;                 ///< with colour_start
     const PixelImage* colour = nullptr;  ///< with pair_good: whose colour half and whose depth half
     const PixelImage* depth = nullptr;

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <functional>
 
-#include "formats/image.h"
 #include "report/report.h"
 #include "scenario/scenario.h"
+#include "simulation/frame_shown.h"
 #include "tlm/schedule_observer.h"
 
 namespace metabuffer::tlm {
@@ -14,7 +14,7 @@ struct RunOptions {
     /// False: the same clocks and counters, but no pixel is touched and on_frame_shown is not called.
     bool images = true;
     /// Each composited frame (from 0) on each display (from 1), once it has been shown in full.
-    std::function<void(int frame, int display, const ColourImage&)> on_frame_shown;
+    FrameShown on_frame_shown;
     /// Now and then while the run lasts: core clocks done, share of the run's raster pixels composited.
     std::function<void(std::int64_t core_cycles, double share)> on_progress;
     /// Not owned; null: nobody listens.

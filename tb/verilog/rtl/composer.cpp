@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <string>
 
+#include "report/waits.h"
+
 namespace metabuffer::rtl {
 
 namespace {
@@ -158,20 +160,13 @@ void Composer::count(const Before& before) {
     const std::int64_t cycle = clock_edge_number(core_period_picoseconds_);
     count_frame(before, cycle);
     if (high(verilated_->starved_o)) {
-        const Glitch glitch{static_cast<int>(verilated_->frame_o), before.x, before.y};
-        counters_.add_glitch(glitch);
-        if (on_glitch_) {
-            on_glitch_(glitch);
-        }
+        count_glitch({static_cast<int>(verilated_->frame_o), before.x, before.y}, cycle);
     }
-    if (first_starved_cycle_ == kNever && (high(verilated_->starved_o) || high(verilated_->stall_o))) {
-        first_starved_cycle_ = cycle;
+    if (high(verilated_->stall_o)) {
+        note_starved(cycle);
     }
     if (high(verilated_->cut_o)) {
-        ++counters_.busready_drops;
-        if (first_busready_drop_cycle_ == kNever) {
-            first_busready_drop_cycle_ = cycle;
-        }
+        count_busready_drop(cycle);
     }
     counters_.replayed_pixels += verilated_->replayed_o;
     counters_.stalled_cycles += verilated_->stalled_o;
@@ -251,20 +246,18 @@ std::string Composer::waiting_for() const {
     const auto frame = static_cast<std::int32_t>(verilated_->frame_o);
     if (high(verilated_->running_o)) {
         return high(verilated_->stall_o)
-                   ? "waits for pixel " + std::to_string(verilated_->pixel_o) + " of its segment in frame " +
-                         std::to_string(frame) + " at raster position " + std::to_string(verilated_->x_o) +
-                         ", " + std::to_string(verilated_->y_o)
-                   : "waits for its column to move on";
+                   ? waits::for_segment_pixel(verilated_->pixel_o, frame, static_cast<int>(verilated_->x_o),
+                                              static_cast<int>(verilated_->y_o))
+                   : waits::for_column();
     }
-    const std::string next = std::to_string(frame + 1);
+    const std::int32_t next = frame + 1;
     if (!high(verilated_->table_complete_o)) {
-        return "waits for the table of frame " + next;
+        return waits::for_table(next);
     }
     if (!high(verilated_->prefetched_o)) {
-        return "waits for its buffer to be prefetched with frame " + next;
+        return waits::for_prefetch(next);
     }
-    return !high(verilated_->pipeready_o) ? "waits for PIPEREADY from below for frame " + next
-                                          : "waits for STARTFRAME of frame " + next;
+    return high(verilated_->pipeready_o) ? waits::for_startframe(next) : waits::for_pipeready(next);
 }
 
 }  // namespace metabuffer::rtl

@@ -1,11 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <utility>
-#include <vector>
 
+#include "report/composer_record.h"
 #include "rtl/block.h"
 #include "rtl/signals.h"
 
@@ -20,7 +18,7 @@ namespace metabuffer::rtl {
 ///
 /// Raises /metabuffer/composer/protocol as model/rtl's composer does, and /metabuffer/composer/size at elaboration
 /// if the scenario needs a larger memory than the module was verilated with.
-class Composer final : public Block {
+class Composer final : public Block, public ComposerRecord {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
     sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
@@ -44,19 +42,6 @@ class Composer final : public Block {
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
-
-    void on_glitch(std::function<void(const Glitch&)> callback) { on_glitch_ = std::move(callback); }
-    const ComposerCounters& counters() const { return counters_; }
-
-    static constexpr std::int64_t kNever = -1;
-    struct FrameSpan {
-        std::int64_t startframe_cycle = kNever;
-        std::int64_t start_cycle = kNever;
-        std::int64_t end_cycle = kNever;
-    };
-    const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
-    std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
-    std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
 
   private:
     /// What the status outputs showed before an edge that a counter needs behind it.
@@ -82,12 +67,6 @@ class Composer final : public Block {
     sc_core::sc_event_or_list wake_events_;
     std::unique_ptr<VerilatedContext> context_;
     std::unique_ptr<VerilatedComposer> verilated_;
-
-    std::function<void(const Glitch&)> on_glitch_;
-    ComposerCounters counters_;
-    std::vector<FrameSpan> frame_spans_;
-    std::int64_t first_busready_drop_cycle_ = kNever;
-    std::int64_t first_starved_cycle_ = kNever;
 };
 
 }  // namespace metabuffer::rtl

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "datapath/link/pacing.h"
+#include "datapath/link/pair_event.h"
+
+namespace metabuffer {
+
+/// Keeps the two banks of an input framebuffer (section 4 of the paper): which pair each of them holds, which pairs
+/// are dropped, and what the bus side is answered when it asks for the pair of its next frame. docs/design.md has the
+/// table of the answers.
+///
+/// It has no clock and keeps no pixels. Events and questions come with the number of the link's clock edge at which
+/// they come, in order of time. At each edge at which something happens or may:
+///
+///     const BankKeeper::Taken taken = banks.take(event, edge);  // from the decoder
+///     if (asked) banks.ask();
+///     if (const auto answer = banks.answer(edge)) ...           // kFresh: the banks have changed places
+///     banks.wants_pair();                                       // what the source is told
+class BankKeeper {
+  public:
+    enum class Answer : std::uint8_t {
+        kFresh,  ///< the banks are swapped: the pair is one that no frame has been made of
+        kAgain,  ///< the front pair again; before the first pair, none
+    };
+    /// What an event does beside filling the back bank.
+    struct Taken {
+        int dropped_pairs = 0;       ///< whole pairs that no frame is made of
+        bool pair_accepted = false;  ///< the back bank holds the event's pair, whole
+    };
+
+    /// pair_clocks: link clocks of a pair. timeout_clocks: how many the bus side waits for a pair.
+    BankKeeper(Pacing pacing, std::int64_t pair_clocks, std::int64_t timeout_clocks)
+        : pacing_(pacing), pair_clocks_(pair_clocks), timeout_clocks_(timeout_clocks) {}
+
+    /// An edge that sees reset: no pair, no question, and the first pair wanted is number 0.
+    void reset(std::int64_t edge);
+    Taken take(const PairEvent& event, std::int64_t edge);
+    /// The bus side wants the pair of its next frame. One question at a time.
+    void ask() { asked_ = true; }
+    /// Answers the open question, if there is one and the time has come.
+    std::optional<Answer> answer(std::int64_t edge);
+
+    /// The back bank is free for another pair, or is being filled.
+    bool wants_pair() const { return back_ != Back::kWhole; }
+    /// The first edge behind `edge` at which a question could be answered although no event comes; none while there
+    /// is no question or nothing is timed.
+    std::optional<std::int64_t> next_timer(std::int64_t edge) const;
+
+  private:
+    enum class Back : std::uint8_t { kFree, kFilling, kWhole };
+
+    std::optional<Answer> due_answer(std::int64_t edge) const;
+    /// A pair is coming in: its colour frame has begun no longer than a pair time ago.
+    bool pair_under_way(std::int64_t edge) const {
+        return back_ == Back::kFilling && edge < filling_end_edge();
+    }
+    bool timed_out(std::int64_t edge) const { return edge >= timeout_edge() && !pair_under_way(edge); }
+    std::int64_t filling_end_edge() const { return filling_since_edge_ + pair_clocks_; }
+    std::int64_t timeout_edge() const { return timeout_start_edge_ + timeout_clocks_; }
+
+    Pacing pacing_;
+    std::int64_t pair_clocks_;
+    std::int64_t timeout_clocks_;
+
+    Back back_ = Back::kFree;
+    std::uint32_t back_number_ = 0;
+    std::int64_t filling_since_edge_ = 0;
+    bool front_valid_ = false;
+    bool superseded_ = false;  ///< a whole pair newer than the front one has been overwritten
+    std::optional<std::uint32_t> lost_pair_;
+    bool asked_ = false;
+    std::uint32_t wanted_pair_ = 0;        ///< number of the composited frame that is asked for next
+    std::int64_t timeout_start_edge_ = 0;  ///< reset, the last answer, or the last pair that came too late
+};
+
+}  // namespace metabuffer

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+
+#include "datapath/link/reject_cause.h"
+
+namespace metabuffer {
+
+/// What a decoder tells its input framebuffer of frames and pairs. Several of these may come at once; they then count
+/// in the order of the members.
+struct PairEvent {
+    bool rejected = false;  ///< a frame or a pair was rejected for `cause`
+    RejectCause cause = RejectCause::kGeometry;
+    bool pair_lost = false;  ///< pair `lost_number` will not come
+    std::uint32_t lost_number = 0;
+    bool colour_start = false;  ///< the pixels of a colour frame follow: what the back bank held is gone
+    bool pair_good = false;     ///< pair `number` is whole
+    std::uint32_t number = 0;
+
+    bool tells_something() const { return rejected || pair_lost || colour_start || pair_good; }
+};
+
+}  // namespace metabuffer

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "datapath/link/pair_event.h"
+#include "formats/control_scanline.h"
+
+namespace metabuffer {
+
+/// Finds the pairs among the frames of a link (section 4 of the paper): which two frames make a pair, which frame is
+/// rejected and for what, and which pair can no longer come. It has no clock: the decoders of the clocked levels tell
+/// it what they have seen, at the clocks at which they see it.
+///
+///     follower.begin_frame();                         // VSYNC: a frame may come
+///     follower.end_control_scanline(decoded, event);  // its first line is whole
+///     follower.reject_geometry(event);                // a line is too short or too long, or is one too many
+///     follower.end_frame(whole, event);               // VSYNC behind a frame of one line or more
+///
+/// What is learnt is written into `event`, beside what it tells already. Nothing is learnt of a frame that is not
+/// followed (in_frame()): it has been rejected or passed over, or no VSYNC has been seen. Raises nothing.
+class PairFollower {
+  public:
+    /// What makes the next pair go on.
+    enum class Expect : std::uint8_t {
+        kAnyColour,  ///< finding its feet: everything but a good colour frame is passed over
+        kColour,     ///< the last pair is whole
+        kDepth,      ///< of pair number()
+    };
+
+    /// As it is before the first VSYNC. What has been rejected stays counted.
+    void reset();
+    void begin_frame();
+    void end_control_scanline(const DecodedScanline& scanline, PairEvent& event);
+    void reject_geometry(PairEvent& event);
+    /// whole: every line of the mode has come.
+    void end_frame(bool whole, PairEvent& event);
+
+    bool in_frame() const { return in_frame_; }
+    /// Of the frame under way, once its control scanline is good.
+    FrameKind kind() const { return kind_; }
+    Expect expect() const { return expect_; }
+    std::uint32_t number() const { return number_; }  ///< of the pair under way
+    /// Frames and pairs rejected so far, by RejectCause.
+    const std::array<std::int64_t, kRejectCauseCount>& rejected() const { return rejected_; }
+
+  private:
+    void begin_colour(std::uint32_t number, PairEvent& event);
+    void begin_depth(std::uint32_t number, PairEvent& event);
+    void reject(RejectCause cause, PairEvent& event);
+
+    bool in_frame_ = false;
+    bool colour_begun_ = false;  ///< the frame under way is the good colour frame of pair number_
+    FrameKind kind_ = FrameKind::kColour;
+    Expect expect_ = Expect::kAnyColour;
+    std::uint32_t number_ = 0;
+    std::array<std::int64_t, kRejectCauseCount> rejected_{};
+};
+
+}  // namespace metabuffer

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "report/report.h"
+
+namespace metabuffer {
+
+/// What a composer of level rtl tells beside its ports, and what an observer of the ports tells in its stead: its
+/// counters, and when things happened, in core cycles. It is no hardware.
+class ComposerRecord {
+  public:
+    static constexpr std::int64_t kNever = -1;
+
+    /// Core cycles of STARTFRAME and of a frame's first and last pixel composited.
+    struct FrameSpan {
+        std::int64_t startframe_cycle = kNever;
+        std::int64_t start_cycle = kNever;
+        std::int64_t end_cycle = kNever;
+    };
+
+    /// Renderer and display may be left to whoever knows them.
+    const ComposerCounters& counters() const { return counters_; }
+    /// One for each frame that has started.
+    const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
+    /// Core cycle of the first BUSREADY drop in a burst, and of the first starved pixel or stalled clock.
+    std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
+    std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
+    /// Called for each starved raster pixel (`glitch` mode).
+    void on_glitch(std::function<void(const Glitch&)> callback) { on_glitch_ = std::move(callback); }
+
+  protected:
+    ~ComposerRecord() = default;
+
+    void count_busready_drop(std::int64_t cycle) {
+        ++counters_.busready_drops;
+        note_first(first_busready_drop_cycle_, cycle);
+    }
+    /// A pixel starved or a clock was stalled.
+    void note_starved(std::int64_t cycle) { note_first(first_starved_cycle_, cycle); }
+    void count_glitch(const Glitch& glitch, std::int64_t cycle) {
+        note_starved(cycle);
+        counters_.add_glitch(glitch);
+        if (on_glitch_) {
+            on_glitch_(glitch);
+        }
+    }
+
+    ComposerCounters counters_;
+    std::vector<FrameSpan> frame_spans_;
+
+  private:
+    static void note_first(std::int64_t& first, std::int64_t cycle) {
+        if (first == kNever) {
+            first = cycle;
+        }
+    }
+
+    std::int64_t first_busready_drop_cycle_ = kNever;
+    std::int64_t first_starved_cycle_ = kNever;
+    std::function<void(const Glitch&)> on_glitch_;
+};
+
+}  // namespace metabuffer

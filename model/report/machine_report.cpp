@@ -1,0 +1,82 @@
+#include "report/machine_report.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace metabuffer {
+
+std::int64_t raster_pixels_of_run(const Scenario& scenario) {
+    return std::int64_t{scenario.displays.raster_width_pixels()} * scenario.displays.raster_height_pixels() *
+           scenario.displays.count() * scenario.frames;
+}
+
+bool ShownFrames::add(std::size_t display, int frame) {
+    last_[display] = frame;
+    const int shown = *std::min_element(last_.begin(), last_.end()) + 1;
+    if (shown <= on_all_displays_) {
+        return false;
+    }
+    on_all_displays_ = shown;
+    return true;
+}
+
+MachineReport::MachineReport(const Scenario& scenario, const std::string& level, const ShownFrames& shown,
+                             std::int64_t core_cycles)
+    : scenario_(scenario),
+      shown_(shown),
+      newest_pixel_picoseconds_(static_cast<std::size_t>(shown.on_all_displays())) {
+    report_.scenario = scenario.name;
+    report_.level = level;
+    report_.core_mhz = scenario.clocks.core_mhz;
+    report_.core_cycles = core_cycles;
+    report_.buffer_pixels = scenario.composer.buffer_pixels;
+    report_.frames.resize(newest_pixel_picoseconds_.size());
+    for (std::size_t f = 0; f < report_.frames.size(); ++f) {
+        report_.frames[f].index = static_cast<int>(f);
+        report_.frames[f].start_cycle = std::numeric_limits<std::int64_t>::max();
+    }
+}
+
+void MachineReport::add_renderer(RendererCounters counters, const std::vector<FrameSource>& sources) {
+    counters.name = scenario_.renderers[report_.renderers.size()].name;
+    report_.renderers.push_back(std::move(counters));
+    for (std::size_t f = 0; f < report_.frames.size(); ++f) {
+        report_.frames[f].pairs.push_back(sources[f].pair);
+        if (sources[f].fresh) {
+            newest_pixel_picoseconds_[f] =
+                std::max(newest_pixel_picoseconds_[f], std::optional(sources[f].last_pixel_picoseconds));
+        }
+    }
+}
+
+void MachineReport::add_composer(ComposerCounters counters) {
+    const auto before = static_cast<int>(report_.composers.size());
+    counters.renderer = before / scenario_.displays.count() + 1;
+    counters.display = before % scenario_.displays.count() + 1;
+    report_.composers.push_back(std::move(counters));
+}
+
+void MachineReport::add_display(DisplayCounters counters) {
+    counters.frames_shown = shown_.last(report_.displays.size()) + 1;
+    report_.displays.push_back(counters);
+}
+
+void MachineReport::add_composition(int frame, std::int64_t first_cycle, std::int64_t last_cycle) {
+    FrameRecord& record = report_.frames[static_cast<std::size_t>(frame)];
+    record.start_cycle = std::min(record.start_cycle, first_cycle);
+    record.end_cycle = std::max(record.end_cycle, last_cycle);
+}
+
+RunReport MachineReport::finish(std::vector<std::string> watchdog_findings) {
+    const std::int64_t period = clock_period_picoseconds(scenario_.clocks.core_mhz);
+    for (std::size_t f = 0; f < report_.frames.size(); ++f) {
+        if (const std::optional<std::int64_t> newest = newest_pixel_picoseconds_[f]) {
+            report_.frames[f].latency_cycles = report_.frames[f].end_cycle - *newest / period;
+        }
+    }
+    report_.watchdog = std::move(watchdog_findings);
+    return std::move(report_);
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,109 @@
+#include "report/machine_report.h"
+
+#include <catch2/catch.hpp>
+
+namespace metabuffer {
+namespace {
+
+/// Two renderers, three displays of 8 x 4 raster pixels, a core clock of 10 ns.
+Scenario small_scenario() {
+    Scenario scenario;
+    scenario.name = "small";
+    scenario.displays.columns = 3;
+    scenario.displays.rows = 1;
+    scenario.displays.width_pixels = 4;
+    scenario.displays.height_pixels = 2;
+    scenario.displays.supersample = 2;
+    scenario.clocks.core_mhz = 100;
+    scenario.composer.buffer_pixels = 77;
+    scenario.frames = 5;
+    scenario.renderers.resize(2);
+    scenario.renderers[0].name = "ball";
+    scenario.renderers[1].name = "cube";
+    return scenario;
+}
+
+TEST_CASE("machine report: raster pixels of a run") {
+    CHECK(raster_pixels_of_run(small_scenario()) == 8 * 4 * 3 * 5);
+}
+
+TEST_CASE("machine report: a frame is shown when the last display shows it, and then once") {
+    ShownFrames shown(3);
+    CHECK(shown.on_all_displays() == 0);
+    CHECK(shown.last(1) == -1);
+    CHECK_FALSE(shown.add(0, 0));
+    CHECK_FALSE(shown.add(2, 0));
+    CHECK_FALSE(shown.add(2, 1));
+    CHECK(shown.add(1, 0));
+    CHECK(shown.on_all_displays() == 1);
+    CHECK_FALSE(shown.add(1, 1));
+    CHECK(shown.add(0, 1));
+    CHECK(shown.on_all_displays() == 2);
+    CHECK(shown.last(2) == 1);
+}
+
+TEST_CASE("machine report: what the blocks have counted, by renderer, composer, display and frame") {
+    const Scenario scenario = small_scenario();
+    ShownFrames shown(3);
+    for (std::size_t display = 0; display < 3; ++display) {
+        for (int frame = 0; frame < 2; ++frame) shown.add(display, frame);
+    }
+    shown.add(1, 2);
+    MachineReport made(scenario, "rtl", shown, 1'000);
+    // Frame 0 of two fresh pairs, frame 1 of none, a third one under way.
+    const std::vector<FrameSource> sources[2] = {{{0, true, 45'999}, {0, false, 45'999}, {1, true, 500'000}},
+                                                 {{0, true, 30'000}, {-1, false, 0}}};
+    for (int r = 0; r < 2; ++r) {
+        RendererCounters counters;
+        counters.repeated_frames = 10 + r;
+        made.add_renderer(counters, sources[r]);
+        for (int d = 0; d < 3; ++d) {
+            ComposerCounters composer;
+            composer.late_pixels = 10 * r + d;
+            made.add_composer(composer);
+        }
+    }
+    for (int d = 0; d < 3; ++d) {
+        DisplayCounters display;
+        display.stalled_cycles = d;
+        made.add_display(display);
+        made.add_composition(0, 20 - d, 60 + d);
+        made.add_composition(1, 100 + d, 160 - d);
+    }
+    const RunReport report = made.finish({"composer_1_1 waits"});
+    CHECK(report.scenario == "small");
+    CHECK(report.level == "rtl");
+    CHECK(report.core_mhz == 100);
+    CHECK(report.core_cycles == 1'000);
+    CHECK(report.buffer_pixels == 77);
+    CHECK(report.watchdog == std::vector<std::string>{"composer_1_1 waits"});
+    REQUIRE(report.frames.size() == 2);
+    CHECK(report.frames[0].index == 0);
+    CHECK(report.frames[0].start_cycle == 18);
+    CHECK(report.frames[0].end_cycle == 62);
+    CHECK(report.frames[0].latency_cycles == 62 - 4);
+    CHECK(report.frames[0].pairs == std::vector<int>{0, 0});
+    CHECK(report.frames[1].index == 1);
+    CHECK(report.frames[1].start_cycle == 100);
+    CHECK(report.frames[1].end_cycle == 160);
+    CHECK_FALSE(report.frames[1].latency_cycles);
+    CHECK(report.frames[1].pairs == std::vector<int>{0, -1});
+    REQUIRE(report.renderers.size() == 2);
+    CHECK(report.renderers[0].name == "ball");
+    CHECK(report.renderers[1].name == "cube");
+    CHECK(report.renderers[1].repeated_frames == 11);
+    REQUIRE(report.composers.size() == 6);
+    for (int i = 0; i < 6; ++i) {
+        const ComposerCounters& composer = report.composers[static_cast<std::size_t>(i)];
+        CHECK(composer.renderer == i / 3 + 1);
+        CHECK(composer.display == i % 3 + 1);
+        CHECK(composer.late_pixels == 10 * (i / 3) + i % 3);
+    }
+    REQUIRE(report.displays.size() == 3);
+    CHECK(report.displays[0].frames_shown == 2);
+    CHECK(report.displays[1].frames_shown == 3);
+    CHECK(report.displays[2].stalled_cycles == 2);
+}
+
+}  // namespace
+}  // namespace metabuffer
