@@ -1,12 +1,12 @@
 #include "host/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstddef>
-#include <iomanip>
-#include <locale>
-#include <sstream>
+#include <system_error>
 
 namespace metabuffer::text {
 namespace {
@@ -68,18 +68,9 @@ std::string joined(const std::vector<std::string>& items, std::string_view conju
     return list;
 }
 
-std::string number(double value) {
-    std::array<char, 32> digits{};
-    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-    return error == std::errc() ? std::string(digits.data(), end) : std::to_string(value);
-}
+std::string number(double value) { return fmt::format("{}", value); }
 
-std::string decimal(double value, int digits) {
-    std::ostringstream text;
-    text.imbue(std::locale::classic());
-    text << std::fixed << std::setprecision(digits) << value;
-    return text.str();
-}
+std::string decimal(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
 
 std::string range(const IntegerRange& range) {
     return std::to_string(range.low) + " to " + std::to_string(range.high);

@@ -1,19 +1,15 @@
 #include "monitors/picture_reference.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
-#include <cstdio>
 
 #include "formats/image_difference.h"
 #include "monitors/reference_composition.h"
 
 namespace metabuffer::monitors {
 
-std::string colour_text(std::uint32_t rgb) {
-    std::array<char, 8> text{};
-    std::snprintf(text.data(), text.size(), "#%06x", static_cast<unsigned>(rgb & kColourMask));
-    return text.data();
-}
+std::string colour_text(std::uint32_t rgb) { return fmt::format("#{:06x}", rgb & kColourMask); }
 
 functional::Contribution PictureReference::contribution(std::size_t renderer, int pair) const {
     std::vector<int> pairs(scenario_.renderers.size(), -1);

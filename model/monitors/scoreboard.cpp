@@ -1,8 +1,8 @@
 #include "monitors/scoreboard.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <unordered_map>
 #include <utility>
 
@@ -338,10 +338,7 @@ std::string Scoreboard::renderer_text(int renderer) const {
 std::string Scoreboard::pixel_text(Pixel pixel) const {
     constexpr int kBitsPerDigit = 4;
     const int z_digits = (layout_of(scenario_.depth_format).z_bits + kBitsPerDigit - 1) / kBitsPerDigit;
-    std::array<char, 48> text{};
-    std::snprintf(text.data(), text.size(), "%s A %u Z 0x%0*x", colour_text(pixel.rgb()).c_str(),
-                  static_cast<unsigned>(pixel.a()), z_digits, static_cast<unsigned>(pixel.z()));
-    return text.data();
+    return fmt::format("{} A {} Z 0x{:0{}x}", colour_text(pixel.rgb()), pixel.a(), pixel.z(), z_digits);
 }
 
 void Scoreboard::end_frame(std::size_t d) {

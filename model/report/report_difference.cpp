@@ -1,9 +1,9 @@
 #include "report/report_difference.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -177,11 +177,7 @@ Json parsed(const std::string& text) {
     return report;
 }
 
-std::string colour(std::uint32_t value) {
-    std::array<char, 16> digits{};
-    std::snprintf(digits.data(), digits.size(), "#%06X", static_cast<unsigned>(value));
-    return digits.data();
-}
+std::string colour(std::uint32_t value) { return fmt::format("#{:06X}", value); }
 
 std::string size_of(const ColourImage& image) {
     return std::to_string(image.width_pixels) + "x" + std::to_string(image.height_pixels);

@@ -1,9 +1,9 @@
 #include "tools/exploration/axis_values.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <numeric>
@@ -21,11 +21,7 @@ namespace {
 constexpr double kLargestNumber = 1e15;
 
 /// Decimals as they were meant: 0.1 and 0.2 make 0.3, not 0.30000000000000004.
-double without_noise(double value) {
-    std::array<char, 40> digits{};
-    std::snprintf(digits.data(), digits.size(), "%.12g", value);
-    return std::strtod(digits.data(), nullptr);
-}
+double without_noise(double value) { return std::strtod(fmt::format("{:.12g}", value).c_str(), nullptr); }
 
 std::string number_text(double value, bool whole) {
     // A whole number however it is written: keys that take only these do not know 1e+05.

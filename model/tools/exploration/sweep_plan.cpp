@@ -1,8 +1,8 @@
 #include "tools/exploration/sweep_plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <utility>
@@ -284,9 +284,7 @@ std::string with_bytes_written_out(const std::string& text) {
             result += character;
             continue;
         }
-        std::array<char, 8> code{};
-        std::snprintf(code.data(), code.size(), "\\x%02x", byte);
-        result += code.data();
+        result += fmt::format("\\x{:02x}", byte);
     }
     return result;
 }

@@ -1,5 +1,6 @@
 #include "tools/program/compare_command.h"
 
+#include <fmt/format.h>
 #include <poll.h>
 
 #include <CLI/CLI.hpp>
@@ -100,10 +101,8 @@ class PictureComparison {
 };
 
 void show_progress(const ProgressLine& line, const LevelProcess& rtl, const LevelProcess& tlm) {
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "rtl %3.0f %%, tlm %3.0f %% of the pixels composited",
-                  100.0 * rtl.progress(), 100.0 * tlm.progress());
-    line.show(text.data());
+    line.show(fmt::format("rtl {:3.0f} %, tlm {:3.0f} % of the pixels composited", 100.0 * rtl.progress(),
+                          100.0 * tlm.progress()));
 }
 
 /// Lets both runs come to their ends and takes their pictures as they come.

@@ -1,8 +1,9 @@
 #include "tools/program/exploration_run.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -32,24 +33,16 @@ constexpr std::size_t kListedFailures = 8;
 /// "1 h 02 min", "3 min 20 s", "7 s".
 std::string duration(double seconds) {
     const auto whole = std::llround(seconds);
-    std::array<char, 48> text{};
-    if (whole >= 3600) {
-        std::snprintf(text.data(), text.size(), "%lld h %02lld min", whole / 3600, whole / 60 % 60);
-    } else if (whole >= 60) {
-        std::snprintf(text.data(), text.size(), "%lld min %02lld s", whole / 60, whole % 60);
-    } else {
-        std::snprintf(text.data(), text.size(), "%lld s", whole);
-    }
-    return text.data();
+    if (whole >= 3600) return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+    if (whole >= 60) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+    return fmt::format("{} s", whole);
 }
 
 void show(const ProgressLine& line, const Progress& progress) {
-    std::array<char, 128> text{};
-    std::snprintf(text.data(), text.size(),
-                  "%zu of %zu points, %zu runs, %.1f points/s, to go: ", progress.points_ended,
-                  progress.points, progress.runs, progress.rate());
     const auto seconds_to_go = progress.seconds_to_go();
-    line.show(text.data() + (seconds_to_go ? duration(*seconds_to_go) : std::string("?")));
+    line.show(fmt::format("{} of {} points, {} runs, {:.1f} points/s, to go: {}", progress.points_ended,
+                          progress.points, progress.runs, progress.rate(),
+                          seconds_to_go ? duration(*seconds_to_go) : std::string("?")));
 }
 
 /// A watchdog's reason names every block that waits: the results have all of it.

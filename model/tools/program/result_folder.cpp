@@ -1,7 +1,7 @@
 #include "tools/program/result_folder.h"
 
-#include <array>
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <regex>
 #include <string>
 #include <system_error>
@@ -57,9 +57,7 @@ PictureSink::PictureSink(std::filesystem::path directory, const Scenario& scenar
 void PictureSink::take(int frame, int display, const ColourImage& image) {
     const std::string stem = "display_" + std::to_string(display);
     if (many_frames_) {
-        std::array<char, 16> number{};
-        std::snprintf(number.data(), number.size(), ".%04d.png", frame);
-        write_png(directory_ / (stem + number.data()), image);
+        write_png(directory_ / fmt::format("{}.{:04}.png", stem, frame), image);
     }
     newest_[static_cast<std::size_t>(display) - 1] = image;
     newest_frames_[static_cast<std::size_t>(display) - 1] = frame;

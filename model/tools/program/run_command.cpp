@@ -1,5 +1,7 @@
 #include "tools/program/run_command.h"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
@@ -43,10 +45,7 @@ constexpr const char* kFooter =
     "rejected; 4 the watchdog: nothing moved any more; 5 --check and the model broke a rule.";
 
 void show_progress(const ProgressLine& line, std::int64_t core_cycles, double share) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), "%lld core clocks, %3.0f %% of the pixels composited",
-                  static_cast<long long>(core_cycles), 100.0 * share);
-    line.show(text.data());
+    line.show(fmt::format("{} core clocks, {:3.0f} % of the pixels composited", core_cycles, 100.0 * share));
 }
 
 RunReport run_functional(const Scenario& scenario, PictureSink& pictures) {
