@@ -302,18 +302,11 @@ class RunCoverage {
 
     /// A fault of a pair that the run did not come to, or of a clock behind its end, has done nothing.
     bool struck(const Fault& fault) const {
-        switch (fault.kind) {
-            case FaultKind::kBusreadyLow:
-            case FaultKind::kPipereadyLow:
-            case FaultKind::kLostBeat:
-            case FaultKind::kRandomStalls:
-                return fault.from_cycle < report_.core_cycles;
-            default:
-                return static_cast<int>(fault.pair) < scenario_.frames;
-        }
+        return at_a_clock(fault.kind) ? fault.from_cycle < report_.core_cycles
+                                      : static_cast<int>(fault.pair) < scenario_.frames;
     }
 
-    bool at_a_clock(FaultKind kind) const { return kind >= FaultKind::kBusreadyLow; }
+    bool at_a_clock(FaultKind kind) const { return fault_traits(kind).place == FaultPlace::kMachine; }
 
     void cover_faults() {
         const FaultPlaceGoals& goals = goals_.fault_place;

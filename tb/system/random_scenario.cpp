@@ -8,6 +8,8 @@
 
 #include "formats/control_scanline.h"
 #include "random_seed.h"
+#include "scenario/fault_keys.h"
+#include "scenario/fault_kinds.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 
@@ -226,8 +228,26 @@ void choose_fault_keys(Random& random, const Renderer& renderer, Fault& fault) {
             fault.bits = static_cast<std::uint32_t>(random.between(1, 0xFF'FFFF));
             break;
         default:
+            for (const FaultKeyUse& use : fault_keys_of(fault.kind)) {
+                if (!use.key->required || std::string(use.key->name()) == "pair") continue;
+                const IntegerRange& range = use.rule.whole;
+                use.key->set(fault, std::int64_t{random.between(static_cast<int>(range.low),
+                                                                static_cast<int>(range.high))});
+            }
             break;
     }
+}
+
+/// A kind of fault in one frame of a link.
+FaultKind random_frame_fault(Random& random) {
+    static const std::vector<FaultKind> kinds = [] {
+        std::vector<FaultKind> result;
+        for (const FaultTraits& traits : kFaultKinds) {
+            if (traits.place == FaultPlace::kFrame) result.push_back(traits.value);
+        }
+        return result;
+    }();
+    return kinds[static_cast<std::size_t>(random.between(0, static_cast<int>(kinds.size()) - 1))];
 }
 
 /// At most one fault a pair: two can make a good pair of another number.
@@ -238,7 +258,7 @@ void add_random_faults(Random& random, Scenario& scenario) {
             Fault fault;
             fault.renderer = r;
             fault.pair = static_cast<std::uint32_t>(pair);
-            fault.kind = static_cast<FaultKind>(random.between(0, static_cast<int>(FaultKind::kPixelBits)));
+            fault.kind = random_frame_fault(random);
             fault.frame = random.one_in(2) ? FrameKind::kColour : FrameKind::kDepth;
             choose_fault_keys(random, scenario.renderers[static_cast<std::size_t>(r)], fault);
             scenario.faults.push_back(fault);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <map>
 #include <string>
 
 #include "datapath/arbitration/arbitration_table.h"
@@ -8,6 +9,7 @@
 #include "machine_run.h"
 #include "random_batches.h"
 #include "random_scenario.h"
+#include "scenario/fault_kinds.h"
 #include "trace_switch.h"
 
 using namespace metabuffer;
@@ -64,12 +66,15 @@ TEST_CASE("a machine does the same each time and beside others", "[system]") {
 TEST_CASE("random scenarios cover what a scenario may be", "[system]") {
     // Each kind of row defect, fault and policy occurs among the seeds that the batches run.
     std::array<int, kRowDefectCount> defects{};
-    std::array<int, static_cast<std::size_t>(FaultKind::kPixelBits) + 1> faults{};
+    std::map<FaultKind, int> faults;
+    for (const FaultTraits& traits : kFaultKinds) {
+        if (traits.place == FaultPlace::kFrame) faults[traits.value] = 0;
+    }
     std::array<int, kArbitrationTable.size()> arbitrations{};
     for (std::uint64_t seed = 1; seed <= kBatches * kMachinesPerBatch; ++seed) {
         const Scenario scenario = random_scenario(seed);
         ++arbitrations[static_cast<std::size_t>(scenario.bus.arbitration)];
-        for (const Fault& fault : scenario.faults) ++faults[static_cast<std::size_t>(fault.kind)];
+        for (const Fault& fault : scenario.faults) ++faults.at(fault.kind);
         for (const Renderer& renderer : scenario.renderers) {
             for (const RendererFrame& frame : renderer.frames) {
                 const ValidatedTable table = validate_table(frame.table, scenario.limits(renderer));
@@ -79,6 +84,9 @@ TEST_CASE("random scenarios cover what a scenario may be", "[system]") {
         }
     }
     CHECK(*std::min_element(defects.begin(), defects.end()) > 0);
-    CHECK(*std::min_element(faults.begin(), faults.end()) > 0);
+    for (const auto& [kind, count] : faults) {
+        INFO(to_string(kind));
+        CHECK(count > 0);
+    }
     CHECK(*std::min_element(arbitrations.begin(), arbitrations.end()) > 0);
 }
