@@ -6,6 +6,7 @@
 #include "report/report.h"
 #include "scenario/limits.h"
 #include "scenario/scenario.h"
+#include "scenario/scenario_keys.h"
 #include "segment_coverage.h"
 #include "shared_groups.h"
 
@@ -45,7 +46,7 @@ struct FrameGoals : CoverGroup {
 
 struct SupersampleGoals : CoverGroup {
     explicit SupersampleGoals(Coverage& coverage) : CoverGroup(coverage, groups::kSupersample) {}
-    Cross<int> factor{*this, numbers(limits::kSupersamples)};
+    Cross<int> factor{*this, numbers(scenario_schema().find("displays.supersample")->rule.only)};
     Cross<Composition> averaged{*this, every<Composition>("with ")};
 };
 
