@@ -68,7 +68,12 @@ std::string joined(const std::vector<std::string>& items, std::string_view conju
     return list;
 }
 
-std::string number(double value) { return fmt::format("{}", value); }
+// Not by fmt, which writes 100000 where the shortest text is 1e+05: results files have the shortest.
+std::string number(double value) {
+    std::array<char, 32> digits{};
+    const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
+    return error == std::errc() ? std::string(digits.data(), end) : std::to_string(value);
+}
 
 std::string decimal(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
 

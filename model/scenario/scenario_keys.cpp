@@ -91,9 +91,12 @@ std::vector<SchemaKey> all_keys() {
     keys.push_back({"faults", KeyShape::kList, "a list of faults"});
     keys.push_back({"faults[]", KeyShape::kMap, "a map"});
     keys.push_back(scalar("faults[].renderer", "a renderer's name"));
-    keys.push_back({"faults[].kind", KeyShape::kScalar, "what goes wrong", ValueRule::choice_of<FaultKind>(),
-                    "", "required"});
-    for (const FaultKey& key : fault_keys()) keys.push_back(key.schema);
+    for (const FaultKey& key : fault_keys()) {
+        keys.push_back(key.schema);
+        if (keys.back().pattern != std::string("faults[].pair")) continue;
+        keys.push_back({"faults[].kind", KeyShape::kScalar, "what goes wrong",
+                        ValueRule::choice_of<FaultKind>(), "", "required"});
+    }
     return keys;
 }
 
