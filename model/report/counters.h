@@ -15,10 +15,10 @@ enum class CounterTotal : std::uint8_t { kSum, kMost };
 
 template <typename Owner>
 struct Counter {
-    const char* name;
-    const char* unit;
-    const char* meaning;
-    std::int64_t Owner::*member;
+    const char* name = nullptr;
+    const char* unit = nullptr;
+    const char* meaning = nullptr;
+    std::int64_t Owner::*member = nullptr;
     CounterTotal total = CounterTotal::kSum;
     const char* total_name = nullptr;  ///< among the totals, where the name is another counter's
 

@@ -25,10 +25,10 @@ const std::vector<ObjectKey<Viewport>>& viewport_rows();
 
 /// A field of a table's row, in the order of files.
 struct TableField {
-    const char* name;
+    const char* name = nullptr;
     IntegerRange range;
-    std::int64_t (*value)(const ViewportRow&);
-    void (*set)(ViewportRow&, std::int64_t);
+    std::int64_t (*value)(const ViewportRow&) = nullptr;
+    void (*set)(ViewportRow&, std::int64_t) = nullptr;
 };
 const std::array<TableField, 8>& table_fields();
 

@@ -63,9 +63,9 @@ struct ValueRule {
 
 /// One place of a file. A list's entries are written "[]": `renderers[].frames[].viewport.x`.
 struct SchemaKey {
-    const char* pattern;
-    KeyShape shape;
-    const char* meaning;  ///< completes "use ..."
+    const char* pattern = "";
+    KeyShape shape = KeyShape::kScalar;
+    const char* meaning = "";  ///< completes "use ..."
     ValueRule rule = {};
     const char* unit = "";
     std::string fallback = {};  ///< what holds if it is not given, in words: "64", "required"
