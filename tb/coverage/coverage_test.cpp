@@ -14,7 +14,7 @@
 #include "cover_group.h"
 #include "coverage_file.h"
 #include "coverage_report.h"
-#include "scratch_directory.h"
+#include "support/scratch_directory.h"
 
 using namespace metabuffer::coverage;
 using Catch::Matchers::Contains;

@@ -24,7 +24,7 @@
 #include "scenario/image_file.h"
 #include "scenario/image_loader.h"
 #include "scenario/limits.h"
-#include "scratch_directory.h"
+#include "support/scratch_directory.h"
 
 namespace {
 

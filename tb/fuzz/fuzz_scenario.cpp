@@ -9,7 +9,7 @@
 #include "expectations.h"
 #include "host/errors.h"
 #include "scenario/scenario_loader.h"
-#include "scratch_directory.h"
+#include "support/scratch_directory.h"
 
 namespace {
 

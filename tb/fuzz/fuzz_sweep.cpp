@@ -7,7 +7,7 @@
 #include <string>
 
 #include "expectations.h"
-#include "scratch_directory.h"
+#include "support/scratch_directory.h"
 #include "tools/exploration/sweep_plan.h"
 
 namespace {

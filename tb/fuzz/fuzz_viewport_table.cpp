@@ -92,7 +92,7 @@ ViewportTable check_validation(const ViewportTable& table, const ViewportLimits&
 
 // ---- where their pixels lie ----
 
-void check_uses(const Segment& segment, const PaintedSegment& painted, test::RasterSize raster) {
+void check_uses(const Segment& segment, const PaintedSegment& painted, test::Size raster) {
     const std::int64_t positions = std::int64_t{raster.width} * raster.height;
     std::vector<std::int64_t> releases(static_cast<std::size_t>(positions), 0);  // at each position
     EXPECT(segment.pixels() == static_cast<std::int64_t>(painted.first.size()));
@@ -111,7 +111,7 @@ void check_uses(const Segment& segment, const PaintedSegment& painted, test::Ras
     EXPECT(segment.released_before(positions) == segment.pixels());
 }
 
-void check_walk(const Segment& segment, const PaintedSegment& painted, test::RasterSize raster) {
+void check_walk(const Segment& segment, const PaintedSegment& painted, test::Size raster) {
     SegmentWalker walker(segment, true, raster.width, raster.height);
     for (int y = 0; y < raster.height; ++y) {
         for (int x = 0; x < raster.width; ++x) {
@@ -132,7 +132,7 @@ void check_walk(const Segment& segment, const PaintedSegment& painted, test::Ras
     EXPECT(walker.done());
 }
 
-void check_segment(const ViewportRow& row, test::RasterSize raster) {
+void check_segment(const ViewportRow& row, test::Size raster) {
     const Segment segment(row, raster.width, raster.height);
     const PaintedSegment painted(row, raster);
     check_uses(segment, painted, raster);

@@ -13,7 +13,7 @@
 #include "rtl/metabuffer.h"
 #include "rtl/wires.h"
 #include "scenario/scenario_loader.h"
-#include "small_scenario.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "clocked_testbench.h"
-#include "small_scenario.h"
+#include "support/scenarios.h"
 #include "violations.h"
 
 using namespace metabuffer;

@@ -332,12 +332,7 @@ namespace {
 Scenario stalls_of(int renderer, StarvationMode mode, std::int64_t cycles) {
     Scenario scenario = composer_scenario();
     scenario.composer.on_starvation = mode;
-    Fault fault;
-    fault.kind = FaultKind::kRandomStalls;
-    fault.renderer = renderer;
-    fault.percent = 1;
-    fault.cycles = cycles;
-    scenario.faults.push_back(fault);
+    scenario.faults.push_back(random_stalls(renderer, 1, 0, cycles));
     return scenario;
 }
 constexpr std::int64_t kWholeRun = 1000;

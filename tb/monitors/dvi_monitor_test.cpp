@@ -79,14 +79,12 @@ struct Bench : AlteredMachine {
 };
 
 Scenario with_fault(FaultKind kind, FrameKind frame) {
-    Scenario scenario = altered_scenario();
     Fault fault;
     fault.pair = 1;
     fault.kind = kind;
     fault.frame = frame;
     fault.delay_pairs = kind == FaultKind::kDelay ? 1 : 0;
-    scenario.faults.push_back(fault);
-    return scenario;
+    return test::with_fault(altered_scenario(), fault);
 }
 
 constexpr FaultKind kLineFaults[] = {FaultKind::kShortLine, FaultKind::kLongLine, FaultKind::kShortFrame,

@@ -8,7 +8,7 @@
 #include "monitored_machine.h"
 #include "random_batches.h"
 #include "random_scenario.h"
-#include "random_seed.h"
+#include "support/random_seed.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;

@@ -78,15 +78,7 @@ namespace {
 
 /// A fault that may hold the swap lock's wires, and hardly ever does.
 Scenario stalled_scenario(int renderer, std::int64_t from_cycle, std::optional<std::int64_t> cycles) {
-    Scenario scenario = altered_scenario();
-    Fault fault;
-    fault.kind = FaultKind::kRandomStalls;
-    fault.renderer = renderer;
-    fault.percent = 1;
-    fault.from_cycle = from_cycle;
-    fault.cycles = cycles;
-    scenario.faults.push_back(fault);
-    return scenario;
+    return with_fault(altered_scenario(), random_stalls(renderer, 1, from_cycle, cycles));
 }
 constexpr int kLastRow = 1;
 

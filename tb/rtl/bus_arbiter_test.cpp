@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "datapath/arbitration/arbitration_table.h"
-#include "scratch_directory.h"
-#include "small_scenario.h"
+#include "support/scenarios.h"
+#include "support/scratch_directory.h"
 
 // The arbiter has no clock and no ports of its own: it answers within the input framebuffer's clock. The
 // policies are tested against independent code in the datapath's unit tests; here, that the block runs the

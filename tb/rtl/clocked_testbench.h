@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "rtl/block.h"
-#include "trace_switch.h"
+#include "support/trace_switch.h"
 
 namespace metabuffer::test {
 

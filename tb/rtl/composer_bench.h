@@ -12,7 +12,7 @@
 #include "clocked_testbench.h"
 #include "monitors/composer_monitor.h"
 #include "rtl/composer.h"
-#include "small_scenario.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 

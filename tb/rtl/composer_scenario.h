@@ -1,6 +1,6 @@
 #pragma once
 
-#include "small_scenario.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 
@@ -27,6 +27,6 @@ inline Scenario composer_scenario(const ComposerSizes& sizes = {},
 }
 
 /// A segment that covers the whole raster.
-inline ViewportRow whole_raster(int dcomp = 1) { return table_row(dcomp, {0, 0}, {kWidth, kHeight}, {0, 0}); }
+inline ViewportRow whole_raster(int dcomp = 1) { return segment_row({kWidth, kHeight}, {}, 1, dcomp); }
 
 }  // namespace metabuffer::test

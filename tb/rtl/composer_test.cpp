@@ -10,8 +10,8 @@
 #include "composer_bench.h"
 #include "composer_scenario.h"
 #include "expected_report.h"
-#include "random_seed.h"
-#include "small_scenario.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {
@@ -1008,19 +1008,11 @@ constexpr int kRandomWidth = 14;
 constexpr int kRandomHeight = 9;
 constexpr int kRandomFrames = 4;
 
-/// A row whose first and last pixel show; a replicated one of at most `longest_source_row` pixels a source
-/// row.
+/// A replicated row has at most `longest_source_row` pixels a source row.
 ViewportRow random_row(Random& random, int longest_source_row) {
     const int multiple = random.one_in(2) ? 1 : random.between(2, 4);
-    const auto extent = [&](int raster, int most) {
-        const int from = random.between(1 - multiple, raster - 1);
-        int count = 1;
-        while (count < most && from + count * multiple < raster) ++count;
-        return std::pair<int, int>{from, random.one_in(2) ? count : random.between(1, count)};
-    };
-    const auto x = extent(kRandomWidth, multiple == 1 ? kRandomWidth : longest_source_row);
-    const auto y = extent(kRandomHeight, kRandomHeight);
-    return table_row(1, {0, 0}, {x.second, y.second}, {x.first, y.first}, multiple);
+    const int longest = multiple == 1 ? kRandomWidth : longest_source_row;
+    return test::random_row(random, {longest, kRandomHeight}, {kRandomWidth, kRandomHeight}, 1, multiple);
 }
 
 struct Losses {

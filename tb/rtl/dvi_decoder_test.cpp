@@ -5,7 +5,8 @@
 
 #include "clocked_testbench.h"
 #include "dvi_waveform.h"
-#include "small_scenario.h"
+#include "support/images.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {
@@ -79,16 +80,11 @@ struct DecoderBench {
     }
 };
 
-PixelImage test_image(std::uint64_t seed) {
-    Random random(seed);
-    return random_image(random, kWidth, kHeight);
-}
-
 LinkLines colour(std::uint32_t number, const ViewportTable& table = {}) {
-    return renderer_lines(test_image(number + 1), FrameKind::kColour, number, table);
+    return renderer_lines(noise_image(number + 1, kWidth, kHeight), FrameKind::kColour, number, table);
 }
 LinkLines depth(std::uint32_t number, const ViewportTable& table = {}) {
-    return renderer_lines(test_image(number + 1), FrameKind::kDepth, number, table);
+    return renderer_lines(noise_image(number + 1, kWidth, kHeight), FrameKind::kDepth, number, table);
 }
 
 DecoderEvent colour_start(std::uint32_t number) {
@@ -242,8 +238,7 @@ TEST_CASE("dvi decoder: a long table's rows run on beside the first pixels") {
     constexpr int kWide = 550;
     ViewportTable table;
     for (int i = 0; i < kRows; ++i) table.push_back(table_row(i + 1, {i, 0}, {1, 1}, {i, 0}));
-    Random random(21);
-    const PixelImage image = random_image(random, kWide, 1);
+    const PixelImage image = noise_image(21, kWide, 1);
     DecoderBench dut(kWide, 2);
     append_blank_lines(dut.wave, kWide, 1, true);
     append_frame(dut.wave, kWide, renderer_lines(image, FrameKind::kColour, 0, table));

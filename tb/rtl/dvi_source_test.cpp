@@ -9,7 +9,8 @@
 #include "dvi_waveform.h"
 #include "monitors/dvi_monitor.h"
 #include "monitors/link_plan.h"
-#include "small_scenario.h"
+#include "support/images.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {
@@ -65,7 +66,7 @@ Scenario source_scenario(int pairs, std::vector<Fault> faults = {}) {
     Scenario scenario = small_scenario(8, 8);
     scenario.frames = pairs;
     std::vector<PixelImage> images;
-    for (int i = 0; i < 3; ++i) images.push_back(random_image(random, kWidth, kHeight));
+    for (int i = 0; i < 3; ++i) images.push_back(noise_image(random, kWidth, kHeight));
     scenario.renderers.push_back(renderer_of(images, {table_row(1, {1, 0}, {7, 3}, {-1, 2})}));
     scenario.faults = std::move(faults);
     return scenario;

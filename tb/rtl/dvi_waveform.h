@@ -6,7 +6,6 @@
 
 #include "formats/control_scanline.h"
 #include "formats/image.h"
-#include "random_seed.h"
 #include "rtl/signals.h"
 
 /// DVI waveforms made in the plainest way, to drive a link and to judge one. The blanking is written out here
@@ -96,18 +95,6 @@ inline LinkLines renderer_lines(const PixelImage& image, FrameKind kind, std::ui
     LinkLines lines = image_lines(image, kind);
     lines.insert(lines.begin(), control_line(image.width_pixels, kind, number, table));
     return lines;
-}
-
-/// An image of random pixels with 16-bit Z.
-inline PixelImage random_image(Random& random, int width, int height) {
-    PixelImage image(width, height);
-    for (Pixel& pixel : image.values) {
-        const std::uint64_t bits = random.bits();
-        pixel = Pixel(static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
-                      static_cast<std::uint8_t>(bits >> 16), static_cast<std::uint8_t>(bits >> 24),
-                      static_cast<std::uint32_t>(bits >> 32) & 0xFFFFU);
-    }
-    return image;
 }
 
 }  // namespace metabuffer::test

@@ -11,7 +11,7 @@
 #include "rtl/fault_tally.h"
 #include "rtl/handshake_fault.h"
 #include "rtl/link_clock.h"
-#include "small_scenario.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "expected_report.h"
-#include "random_seed.h"
+#include "support/random_seed.h"
 
 // The memory has no clock and no ports of its own: the input framebuffer's registers around it call it at
 // their edges. What a page miss costs in clocks is tested at the input framebuffer's pins.

@@ -11,8 +11,9 @@
 #include "datapath/arbitration/arbitration_table.h"
 #include "dvi_waveform.h"
 #include "monitors/bus_monitor.h"
-#include "random_seed.h"
-#include "small_scenario.h"
+#include "support/images.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {
@@ -189,10 +190,7 @@ Scenario input_scenario(const BusSpeed& speed, int displays = 1, int frames = 1)
     return scenario;
 }
 
-PixelImage image_of(std::uint64_t seed) {
-    Random random(seed);
-    return random_image(random, kImageWidth, kImageHeight);
-}
+PixelImage image_of(std::uint64_t seed) { return noise_image(seed, kImageWidth, kImageHeight); }
 
 /// Rows of 16 x 1 pixels each for displays 1, 2, ...: source row d to display d.
 ViewportTable one_line_each(int displays) {
@@ -1102,7 +1100,7 @@ TEST_CASE(
         scenario.bus.arbitration = static_cast<Arbitration>(random.one_in(3)   ? Arbitration::kIrsa
                                                             : random.one_in(2) ? Arbitration::kRoundRobin
                                                                                : Arbitration::kEdf);
-        run.image = random_image(random, kImageWidth, kImageHeight);
+        run.image = noise_image(random, kImageWidth, kImageHeight);
         for (int d = 1; d <= 4; ++d) {
             if (random.one_in(4)) continue;
             const int x = random.between(0, kImageWidth - 1);

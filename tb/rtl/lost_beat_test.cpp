@@ -8,7 +8,7 @@
 #include "composer_bench.h"
 #include "composer_scenario.h"
 #include "expected_report.h"
-#include "small_scenario.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {

@@ -10,7 +10,8 @@
 #include "dvi_waveform.h"
 #include "expected_report.h"
 #include "monitors/dvi_monitor.h"
-#include "small_scenario.h"
+#include "support/images.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {
@@ -121,8 +122,7 @@ Scenario output_scenario(int supersample = 1, StarvationMode mode = StarvationMo
 }
 
 std::vector<Pixel> raster(std::uint64_t seed, int pixels = kPixels) {
-    Random random(seed);
-    return random_image(random, pixels, 1).values;
+    return noise_image(seed, pixels, 1).values;
 }
 
 LinkLines shown(const std::vector<Pixel>& pixels) {

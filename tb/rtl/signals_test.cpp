@@ -2,8 +2,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "random_seed.h"
-#include "small_scenario.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "load_scenario.h"
 #include "random_scenario.h"
-#include "random_seed.h"
 #include "starvation_run.h"
+#include "support/random_seed.h"
 #include "tools/analysis/bandwidth_analysis.h"
 #include "tools/analysis/buffer_bound.h"
 

@@ -11,11 +11,12 @@
 #include "machine_checks.h"
 #include "machine_coverage.h"
 #include "machine_run.h"
-#include "noise_image.h"
-#include "random_seed.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
+#include "support/images.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 
 // Every arbitration policy on every width of bus beside every kind of display clock, in both modes of starvation: small
 // machines in which two composers of each bus want it at once, under all monitors. Their pictures are the functional
@@ -39,11 +40,8 @@ constexpr int kImageHeight = 3;
 /// Two renderers whose images lie on both displays, a little elsewhere in each frame.
 Scenario contested_buses(const std::string& name, std::uint64_t seed) {
     Random random(seed);
-    Scenario scenario;
+    Scenario scenario = small_scenario(kDisplayWidth, kDisplayHeight, 2);
     scenario.name = name;
-    scenario.displays.columns = 2;
-    scenario.displays.width_pixels = kDisplayWidth;
-    scenario.displays.height_pixels = kDisplayHeight;
     scenario.composition = one_of(random, kCompositionTable).value;
     scenario.clocks = {kCoreMhz, kCoreMhz, kCoreMhz};
     scenario.memory.words_per_cycle = 8;
@@ -52,20 +50,12 @@ Scenario contested_buses(const std::string& name, std::uint64_t seed) {
     scenario.bus.burst_pixels = random.between(3, 9);
     scenario.frames = 2;
     for (int r = 0; r < 2; ++r) {
-        Renderer renderer;
-        renderer.name = "renderer_" + std::to_string(r + 1);
-        renderer.image_width_pixels = kImageWidth;
-        renderer.image_height_pixels = kImageHeight;
-        renderer.images.push_back(
-            std::make_shared<const PixelImage>(noise_image(random, kImageWidth, kImageHeight)));
+        const PixelImage image = opaque_noise_image(random, kImageWidth, kImageHeight);
+        std::vector<Viewport> viewports;
         for (int pair = 0; pair < scenario.frames; ++pair) {
-            RendererFrame frame;
-            frame.viewport = Viewport{random.between(0, 2), random.between(0, 1), 1};
-            frame.table =
-                split_viewport(*frame.viewport, kImageWidth, kImageHeight, scenario.displays.wall());
-            renderer.frames.push_back(std::move(frame));
+            viewports.push_back(Viewport{random.between(0, 2), random.between(0, 1), 1});
         }
-        scenario.renderers.push_back(std::move(renderer));
+        add_renderer(scenario, renderer_of({image}, viewports, scenario.displays.wall()));
     }
     return scenario;
 }

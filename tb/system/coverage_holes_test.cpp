@@ -8,8 +8,10 @@
 
 #include "machine_checks.h"
 #include "machine_run.h"
-#include "random_seed.h"
 #include "scenario/scenario_loader.h"
+#include "support/images.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 
 // What random machines do not come by: machines made for one goal of the functional coverage each. They pass the same
 // checks as any other.
@@ -23,24 +25,12 @@ constexpr int kImageWidth = 24;
 constexpr int kImageHeight = 10;
 
 /// One renderer and one display, with that table for every pair.
-Scenario one_renderer(const std::string& name, int frames, ViewportTable table) {
+Scenario one_renderer(const std::string& name, int frames, const ViewportTable& table) {
     Random random(5);
-    PixelImage image(kImageWidth, kImageHeight);
-    for (Pixel& pixel : image.values) pixel = Pixel(random.bits() & 0x0000'00FF'FFFF'FFFFU);
-    Renderer renderer;
-    renderer.name = "renderer";
-    renderer.image_width_pixels = kImageWidth;
-    renderer.image_height_pixels = kImageHeight;
-    renderer.images.push_back(std::make_shared<const PixelImage>(std::move(image)));
-    RendererFrame frame;
-    frame.table = std::move(table);
-    renderer.frames.push_back(std::move(frame));
-    Scenario scenario;
+    Scenario scenario = with_renderer(
+        small_scenario(20, 12), renderer_of({noise_image(random, kImageWidth, kImageHeight, 0xFF)}, table));
     scenario.name = name;
-    scenario.displays.width_pixels = 20;
-    scenario.displays.height_pixels = 12;
     scenario.frames = frames;
-    scenario.renderers.push_back(std::move(renderer));
     check_scenario(scenario);
     return scenario;
 }

@@ -11,14 +11,15 @@
 #include "host/errors.h"
 #include "machine_checks.h"
 #include "machine_run.h"
-#include "noise_image.h"
 #include "random_scenario.h"
-#include "random_seed.h"
 #include "scenario/fault_keys.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
+#include "support/images.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
+#include "support/trace_switch.h"
 #include "tlm_run.h"
-#include "trace_switch.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;
@@ -39,41 +40,25 @@ constexpr FaultKind kFaultKinds[] = {FaultKind::kMagic,    FaultKind::kVersion, 
 /// two pairs cannot pass for a good one. The bus is wide: nothing starves.
 Scenario two_renderers(int different_pairs) {
     Random random(2026);
-    Scenario scenario;
+    Scenario scenario = small_scenario(14, 12, 2);
     scenario.name = "faults";
-    scenario.displays.columns = 2;
-    scenario.displays.width_pixels = 14;
-    scenario.displays.height_pixels = 12;
     scenario.memory.words_per_cycle = 4;
     scenario.bus.width_bits = 256;
     scenario.frames = kFrames;
     for (int r = 0; r < 2; ++r) {
-        Renderer renderer;
-        renderer.name = "renderer_" + std::to_string(r + 1);
-        renderer.image_width_pixels = kImageWidth;
-        renderer.image_height_pixels = kImageHeight;
+        std::vector<PixelImage> images;
+        std::vector<Viewport> viewports;
         for (int pair = 0; pair < different_pairs; ++pair) {
-            RendererFrame frame;
-            frame.image = static_cast<std::size_t>(pair);
-            frame.viewport = Viewport{2 + (pair + r) % 3, 1 + pair % 2, 1};
-            frame.table =
-                split_viewport(*frame.viewport, kImageWidth, kImageHeight, scenario.displays.wall());
-            renderer.images.push_back(
-                std::make_shared<const PixelImage>(noise_image(random, kImageWidth, kImageHeight)));
-            renderer.frames.push_back(frame);
+            images.push_back(opaque_noise_image(random, kImageWidth, kImageHeight));
+            viewports.push_back(Viewport{2 + (pair + r) % 3, 1 + pair % 2, 1});
         }
-        scenario.renderers.push_back(renderer);
+        add_renderer(scenario, renderer_of(images, viewports, scenario.displays.wall()));
     }
     check_scenario(scenario);
     return scenario;
 }
 
-Scenario with_fault(const Fault& fault) {
-    Scenario scenario = two_renderers(kFrames);
-    scenario.faults.push_back(fault);
-    check_scenario(scenario);
-    return scenario;
-}
+Scenario with_fault(const Fault& fault) { return test::with_fault(two_renderers(kFrames), fault); }
 
 Fault make_fault(FaultKind kind, FrameKind frame, std::uint32_t pair) {
     Fault fault;
@@ -281,22 +266,11 @@ int content_bytes(const Scenario& scenario, std::uint32_t pair) {
 /// Eight bad pairs for each byte of the control scanline, one for each bit, then a good one. Images of one line make
 /// short pairs.
 Scenario with_every_bit_flipped(FrameKind frame, int bits, int width) {
-    Random random(7);
-    Scenario scenario;
+    Scenario scenario = small_scenario(4, 1);
     scenario.name = "bytes";
-    scenario.displays.width_pixels = 4;
-    scenario.displays.height_pixels = 1;
     scenario.clocks.dvi_in_mhz = 200.0;
-    Renderer renderer;
-    renderer.name = "renderer";
-    renderer.image_width_pixels = width;
-    renderer.image_height_pixels = 1;
-    PixelImage image(width, 1);
-    for (Pixel& pixel : image.values) pixel = Pixel(random.bits() & 0xFFFF'FFFF'FFFFU);
-    renderer.images.push_back(std::make_shared<const PixelImage>(image));
     const ViewportTable table{{1, 0, 0, 4, 1, 0, 0, 1}, {7, 1, 0, 4, 1, 0, 0, 1}, {9, 2, 0, 4, 1, 0, 0, 1}};
-    renderer.frames.push_back({0, table, std::nullopt, 0});
-    scenario.renderers.push_back(renderer);
+    scenario.renderers.push_back(renderer_of({noise_image(7, width, 1)}, table));
     std::uint32_t pair = 0;
     for (int byte = 0; byte < width * kLinkBytesPerPixel; ++byte, ++pair) {
         for (int bit = 0; bit < bits; ++bit, ++pair) {

@@ -6,7 +6,7 @@
 
 #include "machine_run.h"
 #include "random_scenario.h"
-#include "rtl/small_scenario.h"
+#include "support/scenarios.h"
 #include "tlm_run.h"
 
 // Coincidences of clocks that random machines hardly ever meet.
@@ -17,11 +17,9 @@ namespace {
 Scenario one_line(int renderers) {
     constexpr int kWidth = 12;  // room for a table of one row
     Scenario scenario = small_scenario(kWidth, 1);
-    PixelImage image(kWidth, 1);
-    for (Pixel& pixel : image.values) pixel = Pixel(10, 20, 30, 255, 5);
+    const PixelImage image(kWidth, 1, Pixel(10, 20, 30, 255, 5));
     for (int r = 0; r < renderers; ++r) {
-        scenario.renderers.push_back(renderer_of({image}, {table_row(1, {0, 0}, {kWidth, 1}, {0, 0})}));
-        scenario.renderers.back().name = "renderer_" + std::to_string(r + 1);
+        add_renderer(scenario, renderer_of({image}, {segment_row({kWidth, 1})}));
     }
     return scenario;
 }
@@ -45,9 +43,8 @@ TEST_CASE("levels agree where the last frame has been shown while the bus still 
     std::vector<LevelRuns> runs;
     for (int page_miss_cycles = 50; page_miss_cycles < 80; ++page_miss_cycles) {
         Scenario scenario = small_scenario(24, 16);
-        PixelImage image(24, 16);
-        for (Pixel& pixel : image.values) pixel = Pixel(10, 20, 30, 255, 5);
-        scenario.renderers.push_back(renderer_of({image}, {table_row(1, {0, 0}, {24, 16}, {0, 0})}));
+        const PixelImage image(24, 16, Pixel(10, 20, 30, 255, 5));
+        scenario.renderers.push_back(renderer_of({image}, {segment_row({24, 16})}));
         scenario.memory.page_words = 4;
         scenario.memory.page_miss_cycles = page_miss_cycles;
         scenario.composer.buffer_pixels = 32;

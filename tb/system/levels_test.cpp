@@ -9,8 +9,8 @@
 #include "random_batches.h"
 #include "random_scenario.h"
 #include "report/report.h"
+#include "support/trace_switch.h"
 #include "tlm_run.h"
-#include "trace_switch.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;

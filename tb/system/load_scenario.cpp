@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "datapath/arbitration/arbitration_table.h"
-#include "formats/control_scanline.h"
-#include "random_seed.h"
 #include "scenario/limits.h"
 #include "scenario/scenario_loader.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {
@@ -32,29 +32,6 @@ int random_multiple(Random& random) {
     return random.one_in(2) ? 1 : random.between(2, 4);
 }
 
-/// A row that is valid on its own.
-ViewportRow random_row(Random& random, const ViewportLimits& limits, int display, int multiple) {
-    const auto axis = [&](int image, int raster) {
-        const int most = std::min(image, (raster + 2 * multiple - 2) / multiple);
-        const int count = random.one_in(3) ? most : random.between(1, most);
-        const int highest = std::min(raster - 1, raster + multiple - count * multiple - 1);
-        return std::array<int, 3>{random.between(0, image - count), count,
-                                  random.between(1 - multiple, highest)};
-    };
-    const auto [sx, sdx, dx] = axis(limits.image_width_pixels, limits.raster_width_pixels);
-    const auto [sy, sdy, dy] = axis(limits.image_height_pixels, limits.raster_height_pixels);
-    ViewportRow row;
-    row.dcomp = static_cast<std::uint16_t>(display);
-    row.sx = static_cast<std::uint16_t>(sx);
-    row.sy = static_cast<std::uint16_t>(sy);
-    row.sdx = static_cast<std::uint16_t>(sdx);
-    row.sdy = static_cast<std::uint16_t>(sdy);
-    row.dx = static_cast<std::int16_t>(dx);
-    row.dy = static_cast<std::int16_t>(dy);
-    row.dmultiple = static_cast<std::uint16_t>(multiple);
-    return row;
-}
-
 ViewportTable random_rows(Random& random, const ViewportLimits& limits) {
     ViewportTable table;
     const int common = random_multiple(random);
@@ -63,16 +40,8 @@ ViewportTable random_rows(Random& random, const ViewportLimits& limits) {
         table.push_back(
             random_row(random, limits, display, random.one_in(2) ? common : random_multiple(random)));
     }
-    for (std::size_t i = table.size(); i > 1; --i) {
-        std::swap(table[i - 1], table[static_cast<std::size_t>(random.between(0, static_cast<int>(i) - 1))]);
-    }
+    shuffle_rows(random, table);
     return table;
-}
-
-int width_for_rows(int rows) {
-    ControlScanline content;
-    content.table.resize(static_cast<std::size_t>(rows));
-    return static_cast<int>((control_scanline_bytes(content) + kLinkBytesPerPixel - 1) / kLinkBytesPerPixel);
 }
 
 /// An image of a good part of the wall, somewhere on it.
@@ -86,8 +55,8 @@ Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
     renderer.name = "renderer_" + std::to_string(index + 1);
     renderer.image_width_pixels =
         std::clamp(wall_width * random.between(20, 110) / (100 * multiple), 1, kLargestImage);
-    renderer.image_width_pixels =
-        std::max(renderer.image_width_pixels, width_for_rows(scenario.displays.count()));
+    renderer.image_width_pixels = std::max(
+        renderer.image_width_pixels, width_for_rows(static_cast<std::size_t>(scenario.displays.count())));
     renderer.image_height_pixels =
         std::clamp(wall_height * random.between(20, 110) / (100 * multiple), 2, kLargestImage);
     renderer.images.push_back(std::make_shared<const PixelImage>(

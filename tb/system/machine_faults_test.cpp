@@ -14,14 +14,15 @@
 #include "machine_checks.h"
 #include "machine_run.h"
 #include "naive_pipeline.h"
-#include "noise_image.h"
 #include "random_scenario.h"
-#include "random_seed.h"
 #include "rtl/wires.h"
 #include "scenario/derived_timing.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
-#include "trace_switch.h"
+#include "support/images.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
+#include "support/trace_switch.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;
@@ -46,11 +47,8 @@ struct Machine {
 /// cannot pass for a good one. The links are so fast that the buses have hardly a pause.
 Scenario three_renderers(const Machine& machine) {
     Random random(77);
-    Scenario scenario;
+    Scenario scenario = small_scenario(14, 12, kDisplays);
     scenario.name = "machine-faults";
-    scenario.displays.columns = kDisplays;
-    scenario.displays.width_pixels = 14;
-    scenario.displays.height_pixels = 12;
     scenario.clocks = {25.0, 250.0, 125.0};
     scenario.watchdog_cycles = 6000;
     scenario.memory.words_per_cycle = 4;
@@ -66,28 +64,14 @@ Scenario three_renderers(const Machine& machine) {
     const int width = 24 / machine.multiple;
     const int height = 10 / machine.multiple;
     for (int r = 0; r < 3; ++r) {
-        Renderer renderer;
-        renderer.name = "renderer_" + std::to_string(r + 1);
-        renderer.image_width_pixels = std::max(width, kNarrowestForTwoRows);
-        renderer.image_height_pixels = height;
+        std::vector<PixelImage> images;
+        std::vector<Viewport> viewports;
         for (int pair = 0; pair < kFrames; ++pair) {
-            RendererFrame frame;
-            frame.image = static_cast<std::size_t>(pair);
-            frame.viewport = Viewport{2 + (pair + r) % 3, 1 + pair % 2, machine.multiple};
-            frame.table = split_viewport(*frame.viewport, renderer.image_width_pixels,
-                                         renderer.image_height_pixels, scenario.displays.wall());
-            renderer.images.push_back(std::make_shared<const PixelImage>(
-                noise_image(random, renderer.image_width_pixels, renderer.image_height_pixels)));
-            renderer.frames.push_back(frame);
+            images.push_back(opaque_noise_image(random, std::max(width, kNarrowestForTwoRows), height));
+            viewports.push_back(Viewport{2 + (pair + r) % 3, 1 + pair % 2, machine.multiple});
         }
-        scenario.renderers.push_back(renderer);
+        add_renderer(scenario, renderer_of(images, viewports, scenario.displays.wall()));
     }
-    check_scenario(scenario);
-    return scenario;
-}
-
-Scenario with_fault(Scenario scenario, const Fault& fault) {
-    scenario.faults.push_back(fault);
     check_scenario(scenario);
     return scenario;
 }
@@ -98,13 +82,6 @@ Fault machine_fault(FaultKind kind, std::int64_t from_cycle) {
     fault.renderer = static_cast<int>(kFaultyRenderer);
     if (kind != FaultKind::kRandomStalls) fault.display = kFaultyDisplay;
     fault.from_cycle = from_cycle;
-    return fault;
-}
-
-Fault random_stalls(int renderer, int percent, std::int64_t from_cycle = 0) {
-    Fault fault = machine_fault(FaultKind::kRandomStalls, from_cycle);
-    fault.renderer = renderer;
-    fault.percent = percent;
     return fault;
 }
 

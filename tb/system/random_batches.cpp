@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
 
 namespace metabuffer::test {
 namespace {

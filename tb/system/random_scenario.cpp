@@ -7,11 +7,12 @@
 #include <utility>
 
 #include "formats/control_scanline.h"
-#include "random_seed.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {
@@ -64,40 +65,6 @@ int random_multiple(Random& random) {
     return random.one_in(2) ? 1 : random.between(1, 6);
 }
 
-/// One axis of a row that is valid there: how many source pixels, from where, to where.
-struct Axis {
-    int source = 0;
-    int count = 1;
-    int destination = 0;
-};
-
-Axis random_axis(Random& random, int image, int raster, int multiple) {
-    Axis axis;
-    // Both the first and the last source pixel must show at least in part.
-    const int most = std::min(image, (raster + 2 * multiple - 2) / multiple);
-    axis.count = random.one_in(3) ? most : random.between(1, most);
-    axis.source = random.between(0, image - axis.count);
-    const int highest = std::min(raster - 1, raster + multiple - axis.count * multiple - 1);
-    axis.destination = random.between(1 - multiple, highest);
-    return axis;
-}
-
-ViewportRow random_row(Random& random, const ViewportLimits& limits, int display) {
-    const int multiple = random_multiple(random);
-    const Axis x = random_axis(random, limits.image_width_pixels, limits.raster_width_pixels, multiple);
-    const Axis y = random_axis(random, limits.image_height_pixels, limits.raster_height_pixels, multiple);
-    ViewportRow row;
-    row.dcomp = static_cast<std::uint16_t>(display);
-    row.sx = static_cast<std::uint16_t>(x.source);
-    row.sy = static_cast<std::uint16_t>(y.source);
-    row.sdx = static_cast<std::uint16_t>(x.count);
-    row.sdy = static_cast<std::uint16_t>(y.count);
-    row.dx = static_cast<std::int16_t>(x.destination);
-    row.dy = static_cast<std::int16_t>(y.destination);
-    row.dmultiple = static_cast<std::uint16_t>(multiple);
-    return row;
-}
-
 /// Breaks one of a row's rules; the table may make a duplicate of it as well.
 void spoil(Random& random, ViewportRow& row, const ViewportLimits& limits) {
     const int m = row.dmultiple;
@@ -140,18 +107,15 @@ void spoil(Random& random, ViewportRow& row, const ViewportLimits& limits) {
 ViewportTable random_table(Random& random, const ViewportLimits& limits) {
     ViewportTable table;
     for (int display = 1; display <= limits.displays; ++display) {
-        if (!random.one_in(5)) table.push_back(random_row(random, limits, display));
+        if (!random.one_in(5)) table.push_back(random_row(random, limits, display, random_multiple(random)));
     }
     for (int extra = random.between(0, 3); extra > 0; --extra) {
-        ViewportRow row =
-            random_row(random, limits, random.between(1, limits.displays));  // maybe a duplicate
+        const int display = random.between(1, limits.displays);  // maybe a duplicate
+        ViewportRow row = random_row(random, limits, display, random_multiple(random));
         if (!random.one_in(3)) spoil(random, row, limits);
         table.push_back(row);
     }
-    // Any order: it is the order of the bus.
-    for (std::size_t i = table.size(); i > 1; --i) {
-        std::swap(table[i - 1], table[static_cast<std::size_t>(random.between(0, static_cast<int>(i) - 1))]);
-    }
+    shuffle_rows(random, table);
     return table;
 }
 
@@ -166,20 +130,14 @@ Viewport random_viewport(Random& random, const DisplayWall& wall, int image_widt
     return viewport;
 }
 
-int width_for_table(const ViewportTable& table) {
-    ControlScanline content;
-    content.table = table;
-    return static_cast<int>((control_scanline_bytes(content) + kLinkBytesPerPixel - 1) / kLinkBytesPerPixel);
-}
-
 Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
     Renderer renderer;
     renderer.name = "renderer_" + std::to_string(index + 1);
     renderer.image_height_pixels = random.between(4, 40);
     // Wide enough for a row for each display and the extra ones.
-    ViewportTable longest(static_cast<std::size_t>(scenario.displays.count()) + 3);
+    const int longest = width_for_rows(static_cast<std::size_t>(scenario.displays.count()) + 3);
     renderer.image_width_pixels =
-        std::max(random.between(12, kLargestExtent), random.one_in(2) ? width_for_table(longest) : 12);
+        std::max(random.between(12, kLargestExtent), random.one_in(2) ? longest : 12);
     const int frames = random.between(1, 3);
     const int images = random.between(1, frames);
     for (int frame = 0; frame < frames; ++frame) {
@@ -194,7 +152,7 @@ Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
             entry.table = random_table(random, scenario.limits(renderer));
         }
         // What does not fit the scanline is the host's error: a narrow image has fewer rows.
-        while (width_for_table(entry.table) > renderer.image_width_pixels) {
+        while (width_for_rows(entry.table.size()) > renderer.image_width_pixels) {
             entry.viewport.reset();
             entry.table.pop_back();
         }

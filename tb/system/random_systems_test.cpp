@@ -10,7 +10,7 @@
 #include "random_batches.h"
 #include "random_scenario.h"
 #include "scenario/fault_kinds.h"
-#include "trace_switch.h"
+#include "support/trace_switch.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;

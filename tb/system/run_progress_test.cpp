@@ -6,7 +6,7 @@
 #include "rtl/composer.h"
 #include "rtl/metabuffer.h"
 #include "rtl/run.h"
-#include "rtl/small_scenario.h"
+#include "support/scenarios.h"
 #include "tlm/run.h"
 
 // What a machine tells of a run that is under way.
@@ -19,9 +19,8 @@ constexpr int kFrames = 3;
 Scenario uneven_columns() {
     Scenario scenario = small_scenario(24, 8, 2);
     scenario.frames = kFrames;
-    PixelImage image(24, 8);
-    for (Pixel& pixel : image.values) pixel = Pixel(10, 20, 30, 255, 5);
-    scenario.renderers.push_back(renderer_of({image}, {table_row(2, {0, 0}, {24, 8}, {0, 0})}));
+    const PixelImage image(24, 8, Pixel(10, 20, 30, 255, 5));
+    scenario.renderers.push_back(renderer_of({image}, {segment_row({24, 8}, {}, 1, 2)}));
     return scenario;
 }
 

@@ -5,8 +5,8 @@
 #include "random_scenario.h"
 #include "scenario/scenario_loader.h"
 #include "scenario/scenario_writer.h"
-#include "scenario_difference.h"
-#include "scratch_directory.h"
+#include "support/scenario_difference.h"
+#include "support/scratch_directory.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;

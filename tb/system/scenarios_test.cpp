@@ -13,8 +13,8 @@
 #include "report/picture_writer.h"
 #include "scenario/image_loader.h"
 #include "scenario/scenario_loader.h"
+#include "support/trace_switch.h"
 #include "tlm_run.h"
-#include "trace_switch.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;

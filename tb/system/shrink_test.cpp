@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "random_scenario.h"
-#include "random_seed.h"
 #include "report/report.h"
 #include "scenario/scenario_loader.h"
+#include "support/random_seed.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "rtl/run.h"
-#include "rtl/small_scenario.h"
-#include "scratch_directory.h"
+#include "support/scenarios.h"
+#include "support/scratch_directory.h"
 
 // Which clocks a waveform shows. What the file then holds is tested with the program.
 namespace metabuffer::test {
@@ -16,10 +16,8 @@ using Kind = rtl::TraceWindow::Kind;
 
 /// A frame of it takes longer than the run goes on between two looks for a window.
 Scenario long_frames() {
-    Scenario scenario = small_scenario(256, 128);
-    PixelImage image(256, 128);
-    scenario.renderers.push_back(renderer_of({image}, {table_row(1, {0, 0}, {8, 4}, {0, 0})}));
-    return scenario;
+    return with_renderer(small_scenario(256, 128),
+                         renderer_of({PixelImage(256, 128)}, {segment_row({8, 4})}));
 }
 
 rtl::RunResult run_with(const Scenario& scenario, const rtl::TraceWindow& window,

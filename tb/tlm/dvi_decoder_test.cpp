@@ -10,8 +10,9 @@
 #include "clocked_testbench.h"
 #include "dvi_waveform.h"
 #include "rtl/dvi_decoder.h"
-#include "small_scenario.h"
 #include "socket_bench.h"
+#include "support/images.h"
+#include "support/scenarios.h"
 
 namespace metabuffer::test {
 namespace {
@@ -27,16 +28,11 @@ constexpr int kVsync = vsync_in_frame(kWidth, kActiveLines);
 /// A clock of the link is taken by the decoder one clock later, and read by the framebuffer another one later.
 constexpr int kClocksBehindLink = 2;
 
-PixelImage test_image() {
-    Random random(1);
-    return random_image(random, kWidth, kHeight);
-}
-
 struct DecoderBench {
     Initiator<tlm::DviFrame> source{"dvi_source"};
     tlm::DviDecoder decoder{"dvi_decoder", DviTiming{kWidth, kActiveLines}};
     Target<tlm::DecodedFrame> framebuffer{"input_framebuffer"};
-    PixelImage image = test_image();
+    PixelImage image = noise_image(1, kWidth, kHeight);
     tlm::Message<tlm::DviFrame> frame;
     std::vector<tlm::DecodedFrame> decoded;
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "random_seed.h"
 #include "scenario/scenario.h"
+#include "support/random_seed.h"
 #include "tlm/column_time.h"
 
 namespace metabuffer::test {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
 namespace metabuffer {
@@ -13,12 +13,10 @@ namespace {
 
 using Kind = BusGrant::Kind;
 
-constexpr test::RasterSize kRaster{64, 48};
+constexpr test::Size kRaster{64, 48};
 
 ViewportTable random_table(test::Random& random) {
-    ViewportTable rows;
-    for (int i = random.between(2, 8); i > 0; --i) rows.push_back(test::random_valid_row(random, kRaster, 5));
-    return rows;
+    return test::random_valid_rows(random, random.between(2, 8), kRaster, 5);
 }
 
 std::vector<Segment> segments_of(const ViewportTable& rows) {

@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "formats/image.h"
-#include "random_seed.h"
+#include "support/images.h"
+#include "support/random_seed.h"
 
 namespace metabuffer {
 namespace {
@@ -57,9 +58,7 @@ std::vector<std::uint32_t> means(const PixelImage& raster, int supersample) {
 }
 
 PixelImage random_raster(test::Random& random, int width, int height) {
-    PixelImage raster(width, height);
-    for (Pixel& pixel : raster.values) pixel = Pixel(random.bits() & 0x00FFFFFF'FFFFFFFFU);
-    return raster;
+    return test::noise_image(random, width, height, far_z(DepthFormat::kZ24));
 }
 
 std::uint32_t block_average(int supersample, const std::vector<Pixel>& block) {
@@ -75,7 +74,7 @@ TEST_CASE("averaging: without supersampling each pixel passes through at once, c
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
     for (int i = 0; i < 30; ++i) {
-        const Pixel pixel(random.bits() & 0x00FFFFFF'FFFFFFFFU);
+        const Pixel pixel = test::noise_pixel(random);
         std::uint32_t colour = 0;
         REQUIRE(averager.push(pixel, colour));
         CHECK(colour == (pixel.word() & 0xFFFFFF));

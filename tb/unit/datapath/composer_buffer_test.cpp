@@ -7,7 +7,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
 namespace metabuffer {
@@ -15,16 +15,9 @@ namespace {
 
 constexpr int kWidth = 12;
 constexpr int kHeight = 8;
-constexpr test::RasterSize kRaster{kWidth, kHeight};
+constexpr test::Size kRaster{kWidth, kHeight};
 
-ViewportRow row_of(int sdx, int sdy, int multiple = 1) {
-    ViewportRow row;
-    row.dcomp = 1;
-    row.sdx = static_cast<std::uint16_t>(sdx);
-    row.sdy = static_cast<std::uint16_t>(sdy);
-    row.dmultiple = static_cast<std::uint16_t>(multiple);
-    return row;
-}
+ViewportRow row_of(int sdx, int sdy, int multiple = 1) { return test::segment_row({sdx, sdy}, {}, multiple); }
 
 void begin(ComposerBuffer& buffer, const ViewportRow& row) {
     buffer.begin_frame();

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/images.h"
+#include "support/random_seed.h"
 
 namespace metabuffer {
 namespace {
@@ -174,8 +175,8 @@ TEST_CASE("composition: every mode agrees with the rules on random pixels with f
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
     for (int trial = 0; trial < 60000; ++trial) {
-        const Pixel local(random.bits() & 0x00FFFFFF'FFFFFFFFU);
-        Pixel upstream(random.bits() & 0x00FFFFFF'FFFFFFFFU);
+        const Pixel local = test::noise_pixel(random);
+        Pixel upstream = test::noise_pixel(random);
         if (random.one_in(3)) {
             upstream = Pixel(upstream.r(), upstream.g(), upstream.b(), upstream.a(), local.z());
         }

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
 namespace metabuffer {
@@ -12,7 +12,7 @@ namespace {
 using Kind = BusGrant::Kind;
 using test::PaintedSegment;
 
-constexpr test::RasterSize kRaster{40, 30};
+constexpr test::Size kRaster{40, 30};
 
 TEST_CASE("edf: the composer whose next pixel is needed first, found by painting, the earlier row on a tie") {
     const auto seed = test::random_seed(151);

@@ -3,61 +3,20 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
+#include "support/rows.h"
+#include "unit/datapath/painted_segment.h"
 
 namespace metabuffer {
 namespace {
 
-struct RasterSize {
-    int width;
-    int height;
-};
+using test::PaintedSegment;
+using test::segment_row;
+using test::Size;
 
-ViewportRow row_at(int dx, int dy, int sdx, int sdy, int dmultiple) {
-    ViewportRow row;
-    row.dcomp = 1;
-    row.sdx = static_cast<std::uint16_t>(sdx);
-    row.sdy = static_cast<std::uint16_t>(sdy);
-    row.dx = static_cast<std::int16_t>(dx);
-    row.dy = static_cast<std::int16_t>(dy);
-    row.dmultiple = static_cast<std::uint16_t>(dmultiple);
-    return row;
-}
-
-/// What the raster shows when each source pixel is painted repetition by repetition.
-struct Painted {
-    std::vector<std::int64_t> owner;  ///< segment pixel at each raster position, -1 for none
-    std::vector<std::int64_t> first;  ///< of each segment pixel
-    std::vector<std::int64_t> last;
-};
-
-Painted painted(const ViewportRow& row, RasterSize raster) {
-    const std::size_t pixels = std::size_t{row.sdx} * row.sdy;
-    Painted result;
-    result.owner.assign(static_cast<std::size_t>(raster.width) * static_cast<std::size_t>(raster.height), -1);
-    result.first.assign(pixels, std::numeric_limits<std::int64_t>::max());
-    result.last.assign(pixels, -1);
-    std::size_t k = 0;
-    for (int j = 0; j < row.sdy; ++j) {
-        for (int i = 0; i < row.sdx; ++i, ++k) {
-            for (int repetition = 0; repetition < row.dmultiple * row.dmultiple; ++repetition) {
-                const int x = row.dx + i * row.dmultiple + repetition % row.dmultiple;
-                const int y = row.dy + j * row.dmultiple + repetition / row.dmultiple;
-                if (x < 0 || x >= raster.width || y < 0 || y >= raster.height) continue;
-                const std::int64_t position = std::int64_t{y} * raster.width + x;
-                result.owner[static_cast<std::size_t>(position)] = static_cast<std::int64_t>(k);
-                result.first[k] = std::min(result.first[k], position);
-                result.last[k] = std::max(result.last[k], position);
-            }
-        }
-    }
-    return result;
-}
-
-void check_uses(const Segment& segment, const Painted& wanted) {
+void check_uses(const Segment& segment, const PaintedSegment& wanted) {
     for (std::size_t k = 0; k < wanted.first.size(); ++k) {
         INFO("segment pixel " << k);
         REQUIRE(wanted.last[k] >= 0);  // the row is valid: each of its pixels shows
@@ -66,7 +25,7 @@ void check_uses(const Segment& segment, const Painted& wanted) {
     }
 }
 
-void check_coverage(const Segment& segment, const Painted& wanted, RasterSize raster) {
+void check_coverage(const Segment& segment, const PaintedSegment& wanted, Size raster) {
     std::size_t position = 0;
     for (int y = 0; y < raster.height; ++y) {
         for (int x = 0; x < raster.width; ++x, ++position) {
@@ -82,7 +41,7 @@ void check_coverage(const Segment& segment, const Painted& wanted, RasterSize ra
     CHECK_FALSE(segment.covers(segment.left(), raster.height));
 }
 
-void check_bounds(const Segment& segment, const Painted& wanted, RasterSize raster) {
+void check_bounds(const Segment& segment, const PaintedSegment& wanted, Size raster) {
     int left = raster.width;
     int right = 0;
     int top = raster.height;
@@ -103,7 +62,7 @@ void check_bounds(const Segment& segment, const Painted& wanted, RasterSize rast
     CHECK(segment.bottom() == bottom);
 }
 
-void check_releases(const Segment& segment, const Painted& wanted, RasterSize raster) {
+void check_releases(const Segment& segment, const PaintedSegment& wanted, Size raster) {
     const int positions = raster.width * raster.height;
     std::vector<int> releases_at(static_cast<std::size_t>(positions), 0);
     for (const std::int64_t last : wanted.last) ++releases_at[static_cast<std::size_t>(last)];
@@ -118,30 +77,17 @@ void check_releases(const Segment& segment, const Painted& wanted, RasterSize ra
     CHECK(segment.released_before(-1) == 0);
 }
 
-void check_against_painting(const ViewportRow& row, RasterSize raster) {
+void check_against_painting(const ViewportRow& row, Size raster) {
     INFO("raster " << raster.width << " x " << raster.height << ", sdx " << row.sdx << ", sdy " << row.sdy
                    << ", dx " << row.dx << ", dy " << row.dy << ", multiple " << row.dmultiple);
     const Segment segment(row, raster.width, raster.height);
-    const Painted wanted = painted(row, raster);
+    const PaintedSegment wanted(row, raster);
     CHECK(segment.row() == row);
     CHECK(segment.pixels() == static_cast<std::int64_t>(wanted.first.size()));
     check_bounds(segment, wanted, raster);
     check_uses(segment, wanted);
     check_coverage(segment, wanted, raster);
     check_releases(segment, wanted, raster);
-}
-
-/// A position and a length on one axis such that the first and the last source pixel show at least in part.
-struct Extent {
-    int destination;
-    int count;
-};
-
-Extent random_extent(test::Random& random, int raster, int multiple) {
-    const int destination = random.between(1 - multiple, raster - 1);
-    int most = 1;
-    while (destination + most * multiple < raster) ++most;
-    return {destination, random.one_in(3) ? most : random.between(1, most)};
 }
 
 TEST_CASE("segment: an unassigned one covers nothing and holds nothing") {
@@ -153,15 +99,15 @@ TEST_CASE("segment: an unassigned one covers nothing and holds nothing") {
 }
 
 TEST_CASE("segment: the paper's sample table agrees with painting") {
-    check_against_painting(row_at(25, 25, 75, 75, 1), {100, 100});
-    check_against_painting(row_at(0, 25, 25, 75, 1), {100, 100});
-    check_against_painting(row_at(25, 0, 75, 25, 1), {100, 100});
-    check_against_painting(row_at(0, 0, 25, 25, 1), {100, 100});
+    check_against_painting(segment_row({75, 75}, {25, 25}), {100, 100});
+    check_against_painting(segment_row({25, 75}, {0, 25}), {100, 100});
+    check_against_painting(segment_row({75, 25}, {25, 0}), {100, 100});
+    check_against_painting(segment_row({25, 25}, {0, 0}), {100, 100});
 }
 
 TEST_CASE("segment: a replicated pixel is kept until the last raster row that repeats its source row") {
     // Two source rows of three pixels, tripled, on a raster of 12 x 8 from (2, 1).
-    const Segment segment(row_at(2, 1, 3, 2, 3), 12, 8);
+    const Segment segment(segment_row({3, 2}, {2, 1}, 3), 12, 8);
     CHECK(segment.first_use(0) == 1 * 12 + 2);
     CHECK(segment.last_use(0) == 3 * 12 + 4);
     CHECK(segment.first_use(5) == 4 * 12 + 8);
@@ -173,21 +119,21 @@ TEST_CASE("segment: a replicated pixel is kept until the last raster row that re
 
 TEST_CASE("segment: a block cut by each edge of the raster is used only where it shows") {
     // One pixel blown up over the whole raster, and one of which a single corner pixel shows.
-    check_against_painting(row_at(-3, -3, 1, 1, 20), {10, 6});
-    check_against_painting(row_at(-19, -19, 1, 1, 20), {10, 6});
-    check_against_painting(row_at(9, 5, 1, 1, 20), {10, 6});
-    check_against_painting(row_at(-254, -254, 1, 1, 255), {5, 4});
-    check_against_painting(row_at(-254, -254, 2, 2, 255), {5, 4});
+    check_against_painting(segment_row({1, 1}, {-3, -3}, 20), {10, 6});
+    check_against_painting(segment_row({1, 1}, {-19, -19}, 20), {10, 6});
+    check_against_painting(segment_row({1, 1}, {9, 5}, 20), {10, 6});
+    check_against_painting(segment_row({1, 1}, {-254, -254}, 255), {5, 4});
+    check_against_painting(segment_row({2, 2}, {-254, -254}, 255), {5, 4});
 }
 
 TEST_CASE("segment: agrees with painting for every row on a small raster") {
-    const RasterSize raster{5, 3};
+    const Size raster{5, 3};
     for (int multiple = 1; multiple <= 4; ++multiple) {
         for (int dx = 1 - multiple; dx < raster.width; ++dx) {
             for (int sdx = 1; dx + (sdx - 1) * multiple < raster.width; ++sdx) {
                 for (int dy = 1 - multiple; dy < raster.height; ++dy) {
                     for (int sdy = 1; dy + (sdy - 1) * multiple < raster.height; ++sdy) {
-                        check_against_painting(row_at(dx, dy, sdx, sdy, multiple), raster);
+                        check_against_painting(segment_row({sdx, sdy}, {dx, dy}, multiple), raster);
                     }
                 }
             }
@@ -200,19 +146,17 @@ TEST_CASE("segment: agrees with painting for random rows, clipped on any side, o
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
     for (int trial = 0; trial < 400; ++trial) {
-        const RasterSize raster{random.between(1, 48), random.between(1, 32)};
+        const Size raster{random.between(1, 48), random.between(1, 32)};
         const int largest = random.one_in(5) ? 255 : random.one_in(2) ? 1 : 9;
         const int multiple = random.between(1, largest);
-        const Extent x = random_extent(random, raster.width, multiple);
-        const Extent y = random_extent(random, raster.height, multiple);
-        check_against_painting(row_at(x.destination, y.destination, x.count, y.count, multiple), raster);
+        check_against_painting(test::random_row(random, raster, raster, 1, multiple), raster);
     }
 }
 
 TEST_CASE("segment: the largest raster overflows nothing") {
     const int side = 16384;
     const std::int64_t area = std::int64_t{side} * side;
-    const Segment whole(row_at(0, 0, side, side, 1), side, side);
+    const Segment whole(segment_row({side, side}, {0, 0}), side, side);
     CHECK(whole.pixels() == area);
     for (const std::int64_t k : {std::int64_t{0}, std::int64_t{side}, area / 2 + 77, area - 1}) {
         CHECK(whole.first_use(k) == k);
@@ -221,7 +165,7 @@ TEST_CASE("segment: the largest raster overflows nothing") {
         CHECK(whole.released_before(k + 1) == k + 1);
     }
     // 65 source pixels of 255 from -100: the last begins at 16220 and is cut at the edge.
-    const Segment replicated(row_at(-100, -100, 65, 65, 255), side, side);
+    const Segment replicated(segment_row({65, 65}, {-100, -100}, 255), side, side);
     const std::int64_t pixels = 4225;
     CHECK(replicated.pixels() == pixels);
     CHECK(replicated.first_use(pixels - 1) == std::int64_t{16220} * side + 16220);

@@ -3,16 +3,16 @@
 #include <set>
 
 #include "datapath/composer_buffer.h"
-#include "random_seed.h"
+#include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
 namespace metabuffer {
 namespace {
 
 using test::PaintedSegment;
-using test::RasterSize;
+using test::Size;
 
-void check_walk(const ViewportRow& row, RasterSize raster) {
+void check_walk(const ViewportRow& row, Size raster) {
     INFO("raster " << raster.width << " x " << raster.height << ", sdx " << row.sdx << ", sdy " << row.sdy
                    << ", dx " << row.dx << ", dy " << row.dy << ", multiple " << row.dmultiple);
     const PaintedSegment wanted(row, raster);
@@ -58,20 +58,13 @@ TEST_CASE("segment walker: without a segment it walks the whole raster and cover
 TEST_CASE("segment walker: a fresh one is done, it has no raster") { CHECK(SegmentWalker().done()); }
 
 TEST_CASE("segment walker: agrees with painting for every valid row on a small raster") {
-    const RasterSize raster{5, 4};
-    ViewportRow row;
-    row.dcomp = 1;
+    const Size raster{5, 4};
     for (int multiple = 1; multiple <= 4; ++multiple) {
-        row.dmultiple = static_cast<std::uint16_t>(multiple);
         for (int dx = 1 - multiple; dx < raster.width; ++dx) {
             for (int sdx = 1; dx + (sdx - 1) * multiple < raster.width; ++sdx) {
                 for (int dy = 1 - multiple; dy < raster.height; ++dy) {
                     for (int sdy = 1; dy + (sdy - 1) * multiple < raster.height; ++sdy) {
-                        row.dx = static_cast<std::int16_t>(dx);
-                        row.dy = static_cast<std::int16_t>(dy);
-                        row.sdx = static_cast<std::uint16_t>(sdx);
-                        row.sdy = static_cast<std::uint16_t>(sdy);
-                        check_walk(row, raster);
+                        check_walk(test::segment_row({sdx, sdy}, {dx, dy}, multiple), raster);
                     }
                 }
             }
@@ -84,7 +77,7 @@ TEST_CASE("segment walker: agrees with painting for random rows, clipped on any 
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
     for (int trial = 0; trial < 300; ++trial) {
-        const RasterSize raster{random.between(1, 40), random.between(1, 30)};
+        const Size raster{random.between(1, 40), random.between(1, 30)};
         check_walk(test::random_valid_row(random, raster, random.one_in(5) ? 255 : 9), raster);
     }
 }

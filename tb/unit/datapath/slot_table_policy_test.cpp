@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "datapath/slot_table.h"
-#include "random_seed.h"
+#include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
 namespace metabuffer {
@@ -13,7 +13,7 @@ namespace {
 
 using Kind = BusGrant::Kind;
 
-constexpr test::RasterSize kRaster{64, 48};
+constexpr test::Size kRaster{64, 48};
 
 std::vector<Segment> segments_of(const ViewportTable& rows) {
     std::vector<Segment> segments;
@@ -22,9 +22,7 @@ std::vector<Segment> segments_of(const ViewportTable& rows) {
 }
 
 ViewportTable random_table(test::Random& random) {
-    ViewportTable rows;
-    for (int i = random.between(1, 8); i > 0; --i) rows.push_back(test::random_valid_row(random, kRaster, 5));
-    return rows;
+    return test::random_valid_rows(random, random.between(1, 8), kRaster, 5);
 }
 
 /// At least one is pending; readiness comes and goes.
@@ -115,12 +113,7 @@ TEST_CASE("irsa: with everyone ready each composer gets its C / T share of every
     // The paper's case 4: halves and quarters of a screen doubled, l = w / 4 of w = 64.
     ViewportTable rows;
     for (const int sdx : {8, 24, 32, 8, 24, 32}) {
-        ViewportRow row;
-        row.dcomp = static_cast<std::uint16_t>(rows.size() + 1);
-        row.sdx = static_cast<std::uint16_t>(sdx);
-        row.sdy = 1;
-        row.dmultiple = 2;
-        rows.push_back(row);
+        rows.push_back(test::segment_row({sdx, 1}, {}, 2, static_cast<int>(rows.size() + 1)));
     }
     SlotTablePolicy policy(slot_table, IdleSlots::kRecovered);
     policy.start_frame(segments_of(rows));
@@ -138,8 +131,7 @@ TEST_CASE("irsa: with everyone ready each composer gets its C / T share of every
 
 TEST_CASE("irsa: a composer that is not ready loses its turn and no more, the others share its time") {
     SlotTablePolicy policy(equal_slot_table, IdleSlots::kRecovered);
-    ViewportRow row;
-    row.sdx = row.sdy = row.dmultiple = 1;
+    const ViewportRow row = test::segment_row({1, 1});
     policy.start_frame(segments_of({row, row, row}));
     std::vector<BusRequest> requests(3);
     for (BusRequest& request : requests) request.pending = request.ready = true;

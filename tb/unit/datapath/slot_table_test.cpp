@@ -6,18 +6,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
+#include "support/rows.h"
 
 namespace metabuffer {
 namespace {
 
-ViewportRow segment(int sdx, int dmultiple) {
-    ViewportRow row;
-    row.sdx = static_cast<std::uint16_t>(sdx);
-    row.sdy = 1;
-    row.dmultiple = static_cast<std::uint16_t>(dmultiple);
-    return row;
-}
+ViewportRow segment(int sdx, int dmultiple) { return test::segment_row({sdx, 1}, {}, dmultiple); }
 
 std::vector<int> slots_of_each(const std::vector<int>& table, std::size_t rows) {
     std::vector<int> result(rows, 0);

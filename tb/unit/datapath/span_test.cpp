@@ -1,13 +1,13 @@
 #include "datapath/span.h"
 
-#include <array>
 #include <catch2/catch.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "datapath/averaging.h"
-#include "random_seed.h"
+#include "support/images.h"
+#include "support/random_seed.h"
 
 namespace metabuffer {
 namespace {
@@ -54,31 +54,11 @@ std::size_t random_length(test::Random& random) {
     return static_cast<std::size_t>(random.one_in(4) ? random.between(0, 300) : random.between(0, 40));
 }
 
-/// Any colour; alpha is often one of the ends, and there are so few depths that many are equal.
-Pixel random_pixel(test::Random& random) {
-    constexpr std::array<std::uint32_t, 8> kDepths{0, 1, 2, 0x7FFF, 0xFFFF, 0x10000, 0x80'0000, 0xFF'FFFF};
-    constexpr std::array<std::uint8_t, 6> kAlphas{0, 1, 127, 128, 254, 255};
-    const auto bits = random.bits();
-    const auto z = kDepths[static_cast<std::size_t>(random.between(0, static_cast<int>(kDepths.size()) - 1))];
-    const auto a =
-        random.one_in(2)
-            ? static_cast<std::uint8_t>(bits >> 24)
-            : kAlphas[static_cast<std::size_t>(random.between(0, static_cast<int>(kAlphas.size()) - 1))];
-    return {static_cast<std::uint8_t>(bits >> 16), static_cast<std::uint8_t>(bits >> 8),
-            static_cast<std::uint8_t>(bits), a, z};
-}
-
 void randomize(test::Random& random, Run& run) {
-    for (std::size_t i = 0; i < run.count; ++i) run.set(i, random_pixel(random));
+    for (std::size_t i = 0; i < run.count; ++i) run.set(i, test::corner_pixel(random));
 }
 
 // ---- planes_after_link ----
-
-PixelImage random_image(test::Random& random, int width, int height) {
-    PixelImage image(width, height);
-    for (Pixel& pixel : image.values) pixel = Pixel(random.bits() >> 8);
-    return image;
-}
 
 void check_link(const PixelImage& colour, const PixelImage& depth, DepthFormat format, Pixel old) {
     const PixelPlanes planes = planes_after_link(colour, depth, format);
@@ -105,10 +85,10 @@ TEST_CASE("span: planes hold what the link makes of one image's colour and anoth
             const int width = random.between(1, 40);
             const int height = random.between(1, 5);
             INFO(layout.name << ", " << width << " x " << height);
-            const PixelImage colour = random_image(random, width, height);
-            const PixelImage depth = random_image(random, width, height);
-            check_link(colour, depth, format, Pixel(random.bits() >> 8));
-            check_link(colour, colour, format, Pixel(random.bits() >> 8));
+            const PixelImage colour = test::noise_image(random, width, height, far_z(DepthFormat::kZ24));
+            const PixelImage depth = test::noise_image(random, width, height, far_z(DepthFormat::kZ24));
+            check_link(colour, depth, format, test::noise_pixel(random));
+            check_link(colour, colour, format, test::noise_pixel(random));
         }
         check_link(PixelImage(), PixelImage(), format, Pixel());
     }
@@ -123,7 +103,7 @@ TEST_CASE("span: a filled run holds one pixel and its neighbours what they held"
     for (int trial = 0; trial < 200; ++trial) {
         Run run(random, random_length(random));
         Run wanted = run;
-        const Pixel pixel = random_pixel(random);
+        const Pixel pixel = test::corner_pixel(random);
         for (std::size_t i = 0; i < run.count; ++i) wanted.set(i, pixel);
         fill_span(pixel, run.argb(), run.z(), run.count);
         REQUIRE(run == wanted);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
 
 namespace metabuffer {
 namespace {

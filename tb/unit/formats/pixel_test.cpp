@@ -3,7 +3,8 @@
 #include <catch2/catch.hpp>
 
 #include "formats/image.h"
-#include "random_seed.h"
+#include "support/images.h"
+#include "support/random_seed.h"
 
 namespace metabuffer {
 namespace {
@@ -101,7 +102,7 @@ TEST_CASE("input framebuffer word: a pair over the link restores the pixel in ei
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
     for (int trial = 0; trial < 20000; ++trial) {
-        const Pixel stale(random.bits() & 0x00FFFFFF'FFFFFFFFU);
+        const Pixel stale = test::noise_pixel(random);
         const DepthLayout layout = test::one_of(random, kDepthFormatTable);
         const DepthFormat format = layout.value;
         // What the format can carry.

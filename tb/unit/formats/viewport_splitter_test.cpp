@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
 
 namespace metabuffer {
 namespace {

@@ -5,7 +5,8 @@
 #include <set>
 #include <string>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
+#include "support/rows.h"
 
 namespace metabuffer {
 namespace {
@@ -13,18 +14,7 @@ namespace {
 constexpr ViewportLimits kLimits{4, 100, 80, 201, 150, 1024, 32};
 
 /// A valid row in the middle of everything.
-ViewportRow good_row() {
-    ViewportRow row;
-    row.dcomp = 1;
-    row.sx = 10;
-    row.sy = 10;
-    row.sdx = 20;
-    row.sdy = 15;
-    row.dx = 30;
-    row.dy = 40;
-    row.dmultiple = 3;
-    return row;
-}
+ViewportRow good_row() { return test::table_row(1, {10, 10}, {20, 15}, {30, 40}, 3); }
 
 using Change = std::function<void(ViewportRow&)>;
 

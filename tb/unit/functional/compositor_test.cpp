@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "functional/functional_compositor.h"
-#include "random_seed.h"
+#include "support/images.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 #include "unit/functional/naive_pixels.h"
 
 // The functional compositor paints forwards; the reference in this file asks backwards, position by position,
@@ -17,7 +19,6 @@ using functional::composite_raster;
 using functional::Contribution;
 using test::naive_after_link;
 using test::naive_blend;
-using test::random_pixel;
 
 namespace {
 
@@ -80,9 +81,7 @@ ColourImage naive_average(const PixelImage& raster, int s) {
 }
 
 Scenario one_display(int width, int height, Composition composition = Composition::kZ) {
-    Scenario scenario;
-    scenario.displays.width_pixels = width;
-    scenario.displays.height_pixels = height;
+    Scenario scenario = test::small_scenario(width, height);
     scenario.displays.background[0] = 1;
     scenario.displays.background[1] = 2;
     scenario.displays.background[2] = 3;
@@ -91,55 +90,15 @@ Scenario one_display(int width, int height, Composition composition = Compositio
 }
 
 ViewportRow whole(const PixelImage& image, int display = 1, int x = 0, int y = 0, int multiple = 1) {
-    ViewportRow row;
-    row.dcomp = static_cast<std::uint16_t>(display);
-    row.sdx = static_cast<std::uint16_t>(image.width_pixels);
-    row.sdy = static_cast<std::uint16_t>(image.height_pixels);
-    row.dx = static_cast<std::int16_t>(x);
-    row.dy = static_cast<std::int16_t>(y);
-    row.dmultiple = static_cast<std::uint16_t>(multiple);
-    return row;
-}
-
-PixelImage random_image(test::Random& random, int width, int height) {
-    PixelImage image(width, height);
-    for (Pixel& pixel : image.values) pixel = random_pixel(random);
-    return image;
-}
-
-/// Source pixels along one axis: from `source` on, `count` of them, the first at raster position `start`.
-struct AxisRange {
-    int source = 0;
-    int count = 1;
-    int start = 0;
-};
-
-/// A range that keeps the rules of a valid row: first and last source pixel show at least in part.
-AxisRange random_range(test::Random& random, int image, int raster, int multiple) {
-    AxisRange range;
-    range.start = random.between(-multiple + 1, raster - 1);
-    const int visible = (raster - range.start + multiple - 1) / multiple;
-    range.count = random.between(1, std::min(image, visible));
-    range.source = random.between(0, image - range.count);
-    return range;
+    return test::segment_row({image.width_pixels, image.height_pixels}, {x, y}, multiple, display);
 }
 
 ViewportRow random_row(test::Random& random, const Scenario& scenario, const PixelImage& image, int display) {
-    ViewportRow row;
     const int multiple = random.one_in(2) ? 1 : random.between(2, 7);
-    const AxisRange columns =
-        random_range(random, image.width_pixels, scenario.displays.raster_width_pixels(), multiple);
-    const AxisRange rows =
-        random_range(random, image.height_pixels, scenario.displays.raster_height_pixels(), multiple);
-    row.dcomp = static_cast<std::uint16_t>(display);
-    row.dmultiple = static_cast<std::uint16_t>(multiple);
-    row.sx = static_cast<std::uint16_t>(columns.source);
-    row.sdx = static_cast<std::uint16_t>(columns.count);
-    row.dx = static_cast<std::int16_t>(columns.start);
-    row.sy = static_cast<std::uint16_t>(rows.source);
-    row.sdy = static_cast<std::uint16_t>(rows.count);
-    row.dy = static_cast<std::int16_t>(rows.start);
-    return row;
+    return test::random_row(
+        random, {image.width_pixels, image.height_pixels},
+        {scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels()}, display,
+        multiple);
 }
 
 Scenario random_machine(test::Random& random) {
@@ -183,7 +142,7 @@ TEST_CASE("random machines agree with a per-pixel inverse mapping", "[functional
         const Scenario scenario = random_machine(random);
         std::vector<PixelImage> images;
         for (int n = random.between(1, 5); n > 0; --n) {
-            images.push_back(random_image(random, random.between(1, 24), random.between(1, 24)));
+            images.push_back(test::corner_image(random, random.between(1, 24), random.between(1, 24)));
         }
         std::vector<Contribution> contributions;
         for (const PixelImage& image : images) {
@@ -235,7 +194,7 @@ TEST_CASE("wide rasters, any multiple and rows far over every edge agree too", "
 
         std::vector<PixelImage> images;
         for (int n = random.between(1, 4); n > 0; --n) {
-            images.push_back(random_image(random, random.between(1, 900), random.between(1, 10)));
+            images.push_back(test::corner_image(random, random.between(1, 900), random.between(1, 10)));
         }
         std::vector<Contribution> contributions;
         for (const PixelImage& image : images) {
@@ -269,7 +228,7 @@ TEST_CASE("a compositor kept for a run shows what a new one for each picture wou
         const Scenario scenario = random_machine(random);
         std::vector<PixelImage> images(5);
         for (PixelImage& image : images) {
-            image = random_image(random, random.between(1, 24), random.between(1, 24));
+            image = test::corner_image(random, random.between(1, 24), random.between(1, 24));
         }
         functional::Compositor compositor(scenario);
         for (int frame = 0; frame < 6; ++frame) {

@@ -5,7 +5,6 @@
 #include <cstdint>
 
 #include "formats/pixel.h"
-#include "random_seed.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::test {
@@ -45,17 +44,6 @@ inline Pixel naive_blend(Composition composition, Pixel local, Pixel upstream) {
                     naive_over_channel(front.a(), back.a(), front.a()), front.z()};
     }
     return {};
-}
-
-/// Few depths and alphas, so that ties, clear and opaque pixels are common; and now and then any word.
-inline Pixel random_pixel(Random& random) {
-    if (random.one_in(4)) return Pixel(random.bits() & 0xFF'FFFF'FFFF'FFFFULL);
-    const std::uint32_t depths[] = {0, 1, 2, 3, 0x7FFF, 0xFFFF, 0xFF'FFFF};
-    const std::uint8_t alphas[] = {0, 1, 127, 128, 254, 255};
-    return {static_cast<std::uint8_t>(random.between(0, 255)),
-            static_cast<std::uint8_t>(random.between(0, 255)),
-            static_cast<std::uint8_t>(random.between(0, 255)), alphas[random.between(0, 5)],
-            depths[random.between(0, 6)]};
 }
 
 }  // namespace metabuffer::test

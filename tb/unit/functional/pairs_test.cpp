@@ -1,8 +1,8 @@
 #include <catch2/catch.hpp>
-#include <memory>
 #include <vector>
 
 #include "functional/functional_compositor.h"
+#include "support/scenarios.h"
 
 using namespace metabuffer;
 using functional::contributions_of;
@@ -130,14 +130,8 @@ TEST_CASE("a colour frame sent twice counts beside a late depth frame", "[functi
 }
 
 TEST_CASE("flipped bits are contributed in the pair's own image and in no other", "[functional][pairs]") {
-    Scenario scenario;
-    scenario.displays.width_pixels = 4;
-    scenario.displays.height_pixels = 4;
-    Renderer renderer;
-    renderer.image_width_pixels = 4;
-    renderer.image_height_pixels = 4;
-    renderer.images = {std::make_shared<const PixelImage>(4, 4, Pixel(0x10, 0x20, 0x30, 0x40, 0x5060))};
-    renderer.frames.resize(1);
+    Scenario scenario = test::small_scenario(4, 4);
+    const Renderer renderer = test::renderer_of({PixelImage(4, 4, Pixel(0x10, 0x20, 0x30, 0x40, 0x5060))});
     scenario.renderers = {renderer, renderer};
     const auto pixel_of = [&scenario](int pair) {
         const functional::Contribution contribution = contributions_of(scenario, {pair, pair})[1];
@@ -164,10 +158,7 @@ TEST_CASE("flipped bits are contributed in the pair's own image and in no other"
 }
 
 TEST_CASE("contributions are the pair's image and the rows that stand", "[functional][pairs]") {
-    Scenario scenario;
-    scenario.displays.columns = 2;
-    scenario.displays.width_pixels = 8;
-    scenario.displays.height_pixels = 8;
+    Scenario scenario = test::small_scenario(8, 8, 2);
     scenario.composer.buffer_pixels = 34;
     scenario.composer.ready_space_pixels = 32;
 
@@ -177,12 +168,7 @@ TEST_CASE("contributions are the pair's image and the rows that stand", "[functi
     const ViewportRow fitting_window{2, 0, 0, 2, 4, 0, 0, 2};
     const ViewportRow other{2, 1, 1, 2, 2, 3, 3, 1};
 
-    Renderer renderer;
-    renderer.image_width_pixels = 4;
-    renderer.image_height_pixels = 4;
-    renderer.images = {std::make_shared<const PixelImage>(4, 4, Pixel(1)),
-                       std::make_shared<const PixelImage>(4, 4, Pixel(2))};
-    renderer.frames.resize(2);
+    Renderer renderer = test::renderer_of({PixelImage(4, 4, Pixel(1)), PixelImage(4, 4, Pixel(2))});
     renderer.frames[0].image = 1;
     renderer.frames[0].table = {no_such_display, good, window_too_wide, good, fitting_window};
     renderer.frames[1].image = 0;

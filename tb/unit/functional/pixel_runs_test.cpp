@@ -6,8 +6,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "random_seed.h"
 #include "scenario/names.h"
+#include "support/images.h"
+#include "support/random_seed.h"
 #include "unit/functional/naive_pixels.h"
 
 // Runs of every length and at every alignment, against the same done pixel by pixel. Memory around what is
@@ -16,10 +17,10 @@
 using namespace metabuffer;
 using functional::SourceRun;
 using functional::TargetRun;
+using test::corner_pixel;
 using test::naive_after_link;
 using test::naive_blend;
 using test::Random;
-using test::random_pixel;
 
 namespace {
 
@@ -62,7 +63,7 @@ std::size_t random_shift(Random& random) { return static_cast<std::size_t>(rando
 
 std::vector<Pixel> random_pixels(Random& random, std::size_t count) {
     std::vector<Pixel> pixels(count);
-    for (Pixel& pixel : pixels) pixel = random_pixel(random);
+    for (Pixel& pixel : pixels) pixel = corner_pixel(random);
     return pixels;
 }
 
@@ -190,7 +191,7 @@ TEST_CASE("runs: filling sets both planes", "[functional][random]") {
     for (int trial = 0; trial < 100; ++trial) {
         const std::size_t count = random_count(random);
         INFO("trial " << trial << ", " << count << " pixels");
-        const std::vector<Pixel> expected(count, random_pixel(random));
+        const std::vector<Pixel> expected(count, corner_pixel(random));
         Guarded argb(random_shift(random), count);
         Guarded z(random_shift(random), count);
 

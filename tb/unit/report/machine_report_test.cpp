@@ -2,17 +2,15 @@
 
 #include <catch2/catch.hpp>
 
+#include "support/scenarios.h"
+
 namespace metabuffer {
 namespace {
 
 /// Two renderers, three displays of 8 x 4 raster pixels, a core clock of 10 ns.
-Scenario small_scenario() {
-    Scenario scenario;
+Scenario two_renderers() {
+    Scenario scenario = test::small_scenario(4, 2, 3);
     scenario.name = "small";
-    scenario.displays.columns = 3;
-    scenario.displays.rows = 1;
-    scenario.displays.width_pixels = 4;
-    scenario.displays.height_pixels = 2;
     scenario.displays.supersample = 2;
     scenario.clocks.core_mhz = 100;
     scenario.composer.buffer_pixels = 77;
@@ -24,7 +22,7 @@ Scenario small_scenario() {
 }
 
 TEST_CASE("machine report: raster pixels of a run") {
-    CHECK(raster_pixels_of_run(small_scenario()) == 8 * 4 * 3 * 5);
+    CHECK(raster_pixels_of_run(two_renderers()) == 8 * 4 * 3 * 5);
 }
 
 TEST_CASE("machine report: a frame is shown when the last display shows it, and then once") {
@@ -43,7 +41,7 @@ TEST_CASE("machine report: a frame is shown when the last display shows it, and 
 }
 
 TEST_CASE("machine report: what the blocks have counted, by renderer, composer, display and frame") {
-    const Scenario scenario = small_scenario();
+    const Scenario scenario = two_renderers();
     ShownFrames shown(3);
     for (std::size_t display = 0; display < 3; ++display) {
         for (int frame = 0; frame < 2; ++frame) shown.add(display, frame);

@@ -8,8 +8,8 @@
 #include <iterator>
 #include <string>
 
-#include "random_seed.h"
-#include "scratch_directory.h"
+#include "support/random_seed.h"
+#include "support/scratch_directory.h"
 
 using namespace metabuffer;
 using test::ScratchDirectory;

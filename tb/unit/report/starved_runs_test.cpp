@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
-#include "random_seed.h"
 #include "report/report.h"
+#include "support/random_seed.h"
 
 namespace metabuffer::test {
 namespace {

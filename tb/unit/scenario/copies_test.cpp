@@ -4,7 +4,7 @@
 
 #include "scenario/scenario_rules.h"
 #include "scenario/scenario_writer.h"
-#include "scenario_difference.h"
+#include "support/scenario_difference.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {

@@ -2,18 +2,15 @@
 
 #include <catch2/catch.hpp>
 
+#include "support/scenarios.h"
+
 namespace metabuffer::test {
 namespace {
 
 Scenario machine_of(int image_width_pixels, int image_height_pixels, int link_timeout_pairs) {
-    Scenario scenario;
-    scenario.displays.width_pixels = 64;
-    scenario.displays.height_pixels = 48;
+    Scenario scenario = with_renderer(small_scenario(64, 48),
+                                      renderer_of({PixelImage(image_width_pixels, image_height_pixels)}));
     scenario.link_timeout_pairs = link_timeout_pairs;
-    Renderer renderer;
-    renderer.image_width_pixels = image_width_pixels;
-    renderer.image_height_pixels = image_height_pixels;
-    scenario.renderers.push_back(renderer);
     return scenario;
 }
 

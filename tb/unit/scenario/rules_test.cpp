@@ -5,6 +5,7 @@
 
 #include "scenario/fault_keys.h"
 #include "scenario/names.h"
+#include "support/scenarios.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {
@@ -12,17 +13,10 @@ namespace {
 
 /// A good scenario built in C++, as testbenches do.
 Scenario built() {
-    Scenario scenario;
+    Scenario scenario =
+        with_renderer(small_scenario(16, 8), renderer_of({PixelImage(16, 8)}, {segment_row({16, 8})}));
     scenario.name = "built";
-    scenario.displays.width_pixels = 16;
-    scenario.displays.height_pixels = 8;
-    Renderer renderer;
-    renderer.name = "ball";
-    renderer.image_width_pixels = 16;
-    renderer.image_height_pixels = 8;
-    renderer.images.push_back(std::make_shared<const PixelImage>(16, 8));
-    renderer.frames.push_back({0, {{1, 0, 0, 16, 8, 0, 0, 1}}, std::nullopt, 0});
-    scenario.renderers.push_back(renderer);
+    scenario.renderers.front().name = "ball";
     return scenario;
 }
 

@@ -10,7 +10,7 @@
 
 #include "host/errors.h"
 #include "scenario/scenario_loader.h"
-#include "scratch_directory.h"
+#include "support/scratch_directory.h"
 
 namespace metabuffer::test {
 

@@ -10,7 +10,7 @@
 
 #include "host/quiet_fork.h"
 #include "scenario/scenario_keys.h"
-#include "scenario_difference.h"
+#include "support/scenario_difference.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {

@@ -11,7 +11,7 @@
 #include "scenario/fault_keys.h"
 #include "scenario/image_loader.h"
 #include "scenario/scenario_loader.h"
-#include "scenario_difference.h"
+#include "support/scenario_difference.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "random_seed.h"
 #include "scenario/scenario_keys.h"
+#include "support/random_seed.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {

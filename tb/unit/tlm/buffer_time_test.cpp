@@ -99,15 +99,6 @@ TEST_CASE(
 constexpr int kWidth = 8;
 constexpr int kHeight = 2;
 
-ViewportRow row_of(int sdx, int sdy) {
-    ViewportRow row;
-    row.dcomp = 1;
-    row.sdx = static_cast<std::uint16_t>(sdx);
-    row.sdy = static_cast<std::uint16_t>(sdy);
-    row.dmultiple = 1;
-    return row;
-}
-
 BufferTime::Config config_of(int capacity, int ready_space) {
     BufferTime::Config config;
     config.capacity_pixels = capacity;
@@ -131,8 +122,8 @@ TEST_CASE("buffer time: a composer is prefetched when its table is known and it 
 TEST_CASE(
     "buffer time: a composer is prefetched by its last pixel or by the one that leaves no ready space") {
     ColumnTime column(1, kWidth * kHeight, false);
-    const ViewportRow small = row_of(3, 1);
-    const ViewportRow large = row_of(8, 2);
+    const ViewportRow small = segment_row({3, 1});
+    const ViewportRow large = segment_row({8, 2});
     BufferTime whole(config_of(8, 2), column);
     whole.begin_frame(0, &small, 10, 10);
     whole.add({0, 2, 11}, 11, 11);
@@ -150,7 +141,7 @@ TEST_CASE(
 
 TEST_CASE("buffer time: a slot is taken a clock behind the last use that makes the ready space free") {
     ColumnTime column(1, kWidth * kHeight, false);
-    const ViewportRow row = row_of(8, 2);
+    const ViewportRow row = segment_row({8, 2});
     BufferTime buffer(config_of(8, 2), column);
     buffer.begin_frame(0, &row, 10, 10);
     buffer.add({0, 8, 11}, 11, 11);
@@ -167,7 +158,7 @@ TEST_CASE("buffer time: a slot is taken a clock behind the last use that makes t
 
 TEST_CASE("buffer time: BUSREADY is not asked in a burst whose rest fits one beat") {
     ColumnTime column(1, kWidth * kHeight, false);
-    const ViewportRow row = row_of(8, 2);
+    const ViewportRow row = segment_row({8, 2});
     BufferTime::Config config = config_of(8, 4);
     config.pixels_per_beat = 2;
     BufferTime buffer(config, column);
@@ -187,7 +178,7 @@ TEST_CASE("buffer time: BUSREADY is not asked in a burst whose rest fits one bea
 TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is late if that was its last") {
     for (const std::int64_t first_cycle : {54, 55}) {
         ColumnTime column(1, kWidth * kHeight, false);
-        const ViewportRow row = row_of(8, 1);
+        const ViewportRow row = segment_row({8, 1});
         BufferTime buffer(config_of(8, 2), column);
         column.set_pipeready_cycle(2);
         buffer.begin_frame(0, &row, 10, 10);

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
 
 namespace metabuffer::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/viewport_table.h"
-#include "random_seed.h"
+#include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
 /// A column of composers and their buses, clock by clock, written from the rules in docs/design.md and nothing
@@ -30,7 +30,7 @@ struct NaiveComposerSetup {
 };
 
 struct NaiveSetup {
-    RasterSize raster;
+    Size raster;
     bool stall = false;
     int frames = 1;
     int longest_swap = 0;  ///< clocks from the last pixel to the next PIPEREADY

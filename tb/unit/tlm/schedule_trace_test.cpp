@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "host/errors.h"
-#include "random_seed.h"
 #include "report/picture_writer.h"
-#include "scratch_directory.h"
+#include "support/random_seed.h"
+#include "support/scratch_directory.h"
 
 using namespace metabuffer;
 using test::ScratchDirectory;

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstddef>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "datapath/segment.h"
 #include "formats/viewport_splitter.h"
-#include "random_seed.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 #include "tools/analysis/analysis_report.h"
 
 using namespace metabuffer;
@@ -19,19 +19,11 @@ namespace {
 
 /// A machine of one renderer, its image somewhere on the wall.
 Scenario machine(const DisplayConfig& displays, int image, const Viewport& viewport) {
-    Scenario scenario;
+    Scenario scenario = test::with_renderer(
+        Scenario(), test::renderer_of({PixelImage(image, image)}, {viewport}, displays.wall()));
     scenario.name = "test";
     scenario.displays = displays;
-    Renderer renderer;
-    renderer.name = "view";
-    renderer.image_width_pixels = image;
-    renderer.image_height_pixels = image;
-    renderer.images.push_back(std::make_shared<const PixelImage>(image, image));
-    RendererFrame frame;
-    frame.viewport = viewport;
-    frame.table = split_viewport(viewport, image, image, displays.wall());
-    renderer.frames.push_back(frame);
-    scenario.renderers.push_back(renderer);
+    scenario.renderers.front().name = "view";
     return scenario;
 }
 

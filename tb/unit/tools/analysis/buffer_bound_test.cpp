@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "datapath/arbitration/arbitration_table.h"
 #include "datapath/segment.h"
-#include "random_seed.h"
+#include "support/random_seed.h"
+#include "support/scenarios.h"
 #include "tools/analysis/bus_table.h"
 
 using namespace metabuffer;
@@ -17,36 +17,13 @@ using namespace metabuffer::analysis;
 namespace {
 
 ViewportRow random_row(test::Random& random, int raster, int image) {
-    ViewportRow row;
-    row.dcomp = 1;
-    row.dmultiple = static_cast<std::uint16_t>(random.between(1, 4));
-    const int most = std::min(image, (raster + 2 * row.dmultiple - 2) / row.dmultiple);
-    row.sdx = static_cast<std::uint16_t>(random.between(1, most));
-    row.sdy = static_cast<std::uint16_t>(random.between(1, most));
-    const auto place = [&](int count) {
-        return static_cast<std::int16_t>(random.between(
-            1 - row.dmultiple, std::min(raster - 1, raster + row.dmultiple - count * row.dmultiple - 1)));
-    };
-    row.dx = place(row.sdx);
-    row.dy = place(row.sdy);
-    return row;
+    return test::random_row(random, {image, image}, {raster, raster}, 1, random.between(1, 4));
 }
 
 /// One renderer, one display, one row.
 Scenario one_composer(const ViewportRow& row, int raster, int image) {
-    Scenario scenario;
-    scenario.displays.width_pixels = raster;
-    scenario.displays.height_pixels = raster;
-    Renderer renderer;
-    renderer.name = "view";
-    renderer.image_width_pixels = image;
-    renderer.image_height_pixels = image;
-    renderer.images.push_back(std::make_shared<const PixelImage>(image, image));
-    RendererFrame frame;
-    frame.table = {row};
-    renderer.frames.push_back(frame);
-    scenario.renderers.push_back(renderer);
-    return scenario;
+    return test::with_renderer(test::small_scenario(raster, raster),
+                               test::renderer_of({PixelImage(image, image)}, {row}));
 }
 
 }  // namespace

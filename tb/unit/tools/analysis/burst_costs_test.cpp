@@ -6,7 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
+#include "support/rows.h"
 
 using namespace metabuffer;
 using namespace metabuffer::analysis;
@@ -65,18 +66,8 @@ Setting random_setting(test::Random& random) {
     setting.image_width = random.between(8, 40);
     setting.raster_width = random.between(8, 40);
     setting.raster_height = random.between(8, 40);
-    ViewportRow& row = setting.row;
-    row.dcomp = 1;
-    row.dmultiple = static_cast<std::uint16_t>(random.between(1, 4));
-    row.sdx = static_cast<std::uint16_t>(
-        random.between(1, std::min(setting.image_width, setting.raster_width / row.dmultiple)));
-    row.sdy = static_cast<std::uint16_t>(random.between(1, setting.raster_height / row.dmultiple));
-    row.sx = static_cast<std::uint16_t>(random.between(0, setting.image_width - row.sdx));
-    row.sy = static_cast<std::uint16_t>(random.between(0, 9));
-    row.dx = static_cast<std::int16_t>(
-        random.between(1 - row.dmultiple, setting.raster_width - row.sdx * row.dmultiple));
-    row.dy = static_cast<std::int16_t>(
-        random.between(1 - row.dmultiple, setting.raster_height - row.sdy * row.dmultiple));
+    setting.row = test::random_row(random, {setting.image_width, setting.raster_height + 9},
+                                   {setting.raster_width, setting.raster_height}, 1, random.between(1, 4));
     return setting;
 }
 

@@ -7,7 +7,7 @@
 
 #include "datapath/arbitration/slot_table_policy.h"
 #include "datapath/slot_table.h"
-#include "random_seed.h"
+#include "support/random_seed.h"
 
 using namespace metabuffer;
 using namespace metabuffer::analysis;

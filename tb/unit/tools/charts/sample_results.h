@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "scratch_directory.h"
+#include "support/scratch_directory.h"
 #include "tools/exploration/figures.h"
 #include "tools/exploration/results_database.h"
 

@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "host/quiet_fork.h"
-#include "scratch_directory.h"
+#include "support/scratch_directory.h"
 #include "tools/exploration/figures.h"
 
 // Explorations with a stand-in for the level: what a run does is the scenario's name or its buffer.

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "host/errors.h"
-#include "random_seed.h"
+#include "support/random_seed.h"
 
 namespace metabuffer::exploration {
 namespace {

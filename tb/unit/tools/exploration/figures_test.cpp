@@ -6,15 +6,14 @@
 #include <set>
 #include <string>
 
+#include "support/scenarios.h"
+
 namespace metabuffer::exploration {
 namespace {
 
 /// Two renderers and three displays of 20 by 10 pixels, supersampled twice, and a report with every count different.
 Scenario small_machine() {
-    Scenario scenario;
-    scenario.displays.columns = 3;
-    scenario.displays.width_pixels = 20;
-    scenario.displays.height_pixels = 10;
+    Scenario scenario = test::small_scenario(20, 10, 3);
     scenario.displays.supersample = 2;
     scenario.bus.width_bits = 128;
     scenario.composer.buffer_pixels = 100;

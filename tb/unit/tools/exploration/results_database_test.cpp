@@ -26,8 +26,8 @@
 
 #include "host/errors.h"
 #include "host/quiet_fork.h"
-#include "random_seed.h"
-#include "scratch_directory.h"
+#include "support/random_seed.h"
+#include "support/scratch_directory.h"
 #include "tools/exploration/figures.h"
 
 namespace metabuffer::exploration {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "scratch_directory.h"
+#include "support/scratch_directory.h"
 #include "tools/exploration/sweep_plan.h"
 
 namespace metabuffer::test {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
 #include "tools/exploration/axis_values.h"
 #include "unit/tools/exploration/sweep_fixture.h"
 

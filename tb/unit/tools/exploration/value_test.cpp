@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "random_seed.h"
+#include "support/random_seed.h"
 
 namespace metabuffer::exploration {
 
