@@ -296,7 +296,8 @@ TEST_CASE("a run leaves pictures of every frame and the last one, a collage and 
         INFO(entry.path());
         ++files;
     }
-    CHECK(files == 8);  // no half-written file beside them
+    CHECK(place.exists("out/effective_scenario.yaml"));
+    CHECK(files == 9);  // no half-written file beside them
 }
 
 TEST_CASE("option --quiet prints nothing and results go to out/NAME by default", "[program]") {
