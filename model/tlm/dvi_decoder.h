@@ -30,7 +30,7 @@ class DviDecoder final : public sc_core::sc_module {
   private:
     /// The follower of pairs as it is from a clock on.
     struct Moment {
-        std::int64_t edge;
+        std::int64_t edge = 0;
         PairFollower pairs;
     };
 
