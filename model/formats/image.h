@@ -5,8 +5,12 @@
 #include <vector>
 
 #include "formats/pixel.h"
+#include "host/range.h"
 
 namespace metabuffer {
+
+/// How wide and how high a renderer's image may be.
+constexpr IntegerRange kImageSidePixels{1, 8192};
 
 /// A raster of values, row by row from the top left.
 template <typename Value>

@@ -1,4 +1,4 @@
-#include "scenario/image_file.h"
+#include "images/image_file.h"
 
 #include <algorithm>
 #include <array>

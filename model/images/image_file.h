@@ -11,7 +11,7 @@ namespace metabuffer {
 /// Opens an image in one of the formats that renderers and frame grabbers write, told by its first bytes and not by its
 /// name (Targa, which has none of its own, by its name). The readers of other formats are never asked: some of
 /// OpenImageIO 2.4's write beyond their memory, that of ICO for a file without a fault. Throws InputError
-/// (scenario_loader.h) naming the file and why it cannot be read.
+/// naming the file and why it cannot be read.
 std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& file);
 
 /// Throws the InputError that says of a file what is wrong with it.

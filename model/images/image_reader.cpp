@@ -1,4 +1,4 @@
-#include "scenario/image_loader.h"
+#include "images/image_reader.h"
 
 #include <OpenImageIO/imageio.h>
 
@@ -11,8 +11,7 @@
 #include <vector>
 
 #include "host/text.h"
-#include "scenario/image_file.h"
-#include "scenario/limits.h"
+#include "images/image_file.h"
 
 namespace metabuffer {
 namespace {
@@ -58,9 +57,9 @@ class NativeImage {
         spec_ = input_->spec();
         if (spec_.deep || spec_.depth > 1)
             fail_image(file, "is a deep or volume image; use one with flat pixels");
-        if (!limits::kImagePixels.contains(spec_.width) || !limits::kImagePixels.contains(spec_.height)) {
+        if (!kImageSidePixels.contains(spec_.width) || !kImageSidePixels.contains(spec_.height)) {
             fail_image(file, "has " + std::to_string(spec_.width) + " x " + std::to_string(spec_.height) +
-                                 " pixels; use " + text::range(limits::kImagePixels) + " per side");
+                                 " pixels; use " + text::range(kImageSidePixels) + " per side");
         }
         // OpenImageIO 2.4 unpacks some of these beyond its memory.
         constexpr int kSeparated = 5;

@@ -60,7 +60,7 @@ const char* FaultKey::name() const { return schema.pattern + std::strlen(kList);
 
 const std::vector<FaultKey>& fault_keys() {
     // The image, or its link, sets closer bounds where it knows them.
-    constexpr IntegerRange kPosition{0, limits::kImagePixels.high - 1};
+    constexpr IntegerRange kPosition{0, kImageSidePixels.high - 1};
     constexpr IntegerRange kOneOrMoreCycles{1, limits::kCycles.high};
     static const std::vector<FaultKey> keys{
         {required(whole_number<&Fault::pair>("faults[].pair", "", "the pair's number, from 0",
@@ -69,9 +69,9 @@ const std::vector<FaultKey>& fault_keys() {
         {required(whole_number<&Fault::delay_pairs>("faults[].delay_pairs", "pair times",
                                                     "how long the link is silent", {1, 1'000'000}))},
         {whole_number<&Fault::lines>("faults[].lines", "scanlines", "missing or added",
-                                     {1, limits::kImagePixels.high})},
+                                     {1, kImageSidePixels.high})},
         {required(whole_number<&Fault::byte>("faults[].byte", "", "a byte of the control scanline, from 0",
-                                             {0, kLinkBytesPerPixel * limits::kImagePixels.high - 1}))},
+                                             {0, kLinkBytesPerPixel * kImageSidePixels.high - 1}))},
         {required(whole_number<&Fault::bits>("faults[].bits", "", "the bits to flip", {1, 0xFF'FFFF}))},
         {required(whole_number<&Fault::x>("faults[].x", "image pixels", "column of the pixel", kPosition))},
         {required(whole_number<&Fault::y>("faults[].y", "image pixels", "row of the pixel", kPosition))},

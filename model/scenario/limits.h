@@ -23,7 +23,6 @@ constexpr IntegerRange kFrames{1, 1'000'000};
 constexpr IntegerRange kUnsignedField{0, std::numeric_limits<std::uint16_t>::max()};
 constexpr IntegerRange kSignedField{std::numeric_limits<std::int16_t>::min(),
                                     std::numeric_limits<std::int16_t>::max()};
-constexpr IntegerRange kImagePixels{1, 8192};      ///< per side
 constexpr std::int64_t kComposers = 65536;         ///< displays times renderers
 constexpr std::int64_t kCopiedFrames = 1'000'000;  ///< copies times frames, over all renderers
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "host/text.h"
+#include "images/image_codec.h"
 #include "scenario/fault_keys.h"
-#include "scenario/image_loader.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_keys.h"
@@ -171,8 +171,8 @@ std::vector<Fault> read_faults(const Entry& entry, const std::vector<Renderer>& 
 
 PixelImage load(const FrameSource& source, const Scenario& scenario) {
     try {
-        return load_image(source.image, source.depth, scenario.depth_format,
-                          {scenario.depth_near, scenario.depth_far});
+        return image_codec().load(source.image, source.depth, scenario.depth_format,
+                                  {scenario.depth_near, scenario.depth_far});
     } catch (const InputError& error) {
         // The message starts with the file's name, which tells the two keys apart.
         const std::string message = error.what();

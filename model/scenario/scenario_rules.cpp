@@ -280,8 +280,8 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
     for (std::size_t i = 0; i < scenario.renderers.size(); ++i) {
         const Renderer& renderer = scenario.renderers[i];
         const std::string path = "renderers[" + std::to_string(i) + "]";
-        check.integer(path + ".frames", renderer.image_width_pixels, limits::kImagePixels);
-        check.integer(path + ".frames", renderer.image_height_pixels, limits::kImagePixels);
+        check.integer(path + ".frames", renderer.image_width_pixels, kImageSidePixels);
+        check.integer(path + ".frames", renderer.image_height_pixels, kImageSidePixels);
         std::set<std::size_t> seen;
         for (std::size_t j = 0; j < renderer.frames.size(); ++j) {
             const RendererFrame& frame = renderer.frames[j];

@@ -1,10 +1,6 @@
 #include "scenario/scenario_writer.h"
 
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -13,7 +9,9 @@
 #include <vector>
 
 #include "host/errors.h"
+#include "host/output_file.h"
 #include "host/text.h"
+#include "images/image_codec.h"
 #include "scenario/fault_keys.h"
 #include "scenario/names.h"
 #include "scenario/scenario_keys.h"
@@ -23,7 +21,6 @@ namespace metabuffer {
 namespace {
 
 constexpr const char* kScenarioFile = "scenario.yaml";
-constexpr int kColourChannels = 4;
 
 [[noreturn]] void fail(const std::filesystem::path& file, const std::string& reason) {
     throw OutputError(text::one_line("cannot write '" + file.string() + "': " + reason));
@@ -39,43 +36,6 @@ std::string name(const std::string& key, const std::string& words) {
 }
 
 // ---- images ----
-
-/// The samples of one file, pixel by pixel.
-template <typename Sample>
-void write_tiff(const std::filesystem::path& file, const PixelImage& image,
-                const std::vector<std::string>& channels, const std::vector<Sample>& samples) {
-    OIIO::ImageSpec spec(image.width_pixels, image.height_pixels, static_cast<int>(channels.size()),
-                         OIIO::BaseTypeFromC<Sample>::value);
-    spec.channelnames = channels;
-    spec.alpha_channel = spec.channelindex("A");
-    // The same image makes the same file, whenever it is written.
-    spec.attribute("DateTime", "1970:01:01 00:00:00");
-    const auto output = OIIO::ImageOutput::create("tiff");
-    if (output == nullptr) fail(file, OIIO::geterror());
-    if (!output->open(file.string(), spec) ||
-        !output->write_image(OIIO::BaseTypeFromC<Sample>::value, samples.data()) || !output->close()) {
-        fail(file, output->geterror());
-    }
-}
-
-void write_colour(const std::filesystem::path& file, const PixelImage& image) {
-    std::vector<std::uint8_t> samples;
-    samples.reserve(image.values.size() * kColourChannels);
-    for (const Pixel pixel : image.values) {
-        for (const std::uint8_t channel : {pixel.r(), pixel.g(), pixel.b(), pixel.a()}) {
-            samples.push_back(channel);
-        }
-    }
-    write_tiff(file, image, {"R", "G", "B", "A"}, samples);
-}
-
-template <typename Sample>
-void write_depth(const std::filesystem::path& file, const PixelImage& image) {
-    std::vector<Sample> samples;
-    samples.reserve(image.values.size());
-    for (const Pixel pixel : image.values) samples.push_back(static_cast<Sample>(pixel.z()));
-    write_tiff(file, image, {"Z"}, samples);
-}
 
 /// Where the images of a scenario are written to or found.
 class ImageNames {
@@ -101,12 +61,10 @@ class WrittenImages final : public ImageNames {
     void write(const std::filesystem::path& directory, DepthFormat format) const {
         for (std::size_t number = 1; number <= images_.size(); ++number) {
             const PixelImage& image = *images_[number - 1];
-            write_colour(directory / colour_file(number), image);
-            if (layout_of(format).z_bits <= 16) {
-                write_depth<std::uint16_t>(directory / depth_file(number), image);
-            } else {
-                write_depth<std::uint32_t>(directory / depth_file(number), image);
-            }
+            const std::filesystem::path colours = directory / colour_file(number);
+            const std::filesystem::path depths = directory / depth_file(number);
+            write_output_file(colours, image_codec().colour_tiff(image, colours));
+            write_output_file(depths, image_codec().depth_tiff(image, format, depths));
         }
     }
 
@@ -238,14 +196,6 @@ std::string scenario_text(const Scenario& scenario, ImageNames& images) {
     return out.str();
 }
 
-void write_text_file(const std::filesystem::path& file, const std::string& content) {
-    errno = 0;
-    std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-    stream << content;
-    stream.close();
-    if (!stream) fail(file, errno != 0 ? std::generic_category().message(errno) : "the stream failed");
-}
-
 }  // namespace
 
 std::map<std::string, std::string> scenario_settings(const Scenario& scenario) {
@@ -267,7 +217,7 @@ void write_scenario(const Scenario& scenario, const std::filesystem::path& direc
     // An earlier scenario's text must not stand beside this one's images if these cannot all be written.
     std::filesystem::remove(directory / kScenarioFile, error);
     images.write(directory, scenario.depth_format);
-    write_text_file(directory / kScenarioFile, content);
+    write_output_file(directory / kScenarioFile, content);
 }
 
 std::string effective_scenario(const Scenario& scenario, const std::filesystem::path& directory) {

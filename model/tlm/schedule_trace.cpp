@@ -10,7 +10,6 @@
 #include <system_error>
 
 #include "host/errors.h"
-#include "report/picture_writer.h"
 
 namespace metabuffer::tlm {
 namespace {

@@ -21,9 +21,8 @@
 #include "expectations.h"
 #include "formats/pixel.h"
 #include "host/errors.h"
-#include "scenario/image_file.h"
-#include "scenario/image_loader.h"
-#include "scenario/limits.h"
+#include "images/image_file.h"
+#include "images/image_reader.h"
 #include "support/scratch_directory.h"
 
 namespace {
@@ -117,8 +116,8 @@ bool has_long_attribute(std::string_view bytes) {
 }
 
 void check_pixels(const PixelImage& image, DepthFormat format) {
-    EXPECT(limits::kImagePixels.contains(image.width_pixels));
-    EXPECT(limits::kImagePixels.contains(image.height_pixels));
+    EXPECT(kImageSidePixels.contains(image.width_pixels));
+    EXPECT(kImageSidePixels.contains(image.height_pixels));
     EXPECT(image.values.size() ==
            static_cast<std::size_t>(image.width_pixels) * static_cast<std::size_t>(image.height_pixels));
     for (const Pixel& pixel : image.values) {

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "functional/functional_compositor.h"
+#include "images/image_codec.h"
 #include "machine_checks.h"
 #include "machine_run.h"
 #include "naive_pipeline.h"
 #include "report/picture_writer.h"
-#include "scenario/image_loader.h"
 #include "scenario/scenario_loader.h"
 #include "support/trace_switch.h"
 #include "tlm_run.h"
@@ -147,8 +147,9 @@ TEST_CASE("the union of three renderers shows what one renderer sees", "[system]
         displays.push_back(*picture);
     }
     const ColourImage composite = collage(displays, scenario.displays, 0);
-    const PixelImage truth = load_image(kScenarioDirectory / "images/union/truth.exr", std::nullopt,
-                                        scenario.depth_format, {scenario.depth_near, scenario.depth_far});
+    const PixelImage truth =
+        image_codec().load(kScenarioDirectory / "images/union/truth.exr", std::nullopt, scenario.depth_format,
+                           {scenario.depth_near, scenario.depth_far});
     REQUIRE(composite.width_pixels == truth.width_pixels);
     REQUIRE(composite.height_pixels == truth.height_pixels);
     ColourImage expected(truth.width_pixels, truth.height_pixels);

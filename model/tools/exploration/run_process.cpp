@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "host/text.h"
-#include "report/picture_writer.h"
+#include "images/image_codec.h"
 #include "tools/exploration/figures.h"
 #include "tools/exploration/value_json.h"
 
@@ -39,7 +39,8 @@ RunRecord simulated(const Simulate& simulate, const RunRequest& request) {
     for (std::size_t display = 0; display < simulation.pictures.size(); ++display) {
         const ColourImage& picture = simulation.pictures[display];
         if (picture.values.empty()) continue;  // the run ended before it was shown
-        record.pictures.emplace_back(static_cast<int>(display) + 1, png_bytes(picture));
+        record.pictures.emplace_back(static_cast<int>(display) + 1,
+                                     image_codec().png(picture, "picture.png"));
     }
     return record;
 }

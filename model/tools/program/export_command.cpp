@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "host/errors.h"
+#include "host/output_file.h"
 #include "host/text.h"
-#include "report/picture_writer.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
 #include "tools/exploration/results_database.h"
@@ -47,7 +47,7 @@ std::string footer() {
 
 void write(const std::string& text, const std::string& file) {
     if (!file.empty()) {
-        write_text(file, text);
+        write_output_file(file, text);
         return;
     }
     std::cout << text << std::flush;

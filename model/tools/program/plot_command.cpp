@@ -7,8 +7,8 @@
 #include <variant>
 
 #include "host/errors.h"
+#include "host/output_file.h"
 #include "host/text.h"
-#include "report/picture_writer.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/value.h"
 
@@ -104,7 +104,7 @@ ExitStatus PlotCommand::execute() {
     if (!y_.empty()) request_.y = exploration::split_expressions(y_);
     for (const std::string& text : references_) request_.references.push_back(parse_reference(text));
     const std::string svg = charts::plot_svg(results_file_, request_);
-    write_text(output_file_, is_png ? charts::png_of(svg) : svg);
+    write_output_file(output_file_, is_png ? charts::png_of(svg) : svg);
     return kExitDone;
 }
 

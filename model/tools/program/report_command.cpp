@@ -5,8 +5,8 @@
 #include <system_error>
 
 #include "host/errors.h"
+#include "host/output_file.h"
 #include "host/text.h"
-#include "report/picture_writer.h"
 #include "tools/charts/report_page.h"
 
 namespace metabuffer {
@@ -53,7 +53,7 @@ ExitStatus ReportCommand::execute() {
     options.title = title_;
     options.condition = condition_;
     options.most_embedded_bytes = static_cast<std::size_t>(embedded_mebibytes_) * charts::kBytesPerMebibyte;
-    write_text(output_file_, charts::report_page(files, options));
+    write_output_file(output_file_, charts::report_page(files, options));
     return kExitDone;
 }
 

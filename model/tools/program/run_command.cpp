@@ -10,8 +10,8 @@
 
 #include "functional/functional_compositor.h"
 #include "host/errors.h"
+#include "host/output_file.h"
 #include "host/text.h"
-#include "report/picture_writer.h"
 #include "report/report.h"
 #include "rtl/run.h"
 #include "scenario/scenario_writer.h"
@@ -302,8 +302,8 @@ ExitStatus RunCommand::execute() {
     } else {
         pictures.finish();
     }
-    write_text(directory / "report.json", report_json(outcome.report));
-    write_text(directory / kEffectiveScenario, effective);
+    write_output_file(directory / "report.json", report_json(outcome.report));
+    write_output_file(directory / kEffectiveScenario, effective);
     if (!quiet_) print_summary(outcome, directory.string());
     if (!outcome.trace_note.empty()) {
         std::cerr << "no waveform: " << outcome.trace_note << '\n';

@@ -1,4 +1,4 @@
-#include "scenario/image_loader.h"
+#include "images/image_codec.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -24,20 +24,20 @@ const std::vector<std::string> kRgbaz{"R", "G", "B", "A", "Z"};
 
 PixelImage load(const std::filesystem::path& file, DepthFormat format = DepthFormat::kA8Z16,
                 const DepthRange& range = {}) {
-    return load_image(file, std::nullopt, format, range);
+    return image_codec().load(file, std::nullopt, format, range);
 }
 
 std::string error_of(const std::filesystem::path& file,
                      const std::optional<std::filesystem::path>& depth = std::nullopt,
                      DepthFormat format = DepthFormat::kA8Z16) {
-    return input_error_of([&] { load_image(file, depth, format, {}); });
+    return input_error_of([&] { image_codec().load(file, depth, format, {}); });
 }
 
 /// The Z values of an image with `depth` as its depth file, all in one row.
 std::vector<std::uint32_t> depths(const ScratchDirectory& directory, const std::string& depth, int width,
                                   DepthFormat format, const DepthRange& range) {
     write_black(directory / "colour.png", width, 1);
-    const PixelImage image = load_image(directory / "colour.png", directory / depth, format, range);
+    const PixelImage image = image_codec().load(directory / "colour.png", directory / depth, format, range);
     std::vector<std::uint32_t> z;
     for (const Pixel& pixel : image.values) z.push_back(pixel.z());
     return z;
@@ -205,7 +205,7 @@ TEST_CASE("image: float Z over the depth range") {
     write_picture<double>(directory / "d.tif", 1, 2, {{"Z"}, TypeDesc::DOUBLE}, {0.1, 2.0 / 3.0});
     write_black(directory / "colour.png", 1, 2);
     const PixelImage image =
-        load_image(directory / "colour.png", directory / "d.tif", DepthFormat::kZ24, {0.0, 1.0});
+        image_codec().load(directory / "colour.png", directory / "d.tif", DepthFormat::kZ24, {0.0, 1.0});
     CHECK(image.at(0, 0).z() == 1677722);  // 1677721.5 and a little
     CHECK(image.at(0, 1).z() == 11184810);
 }
@@ -240,13 +240,15 @@ TEST_CASE("image: a Z of the image and a depth file of its own") {
                          {1.0F, 1.0F, 1.0F, 1.0F, kNan, 1.0F, 1.0F, 1.0F, 1.0F, 0.5F});
     write_picture<std::uint16_t>(directory / "z.png", 2, 1, {{"Y"}, TypeDesc::UINT16}, {11, 22});
     // The file of its own counts, the image's own Z is not even looked at.
-    const PixelImage image = load_image(directory / "a.exr", directory / "z.png", DepthFormat::kA8Z16, {});
+    const PixelImage image =
+        image_codec().load(directory / "a.exr", directory / "z.png", DepthFormat::kA8Z16, {});
     CHECK(image.values == std::vector<Pixel>{Pixel(255, 255, 255, 255, 11), Pixel(255, 255, 255, 255, 22)});
     // Several channels: the one named Z.
     write_picture<float>(directory / "z.exr", 2, 1, {{"R", "Z", "N"}, TypeDesc::FLOAT},
                          {kNan, 0.5F, kNan, kNan, 1.0F, kNan});
-    CHECK(load_image(directory / "a.exr", directory / "z.exr", DepthFormat::kA8Z16, {}).at(0, 0).z() ==
-          32768);
+    CHECK(
+        image_codec().load(directory / "a.exr", directory / "z.exr", DepthFormat::kA8Z16, {}).at(0, 0).z() ==
+        32768);
     write_picture<std::uint8_t>(directory / "rgb.png", 2, 1, {}, {1, 2, 3, 4, 5, 6});
     CHECK(error_of(directory / "a.exr", directory / "rgb.png") ==
           (directory / "rgb.png").string() +

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "host/errors.h"
+#include "images/image_codec.h"
 #include "scenario/fault_keys.h"
-#include "scenario/image_loader.h"
 #include "scenario/scenario_loader.h"
 #include "support/scenario_difference.h"
 #include "unit/scenario/scenario_fixture.h"

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "host/errors.h"
-#include "report/picture_writer.h"
 #include "support/random_seed.h"
 #include "support/scratch_directory.h"
 

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "formats/depth_format.h"
+#include "formats/image.h"
+
+namespace metabuffer {
+
+struct DepthRange {
+    double near = 0.0;
+    double far = 1.0;
+};
+
+/// What reads and writes image files. OpenImageIO does it, whose libraries take a third of a second to load: they are in
+/// a module of their own, loaded when the first image is asked for.
+class ImageCodec {
+  public:
+    ImageCodec() = default;
+    ImageCodec(const ImageCodec&) = delete;
+    ImageCodec& operator=(const ImageCodec&) = delete;
+    virtual ~ImageCodec() = default;
+
+    /// Reads a renderer's image: channels R G B, A and Z where it has them (A = 255 and Z = 0 where it has not), or Z
+    /// from a one-channel file of its own. image_file.h tells the formats. Throws InputError naming the file and what
+    /// it lacks.
+    virtual PixelImage load(const std::filesystem::path& colour_file,
+                            const std::optional<std::filesystem::path>& depth_file, DepthFormat format,
+                            const DepthRange& range) const = 0;
+
+    /// The bytes of an 8-bit RGB PNG file: the same for the same picture. `file` is what an error names. Throws
+    /// OutputError.
+    virtual std::string png(const ColourImage& image, const std::filesystem::path& file) const = 0;
+
+    /// The bytes of TIFF files: the colours and alpha of an image, and its Z in samples of 16 or 32 bits. Throw
+    /// OutputError.
+    virtual std::string colour_tiff(const PixelImage& image, const std::filesystem::path& file) const = 0;
+    virtual std::string depth_tiff(const PixelImage& image, DepthFormat format,
+                                   const std::filesystem::path& file) const = 0;
+};
+
+/// The codec of this process. Call it before the process forks if the children need it too, or each loads it anew.
+/// Throws InputError if the module cannot be loaded.
+const ImageCodec& image_codec();
+
+}  // namespace metabuffer

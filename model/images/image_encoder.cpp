@@ -1,0 +1,101 @@
+#include "images/image_encoder.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "host/errors.h"
+#include "host/text.h"
+
+namespace metabuffer {
+namespace {
+
+/// Of 0 to 9. Writing the pictures takes far longer than level tlm takes to make them; higher levels take several
+/// times as long again and save little.
+constexpr int kPngCompressionLevel = 2;
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& reason) {
+    throw OutputError(text::one_line("cannot write '" + file.string() + "': " + reason));
+}
+
+/// The file that holds the samples, pixel by pixel. `file` is what an error names.
+template <typename Sample>
+std::string encoded(const char* format, const OIIO::ImageSpec& spec, const std::vector<Sample>& samples,
+                    const std::filesystem::path& file) {
+    const auto output = OIIO::ImageOutput::create(format);
+    if (output == nullptr) fail(file, OIIO::geterror());
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    if (!output->set_ioproxy(&memory)) fail(file, std::string(format) + " cannot be written to memory");
+    if (!output->open(file.string(), spec) ||
+        !output->write_image(OIIO::BaseTypeFromC<Sample>::value, samples.data()) || !output->close()) {
+        fail(file, output->geterror());
+    }
+    return {bytes.begin(), bytes.end()};
+}
+
+template <typename Value, typename Sample>
+OIIO::ImageSpec specification(const Raster<Value>& image, const std::vector<std::string>& channels,
+                              const std::vector<Sample>& /*samples*/) {
+    OIIO::ImageSpec spec(image.width_pixels, image.height_pixels, static_cast<int>(channels.size()),
+                         OIIO::BaseTypeFromC<Sample>::value);
+    spec.channelnames = channels;
+    spec.alpha_channel = spec.channelindex("A");
+    return spec;
+}
+
+template <typename Sample>
+std::string encode_tiff(const PixelImage& image, const std::vector<std::string>& channels,
+                        const std::vector<Sample>& samples, const std::filesystem::path& file) {
+    OIIO::ImageSpec spec = specification(image, channels, samples);
+    // The same image makes the same file, whenever it is written.
+    spec.attribute("DateTime", "1970:01:01 00:00:00");
+    return encoded("tiff", spec, samples, file);
+}
+
+template <typename Sample>
+std::string encode_depth(const PixelImage& image, const std::filesystem::path& file) {
+    std::vector<Sample> samples;
+    samples.reserve(image.values.size());
+    for (const Pixel pixel : image.values) samples.push_back(static_cast<Sample>(pixel.z()));
+    return encode_tiff(image, {"Z"}, samples, file);
+}
+
+}  // namespace
+
+// The specification holds geometry alone, no date and no software: the same picture makes the same file.
+std::string encode_png(const ColourImage& image, const std::filesystem::path& file) {
+    const std::vector<std::string> channels{"R", "G", "B"};
+    std::vector<std::uint8_t> samples;
+    samples.reserve(image.values.size() * channels.size());
+    for (const std::uint32_t colour : image.values) {
+        samples.push_back(static_cast<std::uint8_t>(colour >> 16));
+        samples.push_back(static_cast<std::uint8_t>(colour >> 8));
+        samples.push_back(static_cast<std::uint8_t>(colour));
+    }
+    OIIO::ImageSpec spec = specification(image, channels, samples);
+    spec.attribute("png:compressionLevel", kPngCompressionLevel);
+    return encoded("png", spec, samples, file);
+}
+
+std::string encode_colour_tiff(const PixelImage& image, const std::filesystem::path& file) {
+    const std::vector<std::string> channels{"R", "G", "B", "A"};
+    std::vector<std::uint8_t> samples;
+    samples.reserve(image.values.size() * channels.size());
+    for (const Pixel pixel : image.values) {
+        for (const std::uint8_t channel : {pixel.r(), pixel.g(), pixel.b(), pixel.a()}) {
+            samples.push_back(channel);
+        }
+    }
+    return encode_tiff(image, channels, samples, file);
+}
+
+std::string encode_depth_tiff(const PixelImage& image, DepthFormat format,
+                              const std::filesystem::path& file) {
+    return layout_of(format).z_bits <= 16 ? encode_depth<std::uint16_t>(image, file)
+                                          : encode_depth<std::uint32_t>(image, file);
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "images/image_codec.h"
+
+namespace metabuffer {
+
+/// The module that image_codec() loads, and the function in it that hands out its codec.
+constexpr const char* kImageModuleFile = "metabuffer_images.so";
+constexpr const char* kImageModuleEntry = "metabuffer_image_module";
+using ImageModuleEntry = const ImageCodec*();
+
+}  // namespace metabuffer
+
+extern "C" metabuffer::ImageModuleEntry metabuffer_image_module;
