@@ -20,18 +20,19 @@ int rows_a_band(const DisplayConfig& displays) {
 }  // namespace
 
 Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, ColumnTime& column,
-                   const Settings& settings)
+                   ColumnRelays& relays, const Settings& settings)
     : sc_core::sc_module(name),
       scenario_(scenario),
       settings_(settings),
       core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       column_(column),
+      relays_(relays),
       buffer_({settings.renderer, scenario.composer.buffer_pixels, scenario.composer.ready_space_pixels,
                pixels_per_beat(scenario.bus, scenario.memory), cycles_per_beat(scenario.bus),
                scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels()},
               column) {
     bus_socket.register_b_transport(this, &Composer::take_transfer);
-    pipe_in_socket.register_b_transport(this, &Composer::take_band);
+    pipe_in_socket.register_b_transport(this, &Composer::take_pixels);
     pipe_in_socket.register_nb_transport_fw(this, &Composer::take_startframe);
     pipe_out_socket.register_nb_transport_bw(this, &Composer::take_pipeready);
     if (settings.observer != nullptr) {
@@ -168,9 +169,11 @@ void Composer::raise_pipeready() {
     }
     pipeline_->frame = frame;
     pipeline_->cycle = own_pipeready_;
-    ::tlm::tlm_phase phase = pipeready_phase;
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    pipe_in_socket->nb_transport_bw(pipeline_.payload(), phase, delay);
+    relays_.pipeready.pass([this] {
+        ::tlm::tlm_phase phase = pipeready_phase;
+        sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+        pipe_in_socket->nb_transport_bw(pipeline_.payload(), phase, delay);
+    });
 }
 
 /// The PIPEMASTER answers its own PIPEREADY.
@@ -200,9 +203,11 @@ void Composer::start_frame(::tlm::tlm_generic_payload& payload) {
     if (frame + 2 < scenario_.frames) {
         column_.when_known(frame, buffer_.frame_end_step(), [this, frame] { tell_table(frame); });
     }
-    ::tlm::tlm_phase phase = startframe_phase;
-    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-    pipe_out_socket->nb_transport_fw(payload, phase, delay);
+    relays_.startframe.pass([this, &payload] {
+        ::tlm::tlm_phase phase = startframe_phase;
+        sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+        pipe_out_socket->nb_transport_fw(payload, phase, delay);
+    });
 }
 
 // ---- compositing ----
@@ -221,12 +226,16 @@ void Composer::send_frame_down() {
         if (settings_.images) {
             fill_span(scenario_.background_pixel(), raster_.argb.data(), raster_.z.data(), raster_.z.size());
         }
-        sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
-        take_band(pipeline_.payload(), delay);
+        take_band(pipeline_.payload());
     }
 }
 
-void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay) {
+/// The delay is zero all the way, since the pixels' own clocks are the column's.
+void Composer::take_pixels(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+    take_band(payload);
+}
+
+void Composer::take_band(::tlm::tlm_generic_payload& payload) {
     const auto& band = content_of<PipelineFrame>(payload);
     if (band.first_row == 0) {
         buffer_.close_frame(band.frame, column_.raster_pixels(), now());
@@ -238,7 +247,10 @@ void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& 
     if (band.first_row + band.rows == scenario_.displays.raster_height_pixels()) {
         content_[static_cast<std::size_t>(band.frame % kFramesKept)].reset();
     }
-    pipe_out_socket->b_transport(payload, delay);
+    relays_.pixels.pass([this, &payload] {
+        sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+        pipe_out_socket->b_transport(payload, delay);
+    });
 }
 
 void Composer::composite(const PipelineFrame& band) {

@@ -11,6 +11,7 @@
 #include "tlm/column_time.h"
 #include "tlm/cycle.h"
 #include "tlm/payload.h"
+#include "tlm/relay.h"
 #include "tlm/schedule_observer.h"
 
 namespace metabuffer::tlm {
@@ -33,9 +34,9 @@ class Composer final : public sc_core::sc_module {
         bool images = true;
         ScheduleObserver* observer = nullptr;
     };
-    /// Scenario and column must outlive the module.
+    /// Scenario, column and relays must outlive the module. A column and its relays are those of all composers of it.
     Composer(const sc_core::sc_module_name& name, const Scenario& scenario, ColumnTime& column,
-             const Settings& settings);
+             ColumnRelays& relays, const Settings& settings);
     SC_HAS_PROCESS(Composer);
 
     /// Counts up to a core clock, the present; once.
@@ -62,7 +63,8 @@ class Composer final : public sc_core::sc_module {
     void start_frame(::tlm::tlm_generic_payload& payload);
 
     void send_frame_down();
-    void take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    void take_pixels(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    void take_band(::tlm::tlm_generic_payload& payload);
     void composite(const PipelineFrame& band);
     void composite_row(const PipelineFrame& band, int y, const PixelPlanes& content, const Segment& segment);
 
@@ -70,6 +72,7 @@ class Composer final : public sc_core::sc_module {
     Settings settings_;
     ClockDomain core_;
     ColumnTime& column_;
+    ColumnRelays& relays_;
     BufferTime buffer_;
     std::array<FrameContent, kFramesKept> content_;
     bool slot_wanted_ = false;  ///< the bus waits to be told

@@ -59,6 +59,7 @@ void Metabuffer::make_display_side() {
         std::int64_t{scenario_.displays.raster_width_pixels()} * scenario_.displays.raster_height_pixels();
     const bool may_stall = scenario_.composer.on_starvation == StarvationMode::kStall;
     for (std::size_t d = 0; d < displays(); ++d) {
+        relays_.emplace_back();
         columns_.push_back(
             std::make_unique<ColumnTime>(static_cast<int>(renderers()), raster_pixels, may_stall));
         if (options_.observer != nullptr) {
@@ -123,7 +124,7 @@ void Metabuffer::make_composers() {
             const Composer::Settings settings{static_cast<int>(r), static_cast<int>(d) + 1, options_.images,
                                               options_.observer};
             composers_.push_back(std::make_unique<Composer>(numbered("composer", r, d).c_str(), scenario_,
-                                                            *columns_[d], settings));
+                                                            *columns_[d], relays_[d], settings));
             buses_[r]->composer_socket(settings.display).bind(composers_.back()->bus_socket);
             if (r > 0) {
                 composer(r - 1, d).pipe_out_socket.bind(composers_.back()->pipe_in_socket);

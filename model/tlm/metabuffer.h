@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
@@ -23,6 +24,7 @@
 #include "tlm/frame_memory.h"
 #include "tlm/input_framebuffer.h"
 #include "tlm/output_framebuffer.h"
+#include "tlm/relay.h"
 #include "tlm/schedule_observer.h"
 #include "tlm/swap_lock.h"
 
@@ -99,6 +101,7 @@ class Metabuffer final : public sc_core::sc_module {
     std::unique_ptr<ContentShelf> shelf_;
 
     std::vector<std::unique_ptr<ColumnTime>> columns_;
+    std::deque<ColumnRelays> relays_;  ///< of each column; composers keep references
     std::unique_ptr<SwapLock> swap_lock_;
     std::vector<std::unique_ptr<sc_core::sc_signal<bool>>> pair_requests_;
     std::vector<std::unique_ptr<DviSource>> dvi_sources_;

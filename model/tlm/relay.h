@@ -1,0 +1,38 @@
+#pragma once
+
+#include <functional>
+#include <utility>
+
+namespace metabuffer::tlm {
+
+/// Carries a message along a column in a loop, from composer to composer. Each would otherwise call the next from within
+/// its own transport method, as deep as the column is high, and a column of 65,536 composers is higher than a stack.
+///
+/// A message has one receiver at a time: while a hop is under way, at most one further hop may be asked for.
+class Relay {
+  public:
+    using Hop = std::function<void()>;
+
+    /// Outside a hop: makes it and all that it asks for, and returns when the message has arrived. Within a hop: makes
+    /// it as soon as that one has returned.
+    void pass(Hop hop) {
+        next_ = std::move(hop);
+        if (is_running_) return;
+        is_running_ = true;
+        while (next_) std::exchange(next_, nullptr)();
+        is_running_ = false;
+    }
+
+  private:
+    Hop next_;
+    bool is_running_ = false;
+};
+
+/// What travels along a column's pipeline: each has its own way.
+struct ColumnRelays {
+    Relay pipeready;   ///< up
+    Relay startframe;  ///< down
+    Relay pixels;      ///< down
+};
+
+}  // namespace metabuffer::tlm
