@@ -11,66 +11,79 @@
 #include "host/text.h"
 
 namespace metabuffer {
-namespace {
 
-[[noreturn]] void fail(const std::filesystem::path& file, int error) {
-    throw OutputError(text::one_line("cannot write '" + file.string() +
+OutputFile::OutputFile(const std::filesystem::path& target) : name_(target), target_(target) {
+    follow_links();
+    std::error_code error;
+    // Better now than at the end of a long run, when the file is to take its place.
+    const std::filesystem::file_status status = std::filesystem::status(target_, error);
+    if (std::filesystem::is_directory(status)) fail(EISDIR);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+        throw OutputError(text::one_line("cannot write '" + name_.string() +
+                                         "': it is no regular file; name a file in a folder"));
+    }
+    open_aside();
+}
+
+/// Also to a file that is not there yet.
+void OutputFile::follow_links() {
+    constexpr int kMostLinks = 40;  // as many as Linux follows
+    std::error_code error;
+    for (int n = 0; std::filesystem::is_symlink(std::filesystem::symlink_status(target_, error)); ++n) {
+        if (n == kMostLinks) fail(ELOOP);
+        // An absolute link replaces the folder before it.
+        target_ = target_.parent_path() / std::filesystem::read_symlink(target_, error);
+        if (error) fail(error.value());
+    }
+}
+
+OutputFile::~OutputFile() {
+    if (descriptor_ >= 0) close(descriptor_);
+    if (is_aside_) unlink(aside_.c_str());
+}
+
+void OutputFile::fail(int error) const {
+    throw OutputError(text::one_line("cannot write '" + name_.string() +
                                      "': " + std::generic_category().message(error == 0 ? EIO : error)));
 }
 
-/// A file beside the target that is removed again unless it has been moved to its place.
-class TemporaryFile {
-  public:
-    explicit TemporaryFile(const std::filesystem::path& target) : target_(target) {
-        constexpr int kTries = 100;
-        for (int n = 0; n < kTries && descriptor_ < 0; ++n) {
-            // Short, however long the target's name is.
-            path_ = target;
-            path_.replace_filename(".metabuffer-" + std::to_string(getpid()) + "-" + std::to_string(n) +
-                                   ".part");
-            // Never through a link, and never into a file that somebody else has.
-            descriptor_ = open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-            if (descriptor_ < 0 && errno != EEXIST) fail(target_, errno);
-        }
-        if (descriptor_ < 0) fail(target_, EEXIST);
+void OutputFile::open_aside() {
+    constexpr int kTries = 1000;
+    for (int n = 0; n < kTries; ++n) {
+        // Short, however long the target's name is.
+        aside_ = target_;
+        aside_.replace_filename(".metabuffer-" + std::to_string(getpid()) + "-" + std::to_string(n) +
+                                ".part");
+        // Never through a link, and never into a file that somebody else has.
+        descriptor_ = open(aside_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        is_aside_ = descriptor_ >= 0;
+        if (is_aside_) return;
+        if (errno != EEXIST) fail(errno);
     }
-    TemporaryFile(const TemporaryFile&) = delete;
-    TemporaryFile& operator=(const TemporaryFile&) = delete;
-    ~TemporaryFile() {
-        if (descriptor_ >= 0) close(descriptor_);
-        if (!is_moved_) unlink(path_.c_str());
+    fail(EEXIST);
+}
+
+void OutputFile::write(std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
+        if (count < 0 && errno != EINTR) fail(errno);
+        if (count > 0) bytes.remove_prefix(static_cast<std::size_t>(count));
     }
+}
 
-    void write(std::string_view bytes) {
-        while (!bytes.empty()) {
-            const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
-            if (count < 0 && errno != EINTR) fail(target_, errno);
-            if (count > 0) bytes.remove_prefix(static_cast<std::size_t>(count));
-        }
-        // Some file systems report a full disk only here.
-        const int descriptor = descriptor_;
-        descriptor_ = -1;
-        if (close(descriptor) != 0) fail(target_, errno);
-    }
-
-    void move_to_target() {
-        if (rename(path_.c_str(), target_.c_str()) != 0) fail(target_, errno);
-        is_moved_ = true;
-    }
-
-  private:
-    std::filesystem::path target_;
-    std::filesystem::path path_;
-    int descriptor_ = -1;
-    bool is_moved_ = false;
-};
-
-}  // namespace
+void OutputFile::put_in_place() {
+    // Some file systems report a full disk only here.
+    const int descriptor = descriptor_;
+    descriptor_ = -1;
+    if (close(descriptor) != 0) fail(errno);
+    if (rename(aside_.c_str(), target_.c_str()) != 0) fail(errno);
+    is_aside_ = false;
+}
 
 void write_output_file(const std::filesystem::path& file, std::string_view bytes) {
-    TemporaryFile temporary(file);
-    temporary.write(bytes);
-    temporary.move_to_target();
+    OutputFile output(file);
+    output.write(bytes);
+    output.put_in_place();
 }
 
 }  // namespace metabuffer

@@ -5,9 +5,35 @@
 
 namespace metabuffer {
 
-/// Puts a file in place whole: written aside in the same folder, under a name that nobody else has, and moved there once
-/// its last byte is on its way to the disk. On failure there is what was there before. A file that was a symbolic link
-/// is replaced by this one; what it pointed to stays. Throws OutputError.
+/// A file that is put in place whole: it grows aside in the same folder, under a name that nobody else has, and takes its
+/// place when its last byte is written. Until then there is what was there before, and without put_in_place() there stays
+/// so. A symbolic link is followed to the file that it names; the aside file is never reached through one.
+class OutputFile {
+  public:
+    /// Throws OutputError if nothing can be written there, or what is there is no regular file.
+    explicit OutputFile(const std::filesystem::path& target);
+    OutputFile(const OutputFile&) = delete;
+    OutputFile& operator=(const OutputFile&) = delete;
+    ~OutputFile();
+
+    /// Throws OutputError.
+    void write(std::string_view bytes);
+    /// Throws OutputError. Nothing can be written afterwards.
+    void put_in_place();
+
+  private:
+    [[noreturn]] void fail(int error) const;
+    void follow_links();
+    void open_aside();
+
+    std::filesystem::path name_;    ///< as the caller has it
+    std::filesystem::path target_;  ///< where that leads
+    std::filesystem::path aside_;
+    int descriptor_ = -1;
+    bool is_aside_ = false;
+};
+
+/// Puts a file of these bytes in place. Throws OutputError.
 void write_output_file(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace metabuffer

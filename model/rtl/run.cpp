@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
-#include <fstream>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "host/child_process.h"
 #include "host/errors.h"
 #include "rtl/metabuffer.h"
+#include "rtl/waveform_file.h"
 #include "simulation/simulation_run.h"
 
 namespace metabuffer::rtl {
@@ -24,45 +26,30 @@ sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
                             sc_core::SC_PS);
 }
 
-/// The waveform of a run: open between its first and last cycle. It grows under another name beside the file
-/// and takes the file's place when it is whole, so that a run that shows nothing destroys nothing.
+/// The waveform of a run: open between its first and last cycle.
 class Waveform {
   public:
-    Waveform(const TraceRequest& request, const Metabuffer& machine) : target_(request.file) {
+    Waveform(WaveformFile& file, const TraceRequest& request, const Metabuffer& machine) : file_(file) {
         sc_core::sc_report_handler::set_actions("tracing timescale unit set", sc_core::SC_DO_NOTHING);
-        file_ = sc_core::sc_create_vcd_trace_file(partial_stem(target_).c_str());
-        file_->set_time_unit(1.0, sc_core::SC_PS);
-        machine.trace_blocks(file_, request.blocks);
+        trace_ = sc_core::sc_create_vcd_trace_file(file.stem().c_str());
+        trace_->set_time_unit(1.0, sc_core::SC_PS);
+        machine.trace_blocks(trace_, request.blocks);
     }
     Waveform(const Waveform&) = delete;
     Waveform& operator=(const Waveform&) = delete;
     ~Waveform() {
-        sc_core::sc_close_vcd_trace_file(file_);
-        std::error_code error;
-        std::filesystem::rename(partial_file(target_), target_, error);
+        if (trace_ != nullptr) sc_core::sc_close_vcd_trace_file(trace_);
     }
 
-    /// Throws InputError where the stock writer would complain in its own way, or not at all.
-    static void check_file(const std::filesystem::path& file) {
-        check_trace_name(file);
-        if (std::filesystem::is_directory(file) || !std::ofstream(partial_file(file))) {
-            throw InputError("--trace " + file.string() +
-                             ": cannot be written; name a file in a folder that can");
-        }
-        std::filesystem::remove(partial_file(file));
+    /// Throws OutputError.
+    void finish() {
+        sc_core::sc_close_vcd_trace_file(std::exchange(trace_, nullptr));
+        file_.put_in_place();
     }
 
   private:
-    /// Without the extension, which the stock writer adds itself.
-    static std::filesystem::path partial_stem(std::filesystem::path file) {
-        return file.replace_extension(".part");
-    }
-    static std::filesystem::path partial_file(const std::filesystem::path& file) {
-        return partial_stem(file).concat(".vcd");
-    }
-
-    std::filesystem::path target_;
-    sc_core::sc_trace_file* file_ = nullptr;
+    WaveformFile& file_;
+    sc_core::sc_trace_file* trace_ = nullptr;
 };
 
 /// The window as core cycles, if what it depends on has happened yet.
@@ -127,6 +114,12 @@ std::optional<CycleRange> scout(const Scenario& scenario, const TraceWindow& win
     return range;
 }
 
+/// Once, at its end.
+void finish(std::unique_ptr<Waveform>& waveform) {
+    if (waveform != nullptr) waveform->finish();
+    waveform.reset();
+}
+
 }  // namespace
 
 void check_trace_name(const std::filesystem::path& file) {
@@ -138,8 +131,10 @@ void check_trace_name(const std::filesystem::path& file) {
 RunResult run(const Scenario& scenario, const RunOptions& options) {
     RunResult result;
     std::optional<CycleRange> window;
+    std::optional<WaveformFile> waveform_file;
     if (options.trace) {
-        Waveform::check_file(options.trace->file);
+        check_trace_name(options.trace->file);
+        waveform_file.emplace(options.trace->file);
         using Kind = TraceWindow::Kind;
         const TraceWindow& wanted = options.trace->window;
         const bool needs_scout = wanted.kind != Kind::kAll && wanted.kind != Kind::kCycles;
@@ -170,20 +165,20 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     while (!machine.finished()) {
         std::int64_t next = cycle + kChunkCycles;
         if (window && cycle > window->last) {
-            waveform.reset();
+            finish(waveform);
         } else if (window && cycle >= window->first) {
             if (!waveform) {
-                waveform = std::make_unique<Waveform>(*options.trace, machine);
+                waveform = std::make_unique<Waveform>(*waveform_file, *options.trace, machine);
                 result.traced = CycleRange{cycle, cycle};
+                next = cycle + 1;  // which opens the file
             }
-            if (window->last < next) {
-                next = window->last + 1;
-            }
+            next = std::min(next, window->last == kForever ? next : window->last + 1);
         } else if (window) {
             next = std::min(next, window->first);
         }
         simulation.advance(cycles_to_time(scenario, next - cycle));
         if (waveform) {
+            waveform_file->note_opened();
             result.traced->last = machine.finished() ? machine.core_cycle() : next - 1;
         }
         cycle = next;
@@ -193,7 +188,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
                                     static_cast<double>(machine.raster_pixels_to_take()));
         }
     }
-    waveform.reset();
+    finish(waveform);
     if (options.trace && !result.traced && result.trace_note.empty()) {
         result.trace_note = "the run ended before the window began";
     }

@@ -1,15 +1,14 @@
 #include "tlm/schedule_trace.h"
 
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string_view>
-#include <system_error>
 
 #include "host/errors.h"
+#include "host/output_file.h"
 
 namespace metabuffer::tlm {
 namespace {
@@ -64,24 +63,7 @@ Nanoseconds time_of(std::int64_t cycle, std::int64_t period_picoseconds) {
 /// The file as it grows, behind a buffer. The first failure is kept for finish(); what comes after it is lost.
 class ScheduleTrace::Output {
   public:
-    explicit Output(const std::filesystem::path& target) : target_(target), path_(target) {
-        path_ += ".part";
-        // Better now than at the end of a long run, when the file is to take its place.
-        std::error_code ignored;
-        if (std::filesystem::is_directory(target, ignored)) {
-            fail(std::make_error_code(std::errc::is_a_directory));
-        }
-        errno = 0;
-        stream_.open(path_, std::ios::binary | std::ios::trunc);
-        note_failure();
-        if (error_) fail(error_);
-    }
-    Output(const Output&) = delete;
-    Output& operator=(const Output&) = delete;
-    ~Output() {
-        std::error_code ignored;
-        if (!moved_) std::filesystem::remove(path_, ignored);
-    }
+    explicit Output(const std::filesystem::path& target) : file_(target) {}
 
     template <typename... Parts>
     void write(const Parts&... parts) {
@@ -90,22 +72,13 @@ class ScheduleTrace::Output {
 
     void put_in_place() {
         flush();
-        errno = 0;
-        stream_.close();
-        note_failure();
-        if (error_) fail(error_);
-        std::filesystem::rename(path_, target_, error_);
-        if (error_) fail(error_);
-        moved_ = true;
+        if (failure_) throw OutputError(*failure_);
+        file_.put_in_place();
     }
 
   private:
     static constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
     static constexpr std::size_t kLongestNumber = 20;
-
-    [[noreturn]] void fail(const std::error_code& error) const {
-        throw OutputError("cannot write '" + target_.string() + "': " + error.message());
-    }
 
     void append(std::string_view text) {
         while (text.size() > room()) {  // a name may be longer than the buffer
@@ -139,25 +112,18 @@ class ScheduleTrace::Output {
     }
 
     void flush() {
-        if (!error_) {
-            errno = 0;
-            stream_.write(buffer_.data(), static_cast<std::streamsize>(used_));
-            note_failure();
+        try {
+            if (!failure_) file_.write({buffer_.data(), used_});
+        } catch (const OutputError& error) {
+            failure_ = error.what();
         }
         used_ = 0;
     }
-    void note_failure() {
-        if (stream_ || error_) return;
-        error_ = std::error_code(errno != 0 ? errno : EIO, std::generic_category());
-    }
 
-    std::filesystem::path target_;
-    std::filesystem::path path_;
-    std::ofstream stream_;
+    OutputFile file_;
     std::vector<char> buffer_ = std::vector<char>(kBufferBytes);
     std::size_t used_ = 0;
-    std::error_code error_;
-    bool moved_ = false;
+    std::optional<std::string> failure_;
 };
 
 void ScheduleTrace::check_name(const std::filesystem::path& file) {

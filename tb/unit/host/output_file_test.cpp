@@ -1,14 +1,14 @@
 #include "host/output_file.h"
 
-#include <sys/resource.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <csignal>
 #include <fstream>
 #include <iterator>
 #include <string>
 
 #include "host/errors.h"
+#include "support/file_size_limit.h"
 #include "support/scratch_directory.h"
 
 using namespace metabuffer;
@@ -31,27 +31,6 @@ std::string failure_of(const fs::path& file, const std::string& bytes = "text") 
     }
     return "";
 }
-
-/// Files may hold so many bytes while it lives, as with a disk that is full after them.
-class FileSizeLimit {
-  public:
-    explicit FileSizeLimit(rlim_t bytes) {
-        std::signal(SIGXFSZ, SIG_IGN);
-        getrlimit(RLIMIT_FSIZE, &before_);
-        rlimit limit = before_;
-        limit.rlim_cur = bytes;
-        REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
-    }
-    FileSizeLimit(const FileSizeLimit&) = delete;
-    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-    ~FileSizeLimit() {
-        setrlimit(RLIMIT_FSIZE, &before_);
-        std::signal(SIGXFSZ, SIG_DFL);
-    }
-
-  private:
-    rlimit before_{};
-};
 
 }  // namespace
 
@@ -97,7 +76,7 @@ TEST_CASE("a failure to write is one line and leaves what was there", "[output]"
     }
     SECTION("the disk is full") {
         const fs::path file = scratch.write("report.json", "the old report");
-        const FileSizeLimit limit(1000);
+        const test::FileSizeLimit limit(1000);
         CHECK(failure_of(file, std::string(1000, 'x')).empty());
         CHECK(failure_of(file, std::string(1001, 'y')) ==
               "cannot write '" + file.string() + "': File too large");
@@ -106,16 +85,35 @@ TEST_CASE("a failure to write is one line and leaves what was there", "[output]"
     }
 }
 
-TEST_CASE("nothing is written through a symbolic link", "[output]") {
+TEST_CASE("a symbolic link leads to the file that is written, the name aside never does", "[output]") {
     const ScratchDirectory scratch;
-    const fs::path stranger = scratch.write("stranger", "kept");
 
-    SECTION("at the file's own name") { fs::create_symlink(stranger, scratch / "report.json"); }
-    SECTION("at the name that the file has aside") {
-        fs::create_symlink(stranger, scratch / (".metabuffer-" + std::to_string(getpid()) + "-0.part"));
+    SECTION("a link at the file's own name stays") {
+        scratch.write("old", "the old report");
+        const std::string leads_to = GENERATE("old", "not there yet");
+        fs::create_symlink(leads_to, scratch / "report.json");
+        write_output_file(scratch / "report.json", "new");
+        CHECK(content(scratch / leads_to) == "new");
+        CHECK(fs::is_symlink(scratch / "report.json"));
     }
-    write_output_file(scratch / "report.json", "new");
-    CHECK(content(scratch / "report.json") == "new");
-    CHECK_FALSE(fs::is_symlink(scratch / "report.json"));
-    CHECK(content(stranger) == "kept");
+    SECTION("a link at the name aside is somebody's, and what it leads to too") {
+        const fs::path stranger = scratch.write("stranger", "kept");
+        const fs::path aside = scratch / (".metabuffer-" + std::to_string(getpid()) + "-0.part");
+        fs::create_symlink(stranger, aside);
+        write_output_file(scratch / "report.json", "new");
+        CHECK(content(scratch / "report.json") == "new");
+        CHECK(content(stranger) == "kept");
+        CHECK(fs::is_symlink(aside));
+    }
+    SECTION("links that lead to each other") {
+        fs::create_symlink("b", scratch / "a");
+        fs::create_symlink("a", scratch / "b");
+        CHECK(failure_of(scratch / "a") ==
+              "cannot write '" + (scratch / "a").string() + "': Too many levels of symbolic links");
+    }
+    SECTION("a device is no place for a file") {
+        fs::create_symlink("/dev/null", scratch / "a");
+        CHECK(failure_of(scratch / "a") == "cannot write '" + (scratch / "a").string() +
+                                               "': it is no regular file; name a file in a folder");
+    }
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host/errors.h"
+#include "support/file_size_limit.h"
 #include "support/random_seed.h"
 #include "support/scratch_directory.h"
 
@@ -356,7 +357,7 @@ TEST_CASE("the file takes its place when it is whole", "[schedule]") {
     write_file(file, "the old one");
     auto trace = std::make_unique<ScheduleTrace>(file, machine());
     trace->poll(1, {0, 9});
-    CHECK(scratch.names() == std::vector<std::string>{"schedule.json", "schedule.json.part"});
+    CHECK(scratch.names().size() == 2);  // one is aside
     CHECK(content(file) == "the old one");
 
     SECTION("finished") {
@@ -420,12 +421,12 @@ TEST_CASE("a schedule that cannot be written is told in one line", "[schedule]")
         const int events = GENERATE(1, 20'000);
         const fs::path file = scratch / "schedule.json";
         write_file(file, "the old one");
-        fs::create_symlink("/dev/full", scratch / "schedule.json.part");
+        const test::FileSizeLimit limit(100);
         CHECK(failure_of<OutputError>([&] {
                   ScheduleTrace trace(file, machine());
                   for (int n = 0; n < events; ++n) trace.poll(1, {n, n});
                   trace.finish(events);
-              }) == "cannot write '" + file.string() + "': No space left on device");
+              }) == "cannot write '" + file.string() + "': File too large");
         CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
         CHECK(content(file) == "the old one");
     }

@@ -1,0 +1,132 @@
+#include "rtl/waveform_file.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "host/errors.h"
+
+namespace metabuffer::rtl {
+namespace {
+
+constexpr const char* kStem = "waveform";
+constexpr const char* kExtension = ".vcd";
+constexpr std::string_view kAllWritten = "all written";
+
+}  // namespace
+
+class WaveformFile::Pipe {
+  public:
+    explicit Pipe(const std::filesystem::path& target) {
+        std::error_code ignored;
+        std::string folder = (std::filesystem::temp_directory_path(ignored) / "metabuffer-XXXXXX").string();
+        if (mkdtemp(folder.data()) == nullptr) fail(target);
+        folder_ = folder;
+        // Opened before its writer comes, so that neither end waits for the other for ever.
+        if (mkfifo((stem() + kExtension).c_str(), 0600) != 0 ||
+            (reading_ = open((stem() + kExtension).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) < 0) {
+            const int error = errno;
+            std::filesystem::remove_all(folder_, ignored);
+            errno = error;
+            fail(target);
+        }
+        before_ = std::signal(SIGPIPE, SIG_IGN);
+    }
+    Pipe(const Pipe&) = delete;
+    Pipe& operator=(const Pipe&) = delete;
+    ~Pipe() {
+        std::signal(SIGPIPE, before_);
+        close_reading();
+        std::error_code ignored;
+        std::filesystem::remove_all(folder_, ignored);
+    }
+
+    std::string stem() const { return (folder_ / kStem).string(); }
+
+    /// In the process that writes: calls take(bytes) with all that comes, until its writer closes it.
+    template <typename Take>
+    void read_all(Take take) const {
+        pollfd polled{reading_, POLLIN, 0};
+        while (poll(&polled, 1, -1) < 0 && errno == EINTR) {
+        }
+        fcntl(reading_, F_SETFL, 0);
+        std::array<char, std::size_t{1} << 16> buffer{};
+        for (;;) {
+            const ssize_t count = read(reading_, buffer.data(), buffer.size());
+            if (count == 0) return;
+            if (count > 0) {
+                take(std::string_view(buffer.data(), static_cast<std::size_t>(count)));
+            } else if (errno != EINTR) {
+                throw OutputError("the waveform's pipe: " + std::generic_category().message(errno));
+            }
+        }
+    }
+
+    /// In the process that simulates: writing ends with the other end's process.
+    void close_reading() {
+        if (reading_ >= 0) close(reading_);
+        reading_ = -1;
+    }
+
+  private:
+    [[noreturn]] static void fail(const std::filesystem::path& target) {
+        throw OutputError("cannot write '" + target.string() +
+                          "': no pipe for it: " + std::generic_category().message(errno));
+    }
+
+    std::filesystem::path folder_;
+    int reading_ = -1;
+    void (*before_)(int) = nullptr;
+};
+
+WaveformFile::WaveformFile(const std::filesystem::path& target)
+    : target_(target), output_(target), pipe_(std::make_unique<Pipe>(target)) {
+    writer_ = std::make_unique<ChildProcess>([this](const ChildProcess::Sender& sender) {
+        std::string answer(kAllWritten);
+        // After a failure it reads on, for the simulation waits until it does.
+        const auto take = [&](std::string_view bytes) {
+            if (answer != kAllWritten) return;
+            try {
+                output_.write(bytes);
+            } catch (const OutputError& error) {
+                answer = error.what();
+            }
+        };
+        try {
+            pipe_->read_all(take);
+        } catch (const OutputError& error) {
+            answer = error.what();
+        }
+        sender.send(answer.data(), answer.size());
+    });
+}
+
+WaveformFile::~WaveformFile() = default;
+
+std::string WaveformFile::stem() const { return pipe_->stem(); }
+
+void WaveformFile::note_opened() { pipe_->close_reading(); }
+
+void WaveformFile::put_in_place() {
+    pipe_->close_reading();
+    std::string answer;
+    while (!writer_->ended()) writer_->receive(answer);
+    if (answer == kAllWritten && writer_->complaint().empty()) {
+        output_.put_in_place();
+        return;
+    }
+    throw OutputError(!answer.empty() && answer != kAllWritten
+                          ? answer
+                          : "cannot write '" + target_.string() + "': its process " + writer_->complaint());
+}
+
+}  // namespace metabuffer::rtl
