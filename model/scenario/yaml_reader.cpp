@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
+#include <unordered_map>
 #include <utility>
 
 namespace metabuffer::input {
@@ -18,6 +19,7 @@ namespace {
 // Aliases are written out, so that a few lines can ask for an endless tree.
 constexpr int kDeepestNesting = 64;
 constexpr std::size_t kMostValues = 4'000'000;
+constexpr std::size_t kMostTextBytes = std::size_t{512} << 20U;
 
 [[noreturn]] void fail_at(const Place& place, const std::string& path, const std::string& message) {
     throw InputError(text::located(place.describe(), text::located(path, message)));
@@ -41,6 +43,12 @@ class TreeBuilder {
         if (depth > kDeepestNesting || ++values_ > kMostValues) {
             fail_at(key_place, "", "is nested without end; use aliases only for what they do not contain");
         }
+        if (node.IsScalar()) text_bytes_ += node.Scalar().size();
+        if (text_bytes_ > kMostTextBytes) {
+            fail_at(key_place, "",
+                    "has more than " + std::to_string(kMostTextBytes >> 20U) +
+                        " MiB of text, aliases written out; use shorter texts");
+        }
         Value value;
         value.place = key_place;
         switch (node.Type()) {
@@ -61,30 +69,34 @@ class TreeBuilder {
                 break;
             case YAML::NodeType::Map:
                 value.kind = ValueKind::kMap;
-                for (const auto& member : node) add_member(value, member.first, member.second, depth);
+                add_members(value, node, depth);
                 break;
         }
         return value;
     }
 
   private:
-    void add_member(Value& map, const YAML::Node& key, const YAML::Node& value, int depth) {
-        const Place key_place = place(key.Mark());
-        if (!key.IsScalar()) fail_at(key_place, "", "a key is not plain text; use the name of a key");
-        const std::string& name = key.Scalar();
-        const auto earlier = std::find_if(map.members.begin(), map.members.end(),
-                                          [&name](const Member& member) { return member.key == name; });
-        if (earlier != map.members.end()) {
-            const std::string where =
-                has_lines_ ? " on line " + std::to_string(earlier->place.line) : std::string(" already");
-            fail_at(key_place, name, "is here twice, first" + where + "; use each key once in a map");
+    void add_members(Value& map, const YAML::Node& node, int depth) {
+        std::unordered_map<std::string, int> lines;  ///< of the keys so far
+        for (const auto& member : node) {
+            const YAML::Node& key = member.first;
+            const Place key_place = place(key.Mark());
+            if (!key.IsScalar()) fail_at(key_place, "", "a key is not plain text; use the name of a key");
+            const std::string& name = key.Scalar();
+            const auto [earlier, is_new] = lines.emplace(name, key_place.line);
+            if (!is_new) {
+                const std::string where =
+                    has_lines_ ? " on line " + std::to_string(earlier->second) : std::string(" already");
+                fail_at(key_place, name, "is here twice, first" + where + "; use each key once in a map");
+            }
+            map.members.push_back({key_place, name, build(member.second, key_place, depth + 1)});
         }
-        map.members.push_back({key_place, name, build(value, key_place, depth + 1)});
     }
 
     std::shared_ptr<const std::string> origin_;
     bool has_lines_;
     std::size_t values_ = 0;
+    std::size_t text_bytes_ = 0;
 };
 
 /// Hears where a document starts and nothing else.
