@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string_view>
+#include <variant>
 
 #include "host/text.h"
 #include "tools/exploration/value_json.h"
@@ -17,6 +19,18 @@ std::string csv_field(const std::string& text) {
     return text::literal(text, '"');
 }
 
+/// A text that no spreadsheet takes for a formula to run.
+std::string harmless(const std::string& text) {
+    constexpr std::string_view kBeginFormulas = "=+-@\t\r";
+    const bool is_formula = !text.empty() && kBeginFormulas.find(text.front()) != std::string_view::npos;
+    return is_formula ? "'" + text : text;
+}
+
+/// Numbers stay numbers, signs and all.
+std::string csv_value(const Value& value) {
+    return std::holds_alternative<std::string>(value) ? harmless(text_of(value)) : text_of(value);
+}
+
 std::string csv_line(const std::vector<std::string>& texts) {
     // A line with nothing on it would be no row.
     if (texts.size() == 1 && texts.front().empty()) return "\"\"\r\n";
@@ -28,10 +42,12 @@ std::string csv_line(const std::vector<std::string>& texts) {
 }  // namespace
 
 std::string csv_text(const ResultsReader::Table& table) {
-    std::string text = csv_line(table.columns);
+    std::vector<std::string> columns(table.columns.size());
+    std::transform(table.columns.begin(), table.columns.end(), columns.begin(), harmless);
+    std::string text = csv_line(columns);
     for (const std::vector<Value>& row : table.rows) {
         std::vector<std::string> texts(row.size());
-        std::transform(row.begin(), row.end(), texts.begin(), text_of);
+        std::transform(row.begin(), row.end(), texts.begin(), csv_value);
         text += csv_line(texts);
     }
     return text;

@@ -69,6 +69,18 @@ TEST_CASE("table text: an empty field alone on its line is still a row") {
     CHECK(csv_text({{"a"}, {{Value()}}}) == "a\r\n\"\"\r\n");
 }
 
+namespace {
+
+/// What a spreadsheet would take for a formula has an apostrophe before it; numbers have not.
+std::string harmless_text(const Value& value) {
+    const auto* words = std::get_if<std::string>(&value);
+    const bool is_formula = words != nullptr && !words->empty() &&
+                            std::string("=+-@\t\r").find(words->front()) != std::string::npos;
+    return is_formula ? "'" + *words : text_of(value);
+}
+
+}  // namespace
+
 TEST_CASE("table text: random tables read back from CSV and JSON") {
     const std::uint64_t seed = test::random_seed(6);
     INFO("METABUFFER_SEED=" << seed);
@@ -79,7 +91,7 @@ TEST_CASE("table text: random tables read back from CSV and JSON") {
         const int columns = random.between(1, 5);
         for (int column = 0; column < columns; ++column) {
             table.columns.push_back(std::to_string(column) + random_text(random));
-            expected[0].push_back(table.columns.back());
+            expected[0].push_back(harmless_text(table.columns.back()));
         }
         for (int row = random.between(0, 5); row > 0; --row) {
             auto& values = table.rows.emplace_back();
@@ -98,7 +110,7 @@ TEST_CASE("table text: random tables read back from CSV and JSON") {
                     default:
                         values.emplace_back(random_text(random));
                 }
-                texts.push_back(text_of(values.back()));
+                texts.push_back(harmless_text(values.back()));
             }
         }
         REQUIRE(rows_of(csv_text(table)) == expected);
