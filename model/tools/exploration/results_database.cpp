@@ -4,9 +4,6 @@
 #include <SQLiteCpp/Exception.h>
 #include <SQLiteCpp/Statement.h>
 #include <SQLiteCpp/Transaction.h>
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -18,6 +15,7 @@
 
 #include "host/errors.h"
 #include "host/text.h"
+#include "host/writer_lock.h"
 #include "tools/exploration/figures.h"
 #include "tools/exploration/results_file.h"
 #include "tools/exploration/sqlite_value.h"
@@ -40,65 +38,6 @@ constexpr std::array<StatusName, 6> kStatusNames{{{RunStatus::kDone, "done"},
                                                   {RunStatus::kCrashed, "crashed"},
                                                   {RunStatus::kUnmet, "unmet"}}};
 
-/// That this process alone adds to a file: a lock on a file beside it, which goes with the process however it ends.
-/// SQLite's own locks live on the database file, and closing any descriptor of that would drop them.
-class WriterLock {
-  public:
-    explicit WriterLock(const std::filesystem::path& file) : file_(file), lock_file_(file) {
-        lock_file_ += ".lock";
-        do {
-            take();
-        } while (!is_in_place());
-    }
-    WriterLock(const WriterLock&) = delete;
-    WriterLock& operator=(const WriterLock&) = delete;
-    ~WriterLock() {
-        unlink(lock_file_.c_str());
-        close(descriptor_);
-    }
-
-  private:
-    [[noreturn]] void fail(int error) const {
-        throw InputError("'" + file_.string() + "' cannot be added to: '" + lock_file_.string() +
-                         "': " + std::generic_category().message(error));
-    }
-
-    void take() {
-        descriptor_ = ::open(lock_file_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-        if (descriptor_ < 0) fail(errno);
-        struct flock request {};
-        request.l_type = F_WRLCK;
-        request.l_whence = SEEK_SET;
-        // Not flock(): a forked child, which may outlive this process by a moment, would hold that lock as well.
-        if (fcntl(descriptor_, F_SETLK, &request) == 0) return;
-        const int error = errno;
-        const bool is_held = error == EAGAIN || error == EACCES;
-        const bool is_told =
-            is_held && fcntl(descriptor_, F_GETLK, &request) == 0 && request.l_type != F_UNLCK;
-        close(descriptor_);
-        if (!is_held) fail(error);
-        throw InputError("'" + file_.string() + "' is being added to by another process" +
-                         (is_told ? " (" + std::to_string(request.l_pid) + ")" : "") +
-                         "; wait for it, or name another file with -o");
-    }
-
-    /// Whether the locked file is the one of that name: the last holder may have removed it in between.
-    bool is_in_place() {
-        struct stat locked {};
-        struct stat named {};
-        if (fstat(descriptor_, &locked) == 0 && stat(lock_file_.c_str(), &named) == 0 &&
-            locked.st_dev == named.st_dev && locked.st_ino == named.st_ino) {
-            return true;
-        }
-        close(descriptor_);
-        return false;
-    }
-
-    std::filesystem::path file_;
-    std::filesystem::path lock_file_;
-    int descriptor_ = -1;
-};
-
 /// The same for every spelling, symbolic links included; never one that SQLite takes for something else, ":memory:".
 std::filesystem::path real_path(const std::filesystem::path& file) {
     std::error_code error;
@@ -106,6 +45,9 @@ std::filesystem::path real_path(const std::filesystem::path& file) {
         std::filesystem::weakly_canonical(std::filesystem::absolute(file), error);
     return error ? std::filesystem::absolute(file) : real;
 }
+
+/// SQLite's own locks live on the database file, and closing any descriptor of that would drop them.
+std::filesystem::path lock_file_of(std::filesystem::path file) { return file += ".lock"; }
 
 std::string deflated(const std::string& text) {
     // Reports are repetitive: higher levels take several times as long and save little.
@@ -248,7 +190,8 @@ RunStatus run_status_of(const std::string& text) {
 struct ResultsDatabase::Content {
     Content(const std::filesystem::path& file_in, const ResultsIdentity& identity)
         : file(file_in),
-          lock(real_path(file_in)),
+          lock(lock_file_of(real_path(file_in)), "'" + file_in.string() + "'",
+               "wait for it, or name another file with -o"),
           database(real_path(file_in).string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
                    kBusyTimeoutMilliseconds) {
         const bool is_new = is_empty_database(database);
@@ -364,6 +307,14 @@ struct ResultsDatabase::Content {
         }
     }
 
+    RunStatus status_of(const std::string& text) const {
+        try {
+            return run_status_of(text);
+        } catch (const InputError& error) {
+            throw InputError("'" + file.string() + "' is damaged: " + error.what());
+        }
+    }
+
     std::filesystem::path file;
     WriterLock lock;
     SQLite::Database database;
@@ -393,7 +344,7 @@ std::optional<PointRecord> ResultsDatabase::find_point(const std::vector<Setting
         PointRecord point;
         point.settings = settings;
         int column = 0;
-        point.status = run_status_of(find.getColumn(column++).getString());
+        point.status = content_->status_of(find.getColumn(column++).getString());
         point.reason = find.getColumn(column++).getString();
         point.run = whole_of(find.getColumn(column++));
         point.smallest = whole_of(find.getColumn(column++));
@@ -419,7 +370,7 @@ std::optional<std::pair<std::int64_t, RunRecord>> ResultsDatabase::find_run(
         int column = 0;
         const std::int64_t id = find.getColumn(column++).getInt64();
         ++column;  // settings
-        run.status = run_status_of(find.getColumn(column++).getString());
+        run.status = content_->status_of(find.getColumn(column++).getString());
         run.reason = find.getColumn(column++).getString();
         for (std::size_t n = 0; n < figure_kinds().size(); ++n) {
             run.figures.push_back(value_of(find.getColumn(column++)));

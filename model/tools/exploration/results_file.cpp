@@ -38,15 +38,21 @@ constexpr const char* kTables = R"(
                            png BLOB NOT NULL, PRIMARY KEY (run, display));
 )";
 
-std::string runs_table() {
+std::vector<std::string> figure_names() {
+    std::vector<std::string> names;
+    for (const FigureKind& figure : figure_kinds()) names.emplace_back(figure.name);
+    return names;
+}
+
+std::string runs_table(const std::vector<std::string>& figures) {
     std::string sql =
         "CREATE TABLE runs (id INTEGER PRIMARY KEY, settings TEXT NOT NULL UNIQUE, status TEXT NOT NULL, "
         "reason TEXT NOT NULL";
-    for (const FigureKind& figure : figure_kinds()) sql += ", " + quoted_name(figure.name);
+    for (const std::string& figure : figures) sql += ", " + quoted_name(figure);
     return sql + ", wall_seconds, report BLOB)";
 }
 
-std::string results_view(const std::vector<std::string>& keys) {
+std::string results_view(const std::vector<std::string>& keys, const std::vector<std::string>& figures) {
     const std::vector<std::string> columns = axis_columns(keys);
     std::string sql = "CREATE VIEW results AS SELECT p.id AS point";
     for (std::size_t n = 0; n < keys.size(); ++n) {
@@ -56,10 +62,71 @@ std::string results_view(const std::vector<std::string>& keys) {
     sql +=
         ", p.status AS status, p.reason AS reason, p.smallest AS smallest, p.monotonic AS monotonic, "
         "p.runs AS runs, p.note AS note, p.run AS run";
-    for (const FigureKind& figure : figure_kinds()) {
-        sql += ", r." + quoted_name(figure.name) + " AS " + quoted_name(figure.name);
+    for (const std::string& figure : figures) {
+        sql += ", r." + quoted_name(figure) + " AS " + quoted_name(figure);
     }
     return sql + ", r.wall_seconds AS wall_seconds FROM points AS p LEFT JOIN runs AS r ON r.id = p.run";
+}
+
+void make_tables(SQLite::Database& database, const std::vector<std::string>& keys,
+                 const std::vector<std::string>& figures) {
+    database.exec(kTables);
+    database.exec(runs_table(figures));
+    database.exec(results_view(keys, figures));
+}
+
+std::vector<std::string> keys_of_axes(const SQLite::Database& database) {
+    std::vector<std::string> keys;
+    SQLite::Statement axes(database, "SELECT key FROM axes ORDER BY position");
+    while (axes.executeStep()) keys.push_back(axes.getColumn(0).getString());
+    return keys;
+}
+
+/// The figures that the view shows: those of the program that wrote the file, which may be others than this one's.
+std::vector<std::string> shown_figures(const SQLite::Database& database,
+                                       const std::vector<std::string>& keys) {
+    const std::vector<std::string> axes = axis_columns(keys);
+    const auto is_other = [&axes](const std::string& name) {
+        return std::find(axes.begin(), axes.end(), name) != axes.end() ||
+               std::find(kPointColumns.begin(), kPointColumns.end(), name) != kPointColumns.end();
+    };
+    std::vector<std::string> figures = column_names(database, "results");
+    figures.erase(std::remove_if(figures.begin(), figures.end(), is_other), figures.end());
+    return figures;
+}
+
+[[noreturn]] void fail_as_damaged(const std::filesystem::path& file, const std::string& how) {
+    throw InputError(text::one_line("'" + file.string() + "' is damaged: " + how));
+}
+
+/// A view or a trigger that is not as it was made may hold anything, or never end. Columns may have been added to the
+/// table of runs, but none that are computed.
+void check_tables(const SQLite::Database& database, const std::filesystem::path& file) {
+    SQLite::Database made(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+    const std::vector<std::string> keys = keys_of_axes(database);
+    make_tables(made, keys, shown_figures(database, keys));
+    SQLite::Statement expected(made, "SELECT type, name, tbl_name, coalesce(sql, '') FROM sqlite_master");
+    while (expected.executeStep()) {
+        const std::string name = expected.getColumn(1).getString();
+        SQLite::Statement found(
+            database, "SELECT sql FROM main.sqlite_master WHERE type = ? AND name = ? AND tbl_name = ?");
+        for (int n = 0; n < 3; ++n) found.bind(n + 1, expected.getColumn(n).getString());
+        if (found.executeStep() &&
+            (name == "runs" || found.getColumn(0).getString() == expected.getColumn(3).getString())) {
+            continue;
+        }
+        fail_as_damaged(file,
+                        expected.getColumn(0).getString() + " " + name + " is not as metabuffer makes it");
+    }
+    SQLite::Statement computed(database, "SELECT name FROM pragma_table_xinfo('runs') WHERE hidden <> 0");
+    if (computed.executeStep()) {
+        fail_as_damaged(file, "column " + text::quoted(computed.getColumn(0).getString()) + " is computed");
+    }
+    SQLite::Statement triggers(database, "SELECT name FROM main.sqlite_master WHERE type = 'trigger'");
+    if (triggers.executeStep()) {
+        fail_as_damaged(file, "it has a trigger, " + text::quoted(triggers.getColumn(0).getString()) +
+                                  ", and metabuffer makes none");
+    }
 }
 
 std::int64_t pragma(const SQLite::Database& database, const std::string& name) {
@@ -102,6 +169,9 @@ void check_holds_results(const SQLite::Database& database, const std::filesystem
                          " (of metabuffer " + meta(database, "program_version") +
                          "); this program knows version " + std::to_string(kResultsSchemaVersion));
     }
+    // Beyond what any run leaves: SQLite refuses to read it.
+    sqlite3_limit(database.getHandle(), SQLITE_LIMIT_LENGTH, kLongestValueBytes);
+    check_tables(database, file);
 }
 
 void add_inputs(SQLite::Database& database, const ResultsIdentity& identity) {
@@ -116,9 +186,7 @@ void add_inputs(SQLite::Database& database, const ResultsIdentity& identity) {
 
 void create_schema(SQLite::Database& database, const ResultsIdentity& identity) {
     SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
-    database.exec(kTables);
-    database.exec(runs_table());
-    database.exec(results_view(identity.keys));
+    make_tables(database, identity.keys, figure_names());
 
     SQLite::Statement insert_meta(database, "INSERT INTO meta (key, value) VALUES (?, ?)");
     const auto add_meta = [&insert_meta](const std::string& key, const std::string& value) {
@@ -159,13 +227,18 @@ ResultsIdentity read_identity(const SQLite::Database& database) {
     identity.scenario = meta(database, "scenario");
     identity.base = meta(database, "base");
     const auto fixed = nlohmann::ordered_json::parse(meta(database, "fixed"), nullptr, false);
-    for (const auto& [key, value] : fixed.items()) identity.fixed.push_back({key, value.get<std::string>()});
+    if (!fixed.is_object()) fail_as_damaged(database.getFilename(), "its settings, 'fixed', are no map");
+    for (const auto& [key, value] : fixed.items()) {
+        if (!value.is_string()) {
+            fail_as_damaged(database.getFilename(), "the setting " + text::quoted(key) + " is no text");
+        }
+        identity.fixed.push_back({key, value.get<std::string>()});
+    }
     SQLite::Statement inputs(database, "SELECT file, content FROM inputs");
     while (inputs.executeStep()) {
         identity.inputs[inputs.getColumn(0).getString()] = inputs.getColumn(1).getString();
     }
-    SQLite::Statement axes(database, "SELECT key FROM axes ORDER BY position");
-    while (axes.executeStep()) identity.keys.push_back(axes.getColumn(0).getString());
+    identity.keys = keys_of_axes(database);
     return identity;
 }
 
@@ -195,6 +268,9 @@ void fail_to_read(const std::filesystem::path& file, const SQLite::Exception& er
             throw InputError(name + " is no file of results: it is no SQLite file");
         case SQLITE_CORRUPT:
             throw InputError(name + " is damaged: " + text::one_line(error.what()));
+        case SQLITE_TOOBIG:
+            throw InputError(name + " is damaged: a value has more than " +
+                             std::to_string(kLongestValueBytes >> 20U) + " MiB");
         case SQLITE_BUSY:
             throw InputError(name + " is being read by another process; try again when that is through");
         default:

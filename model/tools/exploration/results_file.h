@@ -17,6 +17,8 @@ namespace metabuffer::exploration {
 
 /// PRAGMA application_id: "MBUF".
 constexpr int kResultsApplicationId = 0x4D425546;
+/// Of a report or a picture, packed, or a text.
+constexpr int kLongestValueBytes = 256 << 20;
 /// PRAGMA user_version and meta's schema_version.
 constexpr int kResultsSchemaVersion = 1;
 

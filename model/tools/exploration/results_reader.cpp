@@ -20,6 +20,8 @@ namespace metabuffer::exploration {
 
 namespace {
 
+/// Unpacked.
+constexpr std::size_t kLongestReportBytes = std::size_t{1} << 30U;
 constexpr int kBusyTimeoutMilliseconds = 10'000;
 
 /// The file's name as SQLite's URIs have it.
@@ -85,6 +87,7 @@ std::string inflated(const std::filesystem::path& file, const SQLite::Column& co
         stream.avail_out = static_cast<uInt>(part.size());
         result = inflate(&stream, Z_NO_FLUSH);
         text.append(part.data(), part.size() - stream.avail_out);
+        if (text.size() > kLongestReportBytes) break;
     }
     inflateEnd(&stream);
     if (result != Z_STREAM_END)

@@ -580,7 +580,7 @@ TEST_CASE("results: only one process at a time adds to a file") {
     };
     {
         const ResultsDatabase database = ResultsDatabase::open(file, sweep_identity());
-        CHECK(attempt() == "'" + file.string() + "' is being added to by another process (" +
+        CHECK(attempt() == "'" + file.string() + "' is being written by another process (" +
                                std::to_string(getpid()) + "); wait for it, or name another file with -o");
         // The refused one has left all as it was.
         CHECK(contains(attempt(), "another process"));
@@ -729,7 +729,7 @@ TEST_CASE("results: files that are not there are told of") {
     CHECK(contains(refusal_to_read(directory / "none.db"), "there is no such file"));
     CHECK(directory.names().empty());
     const std::string message = refusal_to_write(directory / "none" / "results.db");
-    CHECK(contains(message, "cannot be added to"));
+    CHECK(contains(message, "cannot be written to"));
     CHECK(contains(message, "No such file or directory"));
 }
 
@@ -860,7 +860,7 @@ TEST_CASE("results: a finished file is read where nothing can be written") {
               if (ResultsReader(file).results().rows.size() != 1) throw InputError("rows are missing");
           }) == "done");
     CHECK(contains(as_stranger(directory, [&file] { ResultsDatabase::open(file, sweep_identity()); }),
-                   "cannot be added to"));
+                   "cannot be written to"));
 }
 
 TEST_CASE("results: a killed sweep's file is read where nothing can be written or says what to do") {
