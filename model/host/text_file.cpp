@@ -10,18 +10,37 @@
 
 namespace metabuffer::input {
 
-std::string text_of_file(const std::filesystem::path& file) {
-    const auto fail = [&file](int error) {
-        throw InputError(
-            text::one_line(file.string() + ": cannot be read: " + std::generic_category().message(error)));
-    };
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& file, const std::string& why) {
+    throw InputError(text::one_line(file.string() + ": cannot be read: " + why));
+}
+
+[[noreturn]] void fail_to_read(const std::filesystem::path& file, int error) {
+    fail(file, std::generic_category().message(error == 0 ? EIO : error));
+}
+
+}  // namespace
+
+void check_is_regular_file(const std::filesystem::path& file) {
     std::error_code error;
-    if (std::filesystem::is_directory(file, error)) fail(EISDIR);
+    const std::filesystem::file_status status = std::filesystem::status(file, error);
+    if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return;
+    fail(file, std::filesystem::is_directory(status) ? std::generic_category().message(EISDIR)
+                                                     : "it is no regular file");
+}
+
+std::string text_of_file(const std::filesystem::path& file) {
+    check_is_regular_file(file);
     errno = 0;
     std::ifstream stream(file, std::ios::binary);
-    if (!stream) fail(errno == 0 ? EIO : errno);
+    if (!stream) fail_to_read(file, errno);
+    std::error_code error;
+    if (std::filesystem::file_size(file, error) > kLongestTextBytes && !error) {
+        fail(file, "it is longer than " + std::to_string(kLongestTextBytes >> 20U) + " MiB");
+    }
     std::string content{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-    if (stream.bad()) fail(errno == 0 ? EIO : errno);
+    if (stream.bad()) fail_to_read(file, errno);
     return content;
 }
 

@@ -11,6 +11,7 @@
 
 #include "host/errors.h"
 #include "host/text.h"
+#include "host/text_file.h"
 
 namespace metabuffer {
 namespace {
@@ -60,8 +61,7 @@ std::string formats() {
 
 /// The file's first bytes. Says in the system's words why it cannot be opened: the readers' differ from each other.
 std::string first_bytes(const std::filesystem::path& file) {
-    std::error_code error;
-    if (std::filesystem::is_directory(file, error)) fail_image(file, "cannot be read: Is a directory");
+    input::check_is_regular_file(file);
     errno = 0;
     std::ifstream input(file, std::ios::binary);
     if (!input)
@@ -110,7 +110,10 @@ void fail_image(const std::filesystem::path& file, const std::string& message) {
 }
 
 void fail_unreadable_image(const std::filesystem::path& file, const std::string& why) {
-    fail_image(file, "is not a readable image: " + (why.empty() ? std::string("no reason given") : why) +
+    // Some readers repeat a complaint for each strip of an image.
+    constexpr std::size_t kLongestReason = 150;
+    const std::string reason = text::one_line(std::string_view(why).substr(0, kLongestReason));
+    fail_image(file, "is not a readable image: " + (reason.empty() ? "no reason given" : reason) +
                          "; use an intact " + formats() + " file");
 }
 

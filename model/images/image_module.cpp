@@ -1,26 +1,67 @@
 #include "images/image_module.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdio>
+
 #include "images/image_encoder.h"
 #include "images/image_reader.h"
 
 namespace metabuffer {
 namespace {
 
+/// While it lives, what libraries print about an image goes nowhere: libpng and libtiff do, and cannot be told not to.
+/// What is wrong with the image they also report to the caller.
+class QuietLibraries {
+  public:
+    QuietLibraries() {
+        std::fflush(nullptr);  // what is the program's own and still on its way
+        const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+        for (std::size_t i = 0; nowhere >= 0 && i < kStreams.size(); ++i) {
+            saved_[i] = fcntl(kStreams[i], F_DUPFD_CLOEXEC, 0);
+            if (saved_[i] >= 0) dup2(nowhere, kStreams[i]);
+        }
+        if (nowhere >= 0) close(nowhere);
+    }
+    QuietLibraries(const QuietLibraries&) = delete;
+    QuietLibraries& operator=(const QuietLibraries&) = delete;
+    ~QuietLibraries() {
+        std::fflush(nullptr);
+        for (std::size_t i = 0; i < kStreams.size(); ++i) {
+            if (saved_[i] < 0) continue;
+            dup2(saved_[i], kStreams[i]);
+            close(saved_[i]);
+        }
+    }
+
+  private:
+    static constexpr std::array<int, 2> kStreams{STDOUT_FILENO, STDERR_FILENO};
+
+    std::array<int, 2> saved_{-1, -1};
+};
+
 class OpenImageIoCodec final : public ImageCodec {
   public:
     PixelImage load(const std::filesystem::path& colour_file,
                     const std::optional<std::filesystem::path>& depth_file, DepthFormat format,
                     const DepthRange& range) const override {
+        const QuietLibraries quiet;
         return load_image(colour_file, depth_file, format, range);
     }
     std::string png(const ColourImage& image, const std::filesystem::path& file) const override {
+        const QuietLibraries quiet;
         return encode_png(image, file);
     }
     std::string colour_tiff(const PixelImage& image, const std::filesystem::path& file) const override {
+        const QuietLibraries quiet;
         return encode_colour_tiff(image, file);
     }
     std::string depth_tiff(const PixelImage& image, DepthFormat format,
                            const std::filesystem::path& file) const override {
+        const QuietLibraries quiet;
         return encode_depth_tiff(image, format, file);
     }
 };
