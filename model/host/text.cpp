@@ -13,6 +13,17 @@ namespace {
 
 constexpr std::size_t kLongestQuote = 60;
 
+/// Of UTF-8: whether the byte belongs to the character before it.
+bool is_continuation(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
+
+/// Where the character of a byte begins, so that a cut there leaves whole characters.
+std::size_t character_begin(std::string_view text, std::size_t at) {
+    constexpr std::size_t kLongestCharacter = 4;
+    std::size_t begin = at;
+    while (begin > 0 && at - begin < kLongestCharacter && is_continuation(text[begin])) --begin;
+    return begin;
+}
+
 }  // namespace
 
 bool is_control(char character) { return static_cast<unsigned char>(character) < 0x20U || character == 0x7F; }
@@ -32,9 +43,21 @@ std::string one_line(std::string_view text) {
     return line;
 }
 
+std::string message(std::string_view text) {
+    const std::string line = one_line(text);
+    if (line.size() <= kLongestMessage) return line;
+    constexpr std::string_view kCut = " ... ";
+    constexpr std::size_t kEndBytes = kLongestMessage / 2;
+    const std::size_t begin = character_begin(line, kLongestMessage - kEndBytes - kCut.size());
+    std::size_t end = line.size() - kEndBytes;
+    while (end < line.size() && is_continuation(line[end])) ++end;
+    return line.substr(0, begin).append(kCut).append(line, end);
+}
+
 std::string quoted(std::string_view text) {
-    std::string line = one_line(text.substr(0, kLongestQuote));
-    if (text.size() > kLongestQuote) line += "...";
+    const bool is_long = text.size() > kLongestQuote;
+    std::string line = one_line(is_long ? text.substr(0, character_begin(text, kLongestQuote)) : text);
+    if (is_long) line += "...";
     return "'" + line + "'";
 }
 

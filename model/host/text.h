@@ -16,6 +16,13 @@ bool has_control(std::string_view text);
 /// Control characters and runs of white space become one space each; none at either end.
 std::string one_line(std::string_view text);
 
+/// The most characters of a message to the user.
+constexpr std::size_t kLongestMessage = 400;
+
+/// A message for the user, whatever input it repeats: on one line, and cut in the middle if it is longer than
+/// kLongestMessage. Where it is and what would be right stand at its ends.
+std::string message(std::string_view text);
+
 /// The text between quotation marks, on one line, cut when it is long.
 std::string quoted(std::string_view text);
 

@@ -115,7 +115,7 @@ TEST_CASE("export: what cannot be done is told on one line") {
     refused({"r.db", "--runs", "--where", "1"}, "--where");
     refused({"r.db", "--format", "xml"}, "xml");
     refused({"r.db", "-o", "r.txt"}, "r.txt");
-    refused({"r.db", "-o", "r.db", "--format", "csv"}, "is the file of results itself");
+    refused({"r.db", "-o", "r.db", "--format", "csv"}, "would replace");
     refused({"r.db", "-o", "none/r.csv"}, "none/r.csv");
     CHECK(scratch.names() == std::vector<std::string>{".stderr", ".stdout", "r.db"});
     CHECK(run_program(scratch, {"export", "r.db"}).status == kExitDone);

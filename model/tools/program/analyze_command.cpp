@@ -6,6 +6,7 @@
 #include "host/errors.h"
 #include "tools/analysis/analysis_report.h"
 #include "tools/analysis/bandwidth_analysis.h"
+#include "tools/program/number_option.h"
 
 namespace metabuffer {
 namespace {
@@ -35,7 +36,7 @@ AnalyzeCommand::AnalyzeCommand(CLI::App& program)
     command()
         .add_option("--frame-rate-hz", frame_rate_hz_,
                     "Frames a second to be carried (default: as fast as the raster goes)")
-        ->check(CLI::Range(1e-3, 1e9));
+        ->check(number_within(kFrameRatesHz));
     command().add_flag("--json", json_, "Print JSON");
     command().footer(kFooter);
 }

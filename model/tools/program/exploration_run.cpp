@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "report/text_table.h"
+#include "tools/program/number_option.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/stop_signals.h"
 #include "tools/program/tlm_simulation.h"
@@ -78,7 +79,7 @@ void add_options(CLI::App& command, ProcessOptions& options) {
     command
         .add_option("--time-limit", options.time_limit_seconds,
                     "Seconds after which a simulation is given up, as a crash (default: none)")
-        ->check(CLI::PositiveNumber);
+        ->check(number_within(kTimeLimitSeconds));
 }
 
 Exploration run_exploration(const exploration::SweepPlan& plan,

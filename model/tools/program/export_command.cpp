@@ -13,6 +13,7 @@
 #include "tools/exploration/figures.h"
 #include "tools/exploration/results_database.h"
 #include "tools/exploration/table_text.h"
+#include "tools/program/output_guard.h"
 
 namespace metabuffer {
 namespace {
@@ -85,6 +86,7 @@ std::string ExportCommand::format() const {
 }
 
 ExitStatus ExportCommand::execute() {
+    refuse_to_replace({results_file_}, "-o", output_file_);
     const std::string chosen_format = format();
     std::error_code different;
     if (!output_file_.empty() && std::filesystem::equivalent(results_file_, output_file_, different)) {

@@ -1,7 +1,12 @@
 #include "tools/program/failure.h"
 
+#include <unistd.h>
+
+#include <cstring>
 #include <exception>
+#include <filesystem>
 #include <new>
+#include <system_error>
 #include <systemc>
 
 #include "host/errors.h"
@@ -9,22 +14,56 @@
 
 namespace metabuffer {
 
+namespace {
+
+constexpr const char* kNoMemory =
+    "metabuffer: this computer does not have the memory for a machine of that size";
+
+[[noreturn]] void end_with(const char* line, std::size_t length, ExitStatus status) {
+    // What cannot be written cannot be reported either.
+    static_cast<void>(!write(STDERR_FILENO, line, length));
+    static_cast<void>(!write(STDERR_FILENO, "\n", 1));
+    _exit(status);
+}
+
+/// Takes no memory where there is none.
+[[noreturn]] void end_on_uncaught_exception() {
+    try {
+        const Failure failure = current_failure();
+        end_with(failure.message.data(), failure.message.size(), failure.status);
+    } catch (...) {
+        end_with(kNoMemory, std::strlen(kNoMemory), kExitBadInput);
+    }
+}
+
+}  // namespace
+
 Failure current_failure() {
+    if (std::current_exception() == nullptr)
+        return {kExitModelError, "the program is at fault: it ended itself"};
     try {
         throw;
     } catch (const InputError& error) {
-        return {kExitBadInput, error.what()};
+        return {kExitBadInput, text::message(error.what())};
     } catch (const OutputError& error) {
-        return {kExitBadInput, error.what()};
+        return {kExitBadInput, text::message(error.what())};
     } catch (const std::bad_alloc&) {
+        return {kExitBadInput, kNoMemory};
+    } catch (const std::filesystem::filesystem_error& error) {
         return {kExitBadInput,
-                "metabuffer: this computer does not have the memory for a machine of that size"};
+                text::message("metabuffer: " + text::quoted(error.path1().string()) +
+                              " cannot be used: " + error.code().message() + "; name another path")};
+    } catch (const std::system_error& error) {
+        return {kExitBadInput, text::message("metabuffer: this computer refuses what a run needs: " +
+                                             error.code().message())};
     } catch (const sc_core::sc_report& report) {
-        return {kExitModelError, text::one_line(std::string("the model is at fault: ") +
-                                                report.get_msg_type() + ": " + report.get_msg())};
+        return {kExitModelError, text::message(std::string("the model is at fault: ") +
+                                               report.get_msg_type() + ": " + report.get_msg())};
     } catch (const std::exception& error) {
-        return {kExitModelError, text::one_line(std::string("the program is at fault: ") + error.what())};
+        return {kExitModelError, text::message(std::string("the program is at fault: ") + error.what())};
     }
 }
+
+void report_uncaught_exceptions() { std::set_terminate(end_on_uncaught_exception); }
 
 }  // namespace metabuffer

@@ -37,27 +37,34 @@ std::vector<std::string> names_of(const Commands& commands) {
     return names;
 }
 
-/// A command line that cannot be understood: one line, and where help is.
-int report_usage(const CLI::App& program, const Commands& commands, const CLI::ParseError& error, int argc,
-                 char** argv) {
+/// What the standard output was given may still be on its way.
+void finish_standard_output() {
+    // The failure of an earlier flush is kept in the stream.
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout.flush()) {
+        throw metabuffer::OutputError("metabuffer: standard output cannot be written");
+    }
+}
+
+/// --help, --version, or a command line that cannot be understood: one line, and where help is.
+metabuffer::ExitStatus report_usage(const CLI::App& program, const Commands& commands,
+                                    const CLI::ParseError& error, int argc, char** argv) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
-        return program.exit(error);  // --help or --version
+        program.exit(error);
+        finish_standard_output();
+        return metabuffer::kExitDone;
     }
     const std::string first = argc > 1 ? argv[1] : "";
     const std::vector<std::string> names = names_of(commands);
     if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr && !first.empty() &&
         first.front() != '-' && std::find(names.begin(), names.end(), first) == names.end()) {
-        std::cerr << "metabuffer: " << metabuffer::text::quoted(first) << " is not a command; use "
-                  << metabuffer::text::joined(names, "or") << ", or see metabuffer --help\n";
-    } else {
-        std::cerr << "metabuffer: " << error.what() << "; see metabuffer --help\n";
+        throw metabuffer::InputError("metabuffer: " + metabuffer::text::quoted(first) +
+                                     " is not a command; use " + metabuffer::text::joined(names, "or") +
+                                     ", or see metabuffer --help");
     }
-    return metabuffer::kExitBadInput;
+    throw metabuffer::InputError(std::string("metabuffer: ") + error.what() + "; see metabuffer --help");
 }
 
-}  // namespace
-
-int sc_main(int argc, char** argv) {
+metabuffer::ExitStatus run_command_line(int argc, char** argv) {
     CLI::App program("The Metabuffer: an executable model of image-compositing hardware", "metabuffer");
     program.require_subcommand(1);
     program.set_version_flag("--version", METABUFFER_VERSION);
@@ -77,14 +84,18 @@ int sc_main(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         return report_usage(program, commands, error, argc, argv);
     }
+    const auto chosen =
+        std::find_if(commands.begin(), commands.end(), [](const auto& command) { return command->chosen(); });
+    const metabuffer::ExitStatus status = (*chosen)->execute();
+    finish_standard_output();
+    return status;
+}
+
+}  // namespace
+
+int sc_main(int argc, char** argv) {
     try {
-        const auto chosen = std::find_if(commands.begin(), commands.end(),
-                                         [](const auto& command) { return command->chosen(); });
-        const metabuffer::ExitStatus status = (*chosen)->execute();
-        if (std::fflush(stdout) != 0 || !std::cout.flush()) {
-            throw metabuffer::OutputError("standard output cannot be written");
-        }
-        return status;
+        return run_command_line(argc, argv);
     } catch (...) {
         const metabuffer::Failure failure = metabuffer::current_failure();
         std::cerr << failure.message << '\n';
@@ -93,6 +104,7 @@ int sc_main(int argc, char** argv) {
 }
 
 int main(int argc, char** argv) {
+    metabuffer::report_uncaught_exceptions();
     // A file that may not grow is an error of its writer, told in a line.
     std::signal(SIGXFSZ, SIG_IGN);
     // The kernel's banner has no place in a program's output.

@@ -11,6 +11,7 @@
 #include "host/text.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/value.h"
+#include "tools/program/output_guard.h"
 
 namespace metabuffer {
 namespace {
@@ -95,11 +96,7 @@ ExitStatus PlotCommand::execute() {
         throw InputError("-o: the format of " + text::quoted(output_file_) +
                          " is not known; use a name that ends in .svg or .png");
     }
-    std::error_code different;
-    if (std::filesystem::equivalent(results_file_, output_file_, different)) {
-        throw InputError("-o: " + text::quoted(output_file_) +
-                         " is the file of results itself; name another");
-    }
+    refuse_to_replace({results_file_}, "-o", output_file_);
     request_.chart = charts::chart_of(chart_);
     if (!y_.empty()) request_.y = exploration::split_expressions(y_);
     for (const std::string& text : references_) request_.references.push_back(parse_reference(text));

@@ -8,6 +8,7 @@
 #include "host/output_file.h"
 #include "host/text.h"
 #include "tools/charts/report_page.h"
+#include "tools/program/output_guard.h"
 
 namespace metabuffer {
 namespace {
@@ -42,13 +43,9 @@ ReportCommand::ReportCommand(CLI::App& program)
 ExitStatus ReportCommand::execute() {
     std::vector<std::filesystem::path> files;
     for (const std::string& file : results_files_) {
-        std::error_code different;
-        if (std::filesystem::equivalent(file, output_file_, different)) {
-            throw InputError("-o: " + text::quoted(output_file_) +
-                             " is the file of results itself; name another");
-        }
         files.emplace_back(file);
     }
+    refuse_to_replace(files, "-o", output_file_);
     charts::PageOptions options;
     options.title = title_;
     options.condition = condition_;

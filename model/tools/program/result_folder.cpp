@@ -2,90 +2,151 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <regex>
 #include <string>
 #include <system_error>
 #include <utility>
 
 #include "host/errors.h"
+#include "host/output_file.h"
+#include "host/text.h"
+#include "images/image_codec.h"
 #include "report/picture_writer.h"
+#include "tools/program/output_guard.h"
 
 namespace metabuffer {
 namespace {
 
-constexpr const char* kCollage = "collage.png";
+namespace fs = std::filesystem;
 
-/// Removes the files whose names match; the predicate has the last word.
-template <typename Unwanted>
-void remove_files(const std::filesystem::path& directory, const std::regex& names, Unwanted unwanted) {
-    for (const auto& entry : std::filesystem::directory_iterator(directory)) {
-        std::smatch match;
-        const std::string name = entry.path().filename().string();
-        if (std::regex_match(name, match, names) && unwanted(match)) std::filesystem::remove(entry.path());
+constexpr const char* kCollage = "collage.png";
+constexpr const char* kAside = ".metabuffer-unfinished";
+constexpr const char* kLock = ".metabuffer-lock";
+
+[[noreturn]] void fail_to_write(const fs::path& file, const std::error_code& error) {
+    throw OutputError(text::one_line("cannot write '" + file.string() + "': " + error.message()));
+}
+
+/// The files in a folder whose names runs use. What is no file, somebody else has put there.
+std::vector<fs::path> results_in(const fs::path& folder) {
+    std::vector<fs::path> files;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+         entry.increment(error)) {
+        std::error_code ignored;
+        const bool is_folder = fs::is_directory(entry->symlink_status(ignored));
+        if (!is_folder && is_result_name(entry->path().filename().string())) files.push_back(entry->path());
     }
+    if (error) fail_to_write(folder, error);
+    return files;
 }
 
 }  // namespace
 
-ResultFolder::ResultFolder(std::filesystem::path path) : path_(std::move(path)) {
-    for (std::filesystem::path part = path_; !part.empty() && !std::filesystem::exists(part);
+bool is_result_name(const std::string& name) {
+    static const std::regex pictures(R"(display_\d+(\.\d{4,})?\.png)");
+    return name == kCollage || name == kReportFile || name == kEffectiveScenarioFile ||
+           std::regex_match(name, pictures);
+}
+
+ResultFolder::ResultFolder(fs::path path, const std::vector<fs::path>& inputs)
+    : path_(std::move(path)), aside_(path_ / kAside) {
+    for (const fs::path& input : inputs) {
+        std::error_code different;
+        if (!fs::equivalent(input.has_parent_path() ? input.parent_path() : ".", path_, different)) continue;
+        if (is_result_name(input.filename().string())) refuse_to_replace({input}, "--out", input);
+    }
+    try {
+        make();
+    } catch (...) {
+        lock_.reset();
+        std::error_code ignored;
+        for (const fs::path& part : made_) fs::remove(part, ignored);
+        throw;
+    }
+}
+
+void ResultFolder::make() {
+    std::error_code error;
+    // A link that leads nowhere is there all the same, and somebody's.
+    for (fs::path part = path_;
+         !part.empty() && fs::symlink_status(part, error).type() == fs::file_type::not_found;
          part = part.parent_path()) {
         made_.push_back(part);
     }
-    std::error_code error;
-    std::filesystem::create_directories(path_, error);
+    fs::create_directories(path_, error);
     if (error) {
-        throw InputError("--out " + path_.string() + ": cannot be made: " + error.message() +
-                         "; name a folder in a place that can be written");
+        throw InputError(text::one_line("--out " + path_.string() + ": cannot be made: " + error.message() +
+                                        "; name a folder in a place that can be written"));
     }
+    lock_ = std::make_unique<WriterLock>(path_ / kLock, "--out " + path_.string(),
+                                         "wait for it, or name another folder");
+    clear_leftovers();
+    fs::create_directory(aside_, error);
+    if (error) fail_to_write(aside_, error);
+}
+
+/// Of a run that was killed.
+void ResultFolder::clear_leftovers() const {
+    std::error_code error;
+    if (!fs::is_directory(fs::symlink_status(aside_, error))) return;
+    fs::remove_all(aside_, error);
+    if (error) fail_to_write(aside_, error);
 }
 
 ResultFolder::~ResultFolder() {
     std::error_code error;
-    for (const std::filesystem::path& part : made_) {
-        std::filesystem::remove(part, error);  // only if it is empty
-    }
+    fs::remove_all(aside_, error);
+    lock_.reset();
+    for (const fs::path& part : made_) fs::remove(part, error);  // only if it is empty
 }
 
-PictureSink::PictureSink(std::filesystem::path directory, const Scenario& scenario)
-    : directory_(std::move(directory)),
+void ResultFolder::write(const std::string& name, std::string_view bytes) {
+    write_output_file(aside_ / name, bytes);
+}
+
+void ResultFolder::put_in_place() {
+    // The report goes first and comes last: with a report beside them, pictures are all of one run.
+    std::error_code error;
+    fs::remove(path_ / kReportFile, error);
+    if (error) fail_to_write(path_ / kReportFile, error);
+    const std::vector<fs::path> results = results_in(aside_);
+    for (const fs::path& earlier : results_in(path_)) {
+        if (fs::exists(fs::status(aside_ / earlier.filename(), error))) continue;
+        fs::remove(earlier, error);
+        if (error) fail_to_write(earlier, error);
+    }
+    for (const fs::path& file : results) {
+        if (file.filename() == kReportFile) continue;
+        fs::rename(file, path_ / file.filename(), error);
+        if (error) fail_to_write(path_ / file.filename(), error);
+    }
+    fs::rename(aside_ / kReportFile, path_ / kReportFile, error);
+    if (error) fail_to_write(path_ / kReportFile, error);
+}
+
+PictureSink::PictureSink(ResultFolder& folder, const Scenario& scenario)
+    : folder_(folder),
       config_(scenario.displays),
       many_frames_(scenario.frames > 1),
-      newest_(static_cast<std::size_t>(scenario.displays.count())),
-      newest_frames_(newest_.size(), kNone) {}
+      newest_(static_cast<std::size_t>(scenario.displays.count())) {}
+
+void PictureSink::write(const std::string& name, const ColourImage& image) {
+    folder_.write(name, image_codec().png(image, folder_.path() / name));
+}
 
 void PictureSink::take(int frame, int display, const ColourImage& image) {
-    const std::string stem = "display_" + std::to_string(display);
-    if (many_frames_) {
-        write_png(directory_ / fmt::format("{}.{:04}.png", stem, frame), image);
-    }
+    if (many_frames_) write(fmt::format("display_{}.{:04}.png", display, frame), image);
     newest_[static_cast<std::size_t>(display) - 1] = image;
-    newest_frames_[static_cast<std::size_t>(display) - 1] = frame;
 }
 
-bool PictureSink::is_of_earlier_run(const std::string& display, const std::string& frame) const {
-    const unsigned long index = std::stoul(display) - 1;
-    if (index >= newest_frames_.size()) return true;
-    return frame.empty() ? newest_frames_[index] == kNone
-                         : !many_frames_ || std::stol(frame) > newest_frames_[index];
-}
-
-void PictureSink::finish() const {
-    remove_files(directory_, std::regex(R"(display_(\d{1,9})(?:\.(\d{4,9}))?\.png)"),
-                 [this](const std::smatch& match) { return is_of_earlier_run(match[1], match[2]); });
+void PictureSink::finish() {
     for (std::size_t d = 0; d < newest_.size(); ++d) {
-        if (newest_[d].values.empty()) {  // the run ended before a frame was shown
-            std::filesystem::remove(directory_ / kCollage);
-            return;
-        }
-        write_png(directory_ / ("display_" + std::to_string(d + 1) + ".png"), newest_[d]);
+        if (newest_[d].values.empty()) return;  // the run ended before a frame was shown
+        write(fmt::format("display_{}.png", d + 1), newest_[d]);
     }
-    write_png(directory_ / kCollage, collage(newest_, config_));
-}
-
-void remove_pictures(const std::filesystem::path& directory) {
-    remove_files(directory, std::regex(R"(display_\d+(\.\d{4,})?\.png|collage\.png)"),
-                 [](const std::smatch&) { return true; });
+    write(kCollage, collage(newest_, config_));
 }
 
 }  // namespace metabuffer

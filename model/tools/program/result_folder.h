@@ -1,55 +1,70 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/image.h"
+#include "host/writer_lock.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer {
 
-/// The folder of the results. What had to be made of it goes again if the run fails before it wrote anything.
+/// The folder of the results of a run. It is whole at any time: what the run writes is kept aside in it, and put_in_place()
+/// replaces all results of an earlier run by it. A run that fails leaves the earlier results, and of a folder that had to
+/// be made for it nothing.
 class ResultFolder {
   public:
-    /// Throws InputError if it cannot be made.
-    explicit ResultFolder(std::filesystem::path path);
+    /// Throws InputError if it cannot be made, another process writes to it, or its results would replace an input.
+    ResultFolder(std::filesystem::path path, const std::vector<std::filesystem::path>& inputs);
     ResultFolder(const ResultFolder&) = delete;
     ResultFolder& operator=(const ResultFolder&) = delete;
     ~ResultFolder();
 
     const std::filesystem::path& path() const { return path_; }
 
+    /// Keeps a file aside; an earlier one of the same name is replaced. Throws OutputError.
+    void write(const std::string& name, std::string_view bytes);
+    /// Once, after the last file: results of an earlier run go, those that were kept aside take their place. Throws
+    /// OutputError.
+    void put_in_place();
+
   private:
+    void make();
+    void clear_leftovers() const;
+
     std::filesystem::path path_;
+    std::filesystem::path aside_;
     std::vector<std::filesystem::path> made_;  ///< innermost first
+    std::unique_ptr<WriterLock> lock_;
 };
 
-/// Writes each frame's pictures as they come and keeps the newest for the collage, so that memory does not
-/// grow with the number of frames. Throws OutputError.
+/// The names of the files of results beside the pictures.
+constexpr const char* kReportFile = "report.json";
+constexpr const char* kEffectiveScenarioFile = "effective_scenario.yaml";
+
+/// Whether a file of that name in a folder of results is one that runs write, and may replace or remove.
+bool is_result_name(const std::string& name);
+
+/// Writes each frame's pictures as they come and keeps the newest for the collage, so that memory does not grow with the
+/// number of frames. Throws OutputError.
 class PictureSink {
   public:
-    PictureSink(std::filesystem::path directory, const Scenario& scenario);
+    PictureSink(ResultFolder& folder, const Scenario& scenario);
 
     void take(int frame, int display, const ColourImage& image);
-    /// Behind the last picture. Pictures of an earlier run that this one has not written anew, since it has fewer
-    /// frames or displays or was ended, are removed: they would pass for this one's.
-    void finish() const;
+    /// After the last picture.
+    void finish();
 
   private:
-    static constexpr int kNone = -1;
+    void write(const std::string& name, const ColourImage& image);
 
-    /// display, frame: as in a file's name; frame: empty in that of a display's newest picture.
-    bool is_of_earlier_run(const std::string& display, const std::string& frame) const;
-
-    std::filesystem::path directory_;
+    ResultFolder& folder_;
     DisplayConfig config_;
     bool many_frames_;
     std::vector<ColourImage> newest_;  ///< by display
-    std::vector<int> newest_frames_;   ///< by display
 };
-
-/// Removes the pictures of an earlier run from a folder, where they would pass for those of one that makes none.
-void remove_pictures(const std::filesystem::path& directory);
 
 }  // namespace metabuffer

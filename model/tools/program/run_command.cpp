@@ -10,7 +10,6 @@
 
 #include "functional/functional_compositor.h"
 #include "host/errors.h"
-#include "host/output_file.h"
 #include "host/text.h"
 #include "report/report.h"
 #include "rtl/run.h"
@@ -18,6 +17,7 @@
 #include "tlm/run.h"
 #include "tlm/schedule_trace.h"
 #include "tools/program/machine_check.h"
+#include "tools/program/output_guard.h"
 #include "tools/program/picture_check.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/result_folder.h"
@@ -30,7 +30,6 @@ constexpr const char* kTlm = "tlm";
 constexpr const char* kFunctional = "functional";
 constexpr const char* kWaveformExtension = ".vcd";
 constexpr const char* kScheduleExtension = ".json";
-constexpr const char* kEffectiveScenario = "effective_scenario.yaml";
 
 constexpr const char* kFooter =
     "Levels tlm and rtl give the same pictures and counters; rtl goes clock by clock, has every signal and "
@@ -282,13 +281,16 @@ ExitStatus RunCommand::execute() {
     // Before the scenario is read, which takes longer.
     if (level == kRtl && !trace_file_.empty()) rtl::parse_trace_window(trace_window_);
     const Scenario scenario = scenario_.load();
-    const ResultFolder folder(out_directory_.empty() ? std::filesystem::path("out") / scenario.name
-                                                     : std::filesystem::path(out_directory_));
+    const std::vector<std::filesystem::path> inputs = inputs_of(scenario_.file(), scenario);
+    if (!trace_file_.empty()) refuse_to_replace(inputs, "--trace", trace_file_);
+    ResultFolder folder(out_directory_.empty() ? std::filesystem::path("out") / scenario.name
+                                               : std::filesystem::path(out_directory_),
+                        inputs);
     const std::filesystem::path& directory = folder.path();
     // Before the run, which takes longer: it may hold a path that no scenario file can.
     const std::string effective = effective_scenario(scenario, directory);
 
-    PictureSink pictures(directory, scenario);
+    PictureSink pictures(folder, scenario);
     Outcome outcome;
     if (level == kFunctional) {
         outcome.report = run_functional(scenario, pictures);
@@ -297,13 +299,10 @@ ExitStatus RunCommand::execute() {
                   : check_      ? run_checked_rtl(scenario, pictures)
                                 : run_rtl(scenario, pictures, nullptr);
     }
-    if (no_images_) {
-        remove_pictures(directory);
-    } else {
-        pictures.finish();
-    }
-    write_output_file(directory / "report.json", report_json(outcome.report));
-    write_output_file(directory / kEffectiveScenario, effective);
+    if (!no_images_) pictures.finish();
+    folder.write(kReportFile, report_json(outcome.report));
+    folder.write(kEffectiveScenarioFile, effective);
+    folder.put_in_place();
     if (!quiet_) print_summary(outcome, directory.string());
     if (!outcome.trace_note.empty()) {
         std::cerr << "no waveform: " << outcome.trace_note << '\n';

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/text.h"
+#include "tools/program/number_option.h"
 
 namespace metabuffer {
 namespace {
@@ -86,7 +87,7 @@ SizeCommand::SizeCommand(CLI::App& program)
     command()
         .add_option("--frame-rate-hz", frame_rate_hz_,
                     "And the machine composites that many frames a second (give it a few frames to tell)")
-        ->check(CLI::PositiveNumber);
+        ->check(number_within(kFrameRatesHz));
     command()
         .add_option("--checks", checks_, "Further values looked at to see whether the goal is monotonic")
         ->check(CLI::Range(0, 1'000'000))

@@ -16,6 +16,32 @@ TEST_CASE("text: quoted cuts what is long") {
     CHECK(quoted(std::string(61, 'x')) == "'" + std::string(60, 'x') + "...'");
 }
 
+TEST_CASE("text: what is cut keeps whole characters") {
+    std::string text = "x";
+    for (int n = 0; n < 40; ++n) text += "\xc3\xa9";
+    CHECK(quoted(text) == "'" + text.substr(0, 59) + "...'");
+}
+
+TEST_CASE("text: a message keeps its ends when it is cut") {
+    CHECK(message("a\nb") == "a b");
+    CHECK(message(std::string(kLongestMessage, 'x')) == std::string(kLongestMessage, 'x'));
+    for (const std::string& filling :
+         {std::string("0"), std::string("\xc3\xa9"), std::string("\xe2\x82\xac")}) {
+        std::string text = "a.yaml:3: frames: ";
+        for (int n = 0; n < 1000; ++n) text += filling;
+        const std::string cut = message(text + " is out of range; use 1 to 64");
+        INFO(cut);
+        CHECK(cut.size() <= kLongestMessage);
+        CHECK(cut.size() > kLongestMessage - 8);
+        CHECK(cut.find("a.yaml:3: frames: ") == 0);
+        CHECK(cut.find(" is out of range; use 1 to 64") == cut.size() - 29);
+        const std::size_t gap = cut.find(" ... ");
+        REQUIRE(gap != std::string::npos);
+        CHECK((gap - 18) % filling.size() == 0);
+        CHECK((cut.size() - gap - 5 - 29) % filling.size() == 0);
+    }
+}
+
 TEST_CASE("text: a literal doubles its quotation marks") {
     CHECK(literal("", '"') == "\"\"");
     CHECK(literal("it's", '\'') == "'it''s'");

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "scenario/scenario.h"
+
+namespace metabuffer {
+
+/// The files that a run of the scenario is made from: the scenario's own and its images'.
+std::vector<std::filesystem::path> inputs_of(const std::filesystem::path& scenario_file,
+                                             const Scenario& scenario);
+
+/// Throws InputError if writing the output would replace one of the inputs, by whatever name. option: what names it.
+void refuse_to_replace(const std::vector<std::filesystem::path>& inputs, const char* option,
+                       const std::filesystem::path& output);
+
+}  // namespace metabuffer

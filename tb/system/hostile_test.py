@@ -1,0 +1,436 @@
+"""Tests the built program in a hostile environment: input that is no file, outputs that would replace inputs, full disks,
+memory that ends, runs that are killed or meet in one folder, damaged results.
+
+usage: hostile_test.py METABUFFER [CLASS...]
+"""
+
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+METABUFFER = pathlib.Path(sys.argv[1]).resolve()
+DONE, BAD_INPUT = 0, 2
+LONGEST_LINE = 400
+
+SCENARIO = """name: hostile
+displays: {width: 12, height: 4}
+composer: {ready_space_pixels: 2}
+bus: {burst_pixels: 2}
+renderers:
+  - frames: [{image: view.ppm, viewport: {x: 0, y: 0}}]
+"""
+IMAGE = b"P6\n12 4\n255\n" + bytes(144)
+# Runs for a minute and more, so that there is time to kill it.
+LONG_SCENARIO = """name: long
+frames: 200000
+displays: {width: 64, height: 48}
+renderers:
+  - frames: [{image: large.ppm, viewport: {x: 0, y: 0}}]
+"""
+
+
+def limits(**kept):
+    """For subprocess: sets resource limits, as `ulimit` does."""
+    def set_them():
+        for name, value in kept.items():
+            resource.setrlimit(getattr(resource, name), (value, value))
+    return set_them
+
+
+def processes_of(group):
+    """The processes of a process group that are alive."""
+    alive = []
+    for entry in pathlib.Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            fields = (entry / "stat").read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        if int(fields[2]) == group and fields[0] != "Z":
+            alive.append(int(entry.name))
+    return alive
+
+
+def wait_until(holds, seconds=60):
+    deadline = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+class Hostile(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.place = pathlib.Path(scratch.name).resolve()
+        self.write("scenario.yaml", SCENARIO)
+        self.write("view.ppm", IMAGE)
+
+    def write(self, name, content):
+        path = self.place / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    def run_program(self, *words, **options):
+        settings = {"cwd": self.place, "stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE,
+                    "stderr": subprocess.PIPE, "timeout": 120, **options}
+        return subprocess.run([METABUFFER, *words], check=False, **settings)
+
+    def start_program(self, *words):
+        """In a process group of its own."""
+        process = subprocess.Popen([METABUFFER, *words], cwd=self.place, stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(self.kill_group, process)
+        return process
+
+    @staticmethod
+    def kill_group(process):
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+        process.wait()
+
+    def check_line(self, done, *parts, status=BAD_INPUT):
+        """The program has ended with one line, not too long, that holds these parts."""
+        text = done.stderr.decode(errors="replace")
+        self.assertEqual(done.returncode, status, text[:1000])
+        self.assertEqual(text.count("\n"), 1, text[:1000])
+        self.assertLessEqual(len(text), LONGEST_LINE + 1)
+        self.assertFalse(any(ord(character) < 32 for character in text[:-1]), repr(text))
+        for part in parts:
+            self.assertIn(part, text)
+
+    def snapshot(self, folder="."):
+        return {str(path.relative_to(self.place)): path.read_bytes()
+                for path in sorted((self.place / folder).rglob("*")) if path.is_file() and not path.is_symlink()}
+
+
+class Input(Hostile):
+    """What stands where a file is expected is looked at before it is read."""
+
+    def test_a_pipe_or_a_device_is_no_scenario_and_no_image(self):
+        os.mkfifo(self.place / "pipe")
+        for what in ("pipe", "/dev/zero"):
+            with self.subTest(what):
+                self.check_line(self.run_program("run", what), what, "is no regular file")
+                self.check_line(self.run_program("sweep", what, "-o", "r.db"), what, "is no regular file")
+                self.write("other.yaml", SCENARIO.replace("view.ppm", what))
+                self.check_line(self.run_program("run", "other.yaml"), what, "is no regular file")
+                self.check_line(self.run_program("export", what), what, "is no file")
+
+    def test_paths_that_the_system_refuses_are_bad_input(self):
+        (self.place / "loop").symlink_to("loop")
+        for path in ("n" * 300, "loop", "loop/inside", "n" * 5000):
+            with self.subTest(path[:10]):
+                self.check_line(self.run_program("run", path))
+                self.check_line(self.run_program("run", "scenario.yaml", "--out", path))
+                self.check_line(self.run_program("run", "scenario.yaml", "--trace", path + "/x.vcd"))
+                self.check_line(self.run_program("run", "scenario.yaml", "--trace", path + "/x.json"))
+                self.check_line(self.run_program("export", path))
+                self.check_line(self.run_program("plot", path, "--x", "a", "--y", "b", "-o", path + ".svg"))
+                self.assertTrue((self.place / "loop").is_symlink())
+
+    def test_a_working_directory_that_is_gone_is_told(self):
+        gone = self.place / "gone"
+        gone.mkdir()
+        script = 'cd "$1" && rmdir "$1" && exec "$2" run "$3"'
+        done = subprocess.run(["sh", "-c", script, "sh", gone, METABUFFER, self.place / "scenario.yaml"],
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60,
+                              check=False)
+        self.check_line(done)
+
+    def test_a_text_that_aliases_multiply_is_refused(self):
+        words = "a: &a " + "x" * 1_000_000 + "\n"
+        aliases = "b: [" + ", ".join(["*a"] * 5000) + "]\n"
+        self.write("aliases.yaml", words + aliases + SCENARIO)
+        done = self.run_program("run", "aliases.yaml", preexec_fn=limits(RLIMIT_AS=2 << 30))
+        self.check_line(done, "aliases.yaml:", "MiB of text")
+
+    def test_many_keys_in_a_map_take_no_longer_each(self):
+        keys = "".join(f"key{n}: 1\n" for n in range(100_000))
+        self.write("keys.yaml", keys)
+        # Quadratic, it took twenty seconds of the processor.
+        done = self.run_program("run", "keys.yaml", preexec_fn=limits(RLIMIT_CPU=10))
+        self.check_line(done, "keys.yaml:1: key0: is not a known key")
+
+    def test_what_is_repeated_from_the_input_is_cut_and_stays_on_one_line(self):
+        self.write("digits.yaml", SCENARIO + "frames: " + "9" * 1_000_000 + "\n")
+        self.check_line(self.run_program("run", "digits.yaml"), "frames")
+        self.check_line(self.run_program("run", "scenario.yaml", "--trace", "t.vcd", "--trace-window", "a\nb\x1b[1m"),
+                        "--trace-window")
+        self.check_line(self.run_program("run", "scenario.yaml", "--set", "bus.width_bits=" + "7" * 100_000))
+        self.check_line(self.run_program("--" + "x" * 100_000))
+        self.check_line(self.run_program("run", "scenario.yaml", "--frames", "9" * 10_000))
+
+    def test_a_number_option_takes_no_nan(self):
+        for words in (["sweep", "scenario.yaml", "-o", "r.db", "--time-limit"],
+                      ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels", "--time-limit"],
+                      ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels", "--frame-rate-hz"],
+                      ["analyze", "scenario.yaml", "--frame-rate-hz"]):
+            for number in ("nan", "-nan", "inf", "-1", "0", "1e999"):
+                with self.subTest(" ".join([*words[-1:], number])):
+                    self.check_line(self.run_program(*words[:-1], f"{words[-1]}={number}"), "out of range; use 0.001 to")
+
+    def test_libraries_say_nothing_of_a_broken_image(self):
+        picture = self.place / "good"
+        self.assertEqual(self.run_program("run", "scenario.yaml", "--out", picture).returncode, DONE)
+        png = (picture / "display_1.png").read_bytes()
+        pixels = png.index(b"IDAT") + 4
+        self.write("broken.yaml", SCENARIO.replace("view.ppm", "broken.png"))
+        for broken in (png[:pixels + 3], png[:pixels] + b"\xff" * 8 + png[pixels + 8:],
+                       png[:16] + b"\xff" * 8 + png[24:]):
+            self.write("broken.png", broken)
+            self.check_line(self.run_program("run", "broken.yaml"), "broken.png", "is not a readable image")
+
+
+class Output(Hostile):
+    """What is written is whole, and replaces nothing that is read."""
+
+    def test_a_waveform_that_cannot_be_written_to_its_end_is_told(self):
+        words = ("run", "scenario.yaml", "--trace", "t.vcd", "--trace-window", "all")
+        done = self.run_program(*words, preexec_fn=limits(RLIMIT_FSIZE=20_000))
+        self.check_line(done, "cannot write 't.vcd'", "File too large")
+        (self.place / "t.vcd").symlink_to("/dev/full")
+        self.check_line(self.run_program(*words), "t.vcd", "is no regular file")
+        self.assertTrue((self.place / "t.vcd").is_symlink())
+
+    def test_a_trace_through_a_symbolic_link_goes_to_where_the_link_leads(self):
+        for name in ("t.vcd", "t.json"):
+            with self.subTest(name):
+                (self.place / name).symlink_to("real-" + name)
+                done = self.run_program("run", "scenario.yaml", "--trace", name)
+                self.assertEqual(done.returncode, DONE, done.stderr)
+                self.assertTrue((self.place / name).is_symlink())
+                self.assertGreater((self.place / ("real-" + name)).stat().st_size, 1000)
+
+    def test_a_full_standard_output_is_told_by_every_command(self):
+        self.assertEqual(self.run_program("size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64",
+                                          "--out", "r.db").returncode, DONE)
+        for words in (["--help"], ["--version"], ["run", "--help"], ["run", "scenario.yaml"], ["keys"], ["counters"],
+                      ["analyze", "scenario.yaml"], ["compare", "scenario.yaml"], ["export", "r.db"],
+                      ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64"],
+                      ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--quiet"]):
+            with self.subTest(" ".join(words)), open("/dev/full", "wb") as full:
+                done = self.run_program(*words, stdout=full)
+                self.assertEqual(done.returncode, BAD_INPUT)
+                self.assertIn(b"standard output cannot be written\n", done.stderr)
+
+    def test_no_output_replaces_an_input(self):
+        self.write("display_1.png", b"")
+        self.write("report.json", SCENARIO)
+        self.write("display_7.0003.png", IMAGE)
+        self.write("odd.yaml", SCENARIO.replace("view.ppm", "display_7.0003.png"))
+        self.write("effective_scenario.yaml", SCENARIO)
+        self.write("link.vcd", "").unlink()
+        (self.place / "link.vcd").symlink_to("scenario.yaml")
+        os.link(self.place / "view.ppm", self.place / "hard.json")
+        before = self.snapshot()
+        for words in (["run", "report.json", "--out", "."], ["run", "effective_scenario.yaml", "--out", "."],
+                      ["run", "odd.yaml", "--out", "."], ["run", "odd.yaml", "--out", ".", "--no-images"],
+                      ["run", "scenario.yaml", "--trace", "link.vcd"], ["run", "scenario.yaml", "--trace", "hard.json"]):
+            with self.subTest(" ".join(words)):
+                self.check_line(self.run_program(*words), "would replace")
+                self.assertEqual(self.snapshot(), before)
+        self.assertEqual(self.run_program("sweep", "scenario.yaml", "-o", "scenario.yaml").returncode, BAD_INPUT)
+        self.assertEqual(self.snapshot(), before)
+
+    def test_results_are_not_replaced_by_what_is_made_of_them(self):
+        self.run_program("size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--out", "r.svg")
+        before = (self.place / "r.svg").read_bytes()
+        for words in (["export", "r.svg", "-o", "r.svg"], ["report", "r.svg", "-o", "r.svg"],
+                      ["plot", "r.svg", "--x", "smallest", "--y", "runs", "-o", "r.svg"]):
+            with self.subTest(words[0]):
+                self.check_line(self.run_program(*words), "would replace")
+                self.assertEqual((self.place / "r.svg").read_bytes(), before)
+
+    def test_what_lies_in_the_results_folder_and_is_not_the_run_s_stays(self):
+        self.write("out/display_99.png/inside", "kept")
+        self.write("out/notes.txt", "kept")
+        self.write("stranger", "kept")
+        for name in ("report.json.part", ".metabuffer-1-0.part"):
+            (self.place / "out" / name).symlink_to(self.place / "stranger")
+        self.assertEqual(self.run_program("run", "scenario.yaml", "--out", "out").returncode, DONE)
+        for name in ("out/display_99.png/inside", "out/notes.txt", "stranger"):
+            self.assertEqual((self.place / name).read_text(), "kept")
+
+    def test_a_run_that_fails_leaves_the_earlier_results_whole(self):
+        self.assertEqual(self.run_program("run", "scenario.yaml", "--out", "out").returncode, DONE)
+        before = self.snapshot("out")
+        larger = "name: other\nframes: 4\ndisplays: {width: 640, height: 480}\n" + SCENARIO.split("\n", 2)[2]
+        self.write("other.yaml", larger)
+        done = self.run_program("run", "other.yaml", "--out", "out", preexec_fn=limits(RLIMIT_FSIZE=3000))
+        self.check_line(done, "cannot write", "File too large")
+        self.assertEqual(self.snapshot("out"), before)
+        self.assertEqual(self.run_program("run", "other.yaml", "--out", "out").returncode, DONE)
+        self.assertNotEqual(self.snapshot("out"), before)
+
+    def test_a_killed_run_leaves_the_earlier_results_whole_and_the_next_one_clears_up(self):
+        self.write("large.ppm", b"P6\n64 48\n255\n" + bytes(64 * 48 * 3))
+        self.write("long.yaml", LONG_SCENARIO)
+        self.assertEqual(self.run_program("run", "scenario.yaml", "--out", "out").returncode, DONE)
+        before = self.snapshot("out")
+        process = self.start_program("run", "long.yaml", "--out", "out", "--quiet")
+        aside = self.place / "out/.metabuffer-unfinished"
+        self.assertTrue(wait_until(lambda: aside.is_dir() and any(aside.iterdir())))
+        self.kill_group(process)
+        kept = {name: content for name, content in self.snapshot("out").items() if "/.metabuffer-" not in name}
+        self.assertEqual(kept, before)
+        self.assertEqual(self.run_program("run", "scenario.yaml", "--out", "out").returncode, DONE)
+        self.assertEqual(self.snapshot("out").keys(), before.keys())
+
+    def test_a_second_run_into_a_folder_is_refused_with_the_first_one_s_number(self):
+        self.write("large.ppm", b"P6\n64 48\n255\n" + bytes(64 * 48 * 3))
+        self.write("long.yaml", LONG_SCENARIO)
+        process = self.start_program("run", "long.yaml", "--out", "out", "--quiet")
+        self.assertTrue(wait_until((self.place / "out/.metabuffer-unfinished").is_dir))
+        self.check_line(self.run_program("run", "scenario.yaml", "--out", "out"), "out", f"({process.pid})")
+        self.kill_group(process)
+        self.assertEqual(self.run_program("run", "scenario.yaml", "--out", "out").returncode, DONE)
+
+
+class Resources(Hostile):
+    """Where memory, processes or patience end, the program does so in one line."""
+
+    def test_wherever_memory_ends_there_is_one_line(self):
+        self.write("wide.yaml", "name: wide\ndisplays: {columns: 2, width: 640, height: 480}\n" +
+                   SCENARIO.split("\n", 2)[2])
+        reached = set()
+        for words in (["--version"], ["run", "wide.yaml"], ["run", "wide.yaml", "--level", "functional"],
+                      ["compare", "wide.yaml"], ["run", "wide.yaml", "--trace", "t.vcd"],
+                      ["size", "wide.yaml", "--minimize", "composer.buffer_pixels=1..4096", "--processes", "1"]):
+            for mebibytes in (24, 32, 40, 48, 64, 96, 160, 256, 384, 448, 512, 640, 896, 1280):
+                with self.subTest(f"{' '.join(words)}, {mebibytes} MiB"):
+                    done = self.run_program(*words, preexec_fn=limits(RLIMIT_AS=mebibytes << 20))
+                    if done.returncode == 127 and b"shared librar" in done.stderr:
+                        continue  # the system could not even load the program
+                    reached.add(done.returncode)
+                    if done.returncode != DONE:
+                        self.check_line(done)
+        self.assertEqual(reached, {DONE, BAD_INPUT})
+
+    def test_a_high_column_takes_no_more_stack_than_a_low_one(self):
+        self.write("view.ppm", b"P6\n12 2\n255\n" + bytes(72))
+        self.write("high.yaml", SCENARIO.replace("  - frames:", "  - copies: 4096\n    frames:"))
+        # Passing PIPEREADY, STARTFRAME and pixels from within each other, 4,096 composers took half a megabyte.
+        done = self.run_program("run", "high.yaml", "--quiet", preexec_fn=limits(RLIMIT_STACK=256 << 10))
+        self.assertEqual(done.returncode, DONE, done.stderr)
+
+    def test_no_process_outlives_the_program(self):
+        self.write("large.ppm", b"P6\n64 48\n255\n" + bytes(64 * 48 * 3))
+        self.write("long.yaml", LONG_SCENARIO)
+        for words in (["run", "long.yaml", "--trace", "t.vcd", "--trace-window", "first-starved-pixel"],
+                      ["run", "long.yaml", "--trace", "t.vcd", "--trace-window", "cycles:0-1000000"],
+                      ["compare", "long.yaml"],
+                      ["size", "long.yaml", "--minimize", "composer.buffer_pixels=64..4096"]):
+            with self.subTest(" ".join(words)):
+                process = self.start_program(*words)
+                self.assertTrue(wait_until(lambda: len(processes_of(process.pid)) > 1))
+                process.kill()
+                process.wait()
+                self.assertTrue(wait_until(lambda: not processes_of(process.pid), 20))
+
+    def test_a_scout_that_was_killed_is_no_answer(self):
+        self.write("large.ppm", b"P6\n64 48\n255\n" + bytes(64 * 48 * 3))
+        self.write("long.yaml", LONG_SCENARIO)
+        process = self.start_program("run", "long.yaml", "--trace", "t.vcd", "--trace-window", "first-starved-pixel")
+        # The one that writes the waveform waits; the one that scouts works.
+        self.assertTrue(wait_until(lambda: len(processes_of(process.pid)) == 3))
+        for child in processes_of(process.pid):
+            if child != process.pid:
+                os.kill(child, signal.SIGKILL)
+        _, text = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, BAD_INPUT, text)
+        self.assertIn(b"--trace", text)
+        self.assertFalse((self.place / "t.vcd").exists())
+
+
+class Results(Hostile):
+    """A file of results is input, whatever somebody has done to it."""
+
+    DAMAGE = ("UPDATE meta SET value = '[1]' WHERE key = 'fixed'", "UPDATE meta SET value = '{' WHERE key = 'fixed'",
+              "UPDATE meta SET value = '{\"a\": 1}' WHERE key = 'fixed'", "DELETE FROM meta", "DROP TABLE pictures",
+              "DROP VIEW results; CREATE VIEW results AS WITH RECURSIVE n(point) AS (SELECT 1 UNION ALL SELECT point + 1 "
+              "FROM n) SELECT point, 1 AS status FROM n",
+              "ALTER TABLE points RENAME COLUMN note TO notes",
+              "CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END",
+              "UPDATE runs SET report = zeroblob(300000000)", "UPDATE runs SET report = 'abc'",
+              "UPDATE points SET note = zeroblob(300000000)", "UPDATE axes SET key = x'ff00'",
+              "UPDATE points SET status = 7, run = 'x', smallest = 'y', runs = x'00'")
+
+    def test_damaged_content_is_told_as_such_by_whatever_reads_it(self):
+        size = ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--over", "bus.width_bits=64,128",
+                "--out", "r.db", "--quiet"]
+        self.assertEqual(self.run_program(*size).returncode, DONE)
+        shutil.copy(self.place / "r.db", self.place / "good.db")
+        for damage in self.DAMAGE:
+            shutil.copy(self.place / "good.db", self.place / "r.db")
+            database = sqlite3.connect(self.place / "r.db")
+            database.executescript(damage)
+            database.commit()
+            database.close()
+            told = 0
+            for words in (["export", "r.db"], ["report", "r.db", "-o", "r.html"], size,
+                          ["plot", "r.db", "--x", "smallest", "--y", "runs", "-o", "r.svg"]):
+                with self.subTest(f"{words[0]}: {damage}"):
+                    done = self.run_program(*words, preexec_fn=limits(RLIMIT_CPU=30))
+                    if done.returncode == DONE:
+                        continue  # it does not read what is damaged
+                    self.check_line(done, "r.db")
+                    told += 1
+            with self.subTest(damage):
+                self.assertGreater(told, 0)
+
+    def test_no_spreadsheet_takes_a_text_for_a_formula(self):
+        self.run_program("size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--out", "r.db")
+        database = sqlite3.connect(self.place / "r.db")
+        for note in ("=1+1", "+1", "-1", "@a", "\t=1"):
+            with self.subTest(note):
+                database.execute("UPDATE points SET note = ?, smallest = -5", (note,))
+                database.commit()
+                done = self.run_program("export", "r.db", "--columns", "note, smallest")
+                self.assertEqual(done.stdout.decode().splitlines()[1], f"'{note},-5")
+        database.close()
+
+
+class Locale(Hostile):
+    """Numbers are written and read in one way, whatever the user's language does."""
+
+    def test_a_decimal_comma_changes_nothing(self):
+        (self.place / "locales").mkdir()
+        built = subprocess.run(["localedef", "-f", "UTF-8", "-i", "de_DE", self.place / "locales/de_DE.UTF-8"],
+                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+        self.assertTrue((self.place / "locales/de_DE.UTF-8").is_dir(), built.stdout)
+        german = dict(os.environ, LOCPATH=str(self.place / "locales"), LC_ALL="de_DE.UTF-8", LANG="de_DE.UTF-8")
+        comma = subprocess.run(["printf", "%.1f", "1,5"], env=german, stdout=subprocess.PIPE, check=True).stdout
+        self.assertEqual(comma, b"1,5")  # the locale is in force
+        results = {}
+        for name, environment in (("plain", dict(os.environ, LC_ALL="C")), ("german", german)):
+            for words in (["run", "scenario.yaml", "--set", "clocks.core_mhz=99.5", "--out", "out", "--quiet"],
+                          ["analyze", "scenario.yaml", "--frame-rate-hz", "59.94", "--json"],
+                          ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--out", name + ".db",
+                           "--time-limit", "12.5", "--quiet"],
+                          ["export", name + ".db", "--columns", "frames_per_second, smallest"]):
+                done = self.run_program(*words, env=environment)
+                self.assertEqual(done.returncode, DONE, done.stderr)
+                results.setdefault(name, []).append(done.stdout)
+            results[name].append(self.snapshot("out"))
+            shutil.rmtree(self.place / "out")
+        self.assertEqual(results["plain"], results["german"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
