@@ -1,0 +1,163 @@
+// To be preloaded into the program: the n-th call of one function of the system, counted over all processes of a run,
+// fails as the system would make it fail. failing_calls_test.py runs the program with it for one n after another.
+//
+// FAILING_CALL: the function. FAILING_AT: n, from 1; 0 only counts. FAILING_COUNT: a file of 8 bytes for the count.
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdarg>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace {
+
+/// The system's own, behind this one.
+template <typename Function>
+Function* next(const char* name) {
+    return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
+}
+
+/// Of all processes, in memory that they share.
+std::atomic<std::int64_t>* shared_count() {
+    static std::atomic<std::int64_t>* const count = []() -> std::atomic<std::int64_t>* {
+        const char* file = std::getenv("FAILING_COUNT");
+        if (file == nullptr) return nullptr;
+        const int descriptor = next<int(const char*, int, ...)>("open")(file, O_RDWR | O_CLOEXEC);
+        if (descriptor < 0) return nullptr;
+        void* memory = next<void*(void*, std::size_t, int, int, int, off_t)>("mmap")(
+            nullptr, sizeof(std::int64_t), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
+        next<int(int)>("close")(descriptor);
+        return memory == MAP_FAILED ? nullptr : static_cast<std::atomic<std::int64_t>*>(memory);
+    }();
+    return count;
+}
+
+/// Counts a call; whether it is the one to fail.
+bool fails(const char* function) {
+    static const char* const chosen = std::getenv("FAILING_CALL");
+    static const char* const at = std::getenv("FAILING_AT");
+    if (chosen == nullptr || at == nullptr || std::strcmp(chosen, function) != 0) return false;
+    std::atomic<std::int64_t>* count = shared_count();
+    return count != nullptr && count->fetch_add(1) + 1 == std::atoll(at);
+}
+
+int fail_with(int error) {
+    errno = error;
+    return -1;
+}
+
+/// Pipes and terminals do not fail for want of space, and are not what is tried here.
+bool is_file(int descriptor) {
+    const int before = errno;
+    struct stat status {};
+    const bool result = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+    errno = before;
+    return result;
+}
+
+/// What the system itself makes is always there; a library that ends the process without it has no other way.
+bool is_of_system(const char* path) {
+    return std::strncmp(path, "/proc/", 6) == 0 || std::strncmp(path, "/sys/", 5) == 0;
+}
+
+int opened(const char* name, const char* path, int flags, mode_t mode) {
+    if (!is_of_system(path) && fails("open")) return fail_with((flags & O_CREAT) != 0 ? ENOSPC : EMFILE);
+    return next<int(const char*, int, ...)>(name)(path, flags, mode);
+}
+
+mode_t mode_of(int flags, va_list& arguments) {
+    return (flags & (O_CREAT | O_TMPFILE)) != 0 ? static_cast<mode_t>(va_arg(arguments, int)) : 0;
+}
+
+FILE* opened_stream(const char* name, const char* path, const char* mode) {
+    if (!is_of_system(path) && fails("open")) {
+        errno = EMFILE;
+        return nullptr;
+    }
+    return next<FILE*(const char*, const char*)>(name)(path, mode);
+}
+
+void* mapped(const char* name, void* address, std::size_t length, int protection, int flags, int descriptor,
+             off_t offset) {
+    if (fails("mmap")) {
+        errno = ENOMEM;
+        return MAP_FAILED;
+    }
+    return next<void*(void*, std::size_t, int, int, int, off_t)>(name)(address, length, protection, flags,
+                                                                       descriptor, offset);
+}
+
+}  // namespace
+
+extern "C" {
+
+ssize_t write(int descriptor, const void* bytes, std::size_t count) {
+    if (is_file(descriptor) && fails("write")) return fail_with(ENOSPC);
+    return next<ssize_t(int, const void*, std::size_t)>("write")(descriptor, bytes, count);
+}
+ssize_t pwrite(int descriptor, const void* bytes, std::size_t count, off_t offset) {
+    if (fails("write")) return fail_with(ENOSPC);
+    return next<ssize_t(int, const void*, std::size_t, off_t)>("pwrite")(descriptor, bytes, count, offset);
+}
+ssize_t pwrite64(int descriptor, const void* bytes, std::size_t count, off64_t offset) {
+    if (fails("write")) return fail_with(ENOSPC);
+    return next<ssize_t(int, const void*, std::size_t, off64_t)>("pwrite64")(descriptor, bytes, count,
+                                                                             offset);
+}
+int open(const char* path, int flags, ...) {
+    va_list arguments;
+    va_start(arguments, flags);
+    const mode_t mode = mode_of(flags, arguments);
+    va_end(arguments);
+    return opened("open", path, flags, mode);
+}
+int open64(const char* path, int flags, ...) {
+    va_list arguments;
+    va_start(arguments, flags);
+    const mode_t mode = mode_of(flags, arguments);
+    va_end(arguments);
+    return opened("open64", path, flags, mode);
+}
+FILE* fopen(const char* path, const char* mode) { return opened_stream("fopen", path, mode); }
+FILE* fopen64(const char* path, const char* mode) { return opened_stream("fopen64", path, mode); }
+int close(int descriptor) {
+    // The descriptor is closed all the same, as the system does it.
+    const bool is_chosen = fails("close");
+    const int result = next<int(int)>("close")(descriptor);
+    return is_chosen ? fail_with(EIO) : result;
+}
+int rename(const char* from, const char* to) {
+    return fails("rename") ? fail_with(ENOSPC) : next<int(const char*, const char*)>("rename")(from, to);
+}
+int mkdir(const char* path, mode_t mode) {
+    return fails("mkdir") ? fail_with(ENOSPC) : next<int(const char*, mode_t)>("mkdir")(path, mode);
+}
+int unlink(const char* path) {
+    return fails("unlink") ? fail_with(EIO) : next<int(const char*)>("unlink")(path);
+}
+int fsync(int descriptor) { return fails("fsync") ? fail_with(EIO) : next<int(int)>("fsync")(descriptor); }
+int fdatasync(int descriptor) {
+    return fails("fsync") ? fail_with(EIO) : next<int(int)>("fdatasync")(descriptor);
+}
+pid_t fork() { return fails("fork") ? fail_with(EAGAIN) : next<pid_t()>("fork")(); }
+int pipe(int ends[2]) { return fails("pipe") ? fail_with(EMFILE) : next<int(int*)>("pipe")(ends); }
+void* mmap(void* address, std::size_t length, int protection, int flags, int descriptor, off_t offset) {
+    return mapped("mmap", address, length, protection, flags, descriptor, offset);
+}
+void* mmap64(void* address, std::size_t length, int protection, int flags, int descriptor, off64_t offset) {
+    return mapped("mmap64", address, length, protection, flags, descriptor, offset);
+}
+ssize_t read(int descriptor, void* bytes, std::size_t count) {
+    if (is_file(descriptor) && fails("read")) return fail_with(EIO);
+    return next<ssize_t(int, void*, std::size_t)>("read")(descriptor, bytes, count);
+}
+
+}  // extern "C"
