@@ -23,12 +23,17 @@ class ClockBench : public sc_core::sc_module {
         SC_METHOD(rise);
         sensitive << clk_.posedge_event();
         dont_initialize();
+        SC_METHOD(fall);
+        sensitive << clk_.negedge_event();
+        dont_initialize();
     }
     SC_HAS_PROCESS(ClockBench);
 
     std::vector<std::int64_t> rises_picoseconds;
+    std::vector<std::int64_t> falls_picoseconds;
 
   private:
+    void fall() { falls_picoseconds.push_back(now_picoseconds()); }
     void rise() { rises_picoseconds.push_back(now_picoseconds()); }
 
     sc_core::sc_signal<int> ppm_;
@@ -49,6 +54,15 @@ void check_edges(const ClockBench& bench, std::int64_t period_picoseconds, int p
     INFO(period_picoseconds << " ps, " << ppm << " ppm");
     REQUIRE(bench.rises_picoseconds.size() > 1000);
     CHECK(bench.rises_picoseconds == exact_edges(period_picoseconds, ppm, bench.rises_picoseconds.size()));
+    // High for half of each period, and low for the other.
+    REQUIRE(bench.falls_picoseconds.size() + 1 >= bench.rises_picoseconds.size());
+    int uneven = 0;
+    for (std::size_t n = 0; n + 1 < bench.rises_picoseconds.size(); ++n) {
+        const std::int64_t high = bench.falls_picoseconds[n] - bench.rises_picoseconds[n];
+        const std::int64_t low = bench.rises_picoseconds[n + 1] - bench.falls_picoseconds[n];
+        uneven += high - low == 0 || high - low == 1 ? 0 : 1;
+    }
+    CHECK(uneven == 0);
 }
 
 TEST_CASE("link clock: edge n is at n periods divided by 1 + ppm / 10^6 and nothing is lost by rounding") {

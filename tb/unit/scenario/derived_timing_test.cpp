@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "support/scenarios.h"
 
 namespace metabuffer::test {
@@ -36,6 +37,33 @@ TEST_CASE("derived timing: of several links the slowest one counts and its place
     const std::int64_t interval = watchdog_interval_picoseconds(first_is_slow);
     CHECK(interval == watchdog_interval_picoseconds(last_is_slow));
     CHECK(interval > watchdog_interval_picoseconds(machine_of(200, 150, 20)));
+}
+
+TEST_CASE("derived timing: the watchdog's default is twice the sum of the silences, and 10,000 clocks") {
+    Scenario scenario = machine_of(32, 24, 3);
+    scenario.clocks = {};
+    scenario.clocks.core_mhz = 100;
+    scenario.clocks.dvi_in_mhz = 50;
+    scenario.clocks.dvi_out_mhz = 25;
+    scenario.memory.page_miss_cycles = 7;
+    scenario.bus.arbitration = Arbitration::kIrsa;
+    const std::int64_t link = link_timeout_clocks(scenario, scenario.renderers.front()) * 20'000;
+    const std::int64_t display = 2 * DviTiming{64, 48}.frame_clocks() * std::int64_t{40'000};
+    const std::int64_t core = (2 * 7 + 1 + 10'000) * std::int64_t{10'000};
+    CHECK(watchdog_interval_picoseconds(scenario) == 2 * (link + display) + core);
+
+    SECTION(
+        "a policy that loses slots may lose all of a table, those that were added for fresh composers too") {
+        scenario.bus.arbitration = Arbitration::kSlotAllocation;
+        REQUIRE(loses_slots(scenario.bus.arbitration));
+        const std::int64_t slots = 256 + scenario.displays.count();
+        CHECK(watchdog_interval_picoseconds(scenario) ==
+              2 * (link + display) + core + 2 * slots * lost_slot_cycles(scenario) * 10'000);
+    }
+    SECTION("each renderer adds a clock") {
+        scenario.renderers.push_back(scenario.renderers.front());
+        CHECK(watchdog_interval_picoseconds(scenario) == 2 * (link + display) + core + 10'000);
+    }
 }
 
 TEST_CASE("derived timing: the watchdog's interval is watchdog_cycles core clocks where that is given") {
