@@ -1,0 +1,174 @@
+"""Cuts the power during a sweep, many times over, on a disk that keeps what it was told to sync and of the rest what it
+likes.
+
+usage: power_cut_test.py METABUFFER LIBRARY [--cuts N] [--seed S]
+
+A sweep runs once, and the library records what it does to its file of results. Each cut takes the record up to some point:
+what stood before a file's last sync has happened, of what came after it each write may have, or only some of its sectors.
+Of the file that this leaves, the program must be able to read points that are right, no fewer than had been synced, or say
+that it holds none; and the sweep must go on from there to the same results.
+"""
+
+import argparse
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+
+DONE = 0
+SECTOR_BYTES = 512
+SCENARIO = """name: cut
+displays: {width: 12, height: 4}
+composer: {ready_space_pixels: 2}
+bus: {burst_pixels: 2}
+renderers:
+  - frames: [{image: view.ppm, viewport: {x: 0, y: 0}}]
+"""
+SWEEP = """scenario: scenario.yaml
+axes:
+  - {key: memory.page_miss_cycles, range: {from: 0, to: 39}}
+  - {key: bus.width_bits, values: [64, 128]}
+"""
+COLUMNS = "memory.page_miss_cycles, bus.width_bits, status, core_cycles"
+
+
+def records_in(log):
+    """Operation, size, position, data and name of each record."""
+    content, at, records = log.read_bytes(), 0, []
+    while at < len(content):
+        end = content.index(b"\n", at)
+        operation, size, position, length, path = content[at:end].decode().split(" ", 4)
+        data = content[end + 1:end + 1 + int(length)]
+        records.append((operation, int(size), int(position), data, pathlib.Path(path).name))
+        at = end + 1 + int(length)
+    return records
+
+
+class Disk:
+    """What has reached it, by name."""
+
+    def __init__(self):
+        self.files = {}
+
+    def apply(self, record, sectors=lambda: True):
+        operation, size, position, data, name = record
+        if operation == "create":
+            self.files[name] = bytearray()
+        elif operation == "unlink":
+            self.files.pop(name, None)
+        elif operation == "rename":
+            self.files[pathlib.Path(data.decode()).name] = self.files.pop(name)
+        elif operation == "truncate" and name in self.files:
+            content = self.files[name]
+            del content[size:]
+            content.extend(bytes(size - len(content)))
+        elif operation == "write" and name in self.files:
+            content = self.files[name]
+            content.extend(bytes(max(0, position + len(data) - len(content))))
+            for begin in range(0, len(data), SECTOR_BYTES):
+                if sectors():
+                    part = data[begin:begin + SECTOR_BYTES]
+                    content[position + begin:position + begin + len(part)] = part
+
+
+def disk_after_cut(records, cut, values):
+    """The disk if the power goes after so many records."""
+    last_sync = {}
+    for number, (operation, *_, name) in enumerate(records[:cut]):
+        if operation == "sync":
+            last_sync[name] = number
+    fate = values.choice((0.0, 0.2, 0.5, 0.9, 1.0))  # the share of what was not synced that arrived all the same
+    torn = values.random() < 0.5
+    disk = Disk()
+    for number, record in enumerate(records[:cut]):
+        name, operation = record[-1], record[0]
+        # Names are kept in order by every file system with a journal.
+        if number <= last_sync.get(name, -1) or operation in ("create", "unlink", "rename"):
+            disk.apply(record)
+        elif values.random() < fate:
+            disk.apply(record, (lambda: values.random() < 0.7) if torn else (lambda: True))
+    return disk
+
+
+class Bench:
+    def __init__(self, program, library, place):
+        self.program, self.library, self.place = program, library, place
+        self.folder = place / "work"
+        self.folder.mkdir()
+        (self.folder / "scenario.yaml").write_text(SCENARIO)
+        (self.folder / "view.ppm").write_bytes(b"P6\n12 4\n255\n" + bytes(144))
+        (self.folder / "sweep.yaml").write_text(SWEEP)
+
+    def run(self, *words, **environment):
+        return subprocess.run([self.program, *words], cwd=self.folder, env=dict(os.environ, **environment),
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                              timeout=120, check=False)
+
+    def sweep(self, **environment):
+        done = self.run("sweep", "sweep.yaml", "-o", "r.db", "--processes", "2", "--quiet", **environment)
+        assert done.returncode == DONE, done.stderr
+
+    def points(self):
+        """The lines of the results; none if the program says that there are none."""
+        done = self.run("export", "r.db", "--columns", COLUMNS)
+        if done.returncode != DONE:
+            assert done.returncode == 2 and ("holds no results" in done.stderr or "no such file" in done.stderr), done
+            return set()
+        return set(done.stdout.splitlines()[1:])
+
+    def put(self, disk):
+        for path in self.folder.glob("r.db*"):
+            path.unlink()
+        for name, content in disk.files.items():
+            if not name.endswith(("-shm", ".lock")):  # the one is memory, the other is of a process that is gone
+                (self.folder / name).write_bytes(content)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program", type=pathlib.Path)
+    parser.add_argument("library", type=pathlib.Path)
+    parser.add_argument("--cuts", type=int, default=40, help="anywhere; half as many again are at syncs")
+    parser.add_argument("--seed", type=int, default=random.randrange(1 << 32))
+    options = parser.parse_args()
+    print(f"--seed {options.seed}", flush=True)
+    values = random.Random(options.seed)
+    with tempfile.TemporaryDirectory() as scratch:
+        bench = Bench(options.program.resolve(), options.library.resolve(), pathlib.Path(scratch))
+        log = bench.place / "log"
+        bench.sweep(LD_PRELOAD=str(bench.library), RECORDED_PREFIX="r.db", RECORDED_LOG=str(log))
+        everything = bench.points()
+        assert len(everything) == 80
+        records = records_in(log)
+        syncs = [number for number, record in enumerate(records) if record[0] == "sync"]
+        assert syncs, "nothing was ever synced"
+        shutil.copy(bench.folder / "r.db", bench.place / "whole.db")
+        kept = []
+        # Syncs are where most is at stake.
+        cuts = {near + 1 for near in values.sample(syncs, min(options.cuts // 2, len(syncs)))}
+        cuts |= set(values.sample(range(len(records) + 1), min(options.cuts, len(records) + 1)))
+        for cut in sorted(cuts):
+            bench.put(disk_after_cut(records, cut, values))
+            found = bench.points()
+            assert found <= everything, f"cut at {cut}: wrong points {found - everything}"
+            # What a disk holds that keeps just what was synced is there after any other cut at that place, too.
+            strict = Disk()
+            last = {record[-1]: number for number, record in enumerate(records[:cut]) if record[0] == "sync"}
+            for number, record in enumerate(records[:cut]):
+                if number <= last.get(record[-1], -1) or record[0] in ("create", "unlink", "rename"):
+                    strict.apply(record)
+            bench.put(strict)
+            synced = bench.points()
+            assert synced <= found, f"cut at {cut}: lost points that had been synced {synced - found}"
+            kept.append((cut, len(synced), len(found)))
+            bench.put(disk_after_cut(records, cut, values))
+            bench.sweep()
+            assert bench.points() == everything, f"cut at {cut}: the sweep went on to other results"
+        print(f"{len(records)} records, {len(syncs)} syncs; cut after, points synced, points found: {kept}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
