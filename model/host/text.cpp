@@ -44,7 +44,7 @@ std::string one_line(std::string_view text) {
 }
 
 std::string message(std::string_view text) {
-    const std::string line = one_line(text);
+    std::string line = one_line(text);
     if (line.size() <= kLongestMessage) return line;
     constexpr std::string_view kCut = " ... ";
     constexpr std::size_t kEndBytes = kLongestMessage / 2;
