@@ -1,8 +1,15 @@
 #include "images/image_codec.h"
 
 #include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
+#include <cerrno>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "host/errors.h"
 #include "host/text.h"
@@ -18,7 +25,43 @@ namespace {
                                     "; install metabuffer anew, or build it all"));
 }
 
+/// Whether this process may start so many more. All are alive at once.
+bool can_start(unsigned processes) {
+    std::array<int, 2> ends{};
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) return false;
+    std::vector<pid_t> children;
+    pid_t child = 0;
+    while (children.size() < processes && (child = fork()) > 0) children.push_back(child);
+    if (child == 0 && children.size() < processes) {
+        // Until the parent has closed its end, however it does.
+        close(ends[1]);
+        char nothing = 0;
+        static_cast<void>(!read(ends[0], &nothing, 1));
+        _exit(0);
+    }
+    close(ends[0]);
+    close(ends[1]);
+    for (const pid_t started : children) {
+        while (waitpid(started, nullptr, 0) < 0 && errno == EINTR) {
+        }
+    }
+    return children.size() == processes;
+}
+
+/// Of OpenImageIO's libraries one starts a thread for each processor and others a few, as they are loaded. If they may not,
+/// one waits for ever, with all signals blocked.
+void check_threads() {
+    constexpr unsigned kOthers = 6;
+    if (!can_start(std::thread::hardware_concurrency() + kOthers)) {
+        throw InputError(
+            "metabuffer: this computer refuses the threads that OpenImageIO's libraries start; raise its "
+            "limit on "
+            "processes");
+    }
+}
+
 const ImageCodec& load_codec() {
+    check_threads();
     // By its name: the program says where its modules are, built or installed. Never unloaded, for OpenImageIO's
     // libraries start threads.
     void* module = dlopen(kImageModuleFile, RTLD_LAZY | RTLD_LOCAL);

@@ -6,6 +6,7 @@ usage: hostile_test.py METABUFFER [CLASS...]
 
 import os
 import pathlib
+import pwd
 import resource
 import shutil
 import signal
@@ -321,6 +322,32 @@ class Resources(Hostile):
                     if done.returncode != DONE:
                         self.check_line(done)
         self.assertEqual(reached, {DONE, BAD_INPUT})
+
+    def test_wherever_processes_end_there_is_one_line(self):
+        if os.getuid() == 0:
+            # Root may have as many as it likes.
+            nobody = pwd.getpwnam("nobody")
+            for path in (self.place, *self.place.iterdir()):
+                os.chown(path, nobody.pw_uid, nobody.pw_gid)
+            user = {"user": nobody.pw_uid, "group": nobody.pw_gid, "extra_groups": []}
+            if self.run_program("--version", **user).returncode != DONE:
+                self.skipTest("the program is where nobody else may read")
+        else:
+            user = {}
+        environment = dict(os.environ, HOME=str(self.place))
+        trace = ["--trace", "t.vcd", "--trace-window", "startframe:0"]
+        commands = (["--version"], ["run", "scenario.yaml", "--quiet"], ["run", "scenario.yaml", *trace],
+                    ["compare", "scenario.yaml"])
+        others = sum(1 for entry in pathlib.Path("/proc").iterdir()
+                     if entry.name.isdigit() and entry.stat().st_uid == user.get("user", os.getuid()))
+        for words in commands:
+            # With few, OpenImageIO's libraries would wait for each other for ever.
+            for processes in range(1, 12):
+                with self.subTest(f"{' '.join(words)}, {processes} processes"):
+                    done = self.run_program(*words, env=environment, **user,
+                                            preexec_fn=limits(RLIMIT_NPROC=others + processes))
+                    if done.returncode != DONE:
+                        self.check_line(done)
 
     def test_a_high_column_takes_no_more_stack_than_a_low_one(self):
         self.write("view.ppm", b"P6\n12 2\n255\n" + bytes(72))

@@ -19,6 +19,9 @@ namespace {
 constexpr const char* kNoMemory =
     "metabuffer: this computer does not have the memory for a machine of that size";
 
+constexpr const char* kRefused =
+    "metabuffer: this computer refuses what a run needs: memory, a thread or a process; raise its limits";
+
 [[noreturn]] void end_with(const char* line, std::size_t length, ExitStatus status) {
     // What cannot be written cannot be reported either.
     static_cast<void>(!write(STDERR_FILENO, line, length));
@@ -26,10 +29,16 @@ constexpr const char* kNoMemory =
     _exit(status);
 }
 
-/// Takes no memory where there is none.
+/// Nobody handles an exception, and there may be no memory to say so.
 [[noreturn]] void end_on_uncaught_exception() {
     try {
-        const Failure failure = current_failure();
+        Failure failure{kExitModelError, "the program is at fault: it ended itself"};
+        if (std::current_exception() != nullptr) {
+            failure = current_failure();
+        } else if (std::uncaught_exceptions() > 0) {
+            // A library that cannot have all of its threads ends so: it forgets those that it has.
+            failure = {kExitBadInput, kRefused};
+        }
         end_with(failure.message.data(), failure.message.size(), failure.status);
     } catch (...) {
         end_with(kNoMemory, std::strlen(kNoMemory), kExitBadInput);
@@ -39,8 +48,6 @@ constexpr const char* kNoMemory =
 }  // namespace
 
 Failure current_failure() {
-    if (std::current_exception() == nullptr)
-        return {kExitModelError, "the program is at fault: it ended itself"};
     try {
         throw;
     } catch (const InputError& error) {
