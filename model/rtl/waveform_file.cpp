@@ -46,8 +46,6 @@ class WaveformFile::Pipe {
     ~Pipe() {
         std::signal(SIGPIPE, before_);
         close_reading();
-        std::error_code ignored;
-        std::filesystem::remove_all(folder_, ignored);
     }
 
     std::string stem() const { return (folder_ / kStem).string(); }
@@ -71,10 +69,14 @@ class WaveformFile::Pipe {
         }
     }
 
-    /// In the process that simulates: writing ends with the other end's process.
+    /// In the process that simulates: writing ends with the other end's process. Once both ends are open the pipe needs
+    /// no name, and what has none is not left behind.
     void close_reading() {
-        if (reading_ >= 0) close(reading_);
+        if (reading_ < 0) return;
+        close(reading_);
         reading_ = -1;
+        std::error_code ignored;
+        std::filesystem::remove_all(folder_, ignored);
     }
 
   private:
