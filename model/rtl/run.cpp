@@ -1,5 +1,7 @@
 #include "rtl/run.h"
 
+#include <sysc/tracing/sc_tracing_ids.h>
+
 #include <algorithm>
 #include <cstring>
 #include <exception>
@@ -30,16 +32,25 @@ sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
 class Waveform {
   public:
     Waveform(WaveformFile& file, const TraceRequest& request, const Metabuffer& machine) : file_(file) {
-        sc_core::sc_report_handler::set_actions("tracing timescale unit set", sc_core::SC_DO_NOTHING);
+        sc_core::sc_report_handler::set_actions(sc_core::SC_ID_TRACING_TIMESCALE_UNIT_,
+                                                sc_core::SC_DO_NOTHING);
         trace_ = sc_core::sc_create_vcd_trace_file(file.stem().c_str());
         trace_->set_time_unit(1.0, sc_core::SC_PS);
         machine.trace_blocks(trace_, request.blocks);
     }
     Waveform(const Waveform&) = delete;
     Waveform& operator=(const Waveform&) = delete;
+    /// SystemC cannot close a file that it has not opened: after a first clock that failed, it is left as it is.
     ~Waveform() {
-        if (trace_ != nullptr) sc_core::sc_close_vcd_trace_file(trace_);
+        if (trace_ != nullptr && is_open_) sc_core::sc_close_vcd_trace_file(trace_);
     }
+
+    /// After the first clock, which opens the file.
+    void note_opened() {
+        is_open_ = true;
+        file_.note_opened();
+    }
+    bool is_open() const { return is_open_; }
 
     /// Throws OutputError.
     void finish() {
@@ -50,6 +61,7 @@ class Waveform {
   private:
     WaveformFile& file_;
     sc_core::sc_trace_file* trace_ = nullptr;
+    bool is_open_ = false;
 };
 
 /// The window as core cycles, if what it depends on has happened yet.
@@ -176,9 +188,17 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         } else if (window) {
             next = std::min(next, window->first);
         }
-        simulation.advance(cycles_to_time(scenario, next - cycle));
+        try {
+            simulation.advance(cycles_to_time(scenario, next - cycle));
+        } catch (const sc_core::sc_report& error) {
+            if (waveform == nullptr || waveform->is_open() ||
+                std::string(error.get_msg_type()) != sc_core::SC_ID_TRACING_FOPEN_FAILED_)
+                throw;
+            throw OutputError("cannot write '" + options.trace->file.string() +
+                              "': the pipe to its process cannot be opened");
+        }
         if (waveform) {
-            waveform_file->note_opened();
+            waveform->note_opened();
             result.traced->last = machine.finished() ? machine.core_cycle() : next - 1;
         }
         cycle = next;
