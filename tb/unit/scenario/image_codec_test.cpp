@@ -8,7 +8,14 @@
 
 #include "unit/scenario/scenario_fixture.h"
 
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__)
+#define METABUFFER_FINDS_LEAKS
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define METABUFFER_FINDS_LEAKS
+#endif
+#endif
+#ifdef METABUFFER_FINDS_LEAKS
 #include <sanitizer/lsan_interface.h>
 #endif
 
@@ -348,7 +355,7 @@ TEST_CASE("image: files that cannot be read") {
         INFO(name);
         write_picture(directory / name, 64, 64, {}, noise);
         std::filesystem::resize_file(directory / name, std::filesystem::file_size(directory / name) / 2);
-#ifdef __SANITIZE_ADDRESS__
+#ifdef METABUFFER_FINDS_LEAKS
         // libpng leaves OpenImageIO's reader by a long jump, over the destructor of a string.
         const __lsan::ScopedDisabler leak_of_the_library;
 #endif
