@@ -173,7 +173,8 @@ class Input(Hostile):
         self.check_line(self.run_program("run", "digits.yaml"), "frames")
         self.check_line(self.run_program("run", "scenario.yaml", "--trace", "t.vcd", "--trace-window", "a\nb\x1b[1m"),
                         "--trace-window")
-        self.check_line(self.run_program("run", "scenario.yaml", "--set", "bus.width_bits=" + "7" * 100_000))
+        for words in (["run"], ["compare"], ["analyze"], ["size", "--minimize", "composer.buffer_pixels=1..64"]):
+            self.check_line(self.run_program(*words, "scenario.yaml", "--set", "bus.width_bits=" + "7" * 100_000))
         self.check_line(self.run_program("--" + "x" * 100_000))
         self.check_line(self.run_program("run", "scenario.yaml", "--frames", "9" * 10_000))
 
@@ -395,6 +396,8 @@ class Results(Hostile):
               "ALTER TABLE points RENAME COLUMN note TO notes",
               "CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END",
               "UPDATE runs SET report = zeroblob(300000000)", "UPDATE runs SET report = 'abc'",
+              "UPDATE runs SET settings = '{' || id", "UPDATE runs SET settings = '[' || id || ']'",
+              "UPDATE runs SET settings = '{\"composer.buffer_pixels\": ' || id || '}'",
               "UPDATE points SET note = zeroblob(300000000)", "UPDATE axes SET key = x'ff00'",
               "UPDATE points SET status = 7, run = 'x', smallest = 'y', runs = x'00'")
 

@@ -12,6 +12,8 @@
 #include <string_view>
 #include <utility>
 
+#include "host/errors.h"
+#include "host/text.h"
 #include "tools/charts/base64.h"
 #include "tools/charts/column_title.h"
 #include "tools/charts/embedded_files.h"
@@ -73,6 +75,17 @@ struct Source {
         // They stand behind the point's number, some under other names than their keys.
         const auto first = row.begin() + 1;
         return {first, first + static_cast<std::ptrdiff_t>(keys().size())};
+    }
+
+    /// The settings of a run, texts by their keys. Throws InputError if the file holds something else.
+    Json run_settings(const std::string& text) const {
+        Json settings = Json::parse(text, nullptr, false);
+        const bool are_texts =
+            settings.is_object() && std::all_of(settings.begin(), settings.end(),
+                                                [](const Json& value) { return value.is_string(); });
+        if (are_texts) return settings;
+        throw InputError("'" + file.string() + "' is damaged: the settings of a run are " +
+                         text::quoted(text));
     }
 
     std::filesystem::path file;
@@ -192,7 +205,7 @@ class PageData {
             const ResultsReader::Table runs = source.reader.runs();
             const Columns columns(runs.columns);
             for (const std::vector<Value>& row : runs.rows) {
-                const Json texts = Json::parse(exploration::text_of(columns.in(row, "settings")));
+                const Json texts = source.run_settings(exploration::text_of(columns.in(row, "settings")));
                 std::vector<Value> settings;
                 for (const std::string& key : source.keys()) {
                     settings.push_back(exploration::value_of_setting(texts.value(key, std::string())));

@@ -175,8 +175,9 @@ ExitStatus CompareCommand::execute() {
     for (const LevelProcess* process : {&rtl, &tlm}) {
         if (!process->failure()) continue;
         const Failure& failure = *process->failure();
-        std::cerr << scenario_.file() << ": level " << level_name(process->level())
-                  << " failed: " << failure.message << '\n';
+        std::cerr << text::message(scenario_.file() + ": level " + level_name(process->level()) +
+                                   " failed: " + failure.message)
+                  << '\n';
         if (failed != kExitModelError) failed = failure.status;
     }
     if (failed) return *failed;

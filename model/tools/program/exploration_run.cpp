@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "host/text.h"
 #include "report/text_table.h"
 #include "tools/program/number_option.h"
 #include "tools/program/progress_line.h"
@@ -165,7 +166,7 @@ ExitStatus judge(const Exploration& exploration) {
         return point.status == RunStatus::kInvalid;
     });
     if (!all_invalid) return kExitDone;
-    std::cerr << points.front().reason << '\n';
+    std::cerr << text::message(points.front().reason) << '\n';
     return kExitBadInput;
 }
 
