@@ -9,18 +9,21 @@
 
 #include "host/errors.h"
 #include "host/text.h"
+#include "host/text_file.h"
 
 namespace metabuffer {
 
+void fail_to_write(const std::filesystem::path& file, const std::string& why) {
+    throw OutputError(text::one_line("cannot write '" + file.string() + "': " + why));
+}
+
 OutputFile::OutputFile(const std::filesystem::path& target) : name_(target), target_(target) {
     follow_links();
-    std::error_code error;
     // Better now than at the end of a long run, when the file is to take its place.
-    const std::filesystem::file_status status = std::filesystem::status(target_, error);
-    if (std::filesystem::is_directory(status)) fail(EISDIR);
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-        throw OutputError(text::one_line("cannot write '" + name_.string() +
-                                         "': it is no regular file; name a file in a folder"));
+    std::error_code error;
+    if (std::filesystem::is_directory(target_, error)) fail(EISDIR);
+    if (input::is_no_regular_file(target_)) {
+        fail_to_write(name_, "it is no regular file; name a file in a folder");
     }
     open_aside();
 }
@@ -43,8 +46,7 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::fail(int error) const {
-    throw OutputError(text::one_line("cannot write '" + name_.string() +
-                                     "': " + std::generic_category().message(error == 0 ? EIO : error)));
+    fail_to_write(name_, std::generic_category().message(error == 0 ? EIO : error));
 }
 
 void OutputFile::open_aside() {

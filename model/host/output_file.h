@@ -1,9 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace metabuffer {
+
+/// Throws the OutputError that says of a file why it cannot be written.
+[[noreturn]] void fail_to_write(const std::filesystem::path& file, const std::string& why);
 
 /// A file that is put in place whole: it grows aside in the same folder, under a name that nobody else has, and takes its
 /// place when its last byte is written. Until then there is what was there before, and without put_in_place() there stays

@@ -22,12 +22,17 @@ namespace {
 
 }  // namespace
 
-void check_is_regular_file(const std::filesystem::path& file) {
+bool is_no_regular_file(const std::filesystem::path& file) {
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(file, error);
-    if (!std::filesystem::exists(status) || std::filesystem::is_regular_file(status)) return;
-    fail(file, std::filesystem::is_directory(status) ? std::generic_category().message(EISDIR)
-                                                     : "it is no regular file");
+    return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+}
+
+void check_is_regular_file(const std::filesystem::path& file) {
+    if (!is_no_regular_file(file)) return;
+    std::error_code error;
+    fail(file, std::filesystem::is_directory(file, error) ? std::generic_category().message(EISDIR)
+                                                          : "it is no regular file");
 }
 
 std::string text_of_file(const std::filesystem::path& file) {

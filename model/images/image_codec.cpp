@@ -55,8 +55,7 @@ void check_threads() {
     if (!can_start(std::thread::hardware_concurrency() + kOthers)) {
         throw InputError(
             "metabuffer: this computer refuses the threads that OpenImageIO's libraries start; raise its "
-            "limit on "
-            "processes");
+            "limit on processes");
     }
 }
 

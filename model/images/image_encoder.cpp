@@ -6,8 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "host/errors.h"
-#include "host/text.h"
+#include "host/output_file.h"
 
 namespace metabuffer {
 namespace {
@@ -16,29 +15,25 @@ namespace {
 /// times as long again and save little.
 constexpr int kPngCompressionLevel = 2;
 
-[[noreturn]] void fail(const std::filesystem::path& file, const std::string& reason) {
-    throw OutputError(text::one_line("cannot write '" + file.string() + "': " + reason));
-}
-
 /// The file that holds the samples, pixel by pixel. `file` is what an error names.
 template <typename Sample>
 std::string encoded(const char* format, const OIIO::ImageSpec& spec, const std::vector<Sample>& samples,
                     const std::filesystem::path& file) {
     const auto output = OIIO::ImageOutput::create(format);
-    if (output == nullptr) fail(file, OIIO::geterror());
+    if (output == nullptr) fail_to_write(file, OIIO::geterror());
     std::vector<unsigned char> bytes;
     OIIO::Filesystem::IOVecOutput memory(bytes);
-    if (!output->set_ioproxy(&memory)) fail(file, std::string(format) + " cannot be written to memory");
+    if (!output->set_ioproxy(&memory))
+        fail_to_write(file, std::string(format) + " cannot be written to memory");
     if (!output->open(file.string(), spec) ||
         !output->write_image(OIIO::BaseTypeFromC<Sample>::value, samples.data()) || !output->close()) {
-        fail(file, output->geterror());
+        fail_to_write(file, output->geterror());
     }
     return {bytes.begin(), bytes.end()};
 }
 
-template <typename Value, typename Sample>
-OIIO::ImageSpec specification(const Raster<Value>& image, const std::vector<std::string>& channels,
-                              const std::vector<Sample>& /*samples*/) {
+template <typename Sample, typename Value>
+OIIO::ImageSpec specification(const Raster<Value>& image, const std::vector<std::string>& channels) {
     OIIO::ImageSpec spec(image.width_pixels, image.height_pixels, static_cast<int>(channels.size()),
                          OIIO::BaseTypeFromC<Sample>::value);
     spec.channelnames = channels;
@@ -49,7 +44,7 @@ OIIO::ImageSpec specification(const Raster<Value>& image, const std::vector<std:
 template <typename Sample>
 std::string encode_tiff(const PixelImage& image, const std::vector<std::string>& channels,
                         const std::vector<Sample>& samples, const std::filesystem::path& file) {
-    OIIO::ImageSpec spec = specification(image, channels, samples);
+    OIIO::ImageSpec spec = specification<Sample>(image, channels);
     // The same image makes the same file, whenever it is written.
     spec.attribute("DateTime", "1970:01:01 00:00:00");
     return encoded("tiff", spec, samples, file);
@@ -75,7 +70,7 @@ std::string encode_png(const ColourImage& image, const std::filesystem::path& fi
         samples.push_back(static_cast<std::uint8_t>(colour >> 8));
         samples.push_back(static_cast<std::uint8_t>(colour));
     }
-    OIIO::ImageSpec spec = specification(image, channels, samples);
+    OIIO::ImageSpec spec = specification<std::uint8_t>(image, channels);
     spec.attribute("png:compressionLevel", kPngCompressionLevel);
     return encoded("png", spec, samples, file);
 }

@@ -184,7 +184,9 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
                 result.traced = CycleRange{cycle, cycle};
                 next = cycle + 1;  // which opens the file
             }
-            next = std::min(next, window->last == kForever ? next : window->last + 1);
+            if (window->last < next) {
+                next = window->last + 1;
+            }
         } else if (window) {
             next = std::min(next, window->first);
         }
@@ -194,8 +196,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
             if (waveform == nullptr || waveform->is_open() ||
                 std::string(error.get_msg_type()) != sc_core::SC_ID_TRACING_FOPEN_FAILED_)
                 throw;
-            throw OutputError("cannot write '" + options.trace->file.string() +
-                              "': the pipe to its process cannot be opened");
+            fail_to_write(options.trace->file, "the pipe to its process cannot be opened");
         }
         if (waveform) {
             waveform->note_opened();

@@ -81,8 +81,7 @@ class WaveformFile::Pipe {
 
   private:
     [[noreturn]] static void fail(const std::filesystem::path& target) {
-        throw OutputError("cannot write '" + target.string() +
-                          "': no pipe for it: " + std::generic_category().message(errno));
+        fail_to_write(target, "no pipe for it: " + std::generic_category().message(errno));
     }
 
     std::filesystem::path folder_;
@@ -126,9 +125,8 @@ void WaveformFile::put_in_place() {
         output_.put_in_place();
         return;
     }
-    throw OutputError(!answer.empty() && answer != kAllWritten
-                          ? answer
-                          : "cannot write '" + target_.string() + "': its process " + writer_->complaint());
+    if (!answer.empty() && answer != kAllWritten) throw OutputError(answer);
+    fail_to_write(target_, "its process " + writer_->complaint());
 }
 
 }  // namespace metabuffer::rtl

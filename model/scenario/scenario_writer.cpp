@@ -22,10 +22,6 @@ namespace {
 
 constexpr const char* kScenarioFile = "scenario.yaml";
 
-[[noreturn]] void fail(const std::filesystem::path& file, const std::string& reason) {
-    throw OutputError(text::one_line("cannot write '" + file.string() + "': " + reason));
-}
-
 /// A name as a YAML scalar that means just itself.
 std::string name(const std::string& key, const std::string& words) {
     if (words.empty() || text::has_control(words)) {
@@ -213,7 +209,7 @@ void write_scenario(const Scenario& scenario, const std::filesystem::path& direc
     const std::string content = scenario_text(scenario, images);
     std::error_code error;
     std::filesystem::create_directories(directory, error);
-    if (error) fail(directory, error.message());
+    if (error) fail_to_write(directory, error.message());
     // An earlier scenario's text must not stand beside this one's images if these cannot all be written.
     std::filesystem::remove(directory / kScenarioFile, error);
     images.write(directory, scenario.depth_format);

@@ -32,7 +32,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
                scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels()},
               column) {
     bus_socket.register_b_transport(this, &Composer::take_transfer);
-    pipe_in_socket.register_b_transport(this, &Composer::take_pixels);
+    pipe_in_socket.register_b_transport(this, &Composer::take_band);
     pipe_in_socket.register_nb_transport_fw(this, &Composer::take_startframe);
     pipe_out_socket.register_nb_transport_bw(this, &Composer::take_pipeready);
     if (settings.observer != nullptr) {
@@ -226,16 +226,13 @@ void Composer::send_frame_down() {
         if (settings_.images) {
             fill_span(scenario_.background_pixel(), raster_.argb.data(), raster_.z.data(), raster_.z.size());
         }
-        take_band(pipeline_.payload());
+        sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+        take_band(pipeline_.payload(), delay);
     }
 }
 
 /// The delay is zero all the way, since the pixels' own clocks are the column's.
-void Composer::take_pixels(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
-    take_band(payload);
-}
-
-void Composer::take_band(::tlm::tlm_generic_payload& payload) {
+void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
     const auto& band = content_of<PipelineFrame>(payload);
     if (band.first_row == 0) {
         buffer_.close_frame(band.frame, column_.raster_pixels(), now());

@@ -63,8 +63,7 @@ class Composer final : public sc_core::sc_module {
     void start_frame(::tlm::tlm_generic_payload& payload);
 
     void send_frame_down();
-    void take_pixels(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
-    void take_band(::tlm::tlm_generic_payload& payload);
+    void take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
     void composite(const PipelineFrame& band);
     void composite_row(const PipelineFrame& band, int y, const PixelPlanes& content, const Segment& segment);
 

@@ -13,6 +13,7 @@
 
 #include "host/errors.h"
 #include "host/text.h"
+#include "host/text_file.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
 
@@ -143,9 +144,7 @@ std::string meta(const SQLite::Database& database, const std::string& key) {
 }  // namespace
 
 void check_is_file(const std::filesystem::path& file) {
-    std::error_code error;
-    const std::filesystem::file_status status = std::filesystem::status(file, error);
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    if (input::is_no_regular_file(file)) {
         throw InputError("'" + file.string() + "' is no file; a file of results is needed");
     }
 }

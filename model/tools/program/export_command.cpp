@@ -51,8 +51,7 @@ void write(const std::string& text, const std::string& file) {
         write_output_file(file, text);
         return;
     }
-    std::cout << text << std::flush;
-    if (!std::cout) throw OutputError("metabuffer: standard output cannot be written");
+    std::cout << text;
 }
 
 }  // namespace

@@ -24,10 +24,6 @@ constexpr const char* kCollage = "collage.png";
 constexpr const char* kAside = ".metabuffer-unfinished";
 constexpr const char* kLock = ".metabuffer-lock";
 
-[[noreturn]] void fail_to_write(const fs::path& file, const std::error_code& error) {
-    throw OutputError(text::one_line("cannot write '" + file.string() + "': " + error.message()));
-}
-
 /// The files in a folder whose names runs use. What is no file, somebody else has put there.
 std::vector<fs::path> results_in(const fs::path& folder) {
     std::vector<fs::path> files;
@@ -38,7 +34,7 @@ std::vector<fs::path> results_in(const fs::path& folder) {
         const bool is_folder = fs::is_directory(entry->symlink_status(ignored));
         if (!is_folder && is_result_name(entry->path().filename().string())) files.push_back(entry->path());
     }
-    if (error) fail_to_write(folder, error);
+    if (error) fail_to_write(folder, error.message());
     return files;
 }
 
@@ -84,7 +80,7 @@ void ResultFolder::make() {
                                          "wait for it, or name another folder");
     clear_leftovers();
     fs::create_directory(aside_, error);
-    if (error) fail_to_write(aside_, error);
+    if (error) fail_to_write(aside_, error.message());
 }
 
 /// Of a run that was killed.
@@ -92,7 +88,7 @@ void ResultFolder::clear_leftovers() const {
     std::error_code error;
     if (!fs::is_directory(fs::symlink_status(aside_, error))) return;
     fs::remove_all(aside_, error);
-    if (error) fail_to_write(aside_, error);
+    if (error) fail_to_write(aside_, error.message());
 }
 
 ResultFolder::~ResultFolder() {
@@ -110,20 +106,20 @@ void ResultFolder::put_in_place() {
     // The report goes first and comes last: with a report beside them, pictures are all of one run.
     std::error_code error;
     fs::remove(path_ / kReportFile, error);
-    if (error) fail_to_write(path_ / kReportFile, error);
+    if (error) fail_to_write(path_ / kReportFile, error.message());
     const std::vector<fs::path> results = results_in(aside_);
     for (const fs::path& earlier : results_in(path_)) {
         if (fs::exists(fs::status(aside_ / earlier.filename(), error))) continue;
         fs::remove(earlier, error);
-        if (error) fail_to_write(earlier, error);
+        if (error) fail_to_write(earlier, error.message());
     }
     for (const fs::path& file : results) {
         if (file.filename() == kReportFile) continue;
         fs::rename(file, path_ / file.filename(), error);
-        if (error) fail_to_write(path_ / file.filename(), error);
+        if (error) fail_to_write(path_ / file.filename(), error.message());
     }
     fs::rename(aside_ / kReportFile, path_ / kReportFile, error);
-    if (error) fail_to_write(path_ / kReportFile, error);
+    if (error) fail_to_write(path_ / kReportFile, error.message());
 }
 
 PictureSink::PictureSink(ResultFolder& folder, const Scenario& scenario)
