@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import os
+import pathlib
 import signal
 import subprocess
 import threading
@@ -21,6 +22,20 @@ def in_parallel(jobs: int, function: Callable[[Any], Any], items: Iterable[Any],
             pool.shutdown(wait=False, cancel_futures=True)
             stop()
             raise
+
+
+def alive_in(group: int) -> list[int]:
+    """The processes of a process group."""
+    alive = []
+    for entry in pathlib.Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                fields = (entry / "stat").read_text().rsplit(")", 1)[1].split()
+            except OSError:  # it has just ended
+                continue
+            if int(fields[2]) == group and fields[0] != "Z":
+                alive.append(int(entry.name))
+    return alive
 
 
 class Children:

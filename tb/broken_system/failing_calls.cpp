@@ -3,7 +3,6 @@
 //
 // FAILING_CALL: the function. FAILING_AT: n, from 1; 0 only counts. FAILING_COUNT: a file of 8 bytes for the count.
 
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -11,19 +10,14 @@
 
 #include <atomic>
 #include <cerrno>
-#include <cstdarg>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
-namespace {
+#include "next_function.h"
 
-/// The system's own, behind this one.
-template <typename Function>
-Function* next(const char* name) {
-    return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
-}
+namespace {
 
 /// Of all processes, in memory that they share.
 std::atomic<std::int64_t>* shared_count() {
@@ -73,10 +67,6 @@ int opened(const char* name, const char* path, int flags, mode_t mode) {
     return next<int(const char*, int, ...)>(name)(path, flags, mode);
 }
 
-mode_t mode_of(int flags, va_list& arguments) {
-    return (flags & (O_CREAT | O_TMPFILE)) != 0 ? static_cast<mode_t>(va_arg(arguments, int)) : 0;
-}
-
 FILE* opened_stream(const char* name, const char* path, const char* mode) {
     if (!is_of_system(path) && fails("open")) {
         errno = EMFILE;
@@ -112,20 +102,8 @@ ssize_t pwrite64(int descriptor, const void* bytes, std::size_t count, off64_t o
     return next<ssize_t(int, const void*, std::size_t, off64_t)>("pwrite64")(descriptor, bytes, count,
                                                                              offset);
 }
-int open(const char* path, int flags, ...) {
-    va_list arguments;
-    va_start(arguments, flags);
-    const mode_t mode = mode_of(flags, arguments);
-    va_end(arguments);
-    return opened("open", path, flags, mode);
-}
-int open64(const char* path, int flags, ...) {
-    va_list arguments;
-    va_start(arguments, flags);
-    const mode_t mode = mode_of(flags, arguments);
-    va_end(arguments);
-    return opened("open64", path, flags, mode);
-}
+METABUFFER_DEFINE_OPEN(open)
+METABUFFER_DEFINE_OPEN(open64)
 FILE* fopen(const char* path, const char* mode) { return opened_stream("fopen", path, mode); }
 FILE* fopen64(const char* path, const char* mode) { return opened_stream("fopen64", path, mode); }
 int close(int descriptor) {

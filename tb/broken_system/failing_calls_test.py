@@ -19,17 +19,12 @@ import subprocess
 import sys
 import tempfile
 
+import small_machine
+
 DONE, BAD_INPUT = 0, 2
 LONGEST_LINE = 400
 FUNCTIONS = ("write", "open", "close", "rename", "mkdir", "unlink", "fsync", "fork", "pipe", "mmap", "read")
-SCENARIO = """name: calls
-displays: {width: 12, height: 4}
-frames: 2
-composer: {ready_space_pixels: 2}
-bus: {burst_pixels: 2}
-renderers:
-  - frames: [{image: view.ppm, viewport: {x: 0, y: 0}}]
-"""
+SCENARIO = small_machine.SCENARIO + "frames: 2\n"
 EARLIER = SCENARIO.replace("frames: 2", "frames: 3")
 SIZE = ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..8", "--over", "bus.width_bits=64,128",
         "--processes", "1", "--quiet", "--time-limit", "20"]
@@ -72,21 +67,14 @@ class Bench:
         self.library = library
         self.place = place
         self.complaints = []
-        (place / "good").mkdir()
-        self.fill(place / "good", SCENARIO)
         self.earlier = place / "earlier"
         self.earlier.mkdir()
-        self.fill(self.earlier, EARLIER)
+        small_machine.fill(self.earlier, EARLIER)
         for words in (COMMANDS["run"], [*SIZE, "--out", "good.db"]):
             assert self.run(self.earlier, words).returncode == DONE
         for name, text in (("t.vcd", "old"), ("t.json", "old"), ("t.csv", "old"), ("t.html", "old"), ("t.svg", "old")):
             (self.earlier / name).write_text(text)
         (self.earlier / "scenario.yaml").write_text(SCENARIO)
-
-    @staticmethod
-    def fill(folder, scenario):
-        (folder / "scenario.yaml").write_text(scenario)
-        (folder / "view.ppm").write_bytes(b"P6\n12 4\n255\n" + bytes(144))
 
     def run(self, folder, words, function=None, at=0):
         environment = dict(os.environ, TMPDIR=str(folder))

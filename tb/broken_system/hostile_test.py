@@ -17,18 +17,15 @@ import tempfile
 import time
 import unittest
 
+from small_machine import IMAGE, SCENARIO
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+from lib.parallel import alive_in  # noqa: E402
+
 METABUFFER = pathlib.Path(sys.argv[1]).resolve()
 DONE, BAD_INPUT = 0, 2
 LONGEST_LINE = 400
 
-SCENARIO = """name: hostile
-displays: {width: 12, height: 4}
-composer: {ready_space_pixels: 2}
-bus: {burst_pixels: 2}
-renderers:
-  - frames: [{image: view.ppm, viewport: {x: 0, y: 0}}]
-"""
-IMAGE = b"P6\n12 4\n255\n" + bytes(144)
 # Runs for a minute and more, so that there is time to kill it.
 LONG_SCENARIO = """name: long
 frames: 200000
@@ -44,21 +41,6 @@ def limits(**kept):
         for name, value in kept.items():
             resource.setrlimit(getattr(resource, name), (value, value))
     return set_them
-
-
-def processes_of(group):
-    """The processes of a process group that are alive."""
-    alive = []
-    for entry in pathlib.Path("/proc").iterdir():
-        if not entry.name.isdigit():
-            continue
-        try:
-            fields = (entry / "stat").read_text().rsplit(")", 1)[1].split()
-        except OSError:
-            continue
-        if int(fields[2]) == group and fields[0] != "Z":
-            alive.append(int(entry.name))
-    return alive
 
 
 def wait_until(holds, seconds=60):
@@ -366,18 +348,18 @@ class Resources(Hostile):
                       ["size", "long.yaml", "--minimize", "composer.buffer_pixels=64..4096"]):
             with self.subTest(" ".join(words)):
                 process = self.start_program(*words)
-                self.assertTrue(wait_until(lambda: len(processes_of(process.pid)) > 1))
+                self.assertTrue(wait_until(lambda: len(alive_in(process.pid)) > 1))
                 process.kill()
                 process.wait()
-                self.assertTrue(wait_until(lambda: not processes_of(process.pid), 20))
+                self.assertTrue(wait_until(lambda: not alive_in(process.pid), 20))
 
     def test_a_scout_that_was_killed_is_no_answer(self):
         self.write("large.ppm", b"P6\n64 48\n255\n" + bytes(64 * 48 * 3))
         self.write("long.yaml", LONG_SCENARIO)
         process = self.start_program("run", "long.yaml", "--trace", "t.vcd", "--trace-window", "first-starved-pixel")
         # The one that writes the waveform waits; the one that scouts works.
-        self.assertTrue(wait_until(lambda: len(processes_of(process.pid)) == 3))
-        for child in processes_of(process.pid):
+        self.assertTrue(wait_until(lambda: len(alive_in(process.pid)) == 3))
+        for child in alive_in(process.pid):
             if child != process.pid:
                 os.kill(child, signal.SIGKILL)
         _, text = process.communicate(timeout=60)

@@ -18,15 +18,10 @@ import subprocess
 import sys
 import tempfile
 
+import small_machine
+
 DONE = 0
 SECTOR_BYTES = 512
-SCENARIO = """name: cut
-displays: {width: 12, height: 4}
-composer: {ready_space_pixels: 2}
-bus: {burst_pixels: 2}
-renderers:
-  - frames: [{image: view.ppm, viewport: {x: 0, y: 0}}]
-"""
 SWEEP = """scenario: scenario.yaml
 axes:
   - {key: memory.page_miss_cycles, range: {from: 0, to: 39}}
@@ -74,23 +69,37 @@ class Disk:
                     content[position + begin:position + begin + len(part)] = part
 
 
-def disk_after_cut(records, cut, values):
-    """The disk if the power goes after so many records."""
+def disk_after_cut(records, cut, arrives):
+    """The disk if the power goes after so many records. What was synced is there; of each other write, arrives() says whether
+    it is, and by what it returns, whether a sector of it is."""
     last_sync = {}
     for number, (operation, *_, name) in enumerate(records[:cut]):
         if operation == "sync":
             last_sync[name] = number
-    fate = values.choice((0.0, 0.2, 0.5, 0.9, 1.0))  # the share of what was not synced that arrived all the same
-    torn = values.random() < 0.5
     disk = Disk()
     for number, record in enumerate(records[:cut]):
         name, operation = record[-1], record[0]
         # Names are kept in order by every file system with a journal.
         if number <= last_sync.get(name, -1) or operation in ("create", "unlink", "rename"):
             disk.apply(record)
-        elif values.random() < fate:
-            disk.apply(record, (lambda: values.random() < 0.7) if torn else (lambda: True))
+        elif sectors := arrives():
+            disk.apply(record, sectors)
     return disk
+
+
+def as_it_likes(values):
+    """What a disk may do with writes that were not synced."""
+    share = values.choice((0.0, 0.2, 0.5, 0.9, 1.0))  # that arrived all the same
+    torn = values.random() < 0.5
+
+    def sectors():
+        return values.random() < 0.7 or not torn
+
+    return lambda: sectors if values.random() < share else None
+
+
+def not_at_all():
+    return None
 
 
 class Bench:
@@ -98,8 +107,7 @@ class Bench:
         self.program, self.library, self.place = program, library, place
         self.folder = place / "work"
         self.folder.mkdir()
-        (self.folder / "scenario.yaml").write_text(SCENARIO)
-        (self.folder / "view.ppm").write_bytes(b"P6\n12 4\n255\n" + bytes(144))
+        small_machine.fill(self.folder)
         (self.folder / "sweep.yaml").write_text(SWEEP)
 
     def run(self, *words, **environment):
@@ -151,20 +159,15 @@ def main():
         cuts = {near + 1 for near in values.sample(syncs, min(options.cuts // 2, len(syncs)))}
         cuts |= set(values.sample(range(len(records) + 1), min(options.cuts, len(records) + 1)))
         for cut in sorted(cuts):
-            bench.put(disk_after_cut(records, cut, values))
+            bench.put(disk_after_cut(records, cut, as_it_likes(values)))
             found = bench.points()
             assert found <= everything, f"cut at {cut}: wrong points {found - everything}"
-            # What a disk holds that keeps just what was synced is there after any other cut at that place, too.
-            strict = Disk()
-            last = {record[-1]: number for number, record in enumerate(records[:cut]) if record[0] == "sync"}
-            for number, record in enumerate(records[:cut]):
-                if number <= last.get(record[-1], -1) or record[0] in ("create", "unlink", "rename"):
-                    strict.apply(record)
-            bench.put(strict)
+            # A disk that keeps just what was synced has what is there after any other cut at that place, too.
+            bench.put(disk_after_cut(records, cut, not_at_all))
             synced = bench.points()
             assert synced <= found, f"cut at {cut}: lost points that had been synced {synced - found}"
             kept.append((cut, len(synced), len(found)))
-            bench.put(disk_after_cut(records, cut, values))
+            bench.put(disk_after_cut(records, cut, as_it_likes(values)))
             bench.sweep()
             assert bench.points() == everything, f"cut at {cut}: the sweep went on to other results"
         print(f"{len(records)} records, {len(syncs)} syncs; cut after, points synced, points found: {kept}")

@@ -4,24 +4,19 @@
 // A record is a line, OPERATION SIZE POSITION LENGTH PATH, followed by LENGTH bytes of data:
 //   create PATH, write POSITION and data, truncate to SIZE, sync, unlink, rename (the data is the new path).
 
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <map>
 #include <string>
 
-namespace {
+#include "next_function.h"
 
-template <typename Function>
-Function* next(const char* name) {
-    return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
-}
+namespace {
 
 bool is_recorded(const std::string& path) {
     static const char* const prefix = std::getenv("RECORDED_PREFIX");
@@ -64,10 +59,6 @@ int opened(const char* name, const char* path, int flags, mode_t mode) {
     return descriptor;
 }
 
-mode_t mode_of(int flags, va_list& arguments) {
-    return (flags & O_CREAT) != 0 ? static_cast<mode_t>(va_arg(arguments, int)) : 0;
-}
-
 ssize_t written(const char* name, int descriptor, const void* bytes, std::size_t count, off_t position) {
     const ssize_t result =
         next<ssize_t(int, const void*, std::size_t, off_t)>(name)(descriptor, bytes, count, position);
@@ -95,20 +86,8 @@ int synced(const char* name, int descriptor) {
 
 extern "C" {
 
-int open(const char* path, int flags, ...) {
-    va_list arguments;
-    va_start(arguments, flags);
-    const mode_t mode = mode_of(flags, arguments);
-    va_end(arguments);
-    return opened("open", path, flags, mode);
-}
-int open64(const char* path, int flags, ...) {
-    va_list arguments;
-    va_start(arguments, flags);
-    const mode_t mode = mode_of(flags, arguments);
-    va_end(arguments);
-    return opened("open64", path, flags, mode);
-}
+METABUFFER_DEFINE_OPEN(open)
+METABUFFER_DEFINE_OPEN(open64)
 ssize_t write(int descriptor, const void* bytes, std::size_t count) {
     const std::string* file = file_of(descriptor);
     const off_t position = file == nullptr ? 0 : lseek(descriptor, 0, SEEK_CUR);

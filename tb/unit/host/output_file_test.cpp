@@ -3,11 +3,10 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "host/errors.h"
+#include "host/text_file.h"
 #include "support/file_size_limit.h"
 #include "support/scratch_directory.h"
 
@@ -16,11 +15,6 @@ using test::ScratchDirectory;
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string content(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 /// The message of the OutputError that writing throws, "" if it throws none.
 std::string failure_of(const fs::path& file, const std::string& bytes = "text") {
@@ -38,7 +32,7 @@ TEST_CASE("a file is written as it is, over an older one too", "[output]") {
     const ScratchDirectory scratch;
     const std::string bytes("{\r\n\0 end", 8);
     write_output_file(scratch / "report.json", bytes);
-    CHECK(content(scratch / "report.json") == bytes);
+    CHECK(input::text_of_file(scratch / "report.json") == bytes);
     write_output_file(scratch / "report.json", "");
     CHECK(fs::file_size(scratch / "report.json") == 0);
     CHECK(scratch.names() == std::vector<std::string>{"report.json"});
@@ -65,7 +59,7 @@ TEST_CASE("a failure to write is one line and leaves what was there", "[output]"
         scratch.write("plain", "kept");
         const fs::path file = scratch / "plain/report.json";
         CHECK(failure_of(file) == "cannot write '" + file.string() + "': Not a directory");
-        CHECK(content(scratch / "plain") == "kept");
+        CHECK(input::text_of_file(scratch / "plain") == "kept");
     }
     SECTION("a directory stands where the file should be") {
         const fs::path file = scratch / "report.json";
@@ -80,7 +74,7 @@ TEST_CASE("a failure to write is one line and leaves what was there", "[output]"
         CHECK(failure_of(file, std::string(1000, 'x')).empty());
         CHECK(failure_of(file, std::string(1001, 'y')) ==
               "cannot write '" + file.string() + "': File too large");
-        CHECK(content(file) == std::string(1000, 'x'));
+        CHECK(input::text_of_file(file) == std::string(1000, 'x'));
         CHECK(scratch.names() == std::vector<std::string>{"report.json"});
     }
 }
@@ -93,7 +87,7 @@ TEST_CASE("a symbolic link leads to the file that is written, the name aside nev
         const std::string leads_to = GENERATE("old", "not there yet");
         fs::create_symlink(leads_to, scratch / "report.json");
         write_output_file(scratch / "report.json", "new");
-        CHECK(content(scratch / leads_to) == "new");
+        CHECK(input::text_of_file(scratch / leads_to) == "new");
         CHECK(fs::is_symlink(scratch / "report.json"));
     }
     SECTION("a link at the name aside is somebody's, and what it leads to too") {
@@ -101,8 +95,8 @@ TEST_CASE("a symbolic link leads to the file that is written, the name aside nev
         const fs::path aside = scratch / (".metabuffer-" + std::to_string(getpid()) + "-0.part");
         fs::create_symlink(stranger, aside);
         write_output_file(scratch / "report.json", "new");
-        CHECK(content(scratch / "report.json") == "new");
-        CHECK(content(stranger) == "kept");
+        CHECK(input::text_of_file(scratch / "report.json") == "new");
+        CHECK(input::text_of_file(stranger) == "kept");
         CHECK(fs::is_symlink(aside));
     }
     SECTION("links that lead to each other") {

@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "host/errors.h"
+#include "host/text_file.h"
 #include "support/random_seed.h"
 #include "support/scratch_directory.h"
 
@@ -17,11 +16,6 @@ using test::ScratchDirectory;
 namespace fs = std::filesystem;
 
 namespace {
-
-std::string content(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
 
 ColourImage random_picture(int width, int height, std::uint64_t seed) {
     test::Random random(seed);
@@ -71,8 +65,8 @@ TEST_CASE("a PNG holds the picture, pixel for pixel", "[picture]") {
 
     SECTION("the same picture makes the same bytes, without dates or software names") {
         write_png(scratch / "again.png", picture);
-        const std::string bytes = content(scratch / "again.png");
-        CHECK(bytes == content(scratch / "display_1.png"));
+        const std::string bytes = input::text_of_file(scratch / "again.png");
+        CHECK(bytes == input::text_of_file(scratch / "display_1.png"));
         for (const char* chunk : {"tIME", "tEXt", "zTXt", "iTXt"}) {
             INFO(chunk);
             CHECK(bytes.find(chunk) == std::string::npos);
