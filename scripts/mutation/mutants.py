@@ -112,6 +112,7 @@ class Mutant:
     def __init__(self, key: Key, operator: str, edits: list[Edit]):
         self.key, self.operator, self.edits = key, operator, edits
         self.number = 0
+        self.seeds: list[int] = []  # that chose it
         self.discarded = ""  # why it takes no part
         self.reason = ""  # why it is equivalent, if that has been shown
         self.killed = False

@@ -96,6 +96,7 @@ def tell(tree: Tree, mutants: list[Mutant], seconds: float) -> int:
     """Tables, notes and the sum; the exit status. The mutants are those that took part and compile."""
     print(tables.by_block(mutants))
     print(tables.by_test(mutants))
+    print(tables.by_seed(tree, mutants))
     for note in tree.notes:
         print(note)
     counts = collections.Counter(mutant.verdict for mutant in mutants)

@@ -39,6 +39,15 @@ def by_block(mutants: Iterable[Mutant]) -> str:
     return "\n".join(lines)
 
 
+def by_seed(tree: Tree, mutants: list[Mutant]) -> str:
+    """What each seed's choice came to; a mutant that several seeds chose is in each of their rows."""
+    lines = head("seed", "mutants", *VERDICTS, figures=len(VERDICTS) + 1)
+    for seed in tree.options.seeds:
+        counts = collections.Counter(one.verdict for one in mutants if seed in one.seeds and not one.discarded)
+        lines.append(row(seed, sum(counts.values()), *(counts[one] for one in VERDICTS)))
+    return "\n".join(lines)
+
+
 def by_test(mutants: Iterable[Mutant]) -> str:
     killed = [mutant for mutant in mutants if mutant.verdict == "killed"]
     counts = collections.Counter(mutant.kind if mutant.kind in KINDS else "other" for mutant in killed)
@@ -81,10 +90,11 @@ def write(path: pathlib.Path, tree: Tree, mutants: list[Mutant]) -> None:
 
 
 def results(tree: Tree, mutants: Iterable[Mutant], seconds: float) -> dict:
-    return {"seconds": round(seconds), "seed": tree.options.seed, "to_choose_from": sum(tree.choice.values()),
+    return {"seconds": round(seconds), "seeds": tree.options.seeds, "to_choose_from": sum(tree.choice.values()),
             "mutants": [{
                 "number": mutant.number, "file": mutant.file, "line": tree.copies[mutant.file].line_of(mutant),
                 "operator": mutant.operator, "original": mutant.key.original, "replacement": mutant.key.replacement,
-                "place": mutant.key.place, "verdict": mutant.verdict, "test": "; ".join(mutant.tests),
+                "place": mutant.key.place, "seeds": mutant.seeds, "verdict": mutant.verdict,
+                "test": "; ".join(mutant.tests),
                 "kind": mutant.kind, "reached_by_tests": mutant.reached_by,
                 "reason": mutant.reason or mutant.discarded} for mutant in mutants]}

@@ -82,8 +82,12 @@ class Tree:
         return [mutant for mutant in mutants if self.asked_for(mutant.file)]
 
     def chosen(self, candidates: list[Candidate]) -> list[Mutant]:
-        return [made_mutant(one) for one in choose([one for one in candidates if self.asked_for(one.key.file)],
-                                                   self.options.count, self.options.seed)]
+        asked_for = [one for one in candidates if self.asked_for(one.key.file)]
+        mutants: dict[Key, Mutant] = {}
+        for seed in self.options.seeds:
+            for one in choose(asked_for, self.options.count, seed):
+                mutants.setdefault(one.key, made_mutant(one)).seeds.append(seed)
+        return list(mutants.values())
 
     def mark_equivalent(self) -> None:
         by_key = {mutant.key: mutant for mutant in self.mutants}

@@ -197,6 +197,14 @@ class Mutate(unittest.TestCase):
         self.assertEqual(len(lists.pop().splitlines()), 5 + len(WRITTEN))
         self.assertEqual(self.mutate("--list", "model/rtl/none").stdout, "")
 
+    def test_several_seeds_choose_their_mutants_for_one_run(self):
+        def listed(*seeds):
+            options = [word for seed in seeds for word in ("--seed", str(seed))]
+            # Without the numbers, which are places in the list.
+            return {line.split(None, 1)[1] for line in self.mutate("--list", "--count", "5", *options).stdout.splitlines()}
+        self.assertNotEqual(listed(1), listed(2))
+        self.assertEqual(listed(1, 2), listed(1) | listed(2))
+
     def test_one_mutant_is_shown_as_a_patch(self):
         number = self.verdict("value < limit_", "value <= limit_")["number"]
         done = self.mutate("--no-build", "--only", str(number))
