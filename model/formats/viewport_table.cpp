@@ -1,7 +1,5 @@
 #include "formats/viewport_table.h"
 
-#include <set>
-
 namespace metabuffer {
 namespace {
 
@@ -169,22 +167,30 @@ RowDefect row_defect(const ViewportRow& row, const ViewportLimits& limits) {
     return RowDefect::kNone;
 }
 
-ValidatedTable validate_table(const ViewportTable& table, const ViewportLimits& limits) {
-    ValidatedTable result;
-    std::set<std::uint16_t> taken;
-    int index = 0;
-    for (const ViewportRow& row : table) {
-        const bool duplicate = taken.count(row.dcomp) != 0;
-        const RowDefect defect = duplicate ? RowDefect::kDuplicate : row_defect(row, limits);
-        if (defect == RowDefect::kNone) {
-            taken.insert(row.dcomp);
-            result.rows.push_back(row);
-        } else {
-            result.rejected.push_back({index, defect, message(row, limits, defect)});
-        }
-        ++index;
+void TableJudge::clear() {
+    result_ = ValidatedTable{};
+    taken_.clear();
+    next_index_ = 0;
+}
+
+void TableJudge::take(const ViewportRow& row) {
+    const bool duplicate = taken_.count(row.dcomp) != 0;
+    const RowDefect defect = duplicate ? RowDefect::kDuplicate : row_defect(row, limits_);
+    if (defect == RowDefect::kNone) {
+        taken_.insert(row.dcomp);
+        result_.rows.push_back(row);
+    } else {
+        result_.rejected.push_back({next_index_, defect, message(row, limits_, defect)});
     }
-    return result;
+    ++next_index_;
+}
+
+ValidatedTable validate_table(const ViewportTable& table, const ViewportLimits& limits) {
+    TableJudge judge(limits);
+    for (const ViewportRow& row : table) {
+        judge.take(row);
+    }
+    return judge.result();
 }
 
 }  // namespace metabuffer

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,24 @@ struct ValidatedTable {
 
 /// Checks one row alone: every rule but the one about earlier rows.
 RowDefect row_defect(const ViewportRow& row, const ViewportLimits& limits);
+
+/// Judges the rows of a table as they come, one behind the other.
+class TableJudge {
+  public:
+    explicit TableJudge(const ViewportLimits& limits) : limits_(limits) {}
+
+    /// A new table begins.
+    void clear();
+    void take(const ViewportRow& row);
+    /// The rows so far.
+    const ValidatedTable& result() const { return result_; }
+
+  private:
+    ViewportLimits limits_;
+    ValidatedTable result_;
+    std::set<std::uint16_t> taken_;  ///< displays that a valid row names
+    int next_index_ = 0;
+};
 
 /// Splits a table into the rows that stand and the rows that are dropped. Raises nothing.
 ValidatedTable validate_table(const ViewportTable& table, const ViewportLimits& limits);

@@ -71,24 +71,4 @@ inline std::int64_t clock_edge_number(std::int64_t period_picoseconds) {
     return static_cast<std::int64_t>(sc_core::sc_time_stamp().value()) / period_picoseconds;
 }
 
-/// A level that crosses from another clock domain: two registers in the receiver's domain, so a change is
-/// seen at the second receiver edge after it at the earliest. Call sample() once at each edge.
-template <typename Value>
-class Synchronizer {
-  public:
-    /// The value as the receiver's logic sees it at this edge, given what stands at the input now.
-    const Value& sample(const Value& input) {
-        stable_ = captured_;
-        captured_ = input;
-        return stable_;
-    }
-    /// Nothing is on its way: with the input as it is, sample() goes on giving the same value.
-    bool settled(const Value& input) const { return captured_ == input && stable_ == input; }
-    void reset() { captured_ = stable_ = Value{}; }
-
-  private:
-    Value captured_{};
-    Value stable_{};
-};
-
 }  // namespace metabuffer::rtl

@@ -1,28 +1,118 @@
 #include "rtl/bus_arbiter.h"
 
+#include <algorithm>
+
+#include "datapath/arbitration/arbitration_table.h"
+#include "rtl/register.h"
+#include "rtl/wires.h"
+
 namespace metabuffer::rtl {
 
-BusArbiter::BusArbiter(const sc_core::sc_module_name& name, Arbitration arbitration)
-    : Block(name), policy_(make_policy(arbitration)) {}
-
-void BusArbiter::start_frame(const std::vector<Segment>& segments) {
-    policy_->start_frame(segments);
-    slot_ = 0;
-    granted_row_ = -1;
+BusArbiter::BusArbiter(const sc_core::sc_module_name& name, Arbitration arbitration, int lines)
+    : Block(name),
+      pending_i("pending_i", static_cast<std::size_t>(lines)),
+      ready_i("ready_i", static_cast<std::size_t>(lines)),
+      deadline_i("deadline_i", goes_by_deadlines(arbitration) ? static_cast<std::size_t>(lines) : 0),
+      grant_o("grant_o", static_cast<std::size_t>(lines)),
+      policy_(make_policy(arbitration)) {
+    SC_METHOD(process);
+    sensitive << clk_i.pos();
+    for (std::size_t line = 0; line < pending_i.size(); ++line) {
+        sensitive << pending_i[line] << ready_i[line];
+    }
+    for (auto& deadline : deadline_i) {
+        sensitive << deadline;
+    }
+    dont_initialize();
 }
 
-BusGrant BusArbiter::pick(const std::vector<BusRequest>& requests) {
-    const BusGrant grant = policy_->pick(requests);
-    slot_ = policy_->slot();
-    if (grant.kind == BusGrant::Kind::kBurst) {
-        granted_row_ = grant.row;
+void BusArbiter::end_of_elaboration() {
+    const auto wake_by = [this](const auto& port) { wake_events_ |= port.value_changed_event(); };
+    wake_by(reset_i);
+    wake_by(start_i);
+    wake_by(take_i);
+    for (std::size_t line = 0; line < pending_i.size(); ++line) {
+        wake_by(pending_i[line]);
+        wake_by(ready_i[line]);
     }
-    return grant;
+    for (const auto& deadline : deadline_i) {
+        wake_by(deadline);
+    }
+}
+
+void BusArbiter::process() {
+    const bool woken = gate_.opened();
+    if (!woken && clk_i.posedge()) {
+        clock_edge();
+    }
+    answer();
+}
+
+void BusArbiter::clock_edge() {
+    if (gate_.idle_edge(!reset_i.read() && !start_i.read() && !take_i.read())) {
+        next_trigger(wake_events_);
+    }
+    if (reset_i.read()) {
+        requests_.clear();
+        policy_->start_frame({}, 0);
+    } else if (start_i.read()) {
+        const FrontTable& table = table_i.read();
+        requests_.assign(table.rows.size(), BusRequest{});
+        policy_->start_frame(table.slots, table.rows.size());
+    } else if (take_i.read()) {
+        policy_->take(grant_);
+    }
+    slot_o.write(static_cast<std::uint16_t>(policy_->slot()));
+}
+
+void BusArbiter::answer() {
+    grant_ = BusGrant{};
+    if (!requests_.empty()) {
+        for (std::size_t row = 0; row < requests_.size(); ++row) {
+            requests_[row].pending = pending_i[row].read();
+            requests_[row].ready = ready_i[row].read();
+            if (deadline_i.size() > 0) {
+                requests_[row].deadline = static_cast<std::int64_t>(deadline_i[row].read());
+            }
+        }
+        grant_ = policy_->grant(requests_);
+    }
+    const bool granted = grant_.kind == BusGrant::Kind::kBurst;
+    drive_grant(granted ? grant_.row : kNoRow);
+    grant_valid_o.write(granted);
+    lost_o.write(grant_.kind == BusGrant::Kind::kLost);
+    recovered_o.write(static_cast<std::uint16_t>(grant_.recovered_slots));
+}
+
+void BusArbiter::drive_grant(int row) {
+    if (row == granted_row_) {
+        return;
+    }
+    if (granted_row_ != kNoRow) {
+        grant_o[static_cast<std::size_t>(granted_row_)].write(false);
+    }
+    if (row != kNoRow) {
+        grant_o[static_cast<std::size_t>(row)].write(true);
+    }
+    granted_row_ = row;
 }
 
 void BusArbiter::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, slot_, path("slot"));
-    sc_core::sc_trace(file, granted_row_, path("granted_row"));
+    for (std::size_t line = 0; line < pending_i.size(); ++line) {
+        sc_core::sc_trace(file, pending_i[line], path(numbered("pending", line).c_str()));
+        sc_core::sc_trace(file, ready_i[line], path(numbered("ready", line).c_str()));
+        sc_core::sc_trace(file, grant_o[line], path(numbered("grant", line).c_str()));
+    }
+    for (std::size_t line = 0; line < deadline_i.size(); ++line) {
+        sc_core::sc_trace(file, deadline_i[line], path(numbered("deadline", line).c_str()));
+    }
+    sc_core::sc_trace(file, start_i, path("start"));
+    sc_core::sc_trace(file, take_i, path("take"));
+    sc_core::sc_trace(file, grant_valid_o, path("grant_valid"));
+    sc_core::sc_trace(file, lost_o, path("lost"));
+    const int slot_bits = bits_for(std::max(kSlotTableLimit, static_cast<int>(pending_i.size())) - 1);
+    sc_core::sc_trace(file, recovered_o.read(), path("recovered"), slot_bits);
+    sc_core::sc_trace(file, slot_o.read(), path("slot"), slot_bits);
 }
 
 }  // namespace metabuffer::rtl

@@ -1,34 +1,65 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "datapath/arbitration/arbitration_policy.h"
 #include "rtl/block.h"
+#include "rtl/signals.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::rtl {
 
-/// The bus arbiter of an input framebuffer (section 5.3 of the paper): gives the bus to one composer for a
-/// burst, by the scenario's policy (datapath/arbitration).
+/// The bus arbiter of an input framebuffer (section 5.3 of the paper): says whose burst the bus carries next, by the
+/// scenario's policy (datapath/arbitration). Line i of each kind is of row i of the frame's table; a frame with fewer
+/// rows than displays leaves the last lines low.
 ///
-/// Timing: an arbitration is combinational within the input framebuffer's clock, so a granted burst's first
-/// beat follows the last beat of the burst before it without a gap, and recovering slots costs no clock. The
-/// block has no clock of its own: its input framebuffer calls it at the edges where it needs a grant.
+/// Timing: the answer is combinational, from the request lines and the slot pointer of the clock to the grant lines of
+/// the same clock. So a granted burst's first beat follows the last beat of the burst before it without a gap, and
+/// recovering slots costs no clock. The slot pointer is a register: it goes on at the edge that sees take_i with a grant
+/// or a lost slot. start_i, a clock long, begins a frame: from the next edge on its slot table counts, from slot 0.
 class BusArbiter final : public Block {
   public:
-    BusArbiter(const sc_core::sc_module_name& name, Arbitration arbitration);
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<bool> start_i{"start_i"};
+    sc_core::sc_in<FrontTable> table_i{"table_i"};       ///< its slots count
+    sc_core::sc_in<bool> take_i{"take_i"};               ///< the bus takes this clock's answer
+    sc_core::sc_vector<sc_core::sc_in<bool>> pending_i;  ///< pixels of the row are still to be sent
+    sc_core::sc_vector<sc_core::sc_in<bool>> ready_i;    ///< the row's composer takes a slot
+    sc_core::sc_vector<sc_core::sc_in<std::uint64_t>>
+        deadline_i;                                     ///< raster position that needs the row's next pixel
+                                                        ///< first; only under a policy that goes by it
+    sc_core::sc_vector<sc_core::sc_out<bool>> grant_o;  ///< one-hot
+    sc_core::sc_out<bool> grant_valid_o{"grant_valid_o"};  ///< a line of grant_o is high
+    sc_core::sc_out<bool> lost_o{"lost_o"};  ///< the slot's owner cannot use it, and nobody else may
+    sc_core::sc_out<std::uint16_t> recovered_o{
+        "recovered_o"};                               ///< slots passed over on the way to the one granted
+    sc_core::sc_out<std::uint16_t> slot_o{"slot_o"};  ///< the slot pointer
 
-    /// A new frame's segments, in table order; requests are indexed alike.
-    void start_frame(const std::vector<Segment>& segments);
-    BusGrant pick(const std::vector<BusRequest>& requests);
+    /// lines: displays.
+    BusArbiter(const sc_core::sc_module_name& name, Arbitration arbitration, int lines);
+    SC_HAS_PROCESS(BusArbiter);
 
     void trace(sc_core::sc_trace_file* file) const override;
 
   private:
+    void end_of_elaboration() override;
+    void process();
+    void clock_edge();
+    void answer();
+    void drive_grant(int row);
+
+    static constexpr int kNoRow = -1;
+
+    ClockGate gate_{ClockGating::kOn};
+    sc_core::sc_event_or_list wake_events_;
+
     std::unique_ptr<ArbitrationPolicy> policy_;
-    int slot_ = 0;
-    int granted_row_ = -1;
+    std::vector<BusRequest> requests_;  ///< one a row of the frame
+    BusGrant grant_;
+    int granted_row_ = kNoRow;  ///< whose line is high
 };
 
 }  // namespace metabuffer::rtl

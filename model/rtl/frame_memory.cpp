@@ -1,36 +1,149 @@
 #include "rtl/frame_memory.h"
 
+#include <sstream>
+
 namespace metabuffer::rtl {
+namespace {
 
-FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config,
-                         DepthFormat depth_format, std::int64_t words)
-    : Block(name), config_(config), depth_format_(depth_format) {
-    for (std::vector<Pixel>& bank : banks_) {
-        bank.resize(static_cast<std::size_t>(words));
+/// The bits of a word whose bytes a mask names.
+std::uint64_t bits_of(std::uint8_t byte_mask) {
+    std::uint64_t bits = 0;
+    for (int byte = 0; byte < 8; ++byte) {
+        if (((byte_mask >> byte) & 1) != 0) {
+            bits |= std::uint64_t{0xFF} << (8 * byte);
+        }
+    }
+    return bits;
+}
+
+}  // namespace
+
+FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config, std::int64_t words)
+    : Block(name),
+      config_(config),
+      open_page_(registers_, "open_page", bits_for((words - 1) / config.page_words)) {
+    for (std::vector<std::uint64_t>& device : devices_) {
+        device.resize(static_cast<std::size_t>(words));
+    }
+    SC_METHOD(write_edge);
+    sensitive << write_clk_i.pos();
+    dont_initialize();
+    SC_METHOD(core_process);
+    sensitive << clk_i.pos() << command_i;
+    dont_initialize();
+}
+
+void FrameMemory::end_of_elaboration() {
+    core_wake_events_ |= reset_i.value_changed_event();
+    core_wake_events_ |= command_i.value_changed_event();
+}
+
+// ---- the link's side ----
+
+void FrameMemory::write_edge() {
+    if (write_gate_.opened()) {
+        return;
+    }
+    const MemoryWrite& write = write_i.read();
+    if (write.enable) {
+        std::uint64_t& word = devices_[write.device & 1U].at(write.address);
+        const std::uint64_t bits = bits_of(write.byte_mask);
+        word = (word & ~bits) | (write.data & bits);
+    }
+    if (write_gate_.idle_edge(!write.enable)) {
+        next_trigger(write_i.value_changed_event());
     }
 }
 
-void FrameMemory::write_half(FrameKind half, std::uint32_t address, std::uint32_t link_bits) {
-    Pixel& word = banks_[1 - front_][address];
-    word = half == FrameKind::kColour ? with_colour_half(word, link_bits)
-                                      : with_depth_half(word, link_bits, depth_format_);
+// ---- the bus's side ----
+
+void FrameMemory::core_process() {
+    const bool woken = core_gate_.opened();
+    if (!woken && clk_i.posedge()) {
+        core_edge();
+    } else {
+        put_out();
+    }
 }
 
-void FrameMemory::swap_banks() { front_ = 1 - front_; }
-
-Pixel FrameMemory::read(std::int64_t address) const {
-    if (!page_is_open(address)) {
-        SC_REPORT_ERROR("/metabuffer/frame_memory/page",
-                        ("word " + std::to_string(address) + " read while page " +
-                         std::to_string(open_page_) + " was open")
-                            .c_str());
+void FrameMemory::core_edge() {
+    const MemoryCommand& command = command_i.read();
+    if (reset_i.read()) {
+        registers_.reset();
+    } else {
+        obey(command);
     }
-    return banks_[front_][static_cast<std::size_t>(address)];
+    if (core_gate_.idle_edge(command.kind == MemoryCommand::Kind::kNone)) {
+        next_trigger(core_wake_events_);
+    }
+}
+
+void FrameMemory::obey(const MemoryCommand& command) {
+    switch (command.kind) {
+        case MemoryCommand::Kind::kNone:
+            return;
+        case MemoryCommand::Kind::kPrecharge:
+            open_ = false;
+            return;
+        case MemoryCommand::Kind::kActivate:
+            open_ = true;
+            open_page_ = command.row;
+            return;
+        case MemoryCommand::Kind::kRead:
+            check_read(command);
+            open_ = true;
+            open_page_ = command.row;
+            return;
+    }
+}
+
+void FrameMemory::check_read(const MemoryCommand& command) const {
+    if (config_.page_miss_cycles > 0 && (!open_ || open_page_ != command.row)) {
+        refuse("page", command,
+               open_ ? "page " + std::to_string(open_page_) + " is open" : "no page is open");
+    }
+    if (command.count > config_.words_per_cycle) {
+        refuse("width", command, "it gives " + std::to_string(config_.words_per_cycle) + " words a clock");
+    }
+    for (std::size_t word = 0; word < command.count; ++word) {
+        if (command.columns[word] >= static_cast<std::uint32_t>(config_.page_words) ||
+            address_of(command, word) >= words()) {
+            refuse("address", command,
+                   "it has " + std::to_string(words()) + " words in pages of " +
+                       std::to_string(config_.page_words));
+        }
+    }
+}
+
+void FrameMemory::refuse(const char* kind, const MemoryCommand& command, const std::string& why) const {
+    std::ostringstream line;
+    line << name() << " was sent the command \"" << command << "\", but " << why;
+    SC_REPORT_ERROR((std::string("/metabuffer/frame_memory/") + kind).c_str(), line.str().c_str());
+}
+
+/// Whether the command may be obeyed shows at the clock's edge, not before it.
+void FrameMemory::put_out() {
+    const MemoryCommand& command = command_i.read();
+    data_.count = 0;
+    if (command.kind == MemoryCommand::Kind::kRead) {
+        const std::vector<std::uint64_t>& device = devices_[front_i.read() ? 1 : 0];
+        data_.count = command.count;
+        for (std::size_t word = 0; word < command.count; ++word) {
+            const auto address = static_cast<std::size_t>(address_of(command, word));
+            data_.words[word] = address < device.size() ? device[address] : 0;
+        }
+    }
+    data_o.write(data_);
 }
 
 void FrameMemory::trace(sc_core::sc_trace_file* file) const {
-    sc_core::sc_trace(file, open_page_, path("open_page"));
-    sc_core::sc_trace(file, front_, path("front_bank"), 1);
+    registers_.trace(file, path(""));
+    sc_trace(file, write_i.read(), path("write"));
+    sc_core::sc_trace(file, front_i, path("front"));
+    sc_trace(file, command_i.read(), path("command"));
+    trace_lanes(file, command_i.read().columns, config_.words_per_cycle, path("command.column"));
+    sc_trace(file, data_o.read(), path("data"));
+    trace_lanes(file, data_o.read().words, config_.words_per_cycle, path("data.word"));
 }
 
 }  // namespace metabuffer::rtl

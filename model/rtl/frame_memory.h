@@ -2,54 +2,72 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
-#include "formats/control_scanline.h"
 #include "formats/pixel.h"
 #include "rtl/block.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
 
 namespace metabuffer::rtl {
 
-/// The 64-bit page-mode memory of an input framebuffer (sections 4 and 5.2 of the paper): two banks of one
-/// pixel a word. The link writes the back bank, colour half and depth half of each word on their own; the bus
-/// reads the front bank.
+/// The 64-bit page-mode memory of an input framebuffer (sections 4 and 5.2 of the paper): two devices of one pixel a
+/// word. The link writes one, colour half and depth half of each word on their own; the bus reads the other, front_i.
+/// They are devices of their own, so the two never disturb each other.
 ///
-/// Timing of the read side, in core clocks: up to words_per_cycle words of the open page in each clock; a
-/// word of another page first costs page_miss_cycles clocks. A new frame finds no page open. The block has no
-/// clock of its own: its input framebuffer, whose registers surround it, calls it at its clock edges. The
-/// write side belongs to the link's clock and never touches the front bank, so the two do not disturb each
-/// other.
+/// The link's side stores a write at the clock of the link that samples it. The bus's side takes one command in a core
+/// clock:
+/// - activate opens a page, and closes the one before. How many clocks it is left alone then is the bus port's affair.
+/// - read puts words of the open page out in the same clock, before its edge: up to words_per_cycle of them, each with
+///   a column of its own, as interleaved memory gives them.
+/// - precharge closes the page.
+/// A memory with page_miss_cycles = 0 has no pages to wait for: there a read opens its page itself.
+///
+/// Raises /metabuffer/frame_memory/page for a read of a page that is not open, /metabuffer/frame_memory/address for a
+/// word that the device does not have, and /metabuffer/frame_memory/width for more words than it gives in a clock.
 class FrameMemory final : public Block {
   public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};          ///< synchronous, active high; what is stored stays
+    sc_core::sc_in<bool> write_clk_i{"write_clk_i"};  ///< DVI input clock
+    sc_core::sc_in<MemoryWrite> write_i{"write_i"};
+    sc_core::sc_in<bool> front_i{
+        "front_i"};  ///< the device that the bus reads; changes while it reads nothing
+    sc_core::sc_in<MemoryCommand> command_i{"command_i"};
+    sc_core::sc_out<MemoryData> data_o{"data_o"};
+
     /// words: pixels of one image.
-    FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config, DepthFormat depth_format,
-                std::int64_t words);
-
-    // ---- the link's side ----
-    void write_half(FrameKind half, std::uint32_t address, std::uint32_t link_bits);
-    /// The back bank becomes the front one.
-    void swap_banks();
-
-    // ---- the bus's side ----
-    void close_page() { open_page_ = kNoPage; }
-    bool page_is_open(std::int64_t address) const { return address / config_.page_words == open_page_; }
-    /// Opens the address's page; the caller lets page_miss_cycles() clocks pass before it reads.
-    void open_page(std::int64_t address) { open_page_ = address / config_.page_words; }
-    int words_per_cycle() const { return config_.words_per_cycle; }
-    int page_miss_cycles() const { return config_.page_miss_cycles; }
-    /// A word of the open page. Raises /metabuffer/frame_memory/page if its page is not open.
-    Pixel read(std::int64_t address) const;
+    FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config, std::int64_t words);
+    SC_HAS_PROCESS(FrameMemory);
 
     void trace(sc_core::sc_trace_file* file) const override;
 
   private:
-    static constexpr std::int64_t kNoPage = -1;
+    void end_of_elaboration() override;
+    void write_edge();
+    void core_process();
+    void core_edge();
+    void obey(const MemoryCommand& command);
+    void check_read(const MemoryCommand& command) const;
+    void put_out();
+    std::int64_t address_of(const MemoryCommand& command, std::size_t word) const {
+        return std::int64_t{command.row} * config_.page_words + command.columns[word];
+    }
+    std::int64_t words() const { return static_cast<std::int64_t>(devices_[0].size()); }
+    void refuse(const char* kind, const MemoryCommand& command, const std::string& why) const;
 
     MemoryConfig config_;
-    DepthFormat depth_format_;
-    std::array<std::vector<Pixel>, 2> banks_;
-    std::size_t front_ = 0;
-    std::int64_t open_page_ = kNoPage;
+    std::array<std::vector<std::uint64_t>, 2> devices_;
+
+    ClockGate write_gate_{ClockGating::kOn};
+    ClockGate core_gate_{ClockGating::kOn};
+    sc_core::sc_event_or_list core_wake_events_;
+
+    RegisterSet registers_;
+    Register<bool> open_{registers_, "open"};
+    Register<std::uint32_t> open_page_;
+    MemoryData data_;
 };
 
 }  // namespace metabuffer::rtl

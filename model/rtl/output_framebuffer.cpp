@@ -12,7 +12,18 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
       may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
       raster_pixels_(std::int64_t{display_.raster_width_pixels()} * display_.raster_height_pixels()),
       gate_(gating),
-      averager_(display_.width_pixels, display_.supersample) {
+      averager_(display_.width_pixels, display_.supersample),
+      raster_position_(core_registers_, "raster_position", bits_for(raster_pixels_)),
+      next_word_(core_registers_, "next_word",
+                 bits_for(std::int64_t{display_.width_pixels} * display_.height_pixels)),
+      frames_taken_(core_registers_, "frames_taken", bits_for(scenario.frames)),
+      front_frame_(dvi_registers_, "front_frame", 1 + bits_for(scenario.frames), -1),
+      x_(dvi_registers_, "x", bits_for(timing_.line_clocks())),
+      // The first frame is preceded by its vertical sync.
+      line_(dvi_registers_, "line", bits_for(timing_.frame_lines()),
+            timing_.frame_lines() - DviTiming::kVerticalSyncLines),
+      next_shown_(dvi_registers_, "next_shown",
+                  bits_for(std::int64_t{display_.width_pixels} * display_.height_pixels)) {
     for (std::vector<std::uint32_t>& bank : banks_) {
         bank.resize(static_cast<std::size_t>(display_.width_pixels) *
                     static_cast<std::size_t>(display_.height_pixels));
@@ -28,10 +39,7 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
 // ---- core clock ----
 
 void OutputFramebuffer::reset() {
-    swapped_synchronizer_.reset();
-    swapped_seen_ = receiving_ = frame_done_ = framedone_ = framebad_ = pipeready_ = false;
-    back_ = 0;
-    frames_taken_ = 0;
+    core_registers_.reset();
     averager_.restart();
     pipeready_o.write(false);
     framedone_o.write(false);
@@ -112,7 +120,8 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
     if (averager_.push(pixel.pixel, banks_[back_][next_word_])) {
         ++next_word_;
     }
-    if (++raster_position_ == raster_pixels_) {
+    ++raster_position_;
+    if (raster_position_ == raster_pixels_) {
         receiving_ = false;
         frame_done_ = true;
         ++frames_taken_;
@@ -122,15 +131,7 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
 // ---- DVI output clock ----
 
 void OutputFramebuffer::dvi_reset() {
-    swaplock_synchronizer_.reset();
-    swap_pending_ = swap_skipped_ = false;
-    front_ = 1;
-    front_frame_ = -1;
-    picture_shown_ = false;
-    x_ = 0;
-    // The first frame is preceded by its vertical sync.
-    line_ = timing_.frame_lines() - DviTiming::kVerticalSyncLines;
-    link_ = DviLink{};
+    dvi_registers_.reset();
     swapped_.write(false);
     link_o.write(link_);
 }
@@ -179,14 +180,18 @@ void OutputFramebuffer::dvi_clock_edge() {
     DviLink link;
     link.vsync = vsync_line_;
     link.de = active_line_ && x_ < timing_.active_pixels;
-    link.data = link.de && picture_shown_ ? banks_[front_][next_shown_++] : 0;
+    if (link.de && picture_shown_) {
+        link.data = banks_[front_][next_shown_];
+        ++next_shown_;
+    }
     const int sync_start = timing_.active_pixels + DviTiming::kHorizontalFrontPixels;
     link.hsync = x_ >= sync_start && x_ < sync_start + DviTiming::kHorizontalSyncPixels;
-    if (!(link == link_)) {
+    if (!(link == link_.value())) {
         link_ = link;
         link_o.write(link_);
     }
-    if (++x_ == timing_.line_clocks()) {
+    ++x_;
+    if (x_ == timing_.line_clocks()) {
         x_ = 0;
         ++line_;
     }
@@ -202,8 +207,8 @@ void OutputFramebuffer::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, swapped_, path("swapped"));
     sc_trace(file, pipe_i.read(), path("PIPE_in"));
     sc_trace(file, link_o.read(), path("DVI"));
-    sc_core::sc_trace(file, raster_position_, path("raster_position"));
-    sc_core::sc_trace(file, front_frame_, path("front_frame"));
+    core_registers_.trace(file, path(""));
+    dvi_registers_.trace(file, path(""));
 }
 
 std::string OutputFramebuffer::waiting_for() const {

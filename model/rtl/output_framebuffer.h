@@ -8,6 +8,7 @@
 #include "formats/dvi_timing.h"
 #include "formats/image.h"
 #include "rtl/block.h"
+#include "rtl/register.h"
 #include "rtl/signals.h"
 
 namespace metabuffer::rtl {
@@ -79,35 +80,40 @@ class OutputFramebuffer final : public Block {
     sc_core::sc_event_or_list wake_events_;
 
     // Core registers.
+    RegisterSet core_registers_;
     Averager averager_;
-    Synchronizer<bool> swapped_synchronizer_;
-    bool swapped_seen_ = false;
-    bool receiving_ = false;
-    bool frame_done_ = false;  ///< the back bank holds a whole frame
-    bool framedone_ = false;   ///< the wire
-    bool framebad_ = false;    ///< the wire; set while the frame comes in
-    bool pipeready_ = false;
-    std::size_t back_ = 0;
-    std::int64_t raster_position_ = 0;
-    std::size_t next_word_ = 0;
-    std::int64_t stalled_cycles_ = 0;
-    std::int64_t pixels_taken_ = 0;
-    int frames_taken_ = 0;
+    Synchronizer swapped_synchronizer_{core_registers_, "swapped"};
+    Register<bool> swapped_seen_{core_registers_, "swapped_seen"};
+    Register<bool> receiving_{core_registers_, "receiving"};
+    Register<bool> frame_done_{core_registers_, "frame_done"};  ///< the back bank holds a whole frame
+    Register<bool> framedone_{core_registers_, "framedone"};    ///< the wire
+    Register<bool> framebad_{core_registers_, "framebad"};      ///< the wire; set while the frame comes in
+    Register<bool> pipeready_{core_registers_, "pipeready"};
+    Register<std::size_t> back_{core_registers_, "back", 1};
+    Register<std::int64_t> raster_position_;
+    Register<std::size_t> next_word_;
+    Register<int> frames_taken_;
 
     // DVI output registers.
-    Synchronizer<bool> swaplock_synchronizer_;
-    bool swap_pending_ = false;
-    bool swap_skipped_ = false;  ///< the last swap, or the pending one, shows nothing new
-    std::size_t front_ = 1;
-    int front_frame_ = -1;
-    bool picture_shown_ = false;  ///< the front bank holds a frame
+    RegisterSet dvi_registers_;
+    Synchronizer swaplock_synchronizer_{dvi_registers_, "swaplock"};
+    Register<bool> swap_pending_{dvi_registers_, "swap_pending"};
+    Register<bool> swap_skipped_{dvi_registers_,
+                                 "swap_skipped"};  ///< the last swap, or the pending one, shows nothing new
+    Register<std::size_t> front_{dvi_registers_, "front", 1, 1};
+    Register<int> front_frame_;
+    Register<bool> picture_shown_{dvi_registers_, "picture_shown"};  ///< the front bank holds a frame
+    Register<int> x_;
+    Register<int> line_;
+    Register<bool> active_line_{dvi_registers_, "active_line"};
+    Register<bool> vsync_line_{dvi_registers_, "vsync_line"};
+    Register<std::size_t> next_shown_;
+    Register<DviLink> link_{dvi_registers_, "link"};
+
+    // What a report tells of the run.
+    std::int64_t stalled_cycles_ = 0;
+    std::int64_t pixels_taken_ = 0;
     std::int64_t kept_frames_ = 0;
-    int x_ = 0;
-    int line_ = 0;
-    bool active_line_ = false;
-    bool vsync_line_ = false;
-    std::size_t next_shown_ = 0;
-    DviLink link_;
 };
 
 }  // namespace metabuffer::rtl

@@ -138,15 +138,81 @@ std::ostream& operator<<(std::ostream& out, const BusBeat& value) {
 }
 
 void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name) {
-    sc_core::sc_trace(file, byte_of(value.kind), name + ".kind");
+    sc_core::sc_trace(file, byte_of(value.kind), name + ".kind", 2);
     sc_core::sc_trace(file, value.last, name + ".last");
     sc_core::sc_trace(file, value.frame, name + ".frame");
     sc_core::sc_trace(file, value.destination, name + ".destination");
-    sc_core::sc_trace(file, value.count, name + ".count");
+    sc_core::sc_trace(file, value.count, name + ".count", 4);
     sc_core::sc_trace(file, value.remaining, name + ".remaining");
     sc_core::sc_trace(file, value.first, name + ".first");
-    sc_core::sc_trace(file, value.words[0], name + ".word_0");
 }
+
+bool operator==(const MemoryWrite& a, const MemoryWrite& b) {
+    return a.enable == b.enable && a.device == b.device && a.address == b.address && a.data == b.data &&
+           a.byte_mask == b.byte_mask;
+}
+
+std::ostream& operator<<(std::ostream& out, const MemoryWrite& value) {
+    if (!value.enable) {
+        return out << "no write";
+    }
+    return out << value.data << " to word " << value.address << " of device " << int{value.device};
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const MemoryWrite& value, const std::string& name) {
+    sc_core::sc_trace(file, value.enable, name + ".enable");
+    sc_core::sc_trace(file, value.device, name + ".device", 1);
+    sc_core::sc_trace(file, value.address, name + ".address");
+    sc_core::sc_trace(file, value.data, name + ".data");
+    sc_core::sc_trace(file, value.byte_mask, name + ".byte_mask");
+}
+
+bool operator==(const MemoryCommand& a, const MemoryCommand& b) {
+    return a.kind == b.kind && a.row == b.row && a.count == b.count &&
+           std::equal(a.columns.begin(), a.columns.begin() + a.count, b.columns.begin());
+}
+
+std::ostream& operator<<(std::ostream& out, const MemoryCommand& value) {
+    switch (value.kind) {
+        case MemoryCommand::Kind::kNone:
+            return out << "none";
+        case MemoryCommand::Kind::kActivate:
+            return out << "activate page " << value.row;
+        case MemoryCommand::Kind::kRead:
+            return out << "read " << int{value.count} << " from word " << value.columns[0] << " of page "
+                       << value.row;
+        case MemoryCommand::Kind::kPrecharge:
+            return out << "precharge";
+    }
+    return out;
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const std::string& name) {
+    sc_core::sc_trace(file, byte_of(value.kind), name + ".kind", 2);
+    sc_core::sc_trace(file, value.row, name + ".row");
+    sc_core::sc_trace(file, value.count, name + ".count", 4);
+}
+
+bool operator==(const MemoryData& a, const MemoryData& b) {
+    return a.count == b.count && std::equal(a.words.begin(), a.words.begin() + a.count, b.words.begin());
+}
+
+std::ostream& operator<<(std::ostream& out, const MemoryData& value) {
+    return out << int{value.count} << " words";
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const MemoryData& value, const std::string& name) {
+    sc_core::sc_trace(file, value.count, name + ".count", 4);
+}
+
+bool operator==(const FrontTable& a, const FrontTable& b) { return a.rows == b.rows && a.slots == b.slots; }
+
+std::ostream& operator<<(std::ostream& out, const FrontTable& value) {
+    return out << value.rows.size() << " rows, " << value.slots.size() << " slots";
+}
+
+/// Tables are memories, which no waveform has; who is addressed shows on the bus.
+void sc_trace(sc_core::sc_trace_file* /*file*/, const FrontTable& /*value*/, const std::string& /*name*/) {}
 
 std::ostream& operator<<(std::ostream& out, const PipePixel& value) {
     return out << (value.valid ? (value.lost ? "lost pixel " : "pixel ") : "no pixel ") << value.pixel.word();

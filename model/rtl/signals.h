@@ -5,6 +5,7 @@
 #include <ostream>
 #include <string>
 #include <systemc>
+#include <vector>
 
 #include "datapath/link/pair_event.h"
 #include "formats/control_scanline.h"
@@ -79,7 +80,70 @@ struct BusBeat {
 };
 bool operator==(const BusBeat& a, const BusBeat& b);
 std::ostream& operator<<(std::ostream& out, const BusBeat& value);
+/// Without the words, which trace_lanes adds, as many as the bus has.
 void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name);
+
+/// Adds the first `lanes` of an array's values to a waveform, as NAME_0, NAME_1, ...
+template <typename Value, std::size_t kLanes>
+void trace_lanes(sc_core::sc_trace_file* file, const std::array<Value, kLanes>& values, int lanes,
+                 const std::string& name) {
+    for (int lane = 0; lane < lanes; ++lane) {
+        sc_core::sc_trace(file, values[static_cast<std::size_t>(lane)], name + "_" + std::to_string(lane));
+    }
+}
+
+/// What the link writes into a frame memory at a clock of the link.
+struct MemoryWrite {
+    bool enable = false;
+    std::uint8_t device = 0;     ///< which of the two
+    std::uint32_t address = 0;   ///< word in the device
+    std::uint64_t data = 0;      ///< a pixel's word
+    std::uint8_t byte_mask = 0;  ///< bit b: byte b of the word is written
+    static constexpr std::uint8_t kColourBytes = 0x07;
+    static constexpr std::uint8_t kDepthBytes = 0xF8;  ///< alpha and Z
+};
+bool operator==(const MemoryWrite& a, const MemoryWrite& b);
+std::ostream& operator<<(std::ostream& out, const MemoryWrite& value);
+void sc_trace(sc_core::sc_trace_file* file, const MemoryWrite& value, const std::string& name);
+
+/// What an input framebuffer's bus port asks of its frame memory in a core clock.
+struct MemoryCommand {
+    enum class Kind : std::uint8_t {
+        kNone,
+        kActivate,   ///< opens a page
+        kRead,       ///< `count` words of the open page
+        kPrecharge,  ///< closes the open page
+    };
+    Kind kind = Kind::kNone;
+    std::uint32_t row = 0;  ///< of kActivate and kRead: the page
+    std::uint8_t count = 0;
+    std::array<std::uint32_t, kMaximumBeatPixels>
+        columns{};  ///< of kRead: word in the page, one a word of the beat
+};
+bool operator==(const MemoryCommand& a, const MemoryCommand& b);
+std::ostream& operator<<(std::ostream& out, const MemoryCommand& value);
+/// Without the columns, see trace_lanes.
+void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const std::string& name);
+
+/// The words that a frame memory puts out.
+struct MemoryData {
+    std::uint8_t count = 0;  ///< 0: none
+    std::array<std::uint64_t, kMaximumBeatPixels> words{};
+};
+bool operator==(const MemoryData& a, const MemoryData& b);
+std::ostream& operator<<(std::ostream& out, const MemoryData& value);
+/// Without the words, see trace_lanes.
+void sc_trace(sc_core::sc_trace_file* file, const MemoryData& value, const std::string& name);
+
+/// The table of the pair in the front bank: its valid rows, and whose each slot of the bus is. It stands still from
+/// the swap of the banks to the next one.
+struct FrontTable {
+    ViewportTable rows;
+    std::vector<int> slots;  ///< index of a row; none under a policy without slots
+};
+bool operator==(const FrontTable& a, const FrontTable& b);
+std::ostream& operator<<(std::ostream& out, const FrontTable& value);
+void sc_trace(sc_core::sc_trace_file* file, const FrontTable& value, const std::string& name);
 
 /// One stage of a pipeline: a raster pixel, or none.
 struct PipePixel {

@@ -18,11 +18,11 @@ using metabuffer::numbered;
 template <typename Value>
 class SignalBank {
   public:
-    /// One signal, named by its place, for each of `count` places.
+    /// One signal, named by its place, for each of `count` places. Each has the initial value.
     template <typename NameOf>
-    SignalBank(std::size_t count, NameOf name_of) {
+    SignalBank(std::size_t count, NameOf name_of, const Value& initial = Value{}) {
         for (std::size_t i = 0; i < count; ++i) {
-            signals_.push_back(std::make_unique<sc_core::sc_signal<Value>>(name_of(i).c_str()));
+            signals_.push_back(std::make_unique<sc_core::sc_signal<Value>>(name_of(i).c_str(), initial));
         }
     }
     sc_core::sc_signal<Value>& operator[](std::size_t i) { return *signals_[i]; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "report/waits.h"
 #include "scenario/derived_timing.h"
 
@@ -214,18 +215,17 @@ void InputFramebuffer::start_frame(std::int64_t cycle) {
     frame_sources_.back().fresh = answer_fresh_;
     rows_.clear();
     pixels_left_ = 0;
-    std::vector<Segment> segments;
     for (const ViewportRow& table_row : front_rows_) {
         Row row;
         row.row = table_row;
         row.address = std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;
-        segments.emplace_back(table_row, limits_.raster_width_pixels, limits_.raster_height_pixels);
-        row.pixels = segments.back().pixels();
+        row.segment = Segment(table_row, limits_.raster_width_pixels, limits_.raster_height_pixels);
+        row.pixels = row.segment.pixels();
         pixels_left_ += row.pixels;
         rows_.push_back(row);
     }
     requests_.assign(rows_.size(), BusRequest{});
-    policy_->start_frame(segments);
+    policy_->start_frame(slots_of(scenario_.bus.arbitration, front_rows_), rows_.size());
     new_frame_ = true;
     state_ = State::kTable;
     poll_from_ = cycle + 1;
@@ -296,7 +296,9 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
         const Row& row = rows_[i];
         requests_[i].pending = row.sent < row.pixels;
         requests_[i].ready = row.slot.cycle <= cycle;
-        requests_[i].next_pixel = row.sent;
+        if (requests_[i].pending && goes_by_deadlines(scenario_.bus.arbitration)) {
+            requests_[i].deadline = row.segment.first_use(row.sent);
+        }
     }
     const BusGrant grant = policy_->pick(requests_);
     switch (grant.kind) {

@@ -11,6 +11,7 @@
 
 #include "datapath/arbitration/arbitration_policy.h"
 #include "datapath/link/bank_keeper.h"
+#include "datapath/segment.h"
 #include "report/machine_report.h"
 #include "scenario/scenario.h"
 #include "tlm/content_shelf.h"
@@ -80,6 +81,7 @@ class InputFramebuffer final : public sc_core::sc_module {
     };
     struct Row {
         ViewportRow row;
+        Segment segment;
         std::int64_t pixels = 0;
         std::int64_t sent = 0;
         std::int64_t address = 0;  ///< of the next pixel

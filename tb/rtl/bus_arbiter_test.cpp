@@ -1,162 +1,335 @@
 #include "rtl/bus_arbiter.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "clocked_testbench.h"
 #include "datapath/arbitration/arbitration_table.h"
+#include "datapath/segment.h"
+#include "rtl/wires.h"
+#include "support/random_seed.h"
+#include "support/rows.h"
 #include "support/scenarios.h"
-#include "support/scratch_directory.h"
 
-// The arbiter has no clock and no ports of its own: it answers within the input framebuffer's clock. The
-// policies are tested against independent code in the datapath's unit tests; here, that the block runs the
-// one asked for.
+// The policies are tested against independent code in the datapath's unit tests; here, that the arbiter's pins do what
+// the policy says, at the clock at which its header says it.
 namespace metabuffer::test {
 namespace {
 
 using rtl::BusArbiter;
-using Kind = BusGrant::Kind;
+using rtl::FrontTable;
 
-/// A: a row of 30 pixels at multiple 1, needed late. B: 10 pixels, needed first. C: 10 pixels in between.
-std::vector<Segment> three_segments() {
-    const Size raster{64, 64};
-    return {Segment(table_row(1, {0, 0}, {30, 1}, {0, 50}), raster.width, raster.height),
-            Segment(table_row(2, {0, 0}, {10, 1}, {0, 0}), raster.width, raster.height),
-            Segment(table_row(3, {0, 0}, {10, 1}, {0, 20}), raster.width, raster.height)};
+constexpr int kLines = 4;
+constexpr Size kRaster{64, 64};
+
+/// A: 30 pixels a row at multiple 1, needed late. B: 10 pixels, needed first. C: 10 pixels in between.
+ViewportTable three_rows() {
+    return {table_row(1, {0, 0}, {30, 1}, {0, 50}), table_row(2, {0, 0}, {10, 1}, {0, 0}),
+            table_row(3, {0, 0}, {10, 1}, {0, 20})};
 }
 
-std::vector<BusRequest> requests(bool a, bool b, bool c) {
-    std::vector<BusRequest> list(3);
-    for (BusRequest& request : list) request.pending = true;
-    list[0].ready = a;
-    list[1].ready = b;
-    list[2].ready = c;
-    return list;
-}
-
-std::vector<int> grants(BusArbiter& arbiter, int count, const std::vector<BusRequest>& wanted) {
-    std::vector<int> rows;
-    for (int i = 0; i < count; ++i) {
-        const BusGrant grant = arbiter.pick(wanted);
-        rows.push_back(grant.kind == Kind::kBurst ? grant.row : -1);
+std::vector<std::uint64_t> first_needs(const ViewportTable& rows) {
+    std::vector<std::uint64_t> needs;
+    for (const ViewportRow& row : rows) {
+        needs.push_back(static_cast<std::uint64_t>(Segment(row, kRaster.width, kRaster.height).first_use(0)));
     }
-    return rows;
+    return needs;
 }
 
-int count_of(const std::vector<int>& rows, int row) {
-    return static_cast<int>(std::count(rows.begin(), rows.end(), row));
-}
+/// What the arbiter is told before an edge, and what it must have answered by then.
+struct Clock {
+    std::vector<bool> ready;
+    int row = -1;  ///< granted
+    bool lost = false;
+    int recovered = 0;
+    bool take = true;
+    std::vector<bool> pending = {true, true, true};
+};
 
-TEST_CASE("bus arbiter: irsa gives slots in proportion to need and recovers idle ones at once") {
-    BusArbiter arbiter("arbiter", Arbitration::kIrsa);
-    arbiter.start_frame(three_segments());
-    const auto all = grants(arbiter, 50, requests(true, true, true));
-    CHECK(count_of(all, 0) == 30);
-    CHECK(count_of(all, 1) == 10);
-    CHECK(count_of(all, 2) == 10);
-    CHECK(count_of(grants(arbiter, 50, requests(false, true, false)), 1) == 50);
-}
+struct ArbiterBench {
+    static constexpr int kStart = 2;           ///< the clock of start_i
+    static constexpr int kFirst = kStart + 1;  ///< the first clock of the frame's answers
 
-TEST_CASE("bus arbiter: slot-allocation has the same table and loses idle slots") {
-    BusArbiter arbiter("arbiter", Arbitration::kSlotAllocation);
-    arbiter.start_frame(three_segments());
-    CHECK(count_of(grants(arbiter, 50, requests(true, true, true)), 0) == 30);
-    const auto idle = grants(arbiter, 50, requests(false, true, false));
-    CHECK(count_of(idle, 1) == 10);
-    CHECK(count_of(idle, -1) == 40);
-    CHECK(arbiter.pick(requests(false, false, false)).kind == Kind::kLost);
-}
+    Arbitration policy;
+    FrontTable front;
+    ClockDomain& core;
+    sc_core::sc_signal<bool> start;
+    sc_core::sc_signal<FrontTable> table;
+    sc_core::sc_signal<bool> take;
+    rtl::SignalBank<bool> pending;
+    rtl::SignalBank<bool> ready;
+    rtl::SignalBank<std::uint64_t> deadline;
+    rtl::SignalBank<bool> grant;
+    sc_core::sc_signal<bool> grant_valid;
+    sc_core::sc_signal<bool> lost;
+    sc_core::sc_signal<std::uint16_t> recovered;
+    sc_core::sc_signal<std::uint16_t> slot;
+    BusArbiter dut;
+    std::vector<const Recording<bool>*> grants;
+    const Recording<bool>& valid;
+    const Recording<bool>& lost_slots;
+    const Recording<std::uint16_t>& recovered_slots;
+    const Recording<std::uint16_t>& slots;
 
-TEST_CASE("bus arbiter: round-robin gives one slot each whatever the need, with recovery") {
-    BusArbiter arbiter("arbiter", Arbitration::kRoundRobin);
-    arbiter.start_frame(three_segments());
-    CHECK(grants(arbiter, 6, requests(true, true, true)) == std::vector<int>{0, 1, 2, 0, 1, 2});
-    CHECK(grants(arbiter, 4, requests(true, false, true)) == std::vector<int>{0, 2, 0, 2});
-}
-
-TEST_CASE("bus arbiter: edf serves the composer that runs dry first") {
-    BusArbiter arbiter("arbiter", Arbitration::kEdf);
-    arbiter.start_frame(three_segments());
-    CHECK(arbiter.pick(requests(true, true, true)).row == 1);
-    CHECK(arbiter.pick(requests(true, false, true)).row == 2);
-    CHECK(arbiter.pick(requests(true, false, false)).row == 0);
-}
-
-TEST_CASE("bus arbiter: with nobody ready the bus polls under every policy with recovery") {
-    for (const ArbitrationRow& policy : kArbitrationTable) {
-        if (policy.idle_slots == IdleSlots::kLost) continue;
-        BusArbiter arbiter(sc_core::sc_gen_unique_name("arbiter"), policy.value);
-        arbiter.start_frame(three_segments());
-        CHECK(arbiter.pick(requests(false, false, false)).kind == Kind::kPoll);
+    ArbiterBench(ClockedTestbench& bench, Arbitration arbitration)
+        : policy(arbitration),
+          core(bench.core),
+          pending(kLines, name_of(arbitration, "pending")),
+          ready(kLines, name_of(arbitration, "ready")),
+          deadline(goes_by_deadlines(arbitration) ? kLines : 0, name_of(arbitration, "deadline")),
+          grant(kLines, name_of(arbitration, "grant")),
+          dut(("arbiter_" + std::to_string(static_cast<int>(arbitration))).c_str(), arbitration, kLines),
+          valid(core.record_sampled(grant_valid)),
+          lost_slots(core.record_sampled(lost)),
+          recovered_slots(core.record_sampled(recovered)),
+          slots(core.record_sampled(slot)) {
+        dut.clk_i(core.clk);
+        dut.reset_i(bench.reset);
+        dut.start_i(start);
+        dut.table_i(table);
+        dut.take_i(take);
+        for (std::size_t line = 0; line < kLines; ++line) {
+            dut.pending_i[line](pending[line]);
+            dut.ready_i[line](ready[line]);
+            if (deadline.size() > 0) dut.deadline_i[line](deadline[line]);
+            dut.grant_o[line](grant[line]);
+            grants.push_back(&core.record_sampled(grant[line]));
+        }
+        dut.grant_valid_o(grant_valid);
+        dut.lost_o(lost);
+        dut.recovered_o(recovered);
+        dut.slot_o(slot);
+        bench.trace(dut);
     }
-}
 
-TEST_CASE("bus arbiter: a new frame starts its own table from the first slot") {
-    BusArbiter arbiter("arbiter", Arbitration::kRoundRobin);
-    arbiter.start_frame(three_segments());
-    CHECK(grants(arbiter, 2, requests(true, true, true)) == std::vector<int>{0, 1});
-    arbiter.start_frame({three_segments()[2], three_segments()[0]});
-    std::vector<BusRequest> two(2);
-    for (BusRequest& request : two) request.pending = request.ready = true;
-    CHECK(grants(arbiter, 3, two) == std::vector<int>{0, 1, 0});
-}
+    static std::function<std::string(std::size_t)> name_of(Arbitration arbitration, const char* stem) {
+        return [=](std::size_t line) {
+            return std::string(stem) + std::to_string(static_cast<int>(arbitration)) + "_" +
+                   std::to_string(line);
+        };
+    }
 
-/// The values that a waveform shows of one of the arbiter's registers, in order, repetitions left out.
-std::vector<int> waveform_values(const std::filesystem::path& file, const std::string& name) {
-    std::ifstream stream(file);
-    std::string code;
-    std::vector<int> values;
-    for (std::string line; std::getline(stream, line);) {
-        std::istringstream words(line);
-        std::string first;
-        std::string second;
-        words >> first >> second;
-        if (first == "$var" && line.find(' ' + name + ' ') != std::string::npos) {
-            words >> code >> code;  // behind the width
-        } else if (!code.empty() && second == code && first.front() == 'b') {
-            const int value = static_cast<int>(std::stoll(first.substr(1), nullptr, 2));
-            if (values.empty() || values.back() != value) values.push_back(value);
+    /// start_i is high at edge `clock`.
+    void start_at(int clock, const ViewportTable& rows) {
+        core.drive(table, clock, FrontTable{rows, slots_of(policy, rows)});
+        core.pulse(start, clock);
+        const std::vector<std::uint64_t> needs = first_needs(rows);
+        for (std::size_t line = 0; line < deadline.size() && line < needs.size(); ++line) {
+            core.drive(deadline[line], clock, needs[line]);
         }
     }
-    return values;
+    /// The lines that edge `clock` samples.
+    void drive(int clock, const Clock& now) {
+        for (std::size_t line = 0; line < kLines; ++line) {
+            core.drive(pending[line], clock, line < now.pending.size() && now.pending[line]);
+            core.drive(ready[line], clock, line < now.ready.size() && now.ready[line]);
+        }
+        core.drive(take, clock, now.take);
+    }
+    /// The row whose grant line edge `clock` samples high; never more than one line is.
+    int granted_at(int clock) const {
+        int row = -1;
+        for (int line = 0; line < kLines; ++line) {
+            if (!grants[static_cast<std::size_t>(line)]->at(clock)) continue;
+            REQUIRE(row == -1);
+            row = line;
+        }
+        REQUIRE(valid.at(clock) == (row >= 0));
+        return row;
+    }
+    void check(int clock, const Clock& wanted) const {
+        INFO(arbitration_row(policy).name << ", clock " << clock);
+        CHECK(granted_at(clock) == wanted.row);
+        CHECK(lost_slots.at(clock) == wanted.lost);
+        CHECK(recovered_slots.at(clock) == wanted.recovered);
+    }
+};
+
+/// Plays clocks from the frame's first on and checks each.
+void play(Arbitration policy, const ViewportTable& rows, const std::vector<Clock>& clocks) {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, policy);
+    dut.start_at(ArbiterBench::kStart, rows);
+    int clock = ArbiterBench::kFirst;
+    for (const Clock& now : clocks) dut.drive(clock++, now);
+    bench.run_through(clock + 1);
+    clock = ArbiterBench::kFirst;
+    for (const Clock& wanted : clocks) dut.check(clock++, wanted);
 }
 
-TEST_CASE("bus arbiter: the waveform shows the slot and the row that was granted last") {
-    const ScratchDirectory scratch;
-    BusArbiter arbiter("arbiter", Arbitration::kSlotAllocation);
-    sc_core::sc_trace_file* const file = sc_core::sc_create_vcd_trace_file((scratch / "arbiter").c_str());
-    file->set_time_unit(1.0, sc_core::SC_PS);
-    arbiter.trace(file);
-    const sc_core::sc_time clock(10, sc_core::SC_NS);
-    const auto two_rows = [] {
-        const Size raster{64, 64};
-        return std::vector<Segment>{
-            Segment(table_row(1, {0, 0}, {10, 1}, {0, 50}), raster.width, raster.height),
-            Segment(table_row(2, {0, 0}, {20, 1}, {0, 0}), raster.width, raster.height)};
-    };
-    std::vector<BusRequest> both(2);
-    for (BusRequest& request : both) request.pending = request.ready = true;
-    std::vector<BusRequest> none(2);
+TEST_CASE("bus arbiter: round-robin grants within the clock, one line at a time, and recovers idle slots") {
+    play(Arbitration::kRoundRobin, three_rows(),
+         {{{true, true, true}, 0},
+          {{true, true, true}, 1},
+          {{true, true, true}, 2},
+          {{true, false, true}, 0},
+          {{true, false, true}, 2, false, 1},
+          {{false, false, false}, -1},  // a poll does not move the pointer
+          {{true, true, true}, 0},
+          {{true, false, false}, 0, false, 2}});
+}
 
-    arbiter.start_frame(two_rows());  // slots: row 1, row 0, row 1
-    sc_core::sc_start(clock);
-    arbiter.pick(both);  // slot 0, row 1
-    sc_core::sc_start(clock);
-    arbiter.pick(both);  // slot 1, row 0
-    sc_core::sc_start(clock);
-    arbiter.pick(none);  // slot 2 is lost, nothing is granted
-    sc_core::sc_start(clock);
-    arbiter.pick(none);  // back at slot 0
-    sc_core::sc_start(clock);
-    arbiter.start_frame(two_rows());
-    sc_core::sc_start(clock);
-    sc_core::sc_close_vcd_trace_file(file);
+TEST_CASE("bus arbiter: an answer that is not taken does not move the slot pointer") {
+    play(Arbitration::kRoundRobin, three_rows(),
+         {{{true, true, true}, 0, false, 0, false},
+          {{true, true, true}, 0, false, 0, false},
+          {{false, true, true}, 1, false, 1, false},
+          {{true, true, true}, 0},
+          {{true, true, true}, 1, false, 0, false},
+          {{true, true, true}, 1}});
+}
 
-    CHECK(waveform_values(scratch / "arbiter.vcd", "slot") == std::vector<int>{0, 1, 2, 0, 1, 0});
-    CHECK(waveform_values(scratch / "arbiter.vcd", "granted_row") == std::vector<int>{-1, 1, 0, -1});
+TEST_CASE("bus arbiter: a row with nothing left is granted nothing, however ready its composer is") {
+    play(Arbitration::kRoundRobin, three_rows(),
+         {{{true, true, true}, 1, false, 1, true, {false, true, true}},
+          {{true, true, true}, 2, false, 0, true, {false, true, true}},
+          {{true, true, true}, 2, false, 2, true, {false, false, true}},
+          {{true, true, true}, -1, false, 0, true, {false, false, false}}});
+}
+
+TEST_CASE("bus arbiter: slot-allocation tells a lost slot and goes on to the next one") {
+    const ViewportTable rows{table_row(1, {0, 0}, {10, 1}, {0, 50}), table_row(2, {0, 0}, {20, 1}, {0, 0})};
+    REQUIRE(slots_of(Arbitration::kSlotAllocation, rows) == std::vector<int>{1, 0, 1});
+    play(Arbitration::kSlotAllocation, rows,
+         {{{true, true}, 1},
+          {{false, true}, -1, true},
+          {{false, true}, 1},
+          {{true, false}, -1, true, 0, false},
+          {{true, false}, -1, true},
+          {{true, false}, 0}});
+}
+
+TEST_CASE("bus arbiter: edf grants the row whose deadline line shows the earliest place") {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kEdf);
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    const std::vector<Clock> clocks{{{true, true, true}, 1},
+                                    {{true, false, true}, 2},
+                                    {{true, false, false}, 0},
+                                    {{true, true, true}, 0}};
+    int clock = ArbiterBench::kFirst;
+    for (const Clock& now : clocks) dut.drive(clock++, now);
+    dut.core.drive(dut.deadline[0], ArbiterBench::kFirst + 3, 0U);
+    dut.core.drive(dut.deadline[1], ArbiterBench::kFirst + 3, 1U);
+    bench.run_through(clock + 1);
+    clock = ArbiterBench::kFirst;
+    for (const Clock& wanted : clocks) dut.check(clock++, wanted);
+}
+
+TEST_CASE("bus arbiter: irsa gives slots in proportion to need") {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kIrsa);
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    constexpr int kClocks = 50;
+    for (int i = 0; i < kClocks; ++i) dut.drive(ArbiterBench::kFirst + i, {{true, true, true}});
+    bench.run_through(ArbiterBench::kFirst + kClocks);
+    std::vector<int> granted(3, 0);
+    for (int i = 0; i < kClocks; ++i) {
+        ++granted.at(static_cast<std::size_t>(dut.granted_at(ArbiterBench::kFirst + i)));
+    }
+    CHECK(granted == std::vector<int>{30, 10, 10});
+}
+
+TEST_CASE("bus arbiter: a new frame's table counts from its start on, from the first slot") {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kRoundRobin);
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    constexpr int kSecond = ArbiterBench::kFirst + 3;
+    for (int i = 0; i < 2; ++i) dut.drive(ArbiterBench::kFirst + i, {{true, true, true}});
+    dut.drive(kSecond - 1, {{true, true, true}, -1, false, 0, false});
+    dut.start_at(kSecond, {three_rows()[2], three_rows()[0]});
+    for (int i = 1; i < 5; ++i) dut.drive(kSecond + i, {{true, true}, -1, false, 0, true, {true, true}});
+    bench.run_through(kSecond + 6);
+    CHECK(dut.granted_at(kSecond) == 2);  // the old frame's pointer still
+    for (int i = 1; i < 5; ++i) CHECK(dut.granted_at(kSecond + i) == (i - 1) % 2);
+    CHECK(dut.slots.at(kSecond + 1) == 0);
+    CHECK(dut.slots.at(kSecond + 2) == 1);
+}
+
+void check_reset(Arbitration policy) {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, policy);
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    for (int clock = ArbiterBench::kFirst; clock < 20; ++clock) dut.drive(clock, {{true, true, true}});
+    bench.core.pulse(bench.reset, 8);
+    dut.start_at(12, three_rows());
+    bench.run_through(20);
+    CHECK(dut.granted_at(8) >= 0);
+    for (int clock = 9; clock <= 12; ++clock) {
+        CHECK(dut.granted_at(clock) == -1);
+        CHECK_FALSE(dut.lost_slots.at(clock));
+        CHECK(dut.slots.at(clock) == 0);
+    }
+    for (int i = 0; i < 5; ++i) CHECK(dut.granted_at(13 + i) == dut.granted_at(ArbiterBench::kFirst + i));
+}
+
+TEST_CASE("bus arbiter: a reset takes the table away, and the next frame begins at its first slot") {
+    check_reset(Arbitration::kIrsa);
+}
+TEST_CASE("bus arbiter: a reset takes slot-allocation's table away too, so that no slot is lost") {
+    check_reset(Arbitration::kSlotAllocation);
+}
+TEST_CASE("bus arbiter: a reset takes edf's rows away") { check_reset(Arbitration::kEdf); }
+
+/// The policy itself is asked beside the pins, clock by clock.
+void check_against_policy(Arbitration policy) {
+    Random random(random_seed(181));
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, policy);
+    constexpr int kClocks = 600;
+    std::vector<Clock> clocks(kClocks);
+    const auto judge = make_policy(policy);
+    ViewportTable rows;
+    bool asleep = false;  // so that the clock gate closes now and then
+    constexpr int kNotLookedAt = -2;
+    for (int clock = 0; clock < kClocks; ++clock) {
+        Clock& now = clocks[static_cast<std::size_t>(clock)];
+        if (clock == 0 || random.one_in(50)) {
+            rows = random_valid_rows(random, random.between(1, kLines), kRaster, 5);
+            judge->start_frame(slots_of(policy, rows), rows.size());
+            dut.start_at(clock, rows);
+            now = Clock{{}, kNotLookedAt, false, 0, false, {}};
+            dut.drive(clock, now);
+            continue;
+        }
+        if (random.one_in(20)) asleep = !asleep;
+        now.pending.clear();
+        std::vector<BusRequest> requests(rows.size());
+        const std::vector<std::uint64_t> needs = first_needs(rows);
+        for (std::size_t row = 0; row < rows.size(); ++row) {
+            now.ready.push_back(!asleep && random.one_in(2));
+            now.pending.push_back(asleep || !random.one_in(4));
+            requests[row] = {now.pending[row], now.ready[row], static_cast<std::int64_t>(needs[row])};
+        }
+        now.take = !asleep && random.one_in(2);
+        const BusGrant answer = judge->grant(requests);
+        now.row = answer.kind == BusGrant::Kind::kBurst ? answer.row : -1;
+        now.lost = answer.kind == BusGrant::Kind::kLost;
+        now.recovered = answer.recovered_slots;
+        if (now.take) judge->take(answer);
+        dut.drive(clock, now);
+    }
+    bench.run_through(kClocks);
+    for (int clock = 0; clock < kClocks; ++clock) {
+        const Clock& wanted = clocks[static_cast<std::size_t>(clock)];
+        if (wanted.row != kNotLookedAt) dut.check(clock, wanted);
+    }
+}
+
+TEST_CASE("bus arbiter: irsa's pins say what the policy says, over random frames") {
+    check_against_policy(Arbitration::kIrsa);
+}
+TEST_CASE("bus arbiter: slot-allocation's pins say what the policy says, over random frames") {
+    check_against_policy(Arbitration::kSlotAllocation);
+}
+TEST_CASE("bus arbiter: round-robin's pins say what the policy says, over random frames") {
+    check_against_policy(Arbitration::kRoundRobin);
+}
+TEST_CASE("bus arbiter: edf's pins say what the policy says, over random frames") {
+    check_against_policy(Arbitration::kEdf);
 }
 
 }  // namespace

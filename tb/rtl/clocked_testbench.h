@@ -89,6 +89,9 @@ class ClockDomain final : public sc_core::sc_module {
         SC_METHOD(falling_edge);
         sensitive << clk.negedge_event();
         dont_initialize();
+        SC_METHOD(rising_edge);
+        sensitive << clk.posedge_event();
+        dont_initialize();
     }
     SC_HAS_PROCESS(ClockDomain);
 
@@ -103,6 +106,16 @@ class ClockDomain final : public sc_core::sc_module {
     const Recording<Value>& record(const sc_core::sc_signal<Value>& signal) {
         auto recording = std::make_shared<Recording<Value>>();
         samplers_.push_back([recording, &signal] { recording->push(signal.read()); });
+        starters_.push_back([recording](int first_clock) { recording->start_at(first_clock); });
+        kept_.push_back(recording);
+        return *recording;
+    }
+
+    /// The same of what each edge samples, a combinational wire too: at(n) is what stands just before edge n.
+    template <typename Value>
+    const Recording<Value>& record_sampled(const sc_core::sc_signal<Value>& signal) {
+        auto recording = std::make_shared<Recording<Value>>();
+        edge_samplers_.push_back([recording, &signal] { recording->push(signal.read()); });
         starters_.push_back([recording](int first_clock) { recording->start_at(first_clock); });
         kept_.push_back(recording);
         return *recording;
@@ -131,6 +144,9 @@ class ClockDomain final : public sc_core::sc_module {
     }
 
   private:
+    void rising_edge() {
+        for (const auto& sample : edge_samplers_) sample();
+    }
     void falling_edge() {
         ++clock_;
         for (const auto& sample : samplers_) sample();
@@ -146,6 +162,7 @@ class ClockDomain final : public sc_core::sc_module {
     int reset_clocks_ = 0;
     int clock_ = 0;
     std::vector<std::function<void()>> samplers_;
+    std::vector<std::function<void()>> edge_samplers_;
     std::vector<std::function<void(int)>> starters_;
     std::vector<std::shared_ptr<void>> kept_;
     std::map<int, std::vector<std::function<void()>>> script_;

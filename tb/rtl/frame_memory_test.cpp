@@ -1,17 +1,21 @@
 #include "rtl/frame_memory.h"
 
 #include <catch2/catch.hpp>
+#include <string>
 #include <vector>
 
+#include "clocked_testbench.h"
 #include "expected_report.h"
 #include "support/random_seed.h"
 
-// The memory has no clock and no ports of its own: the input framebuffer's registers around it call it at
-// their edges. What a page miss costs in clocks is tested at the input framebuffer's pins.
 namespace metabuffer::test {
 namespace {
 
 using rtl::FrameMemory;
+using rtl::MemoryCommand;
+using rtl::MemoryData;
+using rtl::MemoryWrite;
+using Kind = MemoryCommand::Kind;
 
 constexpr int kWords = 64;
 
@@ -23,89 +27,261 @@ MemoryConfig pages_of(int words, int miss_cycles = 6, int words_per_cycle = 1) {
     return config;
 }
 
-Pixel word_at(FrameMemory& memory, std::int64_t address) {
-    memory.open_page(address);
-    return memory.read(address);
-}
+struct MemoryBench {
+    MemoryConfig config;
+    ClockDomain& core;
+    ClockDomain& link;
+    sc_core::sc_signal<MemoryWrite> write;
+    sc_core::sc_signal<bool> front;
+    sc_core::sc_signal<MemoryCommand> command;
+    sc_core::sc_signal<MemoryData> data;
+    FrameMemory dut;
+    const Recording<MemoryData>& sampled;  ///< what each core edge samples
 
-TEST_CASE("frame memory: colour half and depth half of a word are written on their own, in either order") {
-    FrameMemory memory("memory", pages_of(16), DepthFormat::kA8Z16, kWords);
-    memory.write_half(FrameKind::kColour, 3, 0x112233U);
-    memory.write_half(FrameKind::kDepth, 3, 0x44BEEFU);
-    memory.write_half(FrameKind::kDepth, 4, 0x55CAFEU);
-    memory.write_half(FrameKind::kColour, 4, 0x667788U);
-    memory.swap_banks();
-    CHECK(word_at(memory, 3).word() == 0x0000'BEEF'4411'2233U);
-    CHECK(word_at(memory, 4).word() == 0x0000'CAFE'5566'7788U);
-    CHECK(word_at(memory, 5).word() == 0);
-}
-
-TEST_CASE("frame memory: z24 keeps 24 bits of Z and takes alpha as 255") {
-    FrameMemory memory("memory", pages_of(16), DepthFormat::kZ24, kWords);
-    memory.write_half(FrameKind::kColour, 0, 0x112233U);
-    memory.write_half(FrameKind::kDepth, 0, 0xABCDEFU);
-    memory.swap_banks();
-    CHECK(word_at(memory, 0).word() == 0x00AB'CDEF'FF11'2233U);
-}
-
-TEST_CASE("frame memory: the bus reads the front bank while the link fills the back one") {
-    FrameMemory memory("memory", pages_of(kWords), DepthFormat::kA8Z16, kWords);
-    for (std::uint32_t address = 0; address < kWords; ++address) {
-        memory.write_half(FrameKind::kColour, address, address);
+    MemoryBench(ClockedTestbench& bench, const MemoryConfig& with, ClockDomain* link_domain = nullptr)
+        : config(with),
+          core(bench.core),
+          link(link_domain != nullptr ? *link_domain : bench.core),
+          dut("memory", with, kWords),
+          sampled(core.record_sampled(data)) {
+        dut.clk_i(core.clk);
+        dut.reset_i(bench.reset);
+        dut.write_clk_i(link.clk);
+        dut.write_i(write);
+        dut.front_i(front);
+        dut.command_i(command);
+        dut.data_o(data);
+        bench.trace(dut);
     }
-    memory.swap_banks();
-    memory.open_page(0);
-    for (std::uint32_t address = 0; address < kWords; ++address) {
-        memory.write_half(FrameKind::kColour, address, 1000 + address);
-        CHECK(memory.read(address).rgb() == address);
+    /// Link edge `clock` stores a word, or half of it.
+    void store(int clock, int device, int address, std::uint64_t word, std::uint8_t byte_mask = 0xFF) {
+        link.drive(write, clock,
+                   MemoryWrite{true, static_cast<std::uint8_t>(device), static_cast<std::uint32_t>(address),
+                               word, byte_mask});
+        link.drive(write, clock + 1, MemoryWrite{});
     }
-    memory.swap_banks();
-    CHECK(memory.read(7).rgb() == 1007);
-    memory.swap_banks();
-    CHECK(memory.read(7).rgb() == 7);  // the other bank has kept its pair
-}
-
-TEST_CASE("frame memory: one page is open at a time, of exactly page_words words") {
-    for (const int page_words : {1, 7, 16, 64}) {
-        INFO("pages of " << page_words << " words");
-        FrameMemory memory(sc_core::sc_gen_unique_name("memory"), pages_of(page_words), DepthFormat::kA8Z16,
-                           kWords);
-        for (int opened = 0; opened < kWords; ++opened) {
-            memory.open_page(opened);
-            for (int address = 0; address < kWords; ++address) {
-                const int first = opened - opened % page_words;
-                const bool on_page = address >= first && address < first + page_words;
-                REQUIRE(memory.page_is_open(address) == on_page);
-            }
+    void send(int clock, const MemoryCommand& what) {
+        core.drive(command, clock, what);
+        core.drive(command, clock + 1, MemoryCommand{});
+    }
+    void activate(int clock, int page) { send(clock, make(Kind::kActivate, page)); }
+    void precharge(int clock) { send(clock, make(Kind::kPrecharge, 0)); }
+    void read(int clock, const std::vector<int>& addresses) {
+        MemoryCommand what = make(Kind::kRead, addresses.front() / config.page_words);
+        for (const int address : addresses) {
+            what.columns[what.count++] =
+                static_cast<std::uint32_t>(address - static_cast<int>(what.row) * config.page_words);
         }
+        send(clock, what);
+    }
+    std::vector<std::uint64_t> words_at(int clock) const {
+        const MemoryData& put_out = sampled.at(clock);
+        return {put_out.words.begin(), put_out.words.begin() + put_out.count};
+    }
+
+    static MemoryCommand make(Kind kind, int page) {
+        MemoryCommand what;
+        what.kind = kind;
+        what.row = static_cast<std::uint32_t>(page);
+        return what;
+    }
+};
+
+using Words = std::vector<std::uint64_t>;
+
+TEST_CASE(
+    "frame memory: a read puts the words of the open page out in its own clock, and nothing in others") {
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(16, 6, 4));
+    for (int address = 0; address < kWords; ++address) {
+        dut.store(address, 0, address, 1000U + static_cast<unsigned>(address));
+    }
+    dut.activate(70, 1);
+    dut.read(76, {16});
+    dut.read(77, {17, 20, 31, 18});
+    dut.read(79, {19, 19});
+    bench.run_through(82);
+    CHECK(dut.words_at(75).empty());
+    CHECK(dut.words_at(76) == Words{1016});
+    CHECK(dut.words_at(77) == Words{1017, 1020, 1031, 1018});
+    CHECK(dut.words_at(78).empty());
+    CHECK(dut.words_at(79) == Words{1019, 1019});
+    CHECK(dut.words_at(80).empty());
+}
+
+TEST_CASE("frame memory: the byte mask lets colour half and depth half of a word be written on their own") {
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(16));
+    dut.store(1, 0, 3, 0xFFFF'FFFF'FF11'2233U, MemoryWrite::kColourBytes);
+    dut.store(2, 0, 3, 0x0000'BEEF'44FF'FFFFU, MemoryWrite::kDepthBytes);
+    dut.store(3, 0, 4, 0x0000'CAFE'55FF'FFFFU, MemoryWrite::kDepthBytes);
+    dut.store(4, 0, 4, 0xFFFF'FFFF'FF66'7788U, MemoryWrite::kColourBytes);
+    dut.activate(6, 0);
+    for (int i = 0; i < 3; ++i) dut.read(12 + i, {3 + i});
+    bench.run_through(16);
+    CHECK(dut.words_at(12) == Words{0x0000'BEEF'4411'2233U});
+    CHECK(dut.words_at(13) == Words{0x0000'CAFE'5566'7788U});
+    CHECK(dut.words_at(14) == Words{0});
+}
+
+TEST_CASE("frame memory: the bus reads the front device while the link fills the other one") {
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(kWords));
+    for (int address = 0; address < kWords; ++address) {
+        dut.store(address, 0, address, static_cast<unsigned>(address));
+    }
+    dut.activate(kWords, 0);
+    for (int address = 0; address < kWords; ++address) {
+        const int clock = kWords + 1 + address;
+        dut.store(clock, 1, address, 1000U + static_cast<unsigned>(address));
+        dut.read(clock, {address});
+    }
+    const int swap = 2 * kWords + 2;
+    dut.core.drive(dut.front, swap, true);
+    dut.read(swap + 1, {7});
+    dut.core.drive(dut.front, swap + 2, false);
+    dut.read(swap + 3, {7});
+    bench.run_through(swap + 5);
+    for (int address = 0; address < kWords; ++address) {
+        CHECK(dut.words_at(kWords + 1 + address) == Words{static_cast<unsigned>(address)});
+    }
+    CHECK(dut.words_at(swap + 1) == Words{1007});
+    CHECK(dut.words_at(swap + 3) == Words{7});  // the other device has kept its pair
+}
+
+TEST_CASE("frame memory: writes come at the link's clock, slower or faster than the core's") {
+    ClockedTestbench bench;
+    ClockDomain& link = bench.add_clock("link", 7'000);
+    MemoryBench dut(bench, pages_of(kWords), &link);
+    for (int address = 0; address < kWords; ++address) {
+        dut.store(2 * address, 0, address, 500U + static_cast<unsigned>(address));
+    }
+    dut.activate(100, 0);
+    for (int address = 0; address < kWords; ++address) dut.read(101 + address, {address});
+    bench.run_through(101 + kWords);
+    for (int address = 0; address < kWords; ++address) {
+        CHECK(dut.words_at(101 + address) == Words{500U + static_cast<unsigned>(address)});
     }
 }
 
-TEST_CASE("frame memory: no page is open at first nor after close_page") {
-    FrameMemory memory("memory", pages_of(16), DepthFormat::kA8Z16, kWords);
-    for (int address = 0; address < kWords; ++address) REQUIRE_FALSE(memory.page_is_open(address));
-    memory.open_page(20);
-    REQUIRE(memory.page_is_open(20));
-    memory.close_page();
-    for (int address = 0; address < kWords; ++address) REQUIRE_FALSE(memory.page_is_open(address));
-}
-
-TEST_CASE("frame memory: a read off the open page is reported") {
-    FrameMemory memory("memory", pages_of(16), DepthFormat::kA8Z16, kWords);
+TEST_CASE("frame memory: one page is open at a time, and a read of another is reported and opens it") {
     ExpectedReport report("/metabuffer/frame_memory/page");
-    memory.open_page(16);
-    memory.read(31);
-    CHECK(report.count() == 0);
-    memory.read(32);
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(16));
+    dut.read(2, {0});  // no page is open at first
+    bench.run_through(3);
     CHECK(report.count() == 1);
-    memory.read(15);
+    dut.activate(5, 1);
+    dut.read(11, {31});
+    dut.read(12, {16});
+    bench.run_through(13);
+    CHECK(report.count() == 1);
+    dut.read(15, {32});
+    bench.run_through(16);
     CHECK(report.count() == 2);
+    dut.activate(18, 2);
+    dut.read(24, {40});
+    bench.run_through(25);
+    CHECK(report.count() == 2);
+    dut.read(27, {31});
+    bench.run_through(28);
+    CHECK(report.count() == 3);
 }
 
-TEST_CASE("frame memory: its timing parameters are the scenario's") {
-    const FrameMemory memory("memory", pages_of(16, 9, 4), DepthFormat::kA8Z16, kWords);
-    CHECK(memory.page_miss_cycles() == 9);
-    CHECK(memory.words_per_cycle() == 4);
+TEST_CASE("frame memory: a precharge closes the page, and so does a reset, while what is stored stays") {
+    ExpectedReport report("/metabuffer/frame_memory/page");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(16));
+    dut.store(1, 0, 5, 77);
+    dut.activate(2, 0);
+    dut.precharge(10);
+    dut.read(12, {5});
+    bench.run_through(13);
+    CHECK(report.count() == 1);
+    dut.activate(15, 0);
+    bench.core.pulse(bench.reset, 20);
+    dut.read(22, {5});
+    bench.run_through(23);
+    CHECK(report.count() == 2);
+    CHECK(dut.words_at(22) == Words{77});
+}
+
+TEST_CASE("frame memory: without a page miss to wait for a read opens its page itself") {
+    ExpectedReport report("/metabuffer/frame_memory/page");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(16, 0));
+    for (int clock = 2; clock < 20; ++clock) dut.read(clock, {(clock * 23) % kWords});
+    bench.run_through(22);
+    CHECK(report.count() == 0);
+}
+
+TEST_CASE(
+    "frame memory: a word that it does not have, and more words than it gives in a clock, are reported") {
+    ExpectedReport address("/metabuffer/frame_memory/address");
+    ExpectedReport width("/metabuffer/frame_memory/width");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(16, 6, 2));
+    dut.activate(1, 3);
+    dut.read(7, {62, 63});
+    bench.run_through(8);
+    CHECK(address.count() == 0);
+    CHECK(width.count() == 0);
+    dut.read(10, {63, 64});  // the column is not in the page
+    bench.run_through(11);
+    CHECK(address.count() == 1);
+    dut.activate(13, 4);
+    dut.read(19, {64});  // nor is the page in the device
+    bench.run_through(20);
+    CHECK(address.count() == 2);
+    CHECK(dut.words_at(19) == Words{0});
+    dut.activate(23, 3);
+    dut.read(29, {61, 62, 63});
+    bench.run_through(30);
+    CHECK(width.count() == 1);
+}
+
+TEST_CASE("frame memory: random reads give what was written last") {
+    Random random(random_seed(191));
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(16, 1, 4));
+    std::vector<Words> stored(2, Words(kWords, 0));
+    std::vector<std::pair<int, Words>> wanted;
+    int page = -1;
+    int pause = 0;
+    for (int clock = 1; clock < 3000; ++clock) {
+        if (random.one_in(100)) pause = random.between(0, 20);  // long enough for the clock gates to close
+        if (pause-- > 0) continue;
+        // The link writes device 1 and the bus reads device 0, so what is read is settled.
+        const int address = random.between(0, kWords - 1);
+        const std::uint64_t word = random.bits();
+        if (clock < 1000) {
+            const bool half = random.one_in(2);
+            const std::uint8_t mask = half ? MemoryWrite::kColourBytes : MemoryWrite::kDepthBytes;
+            const std::uint64_t bits = half ? 0xFF'FFFFU : ~std::uint64_t{0xFF'FFFFU};
+            dut.store(clock, 0, address, word, mask);
+            std::uint64_t& kept = stored[0][static_cast<std::size_t>(address)];
+            kept = (kept & ~bits) | (word & bits);
+            continue;
+        }
+        if (clock == 1000) continue;
+        dut.store(clock, 1, address, word);
+        if (page < 0 || random.one_in(8)) {
+            page = random.between(0, kWords / 16 - 1);
+            dut.activate(clock, page);
+            continue;
+        }
+        std::vector<int> addresses;
+        Words words;
+        for (int i = random.between(1, 4); i > 0; --i) {
+            addresses.push_back(page * 16 + random.between(0, 15));
+            words.push_back(stored[0][static_cast<std::size_t>(addresses.back())]);
+        }
+        dut.read(clock, addresses);
+        wanted.emplace_back(clock, words);
+    }
+    bench.run_through(3001);
+    CHECK(wanted.size() > 1000);
+    for (const auto& [clock, words] : wanted) REQUIRE(dut.words_at(clock) == words);
 }
 
 }  // namespace

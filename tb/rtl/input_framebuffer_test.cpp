@@ -862,6 +862,60 @@ TEST_CASE("input framebuffer: a torn pair never shows, neither its pixels nor it
     CHECK(dut.requests.falls().empty());
 }
 
+/// The same pair and the same BUSREADY round after round, with a reset at a later moment of each. Behind it everything
+/// must happen as in the round before.
+void check_resets(const BusSpeed& speed) {
+    constexpr int kRound = 700;
+    constexpr int kRoundVerdict = 150;
+    constexpr int kRounds = 45;
+    ClockedTestbench bench;
+    Scenario scenario = input_scenario(speed, 2, 3);
+    scenario.link_timeout_pairs = 1000;
+    scenario.composer.ready_space_pixels = 4;
+    InputBench dut(bench, "dut", scenario);
+    const ViewportTable table = one_line_each(2);
+    const auto reset_at = [](int round) { return kRoundVerdict + 1 + 4 * round; };
+    for (int round = 0; round < kRounds; ++round) {
+        dut.put_pair_until(round * kRound + kRoundVerdict, 0, table, image_of(5));
+        if (round < kRounds - 1) dut.core.pulse(bench.reset, round * kRound + reset_at(round));
+    }
+    dut.core.each_clock([&dut](int clock) {
+        const int offset = clock % kRound;
+        dut.busready[0]->write(offset % 11 != 4 && offset % 11 != 5);
+        dut.busready[1]->write(offset % 7 != 2);
+    });
+    bench.run_through(kRounds * kRound);
+    for (int round = 1; round < kRounds; ++round) {
+        for (int clock = 0; clock < reset_at(round - 1); ++clock) {
+            INFO("round " << round << ", clock " << clock);
+            const int now = round * kRound + clock;
+            if (clock < 2) continue;  // the round before may have been asking still
+            REQUIRE(dut.beats.at(now) == dut.beats.at(now - kRound));
+            REQUIRE(dut.requests.at(now) == dut.requests.at(now - kRound));
+        }
+    }
+    const int last = (kRounds - 1) * kRound;
+    for (const ViewportRow& row : table) {
+        CHECK(sent_to(dut, row.dcomp, last, last + kRound) == segment_pixels(image_of(5), row));
+    }
+}
+
+TEST_CASE("input framebuffer: a reset at any moment of a frame leaves what power-up leaves") {
+    BusSpeed speed;
+    speed.page_words = 8;
+    speed.page_miss = 3;
+    speed.burst = 8;
+    check_resets(speed);
+}
+TEST_CASE("input framebuffer: a reset in the middle of a beat on a narrow bus leaves nothing of it") {
+    BusSpeed speed;
+    speed.width_bits = 16;
+    speed.page_words = 8;
+    speed.page_miss = 3;
+    speed.burst = 4;
+    check_resets(speed);
+}
+
 TEST_CASE("input framebuffer: after the scenario's last frame the bus stays idle") {
     ClockedTestbench bench;
     InputBench dut(bench, "dut", input_scenario({}, 1, 1));

@@ -241,12 +241,12 @@ void check_event(const ValueDump& dump, const PageSection::Event& event) {
 
 TEST_CASE("Every signal of the save files is in the waveform", "[waves]") {
     const ScratchDirectory scratch;
-    const ProgramResult result =
-        run_program(scratch, {"run", (kSource / "scenarios/paper-figure-small.yaml").string(), "--quiet",
-                              "--trace", "small.vcd", "--trace-before", "5", "--trace-after", "20"});
+    const ProgramResult result = run_program(
+        scratch, {"run", (kSource / "scenarios/paper-figure.yaml").string(), "--quiet", "--no-images",
+                  "--frames", "1", "--trace", "figure.vcd", "--trace-window", "cycles:0-20"});
     INFO(result.err);
     REQUIRE(result.status == 0);
-    const ValueDump dump(scratch / "small.vcd");
+    const ValueDump dump(scratch / "figure.vcd");
     REQUIRE(!save_files().empty());
     for (const std::filesystem::path& file : save_files()) {
         INFO(file.filename().string());

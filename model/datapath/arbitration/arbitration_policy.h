@@ -1,11 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
-#include "datapath/segment.h"
-#include "formats/viewport_table.h"
 
 namespace metabuffer {
 
@@ -20,9 +19,9 @@ enum class IdleSlots : std::uint8_t {
 
 /// What the arbiter sees of one table row at a clock.
 struct BusRequest {
-    bool pending = false;         ///< pixels of its segment are still to be sent
-    bool ready = false;           ///< its composer's BUSREADY is high
-    std::int64_t next_pixel = 0;  ///< index of the next pixel to send
+    bool pending = false;       ///< pixels of its segment are still to be sent
+    bool ready = false;         ///< its composer takes a slot
+    std::int64_t deadline = 0;  ///< raster position that needs its next pixel first; for policies that go by it
 };
 
 /// An arbiter's answer for one clock.
@@ -38,7 +37,7 @@ struct BusGrant {
 };
 
 /// Chooses whose burst the bus carries next (section 5.3 of the paper). State without time: the input
-/// framebuffer asks once a clock while no burst is under way.
+/// framebuffer takes an answer in each clock in which no burst is under way.
 class ArbitrationPolicy {
   public:
     ArbitrationPolicy() = default;
@@ -46,11 +45,19 @@ class ArbitrationPolicy {
     ArbitrationPolicy& operator=(const ArbitrationPolicy&) = delete;
     virtual ~ArbitrationPolicy() = default;
 
-    /// A new frame's segments, in table order. Requests are indexed alike.
-    virtual void start_frame(const std::vector<Segment>& segments) = 0;
-    /// At least one request is pending.
-    virtual BusGrant pick(const std::vector<BusRequest>& requests) = 0;
-    /// Position in the slot table, for waveforms; 0 where there is none.
+    /// A new frame: whose each slot is (slots_of in arbitration_table.h), and how many rows its table has. Requests are
+    /// indexed as the rows are.
+    virtual void start_frame(const std::vector<int>& slots, std::size_t rows) = 0;
+    /// The answer for a clock, which changes nothing. At least one request is pending.
+    virtual BusGrant grant(const std::vector<BusRequest>& requests) const = 0;
+    /// The clock's answer has been taken.
+    virtual void take(const BusGrant& /*grant*/) {}
+    BusGrant pick(const std::vector<BusRequest>& requests) {
+        const BusGrant answer = grant(requests);
+        take(answer);
+        return answer;
+    }
+    /// The slot that is looked at first; 0 where there is none.
     virtual int slot() const { return 0; }
 };
 

@@ -19,6 +19,12 @@ enum class BufferProof : std::uint8_t {
     kDeadlines,  ///< of the composers that are ready, the one whose next pixel is needed first goes first
 };
 
+/// What a policy must be told of a row that wants the bus.
+enum class RequestKind : std::uint8_t {
+    kReady,         ///< that it is ready
+    kWithDeadline,  ///< the raster position that needs its next pixel first, too
+};
+
 /// One policy: all that is known of it outside of its own class. A new policy is a class, an enumerator and a row.
 struct ArbitrationRow {
     Arbitration value;
@@ -28,6 +34,7 @@ struct ArbitrationRow {
     std::vector<int> (*slot_table)(const ViewportTable& rows);
     IdleSlots idle_slots;
     BufferProof proof;
+    RequestKind requests;
 };
 
 std::unique_ptr<ArbitrationPolicy> make_slot_table_policy(const ArbitrationRow& row);
@@ -36,18 +43,26 @@ std::unique_ptr<ArbitrationPolicy> make_edf_policy(const ArbitrationRow& row);
 /// Messages list the names in this order.
 inline constexpr std::array kArbitrationTable{
     ArbitrationRow{Arbitration::kIrsa, "irsa", make_slot_table_policy, slot_table, IdleSlots::kRecovered,
-                   BufferProof::kSlots},
+                   BufferProof::kSlots, RequestKind::kReady},
     ArbitrationRow{Arbitration::kSlotAllocation, "slot-allocation", make_slot_table_policy, slot_table,
-                   IdleSlots::kLost, BufferProof::kSlots},
+                   IdleSlots::kLost, BufferProof::kSlots, RequestKind::kReady},
     ArbitrationRow{Arbitration::kRoundRobin, "round-robin", make_slot_table_policy, equal_slot_table,
-                   IdleSlots::kRecovered, BufferProof::kSlots},
+                   IdleSlots::kRecovered, BufferProof::kSlots, RequestKind::kReady},
     ArbitrationRow{Arbitration::kEdf, "edf", make_edf_policy, nullptr, IdleSlots::kRecovered,
-                   BufferProof::kDeadlines},
+                   BufferProof::kDeadlines, RequestKind::kWithDeadline},
 };
 static_assert(is_in_order(kArbitrationTable));
 
 constexpr const ArbitrationRow& arbitration_row(Arbitration arbitration) {
     return row_of(kArbitrationTable, arbitration);
+}
+
+/// Rows by slot for a frame of these valid rows; none under a policy without slots.
+std::vector<int> slots_of(Arbitration arbitration, const ViewportTable& rows);
+
+/// Whether the arbiter looks at the requests' deadlines.
+constexpr bool goes_by_deadlines(Arbitration arbitration) {
+    return arbitration_row(arbitration).requests == RequestKind::kWithDeadline;
 }
 
 /// Whether slots may pass unused while a composer waits that could use them.

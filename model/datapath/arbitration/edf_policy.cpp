@@ -2,17 +2,16 @@
 
 namespace metabuffer {
 
-BusGrant EdfPolicy::pick(const std::vector<BusRequest>& requests) {
+BusGrant EdfPolicy::grant(const std::vector<BusRequest>& requests) const {
     BusGrant grant;
     std::int64_t earliest = 0;
     for (std::size_t row = 0; row < requests.size(); ++row) {
         if (!requests[row].pending || !requests[row].ready) {
             continue;
         }
-        const std::int64_t deadline = segments_[row].first_use(requests[row].next_pixel);
-        if (grant.row < 0 || deadline < earliest) {
+        if (grant.row < 0 || requests[row].deadline < earliest) {
             grant = {BusGrant::Kind::kBurst, static_cast<int>(row), 0};
-            earliest = deadline;
+            earliest = requests[row].deadline;
         }
     }
     return grant;

@@ -11,11 +11,8 @@ namespace metabuffer {
 /// run side by side.
 class EdfPolicy final : public ArbitrationPolicy {
   public:
-    void start_frame(const std::vector<Segment>& segments) override { segments_ = segments; }
-    BusGrant pick(const std::vector<BusRequest>& requests) override;
-
-  private:
-    std::vector<Segment> segments_;
+    void start_frame(const std::vector<int>& /*slots*/, std::size_t /*rows*/) override {}
+    BusGrant grant(const std::vector<BusRequest>& requests) const override;
 };
 
 }  // namespace metabuffer

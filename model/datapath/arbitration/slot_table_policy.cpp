@@ -2,15 +2,10 @@
 
 namespace metabuffer {
 
-void SlotTablePolicy::start_frame(const std::vector<Segment>& segments) {
-    ViewportTable rows;
-    rows.reserve(segments.size());
-    for (const Segment& segment : segments) {
-        rows.push_back(segment.row());
-    }
-    table_ = make_table_(rows);
+void SlotTablePolicy::start_frame(const std::vector<int>& slots, std::size_t rows) {
+    table_ = slots;
     next_ = 0;
-    find_distances(rows.size());
+    find_distances(rows);
 }
 
 /// Backwards through the table twice, so that every slot sees the row's next one behind the table's end too.
@@ -27,14 +22,13 @@ void SlotTablePolicy::find_distances(std::size_t rows) {
     }
 }
 
-BusGrant SlotTablePolicy::pick(const std::vector<BusRequest>& requests) {
+BusGrant SlotTablePolicy::grant(const std::vector<BusRequest>& requests) const {
     const auto usable = [&](int row) {
         const BusRequest& request = requests[static_cast<std::size_t>(row)];
         return request.pending && request.ready;
     };
     if (idle_slots_ == IdleSlots::kLost) {
         const int row = table_[next_];
-        step();
         return {usable(row) ? BusGrant::Kind::kBurst : BusGrant::Kind::kLost, row, 0};
     }
     BusGrant grant;  // a poll does not move the table on
@@ -44,11 +38,13 @@ BusGrant SlotTablePolicy::pick(const std::vector<BusRequest>& requests) {
             grant = {BusGrant::Kind::kBurst, static_cast<int>(row), passed};
         }
     }
-    if (grant.row >= 0) {
-        next_ = (next_ + static_cast<std::size_t>(grant.recovered_slots)) % table_.size();
-        step();
-    }
     return grant;
+}
+
+void SlotTablePolicy::take(const BusGrant& grant) {
+    if (grant.kind != BusGrant::Kind::kPoll) {
+        next_ = (next_ + static_cast<std::size_t>(grant.recovered_slots) + 1) % table_.size();
+    }
 }
 
 }  // namespace metabuffer

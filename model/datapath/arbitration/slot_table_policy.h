@@ -10,21 +10,17 @@ namespace metabuffer {
 /// with recovery are IRSA, without it plain slot allocation; equal slots with recovery are round robin.
 class SlotTablePolicy final : public ArbitrationPolicy {
   public:
-    /// Makes a frame's table: row indices, at least one slot for each row.
-    using TableMaker = std::vector<int> (*)(const ViewportTable& rows);
+    explicit SlotTablePolicy(IdleSlots idle_slots) : idle_slots_(idle_slots) {}
 
-    SlotTablePolicy(TableMaker make_table, IdleSlots idle_slots)
-        : make_table_(make_table), idle_slots_(idle_slots) {}
-
-    void start_frame(const std::vector<Segment>& segments) override;
-    BusGrant pick(const std::vector<BusRequest>& requests) override;
+    /// slots: row indices, at least one slot for each row.
+    void start_frame(const std::vector<int>& slots, std::size_t rows) override;
+    BusGrant grant(const std::vector<BusRequest>& requests) const override;
+    void take(const BusGrant& grant) override;
     int slot() const override { return static_cast<int>(next_); }
 
   private:
     void find_distances(std::size_t rows);
-    void step() { next_ = next_ + 1 == table_.size() ? 0 : next_ + 1; }
 
-    TableMaker make_table_;
     IdleSlots idle_slots_;
     std::vector<int> table_;
     std::vector<int> distances_;  ///< by row and slot: slots to pass from that slot to the row's next one

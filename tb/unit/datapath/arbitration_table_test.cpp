@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "datapath/segment.h"
 #include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
@@ -29,7 +30,7 @@ std::vector<BusRequest> random_requests(test::Random& random, const std::vector<
     std::vector<BusRequest> requests;
     for (const Segment& segment : segments) {
         const int next = random.between(0, static_cast<int>(segment.pixels()) - 1);
-        requests.push_back({!random.one_in(4), random.one_in(3), next});
+        requests.push_back({!random.one_in(4), random.one_in(3), segment.first_use(next)});
     }
     requests.front().pending = true;
     return requests;
@@ -44,8 +45,9 @@ TEST_CASE("arbitration: every policy loses slots if its row says so, and else re
         const auto arbiter = make_policy(policy.value);
         int lost = 0;
         for (int trial = 0; trial < 50; ++trial) {
-            const std::vector<Segment> segments = segments_of(random_table(random));
-            arbiter->start_frame(segments);
+            const ViewportTable rows = random_table(random);
+            const std::vector<Segment> segments = segments_of(rows);
+            arbiter->start_frame(slots_of(policy.value, rows), rows.size());
             for (int clock = 0; clock < 100; ++clock) {
                 const std::vector<BusRequest> requests = random_requests(random, segments);
                 const BusGrant grant = arbiter->pick(requests);
@@ -75,7 +77,7 @@ TEST_CASE("arbitration: where it is proved to, a composer that stays ready gets 
             const std::vector<int> table = policy.slot_table(rows);
             const auto slots = std::count(table.begin(), table.end(), 0);
             REQUIRE(slots > 0);
-            arbiter->start_frame(segments);
+            arbiter->start_frame(table, rows.size());
             std::int64_t own = 0;
             std::int64_t passed = 0;
             while (passed < 10 * static_cast<std::int64_t>(table.size())) {
@@ -97,16 +99,15 @@ TEST_CASE("arbitration: where it is proved to, the ready composer whose pixel is
         INFO(policy.name);
         const auto arbiter = make_policy(policy.value);
         for (int trial = 0; trial < 500; ++trial) {
-            const std::vector<Segment> segments = segments_of(random_table(random));
-            arbiter->start_frame(segments);
+            const ViewportTable rows = random_table(random);
+            const std::vector<Segment> segments = segments_of(rows);
+            arbiter->start_frame(slots_of(policy.value, rows), rows.size());
             const std::vector<BusRequest> requests = random_requests(random, segments);
             const BusGrant grant = arbiter->pick(requests);
             if (grant.kind != Kind::kBurst) continue;
-            const auto needed = [&](std::size_t row) {
-                return segments[row].first_use(requests[row].next_pixel);
-            };
-            for (std::size_t row = 0; row < requests.size(); ++row) {
-                if (usable(requests[row])) CHECK(needed(static_cast<std::size_t>(grant.row)) <= needed(row));
+            const std::int64_t first = requests[static_cast<std::size_t>(grant.row)].deadline;
+            for (const BusRequest& request : requests) {
+                if (usable(request)) CHECK(first <= request.deadline);
             }
         }
     }

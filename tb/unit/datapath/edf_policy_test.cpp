@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
+#include "datapath/segment.h"
 #include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
@@ -32,23 +33,25 @@ TEST_CASE("edf: the composer whose next pixel is needed first, found by painting
             segments.emplace_back(row, kRaster.width, kRaster.height);
             painted.emplace_back(row, kRaster);
         }
-        policy.start_frame(segments);
+        policy.start_frame({}, segments.size());
         for (int clock = 0; clock < 50; ++clock) {
             INFO("trial " << trial << ", clock " << clock);
             std::vector<BusRequest> requests(segments.size());
+            std::vector<int> next(segments.size());
             for (std::size_t i = 0; i < segments.size(); ++i) {
                 requests[i].pending = !random.one_in(4);
                 requests[i].ready = !random.one_in(3);
-                requests[i].next_pixel = random.between(0, static_cast<int>(painted[i].first.size()) - 1);
+                next[i] = random.between(0, static_cast<int>(painted[i].first.size()) - 1);
                 if (i > 0 && segments[i].row() == segments[i - 1].row() && random.one_in(2)) {
-                    requests[i].next_pixel = requests[i - 1].next_pixel;
+                    next[i] = next[i - 1];
                 }
+                requests[i].deadline = segments[i].first_use(next[i]);
             }
             int wanted = -1;
             std::int64_t deadline = 0;
             for (std::size_t i = segments.size(); i-- > 0;) {
                 if (!requests[i].pending || !requests[i].ready) continue;
-                const std::int64_t first = painted[i].first[static_cast<std::size_t>(requests[i].next_pixel)];
+                const std::int64_t first = painted[i].first[static_cast<std::size_t>(next[i])];
                 ties += wanted >= 0 && first == deadline ? 1 : 0;
                 if (wanted < 0 || first <= deadline) {
                     wanted = static_cast<int>(i);
@@ -69,7 +72,7 @@ TEST_CASE("edf: the composer whose next pixel is needed first, found by painting
 
 TEST_CASE("edf: has no slot table") {
     EdfPolicy policy;
-    policy.start_frame({});
+    policy.start_frame({}, 0);
     CHECK(policy.slot() == 0);
 }
 

@@ -33,10 +33,8 @@ struct PlayedBus {
 
 PlayedBus play(test::Random& random, const ViewportTable& rows, std::size_t row, std::size_t rival,
                bool passed_over, int grants) {
-    SlotTablePolicy policy(slot_table, IdleSlots::kRecovered);
-    std::vector<Segment> segments;
-    for (const ViewportRow& each : rows) segments.emplace_back(each, 1'000'000'000, 1'000'000);
-    policy.start_frame(segments);
+    SlotTablePolicy policy(IdleSlots::kRecovered);
+    policy.start_frame(slot_table(rows), rows.size());
     PlayedBus bus;
     int last = -1;
     while (static_cast<int>(bus.grants.size()) < grants) {

@@ -1,0 +1,488 @@
+#include "rtl/bus_port.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "datapath/arbitration/arbitration_table.h"
+#include "report/waits.h"
+#include "rtl/wires.h"
+#include "scenario/derived_timing.h"
+
+namespace metabuffer::rtl {
+namespace {
+
+int divide_up(int value, int divisor) { return (value + divisor - 1) / divisor; }
+
+std::int64_t words_of(const Renderer& renderer) {
+    return std::int64_t{renderer.image_width_pixels} * renderer.image_height_pixels;
+}
+
+}  // namespace
+
+BusPort::Row::Row(RegisterSet& set, const std::string& name, const Renderer& renderer)
+    : left(set, name + "_left", bits_for(words_of(renderer))),
+      address(set, name + "_address", bits_for(words_of(renderer))),
+      column(set, name + "_column", bits_for(renderer.image_width_pixels)) {}
+
+BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
+                 std::function<void(bool fresh)> on_start, BusCounters& bus)
+    : Block(name),
+      busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
+      tableready_i("tableready_i", busready_i.size()),
+      pending_o("pending_o", busready_i.size()),
+      ready_o("ready_o", busready_i.size()),
+      deadline_o("deadline_o", goes_by_deadlines(scenario.bus.arbitration) ? busready_i.size() : 0),
+      grant_i("grant_i", busready_i.size()),
+      scenario_(scenario),
+      renderer_(renderer),
+      on_start_(std::move(on_start)),
+      bus_(bus),
+      pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
+      cycles_per_beat_(cycles_per_beat(scenario.bus)),
+      cycles_per_table_row_(divide_up(8 * kControlRowBytes, scenario.bus.width_bits)),
+      lost_slot_cycles_(metabuffer::lost_slot_cycles(scenario)),
+      raster_width_pixels_(scenario.displays.raster_width_pixels()),
+      raster_height_pixels_(scenario.displays.raster_height_pixels()),
+      frames_started_(registers_, "frames_started", bits_for(scenario.frames)),
+      pixels_left_(registers_, "pixels_left", bits_for(words_of(renderer) * scenario.displays.count())),
+      row_count_(registers_, "row_count", bits_for(scenario.displays.count())),
+      table_row_(registers_, "table_row", bits_for(scenario.displays.count())),
+      table_wait_(registers_, "table_wait", bits_for(cycles_per_table_row_)),
+      burst_row_(registers_, "burst_row", bits_for(scenario.displays.count() - 1)),
+      burst_left_(registers_, "burst_left", bits_for(scenario.bus.burst_pixels)),
+      open_page_(registers_, "open_page", bits_for((words_of(renderer) - 1) / scenario.memory.page_words)),
+      page_wait_(registers_, "page_wait", bits_for(scenario.memory.page_miss_cycles)),
+      beat_wait_(registers_, "beat_wait", bits_for(cycles_per_beat_)),
+      lost_wait_(registers_, "lost_wait", bits_for(lost_slot_cycles_)),
+      announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
+      announced_before_(registers_, "announced_before", bits_for(scenario.bus.burst_pixels)),
+      unseen_row_(registers_, "unseen_row", bits_for(scenario.displays.count() - 1)),
+      stopped_row_(registers_, "stopped_row", bits_for(scenario.displays.count() - 1)) {
+    for (std::size_t line = 0; line < busready_i.size(); ++line) {
+        rows_.push_back(std::make_unique<Row>(registers_, numbered("row", line), renderer));
+    }
+    SC_METHOD(process);
+    sensitive << clk_i.pos() << grant_valid_i << lost_i;
+    for (std::size_t line = 0; line < busready_i.size(); ++line) {
+        sensitive << busready_i[line] << grant_i[line];
+    }
+    dont_initialize();
+}
+
+void BusPort::process() {
+    if (clk_i.posedge()) {
+        clock_edge();
+    } else {
+        ready_changed_ = true;
+    }
+    drive_requests();
+}
+
+void BusPort::reset() {
+    registers_.reset();
+    request_o.write(false);
+    start_o.write(false);
+    for (auto& pending : pending_o) {
+        pending.write(false);
+    }
+    bus_driven_ = true;
+    drive_nothing();
+}
+
+void BusPort::clock_edge() {
+    if (reset_i.read()) {
+        reset();
+        ++bus_.idle_cycles;
+        return;
+    }
+    const bool answer = answer_.sample(answer_i.read());
+    switch (state_) {
+        case State::kRequest:
+            ++bus_.idle_cycles;
+            ask_for_frame();
+            break;
+        case State::kWait:
+            ++bus_.idle_cycles;
+            if (answer != answer_seen_) {
+                answer_seen_ = answer;
+                start_frame(fresh_i.read());
+            }
+            break;
+        case State::kTable:
+            start_ = false;
+            start_o.write(false);
+            table_clock();
+            break;
+        case State::kSend:
+            send_clock();
+            break;
+        case State::kDone:
+            ++bus_.idle_cycles;
+            break;
+    }
+}
+
+void BusPort::ask_for_frame() {
+    if (frames_started_ == scenario_.frames) {
+        state_ = State::kDone;
+        return;
+    }
+    request_ = !request_;
+    request_o.write(request_);
+    state_ = State::kWait;
+}
+
+void BusPort::start_frame(bool fresh) {
+    ++frames_started_;
+    on_start_(fresh);
+    const FrontTable& table = table_i.read();
+    row_count_ = static_cast<int>(table.rows.size());
+    pixels_left_ = 0;
+    for (int index = 0; index < row_count_; ++index) {
+        const ViewportRow& table_row = table.rows[static_cast<std::size_t>(index)];
+        Row& of_row = row(index);
+        of_row.segment = Segment(table_row, raster_width_pixels_, raster_height_pixels_);
+        of_row.left = of_row.segment.pixels();
+        of_row.address = std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;
+        of_row.column = 0;
+        pixels_left_ += of_row.left;
+        pending_o[static_cast<std::size_t>(index)].write(true);
+        drive_deadline(static_cast<std::size_t>(index));
+    }
+    start_ = true;
+    start_o.write(true);
+    page_open_ = false;
+    table_started_ = false;
+    table_row_ = 0;
+    table_wait_ = cycles_per_table_row_;
+    state_ = State::kTable;
+    ready_changed_ = true;
+}
+
+bool BusPort::composers_take_table() const {
+    return std::all_of(tableready_i.begin(), tableready_i.end(),
+                       [](const sc_core::sc_in<bool>& tableready) { return tableready.read(); });
+}
+
+void BusPort::table_clock() {
+    drive_nothing();
+    if (!table_started_) {
+        if (!composers_take_table()) {
+            ++bus_.poll_cycles;
+            return;
+        }
+        table_started_ = true;
+        drive(BusBeat::frame_start(frame_on_bus(), row_count_ == 0));
+    } else {
+        --table_wait_;
+        if (table_wait_ == 0) {
+            const int place = table_row_;
+            ++table_row_;
+            drive(BusBeat::table_row(frame_on_bus(), static_cast<std::uint32_t>(place),
+                                     row(place).segment.row(), table_row_ == row_count_));
+            table_wait_ = cycles_per_table_row_;
+        }
+    }
+    ++bus_.table_cycles;
+    if (table_row_ == row_count_) {
+        state_ = State::kSend;
+        ready_changed_ = true;
+    }
+}
+
+void BusPort::send_clock() {
+    drive_nothing();
+    announced_before_ = announced_;
+    if (unseen_) {
+        unseen_ = false;
+        ready_changed_ = true;
+    }
+    if (plan_.stop) {
+        stop_burst();
+    }
+    if (beat_wait_ > 0) {
+        ++bus_.busy_cycles;
+        --beat_wait_;
+        if (beat_wait_ == 0) {
+            drive_beat();
+        }
+        return;
+    }
+    if (lost_wait_ > 0) {
+        ++bus_.lost_cycles;
+        --lost_wait_;
+        return;
+    }
+    if (!bursting_) {
+        if (pixels_left_ == 0) {
+            ++bus_.idle_cycles;
+            ask_for_frame();
+            return;
+        }
+        if (!take_grant()) {
+            return;
+        }
+    }
+    if (!page_ready(plan_)) {
+        ++bus_.page_miss_cycles;
+        return;
+    }
+    ++bus_.busy_cycles;
+    fill_beat(plan_);
+    beat_wait_ = cycles_per_beat_ - 1;
+    if (beat_wait_ == 0) {
+        drive_beat();
+    }
+}
+
+void BusPort::stop_burst() {
+    stopped_ = beat_wait_ > 0;
+    stopped_row_ = burst_row_;
+    bursting_ = false;
+    burst_left_ = 0;
+    page_wait_ = 0;
+    announced_ = 0;  // the burst granted now is not judged by this one's rest
+    announced_before_ = 0;
+}
+
+/// False if no burst starts in this clock.
+bool BusPort::take_grant() {
+    if (lost_i.read()) {
+        ++bus_.lost_cycles;
+        lost_wait_ = lost_slot_cycles_ - 1;
+        return false;
+    }
+    if (plan_.row == kNoRow) {
+        ++bus_.poll_cycles;
+        return false;
+    }
+    bus_.recovered_slots += recovered_i.read();
+    ++bus_.bursts;
+    bursting_ = true;
+    burst_row_ = plan_.row;
+    burst_left_ = static_cast<int>(std::min<std::int64_t>(scenario_.bus.burst_pixels, row(plan_.row).left));
+    burst_started_ = false;
+    return true;
+}
+
+/// False while the page of the next word is being opened.
+bool BusPort::page_ready(const Plan& plan) {
+    if (page_wait_ > 0) {
+        --page_wait_;
+        return false;
+    }
+    if (!plan.opens) {
+        return true;
+    }
+    page_open_ = true;
+    open_page_ = row(burst_row_).address / scenario_.memory.page_words;
+    ++bus_.page_misses;
+    if (scenario_.memory.page_miss_cycles == 0) {
+        return true;
+    }
+    page_wait_ = scenario_.memory.page_miss_cycles - 1;
+    return false;
+}
+
+/// Takes the words that the memory has put out.
+void BusPort::fill_beat(const Plan& plan) {
+    Row& of_row = row(burst_row_);
+    const MemoryData& data = data_i.read();
+    const int count = plan.command.count;
+    BusBeat beat;
+    beat.kind = BusBeat::Kind::kPixels;
+    beat.frame = frame_on_bus();
+    beat.destination = of_row.segment.row().dcomp;
+    beat.count = plan.command.count;
+    beat.first = static_cast<std::uint32_t>(of_row.segment.pixels() - of_row.left);
+    std::copy_n(data.words.begin(), count, beat.words.begin());
+    beat_ = beat;
+    of_row.left -= count;
+    of_row.address = plan.next_address;
+    of_row.column = plan.next_column;
+    burst_left_ -= count;
+    pixels_left_ -= count;
+    bus_.pixels_sent += count;
+    const auto line = static_cast<std::size_t>(burst_row_.value());
+    if (of_row.left == 0) {
+        pending_o[line].write(false);
+    } else {
+        drive_deadline(line);
+    }
+}
+
+void BusPort::drive_beat() {
+    BusBeat beat = beat_;
+    beat.remaining = static_cast<std::uint32_t>(burst_left_);
+    drive(beat);
+    announced_ = burst_left_;
+    if (burst_left_ == 0) {
+        // A composer that was sent more than one beat has been told what is behind them.
+        if (!burst_started_) {
+            unseen_ = true;
+            unseen_row_ = burst_row_;
+        } else if (stopped_) {
+            unseen_ = true;
+            unseen_row_ = stopped_row_;
+            stopped_ = false;
+        }
+        ready_changed_ = ready_changed_ || unseen_;
+        bursting_ = false;
+    }
+    burst_started_ = true;
+}
+
+void BusPort::drive(const BusBeat& beat) {
+    bus_o.write(beat);
+    bus_driven_ = true;
+}
+
+void BusPort::drive_nothing() {
+    if (bus_driven_) {
+        bus_o.write(BusBeat{});
+        bus_driven_ = false;
+    }
+}
+
+// ---- combinational ----
+
+void BusPort::drive_requests() {
+    plan_ = Plan{};
+    if (state_ == State::kSend) {
+        if (ready_changed_) {
+            drive_ready();
+        }
+        plan_ = plan();
+    } else if (start_) {
+        plan_.command.kind = MemoryCommand::Kind::kPrecharge;  // a frame finds no page open
+    }
+    take_o.write(plan_.arbitrate);
+    const bool commands = plan_.command.kind != MemoryCommand::Kind::kNone;
+    if (commands || command_driven_) {
+        command_o.write(plan_.command);
+        command_driven_ = commands;
+    }
+}
+
+/// A composer whose BUSREADY cannot count what it was sent last is passed over.
+void BusPort::drive_ready() {
+    ready_changed_ = false;
+    for (int index = 0; index < row_count_; ++index) {
+        ready_o[static_cast<std::size_t>(index)].write(!(unseen_ && unseen_row_ == index) &&
+                                                       busready_i[row(index).composer()].read());
+    }
+}
+
+void BusPort::drive_deadline(std::size_t line) {
+    if (deadline_o.size() > 0) {
+        const Row& of_row = *rows_[line];
+        deadline_o[line].write(
+            static_cast<std::uint64_t>(of_row.segment.first_use(of_row.segment.pixels() - of_row.left)));
+    }
+}
+
+/// A low BUSREADY stops a burst, unless it is the answer to the question whether a further slot would be
+/// taken: that is what a composer answers once the rest of the burst fits one beat.
+bool BusPort::burst_is_stopped() const {
+    return bursting_ && announced_before_ > pixels_per_beat_ &&
+           !busready_i[row(burst_row_).composer()].read();
+}
+
+int BusPort::granted_row() const {
+    if (grant_valid_i.read()) {
+        for (int index = 0; index < row_count_; ++index) {
+            if (grant_i[static_cast<std::size_t>(index)].read()) {
+                return index;
+            }
+        }
+    }
+    return kNoRow;
+}
+
+BusPort::Plan BusPort::plan() const {
+    Plan plan;
+    plan.stop = burst_is_stopped();
+    if (beat_wait_ > 0 || lost_wait_ > 0) {
+        return plan;
+    }
+    if (bursting_ && !plan.stop) {
+        plan.row = burst_row_;
+        if (page_wait_ > 0) {
+            return plan;
+        }
+    } else if (pixels_left_ > 0) {
+        plan.arbitrate = true;
+        plan.row = granted_row();
+    }
+    if (plan.row != kNoRow) {
+        plan_memory(plan);
+    }
+    return plan;
+}
+
+/// The next words of the open page, as many as fit one beat, or the page that must be opened for them.
+void BusPort::plan_memory(Plan& plan) const {
+    const Row& of_row = row(plan.row);
+    const int page_words = scenario_.memory.page_words;
+    const int width = of_row.segment.row().sdx;
+    const std::int64_t page = of_row.address / page_words;
+    plan.opens = !page_open_ || open_page_ != page;
+    plan.command.row = static_cast<std::uint32_t>(page);
+    if (plan.opens && scenario_.memory.page_miss_cycles > 0) {
+        plan.command.kind = MemoryCommand::Kind::kActivate;
+        return;
+    }
+    plan.command.kind = MemoryCommand::Kind::kRead;
+    const std::int64_t in_burst = plan.arbitrate
+                                      ? std::min<std::int64_t>(scenario_.bus.burst_pixels, of_row.left)
+                                      : burst_left_.value();
+    const std::int64_t page_start = page * page_words;
+    const auto most = static_cast<int>(std::min<std::int64_t>(pixels_per_beat_, in_burst));
+    plan.next_address = of_row.address;
+    plan.next_column = of_row.column;
+    do {
+        plan.command.columns[plan.command.count++] =
+            static_cast<std::uint32_t>(plan.next_address - page_start);
+        ++plan.next_address;
+        if (++plan.next_column == width) {
+            plan.next_column = 0;
+            plan.next_address += renderer_.image_width_pixels - width;
+        }
+    } while (plan.command.count < most && plan.next_address < page_start + page_words);
+}
+
+void BusPort::trace(sc_core::sc_trace_file* file) const {
+    registers_.trace(file, path(""));
+    trace_lanes(file, beat_.value().words, pixels_per_beat_, path("beat.word"));
+}
+
+std::string BusPort::waiting_for() const {
+    const std::int64_t frame = frames_started_ - 1;
+    switch (state_) {
+        case State::kRequest:
+        case State::kWait:
+            return waits::for_pair(frames_started_);
+        case State::kTable:
+            return table_started_ ? "" : waits::for_tableready(frame);
+        case State::kSend: {
+            if (page_wait_ > 0) {
+                return waits::for_memory_page();
+            }
+            if (lost_wait_ > 0) {
+                return waits::for_lost_slot();
+            }
+            std::vector<int> displays;
+            for (int index = 0; index < row_count_; ++index) {
+                if (row(index).left > 0) {
+                    displays.push_back(row(index).segment.row().dcomp);
+                }
+            }
+            return waits::for_busready(displays, pixels_left_, frame);
+        }
+        case State::kDone:
+            return {};
+    }
+    return {};
+}
+
+}  // namespace metabuffer::rtl

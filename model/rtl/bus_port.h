@@ -1,0 +1,175 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "datapath/segment.h"
+#include "report/report.h"
+#include "rtl/block.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// An input framebuffer's port to its renderer's bus (sections 5 and 5.3 of the paper): asks the link's side for the
+/// pair of each frame, broadcasts its table, and sends its segments burst by burst, as the arbiter grants them.
+///
+/// In core clocks, one beat a clock at most:
+/// - every beat is marked with its frame and with its place among the rows or pixels.
+/// - table: one frame-start beat, then each row in 128 / width_bits clocks (at least one), once every
+///   composer's TABLEREADY is high; until then it polls.
+/// - bursts: with no burst under way the arbiter's answer is taken; a grant's first beat goes out in the same clock,
+///   unless its page must be opened first, and beats follow each other without a gap on an open page. A beat
+///   never crosses a page.
+/// - BUSREADY is read one clock after its composer wrote it. In a burst, a low one stops it before the
+///   clock's beat, and the arbiter is asked in that same clock. A composer whose BUSREADY cannot count the last beat
+///   yet (a burst of one beat in the clock before, or one stopped while a beat was moving) is passed over.
+///
+/// What it asks of arbiter and memory in a clock (ready_o, take_o, command_o) is combinational, from its registers,
+/// BUSREADY and the grant; it samples their answers at the clock's edge. Everything else is registered.
+class BusPort final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    // The link's side.
+    sc_core::sc_out<bool> request_o{"request_o"};   ///< changes when the next frame's pair is wanted
+    sc_core::sc_in<bool> answer_i{"answer_i"};      ///< DVI input clock: changes with each answer
+    sc_core::sc_in<bool> fresh_i{"fresh_i"};        ///< stands still with the answer
+    sc_core::sc_in<FrontTable> table_i{"table_i"};  ///< likewise
+    // The bus.
+    sc_core::sc_out<BusBeat> bus_o{"bus_o"};
+    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;  ///< one a composer of the row
+    sc_core::sc_vector<sc_core::sc_in<bool>> tableready_i;
+    // The arbiter: a line of each kind for each row of the table.
+    sc_core::sc_out<bool> start_o{"start_o"};
+    sc_core::sc_out<bool> take_o{"take_o"};
+    sc_core::sc_vector<sc_core::sc_out<bool>> pending_o;
+    sc_core::sc_vector<sc_core::sc_out<bool>> ready_o;
+    sc_core::sc_vector<sc_core::sc_out<std::uint64_t>> deadline_o;  ///< only under a policy that goes by it
+    sc_core::sc_vector<sc_core::sc_in<bool>> grant_i;
+    sc_core::sc_in<bool> grant_valid_i{"grant_valid_i"};
+    sc_core::sc_in<bool> lost_i{"lost_i"};
+    sc_core::sc_in<std::uint16_t> recovered_i{"recovered_i"};
+    // The memory.
+    sc_core::sc_out<MemoryCommand> command_o{"command_o"};
+    sc_core::sc_in<MemoryData> data_i{"data_i"};
+
+    /// The scenario must outlive the module. on_start is called at each frame's start; bus counts what the bus does.
+    BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
+            std::function<void(bool fresh)> on_start, BusCounters& bus);
+    SC_HAS_PROCESS(BusPort);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    std::string waiting_for() const override;
+
+  private:
+    enum class State : std::uint8_t { kRequest, kWait, kTable, kSend, kDone };
+
+    /// Where the next pixel of a table row stands in memory.
+    struct Row {
+        Row(RegisterSet& set, const std::string& name, const Renderer& renderer);
+        Segment segment;              ///< of the table, which stands still
+        Register<std::int64_t> left;  ///< pixels not put into a beat yet
+        Register<std::int64_t> address;
+        Register<int> column;
+
+        std::size_t composer() const { return segment.row().dcomp - std::size_t{1}; }
+    };
+
+    /// What the clock before the next edge is used for, as far as registers, BUSREADY and the grant decide it.
+    struct Plan {
+        bool stop = false;       ///< the burst under way ends here
+        bool arbitrate = false;  ///< the arbiter's answer is taken
+        int row = kNoRow;        ///< whose burst it is then; kNoRow: nobody's
+        bool opens = false;      ///< the page of its next word is not open
+        // With kRead: where the row stands behind the words that are read.
+        MemoryCommand command;
+        std::int64_t next_address = 0;
+        int next_column = 0;
+    };
+
+    static constexpr int kNoRow = -1;
+
+    void process();
+    void clock_edge();
+    void reset();
+    void ask_for_frame();
+    void start_frame(bool fresh);
+    void table_clock();
+    void send_clock();
+    bool composers_take_table() const;
+    bool take_grant();
+    void start_burst(int row);
+    void stop_burst();
+    bool page_ready(const Plan& plan);
+    void fill_beat(const Plan& plan);
+    void drive_beat();
+    void drive(const BusBeat& beat);
+    void drive_nothing();
+
+    void drive_requests();
+    void drive_ready();
+    void drive_deadline(std::size_t row);
+    Plan plan() const;
+    void plan_memory(Plan& plan) const;
+    bool burst_is_stopped() const;
+    int granted_row() const;
+    /// What the beats of the frame under way are marked with.
+    std::uint32_t frame_on_bus() const { return static_cast<std::uint32_t>(frames_started_ - 1); }
+    Row& row(int index) { return *rows_[static_cast<std::size_t>(index)]; }
+    const Row& row(int index) const { return *rows_[static_cast<std::size_t>(index)]; }
+
+    const Scenario& scenario_;
+    const Renderer& renderer_;
+    std::function<void(bool)> on_start_;
+    BusCounters& bus_;
+    int pixels_per_beat_;
+    int cycles_per_beat_;
+    int cycles_per_table_row_;
+    int lost_slot_cycles_;
+    int raster_width_pixels_;
+    int raster_height_pixels_;
+
+    RegisterSet registers_;
+    Register<State> state_{registers_, "state", 3};
+    Register<bool> request_{registers_, "request"};
+    Synchronizer answer_{registers_, "answer"};
+    Register<bool> start_{registers_, "start"};
+    Register<bool> answer_seen_{registers_, "answer_seen"};
+    Register<int> frames_started_;
+    Register<std::int64_t> pixels_left_;  ///< of the frame
+    Register<int> row_count_;             ///< of the frame's table
+    Register<int> table_row_;             ///< next to broadcast
+    Register<int> table_wait_;
+    Register<bool> table_started_{registers_, "table_started"};
+    Register<bool> bursting_{registers_, "bursting"};  ///< a burst is under way
+    Register<int> burst_row_;                          ///< whose
+    Register<int> burst_left_;                         ///< pixels of it that have not been put into a beat
+    Register<bool> burst_started_{registers_, "burst_started"};  ///< a beat of it has gone out
+    Register<bool> page_open_{registers_, "page_open"};
+    Register<std::int64_t> open_page_;
+    Register<int> page_wait_;
+    Register<int> beat_wait_;         ///< clocks of a beat on a narrow bus still to pass
+    Register<int> lost_wait_;         ///< clocks of a lost slot still to pass
+    Register<int> announced_;         ///< pixels of the burst behind the last beat driven
+    Register<int> announced_before_;  ///< the same when the composer wrote the BUSREADY that is read next
+    Register<bool> unseen_{registers_,
+                           "unseen"};  ///< unseen_row was sent a beat that its BUSREADY does not count
+    Register<int> unseen_row_;
+    Register<bool> stopped_{registers_,
+                            "stopped"};  ///< stopped_row's burst was stopped while its last beat was moving
+    Register<int> stopped_row_;
+    Register<BusBeat> beat_{registers_, "beat"};
+    std::vector<std::unique_ptr<Row>> rows_;  ///< as many as a table may have; row_count_ count
+
+    Plan plan_;  ///< combinational
+    bool bus_driven_ = false;
+    bool ready_changed_ = true;
+    bool command_driven_ = false;
+};
+
+}  // namespace metabuffer::rtl

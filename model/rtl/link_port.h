@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "datapath/link/bank_keeper.h"
+#include "report/machine_report.h"
+#include "rtl/block.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// The link's side of an input framebuffer (section 4 of the paper): writes what the decoder finds into the back
+/// device of the frame memory, keeps count of the two devices (BankKeeper) and answers the bus side, which asks for
+/// the pair of each frame.
+///
+/// All in DVI input clocks, and every output registered. A question is a change of request_i, an answer a change of
+/// answer_o; each crosses its clock domain through two registers of who receives it. What goes with an answer (fresh_o,
+/// front_o and the front device's table) changes with it and stands still until the next one.
+class LinkPort final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<DecodedPixel> pixel_i{"pixel_i"};
+    sc_core::sc_in<DecoderEvent> event_i{"event_i"};
+    sc_core::sc_in<bool> request_i{"request_i"};             ///< core clock: changes with each question
+    sc_core::sc_out<bool> pair_request_o{"pair_request_o"};  ///< the back device is free
+    sc_core::sc_out<bool> answer_o{"answer_o"};              ///< changes with each answer
+    sc_core::sc_out<bool> fresh_o{"fresh_o"};                ///< the devices have changed places for it
+    sc_core::sc_out<bool> front_o{"front_o"};                ///< which device the bus reads
+    sc_core::sc_out<MemoryWrite> write_o{"write_o"};
+
+    struct Records {
+        /// The back device holds this pair, whole.
+        std::function<void(std::uint32_t pair)> accepted;
+        std::function<void(int pairs)> dropped;
+    };
+    LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
+             Records records);
+    SC_HAS_PROCESS(LinkPort);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+
+    /// Of the pair in the front device.
+    const FrameSource& front_source() const { return front_source_; }
+    /// Pixels taken from the link, for the watchdog.
+    std::int64_t link_pixels() const { return link_pixels_; }
+
+  private:
+    void clock_edge();
+    void reset();
+    void write_pixel(const DecodedPixel& pixel);
+    void take_event(const DecoderEvent& event);
+    void answer(bool fresh);
+
+    DepthFormat depth_format_;
+    Records records_;
+
+    RegisterSet registers_;
+    Synchronizer request_{registers_, "request"};
+    Register<bool> request_seen_{registers_, "request_seen"};
+    Register<bool> pair_request_{registers_, "pair_request"};
+    Register<bool> answer_{registers_, "answer"};
+    Register<bool> fresh_{registers_, "fresh"};
+    Register<bool> front_{registers_, "front"};
+    Register<MemoryWrite> write_{registers_, "write"};
+    Register<std::uint32_t> back_number_{registers_, "back_number", 32};
+    BankKeeper banks_;
+
+    // What a report tells of the run.
+    std::int64_t edge_ = 0;  ///< number of the clock's edge
+    std::int64_t previous_edge_picoseconds_ = 0;
+    std::int64_t last_pixel_picoseconds_ = 0;  ///< when the last pixel was on the link
+    std::int64_t link_pixels_ = 0;
+    FrameSource front_source_;
+};
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,134 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <systemc>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace metabuffer::rtl {
+
+/// How many bits a number from 0 to `maximum` takes; at least 1.
+constexpr int bits_for(std::int64_t maximum) {
+    int bits = 1;
+    while (bits < 63 && (maximum >> bits) != 0) {
+        ++bits;
+    }
+    return bits;
+}
+
+class RegisterSet;
+
+/// What a RegisterSet does with each of its registers.
+class AnyRegister {
+  public:
+    AnyRegister(const AnyRegister&) = delete;
+    AnyRegister& operator=(const AnyRegister&) = delete;
+    virtual void reset() = 0;
+    virtual void trace(sc_core::sc_trace_file* file, const std::string& prefix) const = 0;
+
+  protected:
+    explicit AnyRegister(RegisterSet& set);
+    ~AnyRegister() = default;
+};
+
+/// The registers of a block. Each puts itself here where it is declared, so that reset and waveform forget none.
+class RegisterSet {
+  public:
+    /// What power-up leaves.
+    void reset() {
+        for (AnyRegister* const each : registers_) {
+            each->reset();
+        }
+    }
+    /// prefix: the block's name and a dot.
+    void trace(sc_core::sc_trace_file* file, const std::string& prefix) const {
+        for (const AnyRegister* const each : registers_) {
+            each->trace(file, prefix);
+        }
+    }
+
+  private:
+    friend class AnyRegister;
+    std::vector<AnyRegister*> registers_;  // members of the block that this set is a member of
+};
+
+inline AnyRegister::AnyRegister(RegisterSet& set) { set.registers_.push_back(this); }
+
+/// A register: its name in the waveform, its width and what reset leaves in it. Only the block's clocked method writes
+/// it, and what the method has written it reads at once, as a variable of a clocked process.
+template <typename Value>
+class Register final : public AnyRegister {
+  public:
+    /// width_bits: of a number or an enumeration; a flag has 1, and a structure traces its members itself. A number has
+    /// no sign in the waveform, unless reset leaves it negative.
+    Register(RegisterSet& set, std::string name, int width_bits = 1, Value reset_value = Value{})
+        : AnyRegister(set),
+          name_(std::move(name)),
+          width_bits_(width_bits),
+          reset_value_(reset_value),
+          value_(std::move(reset_value)) {}
+
+    operator const Value&() const { return value_; }
+    const Value& value() const { return value_; }
+    Register& operator=(const Value& value) {
+        value_ = value;
+        return *this;
+    }
+    Register& operator=(const Register& other) { return *this = other.value_; }
+    Register& operator+=(const Value& by) { return *this = static_cast<Value>(value_ + by); }
+    Register& operator-=(const Value& by) { return *this = static_cast<Value>(value_ - by); }
+    Register& operator++() { return *this += 1; }
+    Register& operator--() { return *this -= 1; }
+
+    void reset() override { value_ = reset_value_; }
+    void trace(sc_core::sc_trace_file* file, const std::string& prefix) const override {
+        const std::string name = prefix + name_;
+        if constexpr (std::is_same_v<Value, bool>) {
+            sc_core::sc_trace(file, value_, name);
+        } else if constexpr (std::is_enum_v<Value>) {
+            static_assert(sizeof(Value) == 1);
+            sc_core::sc_trace(file, reinterpret_cast<const unsigned char&>(value_), name, width_bits_);
+        } else if constexpr (std::is_integral_v<Value>) {
+            if (std::is_signed_v<Value> && reset_value_ < Value{}) {
+                sc_core::sc_trace(file, value_, name, width_bits_);
+                return;
+            }
+            // The others have no sign, and the same bits may be looked at without one.
+            using Bits = std::make_unsigned_t<Value>;
+            sc_core::sc_trace(file, reinterpret_cast<const Bits&>(value_), name, width_bits_);
+        } else {
+            sc_trace(file, value_, name);
+        }
+    }
+
+  private:
+    std::string name_;
+    int width_bits_;
+    Value reset_value_;
+    Value value_;
+};
+
+/// A level that crosses from another clock domain: two registers in the receiver's domain, so a change is seen at the
+/// second receiver edge after it at the earliest. One bit only; what goes with it must stand still.
+class Synchronizer {
+  public:
+    Synchronizer(RegisterSet& set, const std::string& name)
+        : captured_(set, name + "_captured"), stable_(set, name + "_stable") {}
+
+    /// The value as the receiver's logic sees it at this edge, given what stands at the input now. Once at each edge.
+    bool sample(bool input) {
+        stable_ = captured_;
+        captured_ = input;
+        return stable_;
+    }
+    /// Nothing is on its way: with the input as it is, sample() goes on giving the same value.
+    bool settled(bool input) const { return captured_ == input && stable_ == input; }
+
+  private:
+    Register<bool> captured_;
+    Register<bool> stable_;
+};
+
+}  // namespace metabuffer::rtl

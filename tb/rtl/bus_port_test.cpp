@@ -1,0 +1,279 @@
+#include "rtl/bus_port.h"
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "clocked_testbench.h"
+#include "rtl/wires.h"
+#include "support/images.h"
+#include "support/rows.h"
+#include "support/scenarios.h"
+
+// What the bus carries at which clock is tested at the input framebuffer's pins, with the blocks beside it. Here: what
+// the port asks of arbiter and memory, both played by the test.
+namespace metabuffer::test {
+namespace {
+
+using rtl::BusBeat;
+using rtl::BusPort;
+using rtl::FrontTable;
+using rtl::MemoryCommand;
+using rtl::MemoryData;
+using Command = MemoryCommand::Kind;
+
+constexpr int kWidth = 16;  ///< of the image
+constexpr int kDisplays = 2;
+
+struct PortBench {
+    Scenario scenario;
+    ClockDomain& core;
+    sc_core::sc_signal<bool> request, answer, fresh, start, take, grant_valid, lost;
+    sc_core::sc_signal<FrontTable> table;
+    sc_core::sc_signal<BusBeat> bus;
+    rtl::SignalBank<bool> busready, tableready, pending, ready, grant;
+    rtl::SignalBank<std::uint64_t> deadline;
+    sc_core::sc_signal<std::uint16_t> recovered;
+    sc_core::sc_signal<MemoryCommand> command;
+    sc_core::sc_signal<MemoryData> data;
+    std::vector<bool> starts;  ///< fresh or not
+    BusCounters counters;
+    BusPort dut;
+    const Recording<MemoryCommand>& commands;
+    const Recording<bool>& takes;
+    const Recording<bool>& requests;
+    const Recording<BusBeat>& beats;
+    std::vector<const Recording<bool>*> pendings, readies;
+    std::vector<const Recording<std::uint64_t>*> deadlines;
+
+    explicit PortBench(ClockedTestbench& bench, Arbitration arbitration = Arbitration::kRoundRobin,
+                       int page_miss = 3, int width_bits = 128)
+        : scenario(make(arbitration, page_miss, width_bits)),
+          core(bench.core),
+          busready(kDisplays, name_of("busready"), true),
+          tableready(kDisplays, name_of("tableready"), true),
+          pending(kDisplays, name_of("pending")),
+          ready(kDisplays, name_of("ready")),
+          grant(kDisplays, name_of("grant")),
+          deadline(arbitration == Arbitration::kEdf ? kDisplays : 0, name_of("deadline")),
+          dut(
+              "bus_port", scenario, scenario.renderers[0],
+              [this](bool fresh_now) { starts.push_back(fresh_now); }, counters),
+          commands(core.record_sampled(command)),
+          takes(core.record_sampled(take)),
+          requests(core.record(request)),
+          beats(core.record(bus)) {
+        dut.clk_i(core.clk);
+        dut.reset_i(bench.reset);
+        dut.request_o(request);
+        dut.answer_i(answer);
+        dut.fresh_i(fresh);
+        dut.table_i(table);
+        dut.bus_o(bus);
+        dut.start_o(start);
+        dut.take_o(take);
+        dut.grant_valid_i(grant_valid);
+        dut.lost_i(lost);
+        dut.recovered_i(recovered);
+        dut.command_o(command);
+        dut.data_i(data);
+        for (std::size_t line = 0; line < kDisplays; ++line) {
+            dut.busready_i[line](busready[line]);
+            dut.tableready_i[line](tableready[line]);
+            dut.pending_o[line](pending[line]);
+            dut.ready_o[line](ready[line]);
+            dut.grant_i[line](grant[line]);
+            pendings.push_back(&core.record_sampled(pending[line]));
+            readies.push_back(&core.record_sampled(ready[line]));
+            if (deadline.size() > 0) {
+                dut.deadline_o[line](deadline[line]);
+                deadlines.push_back(&core.record_sampled(deadline[line]));
+            }
+        }
+        bench.trace(dut);
+    }
+    static std::function<std::string(std::size_t)> name_of(const char* stem) {
+        return [stem](std::size_t line) { return numbered(stem, line); };
+    }
+    static Scenario make(Arbitration arbitration, int page_miss, int width_bits) {
+        Scenario scenario = small_scenario(64, 64, kDisplays);
+        scenario.bus.arbitration = arbitration;
+        scenario.bus.width_bits = width_bits;
+        scenario.bus.burst_pixels = 8;
+        scenario.memory.words_per_cycle = 2;
+        scenario.memory.page_words = 32;
+        scenario.memory.page_miss_cycles = page_miss;
+        scenario.composer.ready_space_pixels = 8;
+        scenario.renderers.push_back(renderer_of({PixelImage(kWidth, 8)}));
+        return scenario;
+    }
+    /// The answer to the first question, seen at edge kAnswer: the frame's first grant may be taken at edge kSend.
+    static constexpr int kAnswer = 6;
+    static constexpr int kSend = kAnswer + 1 + 1 + 2;  // frame start, two rows
+    void begin(const ViewportTable& rows) {
+        core.drive(table, 1, FrontTable{rows, {}});
+        core.drive(fresh, kAnswer - 1, true);
+        core.drive(answer, kAnswer - 1, true);  // captured there, seen at the next edge
+    }
+    /// Row `row` (none: -1) has the grant at edge `clock` and the ones behind it.
+    void give(int clock, int row) {
+        for (std::size_t line = 0; line < kDisplays; ++line) {
+            core.drive(grant[line], clock, static_cast<int>(line) == row);
+        }
+        core.drive(grant_valid, clock, row >= 0);
+    }
+    std::vector<std::uint32_t> columns_at(int clock) const {
+        const MemoryCommand& sent = commands.at(clock);
+        return {sent.columns.begin(), sent.columns.begin() + sent.count};
+    }
+};
+
+using Columns = std::vector<std::uint32_t>;
+
+/// A: the image's left part, 5 pixels a row. B: two whole rows further down.
+ViewportTable two_rows() {
+    return {table_row(1, {0, 0}, {5, 3}, {0, 0}), table_row(2, {0, 4}, {kWidth, 2}, {0, 0})};
+}
+
+TEST_CASE("bus port: a grant's page is activated in its clock, and read when the page miss is over") {
+    ClockedTestbench bench;
+    PortBench dut(bench);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend + 2, 1);
+    bench.run_through(PortBench::kSend + 14);
+    const int granted = PortBench::kSend + 2;
+    CHECK(dut.requests.rises() == std::vector<int>{0});
+    CHECK(dut.starts == std::vector<bool>{true});
+    CHECK(dut.commands.at(PortBench::kAnswer + 1).kind == Command::kPrecharge);  // a frame finds no page open
+    for (int clock = PortBench::kAnswer + 2; clock < granted; ++clock) {
+        CHECK(dut.commands.at(clock).kind == Command::kNone);
+    }
+    CHECK(dut.commands.at(granted).kind == Command::kActivate);
+    CHECK(dut.commands.at(granted).row == 2);  // word 64 in pages of 32
+    CHECK(dut.commands.at(granted + 1).kind == Command::kNone);
+    CHECK(dut.commands.at(granted + 2).kind == Command::kNone);
+    for (int beat = 0; beat < 4; ++beat) {
+        CHECK(dut.commands.at(granted + 3 + beat).kind == Command::kRead);
+        CHECK(dut.columns_at(granted + 3 + beat) ==
+              Columns{2U * static_cast<unsigned>(beat), 2U * static_cast<unsigned>(beat) + 1});
+    }
+    // The burst of 8 is over, and the same row has the grant again: the page is open.
+    CHECK(dut.columns_at(granted + 7) == Columns{8, 9});
+}
+
+TEST_CASE("bus port: a beat goes over the source row's end, and stops at the page's") {
+    ClockedTestbench bench;
+    PortBench dut(bench);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 0);
+    bench.run_through(PortBench::kSend + 16);
+    const int read = PortBench::kSend + 3;
+    CHECK(dut.columns_at(read) == Columns{0, 1});
+    CHECK(dut.columns_at(read + 2) == Columns{4, 16});  // 5 pixels a row, 16 to the next one
+    CHECK(dut.columns_at(read + 3) == Columns{17, 18});
+    CHECK(dut.columns_at(read + 4) == Columns{19, 20});           // the second burst
+    CHECK(dut.commands.at(read + 5).kind == Command::kActivate);  // word 32 is the next page's
+    CHECK(dut.commands.at(read + 5).row == 1);
+}
+
+TEST_CASE("bus port: without a page miss to wait for a grant is read in its own clock") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kRoundRobin, 0);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 1);
+    bench.run_through(PortBench::kSend + 3);
+    CHECK(dut.commands.at(PortBench::kSend).kind == Command::kRead);
+    CHECK(dut.columns_at(PortBench::kSend) == Columns{0, 1});
+}
+
+TEST_CASE("bus port: the words that stand at a read's edge are what the bus carries") {
+    ClockedTestbench bench;
+    PortBench dut(bench);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 1);
+    MemoryData words;
+    words.count = 2;
+    words.words[0] = 77;
+    words.words[1] = 78;
+    dut.core.drive(dut.data, PortBench::kSend + 4, words);
+    bench.run_through(PortBench::kSend + 6);
+    const BusBeat& beat = dut.beats.at(PortBench::kSend + 4);
+    CHECK(beat.kind == BusBeat::Kind::kPixels);
+    CHECK(beat.destination == 2);
+    CHECK(beat.first == 2);
+    CHECK(beat.remaining == 4);
+    CHECK(beat.words[0] == 77);
+    CHECK(beat.words[1] == 78);
+}
+
+TEST_CASE("bus port: it takes the arbiter's answer in each clock without a burst, and in no other") {
+    ClockedTestbench bench;
+    PortBench dut(bench);
+    dut.begin(two_rows());
+    constexpr int kGrant = PortBench::kSend + 3;
+    dut.give(kGrant, 1);
+    dut.give(kGrant + 1, -1);
+    bench.run_through(kGrant + 12);
+    CHECK(dut.takes.rises().front() == PortBench::kSend);
+    for (int clock = PortBench::kSend; clock <= kGrant; ++clock) CHECK(dut.takes.at(clock));
+    // Three clocks for the page and four beats, the first of which was the grant's.
+    for (int clock = kGrant + 1; clock < kGrant + 7; ++clock) CHECK_FALSE(dut.takes.at(clock));
+    for (int clock = kGrant + 7; clock < kGrant + 12; ++clock) CHECK(dut.takes.at(clock));
+    CHECK(dut.counters.poll_cycles >= 3);
+}
+
+TEST_CASE("bus port: a row asks as long as it has pixels, and is ready with its composer's BUSREADY") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kRoundRobin, 0);
+    dut.begin(two_rows());
+    constexpr int kFirst = PortBench::kSend;
+    dut.give(kFirst, 0);  // 15 pixels: bursts of 4 beats
+    dut.give(kFirst + 8, -1);
+    dut.core.drive(dut.busready[1], kFirst + 2, false);
+    dut.core.drive(dut.busready[1], kFirst + 4, true);
+    bench.run_through(kFirst + 12);
+    CHECK(dut.pendings[0]->at(kFirst));
+    CHECK(dut.pendings[0]->at(kFirst + 7));
+    CHECK_FALSE(dut.pendings[0]->at(kFirst + 8));
+    CHECK(dut.pendings[1]->at(kFirst + 11));
+    CHECK(dut.readies[1]->at(kFirst + 1));
+    CHECK_FALSE(dut.readies[1]->at(kFirst + 2));
+    CHECK_FALSE(dut.readies[1]->at(kFirst + 3));
+    CHECK(dut.readies[1]->at(kFirst + 4));
+}
+
+TEST_CASE("bus port: a row that was sent a burst of one beat is not ready for a clock") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kRoundRobin, 0);
+    ViewportTable rows = two_rows();
+    rows[0] = table_row(1, {0, 0}, {1, 2}, {0, 0});  // words 0 and 16
+    dut.begin(rows);
+    constexpr int kFirst = PortBench::kSend;
+    dut.give(kFirst, 1);
+    bench.run_through(kFirst + 20);
+    // Two rows of 16 are four bursts of four beats: always more than one.
+    for (int clock = kFirst; clock < kFirst + 16; ++clock) CHECK(dut.readies[1]->at(clock));
+    CHECK(dut.readies[0]->at(kFirst));
+    CHECK(dut.pendings[0]->at(kFirst + 20));
+}
+
+TEST_CASE(
+    "bus port: the deadline lines show the place on the raster that needs each row's next pixel first") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kEdf, 0);
+    ViewportTable rows = two_rows();
+    rows[0] = table_row(1, {0, 0}, {5, 3}, {10, 7}, 2);
+    dut.begin(rows);
+    constexpr int kFirst = PortBench::kSend;
+    dut.give(kFirst, 0);
+    bench.run_through(kFirst + 4);
+    const auto raster_width = static_cast<std::uint64_t>(dut.scenario.displays.raster_width_pixels());
+    CHECK(dut.deadlines[0]->at(kFirst) == 7 * raster_width + 10);
+    CHECK(dut.deadlines[1]->at(kFirst) == 0);
+    CHECK(dut.deadlines[0]->at(kFirst + 1) == 7 * raster_width + 10 + 4);  // two source pixels further
+    CHECK(dut.deadlines[0]->at(kFirst + 3) ==
+          9 * raster_width + 10 + 2);  // pixel 6, in the second source row
+}
+
+}  // namespace
+}  // namespace metabuffer::test
