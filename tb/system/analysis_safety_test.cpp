@@ -84,7 +84,8 @@ const bool kRegistered = register_slow_batches();
 
 }  // namespace
 
-TEST_CASE("machines sized by the bound do not starve of seeds 1 to 200", "[system][analysis][random]") {
+TEST_CASE("machines sized by the bound do not starve of seeds 1 to 200",
+          "[system][analysis][random][repeat]") {
     REQUIRE(kRegistered);
     check_machines(1, kQuickMachines);
 }

@@ -42,7 +42,7 @@ void check_counts(const coverage::MachineGoals& goals, const Scenario& scenario,
 }  // namespace
 
 TEST_CASE("coverage: what is counted at the wires is what the blocks count themselves (seeds 1 to 10)",
-          "[system][coverage]") {
+          "[system][coverage][repeat]") {
     MachineRuns runs;
     std::vector<std::unique_ptr<coverage::MachineCoverage>> samplers;
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {

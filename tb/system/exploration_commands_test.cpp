@@ -229,7 +229,7 @@ TEST_CASE("sweep: pictures are those that run writes", "[program][sweep]") {
     CHECK(pictures[1].second == text_of(place / "out" / "display_2.png"));
 }
 
-TEST_CASE("size: the smallest value is the one that trying all of them finds", "[program][size]") {
+TEST_CASE("size: the smallest value is the one that trying all of them finds", "[program][size][repeat]") {
     const Workplace place;
     const std::vector<std::string> settings{"--set", "memory.page_words=16", "--set",
                                             "composer.ready_space_pixels=8"};

@@ -1059,7 +1059,7 @@ TEST_CASE("random stalls on every handshake of a row: nothing is lost or late (s
     check_stalled_machines(6101, 10);
 }
 
-TEST_CASE("random stalls: clock gating changes neither clocks nor counters", "[system][faults]") {
+TEST_CASE("random stalls: clock gating changes neither clocks nor counters", "[system][faults][repeat]") {
     constexpr std::uint64_t kFirstSeed = 7001;
     constexpr int kMachines = 5;
     MachineRuns runs;

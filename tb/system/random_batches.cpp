@@ -9,6 +9,7 @@ namespace metabuffer::test {
 namespace {
 
 constexpr int kQuickBatches = 10;
+constexpr int kFirstBatches = 3;  ///< the sanitizers run these; what the others add is repetition
 
 class RandomBatch final : public Catch::ITestInvoker {
   public:
@@ -44,8 +45,9 @@ bool register_random_batches(const std::string& name,
     for (int batch = 0; batch < kBatches; ++batch) {
         const std::string seeds = " of seeds " + std::to_string(batch * kMachinesPerBatch + 1) + " to " +
                                   std::to_string((batch + 1) * kMachinesPerBatch);
-        // The sanitizers run the first batches only; the others are more of the same.
-        const std::string tags = batch < kQuickBatches ? "[system][random]" : "[system][random][slow]";
+        const std::string tags = batch < kFirstBatches   ? "[system][random]"
+                                 : batch < kQuickBatches ? "[system][random][repeat]"
+                                                         : "[system][random][slow]";
         // Registers in its constructor, as the macro does for a function.
         const Catch::AutoReg registration(new RandomBatch(batch, run, soak_option), CATCH_INTERNAL_LINEINFO,
                                           Catch::StringRef(), Catch::NameAndTags{name + seeds, tags});

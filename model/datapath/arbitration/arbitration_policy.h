@@ -5,7 +5,6 @@
 #include <memory>
 #include <vector>
 
-
 namespace metabuffer {
 
 /// Whose burst is next on a bus; arbitration_table.h says what each of them is.
@@ -19,9 +18,10 @@ enum class IdleSlots : std::uint8_t {
 
 /// What the arbiter sees of one table row at a clock.
 struct BusRequest {
-    bool pending = false;       ///< pixels of its segment are still to be sent
-    bool ready = false;         ///< its composer takes a slot
-    std::int64_t deadline = 0;  ///< raster position that needs its next pixel first; for policies that go by it
+    bool pending = false;  ///< pixels of its segment are still to be sent
+    bool ready = false;    ///< its composer takes a slot
+    std::int64_t deadline =
+        0;  ///< raster position that needs its next pixel first; for policies that go by it
 };
 
 /// An arbiter's answer for one clock.
