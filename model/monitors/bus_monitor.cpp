@@ -24,7 +24,7 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       image_width_(scenario.renderers[static_cast<std::size_t>(renderer)].image_width_pixels),
       image_height_(scenario.renderers[static_cast<std::size_t>(renderer)].image_height_pixels),
       page_words_(scenario.memory.page_words),
-      page_miss_cycles_(scenario.memory.page_miss_cycles),
+      memory_(scenario.memory),
       burst_pixels_(scenario.bus.burst_pixels),
       beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
       buffer_pixels_(scenario.composer.buffer_pixels),
@@ -119,7 +119,7 @@ void BusMonitor::sample_busready(std::int64_t edge) {
         }
         levels.push_back({edge, high});
         // No grant that is still to be judged lies before this.
-        const std::int64_t oldest_grant = edge - page_miss_cycles_ - cycles_per_beat_;
+        const std::int64_t oldest_grant = edge - memory_.page_miss_cycles - cycles_per_beat_;
         while (levels.size() > 1 && levels[1].edge <= oldest_grant) {
             levels.pop_front();
         }
@@ -165,7 +165,7 @@ void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
     std::fill(rows_.begin(), rows_.end(), Row{});
     rows_taken_ = pixels_left_ = 0;
     active_ = stopped_ = false;
-    open_page_ = kNone;
+    open_pages_.assign(static_cast<std::size_t>(memory_.banks), kNone);
     table_complete_ = beat.last;
     table_edge_ = free_from_ = edge;
 }
@@ -294,7 +294,7 @@ void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
                 number(beat.remaining) + " pixels of the burst announced behind a beat, not " +
                     number(remaining));
     }
-    open_page_ = page_of(row, row.sent);
+    open_page_beside(page_of(row, row.sent)) = page_of(row, row.sent);
     row.sent += taken;
     pixels_left_ -= taken;
     remaining_ = remaining;
@@ -338,7 +338,7 @@ std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, st
 
 /// The first beat of a burst is sampled at `edge`: when was the grant, and could it be?
 void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_t edge) {
-    const std::int64_t grant = edge - cycles_per_beat_ - (page == open_page_ ? 0 : page_miss_cycles_);
+    const std::int64_t grant = edge - cycles_per_beat_ - opening_cycles(page);
     if (grant < free_from_) {
         violate("bus/pace", edge,
                 "a burst begins " + number(free_from_ - grant) + " clocks too early behind what came before");
@@ -354,10 +354,17 @@ void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_
     }
 }
 
+std::int64_t BusMonitor::opening_cycles(std::int64_t page) {
+    const std::int64_t open = open_page_beside(page);
+    if (open == page) return 0;
+    const int closing_cycles = open == kNone ? 0 : memory_.precharge_cycles;
+    return closing_cycles + (memory_.page_miss_cycles - memory_.precharge_cycles);
+}
+
 void BusMonitor::expect_next(const Row& row, std::int64_t edge) {
     beat_edge_ = edge;
     next_page_ = page_of(row, std::min(row.sent, row.pixels - 1));
-    due_ = edge + cycles_per_beat_ + (next_page_ == open_page_ ? 0 : page_miss_cycles_);
+    due_ = edge + cycles_per_beat_ + opening_cycles(next_page_);
 }
 
 void BusMonitor::end_burst(std::int64_t edge) {
@@ -389,8 +396,13 @@ void BusMonitor::stop_on_busready(std::int64_t edge, std::int64_t announced) {
     if (!active_ || stopped_ || announced <= beat_pixels_ || busready_at(display_, edge)) {
         return;
     }
-    if (edge > beat_edge_) {
-        open_page_ = next_page_;
+    if (const std::int64_t opened_for = edge - beat_edge_; opened_for > 0) {
+        // Broken off before it is activated, a bank with another page open is closed only, and has to be closed again.
+        std::int64_t& open = open_page_beside(next_page_);
+        const bool broken_off = open != next_page_ && open != kNone &&
+                                opened_for <= memory_.precharge_cycles &&
+                                opened_for < memory_.page_miss_cycles;
+        open = broken_off ? kHalfOpen : next_page_;
     }
     const std::int64_t begins = due_ - cycles_per_beat_;  // the beat that moves next, in the memory
     if (begins < edge) {

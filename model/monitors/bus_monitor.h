@@ -44,6 +44,7 @@ class BusMonitor final : public sc_core::sc_module {
 
   private:
     static constexpr std::int64_t kNone = -1;
+    static constexpr std::int64_t kHalfOpen = -2;  ///< of a bank: neither closed nor a page that can be read
 
     /// A row of the frame under way, by display.
     struct Row {
@@ -80,6 +81,11 @@ class BusMonitor final : public sc_core::sc_module {
     void check_overdue(std::int64_t edge);
     std::int64_t address_of(const Row& row, std::int64_t pixel) const;
     std::int64_t page_of(const Row& row, std::int64_t pixel) const;
+    std::int64_t& open_page_beside(std::int64_t page) {
+        return open_pages_[static_cast<std::size_t>(page) % open_pages_.size()];
+    }
+    /// Clocks until a page can be read.
+    std::int64_t opening_cycles(std::int64_t page);
     std::int64_t beat_size(const Row& row, std::int64_t pixel, std::int64_t left) const;
     void violate(const char* rule, const std::string& signal, std::int64_t edge, const std::string& detail);
     void violate(const char* rule, std::int64_t edge, const std::string& detail) {
@@ -94,7 +100,7 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t image_width_;
     std::int64_t image_height_;
     std::int64_t page_words_;
-    std::int64_t page_miss_cycles_;
+    MemoryConfig memory_;
     std::int64_t burst_pixels_;
     std::int64_t beat_pixels_;
     std::int64_t buffer_pixels_;
@@ -114,11 +120,11 @@ class BusMonitor final : public sc_core::sc_module {
 
     int frames_started_ = 0;
     bool table_complete_ = true;
-    std::int64_t table_edge_ = kNone;  ///< of the table's last beat so far
-    std::vector<Row> rows_;            ///< [display]
-    std::int64_t rows_taken_ = 0;      ///< of the table
-    std::int64_t pixels_left_ = 0;     ///< of the frame
-    std::int64_t open_page_ = kNone;
+    std::int64_t table_edge_ = kNone;       ///< of the table's last beat so far
+    std::vector<Row> rows_;                 ///< [display]
+    std::int64_t rows_taken_ = 0;           ///< of the table
+    std::int64_t pixels_left_ = 0;          ///< of the frame
+    std::vector<std::int64_t> open_pages_;  ///< by bank
 
     // The burst under way.
     bool active_ = false;

@@ -50,7 +50,6 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       table_wait_(registers_, "table_wait", bits_for(cycles_per_table_row_)),
       burst_row_(registers_, "burst_row", bits_for(scenario.displays.count() - 1)),
       burst_left_(registers_, "burst_left", bits_for(scenario.bus.burst_pixels)),
-      open_page_(registers_, "open_page", bits_for((words_of(renderer) - 1) / scenario.memory.page_words)),
       page_wait_(registers_, "page_wait", bits_for(scenario.memory.page_miss_cycles)),
       beat_wait_(registers_, "beat_wait", bits_for(cycles_per_beat_)),
       lost_wait_(registers_, "lost_wait", bits_for(lost_slot_cycles_)),
@@ -60,6 +59,11 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       stopped_row_(registers_, "stopped_row", bits_for(scenario.displays.count() - 1)) {
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
         rows_.push_back(std::make_unique<Row>(registers_, numbered("row", line), renderer));
+    }
+    for (int bank = 0; bank < scenario.memory.banks; ++bank) {
+        banks_.push_back(
+            std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
+                                   bits_for((words_of(renderer) - 1) / scenario.memory.page_words)));
     }
     SC_METHOD(process);
     sensitive << clk_i.pos() << grant_valid_i << lost_i;
@@ -102,6 +106,7 @@ void BusPort::clock_edge() {
             ask_for_frame();
             break;
         case State::kWait:
+            closing_ = false;
             ++bus_.idle_cycles;
             if (answer != answer_seen_) {
                 answer_seen_ = answer;
@@ -127,6 +132,11 @@ void BusPort::ask_for_frame() {
         state_ = State::kDone;
         return;
     }
+    for (const auto& bank : banks_) {
+        bank->open = false;
+        bank->half_open = false;
+    }
+    closing_ = true;
     request_ = !request_;
     request_o.write(request_);
     state_ = State::kWait;
@@ -151,7 +161,6 @@ void BusPort::start_frame(bool fresh) {
     }
     start_ = true;
     start_o.write(true);
-    page_open_ = false;
     table_started_ = false;
     table_row_ = 0;
     table_wait_ = cycles_per_table_row_;
@@ -240,6 +249,9 @@ void BusPort::stop_burst() {
     stopped_row_ = burst_row_;
     bursting_ = false;
     burst_left_ = 0;
+    if (breaks_opening_off()) {
+        bank_of(page_of(row(burst_row_))).half_open = true;
+    }
     page_wait_ = 0;
     announced_ = 0;  // the burst granted now is not judged by this one's rest
     announced_before_ = 0;
@@ -269,18 +281,25 @@ bool BusPort::take_grant() {
 bool BusPort::page_ready(const Plan& plan) {
     if (page_wait_ > 0) {
         --page_wait_;
+        if (plan.command.kind == MemoryCommand::Kind::kActivate) {
+            precharging_ = false;
+        }
         return false;
     }
     if (!plan.opens) {
         return true;
     }
-    page_open_ = true;
-    open_page_ = row(burst_row_).address / scenario_.memory.page_words;
+    const std::int64_t page = page_of(row(burst_row_));
+    Bank& bank = bank_of(page);
+    precharging_ = plan.command.kind == MemoryCommand::Kind::kPrecharge;
+    bank.open = true;
+    bank.half_open = false;
+    bank.page = page;
     ++bus_.page_misses;
-    if (scenario_.memory.page_miss_cycles == 0) {
+    if (plan.opening_cycles == 0) {
         return true;
     }
-    page_wait_ = scenario_.memory.page_miss_cycles - 1;
+    page_wait_ = plan.opening_cycles - 1;
     return false;
 }
 
@@ -353,8 +372,8 @@ void BusPort::drive_requests() {
             drive_ready();
         }
         plan_ = plan();
-    } else if (start_) {
-        plan_.command.kind = MemoryCommand::Kind::kPrecharge;  // a frame finds no page open
+    } else if (closing_) {
+        plan_.command.kind = MemoryCommand::Kind::kPrechargeAll;  // a frame finds no page open
     }
     take_o.write(plan_.arbitrate);
     const bool commands = plan_.command.kind != MemoryCommand::Kind::kNone;
@@ -408,6 +427,9 @@ BusPort::Plan BusPort::plan() const {
     if (bursting_ && !plan.stop) {
         plan.row = burst_row_;
         if (page_wait_ > 0) {
+            if (precharging_ && page_wait_ == scenario_.memory.activate_cycles()) {
+                plan.command = command_for(MemoryCommand::Kind::kActivate, page_of(row(burst_row_)));
+            }
             return plan;
         }
     } else if (pixels_left_ > 0) {
@@ -420,19 +442,33 @@ BusPort::Plan BusPort::plan() const {
     return plan;
 }
 
+MemoryCommand BusPort::command_for(MemoryCommand::Kind kind, std::int64_t page) const {
+    MemoryCommand command;
+    command.kind = kind;
+    command.bank = static_cast<std::uint8_t>(static_cast<std::size_t>(page) % banks_.size());
+    command.row = static_cast<std::uint32_t>(page);
+    return command;
+}
+
 /// The next words of the open page, as many as fit one beat, or the page that must be opened for them.
 void BusPort::plan_memory(Plan& plan) const {
     const Row& of_row = row(plan.row);
     const int page_words = scenario_.memory.page_words;
     const int width = of_row.segment.row().sdx;
-    const std::int64_t page = of_row.address / page_words;
-    plan.opens = !page_open_ || open_page_ != page;
-    plan.command.row = static_cast<std::uint32_t>(page);
-    if (plan.opens && scenario_.memory.page_miss_cycles > 0) {
-        plan.command.kind = MemoryCommand::Kind::kActivate;
+    const std::int64_t page = page_of(of_row);
+    const Bank& bank = bank_of(page);
+    // A burst that is stopped in this clock may leave its bank half open.
+    const bool half_open =
+        bank.half_open || (plan.stop && breaks_opening_off() && &bank == &bank_of(page_of(row(burst_row_))));
+    plan.opens = !bank.open || half_open || bank.page != page;
+    plan.opening_cycles = plan.opens ? scenario_.memory.opening_cycles(bank.open) : 0;
+    if (plan.opening_cycles > 0) {
+        const bool closes = bank.open && scenario_.memory.precharge_cycles > 0;
+        plan.command =
+            command_for(closes ? MemoryCommand::Kind::kPrecharge : MemoryCommand::Kind::kActivate, page);
         return;
     }
-    plan.command.kind = MemoryCommand::Kind::kRead;
+    plan.command = command_for(MemoryCommand::Kind::kRead, page);
     const std::int64_t in_burst = plan.arbitrate
                                       ? std::min<std::int64_t>(scenario_.bus.burst_pixels, of_row.left)
                                       : burst_left_.value();

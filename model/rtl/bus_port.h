@@ -80,12 +80,25 @@ class BusPort final : public Block {
         std::size_t composer() const { return segment.row().dcomp - std::size_t{1}; }
     };
 
+    /// What the memory's bank has open, once it has obeyed.
+    struct Bank {
+        Bank(RegisterSet& set, const std::string& name, int page_bits)
+            : open(set, name + "_open"),
+              half_open(set, name + "_half_open"),
+              page(set, name + "_page", page_bits) {}
+        Register<bool> open;
+        Register<bool>
+            half_open;  ///< an opening was broken off behind its precharge: whatever is wanted, again
+        Register<std::int64_t> page;
+    };
+
     /// What the clock before the next edge is used for, as far as registers, BUSREADY and the grant decide it.
     struct Plan {
         bool stop = false;       ///< the burst under way ends here
         bool arbitrate = false;  ///< the arbiter's answer is taken
         int row = kNoRow;        ///< whose burst it is then; kNoRow: nobody's
-        bool opens = false;      ///< the page of its next word is not open
+        int opening_cycles = 0;  ///< until the page of its next word is open
+        bool opens = false;      ///< that page is not open
         // With kRead: where the row stands behind the words that are read.
         MemoryCommand command;
         std::int64_t next_address = 0;
@@ -116,7 +129,15 @@ class BusPort final : public Block {
     void drive_deadline(std::size_t row);
     Plan plan() const;
     void plan_memory(Plan& plan) const;
+    std::int64_t page_of(const Row& of_row) const { return of_row.address / scenario_.memory.page_words; }
+    const Bank& bank_of(std::int64_t page) const {
+        return *banks_[static_cast<std::size_t>(page) % banks_.size()];
+    }
+    Bank& bank_of(std::int64_t page) { return *banks_[static_cast<std::size_t>(page) % banks_.size()]; }
+    MemoryCommand command_for(MemoryCommand::Kind kind, std::int64_t page) const;
     bool burst_is_stopped() const;
+    /// Stopped now, the burst leaves its bank closed behind a precharge, with no page activated.
+    bool breaks_opening_off() const { return page_wait_ > 0 && precharging_; }
     int granted_row() const;
     /// What the beats of the frame under way are marked with.
     std::uint32_t frame_on_bus() const { return static_cast<std::uint32_t>(frames_started_ - 1); }
@@ -150,8 +171,9 @@ class BusPort final : public Block {
     Register<int> burst_row_;                          ///< whose
     Register<int> burst_left_;                         ///< pixels of it that have not been put into a beat
     Register<bool> burst_started_{registers_, "burst_started"};  ///< a beat of it has gone out
-    Register<bool> page_open_{registers_, "page_open"};
-    Register<std::int64_t> open_page_;
+    Register<bool> closing_{registers_, "closing"};              ///< a frame is over: its pages are closed
+    Register<bool> precharging_{registers_,
+                                "precharging"};  ///< the page waited for is opened behind a precharge
     Register<int> page_wait_;
     Register<int> beat_wait_;         ///< clocks of a beat on a narrow bus still to pass
     Register<int> lost_wait_;         ///< clocks of a lost slot still to pass
@@ -164,6 +186,7 @@ class BusPort final : public Block {
                             "stopped"};  ///< stopped_row's burst was stopped while its last beat was moving
     Register<int> stopped_row_;
     Register<BusBeat> beat_{registers_, "beat"};
+    std::vector<std::unique_ptr<Bank>> banks_;
     std::vector<std::unique_ptr<Row>> rows_;  ///< as many as a table may have; row_count_ count
 
     Plan plan_;  ///< combinational

@@ -19,9 +19,11 @@ std::uint64_t bits_of(std::uint8_t byte_mask) {
 }  // namespace
 
 FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config, std::int64_t words)
-    : Block(name),
-      config_(config),
-      open_page_(registers_, "open_page", bits_for((words - 1) / config.page_words)) {
+    : Block(name), config_(config) {
+    for (int bank = 0; bank < config.banks; ++bank) {
+        banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
+                                                bits_for((words - 1) / config.page_words)));
+    }
     for (std::vector<std::uint64_t>& device : devices_) {
         device.resize(static_cast<std::size_t>(words));
     }
@@ -83,24 +85,46 @@ void FrameMemory::obey(const MemoryCommand& command) {
         case MemoryCommand::Kind::kNone:
             return;
         case MemoryCommand::Kind::kPrecharge:
-            open_ = false;
+            bank_of(command).open = false;
+            return;
+        case MemoryCommand::Kind::kPrechargeAll:
+            for (const auto& bank : banks_) {
+                bank->open = false;
+            }
             return;
         case MemoryCommand::Kind::kActivate:
-            open_ = true;
-            open_page_ = command.row;
+            check_activate(command);
+            open(command);
             return;
         case MemoryCommand::Kind::kRead:
             check_read(command);
-            open_ = true;
-            open_page_ = command.row;
+            open(command);
             return;
     }
 }
 
+void FrameMemory::open(const MemoryCommand& command) {
+    Bank& bank = bank_of(command);
+    bank.open = true;
+    bank.page = command.row;
+}
+
+void FrameMemory::check_activate(const MemoryCommand& command) const {
+    const Bank& bank = bank_of(command);
+    if (config_.precharge_cycles > 0 && bank.open) {
+        refuse("page", command, "page " + std::to_string(bank.page) + " is open");
+    }
+    if (command.row % banks_.size() != command.bank) {
+        refuse("address", command, "the page lies in bank " + std::to_string(command.row % banks_.size()));
+    }
+}
+
 void FrameMemory::check_read(const MemoryCommand& command) const {
-    if (config_.page_miss_cycles > 0 && (!open_ || open_page_ != command.row)) {
+    const Bank& bank = bank_of(command);
+    const bool opens_itself = config_.activate_cycles() == 0 && (config_.precharge_cycles == 0 || !bank.open);
+    if (!opens_itself && (!bank.open || bank.page != command.row)) {
         refuse("page", command,
-               open_ ? "page " + std::to_string(open_page_) + " is open" : "no page is open");
+               bank.open ? "page " + std::to_string(bank.page) + " is open" : "no page is open");
     }
     if (command.count > config_.words_per_cycle) {
         refuse("width", command, "it gives " + std::to_string(config_.words_per_cycle) + " words a clock");

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -17,15 +18,17 @@ namespace metabuffer::rtl {
 /// They are devices of their own, so the two never disturb each other.
 ///
 /// The link's side stores a write at the clock of the link that samples it. The bus's side takes one command in a core
-/// clock:
-/// - activate opens a page, and closes the one before. How many clocks it is left alone then is the bus port's affair.
-/// - read puts words of the open page out in the same clock, before its edge: up to words_per_cycle of them, each with
-///   a column of its own, as interleaved memory gives them.
-/// - precharge closes the page.
-/// A memory with page_miss_cycles = 0 has no pages to wait for: there a read opens its page itself.
+/// clock. Page p lies in bank p mod banks, and each bank has a page open or none:
+/// - activate opens a page of a closed bank. How many clocks the bank is left alone then is the bus port's affair.
+/// - read puts words of a bank's open page out in the same clock, before its edge: up to words_per_cycle of them, each
+///   with a column of its own, as interleaved memory gives them.
+/// - precharge closes the bank's page, precharge-all every bank's.
+/// What takes no clock needs no command: without precharge_cycles an activate closes the page before, and without
+/// activate_cycles a read opens its page itself.
 ///
-/// Raises /metabuffer/frame_memory/page for a read of a page that is not open, /metabuffer/frame_memory/address for a
-/// word that the device does not have, and /metabuffer/frame_memory/width for more words than it gives in a clock.
+/// Raises /metabuffer/frame_memory/page for a read of a page that is not open and for an activate in a bank that is not
+/// closed, /metabuffer/frame_memory/address for a page of another bank and a word that the device does not have, and
+/// /metabuffer/frame_memory/width for more words than it gives in a clock.
 class FrameMemory final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock
@@ -44,17 +47,28 @@ class FrameMemory final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
 
   private:
+    struct Bank {
+        Bank(RegisterSet& set, const std::string& name, int page_bits)
+            : open(set, name + "_open"), page(set, name + "_page", page_bits) {}
+        Register<bool> open;
+        Register<std::uint32_t> page;
+    };
+
     void end_of_elaboration() override;
     void write_edge();
     void core_process();
     void core_edge();
     void obey(const MemoryCommand& command);
+    void open(const MemoryCommand& command);
+    void check_activate(const MemoryCommand& command) const;
     void check_read(const MemoryCommand& command) const;
     void put_out();
     std::int64_t address_of(const MemoryCommand& command, std::size_t word) const {
         return std::int64_t{command.row} * config_.page_words + command.columns[word];
     }
     std::int64_t words() const { return static_cast<std::int64_t>(devices_[0].size()); }
+    const Bank& bank_of(const MemoryCommand& command) const { return *banks_[command.bank % banks_.size()]; }
+    Bank& bank_of(const MemoryCommand& command) { return *banks_[command.bank % banks_.size()]; }
     void refuse(const char* kind, const MemoryCommand& command, const std::string& why) const;
 
     MemoryConfig config_;
@@ -65,8 +79,7 @@ class FrameMemory final : public Block {
     sc_core::sc_event_or_list core_wake_events_;
 
     RegisterSet registers_;
-    Register<bool> open_{registers_, "open"};
-    Register<std::uint32_t> open_page_;
+    std::vector<std::unique_ptr<Bank>> banks_;
     MemoryData data_;
 };
 

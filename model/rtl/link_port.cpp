@@ -90,7 +90,8 @@ void LinkPort::answer(bool fresh) {
     if (fresh) {
         front_ = !front_;
         front_o.write(front_);
-        front_source_ = {static_cast<int>(back_number_.value()), true, last_pixel_picoseconds_};
+        front_source_.pair = static_cast<int>(back_number_.value());
+        front_source_.last_pixel_picoseconds = last_pixel_picoseconds_;
     }
 }
 

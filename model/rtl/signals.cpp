@@ -168,7 +168,7 @@ void sc_trace(sc_core::sc_trace_file* file, const MemoryWrite& value, const std:
 }
 
 bool operator==(const MemoryCommand& a, const MemoryCommand& b) {
-    return a.kind == b.kind && a.row == b.row && a.count == b.count &&
+    return a.kind == b.kind && a.bank == b.bank && a.row == b.row && a.count == b.count &&
            std::equal(a.columns.begin(), a.columns.begin() + a.count, b.columns.begin());
 }
 
@@ -177,18 +177,21 @@ std::ostream& operator<<(std::ostream& out, const MemoryCommand& value) {
         case MemoryCommand::Kind::kNone:
             return out << "none";
         case MemoryCommand::Kind::kActivate:
-            return out << "activate page " << value.row;
+            return out << "activate page " << value.row << " in bank " << int{value.bank};
         case MemoryCommand::Kind::kRead:
             return out << "read " << int{value.count} << " from word " << value.columns[0] << " of page "
                        << value.row;
         case MemoryCommand::Kind::kPrecharge:
-            return out << "precharge";
+            return out << "precharge bank " << int{value.bank};
+        case MemoryCommand::Kind::kPrechargeAll:
+            return out << "precharge all";
     }
     return out;
 }
 
 void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const std::string& name) {
-    sc_core::sc_trace(file, byte_of(value.kind), name + ".kind", 2);
+    sc_core::sc_trace(file, byte_of(value.kind), name + ".kind", 3);
+    sc_core::sc_trace(file, value.bank, name + ".bank", 3);
     sc_core::sc_trace(file, value.row, name + ".row");
     sc_core::sc_trace(file, value.count, name + ".count", 4);
 }

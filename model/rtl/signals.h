@@ -110,11 +110,13 @@ void sc_trace(sc_core::sc_trace_file* file, const MemoryWrite& value, const std:
 struct MemoryCommand {
     enum class Kind : std::uint8_t {
         kNone,
-        kActivate,   ///< opens a page
-        kRead,       ///< `count` words of the open page
-        kPrecharge,  ///< closes the open page
+        kActivate,      ///< opens a page of the bank
+        kRead,          ///< `count` words of the bank's open page
+        kPrecharge,     ///< closes the bank's page
+        kPrechargeAll,  ///< closes every bank's page
     };
     Kind kind = Kind::kNone;
+    std::uint8_t bank = 0;
     std::uint32_t row = 0;  ///< of kActivate and kRead: the page
     std::uint8_t count = 0;
     std::array<std::uint32_t, kMaximumBeatPixels>

@@ -108,8 +108,19 @@ constexpr std::int64_t clock_period_picoseconds(double mhz) {
 
 struct MemoryConfig {
     int page_words = 512;
-    int page_miss_cycles = 6;
+    int banks = 1;             ///< page p lies in bank p mod banks; each has a page open of its own
+    int precharge_cycles = 0;  ///< to close a bank's page
+    int page_miss_cycles =
+        6;  ///< to close a page and to open another; to open one in a closed bank takes the rest
     int words_per_cycle = 1;
+    /// As the scenario gives it, beside or instead of page_miss_cycles.
+    std::optional<int> given_activate_cycles;
+
+    constexpr int activate_cycles() const { return page_miss_cycles - precharge_cycles; }
+    /// Clocks until a page that is not open can be read.
+    constexpr int opening_cycles(bool another_is_open) const {
+        return another_is_open ? page_miss_cycles : activate_cycles();
+    }
 };
 
 struct BusConfig {

@@ -1,5 +1,6 @@
 #include "scenario/scenario_keys.h"
 
+#include <algorithm>
 #include <string>
 
 #include "scenario/fault_keys.h"
@@ -100,6 +101,28 @@ std::vector<SchemaKey> all_keys() {
     return keys;
 }
 
+constexpr IntegerRange kPageMissCycles{0, 1'000'000};
+
+/// Kept as what page_miss_cycles leaves: one of the two may be given, or both if they agree (scenario_rules).
+ObjectKey<Scenario> activate_cycles() {
+    ObjectKey<Scenario> key;
+    key.schema = {"memory.activate_cycles",
+                  KeyShape::kScalar,
+                  "cycles to open a page in a closed bank",
+                  ValueRule::whole_numbers(kPageMissCycles),
+                  "core cycles",
+                  "page_miss_cycles - precharge_cycles"};
+    key.value = [](const Scenario& scenario) -> std::optional<KeyValue> {
+        const MemoryConfig& memory = scenario.memory;
+        return KeyValue(
+            std::int64_t{memory.given_activate_cycles.value_or(std::max(0, memory.activate_cycles()))});
+    };
+    key.set = [](Scenario& scenario, const KeyValue& value) {
+        scenario.memory.given_activate_cycles = static_cast<int>(std::get<std::int64_t>(value));
+    };
+    return key;
+}
+
 }  // namespace
 
 const std::vector<ObjectKey<Scenario>>& setting_rows() {
@@ -135,8 +158,24 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
         map("memory"),
         whole_number<&Scenario::memory, &MemoryConfig::page_words>("memory.page_words", "words",
                                                                    "words of an open page", {1, 1 << 24}),
-        whole_number<&Scenario::memory, &MemoryConfig::page_miss_cycles>(
-            "memory.page_miss_cycles", "core cycles", "cycles to open a page", {0, 1'000'000}),
+        one_of<&Scenario::memory, &MemoryConfig::banks>(
+            "memory.banks", "banks", "banks of the memory, each with an open page",
+            {limits::kMemoryBanks.begin(), limits::kMemoryBanks.end()}, "a number of banks"),
+        whole_number<&Scenario::memory, &MemoryConfig::precharge_cycles>(
+            "memory.precharge_cycles", "core cycles", "cycles to close a bank's page",
+            limits::kPrechargeCycles),
+        activate_cycles(),
+        otherwise(
+            whole_number<&Scenario::memory, &MemoryConfig::page_miss_cycles>(
+                "memory.page_miss_cycles", "core cycles", "cycles to close a page and open another",
+                kPageMissCycles),
+            "precharge_cycles + activate_cycles if that is given, else 6",
+            +[](const Scenario& scenario) -> KeyValue {
+                const MemoryConfig& memory = scenario.memory;
+                return memory.given_activate_cycles
+                           ? std::int64_t{memory.precharge_cycles} + *memory.given_activate_cycles
+                           : std::int64_t{MemoryConfig().page_miss_cycles};
+            }),
         whole_number<&Scenario::memory, &MemoryConfig::words_per_cycle>(
             "memory.words_per_cycle", "words", "words per cycle of the open page", limits::kWordsPerCycle),
         map("bus"),

@@ -65,6 +65,18 @@ void check_machine(RuleCheck& check, const Scenario& scenario) {
     check.require(scenario.depth_near < scenario.depth_far, "depth_range",
                   "near " + text::number(scenario.depth_near) + " is not below far " +
                       text::number(scenario.depth_far) + "; use [near, far] with near < far");
+    const MemoryConfig& memory = scenario.memory;
+    check.require(memory.precharge_cycles <= memory.page_miss_cycles, "memory.precharge_cycles",
+                  std::to_string(memory.precharge_cycles) + " is more than page_miss_cycles, " +
+                      std::to_string(memory.page_miss_cycles) + ", which counts it; use " +
+                      std::to_string(memory.page_miss_cycles) + " or less");
+    if (memory.given_activate_cycles) {
+        const int sum = memory.precharge_cycles + *memory.given_activate_cycles;
+        check.require(sum == memory.page_miss_cycles, "memory.page_miss_cycles",
+                      std::to_string(memory.page_miss_cycles) +
+                          " is not precharge_cycles + activate_cycles, " + std::to_string(sum) +
+                          "; leave it out, or activate_cycles");
+    }
     const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
     check.require(scenario.composer.ready_space_pixels >= in_flight, "composer.ready_space_pixels",
                   std::to_string(scenario.composer.ready_space_pixels) + " is less than the " +

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <systemc>
+#include <vector>
 
 #include "scenario/scenario.h"
 #include "tlm/payload.h"
@@ -9,7 +10,8 @@
 namespace metabuffer::tlm {
 
 /// The time of an input framebuffer's page-mode memory (sections 4 and 5.2 of the paper): words of the open
-/// page at the bus's pace, any other word behind page_miss_cycles. A frame starts with no page open.
+/// page at the bus's pace; another page of a closed bank behind activate_cycles, of a bank with a page open behind
+/// precharge_cycles more. A frame starts with no page open.
 ///
 /// Answers MemoryAccess. A memory with another policy takes its place by answering the same; see
 /// tb/examples/banked_memory.h.
@@ -21,12 +23,14 @@ class FrameMemory final : public sc_core::sc_module {
 
   private:
     static constexpr std::int64_t kNoPage = -1;
+    static constexpr std::int64_t kHalfOpen = -2;  ///< must be closed before a page of the bank is opened
 
     void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
 
-    std::uint32_t page_words_;
-    int page_miss_cycles_;
-    std::int64_t open_page_ = kNoPage;
+    MemoryConfig config_;
+    std::vector<std::int64_t> open_pages_;  ///< by bank
+    std::int64_t last_page_ = kNoPage;
+    bool closes_first_ = false;  ///< the last opening began with a precharge
 };
 
 }  // namespace metabuffer::tlm

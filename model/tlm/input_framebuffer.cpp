@@ -389,6 +389,7 @@ MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::in
     memory_access_->new_frame = new_frame_;
     memory_access_->peek = peek;
     memory_access_->cycle = cycle;
+    memory_access_->other_page = false;
     new_frame_ = false;
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     memory_socket->b_transport(payload, delay);
@@ -402,6 +403,13 @@ MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::in
                             .c_str());
     }
     return *memory_access_;
+}
+
+void InputFramebuffer::break_off_opening() {
+    memory_access_->broken_off = true;
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    memory_socket->b_transport(memory_access_.payload(), delay);
+    memory_access_->broken_off = false;
 }
 
 /// Lets clocks pass before the next beat, fewer than the memory asks for if the burst is stopped meanwhile.
@@ -429,7 +437,7 @@ int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64
         const int words = std::min(burst_left_ - pixels, int{place.row.sdx});
         const std::int64_t wanted_cycle = cycle + std::int64_t{pixels / pixels_per_beat_} * cycles_per_beat_;
         const MemoryAccess& access = access_memory(place, words, wanted_cycle, true);
-        if (access.page_miss || access.wait_cycles > 0) {
+        if (access.page_miss || access.other_page || access.wait_cycles > 0) {
             break;
         }
         const int more = access.words;
@@ -501,6 +509,9 @@ void InputFramebuffer::cut_burst() {
     const int first_words = access.words;
     if (access.wait_cycles > 0) {
         wait_for_page(access, 1);
+        if (access.wait_cycles > 1) {
+            break_off_opening();
+        }
         end_burst(at_cycle_, drop_cycle + kBusreadyClocks);
         return;
     }

@@ -114,6 +114,7 @@ class InputFramebuffer final : public sc_core::sc_module {
     void start_burst(std::int64_t cycle, int row, int recovered_slots);
     void continue_burst();
     MemoryAccess& access_memory(const Row& row, int words, std::int64_t cycle, bool peek);
+    void break_off_opening();
     void wait_for_page(const MemoryAccess& access, std::int64_t clocks);
     int pixels_on_page(const Row& row, int first_words, std::int64_t cycle);
     BusTransfer& send_beats(int pixels, bool heed_busready);

@@ -126,13 +126,15 @@ constexpr unsigned kBytesPerWord = kPixelBits / 8;
 /// input_framebuffer to frame_memory: the next words of a segment's row. The payload's address and length are
 /// in bytes, 8 a word.
 struct MemoryAccess : Extension<MemoryAccess> {
-    bool new_frame = false;  ///< the first access of a frame
-    bool peek = false;       ///< only ask: the access may not come to be
-    std::int64_t cycle = 0;  ///< core clock in which the first word is wanted
+    bool new_frame = false;   ///< the first access of a frame
+    bool peek = false;        ///< only ask: the access may not come to be
+    bool broken_off = false;  ///< no access: the opening that the last one began ended after a clock
+    std::int64_t cycle = 0;   ///< core clock in which the first word is wanted
     // What the memory answers.
-    bool page_miss = false;  ///< a page must be opened: no beat runs over this point
-    int wait_cycles = 0;     ///< clocks without data before the first word
-    int words = 0;           ///< how many of the words asked for follow without another page miss
+    bool page_miss = false;   ///< a page must be opened
+    bool other_page = false;  ///< than the last access's that was no peek: no beat runs over this point
+    int wait_cycles = 0;      ///< clocks without data before the first word
+    int words = 0;            ///< how many of the words asked for follow without another page miss
 };
 
 /// The pixels of a frame on a bus. Shared, since a frame's pixels are used long after they have been sent.

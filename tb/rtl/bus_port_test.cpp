@@ -47,8 +47,8 @@ struct PortBench {
     std::vector<const Recording<std::uint64_t>*> deadlines;
 
     explicit PortBench(ClockedTestbench& bench, Arbitration arbitration = Arbitration::kRoundRobin,
-                       int page_miss = 3, int width_bits = 128)
-        : scenario(make(arbitration, page_miss, width_bits)),
+                       int page_miss = 3, int width_bits = 128, int banks = 1, int precharge = 0)
+        : scenario(make(arbitration, page_miss, width_bits, banks, precharge)),
           core(bench.core),
           busready(kDisplays, name_of("busready"), true),
           tableready(kDisplays, name_of("tableready"), true),
@@ -95,7 +95,7 @@ struct PortBench {
     static std::function<std::string(std::size_t)> name_of(const char* stem) {
         return [stem](std::size_t line) { return numbered(stem, line); };
     }
-    static Scenario make(Arbitration arbitration, int page_miss, int width_bits) {
+    static Scenario make(Arbitration arbitration, int page_miss, int width_bits, int banks, int precharge) {
         Scenario scenario = small_scenario(64, 64, kDisplays);
         scenario.bus.arbitration = arbitration;
         scenario.bus.width_bits = width_bits;
@@ -103,6 +103,8 @@ struct PortBench {
         scenario.memory.words_per_cycle = 2;
         scenario.memory.page_words = 32;
         scenario.memory.page_miss_cycles = page_miss;
+        scenario.memory.banks = banks;
+        scenario.memory.precharge_cycles = precharge;
         scenario.composer.ready_space_pixels = 8;
         scenario.renderers.push_back(renderer_of({PixelImage(kWidth, 8)}));
         return scenario;
@@ -144,8 +146,9 @@ TEST_CASE("bus port: a grant's page is activated in its clock, and read when the
     const int granted = PortBench::kSend + 2;
     CHECK(dut.requests.rises() == std::vector<int>{0});
     CHECK(dut.starts == std::vector<bool>{true});
-    CHECK(dut.commands.at(PortBench::kAnswer + 1).kind == Command::kPrecharge);  // a frame finds no page open
-    for (int clock = PortBench::kAnswer + 2; clock < granted; ++clock) {
+    // Asked at edge 0: a frame finds no page open.
+    CHECK(dut.commands.at(1).kind == Command::kPrechargeAll);
+    for (int clock = 2; clock < granted; ++clock) {
         CHECK(dut.commands.at(clock).kind == Command::kNone);
     }
     CHECK(dut.commands.at(granted).kind == Command::kActivate);
@@ -174,6 +177,53 @@ TEST_CASE("bus port: a beat goes over the source row's end, and stops at the pag
     CHECK(dut.columns_at(read + 4) == Columns{19, 20});           // the second burst
     CHECK(dut.commands.at(read + 5).kind == Command::kActivate);  // word 32 is the next page's
     CHECK(dut.commands.at(read + 5).row == 1);
+}
+
+TEST_CASE("bus port: a bank with a page open is precharged, then activated, then read") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kRoundRobin, 5, 128, 2,
+                  2);  // 2 banks; 2 clocks to close a page, 3 to open one
+    dut.begin({table_row(1, {0, 0}, {kWidth, 1}, {0, 0}), table_row(2, {0, 4}, {kWidth, 1}, {0, 0})});
+    dut.give(PortBench::kSend, 0);      // page 0, in bank 0, a burst of 4 beats
+    dut.give(PortBench::kSend + 1, 1);  // page 2, in bank 0 as well
+    bench.run_through(PortBench::kSend + 16);
+    const auto kind_at = [&](int clock) { return dut.commands.at(PortBench::kSend + clock).kind; };
+    CHECK(kind_at(0) == Command::kActivate);  // the bank was closed
+    CHECK(kind_at(1) == Command::kNone);
+    CHECK(kind_at(2) == Command::kNone);
+    for (int clock = 3; clock < 7; ++clock) CHECK(kind_at(clock) == Command::kRead);
+    CHECK(kind_at(7) == Command::kPrecharge);
+    CHECK(kind_at(8) == Command::kNone);
+    CHECK(kind_at(9) == Command::kActivate);
+    CHECK(dut.commands.at(PortBench::kSend + 9).row == 2);
+    CHECK(dut.commands.at(PortBench::kSend + 9).bank == 0);
+    CHECK(kind_at(10) == Command::kNone);
+    CHECK(kind_at(11) == Command::kNone);
+    CHECK(kind_at(12) == Command::kRead);
+    CHECK(dut.counters.page_misses == 2);
+    CHECK(dut.counters.page_miss_cycles == 3 + 5);
+}
+
+TEST_CASE("bus port: a page whose opening was broken off in its precharge is not open for the next burst") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kRoundRobin, 5, 128, 1, 2);
+    // Row 1's fourth burst goes from page 2 to page 3 behind its first beat; row 0 lies in page 3.
+    dut.begin({table_row(1, {0, 6}, {kWidth, 1}, {0, 0}), table_row(2, {2, 4}, {13, 3}, {0, 0})});
+    dut.give(PortBench::kSend, 1);
+    dut.core.drive(dut.busready[1], PortBench::kSend + 17, false);
+    dut.give(PortBench::kSend + 17, 0);
+    bench.run_through(PortBench::kSend + 26);
+    const auto kind_at = [&](int clock) { return dut.commands.at(PortBench::kSend + clock).kind; };
+    CHECK(kind_at(15) == Command::kRead);
+    CHECK(dut.columns_at(PortBench::kSend + 15) == Columns{29, 30});
+    CHECK(kind_at(16) == Command::kPrecharge);
+    CHECK(dut.takes.at(PortBench::kSend + 17));  // BUSREADY is low: the burst is over, the grant taken
+    CHECK(kind_at(17) == Command::kPrecharge);
+    CHECK(kind_at(18) == Command::kNone);
+    CHECK(kind_at(19) == Command::kActivate);
+    CHECK(dut.commands.at(PortBench::kSend + 19).row == 3);
+    CHECK(kind_at(22) == Command::kRead);
+    CHECK(dut.columns_at(PortBench::kSend + 22) == Columns{0, 1});
 }
 
 TEST_CASE("bus port: without a page miss to wait for a grant is read in its own clock") {

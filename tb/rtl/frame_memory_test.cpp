@@ -65,7 +65,8 @@ struct MemoryBench {
         core.drive(command, clock + 1, MemoryCommand{});
     }
     void activate(int clock, int page) { send(clock, make(Kind::kActivate, page)); }
-    void precharge(int clock) { send(clock, make(Kind::kPrecharge, 0)); }
+    void precharge(int clock, int page = 0) { send(clock, make(Kind::kPrecharge, page)); }
+    void precharge_all(int clock) { send(clock, make(Kind::kPrechargeAll, 0)); }
     void read(int clock, const std::vector<int>& addresses) {
         MemoryCommand what = make(Kind::kRead, addresses.front() / config.page_words);
         for (const int address : addresses) {
@@ -79,9 +80,10 @@ struct MemoryBench {
         return {put_out.words.begin(), put_out.words.begin() + put_out.count};
     }
 
-    static MemoryCommand make(Kind kind, int page) {
+    MemoryCommand make(Kind kind, int page) const {
         MemoryCommand what;
         what.kind = kind;
+        what.bank = static_cast<std::uint8_t>(page % config.banks);
         what.row = static_cast<std::uint32_t>(page);
         return what;
     }
@@ -206,6 +208,78 @@ TEST_CASE("frame memory: a precharge closes the page, and so does a reset, while
     CHECK(dut.words_at(22) == Words{77});
 }
 
+MemoryConfig banks_of(int banks, int precharge_cycles, int activate_cycles) {
+    MemoryConfig config = pages_of(16, precharge_cycles + activate_cycles);
+    config.banks = banks;
+    config.precharge_cycles = precharge_cycles;
+    return config;
+}
+
+TEST_CASE("frame memory: each bank has a page open of its own until it is precharged") {
+    ExpectedReport report("/metabuffer/frame_memory/page");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(2, 2, 3));
+    dut.activate(2, 0);
+    dut.activate(3, 1);
+    dut.read(6, {5});
+    dut.read(7, {16});
+    dut.read(8, {6});
+    dut.precharge(10, 0);
+    dut.read(12, {31});
+    bench.run_through(13);
+    CHECK(report.count() == 0);
+    dut.read(15, {5});
+    bench.run_through(16);
+    CHECK(report.count() == 1);
+    dut.precharge_all(20);
+    dut.activate(22, 2);
+    dut.activate(23, 3);
+    dut.read(26, {32});
+    dut.read(27, {48});
+    bench.run_through(28);
+    CHECK(report.count() == 1);
+}
+
+TEST_CASE("frame memory: a bank that must be precharged takes no activate before") {
+    ExpectedReport report("/metabuffer/frame_memory/page");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(1, 2, 3));
+    dut.activate(2, 0);
+    dut.activate(6, 1);
+    bench.run_through(7);
+    CHECK(report.count() == 1);
+    dut.precharge(10, 1);
+    dut.activate(12, 2);
+    bench.run_through(13);
+    CHECK(report.count() == 1);
+}
+
+TEST_CASE("frame memory: an activate of a page in another bank is reported") {
+    ExpectedReport report("/metabuffer/frame_memory/address");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(2, 0, 3));
+    MemoryCommand wrong = dut.make(Kind::kActivate, 2);
+    wrong.bank = 1;
+    dut.send(2, wrong);
+    bench.run_through(3);
+    CHECK(report.count() == 1);
+}
+
+TEST_CASE(
+    "frame memory: without activate cycles a read opens its page itself, once the one before is closed") {
+    ExpectedReport report("/metabuffer/frame_memory/page");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(1, 2, 0));
+    dut.read(2, {0});
+    dut.precharge(4);
+    dut.read(6, {20});
+    bench.run_through(7);
+    CHECK(report.count() == 0);
+    dut.read(9, {0});
+    bench.run_through(10);
+    CHECK(report.count() == 1);
+}
+
 TEST_CASE("frame memory: without a page miss to wait for a read opens its page itself") {
     ExpectedReport report("/metabuffer/frame_memory/page");
     ClockedTestbench bench;
@@ -238,6 +312,31 @@ TEST_CASE(
     dut.read(29, {61, 62, 63});
     bench.run_through(30);
     CHECK(width.count() == 1);
+}
+
+TEST_CASE("frame memory: a wrong command is reported at each clock that it stands") {
+    ExpectedReport report("/metabuffer/frame_memory/page");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(1, 2, 3));
+    dut.activate(2, 0);
+    dut.core.drive(dut.command, 20, dut.make(Kind::kActivate, 1));
+    dut.core.drive(dut.command, 32, MemoryCommand{});
+    bench.run_through(40);
+    CHECK(report.count() == 12);
+}
+
+TEST_CASE("frame memory: the report says which memory was sent what, and why it cannot take it") {
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(16));
+    dut.activate(2, 1);
+    dut.read(10, {35, 36});
+    std::string message;
+    try {
+        bench.run_through(12);
+    } catch (const sc_core::sc_report& report) {
+        message = report.get_msg();
+    }
+    CHECK(message == "memory was sent the command \"read 2 from word 3 of page 2\", but page 1 is open");
 }
 
 TEST_CASE("frame memory: random reads give what was written last") {

@@ -519,6 +519,17 @@ TEST_CASE("input framebuffer: a new frame finds no page open") {
     CHECK(dut.bus_counters().page_miss_cycles == 10);
 }
 
+TEST_CASE("input framebuffer: edf with a single display sends its segment as every policy does") {
+    ClockedTestbench bench;
+    Scenario scenario = input_scenario({}, 1, 1);
+    scenario.bus.arbitration = Arbitration::kEdf;
+    InputBench dut(bench, "dut", scenario);
+    dut.put_pair_until(kVerdict, 0, one_line_each(1), image_of(93));
+    bench.run_through(kFrameStart + 40);
+    CHECK(sent_to(dut, 1, kFrameStart, kFrameStart + 40) ==
+          segment_pixels(image_of(93), one_line_each(1).front()));
+}
+
 // ---- BUSREADY ----
 
 /// Two composers in turn on a bus of one pixel a clock, bursts of 8. Composer 1's first burst starts at

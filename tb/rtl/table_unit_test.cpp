@@ -97,6 +97,16 @@ TEST_CASE(
     CHECK(dut.tables.at(behind + 3).slots == slots_of(Arbitration::kIrsa, two_rows()));
 }
 
+TEST_CASE("table unit: rows that are all the same, one a clock, are each judged") {
+    ClockedTestbench bench;
+    TableBench dut(bench);
+    // More of them than idle clocks after which the clock gate closes.
+    const int behind = dut.give(2, ViewportTable(20, one_row().front()));
+    bench.run_through(behind);
+    CHECK(dut.dut.back_table().rows.size() == 1);
+    CHECK(dut.dut.back_table().rejected.size() == 19);
+}
+
 TEST_CASE("table unit: a policy without slots has no slot table") {
     ClockedTestbench bench;
     TableBench dut(bench, Arbitration::kEdf);

@@ -9,6 +9,7 @@
 #include "formats/control_scanline.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
+#include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 #include "support/random_seed.h"
@@ -257,6 +258,16 @@ void choose_buffer(Random& random, Scenario& scenario) {
     }
 }
 
+/// From numbers of their own, so that a seed's machine stays what it is but for these keys.
+void choose_banks(std::uint64_t seed, MemoryConfig& memory) {
+    constexpr std::uint64_t kOwnSequence = 0x42616E6B;
+    Random random(seed ^ kOwnSequence);
+    if (random.one_in(2)) return;
+    memory.banks = one_of(random, limits::kMemoryBanks);
+    const int most = std::min(memory.page_miss_cycles, static_cast<int>(limits::kPrechargeCycles.high));
+    memory.precharge_cycles = random.between(0, most);
+}
+
 }  // namespace
 
 Scenario random_scenario(std::uint64_t seed) {
@@ -285,6 +296,7 @@ Scenario random_scenario(std::uint64_t seed) {
     if (random.one_in(3)) {
         add_random_faults(random, scenario);
     }
+    choose_banks(seed, scenario.memory);
     check_scenario(scenario);
     return scenario;
 }

@@ -259,6 +259,26 @@ TEST_CASE("Every signal of the save files is in the waveform", "[waves]") {
     }
 }
 
+TEST_CASE("Every word of a beat is in the waveform, and no more than the bus has", "[waves]") {
+    const ScratchDirectory scratch;
+    const auto dump_with = [&](const std::string& width_bits) {
+        const ProgramResult result = run_program(
+            scratch, {"run", (kSource / "scenarios/case-1.yaml").string(), "--quiet", "--no-images",
+                      "--trace", "lanes.vcd", "--trace-window", "cycles:0-20", "--set",
+                      "bus.width_bits=" + width_bits, "--set", "memory.words_per_cycle=4"});
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        return ValueDump(scratch / "lanes.vcd");
+    };
+    const std::string word = "SystemC.metabuffer.input_framebuffer_1.BUS.word_";
+    const ValueDump wide = dump_with("512");
+    CHECK(wide.has(word + "3[63:0]"));
+    CHECK_FALSE(wide.has(word + "4[63:0]"));
+    const ValueDump narrow = dump_with("64");
+    CHECK(narrow.has(word + "1[63:0]"));  // a table row has two words
+    CHECK_FALSE(narrow.has(word + "2[63:0]"));
+}
+
 TEST_CASE("The waveforms show what their page says", "[waves][slow]") {
     const std::vector<PageSection> sections = read_page();
     std::vector<std::string> shown;

@@ -12,8 +12,8 @@ struct FrameMemoryBench {
     MemoryUser user;
     tlm::FrameMemory memory;
 
-    FrameMemoryBench(int page_words, int page_miss_cycles)
-        : memory("frame_memory", memory_config(page_words, page_miss_cycles)) {
+    FrameMemoryBench(int page_words, int page_miss_cycles, int banks = 1, int precharge_cycles = 0)
+        : memory("frame_memory", memory_config(page_words, page_miss_cycles, banks, precharge_cycles)) {
         user.initiator.socket.bind(memory.socket);
         elaborate();
     }
@@ -48,6 +48,42 @@ TEST_CASE("frame memory: a page miss of no clocks is still a page miss") {
     FrameMemoryBench dut(16, 0);
     CHECK(dut.user.access(3, 1, true) == Access{true, 0, 1});
     CHECK(dut.user.access(4, 1) == Access{false, 0, 1});
+}
+
+TEST_CASE("frame memory: each bank has a page open of its own, and a run ends at a page all the same") {
+    FrameMemoryBench dut(16, 6, 2);
+    CHECK(dut.user.access(0, 1, true) == Access{true, 6, 1});
+    CHECK(dut.user.access(16, 1) == Access{true, 6, 1});
+    CHECK(dut.user.access(1, 1) == Access{false, 0, 1});
+    CHECK(dut.user.other_page());
+    CHECK(dut.user.access(2, 1) == Access{false, 0, 1});
+    CHECK_FALSE(dut.user.other_page());
+    CHECK(dut.user.peek(17, 40) == Access{false, 0, 15});
+    CHECK(dut.user.other_page());
+    CHECK(dut.user.access(32, 1) == Access{true, 6, 1});  // page 2 takes the place of page 0
+    CHECK(dut.user.access(17, 1) == Access{false, 0, 1});
+    CHECK(dut.user.access(0, 1) == Access{true, 6, 1});
+    CHECK(dut.user.all_ok);
+}
+
+TEST_CASE("frame memory: only a bank with a page open must be precharged") {
+    FrameMemoryBench dut(16, 6, 2, 2);
+    CHECK(dut.user.access(0, 1, true) == Access{true, 4, 1});
+    CHECK(dut.user.access(16, 1) == Access{true, 4, 1});
+    CHECK(dut.user.access(32, 1) == Access{true, 6, 1});
+    CHECK(dut.user.access(0, 1, true) == Access{true, 4, 1});
+}
+
+TEST_CASE("frame memory: an opening that is broken off while its bank closes has opened nothing") {
+    FrameMemoryBench dut(16, 6, 1, 2);
+    CHECK(dut.user.access(0, 1, true) == Access{true, 4, 1});
+    dut.user.break_off(0);  // it was being activated: its page is open
+    CHECK(dut.user.access(1, 1) == Access{false, 0, 1});
+    CHECK(dut.user.access(16, 1) == Access{true, 6, 1});
+    dut.user.break_off(16);
+    CHECK(dut.user.access(16, 1) == Access{true, 6, 1});
+    CHECK(dut.user.access(17, 1) == Access{false, 0, 1});
+    CHECK(dut.user.all_ok);
 }
 
 TEST_CASE("frame memory: asking ahead changes nothing") {

@@ -7,10 +7,13 @@
 
 namespace metabuffer::test {
 
-inline MemoryConfig memory_config(int page_words, int page_miss_cycles) {
+inline MemoryConfig memory_config(int page_words, int page_miss_cycles, int banks = 1,
+                                  int precharge_cycles = 0) {
     MemoryConfig config;
     config.page_words = page_words;
     config.page_miss_cycles = page_miss_cycles;
+    config.banks = banks;
+    config.precharge_cycles = precharge_cycles;
     return config;
 }
 
@@ -38,6 +41,15 @@ class MemoryUser {
         return {message_->page_miss, message_->wait_cycles, message_->words};
     }
     Access peek(std::int64_t word, int words) { return access(word, words, false, true); }
+
+    /// What the memory answered to the last access.
+    bool other_page() { return message_->other_page; }
+    void break_off(std::int64_t word) {
+        message_.payload().set_address(static_cast<sc_dt::uint64>(word) * 8);
+        *message_ = tlm::MemoryAccess{};
+        message_->broken_off = true;
+        all_ok = initiator.send(message_.payload()) == ::tlm::TLM_OK_RESPONSE && all_ok;
+    }
 
     bool all_ok = true;
 

@@ -205,6 +205,11 @@ std::string analysis_text(const Analysis& analysis) {
             counted(analysis.memory.words_per_cycle, "word") + " a clock, pages of " +
             std::to_string(analysis.memory.page_words) + ", " +
             counted(analysis.memory.page_miss_cycles, "clock") + " a miss\n";
+    if (analysis.memory.banks > 1 || analysis.memory.precharge_cycles > 0) {
+        text += "page misses are counted as if one bank had one page open, each at its full price: the " +
+                std::to_string(analysis.memory.banks) + (analysis.memory.banks == 1 ? " bank" : " banks") +
+                " may have fewer and cheaper ones\n";
+    }
     for (const TableAnalysis& table : analysis.tables) {
         text += "\nrenderer " + table.renderer_name + ", " + frames_text(table.frames) + "\n";
         text += rejected_lines(table);

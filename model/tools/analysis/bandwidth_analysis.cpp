@@ -72,6 +72,12 @@ std::int64_t pages_of(const BusTable& table, int image_width, int page_words) {
     return static_cast<std::int64_t>(pages.size());
 }
 
+/// To open each page of a frame once: a bank's first page has nothing to close.
+std::int64_t least_opening_cycles(const MemoryConfig& memory, std::int64_t pages) {
+    return pages * memory.activate_cycles() +
+           std::max<std::int64_t>(0, pages - memory.banks) * memory.precharge_cycles;
+}
+
 Supply supply_of(const BusTable& table, const Scenario& scenario, int image_width, std::int64_t pixels) {
     const MachineFigures& machine = table.machine();
     Supply supply;
@@ -94,7 +100,7 @@ Supply supply_of(const BusTable& table, const Scenario& scenario, int image_widt
         supply.whole_bursts ? supply.beats : (pixels + machine.pixels_per_beat - 1) / machine.pixels_per_beat;
     supply.least_burst_cycles =
         least_beats * machine.cycles_per_beat +
-        machine.page_miss_cycles * pages_of(table, image_width, scenario.memory.page_words);
+        least_opening_cycles(scenario.memory, pages_of(table, image_width, scenario.memory.page_words));
     supply.sustained = pixels == 0 ? supply.raw : as_double(pixels) / as_double(supply.burst_cycles);
     return supply;
 }

@@ -74,6 +74,21 @@ TEST_CASE("rules: settings") {
           "memory.page_words: 0 is out of range; use 1 to 16777216");
     CHECK(error_after([](Scenario& s) { s.memory.page_miss_cycles = -1; }) ==
           "memory.page_miss_cycles: -1 is out of range; use 0 to 1000000");
+    CHECK(error_after([](Scenario& s) { s.memory.banks = 3; }) ==
+          "memory.banks: 3 is not a number of banks; use 1, 2, 4 or 8");
+    CHECK(error_after([](Scenario& s) { s.memory.precharge_cycles = 7; }) ==
+          "memory.precharge_cycles: 7 is out of range; use 0 to 6");
+    CHECK(error_after([](Scenario& s) {
+              s.memory.page_miss_cycles = 3;
+              s.memory.precharge_cycles = 4;
+          }) ==
+          "memory.precharge_cycles: 4 is more than page_miss_cycles, 3, which counts it; use 3 or less");
+    CHECK(error_after([](Scenario& s) {
+              s.memory.precharge_cycles = 2;
+              s.memory.given_activate_cycles = 3;
+          }) ==
+          "memory.page_miss_cycles: 6 is not precharge_cycles + activate_cycles, 5; leave it out, or "
+          "activate_cycles");
     CHECK(error_after([](Scenario& s) { s.memory.words_per_cycle = 9; }) ==
           "memory.words_per_cycle: 9 is out of range; use 1 to 8");
     CHECK(error_after([](Scenario& s) { s.bus.width_bits = 48; }) ==

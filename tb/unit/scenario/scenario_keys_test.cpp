@@ -18,7 +18,8 @@ constexpr const char* kEveryKey =
     "depth_format: a8z16\n"
     "depth_range: [0.0, 100.0]\n"
     "clocks: {core_mhz: 100, dvi_in_mhz: 100, dvi_out_mhz: 100}\n"
-    "memory: {page_words: 512, page_miss_cycles: 6, words_per_cycle: 1}\n"
+    "memory: {page_words: 512, banks: 1, precharge_cycles: 0, activate_cycles: 6, page_miss_cycles: 6, "
+    "words_per_cycle: 1}\n"
     "bus: {width_bits: 64, burst_pixels: 32, arbitration: irsa}\n"
     "composer: {buffer_pixels: 1024, ready_space_pixels: 32, on_starvation: glitch}\n"
     "pacing: lockstep\n"
@@ -161,7 +162,7 @@ TEST_CASE("scenario keys: what a whole-number key takes is what the reader takes
         }
         CHECK(std::is_sorted(key.rule.only.begin(), key.rule.only.end()));
     }
-    CHECK(count == 34);
+    CHECK(count == 37);
     for (const char* map : {"bus", ""}) {
         CHECK(scenario_schema().find(map)->rule.type == ValueRule::Type::kAny);
     }

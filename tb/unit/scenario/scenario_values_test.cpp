@@ -336,7 +336,8 @@ TEST_CASE("scenario: a map that is none") {
     check_error(fixture, "bus", "",
                 "is nothing; use a map with the keys width_bits, burst_pixels and arbitration");
     check_error(fixture, "memory", "[512]",
-                "is a list; use a map with the keys page_words, page_miss_cycles and words_per_cycle");
+                "is a list; use a map with the keys page_words, banks, precharge_cycles, activate_cycles, "
+                "page_miss_cycles and words_per_cycle");
     check_error(fixture, "clocks", "100",
                 "is '100'; use a map with the keys core_mhz, dvi_in_mhz and dvi_out_mhz");
     check_error(fixture, "composer", "100",

@@ -36,6 +36,13 @@ TEST_CASE("a rule says what it takes, and takes just that") {
     CHECK(ValueRule().allowed().empty());
 }
 
+/// One is what the other two leave.
+bool of_one_sum(const ObjectKey<Scenario>& key) {
+    const std::string path = key.schema.pattern;
+    return path == "memory.page_miss_cycles" || path == "memory.precharge_cycles" ||
+           path == "memory.activate_cycles";
+}
+
 TEST_CASE("each setting that is written to a scenario is read back, and no other changes") {
     for (const ObjectKey<Scenario>& key : setting_rows()) {
         if (key.value == nullptr) continue;
@@ -55,7 +62,7 @@ TEST_CASE("each setting that is written to a scenario is read back, and no other
         key.set(scenario, value);
         CHECK(*key.value(scenario) == value);
         for (const ObjectKey<Scenario>& other : setting_rows()) {
-            if (other.value == nullptr || &other == &key) continue;
+            if (other.value == nullptr || &other == &key || (of_one_sum(other) && of_one_sum(key))) continue;
             INFO(other.schema.pattern);
             CHECK(*other.value(scenario) == *other.value(Scenario()));
         }
