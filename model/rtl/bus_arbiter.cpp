@@ -42,15 +42,20 @@ void BusArbiter::end_of_elaboration() {
 
 void BusArbiter::process() {
     const bool woken = gate_.opened();
-    if (!woken && clk_i.posedge()) {
-        clock_edge();
+    // An edge changes the answer only if it changes the table or the slot pointer.
+    const bool at_edge = !woken && clk_i.posedge();
+    if (!at_edge || clock_edge()) {
+        answer();
     }
-    answer();
 }
 
-void BusArbiter::clock_edge() {
-    if (gate_.idle_edge(!reset_i.read() && !start_i.read() && !take_i.read())) {
+bool BusArbiter::clock_edge() {
+    const bool idle = !reset_i.read() && !start_i.read() && !take_i.read();
+    if (gate_.idle_edge(idle)) {
         next_trigger(wake_events_);
+    }
+    if (idle) {
+        return false;
     }
     if (reset_i.read()) {
         requests_.clear();
@@ -59,10 +64,11 @@ void BusArbiter::clock_edge() {
         const FrontTable& table = table_i.read();
         requests_.assign(table.rows.size(), BusRequest{});
         policy_->start_frame(table.slots, table.rows.size());
-    } else if (take_i.read()) {
+    } else {
         policy_->take(grant_);
     }
     slot_o.write(static_cast<std::uint16_t>(policy_->slot()));
+    return true;
 }
 
 void BusArbiter::answer() {

@@ -47,7 +47,7 @@ class BusArbiter final : public Block {
   private:
     void end_of_elaboration() override;
     void process();
-    void clock_edge();
+    bool clock_edge();
     void answer();
     void drive_grant(int row);
 

@@ -366,6 +366,11 @@ void BusPort::drive_nothing() {
 // ---- combinational ----
 
 void BusPort::drive_requests() {
+    const bool asks = state_ == State::kSend || closing_;
+    if (!asks && !asked_) {
+        return;  // most of a run's clocks: what stands says nothing
+    }
+    asked_ = asks;
     plan_ = Plan{};
     if (state_ == State::kSend) {
         if (ready_changed_) {

@@ -189,7 +189,8 @@ class BusPort final : public Block {
     std::vector<std::unique_ptr<Bank>> banks_;
     std::vector<std::unique_ptr<Row>> rows_;  ///< as many as a table may have; row_count_ count
 
-    Plan plan_;  ///< combinational
+    Plan plan_;          ///< combinational
+    bool asked_ = true;  ///< its combinational outputs may stand at something
     bool bus_driven_ = false;
     bool ready_changed_ = true;
     bool command_driven_ = false;
