@@ -114,7 +114,6 @@ void BusPort::clock_edge() {
             }
             break;
         case State::kTable:
-            start_ = false;
             start_o.write(false);
             table_clock();
             break;
@@ -159,7 +158,6 @@ void BusPort::start_frame(bool fresh) {
         pending_o[static_cast<std::size_t>(index)].write(true);
         drive_deadline(static_cast<std::size_t>(index));
     }
-    start_ = true;
     start_o.write(true);
     table_started_ = false;
     table_row_ = 0;
@@ -381,11 +379,7 @@ void BusPort::drive_requests() {
         plan_.command.kind = MemoryCommand::Kind::kPrechargeAll;  // a frame finds no page open
     }
     take_o.write(plan_.arbitrate);
-    const bool commands = plan_.command.kind != MemoryCommand::Kind::kNone;
-    if (commands || command_driven_) {
-        command_o.write(plan_.command);
-        command_driven_ = commands;
-    }
+    command_o.write(plan_.command);
 }
 
 /// A composer whose BUSREADY cannot count what it was sent last is passed over.

@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -159,7 +158,6 @@ class BusPort final : public Block {
     Register<State> state_{registers_, "state", 3};
     Register<bool> request_{registers_, "request"};
     Synchronizer answer_{registers_, "answer"};
-    Register<bool> start_{registers_, "start"};
     Register<bool> answer_seen_{registers_, "answer_seen"};
     Register<int> frames_started_;
     Register<std::int64_t> pixels_left_;  ///< of the frame
@@ -193,7 +191,6 @@ class BusPort final : public Block {
     bool asked_ = true;  ///< its combinational outputs may stand at something
     bool bus_driven_ = false;
     bool ready_changed_ = true;
-    bool command_driven_ = false;
 };
 
 }  // namespace metabuffer::rtl

@@ -36,12 +36,11 @@ void TableUnit::link_edge() {
     } else {
         if (event.colour_start) {
             back().clear();
-            back_rows_ = 0;
         }
         if (event.row) {
             back().take(event.table_row);
-            back_rows_ = static_cast<int>(back_table().rows.size());
         }
+        back_rows_ = static_cast<int>(back_table().rows.size());
     }
     if (gate_.idle_edge(!event.row && !event.colour_start)) {
         next_trigger(wake_events_);

@@ -217,7 +217,6 @@ void InputFramebuffer::start_frame(std::int64_t cycle) {
     pixels_left_ = 0;
     for (const ViewportRow& table_row : front_rows_) {
         Row row;
-        row.row = table_row;
         row.address = std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;
         row.segment = Segment(table_row, limits_.raster_width_pixels, limits_.raster_height_pixels);
         row.pixels = row.segment.pixels();
@@ -272,14 +271,14 @@ void InputFramebuffer::send_table(std::int64_t cycle) {
     next_cycle_ = last_beat + 1;
     std::vector<const Row*> row_of(static_cast<std::size_t>(limits_.displays), nullptr);
     for (Row& row : rows_) {
-        row_of[row.row.dcomp - std::size_t{1}] = &row;
+        row_of[row.segment.row().dcomp - std::size_t{1}] = &row;
         row.slot = SlotTime{next_cycle_, 0, 0, 0};
     }
     bus_transfer_->kind = BusTransfer::Kind::kTable;
     bus_transfer_->table_cycle = last_beat + 1;
     for (int display = 1; display <= limits_.displays; ++display) {
         const Row* const row = row_of[static_cast<std::size_t>(display) - 1];
-        bus_transfer_->row = row != nullptr ? &row->row : nullptr;
+        bus_transfer_->row = row != nullptr ? &row->segment.row() : nullptr;
         bus_transfer_->content = row != nullptr ? front_content_ : nullptr;
         transfer(display);
     }
@@ -359,7 +358,7 @@ void InputFramebuffer::start_burst(std::int64_t cycle, int row, int recovered_sl
 void InputFramebuffer::continue_burst() {
     Row& row = rows_[static_cast<std::size_t>(burst_row_)];
     while (burst_left_ > 0) {
-        const int words = std::min(burst_left_, row.row.sdx - row.column);
+        const int words = std::min(burst_left_, row.segment.row().sdx - row.column);
         const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
         const int first_words = access.words;
         wait_for_page(access, access.wait_cycles);
@@ -423,7 +422,7 @@ void InputFramebuffer::wait_for_page(const MemoryAccess& access, std::int64_t cl
     note_span(SpanKind::kPageMiss, span, access.page_miss ? 1 : 0);
     if (settings_.observer != nullptr && clocks > 0) {
         const Row& row = rows_[static_cast<std::size_t>(burst_row_)];
-        settings_.observer->page_miss(settings_.renderer + 1, row.row.dcomp, row.address, span);
+        settings_.observer->page_miss(settings_.renderer + 1, row.segment.row().dcomp, row.address, span);
     }
     at_cycle_ += clocks;
 }
@@ -434,7 +433,7 @@ int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64
     Row place = row;
     advance(place, first_words);
     while (pixels < burst_left_ && place.column == 0) {
-        const int words = std::min(burst_left_ - pixels, int{place.row.sdx});
+        const int words = std::min(burst_left_ - pixels, int{place.segment.row().sdx});
         const std::int64_t wanted_cycle = cycle + std::int64_t{pixels / pixels_per_beat_} * cycles_per_beat_;
         const MemoryAccess& access = access_memory(place, words, wanted_cycle, true);
         if (access.page_miss || access.other_page || access.wait_cycles > 0) {
@@ -451,9 +450,9 @@ void InputFramebuffer::advance(Row& row, int pixels) const {
     row.sent += pixels;
     row.address += pixels;
     row.column += pixels;
-    while (row.column >= row.row.sdx) {
-        row.column -= row.row.sdx;
-        row.address += renderer_.image_width_pixels - row.row.sdx;
+    while (row.column >= row.segment.row().sdx) {
+        row.column -= row.segment.row().sdx;
+        row.address += renderer_.image_width_pixels - row.segment.row().sdx;
     }
 }
 
@@ -465,7 +464,7 @@ BusTransfer& InputFramebuffer::send_beats(int pixels, bool heed_busready) {
     bus_transfer_->remaining = burst_left_ - pixels;
     bus_transfer_->granted = granted_;
     bus_transfer_->heed_busready = heed_busready;
-    BusTransfer& answer = transfer(row.row.dcomp);
+    BusTransfer& answer = transfer(row.segment.row().dcomp);
     const int taken = answer.pixels_taken;
     const int beats = divide_up(taken, pixels_per_beat_);
     const CycleSpan span{at_cycle_, at_cycle_ + std::int64_t{beats} * cycles_per_beat_ - 1};
@@ -473,8 +472,8 @@ BusTransfer& InputFramebuffer::send_beats(int pixels, bool heed_busready) {
     counters_.bus.pixels_sent += taken;
     note_span(SpanKind::kBeats, span, taken);
     if (settings_.observer != nullptr) {
-        settings_.observer->beats(settings_.renderer + 1, row.row.dcomp, frames_started_ - 1, row.sent, taken,
-                                  std::exchange(recovered_slots_, 0), span);
+        settings_.observer->beats(settings_.renderer + 1, row.segment.row().dcomp, frames_started_ - 1,
+                                  row.sent, taken, std::exchange(recovered_slots_, 0), span);
     }
     advance(row, taken);
     pixels_left_ -= taken;
@@ -490,7 +489,7 @@ void InputFramebuffer::recheck(std::int64_t cycle) {
     at_cycle_ = cycle;
     bus_transfer_->kind = BusTransfer::Kind::kRecheck;
     bus_transfer_->remaining = burst_left_;
-    const BusTransfer& answer = transfer(rows_[static_cast<std::size_t>(burst_row_)].row.dcomp);
+    const BusTransfer& answer = transfer(rows_[static_cast<std::size_t>(burst_row_)].segment.row().dcomp);
     if (answer.verdict == BufferTime::Verdict::kTaken) {
         continue_burst();
     } else {
@@ -504,7 +503,7 @@ void InputFramebuffer::cut_burst() {
     constexpr std::int64_t kBusreadyClocks = 2;  // falling, and counting slots again
     Row& row = rows_[static_cast<std::size_t>(burst_row_)];
     const std::int64_t drop_cycle = at_cycle_;
-    const int words = std::min(burst_left_, row.row.sdx - row.column);
+    const int words = std::min(burst_left_, row.segment.row().sdx - row.column);
     const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
     const int first_words = access.words;
     if (access.wait_cycles > 0) {
@@ -533,7 +532,7 @@ void InputFramebuffer::end_burst(std::int64_t next_cycle, std::int64_t earliest_
 void InputFramebuffer::ask_for_slot(Row& row) {
     bus_transfer_->kind = BusTransfer::Kind::kEndOfBurst;
     bus_transfer_->earliest = row.earliest_slot;
-    row.slot = transfer(row.row.dcomp).slot;
+    row.slot = transfer(row.segment.row().dcomp).slot;
 }
 
 /// A notice may come while this bus plans a burst of its own: what it has sent may start a column. It only
@@ -556,7 +555,7 @@ void InputFramebuffer::ask_for_slot(Row& row) {
     }
     const auto display = static_cast<int>(payload.get_address());
     for (Row& row : rows_) {
-        if (row.row.dcomp == display && row.sent < row.pixels) {
+        if (row.segment.row().dcomp == display && row.sent < row.pixels) {
             row.slot.cycle = notice.slot_cycle;
             if (state_ == State::kSend && polling_ && notice.slot_cycle < next_cycle_) {
                 next_cycle_ = notice.slot_cycle;
@@ -656,7 +655,7 @@ std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
                 const Row& row = rows_[i];
                 const bool in_burst = unsent > 0 && static_cast<int>(i) == burst_row_;
                 if (in_burst || row.sent < row.pixels) {
-                    displays.push_back(row.row.dcomp);
+                    displays.push_back(row.segment.row().dcomp);
                 }
             }
             return waits::for_busready(displays, pixels_left_ + unsent, frame);

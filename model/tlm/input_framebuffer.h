@@ -80,7 +80,6 @@ class InputFramebuffer final : public sc_core::sc_module {
         kDone,
     };
     struct Row {
-        ViewportRow row;
         Segment segment;
         std::int64_t pixels = 0;
         std::int64_t sent = 0;

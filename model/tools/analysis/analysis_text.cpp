@@ -207,8 +207,7 @@ std::string analysis_text(const Analysis& analysis) {
             counted(analysis.memory.page_miss_cycles, "clock") + " a miss\n";
     if (analysis.memory.banks > 1 || analysis.memory.precharge_cycles > 0) {
         text += "page misses are counted as if one bank had one page open, each at its full price: the " +
-                std::to_string(analysis.memory.banks) + (analysis.memory.banks == 1 ? " bank" : " banks") +
-                " may have fewer and cheaper ones\n";
+                counted(analysis.memory.banks, "bank") + " may have fewer and cheaper ones\n";
     }
     for (const TableAnalysis& table : analysis.tables) {
         text += "\nrenderer " + table.renderer_name + ", " + frames_text(table.frames) + "\n";
