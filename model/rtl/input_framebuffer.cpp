@@ -10,14 +10,10 @@ namespace metabuffer::rtl {
 /// Between the blocks inside.
 struct InputFramebuffer::InnerWires {
     InnerWires(int lines, bool deadlines)
-        : pending(static_cast<std::size_t>(lines), name_of("pending")),
-          ready(pending.size(), name_of("ready")),
-          deadline(deadlines ? pending.size() : 0, name_of("deadline")),
-          grant(pending.size(), name_of("grant")) {}
-
-    static std::function<std::string(std::size_t)> name_of(const char* stem) {
-        return [stem](std::size_t line) { return numbered(stem, line); };
-    }
+        : pending(static_cast<std::size_t>(lines), Wires::name_of("pending")),
+          ready(pending.size(), Wires::name_of("ready")),
+          deadline(deadlines ? pending.size() : 0, Wires::name_of("deadline")),
+          grant(pending.size(), Wires::name_of("grant")) {}
 
     // link_port to the others
     sc_core::sc_signal<bool> request{"request"};
@@ -57,21 +53,19 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
     : Block(name),
       busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
       tableready_i("tableready_i", busready_i.size()),
+      renderer_(scenario.renderers[static_cast<std::size_t>(renderer)]),
       words_a_beat_(words_a_beat(scenario)),
       wires_(std::make_unique<InnerWires>(scenario.displays.count(),
                                           goes_by_deadlines(scenario.bus.arbitration))),
-      link_port_("link_port", scenario, scenario.renderers[static_cast<std::size_t>(renderer)],
+      link_port_("link_port", scenario, renderer_,
                  {[this](std::uint32_t pair) { counters_.add_rejected_rows(pair, table_unit_.back_table()); },
                   [this](int pairs) { counters_.dropped_frames += pairs; }}),
-      table_unit_("table_unit", scenario.bus.arbitration,
-                  scenario.limits(scenario.renderers[static_cast<std::size_t>(renderer)])),
+      table_unit_("table_unit", scenario.bus.arbitration, scenario.limits(renderer_)),
       frame_memory_("frame_memory", scenario.memory,
-                    std::int64_t{scenario.renderers[static_cast<std::size_t>(renderer)].image_width_pixels} *
-                        scenario.renderers[static_cast<std::size_t>(renderer)].image_height_pixels),
+                    std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels),
       bus_arbiter_("bus_arbiter", scenario.bus.arbitration, scenario.displays.count()),
       bus_port_(
-          "bus_port", scenario, scenario.renderers[static_cast<std::size_t>(renderer)],
-          [this](bool fresh) { start_frame(fresh); }, counters_.bus) {
+          "bus_port", scenario, renderer_, [this](bool fresh) { start_frame(fresh); }, counters_.bus) {
     bind_link_side();
     bind_bus_side();
     bind_arbiter();

@@ -62,6 +62,7 @@ class InputFramebuffer final : public Block {
     void bind_arbiter();
     void start_frame(bool fresh);
 
+    const Renderer& renderer_;
     int words_a_beat_;
     RendererCounters counters_;
     std::vector<FrameSource> frame_sources_;

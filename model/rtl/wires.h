@@ -37,25 +37,28 @@ class SignalBank {
 /// PIPE_(r+1)_d and STARTFRAME_(r+1)_d, and PIPEREADY_r_d to the composer above.
 struct Wires {
     Wires(std::size_t renderers, std::size_t displays)
-        : link_in(renderers, [](std::size_t r) { return numbered("DVI_IN", r); }),
-          clock_ppm(renderers, [](std::size_t r) { return numbered("CLOCK_PPM", r); }),
-          pixel(renderers, [](std::size_t r) { return numbered("PIXEL", r); }),
-          event(renderers, [](std::size_t r) { return numbered("EVENT", r); }),
-          pair_request(renderers, [](std::size_t r) { return numbered("PAIR_REQUEST", r); }),
-          bus(renderers, [](std::size_t r) { return numbered("BUS", r); }),
-          pipemaster(renderers, [](std::size_t r) { return numbered("PIPEMASTER", r); }),
+        : link_in(renderers, name_of("DVI_IN")),
+          clock_ppm(renderers, name_of("CLOCK_PPM")),
+          pixel(renderers, name_of("PIXEL")),
+          event(renderers, name_of("EVENT")),
+          pair_request(renderers, name_of("PAIR_REQUEST")),
+          bus(renderers, name_of("BUS")),
+          pipemaster(renderers, name_of("PIPEMASTER")),
           busready(renderers * displays, name_of("BUSREADY", displays)),
           tableready(renderers * displays, name_of("TABLEREADY", displays)),
           stall(renderers * displays, name_of("STALL", displays)),
           pipe((renderers + 1) * displays, name_of("PIPE", displays)),
           startframe((renderers + 1) * displays, name_of("STARTFRAME", displays)),
           pipeready((renderers + 1) * displays, name_of("PIPEREADY", displays)),
-          column_stall(displays, [](std::size_t d) { return numbered("COLUMNSTALL", d); }),
-          framedone(displays, [](std::size_t d) { return numbered("FRAMEDONE", d); }),
-          framebad(displays, [](std::size_t d) { return numbered("FRAMEBAD", d); }),
-          link_out(displays, [](std::size_t d) { return numbered("DVI_OUT", d); }),
+          column_stall(displays, name_of("COLUMNSTALL")),
+          framedone(displays, name_of("FRAMEDONE")),
+          framebad(displays, name_of("FRAMEBAD")),
+          link_out(displays, name_of("DVI_OUT")),
           own_bus_(renderers * displays) {}
 
+    static std::function<std::string(std::size_t)> name_of(const char* stem) {
+        return [stem](std::size_t i) { return numbered(stem, i); };
+    }
     static std::function<std::string(std::size_t)> name_of(const char* stem, std::size_t displays) {
         return [stem, displays](std::size_t i) { return numbered(stem, i / displays, i % displays); };
     }

@@ -50,12 +50,12 @@ struct PortBench {
                        int page_miss = 3, int width_bits = 128, int banks = 1, int precharge = 0)
         : scenario(make(arbitration, page_miss, width_bits, banks, precharge)),
           core(bench.core),
-          busready(kDisplays, name_of("busready"), true),
-          tableready(kDisplays, name_of("tableready"), true),
-          pending(kDisplays, name_of("pending")),
-          ready(kDisplays, name_of("ready")),
-          grant(kDisplays, name_of("grant")),
-          deadline(arbitration == Arbitration::kEdf ? kDisplays : 0, name_of("deadline")),
+          busready(kDisplays, rtl::Wires::name_of("busready"), true),
+          tableready(kDisplays, rtl::Wires::name_of("tableready"), true),
+          pending(kDisplays, rtl::Wires::name_of("pending")),
+          ready(kDisplays, rtl::Wires::name_of("ready")),
+          grant(kDisplays, rtl::Wires::name_of("grant")),
+          deadline(arbitration == Arbitration::kEdf ? kDisplays : 0, rtl::Wires::name_of("deadline")),
           dut(
               "bus_port", scenario, scenario.renderers[0],
               [this](bool fresh_now) { starts.push_back(fresh_now); }, counters),
@@ -91,9 +91,6 @@ struct PortBench {
             }
         }
         bench.trace(dut);
-    }
-    static std::function<std::string(std::size_t)> name_of(const char* stem) {
-        return [stem](std::size_t line) { return numbered(stem, line); };
     }
     static Scenario make(Arbitration arbitration, int page_miss, int width_bits, int banks, int precharge) {
         Scenario scenario = small_scenario(64, 64, kDisplays);
