@@ -108,6 +108,42 @@ TEST_CASE("sweep: every point is what run gives for its settings", "[program][sw
     CHECK_THAT(sweep(place).out, Contains("80 points were there already"));
 }
 
+TEST_CASE("sweep: level rtl gives the same figures, and its results are apart from those of level tlm",
+          "[program][sweep]") {
+    const Workplace place;
+    place.write(
+        "sweep.yaml",
+        "scenario: scenario.yaml\n"
+        "axes: [{key: bus.width_bits, values: [16, 64]}, {key: composer.buffer_pixels, values: [20, 59]}]\n");
+    REQUIRE(sweep(place).status == kExitDone);
+    REQUIRE(run_program(place, {"sweep", "sweep.yaml", "-o", "rtl.db", "--level", "rtl"}).status ==
+            kExitDone);
+    const auto points = points_of(place, "rtl.db");
+    CHECK(points.size() == 4);
+    CHECK(points == points_of(place));
+    const ResultsReader results(place / "rtl.db");
+    CHECK(results.identity().level == "rtl");
+    CHECK(ResultsReader(place / "r.db").identity().level == "tlm");
+    const ProgramResult mixed = sweep(place, {"--level", "rtl"});
+    CHECK(mixed.status == kExitBadInput);
+    CHECK_THAT(mixed.err, Contains("of level tlm instead of level rtl"));
+    CHECK(points_of(place) == points);
+}
+
+TEST_CASE("size: level rtl finds the value that level tlm finds", "[program][sweep]") {
+    const Workplace place;
+    const auto size = [&place](const std::string& level) {
+        return run_program(place, {"size", "scenario.yaml", "--minimize", "composer.buffer_pixels=16..200",
+                                   "--checks", "2", "--level", level, "--quiet"});
+    };
+    const ProgramResult rtl = size("rtl");
+    CHECK(rtl.status == kExitDone);
+    CHECK(rtl.out == size("tlm").out);
+    const ProgramResult functional = size("functional");
+    CHECK(functional.status == kExitBadInput);
+    CHECK_THAT(functional.err, Contains("--level") && Contains("rtl"));
+}
+
 TEST_CASE("sweep: after kill -9 the same command goes on and the results are those of one go",
           "[program][sweep]") {
     Workplace place;

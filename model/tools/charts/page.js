@@ -623,6 +623,7 @@
         const found = item.isPoint ? item.smallest : item.looked;
         if (source.search_key && isThere(found)) settings.push([source.search_key, found]);
         return ["metabuffer run " + shellWord(scenario),
+                ...(source.level === "tlm" ? [] : [`    --level ${source.level}`]),
                 ...settings.map(([key, value]) => "    --set " + shellWord(`${key}=${yamlValue(value)}`)),
                 `    --out out/${item.isPoint ? "point" : "simulation"}-${item.id}`].join(" \\\n");
     }

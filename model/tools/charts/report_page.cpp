@@ -134,6 +134,7 @@ class PageData {
             }
             list.push_back({{"file", source.file.filename().string()},
                             {"name", identity.name},
+                            {"level", identity.level},
                             {"scenario", identity.scenario},
                             {"base", identity.base},
                             {"fixed", std::move(fixed)},

@@ -417,7 +417,7 @@ void Explorer::add_input(const std::filesystem::path& file) {
     if (inputs_.count(name) == 0) inputs_[name] = content_of(file);
 }
 
-ResultsIdentity Explorer::identity(const std::string& program_version) const {
+ResultsIdentity Explorer::identity(const std::string& program_version, const std::string& level) const {
     ResultsIdentity identity;
     identity.name = plan_->name;
     identity.inputs = inputs_;
@@ -425,6 +425,7 @@ ResultsIdentity Explorer::identity(const std::string& program_version) const {
     identity.base = plan_->base.lexically_normal().string();
     for (const ScenarioOverride& setting : plan_->fixed)
         identity.fixed.push_back({setting.path, setting.value});
+    identity.level = level;
     identity.fingerprint = "version " + program_version + (plan_->pictures ? "; pictures" : "");
     std::vector<std::string> fixed;
     for (const ScenarioOverride& setting : plan_->fixed) fixed.push_back(setting.path + "=" + setting.value);

@@ -53,8 +53,9 @@ class Explorer {
     /// it. Throws InputError.
     Explorer(const SweepPlan& plan, Simulate simulate);
 
-    /// What the results are made from, the program's version among it.
-    ResultsIdentity identity(const std::string& program_version) const;
+    /// What the results are made from, the program's version and the level that simulates among it.
+    ResultsIdentity identity(const std::string& program_version,
+                             const std::string& level = kUsualLevel) const;
 
     /// Runs what `results` (null: keep nothing) does not hold yet, and adds each simulation as it ends. Throws
     /// InputError if this computer has no process for a run, OutputError if the results cannot be written.

@@ -89,6 +89,9 @@ void check_identity(const std::filesystem::path& file, const ResultsIdentity& he
         fail_identity(
             file, "of another sweep (" + or_none(held.name) + " instead of " + or_none(wanted.name) + ")");
     }
+    if (held.level != wanted.level) {
+        fail_identity(file, "of level " + held.level + " instead of level " + wanted.level);
+    }
     if (held.fingerprint != wanted.fingerprint) {
         fail_identity(file, "of other input (settings that all points share have changed since)");
     }

@@ -50,6 +50,9 @@ struct PointRecord {
     int runs = 1;                          ///< simulations that it took
 };
 
+/// The level that simulates if nothing else is said, and that results without one were made by.
+inline constexpr const char* kUsualLevel = "tlm";
+
 /// What the results in a file were made from: two sweeps may share a file if these are equal.
 struct ResultsIdentity {
     std::string name;
@@ -61,9 +64,10 @@ struct ResultsIdentity {
     std::string search_key;         ///< empty: no search
     std::string goal;               ///< of the search
     // How a point is run by hand; not compared, since files may be called from another folder.
-    std::string scenario;        ///< the file; empty if an axis names it,
-    std::string base;            ///< relative to this folder
-    std::vector<Setting> fixed;  ///< settings that all points share
+    std::string scenario;             ///< the file; empty if an axis names it,
+    std::string base;                 ///< relative to this folder
+    std::vector<Setting> fixed;       ///< settings that all points share
+    std::string level = kUsualLevel;  ///< that simulates; compared
 };
 
 /// The results of a sweep in one SQLite file. The schema, which reports and charts read:

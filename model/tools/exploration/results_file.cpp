@@ -200,6 +200,7 @@ void create_schema(SQLite::Database& database, const ResultsIdentity& identity) 
     add_meta("fingerprint", identity.fingerprint);
     add_meta("search_key", identity.search_key);
     add_meta("goal", identity.goal);
+    add_meta("level", identity.level);
     add_meta("scenario", identity.scenario);
     add_meta("base", identity.base);
     add_meta("fixed", canonical_text(identity.fixed));
@@ -223,6 +224,7 @@ ResultsIdentity read_identity(const SQLite::Database& database) {
     identity.fingerprint = meta(database, "fingerprint");
     identity.search_key = meta(database, "search_key");
     identity.goal = meta(database, "goal");
+    if (const std::string level = meta(database, "level"); !level.empty()) identity.level = level;
     identity.scenario = meta(database, "scenario");
     identity.base = meta(database, "base");
     const auto fixed = nlohmann::ordered_json::parse(meta(database, "fixed"), nullptr, false);

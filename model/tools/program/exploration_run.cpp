@@ -15,10 +15,10 @@
 
 #include "host/text.h"
 #include "report/text_table.h"
+#include "tools/program/level_simulation.h"
 #include "tools/program/number_option.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/stop_signals.h"
-#include "tools/program/tlm_simulation.h"
 
 namespace metabuffer {
 namespace {
@@ -81,16 +81,25 @@ void add_options(CLI::App& command, ProcessOptions& options) {
         .add_option("--time-limit", options.time_limit_seconds,
                     "Seconds after which a simulation is given up, as a crash (default: none)")
         ->check(number_within(kTimeLimitSeconds));
+    std::vector<std::string> levels;
+    for (const TimedLevelRow& row : kTimedLevelTable) levels.emplace_back(row.name);
+    command
+        .add_option_function<std::string>(
+            "--level", [&options](const std::string& name) { options.level = timed_level(name); },
+            "tlm: by transactions; rtl: clock by clock, with the blocks that the program was built with "
+            "(default: tlm)")
+        ->check(CLI::IsMember(levels));
 }
 
 Exploration run_exploration(const exploration::SweepPlan& plan,
                             const std::optional<std::filesystem::path>& results,
                             const ProcessOptions& processes, bool quiet) {
-    const exploration::Explorer explorer(plan, simulate_by_transactions);
+    const exploration::Explorer explorer(plan, simulation_at(processes.level));
     std::optional<exploration::ResultsDatabase> database;
     if (results) {
         make_folder_of(*results);
-        database.emplace(exploration::ResultsDatabase::open(*results, explorer.identity(METABUFFER_VERSION)));
+        database.emplace(exploration::ResultsDatabase::open(
+            *results, explorer.identity(METABUFFER_VERSION, level_name(processes.level))));
     }
     exploration::ExploreOptions options;
     options.processes = processes.processes > 0

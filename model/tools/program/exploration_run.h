@@ -6,6 +6,7 @@
 #include "tools/exploration/explorer.h"
 #include "tools/exploration/sweep_plan.h"
 #include "tools/program/exit_status.h"
+#include "tools/program/timed_level.h"
 
 namespace CLI {
 class App;
@@ -17,11 +18,12 @@ namespace metabuffer {
 struct ProcessOptions {
     int processes = 0;                ///< at once; 0: one for each processor
     double time_limit_seconds = 0.0;  ///< for one of them; 0: none
+    TimedLevel level = TimedLevel::kTlm;
 };
-/// --processes and --time-limit, for a command that keeps `options`.
+/// --processes, --time-limit and --level, for a command that keeps `options`.
 void add_options(CLI::App& command, ProcessOptions& options);
 
-/// Runs a plan at level tlm with a progress line, Ctrl-C ending it in order; what sweep and size have in common.
+/// Runs a plan with a progress line, Ctrl-C ending it in order; what sweep and size have in common.
 /// `results`: where to keep it; none: nowhere. Throws InputError and
 /// OutputError.
 exploration::Exploration run_exploration(const exploration::SweepPlan& plan,

@@ -101,8 +101,6 @@ void run_and_send(TimedLevel level, const Scenario& scenario, bool images, const
 
 }  // namespace
 
-const char* level_name(TimedLevel level) { return level == TimedLevel::kRtl ? "rtl" : "tlm"; }
-
 LevelProcess::LevelProcess(TimedLevel level, const Scenario& scenario, bool images)
     : level_(level), process_([level, &scenario, images](const ChildProcess::Sender& pipe) {
           run_and_send(level, scenario, images, Sender(pipe));

@@ -9,14 +9,11 @@
 #include "host/child_process.h"
 #include "scenario/scenario.h"
 #include "tools/program/failure.h"
+#include "tools/program/timed_level.h"
 
 namespace metabuffer {
 
 struct LevelMessage;
-
-enum class TimedLevel : std::uint8_t { kRtl, kTlm };
-/// "rtl", "tlm".
-const char* level_name(TimedLevel level);
 
 /// A run of one level in a process of its own, which hands its pictures and its report over, waits while nobody reads,
 /// and ends with this object. Construct it before this process elaborates anything.

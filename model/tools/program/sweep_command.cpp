@@ -10,11 +10,11 @@ namespace metabuffer {
 namespace {
 
 constexpr const char* kFooter =
-    "A sweep file names a scenario and axes over its keys: see docs/exploration.md. Each point runs at level "
-    "tlm in a\n"
-    "process of its own, and is in the results for good when it has ended: after Ctrl-C, or a kill, the same "
-    "command\n"
-    "goes on where it stopped. A point that fails is kept with its reason.\n"
+    "A sweep file names a scenario and axes over its keys: see docs/exploration.md. Each point runs in a "
+    "process\n"
+    "of its own, and is in the results for good when it has ended: after Ctrl-C, or a kill, the same command "
+    "goes\n"
+    "on where it stopped. A point that fails is kept with its reason.\n"
     "Examples:\n"
     "  metabuffer sweep scenarios/studies/small-buffers.yaml\n"
     "  metabuffer report out/small-buffers.db -o out/small-buffers.html\n"

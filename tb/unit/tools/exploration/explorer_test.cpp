@@ -345,6 +345,8 @@ TEST_CASE("explorer: results of other input are refused") {
     { ResultsDatabase::open(file, first); }
     CHECK_THROWS_AS(ResultsDatabase::open(file, identity()), InputError);
     CHECK(Explorer(plan, starving).identity("2").fingerprint != first.fingerprint);
+    CHECK(first.level == "tlm");
+    CHECK(Explorer(plan, starving).identity("1", "rtl").level == "rtl");
 }
 
 TEST_CASE("explorer: images that only later points show are input as well") {

@@ -1,0 +1,50 @@
+#include "tools/program/level_simulation.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "rtl/run.h"
+#include "tlm/run.h"
+#include "tools/program/failure.h"
+
+namespace metabuffer {
+namespace {
+
+using exploration::Simulation;
+
+/// Runs a level as its own options ask for; `run` is the level's.
+template <typename Options, typename Run>
+Simulation simulate(const Scenario& scenario, Options options, bool pictures, Run run) {
+    Simulation simulation;
+    if (pictures) {
+        simulation.pictures.resize(static_cast<std::size_t>(scenario.displays.count()));
+        options.on_frame_shown = [&simulation](int /*frame*/, int display, const ColourImage& image) {
+            simulation.pictures[static_cast<std::size_t>(display) - 1] = image;
+        };
+    }
+    try {
+        simulation.report = run(scenario, options).report;
+    } catch (const InputError&) {
+        throw;
+    } catch (...) {
+        throw std::runtime_error(current_failure().message);
+    }
+    return simulation;
+}
+
+}  // namespace
+
+exploration::Simulate simulation_at(TimedLevel level) {
+    if (level == TimedLevel::kRtl) {
+        return [](const Scenario& scenario, bool pictures) {
+            return simulate(scenario, rtl::RunOptions{}, pictures, rtl::run);
+        };
+    }
+    return [](const Scenario& scenario, bool pictures) {
+        tlm::RunOptions options;
+        options.images = pictures;
+        return simulate(scenario, options, pictures, tlm::run);
+    };
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "tools/exploration/run_process.h"
+#include "tools/program/timed_level.h"
+
+namespace metabuffer {
+
+/// A run at this level as explorations want it. It throws std::runtime_error, one line, if the model is at fault.
+exploration::Simulate simulation_at(TimedLevel level);
+
+}  // namespace metabuffer
