@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "formats/bus_side_band.h"
+
 namespace metabuffer::rtl {
 namespace {
 
@@ -138,12 +140,12 @@ std::ostream& operator<<(std::ostream& out, const BusBeat& value) {
 }
 
 void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name) {
-    sc_core::sc_trace(file, byte_of(value.kind), name + ".kind", 2);
+    sc_core::sc_trace(file, byte_of(value.kind), name + ".kind", BusSideBand::kKindBits);
     sc_core::sc_trace(file, value.last, name + ".last");
     sc_core::sc_trace(file, value.frame, name + ".frame");
     sc_core::sc_trace(file, value.destination, name + ".destination");
-    sc_core::sc_trace(file, value.count, name + ".count", 4);
-    sc_core::sc_trace(file, value.remaining, name + ".remaining");
+    sc_core::sc_trace(file, value.count, name + ".count", BusSideBand::kCountBits);
+    sc_core::sc_trace(file, value.remaining, name + ".remaining", BusSideBand::kRemainingBits);
     sc_core::sc_trace(file, value.first, name + ".first");
 }
 

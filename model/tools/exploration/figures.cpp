@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <optional>
 
+#include "formats/bus_side_band.h"
 #include "formats/pixel.h"
 #include "report/counters.h"
 
@@ -93,6 +94,8 @@ void add_totals(std::vector<Figure>& figures, const Owner& (*total)(const Sums&)
     }
 }
 
+static_assert(BusSideBand::kAllBits == 103, "the meaning of bus_wires says so");
+
 // The order is that of the results' columns.
 std::vector<Figure> make_figures() {
     std::vector<Figure> figures;
@@ -150,8 +153,12 @@ std::vector<Figure> make_figures() {
           [](const Sums& s) -> Value {
               return s.composers * s.scenario.composer.buffer_pixels * kPixelBits;
           }},
-         {{"bus_wires", "wires", "cost: renderers times bus.width_bits"}, [](const Sums& s) -> Value {
-              return static_cast<std::int64_t>(s.scenario.renderers.size()) * s.scenario.bus.width_bits;
+         {{"bus_wires", "wires",
+           "cost: renderers times bus.width_bits, 103 wires beside the data and two handshakes a display"},
+          [](const Sums& s) -> Value {
+              return static_cast<std::int64_t>(s.scenario.renderers.size()) *
+                     (s.scenario.bus.width_bits + BusSideBand::kAllBits +
+                      BusSideBand::kHandshakesPerComposer * s.scenario.displays.count());
           }}});
     return figures;
 }

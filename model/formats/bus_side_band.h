@@ -1,0 +1,21 @@
+#pragma once
+
+namespace metabuffer {
+
+/// What a beat of a renderer's bus says beside its pixels, in bits: the pins that lie beside the data
+/// (docs/replacing-a-block.md).
+struct BusSideBand {
+    static constexpr int kKindBits = 2;
+    static constexpr int kLastBits = 1;
+    static constexpr int kFrameBits = 32;
+    static constexpr int kCountBits = 4;
+    static constexpr int kDestinationBits = 16;
+    static constexpr int kRemainingBits = 16;
+    static constexpr int kFirstBits = 32;
+    static constexpr int kAllBits =
+        kKindBits + kLastBits + kFrameBits + kCountBits + kDestinationBits + kRemainingBits + kFirstBits;
+    /// BUSREADY and TABLEREADY.
+    static constexpr int kHandshakesPerComposer = 2;
+};
+
+}  // namespace metabuffer
