@@ -11,6 +11,8 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <cstdlib>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -88,41 +90,48 @@ class SpawnPlan {
     posix_spawnattr_t attributes_{};
 };
 
+}  // namespace
+
 /// The program at work, its three streams at this end of their pipes.
-struct Running {
+struct FilterProcess::Running {
+    explicit Running(const FilterProgram& program);
+    Running(const Running&) = delete;
+    Running& operator=(const Running&) = delete;
+    ~Running();
+
     pid_t process = -1;
     Descriptor input;
     Descriptor output;
     Descriptor complaints;
 };
 
-Running start(const FilterProgram& program) {
-    Pipe input(program);
-    Pipe output(program);
-    Pipe complaints(program);
+FilterProcess::Running::Running(const FilterProgram& program) {
+    Pipe to_input(program);
+    Pipe from_output(program);
+    Pipe from_complaints(program);
     SpawnPlan plan;
-    plan.connect(input.reading.number(), STDIN_FILENO);
-    plan.connect(output.writing.number(), STDOUT_FILENO);
-    plan.connect(complaints.writing.number(), STDERR_FILENO);
+    plan.connect(to_input.reading.number(), STDIN_FILENO);
+    plan.connect(from_output.writing.number(), STDOUT_FILENO);
+    plan.connect(from_complaints.writing.number(), STDERR_FILENO);
     std::vector<std::string> words = program.command;
     std::vector<char*> arguments;
     arguments.reserve(words.size() + 1);
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
-    Running running;
-    const int error = posix_spawnp(&running.process, arguments.front(), plan.actions(), plan.attributes(),
+    const int error = posix_spawnp(&process, arguments.front(), plan.actions(), plan.attributes(),
                                    arguments.data(), environ);
     if (error == ENOENT || error == EACCES) {
-        fail(program, "no such program on this computer, and the chart needs it; install Debian's package " +
-                          program.package);
+        fail(program, "no such program on this computer, and " + program.needed_by +
+                          " needs it; install Debian's package " + program.package);
     }
     if (error != 0) fail(program, "cannot be started: " + std::generic_category().message(error));
-    running.input = std::move(input.writing);
-    running.output = std::move(output.reading);
-    running.complaints = std::move(complaints.reading);
-    fcntl(running.input.number(), F_SETFL, O_NONBLOCK);
-    return running;
+    input = std::move(to_input.writing);
+    output = std::move(from_output.reading);
+    complaints = std::move(from_complaints.reading);
+    fcntl(input.number(), F_SETFL, O_NONBLOCK);
 }
+
+namespace {
 
 /// Appends what is there; closes at the end.
 void receive(Descriptor& descriptor, std::string& bytes) {
@@ -135,15 +144,14 @@ void receive(Descriptor& descriptor, std::string& bytes) {
     }
 }
 
-/// Hands over as much as fits; closes at the end, or if the program reads no more.
+/// Hands over as much as fits; closes if the program reads no more.
 void send(Descriptor& descriptor, std::string_view& rest) {
     const ssize_t count = write(descriptor.number(), rest.data(), rest.size());
     if (count >= 0) {
         rest.remove_prefix(static_cast<std::size_t>(count));
     } else if (errno != EAGAIN && errno != EINTR) {
-        rest = {};
+        descriptor.reset();
     }
-    if (rest.empty()) descriptor.reset();
 }
 
 /// While it lives, writing to a program that has ended is an error instead of the end of this process.
@@ -181,27 +189,61 @@ int wait_for(pid_t process) {
 
 }  // namespace
 
-std::string filtered(const FilterProgram& program, const std::string& input) {
+FilterProcess::Running::~Running() {
+    if (process < 0) return;
+    kill(process, SIGKILL);
+    wait_for(process);
+}
+
+FilterProcess::FilterProcess(const FilterProgram& program)
+    : program_(program), running_(std::make_unique<Running>(program)) {}
+
+FilterProcess::~FilterProcess() = default;
+
+void FilterProcess::feed(std::string_view input) {
     const WithoutBrokenPipeSignal no_signal;
-    Running running = start(program);
-    std::string output;
-    std::string complaints;
-    std::string_view rest = input;
-    while (running.output.is_open() || running.complaints.is_open()) {
-        // A negative descriptor is one that poll() passes over.
-        std::array<pollfd, 3> polled{{{running.input.number(), POLLOUT, 0},
-                                      {running.output.number(), POLLIN, 0},
-                                      {running.complaints.number(), POLLIN, 0}}};
-        if (poll(polled.data(), polled.size(), -1) < 0 && errno != EINTR) break;
-        if (polled[0].revents != 0) send(running.input, rest);
-        if (polled[1].revents != 0) receive(running.output, output);
-        if (polled[2].revents != 0) receive(running.complaints, complaints);
+    while (!input.empty() && running_->input.is_open()) exchange(input);
+}
+
+std::string FilterProcess::finish() {
+    running_->input.reset();
+    std::string_view nothing;
+    while (running_->output.is_open() || running_->complaints.is_open()) exchange(nothing);
+    const int status = wait_for(std::exchange(running_->process, -1));
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return std::move(output_);
+    const std::string complaint = first_complaint(complaints_);
+    fail(program_, complaint.empty() ? "failed" : "failed: " + complaint);
+}
+
+/// Waits until something can be handed over or taken, and does so.
+void FilterProcess::exchange(std::string_view& input) {
+    // A negative descriptor is one that poll() passes over.
+    std::array<pollfd, 3> polled{{{running_->input.number(), POLLOUT, 0},
+                                  {running_->output.number(), POLLIN, 0},
+                                  {running_->complaints.number(), POLLIN, 0}}};
+    if (poll(polled.data(), polled.size(), -1) < 0) {
+        if (errno == EINTR) return;
+        fail(program_, std::generic_category().message(errno));
     }
-    running.input.reset();
-    const int status = wait_for(running.process);
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output;
-    const std::string complaint = first_complaint(complaints);
-    fail(program, complaint.empty() ? "failed" : "failed: " + complaint);
+    if (polled[0].revents != 0) send(running_->input, input);
+    if (polled[1].revents != 0) receive(running_->output, output_);
+    if (polled[2].revents != 0) receive(running_->complaints, complaints_);
+}
+
+std::string filtered(const FilterProgram& program, const std::string& input) {
+    FilterProcess process(program);
+    process.feed(input);
+    return process.finish();
+}
+
+bool is_installed(const FilterProgram& program) {
+    const char* const path = std::getenv("PATH");
+    std::istringstream folders(path != nullptr ? path : "");
+    for (std::string folder; std::getline(folders, folder, ':');) {
+        const std::string file = (folder.empty() ? "." : folder) + "/" + program.command.front();
+        if (access(file.c_str(), X_OK) == 0) return true;
+    }
+    return false;
 }
 
 }  // namespace metabuffer

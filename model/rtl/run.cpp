@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "host/child_process.h"
@@ -28,14 +29,38 @@ sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
                             sc_core::SC_PS);
 }
 
+/// The number of the core clock, for a waveform: the one by which reports, messages and --trace-window count.
+class CycleCounter final : public sc_core::sc_module {
+  public:
+    CycleCounter(const sc_core::sc_module_name& name, const Scenario& scenario, sc_core::sc_clock& clock)
+        : sc_core::sc_module(name),
+          core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)) {
+        SC_METHOD(clock_edge);
+        sensitive << clock.posedge_event();
+        dont_initialize();
+    }
+    SC_HAS_PROCESS(CycleCounter);
+
+    const std::uint64_t& cycle() const { return cycle_; }
+
+  private:
+    void clock_edge() { cycle_ = static_cast<std::uint64_t>(clock_edge_number(core_period_picoseconds_)); }
+
+    std::int64_t core_period_picoseconds_;
+    std::uint64_t cycle_ = 0;
+};
+
 /// The waveform of a run: open between its first and last cycle.
 class Waveform {
   public:
-    Waveform(WaveformFile& file, const TraceRequest& request, const Metabuffer& machine) : file_(file) {
+    Waveform(WaveformFile& file, const TraceRequest& request, const Metabuffer& machine,
+             const CycleCounter& counter)
+        : file_(file) {
         sc_core::sc_report_handler::set_actions(sc_core::SC_ID_TRACING_TIMESCALE_UNIT_,
                                                 sc_core::SC_DO_NOTHING);
         trace_ = sc_core::sc_create_vcd_trace_file(file.stem().c_str());
         trace_->set_time_unit(1.0, sc_core::SC_PS);
+        sc_core::sc_trace(trace_, counter.cycle(), std::string(machine.name()) + ".core_cycle");
         machine.trace_blocks(trace_, request.blocks);
     }
     Waveform(const Waveform&) = delete;
@@ -135,8 +160,8 @@ void finish(std::unique_ptr<Waveform>& waveform) {
 }  // namespace
 
 void check_trace_name(const std::filesystem::path& file) {
-    if (file.extension() != ".vcd") {
-        throw InputError("--trace " + file.string() + ": a waveform file must end in .vcd");
+    if (!is_waveform_name(file)) {
+        throw InputError("--trace " + file.string() + ": a waveform file must end in .vcd or .fst");
     }
 }
 
@@ -146,7 +171,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     std::optional<WaveformFile> waveform_file;
     if (options.trace) {
         check_trace_name(options.trace->file);
-        waveform_file.emplace(options.trace->file);
+        waveform_file.emplace(options.trace->file, options.trace->header);
         using Kind = TraceWindow::Kind;
         const TraceWindow& wanted = options.trace->window;
         const bool needs_scout = wanted.kind != Kind::kAll && wanted.kind != Kind::kCycles;
@@ -159,6 +184,9 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
 
     SimulationRun simulation(options.on_frame_shown);
     Metabuffer machine("metabuffer", scenario);
+    std::unique_ptr<CycleCounter> counter;
+    if (options.trace)
+        counter = std::make_unique<CycleCounter>("cycle_counter", scenario, machine.core_clk());
     if (options.trace && machine.matching_blocks(options.trace->blocks) == 0) {
         throw InputError(
             "--trace-modules: no block matches; blocks are named like input_framebuffer_1, composer_1_2 or "
@@ -180,7 +208,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
             finish(waveform);
         } else if (window && cycle >= window->first) {
             if (!waveform) {
-                waveform = std::make_unique<Waveform>(*waveform_file, *options.trace, machine);
+                waveform = std::make_unique<Waveform>(*waveform_file, *options.trace, machine, *counter);
                 result.traced = CycleRange{cycle, cycle};
                 next = cycle + 1;  // which opens the file
             }

@@ -18,9 +18,10 @@ class Metabuffer;
 
 /// A waveform that a run is asked for.
 struct TraceRequest {
-    std::filesystem::path file;  ///< must end in .vcd
+    std::filesystem::path file;  ///< must end in .vcd or .fst
     TraceWindow window;
     std::vector<std::string> blocks;  ///< shell patterns for block names such as composer_1_*; all if empty
+    std::string header{};             ///< lines that say what made it; a comment in the file
 };
 
 struct RunOptions {
@@ -42,7 +43,7 @@ struct RunResult {
     std::string trace_note;  ///< why there is no waveform although one was asked for
 };
 
-/// Throws InputError unless the file's name ends in .vcd, which the waveform writer insists on.
+/// Throws InputError unless the file's name ends in .vcd or .fst.
 void check_trace_name(const std::filesystem::path& file);
 
 /// Builds the machine and runs the scenario to its end, at level rtl. SystemC elaborates once in a process,

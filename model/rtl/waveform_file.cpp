@@ -9,20 +9,33 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
 
 #include "host/errors.h"
+#include "rtl/fst_converter.h"
 
 namespace metabuffer::rtl {
 namespace {
 
 constexpr const char* kStem = "waveform";
-constexpr const char* kExtension = ".vcd";
 constexpr std::string_view kAllWritten = "all written";
 
+/// The text as a comment of a value change dump, which the word $end ends.
+std::string as_comment(std::string text) {
+    for (std::size_t at = text.find('$'); at != std::string::npos; at = text.find('$', at)) text[at] = '?';
+    return "$comment\n" + text + "$end\n";
+}
+
+bool is_fst(const std::filesystem::path& file) { return file.extension() == kCompressedWaveformExtension; }
+
 }  // namespace
+
+bool is_waveform_name(const std::filesystem::path& file) {
+    return file.extension() == kWaveformExtension || is_fst(file);
+}
 
 class WaveformFile::Pipe {
   public:
@@ -32,8 +45,8 @@ class WaveformFile::Pipe {
         if (mkdtemp(folder.data()) == nullptr) fail(target);
         folder_ = folder;
         // Opened before its writer comes, so that neither end waits for the other for ever.
-        if (mkfifo((stem() + kExtension).c_str(), 0600) != 0 ||
-            (reading_ = open((stem() + kExtension).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) < 0) {
+        if (mkfifo((stem() + kWaveformExtension).c_str(), 0600) != 0 ||
+            (reading_ = open((stem() + kWaveformExtension).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) < 0) {
             const int error = errno;
             std::filesystem::remove_all(folder_, ignored);
             errno = error;
@@ -89,26 +102,56 @@ class WaveformFile::Pipe {
     void (*before_)(int) = nullptr;
 };
 
-WaveformFile::WaveformFile(const std::filesystem::path& target)
-    : target_(target), output_(target), pipe_(std::make_unique<Pipe>(target)) {
-    writer_ = std::make_unique<ChildProcess>([this](const ChildProcess::Sender& sender) {
-        std::string answer(kAllWritten);
-        // After a failure it reads on, for the simulation waits until it does.
-        const auto take = [&](std::string_view bytes) {
-            if (answer != kAllWritten) return;
-            try {
-                output_.write(bytes);
-            } catch (const OutputError& error) {
-                answer = error.what();
-            }
-        };
+WaveformFile::WaveformFile(const std::filesystem::path& target, const std::string& header)
+    : target_(target), output_(target) {
+    const bool compressed = is_fst(target);
+    if (compressed) FstConverter::check_installed(target);
+    pipe_ = std::make_unique<Pipe>(target);
+    writer_ = std::make_unique<ChildProcess>([this, &header, compressed](const ChildProcess::Sender& sender) {
+        const std::string answer = compressed ? write_compressed(header) : write_dump(header);
+        sender.send(answer.data(), answer.size());
+    });
+}
+
+/// Hands all that comes to take(bytes), the header first. After a failure it reads on, for the simulation waits until it
+/// does. kAllWritten, or the error.
+template <typename Take>
+std::string WaveformFile::write_all(const std::string& header, Take take) const {
+    std::string answer(kAllWritten);
+    const auto take_safely = [&](std::string_view bytes) {
+        if (answer != kAllWritten) return;
         try {
-            pipe_->read_all(take);
+            take(bytes);
         } catch (const OutputError& error) {
             answer = error.what();
         }
-        sender.send(answer.data(), answer.size());
+    };
+    try {
+        take_safely(as_comment(header));
+        pipe_->read_all(take_safely);
+    } catch (const OutputError& error) {
+        answer = error.what();
+    }
+    return answer;
+}
+
+std::string WaveformFile::write_dump(const std::string& header) {
+    return write_all(header, [this](std::string_view bytes) { output_.write(bytes); });
+}
+
+std::string WaveformFile::write_compressed(const std::string& header) {
+    std::optional<FstConverter> converter;
+    std::string answer = write_all(header, [&converter](std::string_view bytes) {
+        if (!converter) converter.emplace();
+        converter->write(bytes);
     });
+    if (answer != kAllWritten) return answer;
+    try {
+        converter->finish(output_);
+    } catch (const OutputError& error) {
+        answer = error.what();
+    }
+    return answer;
 }
 
 WaveformFile::~WaveformFile() = default;

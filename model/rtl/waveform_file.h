@@ -8,12 +8,19 @@
 
 namespace metabuffer::rtl {
 
+/// What the names of waveforms end in.
+inline constexpr const char* kWaveformExtension = ".vcd";
+inline constexpr const char* kCompressedWaveformExtension = ".fst";
+bool is_waveform_name(const std::filesystem::path& file);
+
 /// The file of a waveform. SystemC's writer opens a file by its name and never says whether what it wrote has arrived.
 /// So it writes to a named pipe, and a process at the other end writes to the disk, checks that, and reports.
 class WaveformFile {
   public:
-    /// Construct it before this process elaborates anything. Throws OutputError or InputError.
-    explicit WaveformFile(const std::filesystem::path& target);
+    /// A target whose name ends in .fst is written in GTKWave's compressed format, another one as a value change dump.
+    /// header: lines that the file begins with, as a comment. Construct it before this process elaborates anything.
+    /// Throws OutputError or InputError.
+    WaveformFile(const std::filesystem::path& target, const std::string& header);
     WaveformFile(const WaveformFile&) = delete;
     WaveformFile& operator=(const WaveformFile&) = delete;
     ~WaveformFile();
@@ -27,6 +34,11 @@ class WaveformFile {
     void put_in_place();
 
   private:
+    template <typename Take>
+    std::string write_all(const std::string& header, Take take) const;
+    std::string write_dump(const std::string& header);
+    std::string write_compressed(const std::string& header);
+
     /// A folder of this process alone with the pipe in it.
     class Pipe;
 

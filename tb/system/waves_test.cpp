@@ -71,11 +71,15 @@ class ValueDump {
   public:
     explicit ValueDump(const std::filesystem::path& file) {
         std::string scope;
+        bool in_comment = false;
         for (const std::string& line : lines_of(text_of(file))) {
             std::istringstream words(line);
             std::string word;
             words >> word;
-            if (word == "$scope") {
+            if (word == "$comment" || in_comment) {
+                in_comment = line.find("$end") == std::string::npos;
+                if (in_comment && word != "$comment") comment_.push_back(line);
+            } else if (word == "$scope") {
                 words >> word >> word;
                 scope += word + ".";
             } else if (word == "$upscope") {
@@ -95,6 +99,14 @@ class ValueDump {
         }
     }
 
+    /// The lines of its comments.
+    const std::vector<std::string>& comment() const { return comment_; }
+    /// The names that has() knows.
+    std::vector<std::string> names() const {
+        std::vector<std::string> names;
+        for (const auto& [name, variable] : variables_) names.push_back(name);
+        return names;
+    }
     /// Of the first and the last change within the dump.
     std::int64_t first_time() const { return first_time_; }
     std::int64_t last_time() const { return last_time_; }
@@ -146,6 +158,7 @@ class ValueDump {
         changes_[identifier].push_back({last_time_, value});
     }
 
+    std::vector<std::string> comment_;
     std::int64_t first_time_ = -1;
     std::int64_t last_time_ = -1;
     std::map<std::string, Variable> variables_;
@@ -277,6 +290,92 @@ TEST_CASE("Every word of a beat is in the waveform, and no more than the bus has
     const ValueDump narrow = dump_with("64");
     CHECK(narrow.has(word + "1[63:0]"));  // a table row has two words
     CHECK_FALSE(narrow.has(word + "2[63:0]"));
+}
+
+TEST_CASE("A waveform says which program, scenario and settings made it, and counts the core clocks",
+          "[waves]") {
+    const ScratchDirectory scratch;
+    const ProgramResult result = run_program(
+        scratch, {"run", (kSource / "scenarios/case-1.yaml").string(), "--quiet", "--no-images", "--trace",
+                  "counted.vcd", "--trace-window", "cycles:30-90", "--set", "memory.banks=4", "--set",
+                  "bus.burst_pixels=48", "--set", "name=$end of 'it'"});
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    const ValueDump dump(scratch / "counted.vcd");
+    const auto says = [&dump](const std::string& line) {
+        return std::count(dump.comment().begin(), dump.comment().end(), line) == 1;
+    };
+    CHECK(begins_with(dump.comment().at(0), "metabuffer "));
+    CHECK(says("scenario ?end of 'it'"));
+    CHECK(says("memory.banks = 4"));
+    CHECK(says("bus.burst_pixels = 48"));
+    for (const std::int64_t clock : {40, 41, 90}) {
+        CHECK(dump.at("core_cycle", clock * kCorePeriodPicoseconds) == static_cast<std::uint64_t>(clock));
+        CHECK(dump.at("core_cycle", clock * kCorePeriodPicoseconds - 1) ==
+              static_cast<std::uint64_t>(clock - 1));
+    }
+}
+
+TEST_CASE("A compressed waveform holds what the other holds", "[waves]") {
+    const ScratchDirectory scratch;
+    const auto run_with = [&scratch](const std::string& file) {
+        const ProgramResult result =
+            run_program(scratch, {"run", (kSource / "scenarios/case-1.yaml").string(), "--no-images",
+                                  "--trace", file, "--trace-window", "cycles:100-900"});
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        CHECK(result.out.find("waveform " + file + ": core clocks 100 to 900") != std::string::npos);
+    };
+    run_with("plain.vcd");
+    run_with("packed.fst");
+    CHECK(std::filesystem::file_size(scratch / "packed.fst") <
+          std::filesystem::file_size(scratch / "plain.vcd"));
+    const ProgramResult unpacked =
+        run_program("/usr/bin/fst2vcd", scratch, {"-f", "packed.fst", "-o", "unpacked.vcd"});
+    INFO(unpacked.err);
+    REQUIRE(unpacked.status == 0);
+    const ValueDump plain(scratch / "plain.vcd");
+    const ValueDump packed(scratch / "unpacked.vcd");
+    CHECK(packed.last_time() == plain.last_time());
+    std::vector<std::string> names = packed.names();
+    // SystemC's names of vectors have their range with and without a blank before it.
+    for (std::string& name : names) name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
+    CHECK(names == plain.names());
+    for (const std::string signal : {"core_cycle", "composer_1_1.BUSREADY", "input_framebuffer_1.BUS.kind",
+                                     "input_framebuffer_1.bus_port.state"}) {
+        INFO(signal);
+        for (std::int64_t clock = 101; clock <= 900; ++clock) {
+            const std::int64_t time = clock * kCorePeriodPicoseconds;
+            REQUIRE(packed.at(signal, time) == plain.at(signal, time));
+        }
+    }
+}
+
+TEST_CASE("Without its converter there is no compressed waveform, but a line that says so", "[waves]") {
+    const ScratchDirectory scratch;
+    const ProgramResult result =
+        run_program("/usr/bin/env", scratch,
+                    {"PATH=/nowhere", METABUFFER_PROGRAM, "run", (kSource / "scenarios/case-1.yaml").string(),
+                     "--quiet", "--no-images", "--trace", "packed.fst"});
+    CHECK(result.status == 2);
+    CHECK(result.complains_in_one_line());
+    CHECK(result.err.find("install Debian's package gtkwave") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(scratch / "packed.fst"));
+}
+
+TEST_CASE("A compressed waveform for which there is no room is an error, and nothing is left", "[waves]") {
+    const ScratchDirectory scratch;
+    std::filesystem::create_directory(scratch / "temporary");
+    // The converter's files must not grow beyond 8 KiB; it does not notice itself, but is ended by a signal.
+    const ProgramResult result =
+        run_program("/bin/sh", scratch,
+                    {"-c", "ulimit -f 16; TMPDIR=temporary " METABUFFER_PROGRAM " run " +
+                               (kSource / "scenarios/case-1.yaml").string() +
+                               " --quiet --no-images --trace packed.fst --trace-window cycles:0-3000"});
+    CHECK(result.status == 2);
+    CHECK(result.complains_in_one_line());
+    CHECK_FALSE(std::filesystem::exists(scratch / "packed.fst"));
+    CHECK(std::filesystem::is_empty(scratch / "temporary"));
 }
 
 TEST_CASE("The waveforms show what their page says", "[waves][slow]") {

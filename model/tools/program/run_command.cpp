@@ -13,6 +13,7 @@
 #include "host/text.h"
 #include "report/report.h"
 #include "rtl/run.h"
+#include "rtl/waveform_file.h"
 #include "scenario/scenario_writer.h"
 #include "tlm/run.h"
 #include "tlm/schedule_trace.h"
@@ -28,7 +29,6 @@ namespace {
 constexpr const char* kRtl = "rtl";
 constexpr const char* kTlm = "tlm";
 constexpr const char* kFunctional = "functional";
-constexpr const char* kWaveformExtension = ".vcd";
 constexpr const char* kScheduleExtension = ".json";
 
 constexpr const char* kFooter =
@@ -45,6 +45,13 @@ constexpr const char* kFooter =
 
 void show_progress(const ProgressLine& line, std::int64_t core_cycles, double share) {
     line.show(fmt::format("{} core clocks, {:3.0f} % of the pixels composited", core_cycles, 100.0 * share));
+}
+
+/// What made a waveform: program, scenario and every key that is a single value.
+std::string waveform_header(const Scenario& scenario) {
+    std::string header = "metabuffer " METABUFFER_VERSION "\nscenario " + scenario.name + "\n";
+    for (const auto& [key, value] : scenario_settings(scenario)) header += key + " = " + value + "\n";
+    return header;
 }
 
 RunReport run_functional(const Scenario& scenario, PictureSink& pictures) {
@@ -97,7 +104,7 @@ RunCommand::RunCommand(CLI::App& program)
     command()
         .add_option("--level", level_,
                     "tlm: by transactions; rtl: clock by clock; functional: the pictures alone, no time "
-                    "(default: tlm, for a .vcd trace and for --check rtl)")
+                    "(default: tlm; for a waveform and for --check rtl)")
         ->check(CLI::IsMember({kTlm, kRtl, kFunctional}));
     command().add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
     add_trace_options();
@@ -114,10 +121,11 @@ RunCommand::RunCommand(CLI::App& program)
 }
 
 void RunCommand::add_trace_options() {
-    CLI::Option* const trace = command().add_option(
-        "--trace", trace_file_,
-        "Write a trace: FILE.vcd, a waveform (level rtl), or FILE.json, what each bus and display does when, "
-        "for ui.perfetto.dev (level tlm)");
+    CLI::Option* const trace =
+        command().add_option("--trace", trace_file_,
+                             "Write a trace: FILE.vcd or FILE.fst, a waveform (level rtl), or FILE.json, "
+                             "what each bus and display does when, "
+                             "for ui.perfetto.dev (level tlm)");
     constexpr std::int64_t kLargestCycles = 1'000'000'000'000;
     const std::array<CLI::Option*, 4> waveform_options{
         command()
@@ -158,9 +166,8 @@ void RunCommand::add_request_option() {
 
 std::string RunCommand::level() const {
     if (!level_.empty()) return level_;
-    const std::filesystem::path extension = std::filesystem::path(trace_file_).extension();
-    const bool schedule = extension == kScheduleExtension;
-    return extension == kWaveformExtension || (check_ && !schedule) ? kRtl : kTlm;
+    const bool schedule = std::filesystem::path(trace_file_).extension() == kScheduleExtension;
+    return rtl::is_waveform_name(trace_file_) || (check_ && !schedule) ? kRtl : kTlm;
 }
 
 void RunCommand::check_combination(const std::string& level) const {
@@ -177,24 +184,25 @@ void RunCommand::check_combination(const std::string& level) const {
     if (trace_file_.empty()) return;
     const std::string trace = "--trace " + trace_file_ + ": ";
     const std::string extension = std::filesystem::path(trace_file_).extension().string();
+    const bool waveform = rtl::is_waveform_name(trace_file_);
     if (level == kFunctional) {
         throw InputError(
             trace +
             "level functional has no time to show; use --level rtl for a waveform or --level tlm "
             "for a schedule");
     }
-    if (extension != kWaveformExtension && extension != kScheduleExtension) {
+    if (!waveform && extension != kScheduleExtension) {
         throw InputError(trace +
-                         "is no kind of trace; use a name that ends in .vcd for a waveform (level rtl) "
-                         "or in .json for a schedule (level tlm)");
+                         "is no kind of trace; use a name that ends in .vcd or .fst for a waveform (level "
+                         "rtl) or in .json for a schedule (level tlm)");
     }
-    if (extension == kWaveformExtension && level == kTlm) {
+    if (waveform && level == kTlm) {
         throw InputError(trace + "level tlm has no signals; use --level rtl, or FILE.json for its schedule");
     }
     if (extension == kScheduleExtension && level == kRtl) {
         throw InputError(trace + "level rtl writes no schedule; use --level tlm, or FILE.vcd for a waveform");
     }
-    if (extension == kWaveformExtension) return;
+    if (waveform) return;
     for (const CLI::Option* option : waveform_options_) {
         if (option->count() == 0) continue;
         throw InputError(option->get_name() +
@@ -228,7 +236,7 @@ RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& p
         rtl::TraceWindow window = rtl::parse_trace_window(trace_window_);
         window.before_cycles = trace_before_cycles_.value_or(window.before_cycles);
         window.after_cycles = trace_after_cycles_.value_or(window.after_cycles);
-        options.trace = rtl::TraceRequest{trace_file_, window, trace_blocks_};
+        options.trace = rtl::TraceRequest{trace_file_, window, trace_blocks_, waveform_header(scenario)};
     }
     const ProgressLine progress(!quiet_);
     if (!no_images_) {
