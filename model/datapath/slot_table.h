@@ -6,8 +6,10 @@
 
 namespace metabuffer {
 
-/// The longest slot table; longer exact proportions are rounded to it.
+/// The longest slot table in exact proportions; longer ones are rounded to about as many slots.
 constexpr int kSlotTableLimit = 256;
+/// Slots that no table of so many rows exceeds. Rounding may give each row up to one slot more than its share.
+constexpr int most_slots(int rows) { return kSlotTableLimit + rows; }
 
 /// The cyclic table of idle-recovery slot allocation (sections 5.1 and 5.3 of the paper): the composer of row
 /// i gets slots in proportion to C_i / T_i = sdx_i / dmultiple_i, at least one, spread evenly over the table.

@@ -116,7 +116,7 @@ void BusArbiter::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, take_i, path("take"));
     sc_core::sc_trace(file, grant_valid_o, path("grant_valid"));
     sc_core::sc_trace(file, lost_o, path("lost"));
-    const int slot_bits = bits_for(std::max(kSlotTableLimit, static_cast<int>(pending_i.size())) - 1);
+    const int slot_bits = bits_for(most_slots(static_cast<int>(pending_i.size())) - 1);
     sc_core::sc_trace(file, recovered_o.read(), path("recovered"), slot_bits);
     sc_core::sc_trace(file, slot_o.read(), path("slot"), slot_bits);
 }

@@ -43,7 +43,7 @@ std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
         quiet += 2.0 * static_cast<double>(out.frame_clocks()) * dvi_out_period;
         double bus_cycles = scenario.memory.page_miss_cycles;
         if (loses_slots(scenario.bus.arbitration)) {
-            bus_cycles += (kSlotTableLimit + static_cast<double>(scenario.displays.count())) *
+            bus_cycles += static_cast<double>(most_slots(scenario.displays.count())) *
                           static_cast<double>(lost_slot_cycles(scenario));
         }
         interval = 2.0 * quiet +
