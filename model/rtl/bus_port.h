@@ -32,6 +32,9 @@ namespace metabuffer::rtl {
 /// BUSREADY and the grant; it samples their answers at the clock's edge. Everything else is registered.
 class BusPort final : public Block {
   public:
+    /// kRequest and kWait: for a pair; kTable: its table is broadcast; kSend: bursts; kDone: every frame has been sent.
+    enum class State : std::uint8_t { kRequest, kWait, kTable, kSend, kDone };
+
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
     sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
     // The link's side.
@@ -66,8 +69,6 @@ class BusPort final : public Block {
     std::string waiting_for() const override;
 
   private:
-    enum class State : std::uint8_t { kRequest, kWait, kTable, kSend, kDone };
-
     /// Where the next pixel of a table row stands in memory.
     struct Row {
         Row(RegisterSet& set, const std::string& name, const Renderer& renderer);

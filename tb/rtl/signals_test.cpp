@@ -1,7 +1,13 @@
 #include "rtl/signals.h"
 
 #include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
 
+#include "rtl/enumeration_names.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 
@@ -45,6 +51,49 @@ TEST_CASE("signals: a frame's start carries no word and tells whether a table fo
         CHECK(beat.frame == 200);
         CHECK(beat.last == last);
     }
+}
+
+std::vector<std::string> lines_of(const std::filesystem::path& file) {
+    std::ifstream stream(file);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    return lines;
+}
+
+TEST_CASE(
+    "signals: every enumeration has its words in a translate file for GTKWave, and no file is left over") {
+    const std::filesystem::path folder =
+        std::filesystem::path(METABUFFER_SOURCE_DIRECTORY) / "waves/translate";
+    for (const rtl::EnumerationNames& enumeration : rtl::enumeration_names()) {
+        std::vector<std::string> wanted;
+        for (const std::string& word : enumeration.words) {
+            wanted.push_back(std::to_string(wanted.size()) + " " + word);
+        }
+        INFO(enumeration.file);
+        CHECK(lines_of(folder / enumeration.file) == wanted);
+    }
+    using Iterator = std::filesystem::directory_iterator;
+    CHECK(static_cast<std::size_t>(std::distance(Iterator(folder), Iterator())) ==
+          rtl::enumeration_names().size());
+}
+
+TEST_CASE("signals: the save files show enumerations by their words") {
+    int shown = 0;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::filesystem::path(METABUFFER_SOURCE_DIRECTORY) / "waves")) {
+        if (entry.path().extension() != ".gtkw") continue;
+        std::string before;
+        for (const std::string& line : lines_of(entry.path())) {
+            for (const rtl::EnumerationNames& enumeration : rtl::enumeration_names()) {
+                if (line.find("." + enumeration.signal + "[") == std::string::npos) continue;
+                INFO(entry.path().filename().string() << ": " << line);
+                CHECK(before == "^1 waves/translate/" + enumeration.file);
+                ++shown;
+            }
+            before = line;
+        }
+    }
+    CHECK(shown > 0);
 }
 
 }  // namespace

@@ -59,8 +59,8 @@ struct SaveFile {
                 // Where it was saved is nobody's business.
                 CHECK_FALSE(begins_with(line, "[dumpfile"));
                 CHECK_FALSE(begins_with(line, "[savefile"));
-                // Options, formats, group names and the room below an analog trace.
-                CHECK((line.empty() || line[0] == '[' || line[0] == '@' || line[0] == '-'));
+                // Options, formats, words for values, group names and the room below an analog trace.
+                CHECK((line.empty() || line[0] == '[' || line[0] == '@' || line[0] == '^' || line[0] == '-'));
             }
         }
     }

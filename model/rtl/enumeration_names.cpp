@@ -1,0 +1,47 @@
+#include "rtl/enumeration_names.h"
+
+#include <cstddef>
+#include <stdexcept>
+
+#include "report/report.h"
+#include "rtl/bus_port.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+namespace {
+
+/// The words, if there is one for each value up to the enumeration's last.
+template <typename Enum, std::size_t kCount>
+std::vector<std::string> words(Enum last, const char* const (&list)[kCount]) {
+    if (static_cast<std::size_t>(last) + 1 != kCount) {
+        throw std::logic_error("an enumeration has other values than names");
+    }
+    return {list, list + kCount};
+}
+
+std::vector<std::string> reject_causes() {
+    std::vector<std::string> causes;
+    for (int cause = 0; cause < kRejectCauseCount; ++cause) {
+        causes.emplace_back(reject_cause_key(static_cast<RejectCause>(cause)));
+    }
+    return causes;
+}
+
+}  // namespace
+
+const std::vector<EnumerationNames>& enumeration_names() {
+    static const std::vector<EnumerationNames> names{
+        {"BUS.kind", "bus_kind.txt",
+         words(BusBeat::Kind::kPixels, {"none", "frame start", "table row", "pixels"})},
+        {"command.kind", "memory_command.txt",
+         words(MemoryCommand::Kind::kPrechargeAll,
+               {"none", "activate", "read", "precharge", "precharge all"})},
+        {"bus_port.state", "bus_port_state.txt",
+         words(BusPort::State::kDone, {"request", "wait for pair", "table", "send", "done"})},
+        {"PIXEL.kind", "frame_kind.txt", words(FrameKind::kDepth, {"colour", "depth"})},
+        {"EVENT.cause", "reject_cause.txt", reject_causes()},
+    };
+    return names;
+}
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace metabuffer::rtl {
+
+/// The words for the values of an enumeration in the waveform. GTKWave shows them by a translate file, which waves/
+/// has for each of these.
+struct EnumerationNames {
+    std::string signal;              ///< the end of its name in the waveform
+    std::string file;                ///< in waves/translate
+    std::vector<std::string> words;  ///< by value, from 0
+};
+
+const std::vector<EnumerationNames>& enumeration_names();
+
+}  // namespace metabuffer::rtl
