@@ -25,6 +25,7 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       image_height_(scenario.renderers[static_cast<std::size_t>(renderer)].image_height_pixels),
       page_words_(scenario.memory.page_words),
       memory_(scenario.memory),
+      grant_cycles_(scenario.bus.grant_cycles),
       burst_pixels_(scenario.bus.burst_pixels),
       beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
       buffer_pixels_(scenario.composer.buffer_pixels),
@@ -119,7 +120,7 @@ void BusMonitor::sample_busready(std::int64_t edge) {
         }
         levels.push_back({edge, high});
         // No grant that is still to be judged lies before this.
-        const std::int64_t oldest_grant = edge - memory_.page_miss_cycles - cycles_per_beat_;
+        const std::int64_t oldest_grant = edge - grant_cycles_ - memory_.page_miss_cycles - cycles_per_beat_;
         while (levels.size() > 1 && levels[1].edge <= oldest_grant) {
             levels.pop_front();
         }
@@ -338,7 +339,7 @@ std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, st
 
 /// The first beat of a burst is sampled at `edge`: when was the grant, and could it be?
 void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_t edge) {
-    const std::int64_t grant = edge - cycles_per_beat_ - opening_cycles(page);
+    const std::int64_t grant = edge - cycles_per_beat_ - opening_cycles(page) - grant_cycles_;
     if (grant < free_from_) {
         violate("bus/pace", edge,
                 "a burst begins " + number(free_from_ - grant) + " clocks too early behind what came before");

@@ -101,6 +101,7 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t image_height_;
     std::int64_t page_words_;
     MemoryConfig memory_;
+    std::int64_t grant_cycles_;
     std::int64_t burst_pixels_;
     std::int64_t beat_pixels_;
     std::int64_t buffer_pixels_;

@@ -8,13 +8,15 @@
 
 namespace metabuffer::rtl {
 
-BusArbiter::BusArbiter(const sc_core::sc_module_name& name, Arbitration arbitration, int lines)
+BusArbiter::BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus, int lines)
     : Block(name),
       pending_i("pending_i", static_cast<std::size_t>(lines)),
       ready_i("ready_i", static_cast<std::size_t>(lines)),
-      deadline_i("deadline_i", goes_by_deadlines(arbitration) ? static_cast<std::size_t>(lines) : 0),
+      deadline_i("deadline_i", goes_by_deadlines(bus.arbitration) ? static_cast<std::size_t>(lines) : 0),
       grant_o("grant_o", static_cast<std::size_t>(lines)),
-      policy_(make_policy(arbitration)) {
+      bus_(bus),
+      policy_(make_policy(bus.arbitration)),
+      build_wait_(registers_, "build_wait", bits_for(most_slots(lines))) {
     SC_METHOD(process);
     sensitive << clk_i.pos();
     for (std::size_t line = 0; line < pending_i.size(); ++line) {
@@ -50,7 +52,7 @@ void BusArbiter::process() {
 }
 
 bool BusArbiter::clock_edge() {
-    const bool idle = !reset_i.read() && !start_i.read() && !take_i.read();
+    const bool idle = !reset_i.read() && !start_i.read() && !take_i.read() && build_wait_ == 0;
     if (gate_.idle_edge(idle)) {
         next_trigger(wake_events_);
     }
@@ -60,20 +62,38 @@ bool BusArbiter::clock_edge() {
     if (reset_i.read()) {
         requests_.clear();
         policy_->start_frame({}, 0);
+        registers_.reset();
     } else if (start_i.read()) {
         const FrontTable& table = table_i.read();
         requests_.assign(table.rows.size(), BusRequest{});
         policy_->start_frame(table.slots, table.rows.size());
-    } else {
+        build_wait_ = bus_.build_cycles(table.slots.size());
+    } else if (build_wait_ > 0) {
+        --build_wait_;
+    } else if (bus_.grant_cycles == 0 || answer_stands()) {
         policy_->take(grant_);
+        found_ = false;
+    } else {
+        decide();
     }
     slot_o.write(static_cast<std::uint16_t>(policy_->slot()));
     return true;
 }
 
+/// At an edge at which the bus waits for an answer.
+void BusArbiter::decide() {
+    if (found_) {
+        --search_wait_;
+    } else if (candidate_.kind != BusGrant::Kind::kPoll) {
+        found_ = true;
+        found_grant_ = candidate_;
+        search_wait_ = bus_.grant_cycles - 1;
+    }
+}
+
 void BusArbiter::answer() {
-    grant_ = BusGrant{};
-    if (!requests_.empty()) {
+    candidate_ = BusGrant{};
+    if (!requests_.empty() && build_wait_ == 0) {
         for (std::size_t row = 0; row < requests_.size(); ++row) {
             requests_[row].pending = pending_i[row].read();
             requests_[row].ready = ready_i[row].read();
@@ -81,8 +101,11 @@ void BusArbiter::answer() {
                 requests_[row].deadline = static_cast<std::int64_t>(deadline_i[row].read());
             }
         }
-        grant_ = policy_->grant(requests_);
+        candidate_ = policy_->grant(requests_);
     }
+    grant_ = bus_.grant_cycles == 0 ? candidate_ : answer_stands() ? found_grant_ : BusGrant{};
+    search_o.write(build_wait_ > 0 || (bus_.grant_cycles > 0 && !answer_stands() &&
+                                       (found_ || candidate_.kind != BusGrant::Kind::kPoll)));
     const bool granted = grant_.kind == BusGrant::Kind::kBurst;
     drive_grant(granted ? grant_.row : kNoRow);
     grant_valid_o.write(granted);
@@ -115,6 +138,8 @@ void BusArbiter::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, start_i, path("start"));
     sc_core::sc_trace(file, take_i, path("take"));
     sc_core::sc_trace(file, grant_valid_o, path("grant_valid"));
+    sc_core::sc_trace(file, search_o, path("search"));
+    registers_.trace(file, path(""));
     sc_core::sc_trace(file, lost_o, path("lost"));
     const int slot_bits = bits_for(most_slots(static_cast<int>(pending_i.size())) - 1);
     sc_core::sc_trace(file, recovered_o.read(), path("recovered"), slot_bits);

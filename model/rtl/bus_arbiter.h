@@ -6,7 +6,9 @@
 
 #include "datapath/arbitration/arbitration_policy.h"
 #include "rtl/block.h"
+#include "rtl/register.h"
 #include "rtl/signals.h"
+#include "scenario/limits.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::rtl {
@@ -19,6 +21,11 @@ namespace metabuffer::rtl {
 /// the same clock. So a granted burst's first beat follows the last beat of the burst before it without a gap, and
 /// recovering slots costs no clock. The slot pointer is a register: it goes on at the edge that sees take_i with a grant
 /// or a lost slot. start_i, a clock long, begins a frame: from the next edge on its slot table counts, from slot 0.
+///
+/// With grant_cycles = G > 0 the answer is registered: the edge that sees take_i while a line could be granted, or a
+/// slot lost, decides, and the answer stands behind G edges, that one among them, whatever the lines do meanwhile, until
+/// take_i takes it. A slot table that is built takes a clock a slot behind the edge that sees start_i, and nothing is
+/// decided before. search_o is high while an answer is on its way.
 class BusArbiter final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -33,13 +40,14 @@ class BusArbiter final : public Block {
                                                         ///< first; only under a policy that goes by it
     sc_core::sc_vector<sc_core::sc_out<bool>> grant_o;  ///< one-hot
     sc_core::sc_out<bool> grant_valid_o{"grant_valid_o"};  ///< a line of grant_o is high
+    sc_core::sc_out<bool> search_o{"search_o"};
     sc_core::sc_out<bool> lost_o{"lost_o"};  ///< the slot's owner cannot use it, and nobody else may
     sc_core::sc_out<std::uint16_t> recovered_o{
         "recovered_o"};                               ///< slots passed over on the way to the one granted
     sc_core::sc_out<std::uint16_t> slot_o{"slot_o"};  ///< the slot pointer
 
     /// lines: displays.
-    BusArbiter(const sc_core::sc_module_name& name, Arbitration arbitration, int lines);
+    BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus, int lines);
     SC_HAS_PROCESS(BusArbiter);
 
     void trace(sc_core::sc_trace_file* file) const override;
@@ -48,7 +56,9 @@ class BusArbiter final : public Block {
     void end_of_elaboration() override;
     void process();
     bool clock_edge();
+    void decide();
     void answer();
+    bool answer_stands() const { return found_ && search_wait_ == 0; }
     void drive_grant(int row);
 
     static constexpr int kNoRow = -1;
@@ -56,9 +66,19 @@ class BusArbiter final : public Block {
     ClockGate gate_{ClockGating::kOn};
     sc_core::sc_event_or_list wake_events_;
 
+    const BusConfig bus_;
     std::unique_ptr<ArbitrationPolicy> policy_;
     std::vector<BusRequest> requests_;  ///< one a row of the frame
-    BusGrant grant_;
+
+    RegisterSet registers_;
+    Register<int> build_wait_;  ///< slots of the table that are still to be made
+    Register<int> search_wait_{registers_, "search_wait",
+                               bits_for(limits::kGrantCycles.high)};  ///< edges until the answer
+    Register<bool> found_{registers_, "found"};                       ///< what the answer will be is decided
+    BusGrant found_grant_;
+
+    BusGrant grant_;            ///< combinational: the answer
+    BusGrant candidate_;        ///< combinational: what could be decided now
     int granted_row_ = kNoRow;  ///< whose line is high
 };
 

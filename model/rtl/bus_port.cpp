@@ -263,7 +263,7 @@ bool BusPort::take_grant() {
         return false;
     }
     if (plan_.row == kNoRow) {
-        ++bus_.poll_cycles;
+        ++(search_i.read() ? bus_.grant_cycles : bus_.poll_cycles);
         return false;
     }
     bus_.recovered_slots += recovered_i.read();

@@ -54,6 +54,7 @@ class BusPort final : public Block {
     sc_core::sc_vector<sc_core::sc_out<std::uint64_t>> deadline_o;  ///< only under a policy that goes by it
     sc_core::sc_vector<sc_core::sc_in<bool>> grant_i;
     sc_core::sc_in<bool> grant_valid_i{"grant_valid_i"};
+    sc_core::sc_in<bool> search_i{"search_i"};  ///< an answer is on its way
     sc_core::sc_in<bool> lost_i{"lost_i"};
     sc_core::sc_in<std::uint16_t> recovered_i{"recovered_i"};
     // The memory.

@@ -72,7 +72,8 @@ class HandshakeFault final : public Block {
     static constexpr int pipeready_row(int renderer) { return renderer == 0 ? 1 : renderer; }
     /// Core cycles for which BUSREADY stays low behind a fault at most, see above.
     static constexpr int stopped_burst_cycles(const Scenario& scenario) {
-        return 2 * scenario.memory.page_miss_cycles + 3 * cycles_per_beat(scenario.bus) + 2;
+        return scenario.bus.grant_cycles + 2 * scenario.memory.page_miss_cycles +
+               3 * cycles_per_beat(scenario.bus) + 2;
     }
 
     /// faults: places in Scenario::faults of those that hold this wire. Scenario and tally must outlive the module.

@@ -33,6 +33,7 @@ struct InputFramebuffer::InnerWires {
     SignalBank<std::uint64_t> deadline;
     SignalBank<bool> grant;
     sc_core::sc_signal<bool> grant_valid{"grant_valid"};
+    sc_core::sc_signal<bool> search{"search"};
     sc_core::sc_signal<bool> lost{"lost"};
     sc_core::sc_signal<std::uint16_t> recovered{"recovered"};
     sc_core::sc_signal<std::uint16_t> slot{"slot"};
@@ -63,7 +64,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       table_unit_("table_unit", scenario.bus.arbitration, scenario.limits(renderer_)),
       frame_memory_("frame_memory", scenario.memory,
                     std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels),
-      bus_arbiter_("bus_arbiter", scenario.bus.arbitration, scenario.displays.count()),
+      bus_arbiter_("bus_arbiter", scenario.bus, scenario.displays.count()),
       bus_port_(
           "bus_port", scenario, renderer_, [this](bool fresh) { start_frame(fresh); }, counters_.bus) {
     bind_link_side();
@@ -125,6 +126,7 @@ void InputFramebuffer::bind_arbiter() {
     bind(bus_port_.start_o, wires_->start, bus_arbiter_.start_i);
     bind(bus_port_.take_o, wires_->take, bus_arbiter_.take_i);
     bind(bus_arbiter_.grant_valid_o, wires_->grant_valid, bus_port_.grant_valid_i);
+    bind(bus_arbiter_.search_o, wires_->search, bus_port_.search_i);
     bind(bus_arbiter_.lost_o, wires_->lost, bus_port_.lost_i);
     bind(bus_arbiter_.recovered_o, wires_->recovered, bus_port_.recovered_i);
     bus_arbiter_.slot_o(wires_->slot);

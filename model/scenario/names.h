@@ -59,6 +59,13 @@ struct EnumNames<StarvationMode> {
 };
 
 template <>
+struct EnumNames<SlotTableMaker> {
+    static constexpr const char* kWhat = "a maker of slot tables";
+    static constexpr auto kTable =
+        name_table<SlotTableMaker>({{SlotTableMaker::kHost, "host"}, {SlotTableMaker::kBuilt, "built"}});
+};
+
+template <>
 struct EnumNames<Pacing> {
     static constexpr const char* kWhat = "a pacing";
     static constexpr auto kTable =

@@ -24,6 +24,12 @@ namespace metabuffer {
 
 enum class StarvationMode : std::uint8_t { kGlitch, kStall };
 
+/// Who makes the slot table of a frame.
+enum class SlotTableMaker : std::uint8_t {
+    kHost,   ///< the host: it is there when the frame begins
+    kBuilt,  ///< the arbiter, a slot a clock; the frame's first grant waits for it
+};
+
 /// What a scenario makes go wrong, on a renderer's link or inside the machine, to see the machine cope. fault_kinds.h
 /// says of each kind what it is and which fields go with it.
 enum class FaultKind : std::uint8_t {
@@ -127,6 +133,17 @@ struct BusConfig {
     int width_bits = 64;
     int burst_pixels = 32;
     Arbitration arbitration = Arbitration::kIrsa;
+    int grant_cycles = 0;  ///< from the requests that an arbiter looks at to its answer
+    SlotTableMaker slot_table = SlotTableMaker::kHost;
+
+    /// An arbiter that answers at once with a table that is there is what proofs speak of.
+    constexpr bool arbiter_takes_time() const {
+        return grant_cycles > 0 || slot_table == SlotTableMaker::kBuilt;
+    }
+    /// Clocks that a slot table of so many slots takes, from the one in which the frame's rows are known.
+    constexpr int build_cycles(std::size_t slots) const {
+        return slot_table == SlotTableMaker::kBuilt ? static_cast<int>(slots) : 0;
+    }
 };
 
 struct ComposerConfig {

@@ -186,6 +186,12 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
                                                                "most pixels of a burst", {1, 65535}),
         choice<Arbitration, &Scenario::bus, &BusConfig::arbitration>("bus.arbitration",
                                                                      "who is next on the bus"),
+        whole_number<&Scenario::bus, &BusConfig::grant_cycles>("bus.grant_cycles", "core cycles",
+                                                               "cycles that the arbiter takes for an answer",
+                                                               limits::kGrantCycles),
+        choice<SlotTableMaker, &Scenario::bus, &BusConfig::slot_table>(
+            "bus.slot_table",
+            "who makes the slot table: the host, in no time, or the arbiter, a slot a cycle"),
         map("composer"),
         whole_number<&Scenario::composer, &ComposerConfig::buffer_pixels>(
             "composer.buffer_pixels", "pixels", "pixels of a composer's buffer", limits::kBufferPixels),

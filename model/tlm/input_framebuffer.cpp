@@ -224,7 +224,10 @@ void InputFramebuffer::start_frame(std::int64_t cycle) {
         rows_.push_back(row);
     }
     requests_.assign(rows_.size(), BusRequest{});
-    policy_->start_frame(slots_of(scenario_.bus.arbitration, front_rows_), rows_.size());
+    const std::vector<int> slots = slots_of(scenario_.bus.arbitration, front_rows_);
+    policy_->start_frame(slots, rows_.size());
+    constexpr std::int64_t kStartClocks = 2;  // the arbiter sees the frame's start, then its first request
+    slot_table_cycle_ = cycle + kStartClocks + scenario_.bus.build_cycles(slots.size());
     new_frame_ = true;
     state_ = State::kTable;
     poll_from_ = cycle + 1;
@@ -269,6 +272,8 @@ void InputFramebuffer::send_table(std::int64_t cycle) {
     }
     state_ = State::kSend;
     next_cycle_ = last_beat + 1;
+    if (pixels_left_ > 0 && slot_table_cycle_ > next_cycle_)
+        wait_for_arbiter(slot_table_cycle_ - next_cycle_);
     std::vector<const Row*> row_of(static_cast<std::size_t>(limits_.displays), nullptr);
     for (Row& row : rows_) {
         row_of[row.segment.row().dcomp - std::size_t{1}] = &row;
@@ -313,19 +318,36 @@ void InputFramebuffer::arbitrate(std::int64_t cycle) {
                 }
             }
             return;
-        case BusGrant::Kind::kLost:
+        case BusGrant::Kind::kLost: {
+            next_cycle_ = cycle;
+            wait_for_arbiter(scenario_.bus.grant_cycles);
+            const CycleSpan lost{next_cycle_, next_cycle_ + lost_slot_cycles_ - 1};
             counters_.bus.lost_cycles += lost_slot_cycles_;
-            next_cycle_ = cycle + lost_slot_cycles_;
-            note_span(SpanKind::kLost, {cycle, next_cycle_ - 1}, 0);
-            if (settings_.observer != nullptr) {
-                settings_.observer->lost_slot(settings_.renderer + 1, {cycle, next_cycle_ - 1});
-            }
+            next_cycle_ = lost.last + 1;
+            note_span(SpanKind::kLost, lost, 0);
+            if (settings_.observer != nullptr) settings_.observer->lost_slot(settings_.renderer + 1, lost);
             return;
+        }
         case BusGrant::Kind::kBurst:
             stop_polling(cycle);
+            next_cycle_ = cycle;
+            wait_for_arbiter(scenario_.bus.grant_cycles);
+            newest_grant_ = {next_cycle_, grant.recovered_slots};
             start_burst(cycle, grant.row, grant.recovered_slots);
             return;
     }
+}
+
+/// Lets clocks pass from next_cycle_ on.
+void InputFramebuffer::wait_for_arbiter(std::int64_t clocks) {
+    if (clocks == 0) {
+        return;
+    }
+    const CycleSpan span{next_cycle_, next_cycle_ + clocks - 1};
+    counters_.bus.grant_cycles += clocks;
+    note_span(SpanKind::kGrant, span, 0);
+    if (settings_.observer != nullptr) settings_.observer->arbitration(settings_.renderer + 1, span);
+    next_cycle_ = span.last + 1;
 }
 
 void InputFramebuffer::stop_polling(std::int64_t cycle) {
@@ -349,7 +371,7 @@ void InputFramebuffer::start_burst(std::int64_t cycle, int row, int recovered_sl
     burst_beats_ = 0;
     recovered_slots_ = recovered_slots;
     granted_ = cycle;
-    at_cycle_ = cycle;
+    at_cycle_ = next_cycle_;
     // A slot is given only to who has its ready space free, so a burst that fits it is never cut.
     may_cut_ = scenario_.composer.ready_space_pixels < burst_left_;
     continue_burst();
@@ -578,7 +600,11 @@ RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
     if (polling_) {
         bus.poll_cycles += std::max<std::int64_t>(0, through_cycle + 1 - poll_from_);
     }
-    // A burst or a slot under way has been counted to its end.
+    // A burst or a slot under way has been counted to its end, and before its arbiter has answered.
+    if (newest_grant_.cycle > through_cycle) {
+        --bus.bursts;
+        bus.recovered_slots -= newest_grant_.recovered_slots;
+    }
     for (const Span& span : newest_spans_) {
         const std::int64_t done = std::clamp<std::int64_t>(through_cycle + 1 - span.cycles.first, 0,
                                                            std::max<std::int64_t>(0, span.cycles.cycles()));
@@ -589,6 +615,9 @@ RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
                 break;
             case SpanKind::kLost:
                 bus.lost_cycles -= excess;
+                break;
+            case SpanKind::kGrant:
+                bus.grant_cycles -= excess;
                 break;
             case SpanKind::kPageMiss:
                 bus.page_miss_cycles -= excess;
@@ -603,9 +632,7 @@ RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
             }
         }
     }
-    bus.idle_cycles =
-        through_cycle + 1 -
-        (bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.poll_cycles + bus.lost_cycles);
+    bus.idle_cycles = through_cycle + 1 - bus.wanted_cycles();
     return counters;
 }
 

@@ -93,7 +93,7 @@ class InputFramebuffer final : public sc_core::sc_module {
         int composers = 0;
         std::int64_t cycle = 0;
     };
-    enum class SpanKind : std::uint8_t { kTable, kBeats, kPageMiss, kLost };
+    enum class SpanKind : std::uint8_t { kTable, kBeats, kPageMiss, kGrant, kLost };
     struct Span {
         SpanKind kind = SpanKind::kTable;
         CycleSpan cycles;
@@ -124,6 +124,7 @@ class InputFramebuffer final : public sc_core::sc_module {
     BusTransfer& transfer(int display);
     ::tlm::tlm_sync_enum take_notice(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
                                      sc_core::sc_time& delay);
+    void wait_for_arbiter(std::int64_t clocks);
     void stop_polling(std::int64_t cycle);
     void note_span(SpanKind kind, CycleSpan cycles, int pixels);
     void advance(Row& row, int pixels) const;
@@ -176,8 +177,14 @@ class InputFramebuffer final : public sc_core::sc_module {
     int burst_beats_ = 0;
     int last_beat_pixels_ = 0;
     int recovered_slots_ = 0;
-    std::int64_t granted_ = 0;
-    std::int64_t at_cycle_ = 0;  ///< of the next beat or page miss
+    std::int64_t granted_ = 0;  ///< the clock whose requests decided
+    struct Grant {
+        std::int64_t cycle = 0;  ///< of the arbiter's answer
+        int recovered_slots = 0;
+    };
+    Grant newest_grant_;
+    std::int64_t slot_table_cycle_ = 0;  ///< from which the frame's slot table is there
+    std::int64_t at_cycle_ = 0;          ///< of the next beat or page miss
     bool may_cut_ = false;
 
     Message<MemoryAccess> memory_access_;

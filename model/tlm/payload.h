@@ -160,7 +160,7 @@ struct BusTransfer : Extension<BusTransfer> {
     // kBeats
     BeatRun beats;
     int remaining = 0;           ///< pixels of the burst behind these beats; kRecheck: behind the last beat
-    std::int64_t granted = 0;    ///< core clock in which the burst got the bus
+    std::int64_t granted = 0;    ///< core clock whose requests the arbiter decided on
     bool heed_busready = false;  ///< the burst may be cut
 
     // kEndOfBurst

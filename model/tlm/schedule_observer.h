@@ -31,6 +31,8 @@ class ScheduleObserver {
     virtual void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) = 0;
     /// There is something to send and no composer takes it.
     virtual void poll(int renderer, CycleSpan span) = 0;
+    /// The bus waits for its arbiter's answer, or for the slot table.
+    virtual void arbitration(int renderer, CycleSpan span) = 0;
     /// A slot whose composer could not use it (slot allocation).
     virtual void lost_slot(int renderer, CycleSpan span) = 0;
     /// What a composer's buffer holds at the end of a clock, at points where its slope may change.

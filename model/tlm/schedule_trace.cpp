@@ -235,20 +235,23 @@ void ScheduleTrace::page_miss(int renderer, int display, std::int64_t word_addre
     output_->write(R"(,"word_address":)", word_address, R"(,"display":)", display, "}}");
 }
 
-void ScheduleTrace::poll(int renderer, CycleSpan span) {
+void ScheduleTrace::wait_of_bus(int renderer, std::string_view what, std::string_view colour,
+                                CycleSpan span) {
     if (span.cycles() <= 0) return;
     open_slice(kBuses, bus_thread(renderer), span);
-    output_->write("poll");
-    open_arguments(span, kGrey);
+    output_->write(what);
+    open_arguments(span, colour);
     output_->write("}}");
 }
 
+void ScheduleTrace::poll(int renderer, CycleSpan span) { wait_of_bus(renderer, "poll", kGrey, span); }
+
+void ScheduleTrace::arbitration(int renderer, CycleSpan span) {
+    wait_of_bus(renderer, "arbitration", kBad, span);
+}
+
 void ScheduleTrace::lost_slot(int renderer, CycleSpan span) {
-    if (span.cycles() <= 0) return;
-    open_slice(kBuses, bus_thread(renderer), span);
-    output_->write("lost slot");
-    open_arguments(span, kTerrible);
-    output_->write("}}");
+    wait_of_bus(renderer, "lost slot", kTerrible, span);
 }
 
 void ScheduleTrace::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {

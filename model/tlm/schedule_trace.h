@@ -42,6 +42,7 @@ class ScheduleTrace final : public ScheduleObserver {
                int recovered_slots, CycleSpan span) override;
     void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) override;
     void poll(int renderer, CycleSpan span) override;
+    void arbitration(int renderer, CycleSpan span) override;
     void lost_slot(int renderer, CycleSpan span) override;
     /// Writes a level only if it is another than the composer's last one.
     void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
@@ -50,6 +51,7 @@ class ScheduleTrace final : public ScheduleObserver {
     void shown(int display, int frame, CycleSpan span) override;
 
   private:
+    void wait_of_bus(int renderer, std::string_view what, std::string_view colour, CycleSpan span);
     class Output;
 
     void write_tracks(const Scenario& scenario);

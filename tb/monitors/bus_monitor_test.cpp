@@ -365,6 +365,44 @@ TEST_CASE("bus monitor: BUSREADY counts at the clock of the grant, before the pa
     bench.violations.check_none();
 }
 
+/// An arbiter that answers two clocks behind the one whose BUSREADY it looks at; the first is that of clock 12.
+struct SlowArbiterBus : BusBench {
+    SlowArbiterBus() : BusBench(slow_arbiter()) { put_table(); }
+
+    static Scenario slow_arbiter() {
+        Scenario scenario = bus_scenario();
+        scenario.bus.grant_cycles = 2;
+        return scenario;
+    }
+    void put_burst(int clock) {
+        put(clock, 1, 0, 4);
+        put(clock + 1, 1, 2, 2);
+        put(clock + 5, 1, 4, 0);
+        run();
+    }
+};
+
+TEST_CASE("bus monitor: BUSREADY counts at the clock at which a slow arbiter decides", "[monitors]") {
+    SlowArbiterBus bench;
+    bench.busready_1_low = {11, 13, 14, 15, 16, 17};
+    bench.put_burst(18);
+    bench.violations.check_none();
+}
+
+TEST_CASE("bus monitor: a slot for a composer whose BUSREADY was low when a slow arbiter decided",
+          "[monitors]") {
+    SlowArbiterBus bench;
+    bench.busready_1_low = {12};
+    bench.put_burst(18);
+    bench.violations.check_only("bus/busready", "BUSREADY_1_1", 18, 0);
+}
+
+TEST_CASE("bus monitor: a burst that begins before a slow arbiter can have answered", "[monitors]") {
+    SlowArbiterBus bench;
+    bench.put_burst(17);
+    bench.violations.check_only("bus/pace", "BUS_1", 17, 0);
+}
+
 TEST_CASE("bus monitor: a burst that goes on behind a low BUSREADY", "[monitors]") {
     BusBench bench;
     bench.put_frame();

@@ -64,25 +64,30 @@ struct ArbiterBench {
     rtl::SignalBank<std::uint64_t> deadline;
     rtl::SignalBank<bool> grant;
     sc_core::sc_signal<bool> grant_valid;
+    sc_core::sc_signal<bool> search;
     sc_core::sc_signal<bool> lost;
     sc_core::sc_signal<std::uint16_t> recovered;
     sc_core::sc_signal<std::uint16_t> slot;
     BusArbiter dut;
     std::vector<const Recording<bool>*> grants;
     const Recording<bool>& valid;
+    const Recording<bool>& searches;
     const Recording<bool>& lost_slots;
     const Recording<std::uint16_t>& recovered_slots;
     const Recording<std::uint16_t>& slots;
 
-    ArbiterBench(ClockedTestbench& bench, Arbitration arbitration)
+    ArbiterBench(ClockedTestbench& bench, Arbitration arbitration, int grant_cycles = 0,
+                 SlotTableMaker maker = SlotTableMaker::kHost)
         : policy(arbitration),
           core(bench.core),
           pending(kLines, name_of(arbitration, "pending")),
           ready(kLines, name_of(arbitration, "ready")),
           deadline(goes_by_deadlines(arbitration) ? kLines : 0, name_of(arbitration, "deadline")),
           grant(kLines, name_of(arbitration, "grant")),
-          dut(("arbiter_" + std::to_string(static_cast<int>(arbitration))).c_str(), arbitration, kLines),
+          dut(("arbiter_" + std::to_string(static_cast<int>(arbitration))).c_str(),
+              config_of(arbitration, grant_cycles, maker), kLines),
           valid(core.record_sampled(grant_valid)),
+          searches(core.record_sampled(search)),
           lost_slots(core.record_sampled(lost)),
           recovered_slots(core.record_sampled(recovered)),
           slots(core.record_sampled(slot)) {
@@ -99,6 +104,7 @@ struct ArbiterBench {
             grants.push_back(&core.record_sampled(grant[line]));
         }
         dut.grant_valid_o(grant_valid);
+        dut.search_o(search);
         dut.lost_o(lost);
         dut.recovered_o(recovered);
         dut.slot_o(slot);
@@ -110,6 +116,14 @@ struct ArbiterBench {
             return std::string(stem) + std::to_string(static_cast<int>(arbitration)) + "_" +
                    std::to_string(line);
         };
+    }
+
+    static BusConfig config_of(Arbitration arbitration, int grant_cycles, SlotTableMaker maker) {
+        BusConfig bus;
+        bus.arbitration = arbitration;
+        bus.grant_cycles = grant_cycles;
+        bus.slot_table = maker;
+        return bus;
     }
 
     /// start_i is high at edge `clock`.
@@ -248,6 +262,81 @@ TEST_CASE("bus arbiter: a new frame's table counts from its start on, from the f
     CHECK(dut.slots.at(kSecond + 1) == 0);
     CHECK(dut.slots.at(kSecond + 2) == 1);
 }
+
+TEST_CASE(
+    "bus arbiter: a grant that takes clocks stands behind so many edges, whatever the lines do meanwhile") {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kRoundRobin, 3);
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    constexpr int kAsked = ArbiterBench::kFirst + 2;
+    // Polls cost nothing; row 1 alone is ready at kAsked, row 0 from the next clock on.
+    for (int clock = ArbiterBench::kFirst; clock < kAsked; ++clock) dut.drive(clock, {{false, false, false}});
+    dut.drive(kAsked, {{false, true, false}});
+    for (int clock = kAsked + 1; clock < kAsked + 12; ++clock) dut.drive(clock, {{true, false, false}});
+    bench.run_through(kAsked + 12);
+    for (int clock = ArbiterBench::kFirst; clock < kAsked; ++clock) CHECK_FALSE(dut.searches.at(clock));
+    for (int clock = kAsked; clock < kAsked + 3; ++clock) {
+        CHECK(dut.granted_at(clock) == -1);
+        CHECK(dut.searches.at(clock));
+    }
+    CHECK(dut.granted_at(kAsked + 3) == 1);
+    CHECK(dut.recovered_slots.at(kAsked + 3) == 1);
+    CHECK_FALSE(dut.searches.at(kAsked + 3));
+    // The next answer is looked for from the clock on that follows the one in which this one was taken.
+    for (int clock = kAsked + 4; clock < kAsked + 7; ++clock) CHECK(dut.granted_at(clock) == -1);
+    CHECK(dut.granted_at(kAsked + 7) == 0);
+    CHECK(dut.slots.at(kAsked + 4) == 2);
+}
+
+TEST_CASE("bus arbiter: a lost slot takes the clocks of an answer as well") {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kSlotAllocation, 2);
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    for (int i = 0; i < 8; ++i) dut.drive(ArbiterBench::kFirst + i, {{false, false, false}});
+    bench.run_through(ArbiterBench::kFirst + 8);
+    for (int i = 0; i < 8; ++i) CHECK(dut.lost_slots.at(ArbiterBench::kFirst + i) == (i % 3 == 2));
+}
+
+TEST_CASE("bus arbiter: a slot table that is built takes a clock a slot, and nothing is granted before") {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kIrsa, 0, SlotTableMaker::kBuilt);
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    const auto slots = static_cast<int>(slots_of(Arbitration::kIrsa, three_rows()).size());
+    REQUIRE(slots > 2);
+    for (int i = 0; i < slots + 3; ++i) dut.drive(ArbiterBench::kFirst + i, {{true, true, true}});
+    bench.run_through(ArbiterBench::kFirst + slots + 3);
+    for (int i = 0; i < slots; ++i) {
+        CHECK(dut.granted_at(ArbiterBench::kFirst + i) == -1);
+        CHECK(dut.searches.at(ArbiterBench::kFirst + i));
+    }
+    CHECK(dut.granted_at(ArbiterBench::kFirst + slots) == slots_of(Arbitration::kIrsa, three_rows())[0]);
+    CHECK(dut.granted_at(ArbiterBench::kFirst + slots + 1) >= 0);
+    CHECK_FALSE(dut.searches.at(ArbiterBench::kFirst + slots));
+}
+
+void check_reset_at(int reset_at) {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kRoundRobin, 5, SlotTableMaker::kBuilt);
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    constexpr int kSecond = 20;
+    for (int clock = ArbiterBench::kFirst; clock < kSecond + 14; ++clock)
+        dut.drive(clock, {{true, true, true}});
+    bench.core.pulse(bench.reset, reset_at);
+    dut.start_at(kSecond, three_rows());
+    bench.run_through(kSecond + 14);
+    for (int clock = reset_at + 1; clock <= kSecond; ++clock) {
+        CHECK_FALSE(dut.searches.at(clock));
+        CHECK(dut.granted_at(clock) == -1);
+    }
+    // Three slots are built, then five clocks searched.
+    for (int clock = kSecond + 1; clock < kSecond + 9; ++clock) CHECK(dut.granted_at(clock) == -1);
+    CHECK(dut.granted_at(kSecond + 9) == 0);
+}
+
+TEST_CASE("bus arbiter: a reset ends the building of a slot table") {
+    check_reset_at(ArbiterBench::kFirst + 1);
+}
+TEST_CASE("bus arbiter: a reset ends a search") { check_reset_at(ArbiterBench::kFirst + 6); }
 
 void check_reset(Arbitration policy) {
     ClockedTestbench bench;

@@ -28,7 +28,7 @@ constexpr int kDisplays = 2;
 struct PortBench {
     Scenario scenario;
     ClockDomain& core;
-    sc_core::sc_signal<bool> request, answer, fresh, start, take, grant_valid, lost;
+    sc_core::sc_signal<bool> request, answer, fresh, start, take, grant_valid, search, lost;
     sc_core::sc_signal<FrontTable> table;
     sc_core::sc_signal<BusBeat> bus;
     rtl::SignalBank<bool> busready, tableready, pending, ready, grant;
@@ -73,6 +73,7 @@ struct PortBench {
         dut.start_o(start);
         dut.take_o(take);
         dut.grant_valid_i(grant_valid);
+        dut.search_i(search);
         dut.lost_i(lost);
         dut.recovered_i(recovered);
         dut.command_o(command);

@@ -268,6 +268,15 @@ void choose_banks(std::uint64_t seed, MemoryConfig& memory) {
     memory.precharge_cycles = random.between(0, most);
 }
 
+/// Likewise.
+void choose_arbiter(std::uint64_t seed, BusConfig& bus) {
+    constexpr std::uint64_t kOwnSequence = 0x4772616E;
+    Random random(seed ^ kOwnSequence);
+    if (!random.one_in(3)) return;
+    if (random.one_in(2)) bus.grant_cycles = random.one_in(8) ? random.between(0, 255) : random.between(0, 9);
+    if (random.one_in(2)) bus.slot_table = SlotTableMaker::kBuilt;
+}
+
 }  // namespace
 
 Scenario random_scenario(std::uint64_t seed) {
@@ -297,6 +306,7 @@ Scenario random_scenario(std::uint64_t seed) {
         add_random_faults(random, scenario);
     }
     choose_banks(seed, scenario.memory);
+    choose_arbiter(seed, scenario.bus);
     check_scenario(scenario);
     return scenario;
 }

@@ -150,7 +150,11 @@ std::string buffer_lines(const Analysis& analysis) {
         }
     }
     const bool has_bound = analysis.safe_buffer_pixels.has_value();
-    if (!has_bound) reason = std::string("nothing is proved of ") + to_string(analysis.bus.arbitration);
+    if (!has_bound) {
+        reason = std::string("nothing is proved of ") + (analysis.bus.arbiter_takes_time()
+                                                             ? "an arbiter that takes clocks"
+                                                             : to_string(analysis.bus.arbitration));
+    }
     text += figure("never starves with",
                    has_bound ? std::to_string(*analysis.safe_buffer_pixels) : "no bound", reason);
     text += figure("holds every segment", std::to_string(analysis.whole_buffer_pixels));
@@ -208,6 +212,9 @@ std::string analysis_text(const Analysis& analysis) {
     if (analysis.memory.banks > 1 || analysis.memory.precharge_cycles > 0) {
         text += "page misses are counted as if one bank had one page open, each at its full price: the " +
                 counted(analysis.memory.banks, "bank") + " may have fewer and cheaper ones\n";
+    }
+    if (analysis.bus.slot_table == SlotTableMaker::kBuilt) {
+        text += "the clocks in which the arbiter makes a slot table, one a slot and frame, are not counted\n";
     }
     for (const TableAnalysis& table : analysis.tables) {
         text += "\nrenderer " + table.renderer_name + ", " + frames_text(table.frames) + "\n";

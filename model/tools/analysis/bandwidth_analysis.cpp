@@ -86,8 +86,10 @@ Supply supply_of(const BusTable& table, const Scenario& scenario, int image_widt
     const std::int64_t row_cycles =
         std::max(1, static_cast<int>(8 * kControlRowBytes) / scenario.bus.width_bits);
     supply.table_cycles = 1 + static_cast<std::int64_t>(table.users().size()) * row_cycles;
+    std::int64_t grant_cycles = 0;
     for (const BusUser& user : table.users()) {
-        supply.burst_cycles += user.costs.total();
+        supply.burst_cycles += user.costs.total() + user.costs.bursts() * scenario.bus.grant_cycles;
+        grant_cycles += user.costs.bursts() * scenario.bus.grant_cycles;
         supply.beats += user.costs.beats();
         supply.page_misses += user.costs.page_misses();
     }
@@ -99,7 +101,7 @@ Supply supply_of(const BusTable& table, const Scenario& scenario, int image_widt
     const std::int64_t least_beats =
         supply.whole_bursts ? supply.beats : (pixels + machine.pixels_per_beat - 1) / machine.pixels_per_beat;
     supply.least_burst_cycles =
-        least_beats * machine.cycles_per_beat +
+        grant_cycles + least_beats * machine.cycles_per_beat +
         least_opening_cycles(scenario.memory, pages_of(table, image_width, scenario.memory.page_words));
     supply.sustained = pixels == 0 ? supply.raw : as_double(pixels) / as_double(supply.burst_cycles);
     return supply;

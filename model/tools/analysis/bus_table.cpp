@@ -15,7 +15,9 @@ MachineFigures::MachineFigures(const Scenario& scenario, const ArbitrationRow& p
       cycles_per_beat(metabuffer::cycles_per_beat(scenario.bus)),
       page_miss_cycles(scenario.memory.page_miss_cycles),
       lost_slot_cycles(metabuffer::lost_slot_cycles(scenario)),
-      policy(policy) {}
+      policy(policy) {
+    if (scenario.bus.arbiter_takes_time()) this->policy.proof = BufferProof::kNone;
+}
 
 /// Row after row of the source is released in a stretch, with a pause between: the most by which that runs ahead of
 /// its average, from the beginning of any stretch to the end of any other.

@@ -332,9 +332,11 @@ TEST_CASE("scenario: what must be there") {
 TEST_CASE("scenario: a map that is none") {
     const ScenarioFixture fixture;
     check_error(fixture, "bus", "64",
-                "is '64'; use a map with the keys width_bits, burst_pixels and arbitration");
+                "is '64'; use a map with the keys width_bits, burst_pixels, arbitration, grant_cycles "
+                "and slot_table");
     check_error(fixture, "bus", "",
-                "is nothing; use a map with the keys width_bits, burst_pixels and arbitration");
+                "is nothing; use a map with the keys width_bits, burst_pixels, arbitration, grant_cycles "
+                "and slot_table");
     check_error(fixture, "memory", "[512]",
                 "is a list; use a map with the keys page_words, banks, precharge_cycles, activate_cycles, "
                 "page_miss_cycles and words_per_cycle");

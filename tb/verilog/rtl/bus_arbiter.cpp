@@ -7,12 +7,14 @@
 
 #include <verilated.h>
 
+#include <limits>
 #include <string>
 #include <type_traits>
 
 #include "datapath/arbitration/arbitration_table.h"
 #include "rtl/register.h"
 #include "rtl/wires.h"
+#include "scenario/limits.h"
 
 namespace metabuffer::rtl {
 
@@ -24,6 +26,7 @@ constexpr int kLineBits = bits_for(kLines - 1);
 constexpr int kWordBits = 32;  // of a wide pin's elements
 static_assert(kLines >= 3 && kLines <= 64, "the request lines are one integer, the deadlines a wide pin");
 static_assert(kSlots >= most_slots(kLines));
+static_assert(limits::kGrantCycles.high <= std::numeric_limits<CData>::max());
 
 /// Registers that reset does not set start with values of their own.
 constexpr int kRandomRegisters = 2;
@@ -41,11 +44,11 @@ void put_slot(WidePin& pin, int slot, int row) {
 
 }  // namespace
 
-BusArbiter::BusArbiter(const sc_core::sc_module_name& name, Arbitration arbitration, int lines)
+BusArbiter::BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus, int lines)
     : Block(name),
       pending_i("pending_i", static_cast<std::size_t>(lines)),
       ready_i("ready_i", static_cast<std::size_t>(lines)),
-      deadline_i("deadline_i", goes_by_deadlines(arbitration) ? static_cast<std::size_t>(lines) : 0),
+      deadline_i("deadline_i", goes_by_deadlines(bus.arbitration) ? static_cast<std::size_t>(lines) : 0),
       grant_o("grant_o", static_cast<std::size_t>(lines)),
       context_(std::make_unique<VerilatedContext>()) {
     if (lines > kLines) {
@@ -60,8 +63,10 @@ BusArbiter::BusArbiter(const sc_core::sc_module_name& name, Arbitration arbitrat
     verilated_ = std::make_unique<VerilatedBusArbiter>(context_.get(), "bus_arbiter");
     verilated_->clk_i = 0;
     verilated_->reset_i = 1;
-    verilated_->by_deadline_i = goes_by_deadlines(arbitration) ? 1 : 0;
-    verilated_->lose_idle_i = loses_slots(arbitration) ? 1 : 0;
+    verilated_->by_deadline_i = goes_by_deadlines(bus.arbitration) ? 1 : 0;
+    verilated_->lose_idle_i = loses_slots(bus.arbitration) ? 1 : 0;
+    verilated_->grant_cycles_i = static_cast<CData>(bus.grant_cycles);
+    verilated_->build_i = bus.slot_table == SlotTableMaker::kBuilt ? 1 : 0;
     verilated_->eval();
     SC_METHOD(process);
     sensitive << clk_i.pos();
@@ -133,6 +138,7 @@ void BusArbiter::drive_outputs() {
     }
     granted_ = grants;
     grant_valid_o.write(verilated_->grant_valid_o != 0);
+    search_o.write(verilated_->search_o != 0);
     lost_o.write(verilated_->lost_o != 0);
     recovered_o.write(verilated_->recovered_o);
     slot_o.write(verilated_->slot_o);
@@ -147,6 +153,7 @@ void BusArbiter::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, start_i, path("start"));
     sc_core::sc_trace(file, take_i, path("take"));
     sc_core::sc_trace(file, grant_valid_o, path("grant_valid"));
+    sc_core::sc_trace(file, search_o, path("search"));
     sc_core::sc_trace(file, lost_o, path("lost"));
     // Pins of the verilated module, which stay where they are in memory.
     sc_core::sc_trace(file, verilated_->recovered_o, path("recovered"), bits_for(kSlots - 1));

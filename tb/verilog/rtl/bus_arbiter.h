@@ -31,12 +31,13 @@ class BusArbiter final : public Block {
     sc_core::sc_vector<sc_core::sc_in<std::uint64_t>> deadline_i;  ///< only under a policy that goes by it
     sc_core::sc_vector<sc_core::sc_out<bool>> grant_o;
     sc_core::sc_out<bool> grant_valid_o{"grant_valid_o"};
+    sc_core::sc_out<bool> search_o{"search_o"};
     sc_core::sc_out<bool> lost_o{"lost_o"};
     sc_core::sc_out<std::uint16_t> recovered_o{"recovered_o"};
     sc_core::sc_out<std::uint16_t> slot_o{"slot_o"};
 
     /// lines: displays.
-    BusArbiter(const sc_core::sc_module_name& name, Arbitration arbitration, int lines);
+    BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus, int lines);
     ~BusArbiter() override;
     SC_HAS_PROCESS(BusArbiter);
 
