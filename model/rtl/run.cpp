@@ -179,6 +179,8 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
                              : CycleRange{wanted.first, wanted.kind == Kind::kAll ? kForever : wanted.last};
         if (!window) {
             result.trace_note = "what the waveform should show does not happen in this run";
+        } else {
+            waveform_file->start();
         }
     }
 

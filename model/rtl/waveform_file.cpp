@@ -103,12 +103,14 @@ class WaveformFile::Pipe {
 };
 
 WaveformFile::WaveformFile(const std::filesystem::path& target, const std::string& header)
-    : target_(target), output_(target) {
-    const bool compressed = is_fst(target);
-    if (compressed) FstConverter::check_installed(target);
-    pipe_ = std::make_unique<Pipe>(target);
-    writer_ = std::make_unique<ChildProcess>([this, &header, compressed](const ChildProcess::Sender& sender) {
-        const std::string answer = compressed ? write_compressed(header) : write_dump(header);
+    : target_(target), header_(header), output_(target) {
+    if (is_fst(target)) FstConverter::check_installed(target);
+}
+
+void WaveformFile::start() {
+    pipe_ = std::make_unique<Pipe>(target_);
+    writer_ = std::make_unique<ChildProcess>([this](const ChildProcess::Sender& sender) {
+        const std::string answer = is_fst(target_) ? write_compressed() : write_dump();
         sender.send(answer.data(), answer.size());
     });
 }
@@ -116,7 +118,7 @@ WaveformFile::WaveformFile(const std::filesystem::path& target, const std::strin
 /// Hands all that comes to take(bytes), the header first. After a failure it reads on, for the simulation waits until it
 /// does. kAllWritten, or the error.
 template <typename Take>
-std::string WaveformFile::write_all(const std::string& header, Take take) const {
+std::string WaveformFile::write_all(Take take) const {
     std::string answer(kAllWritten);
     const auto take_safely = [&](std::string_view bytes) {
         if (answer != kAllWritten) return;
@@ -127,7 +129,7 @@ std::string WaveformFile::write_all(const std::string& header, Take take) const 
         }
     };
     try {
-        take_safely(as_comment(header));
+        take_safely(as_comment(header_));
         pipe_->read_all(take_safely);
     } catch (const OutputError& error) {
         answer = error.what();
@@ -135,13 +137,13 @@ std::string WaveformFile::write_all(const std::string& header, Take take) const 
     return answer;
 }
 
-std::string WaveformFile::write_dump(const std::string& header) {
-    return write_all(header, [this](std::string_view bytes) { output_.write(bytes); });
+std::string WaveformFile::write_dump() {
+    return write_all([this](std::string_view bytes) { output_.write(bytes); });
 }
 
-std::string WaveformFile::write_compressed(const std::string& header) {
+std::string WaveformFile::write_compressed() {
     std::optional<FstConverter> converter;
-    std::string answer = write_all(header, [&converter](std::string_view bytes) {
+    std::string answer = write_all([&converter](std::string_view bytes) {
         if (!converter) converter.emplace();
         converter->write(bytes);
     });

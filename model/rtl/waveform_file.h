@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "host/child_process.h"
 #include "host/output_file.h"
@@ -18,13 +19,15 @@ bool is_waveform_name(const std::filesystem::path& file);
 class WaveformFile {
   public:
     /// A target whose name ends in .fst is written in GTKWave's compressed format, another one as a value change dump.
-    /// header: lines that the file begins with, as a comment. Construct it before this process elaborates anything.
-    /// Throws OutputError or InputError.
+    /// header: lines that the file begins with, as a comment. Throws OutputError or InputError.
     WaveformFile(const std::filesystem::path& target, const std::string& header);
     WaveformFile(const WaveformFile&) = delete;
     WaveformFile& operator=(const WaveformFile&) = delete;
     ~WaveformFile();
 
+    /// Starts the process that writes: as late as may be, but before this process elaborates anything. Throws
+    /// OutputError or InputError.
+    void start();
     /// The name that SystemC's writer is given; it adds the extension itself.
     std::string stem() const;
     /// As soon as SystemC has opened its file, which it does at its first clock: from then on it is no longer waited for if
@@ -35,14 +38,15 @@ class WaveformFile {
 
   private:
     template <typename Take>
-    std::string write_all(const std::string& header, Take take) const;
-    std::string write_dump(const std::string& header);
-    std::string write_compressed(const std::string& header);
+    std::string write_all(Take take) const;
+    std::string write_dump();
+    std::string write_compressed();
 
     /// A folder of this process alone with the pipe in it.
     class Pipe;
 
     std::filesystem::path target_;
+    std::string header_;
     OutputFile output_;
     std::unique_ptr<Pipe> pipe_;
     std::unique_ptr<ChildProcess> writer_;

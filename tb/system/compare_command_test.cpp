@@ -173,7 +173,8 @@ TEST_CASE("compare: a level that fails is named", "[program][compare]") {
          {Case{"error", kExitModelError, "metabuffer/test: told to fail"},
           Case{"exception", kExitModelError, "told to throw"}, Case{"crash", kExitModelError, "Aborted"},
           Case{"late crash", kExitModelError, "Aborted"}, Case{"exit", kExitModelError, "without a report"},
-          Case{"input", kExitBadInput, "told to refuse"}}) {
+          Case{"input", kExitBadInput, "told to refuse"},
+          Case{"memory", kExitBadInput, "does not have the memory"}}) {
         const ProgramResult result = compare_faulty(place, failing.fault);
         INFO(failing.fault << ": " << result.err);
         CHECK(result.status == failing.status);

@@ -1,4 +1,5 @@
 #include <cstdlib>
+#include <new>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -21,6 +22,7 @@ std::optional<ColourImage> spoilt(const std::string& fault, int frame, int displ
         image.at(12, 5) ^= 0x00'0001U;
         image.at(3, 6) ^= 0xFF'0000U;
     }
+    if (fault == "memory") throw std::bad_alloc();  // in a process of SystemC's
     if (fault == "lost picture" && frame == 0 && display == 1) return std::nullopt;
     if (fault == "all pictures") image.values.back() ^= 1U;
     return image;

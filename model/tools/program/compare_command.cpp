@@ -133,6 +133,20 @@ void receive_all(LevelProcess& rtl, LevelProcess& tlm, PictureComparison& pictur
     pictures.finish();
 }
 
+/// Which levels failed, and how; one of them has.
+std::string failures_text(const LevelProcess& rtl, const LevelProcess& tlm) {
+    const auto& at_rtl = rtl.failure();
+    const auto& at_tlm = tlm.failure();
+    if (at_rtl && at_tlm && at_rtl->message == at_tlm->message) {
+        return "both levels failed: " + at_rtl->message;
+    }
+    std::string text;
+    if (at_rtl) text += "level rtl failed: " + at_rtl->message;
+    if (at_rtl && at_tlm) text += "; ";
+    if (at_tlm) text += "level tlm failed: " + at_tlm->message;
+    return text;
+}
+
 /// What of the two runs was compared.
 std::string extent(const Scenario& scenario, std::int64_t core_cycles, const ReportComparison& reports,
                    const PictureComparison& pictures, bool no_images) {
@@ -171,16 +185,12 @@ ExitStatus CompareCommand::execute() {
     LevelProcess tlm(TimedLevel::kTlm, scenario, !no_images_);
     receive_all(rtl, tlm, pictures, ProgressLine(!quiet_));
 
-    std::optional<ExitStatus> failed;
-    for (const LevelProcess* process : {&rtl, &tlm}) {
-        if (!process->failure()) continue;
-        const Failure& failure = *process->failure();
-        std::cerr << text::message(scenario_.file() + ": level " + level_name(process->level()) +
-                                   " failed: " + failure.message)
-                  << '\n';
-        if (failed != kExitModelError) failed = failure.status;
+    if (rtl.failure() || tlm.failure()) {
+        std::cerr << text::message(scenario_.file() + ": " + failures_text(rtl, tlm)) << '\n';
+        const bool model_error = (rtl.failure() && rtl.failure()->status == kExitModelError) ||
+                                 (tlm.failure() && tlm.failure()->status == kExitModelError);
+        return model_error ? kExitModelError : (rtl.failure() ? *rtl.failure() : *tlm.failure()).status;
     }
-    if (failed) return *failed;
 
     const ReportComparison reports = compare_reports(rtl.result()->report, tlm.result()->report);
     std::vector<std::string> lines = reports.differences;

@@ -1,5 +1,6 @@
 #include "tools/program/failure.h"
 
+#include <sysc/kernel/sc_kernel_ids.h>
 #include <unistd.h>
 
 #include <cstring>
@@ -64,6 +65,12 @@ Failure current_failure() {
         return {kExitBadInput, text::message("metabuffer: this computer refuses what a run needs: " +
                                              error.code().message())};
     } catch (const sc_core::sc_report& report) {
+        // What a process throws comes as a report, its text alone is left of it.
+        const bool thrown =
+            std::strcmp(report.get_msg_type(), sc_core::SC_ID_SIMULATION_UNCAUGHT_EXCEPTION_) == 0;
+        if (thrown && std::strcmp(report.get_msg(), std::bad_alloc().what()) == 0) {
+            return {kExitBadInput, kNoMemory};
+        }
         return {kExitModelError, text::message(std::string("the model is at fault: ") +
                                                report.get_msg_type() + ": " + report.get_msg())};
     } catch (const std::exception& error) {
