@@ -21,6 +21,7 @@ std::vector<std::string> words(Enum last, const char* const (&list)[kCount]) {
 
 std::vector<std::string> reject_causes() {
     std::vector<std::string> causes;
+    causes.reserve(kRejectCauseCount);
     for (int cause = 0; cause < kRejectCauseCount; ++cause) {
         causes.emplace_back(reject_cause_key(static_cast<RejectCause>(cause)));
     }

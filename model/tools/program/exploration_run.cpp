@@ -82,6 +82,7 @@ void add_options(CLI::App& command, ProcessOptions& options) {
                     "Seconds after which a simulation is given up, as a crash (default: none)")
         ->check(number_within(kTimeLimitSeconds));
     std::vector<std::string> levels;
+    levels.reserve(kTimedLevelTable.size());
     for (const TimedLevelRow& row : kTimedLevelTable) levels.emplace_back(row.name);
     command
         .add_option_function<std::string>(

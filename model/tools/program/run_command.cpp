@@ -50,7 +50,12 @@ void show_progress(const ProgressLine& line, std::int64_t core_cycles, double sh
 /// What made a waveform: program, scenario and every key that is a single value.
 std::string waveform_header(const Scenario& scenario) {
     std::string header = "metabuffer " METABUFFER_VERSION "\nscenario " + scenario.name + "\n";
-    for (const auto& [key, value] : scenario_settings(scenario)) header += key + " = " + value + "\n";
+    for (const auto& [key, value] : scenario_settings(scenario)) {
+        header += key;
+        header += " = ";
+        header += value;
+        header += '\n';
+    }
     return header;
 }
 
