@@ -1,11 +1,7 @@
 #include "rtl/fst_converter.h"
 
-#include <unistd.h>
-
 #include <array>
-#include <cerrno>
 #include <cstdint>
-#include <cstdlib>
 #include <fstream>
 #include <string>
 #include <system_error>
@@ -48,33 +44,25 @@ void FstConverter::check_installed(const std::filesystem::path& target) {
 }
 
 FstConverter::FstConverter() {
-    std::error_code ignored;
-    std::string folder = (std::filesystem::temp_directory_path(ignored) / "metabuffer-XXXXXX").string();
-    if (mkdtemp(folder.data()) == nullptr) {
-        throw OutputError("the waveform's folder '" + folder +
-                          "': " + std::generic_category().message(errno));
+    try {
+        folder_.emplace();
+    } catch (const std::system_error& error) {
+        throw OutputError(std::string("the waveform's folder: ") + error.what());
     }
-    folder_ = folder;
     FilterProgram program = converter();
-    program.command.push_back((folder_ / "waveform.fst").string());
+    program.command.push_back(made_file().string());
     process_ = std::make_unique<FilterProcess>(program);
-}
-
-FstConverter::~FstConverter() {
-    process_.reset();
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
 }
 
 void FstConverter::finish(OutputFile& output) {
     process_->finish();
     std::error_code error;
-    const std::filesystem::path made = folder_ / "waveform.fst";
+    const std::filesystem::path made = made_file();
     const std::uintmax_t size = std::filesystem::file_size(made, error);
     std::ifstream file(made, std::ios::binary);
     if (error || !file || !is_whole(file, size)) {
         throw OutputError("the waveform: " + converter().command.front() + " left half a file in '" +
-                          folder_.parent_path().string() + "'; is there room on the disk?");
+                          folder_->path().parent_path().string() + "'; is there room on the disk?");
     }
     file.clear();
     file.seekg(0);

@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "host/errors.h"
+#include "host/temporary_folder.h"
 #include "rtl/fst_converter.h"
 
 namespace metabuffer::rtl {
@@ -40,17 +41,15 @@ bool is_waveform_name(const std::filesystem::path& file) {
 class WaveformFile::Pipe {
   public:
     explicit Pipe(const std::filesystem::path& target) {
-        std::error_code ignored;
-        std::string folder = (std::filesystem::temp_directory_path(ignored) / "metabuffer-XXXXXX").string();
-        if (mkdtemp(folder.data()) == nullptr) fail(target);
-        folder_ = folder;
+        try {
+            folder_.emplace();
+        } catch (const std::system_error& error) {
+            fail(target, error.code().value());
+        }
         // Opened before its writer comes, so that neither end waits for the other for ever.
         if (mkfifo((stem() + kWaveformExtension).c_str(), 0600) != 0 ||
             (reading_ = open((stem() + kWaveformExtension).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) < 0) {
-            const int error = errno;
-            std::filesystem::remove_all(folder_, ignored);
-            errno = error;
-            fail(target);
+            fail(target, errno);
         }
         before_ = std::signal(SIGPIPE, SIG_IGN);
     }
@@ -61,7 +60,7 @@ class WaveformFile::Pipe {
         close_reading();
     }
 
-    std::string stem() const { return (folder_ / kStem).string(); }
+    std::string stem() const { return (folder_->path() / kStem).string(); }
 
     /// In the process that writes: calls take(bytes) with all that comes, until its writer closes it.
     template <typename Take>
@@ -88,16 +87,15 @@ class WaveformFile::Pipe {
         if (reading_ < 0) return;
         close(reading_);
         reading_ = -1;
-        std::error_code ignored;
-        std::filesystem::remove_all(folder_, ignored);
+        folder_.reset();
     }
 
   private:
-    [[noreturn]] static void fail(const std::filesystem::path& target) {
-        fail_to_write(target, "no pipe for it: " + std::generic_category().message(errno));
+    [[noreturn]] static void fail(const std::filesystem::path& target, int error) {
+        fail_to_write(target, "no pipe for it: " + std::generic_category().message(error));
     }
 
-    std::filesystem::path folder_;
+    std::optional<TemporaryFolder> folder_;
     int reading_ = -1;
     void (*before_)(int) = nullptr;
 };

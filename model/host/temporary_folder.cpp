@@ -1,0 +1,24 @@
+#include "host/temporary_folder.h"
+
+#include <cerrno>
+#include <cstdlib>
+#include <string>
+#include <system_error>
+
+namespace metabuffer {
+
+TemporaryFolder::TemporaryFolder() {
+    std::error_code ignored;
+    std::string folder = (std::filesystem::temp_directory_path(ignored) / "metabuffer-XXXXXX").string();
+    if (mkdtemp(folder.data()) == nullptr) {
+        throw std::system_error(errno, std::generic_category(), folder);
+    }
+    path_ = folder;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+}
+
+}  // namespace metabuffer
