@@ -179,7 +179,7 @@ CompareCommand::CompareCommand(CLI::App& program)
 ExitStatus CompareCommand::execute() {
     const Scenario scenario = scenario_.load();
     // Before level rtl runs, which takes longer.
-    refuse_faults_of_level_rtl(scenario, level_name(TimedLevel::kTlm));
+    refuse_faults_of_level_rtl(scenario, to_string(TimedLevel::kTlm));
     PictureComparison pictures;
     LevelProcess rtl(TimedLevel::kRtl, scenario, !no_images_);
     LevelProcess tlm(TimedLevel::kTlm, scenario, !no_images_);

@@ -81,15 +81,12 @@ void add_options(CLI::App& command, ProcessOptions& options) {
         .add_option("--time-limit", options.time_limit_seconds,
                     "Seconds after which a simulation is given up, as a crash (default: none)")
         ->check(number_within(kTimeLimitSeconds));
-    std::vector<std::string> levels;
-    levels.reserve(kTimedLevelTable.size());
-    for (const TimedLevelRow& row : kTimedLevelTable) levels.emplace_back(row.name);
     command
         .add_option_function<std::string>(
-            "--level", [&options](const std::string& name) { options.level = timed_level(name); },
+            "--level", [&options](const std::string& name) { options.level = *from_name<TimedLevel>(name); },
             "tlm: by transactions; rtl: clock by clock, with the blocks that the program was built with "
             "(default: tlm)")
-        ->check(CLI::IsMember(levels));
+        ->check(CLI::IsMember(enum_names<TimedLevel>()));
 }
 
 Exploration run_exploration(const exploration::SweepPlan& plan,
@@ -100,7 +97,7 @@ Exploration run_exploration(const exploration::SweepPlan& plan,
     if (results) {
         make_folder_of(*results);
         database.emplace(exploration::ResultsDatabase::open(
-            *results, explorer.identity(METABUFFER_VERSION, level_name(processes.level))));
+            *results, explorer.identity(METABUFFER_VERSION, to_string(processes.level))));
     }
     exploration::ExploreOptions options;
     options.processes = processes.processes > 0
