@@ -5,8 +5,8 @@
 #include <iostream>
 #include <string>
 
+#include "coverage_recorder.h"
 #include "coverage_report.h"
-#include "machine_coverage.h"
 
 // Merges what the tests have left in a folder and reports it, for scripts/coverage.
 
@@ -35,7 +35,7 @@ void write(const std::string& file, const std::string& text) {
 int report(const Options& options) {
     const double threshold = read_threshold(options.threshold);
     Coverage goals;
-    const MachineGoals declared(goals);
+    declare_machine_goals(goals);
     const MergedCoverage coverage = merge_directory(options.directory, goals);
     write(options.text_file, text_report(coverage, threshold, true));
     write(options.json_file, json_report(coverage, threshold));

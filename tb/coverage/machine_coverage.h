@@ -1,8 +1,5 @@
 #pragma once
 
-#include <filesystem>
-#include <memory>
-#include <string>
 #include <systemc>
 #include <vector>
 
@@ -126,22 +123,6 @@ class MachineCoverage final : public sc_core::sc_module {
     std::vector<int> frames_seen_;     ///< by renderer
     std::vector<const BusCoverage*> all_buses_;
     std::vector<bool> contested_;  ///< by frame: composers competed for a bus that sent it
-};
-
-/// Coverage of a machine in a test, if METABUFFER_COVERAGE=DIR asks for it: what was counted goes to a file of the
-/// process in DIR when the object goes. Outside of that nothing is built and nothing is sampled.
-class CoverageRecorder {
-  public:
-    CoverageRecorder(rtl::Metabuffer& machine, const Scenario& scenario);
-    CoverageRecorder(const CoverageRecorder&) = delete;
-    CoverageRecorder& operator=(const CoverageRecorder&) = delete;
-    ~CoverageRecorder();
-
-    void finished(const RunReport& report);
-
-  private:
-    std::filesystem::path directory_;  ///< empty: not asked for
-    std::unique_ptr<MachineCoverage> machine_coverage_;
 };
 
 }  // namespace metabuffer::coverage

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "machine_coverage.h"
+#include "coverage_recorder.h"
 #include "monitors/machine_monitors.h"
 #include "monitors/violation.h"
 #include "rtl/metabuffer.h"

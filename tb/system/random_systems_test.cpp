@@ -2,6 +2,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "datapath/arbitration/arbitration_table.h"
@@ -10,6 +11,7 @@
 #include "random_batches.h"
 #include "random_scenario.h"
 #include "scenario/fault_kinds.h"
+#include "scenario/names.h"
 #include "support/trace_switch.h"
 
 using namespace metabuffer;

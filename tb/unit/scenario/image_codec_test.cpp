@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "unit/scenario/picture_files.h"
 #include "unit/scenario/scenario_fixture.h"
 
 #if defined(__SANITIZE_ADDRESS__)

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "unit/scenario/picture_files.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {

@@ -1,10 +1,7 @@
 #pragma once
 
-#include <OpenImageIO/imageio.h>
-
 #include <catch2/catch.hpp>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -14,44 +11,8 @@
 
 namespace metabuffer::test {
 
-/// What a file is to look like: `file_type` of all channels, or one type per channel.
-struct PictureFormat {
-    std::vector<std::string> channels{"R", "G", "B"};
-    OIIO::TypeDesc file_type = OIIO::TypeDesc::UINT8;
-    std::vector<OIIO::TypeDesc> channel_types = {};
-    bool unassociated_alpha = false;
-};
-
-/// Writes samples (all of one type, pixel by pixel) with OpenImageIO.
-template <typename Sample>
-void write_picture(const std::filesystem::path& file, int width, int height, const PictureFormat& format,
-                   const std::vector<Sample>& samples) {
-    const int channels = static_cast<int>(format.channels.size());
-    REQUIRE(samples.size() == static_cast<std::size_t>(width * height * channels));
-    OIIO::ImageSpec spec(width, height, channels, format.file_type);
-    spec.channelnames = format.channels;
-    spec.channelformats = format.channel_types;
-    spec.alpha_channel = -1;
-    spec.z_channel = -1;
-    for (int c = 0; c < channels; ++c) {
-        if (format.channels[static_cast<std::size_t>(c)] == "A") spec.alpha_channel = c;
-        if (format.channels[static_cast<std::size_t>(c)] == "Z") spec.z_channel = c;
-    }
-    if (format.unassociated_alpha) spec.attribute("oiio:UnassociatedAlpha", 1);
-    const auto output = OIIO::ImageOutput::create(file.string());
-    REQUIRE(output != nullptr);
-    INFO(output->geterror());
-    REQUIRE(output->open(file.string(), spec));
-    REQUIRE(output->write_image(OIIO::BaseTypeFromC<Sample>::value, samples.data()));
-    REQUIRE(output->close());
-}
-
 /// A black 8-bit RGB image.
-inline void write_black(const std::filesystem::path& file, int width, int height) {
-    write_picture(
-        file, width, height, {},
-        std::vector<std::uint8_t>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3));
-}
+void write_black(const std::filesystem::path& file, int width, int height);
 
 /// The message of the InputError that the call throws; empty if it throws none.
 template <typename Call>

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "host/text.h"
+#include "unit/scenario/picture_files.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {

@@ -11,6 +11,7 @@
 #include "host/quiet_fork.h"
 #include "scenario/scenario_keys.h"
 #include "support/scenario_difference.h"
+#include "unit/scenario/picture_files.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {
