@@ -7,8 +7,6 @@ namespace {
 
 constexpr int kTableRowBits = 128;
 
-std::string number(std::int64_t value) { return std::to_string(value); }
-
 }  // namespace
 
 BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
@@ -16,7 +14,7 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
     : sc_core::sc_module(name),
       busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
       tableready_i("tableready_i", static_cast<std::size_t>(scenario.displays.count())),
-      bus_("bus " + number(renderer + 1) + ": "),
+      bus_("bus " + std::to_string(renderer + 1) + ": "),
       displays_(scenario.displays.count()),
       frames_(scenario.frames),
       raster_width_(scenario.displays.raster_width_pixels()),
@@ -143,7 +141,8 @@ void BusMonitor::check_frame_number(const rtl::BusBeat& beat, std::int64_t edge)
         beat.frame == static_cast<std::uint32_t>(frame)) {
         return;
     }
-    violate("bus/frame-number", edge, "a beat of frame " + number(beat.frame) + ", not " + number(frame));
+    violate("bus/frame-number", edge,
+            "a beat of frame " + std::to_string(beat.frame) + ", not " + std::to_string(frame));
 }
 
 void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
@@ -151,13 +150,14 @@ void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
     if (!table_complete_) {
         violate("bus/incomplete", edge, "a frame starts while the table before is not complete");
     } else if (left > 0) {
-        violate("bus/incomplete", edge,
-                "a frame starts while " + number(left) + " pixels of the one before have not been sent");
+        violate(
+            "bus/incomplete", edge,
+            "a frame starts while " + std::to_string(left) + " pixels of the one before have not been sent");
     }
     ++frames_started_;
     if (frames_started_ > frames_) {
         violate("bus/frames", edge,
-                "frame " + number(frames_started_) + " of " + number(frames_) + " starts");
+                "frame " + std::to_string(frames_started_) + " of " + std::to_string(frames_) + " starts");
     }
     if (!tables_taken_) {
         violate("bus/tableready", edge,
@@ -178,12 +178,12 @@ void BusMonitor::take_row(const rtl::BusBeat& beat, std::int64_t edge) {
                                      : "a table row behind the table's last");
     } else if (edge != table_edge_ + cycles_per_row_) {
         violate("bus/table", edge,
-                "a table row " + number(edge - table_edge_) + " clocks behind the beat before, not " +
-                    number(cycles_per_row_));
+                "a table row " + std::to_string(edge - table_edge_) + " clocks behind the beat before, not " +
+                    std::to_string(cycles_per_row_));
     }
     if (beat.first != rows_taken_) {
         violate("bus/row-number", edge,
-                "row " + number(beat.first) + " where " + number(rows_taken_) + " was next");
+                "row " + std::to_string(beat.first) + " where " + std::to_string(rows_taken_) + " was next");
     }
     ++rows_taken_;
     enter_row(beat.row(), edge);
@@ -192,9 +192,9 @@ void BusMonitor::take_row(const rtl::BusBeat& beat, std::int64_t edge) {
 }
 
 void BusMonitor::enter_row(const ViewportRow& row, std::int64_t edge) {
-    const std::string subject = "a row for display " + number(row.dcomp);
+    const std::string subject = "a row for display " + std::to_string(row.dcomp);
     if (row.dcomp < 1 || row.dcomp > displays_) {
-        violate("bus/row", edge, subject + ": there are " + number(displays_));
+        violate("bus/row", edge, subject + ": there are " + std::to_string(displays_));
         return;
     }
     Row& entry = rows_[row.dcomp - std::size_t{1}];
@@ -258,15 +258,15 @@ void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
     const std::size_t display = beat.destination - std::size_t{1};
     if (beat.destination < 1 || beat.destination > displays_ || !rows_[display].present) {
         violate("bus/destination", edge,
-                "pixels for display " + number(beat.destination) + ", which has no row in the table");
+                "pixels for display " + std::to_string(beat.destination) + ", which has no row in the table");
         return;
     }
     Row& row = rows_[display];
     if (active_ && display != display_) {
         violate("bus/one-burst", edge,
-                "a beat for display " + number(beat.destination) + " in a burst for display " +
-                    number(static_cast<std::int64_t>(display_) + 1) + " of which " + number(remaining_) +
-                    " pixels are to come");
+                "a beat for display " + std::to_string(beat.destination) + " in a burst for display " +
+                    std::to_string(static_cast<std::int64_t>(display_) + 1) + " of which " +
+                    std::to_string(remaining_) + " pixels are to come");
         active_ = false;
         free_from_ = edge - cycles_per_beat_;
     }
@@ -274,26 +274,27 @@ void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
     check_order(beat, row, edge);
     if (row.pixels == row.sent) {
         violate("bus/beyond", edge,
-                "a pixel for display " + number(beat.destination) + " behind the last of its segment of " +
-                    number(row.pixels));
+                "a pixel for display " + std::to_string(beat.destination) +
+                    " behind the last of its segment of " + std::to_string(row.pixels));
         return;
     }
     const std::int64_t left = burst_left(beat, row, edge);
     const std::int64_t count = beat_size(row, row.sent, left);
     if (beat.count != count) {
-        violate("bus/count", edge, number(beat.count) + " pixels in a beat, not " + number(count));
+        violate("bus/count", edge,
+                std::to_string(beat.count) + " pixels in a beat, not " + std::to_string(count));
     }
     const std::int64_t taken = std::min<std::int64_t>(beat.count, row.pixels - row.sent);
     if (beat.count > taken) {
         violate("bus/beyond", edge,
-                "pixels for display " + number(beat.destination) + " behind the last of its segment of " +
-                    number(row.pixels));
+                "pixels for display " + std::to_string(beat.destination) +
+                    " behind the last of its segment of " + std::to_string(row.pixels));
     }
     const std::int64_t remaining = stopped_ ? 0 : std::max<std::int64_t>(left - beat.count, 0);
     if (beat.remaining != remaining) {
         violate("bus/remaining", edge,
-                number(beat.remaining) + " pixels of the burst announced behind a beat, not " +
-                    number(remaining));
+                std::to_string(beat.remaining) + " pixels of the burst announced behind a beat, not " +
+                    std::to_string(remaining));
     }
     open_page_beside(page_of(row, row.sent)) = page_of(row, row.sent);
     row.sent += taken;
@@ -309,11 +310,11 @@ void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
 void BusMonitor::check_order(const rtl::BusBeat& beat, const Row& row, std::int64_t edge) {
     const std::int64_t difference = std::int64_t{beat.first} - row.sent;
     if (difference != 0) {
-        violate(
-            "bus/order", edge,
-            "pixel " + number(beat.first) + " for display " + number(beat.destination) + " where " +
-                number(row.sent) + " was next: " +
-                (difference > 0 ? number(difference) + " are lost" : number(-difference) + " come twice"));
+        violate("bus/order", edge,
+                "pixel " + std::to_string(beat.first) + " for display " + std::to_string(beat.destination) +
+                    " where " + std::to_string(row.sent) + " was next: " +
+                    (difference > 0 ? std::to_string(difference) + " are lost"
+                                    : std::to_string(-difference) + " come twice"));
     }
 }
 
@@ -322,8 +323,8 @@ std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, st
     if (active_) {
         if (edge != due_) {
             violate("bus/pace", edge,
-                    "the burst's next beat " + number(edge - beat_edge_) +
-                        " clocks behind the one before, not " + number(due_ - beat_edge_));
+                    "the burst's next beat " + std::to_string(edge - beat_edge_) +
+                        " clocks behind the one before, not " + std::to_string(due_ - beat_edge_));
         }
         ++beats_;
         return remaining_;
@@ -342,15 +343,16 @@ void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_
     const std::int64_t grant = edge - cycles_per_beat_ - opening_cycles(page) - grant_cycles_;
     if (grant < free_from_) {
         violate("bus/pace", edge,
-                "a burst begins " + number(free_from_ - grant) + " clocks too early behind what came before");
+                "a burst begins " + std::to_string(free_from_ - grant) +
+                    " clocks too early behind what came before");
     } else if (!busready_at(display, grant)) {
         violate("bus/busready", busready_names_[display], edge,
-                "pixels for display " + number(static_cast<std::int64_t>(display) + 1) +
-                    " in a slot of clock " + number(grant) + ", at which its BUSREADY was low");
+                "pixels for display " + std::to_string(static_cast<std::int64_t>(display) + 1) +
+                    " in a slot of clock " + std::to_string(grant) + ", at which its BUSREADY was low");
     } else if (grant == unseen_edge_ && display == unseen_display_) {
         violate("bus/passed-over", busready_names_[display], edge,
-                "a slot of clock " + number(grant) + " for display " +
-                    number(static_cast<std::int64_t>(display) + 1) +
+                "a slot of clock " + std::to_string(grant) + " for display " +
+                    std::to_string(static_cast<std::int64_t>(display) + 1) +
                     ", whose BUSREADY did not count the beat before");
     }
 }
@@ -381,14 +383,14 @@ void BusMonitor::end_burst(std::int64_t edge) {
 void BusMonitor::check_overdue(std::int64_t edge) {
     if (active_ && edge == due_) {
         violate("bus/pace", edge,
-                "no beat of the burst, " + number(remaining_) + " pixels of which are to come, " +
-                    number(edge - beat_edge_) + " clocks behind the one before");
+                "no beat of the burst, " + std::to_string(remaining_) + " pixels of which are to come, " +
+                    std::to_string(edge - beat_edge_) + " clocks behind the one before");
         active_ = stopped_ = false;
         free_from_ = edge;
     }
     if (!table_complete_ && edge == table_edge_ + cycles_per_row_) {
         violate("bus/table", edge,
-                "no table row " + number(cycles_per_row_) + " clocks behind the beat before");
+                "no table row " + std::to_string(cycles_per_row_) + " clocks behind the beat before");
     }
 }
 

@@ -13,22 +13,18 @@ constexpr const char* kWire = "wire";
 constexpr const char* kRaster = "raster";
 constexpr const char* kOverflow = "overflow";
 
-const char* level(bool high) { return high ? "high" : "low"; }
-
 std::string text(const rtl::PipePixel& value) {
     std::ostringstream out;
     out << std::hex << std::showbase << value.pixel.word() << (value.lost ? " marked lost" : "");
     return out.str();
 }
 
-std::string number(std::int64_t value) { return std::to_string(value); }
-
 }  // namespace
 
 ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
                                  int display, ViolationLog& log)
     : sc_core::sc_module(name),
-      composer_("composer " + number(renderer + 1) + ", " + number(display + 1) + ": "),
+      composer_("composer " + std::to_string(renderer + 1) + ", " + std::to_string(display + 1) + ": "),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       observer_(scenario, renderer, display),
       reporter_(log) {
@@ -110,9 +106,9 @@ void ComposerMonitor::observe(const ComposerInputs& inputs, std::int64_t cycle) 
     }
     if (observer_.overflowed()) {
         reporter_.report(kOverflow, "composer/occupancy", bus_name_, cycle, observer_.frames_received(),
-                         composer_ + "pixel " + number(inputs.bus.first) +
-                             " of its segment comes to a full buffer: " + number(observer_.held_pixels()) +
-                             " pixels are held");
+                         composer_ + "pixel " + std::to_string(inputs.bus.first) +
+                             " of its segment comes to a full buffer: " +
+                             std::to_string(observer_.held_pixels()) + " pixels are held");
     }
     if (observer_.table_refused()) {
         reporter_.report(kOverflow, "composer/table", bus_name_, cycle, observer_.frames_received() + 1,
@@ -126,7 +122,7 @@ void ComposerMonitor::check_wire(const char* rule, bool seen, bool expected, con
                                  std::int64_t cycle, std::int64_t frame, const char* why) {
     if (seen != expected) {
         reporter_.report(kWire, rule, signal, cycle, frame,
-                         composer_ + "is " + level(seen) + ", should be " + level(expected) + why);
+                         composer_ + "is " + level_name(seen) + ", should be " + level_name(expected) + why);
     }
 }
 
@@ -148,8 +144,8 @@ void ComposerMonitor::check_outputs(std::int64_t cycle) {
     const std::int64_t announced = observer_.announced_pixels();
     if (const bool busready = busready_o.read() || (expected.busready && contain(busready_holds_, cycle));
         busready != expected.busready) {
-        const std::string why = ": " + number(observer_.held_pixels()) + " pixels held, " +
-                                number(announced) + " of a burst to come";
+        const std::string why = ": " + std::to_string(observer_.held_pixels()) + " pixels held, " +
+                                std::to_string(announced) + " of a burst to come";
         check_wire("composer/busready", busready, expected.busready, busready_name_, cycle,
                    observer_.frames_received(), why.c_str());
     }
@@ -171,7 +167,8 @@ void ComposerMonitor::check_pipe(std::int64_t cycle) {
         return;
     }
     const std::int64_t frame = observer_.frame();
-    const std::string where = composer_ + "raster place " + number(pixel_x_) + ", " + number(pixel_y_) + ": ";
+    const std::string where =
+        composer_ + "raster place " + std::to_string(pixel_x_) + ", " + std::to_string(pixel_y_) + ": ";
     if (observer_.stood_still()) {
         reporter_.report(kRaster, "pipeline/freeze", pipe_name_, cycle, frame,
                          where + "changes while the column stands still");

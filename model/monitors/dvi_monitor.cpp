@@ -5,12 +5,6 @@
 #include "rtl/block.h"
 
 namespace metabuffer::monitors {
-namespace {
-
-constexpr const char* level(bool high) { return high ? "high" : "low"; }
-
-}  // namespace
-
 DviMonitor::DviMonitor(const sc_core::sc_module_name& name, Link link, ViolationLog& log)
     : sc_core::sc_module(name), link_(std::move(link)), log_(log) {
     SC_METHOD(clock_edge);
@@ -165,8 +159,8 @@ void DviMonitor::check_clock(const rtl::DviLink& link) {
     if (link.vsync == vsync_due && link.de == de_due && link.hsync == hsync_due()) return;
 
     if (link.vsync != vsync_due) {
-        const std::string what = std::string("VSYNC is ") + level(link.vsync) + ", " + level(vsync_due) +
-                                 " would be right: it is high in the last " +
+        const std::string what = std::string("VSYNC is ") + level_name(link.vsync) + ", " +
+                                 level_name(vsync_due) + " would be right: it is high in the last " +
                                  std::to_string(DviTiming::kVerticalSyncLines) + " of " +
                                  std::to_string(timing.frame_lines()) + " lines";
         found(x_ == 0 ? "dvi/vsync" : "dvi/vsync-at-line-start", what);
@@ -180,14 +174,14 @@ void DviMonitor::check_clock(const rtl::DviLink& link) {
         const char* rule = line_too_short || line_too_long ? "dvi/line-length"
                            : !active_line() || x_ == 0     ? "dvi/active-lines"
                                                            : "dvi/active-pixels";
-        found(rule, std::string("DE is ") + level(link.de) + ", " + level(de_due) +
+        found(rule, std::string("DE is ") + level_name(link.de) + ", " + level_name(de_due) +
                         " would be right: lines of " + std::to_string(timing.line_clocks()) +
                         " clocks, the first " + std::to_string(timing.active_pixels) + " active in lines " +
                         std::to_string(DviTiming::kVerticalBackLines) + " to " +
                         std::to_string(DviTiming::kVerticalBackLines + timing.active_lines - 1));
         return;
     }
-    found("dvi/hsync", std::string("HSYNC is ") + level(link.hsync) + ", " + level(!link.hsync) +
+    found("dvi/hsync", std::string("HSYNC is ") + level_name(link.hsync) + ", " + level_name(!link.hsync) +
                            " would be right: it is high from clock " +
                            std::to_string(timing.active_pixels + DviTiming::kHorizontalFrontPixels) +
                            " on for " + std::to_string(DviTiming::kHorizontalSyncPixels));
@@ -195,8 +189,8 @@ void DviMonitor::check_clock(const rtl::DviLink& link) {
 
 void DviMonitor::check_spoilt_clock(const rtl::DviLink& link) {
     if (link.hsync != hsync_due()) {
-        found("dvi/hsync", std::string("HSYNC is ") + level(link.hsync) + " in a frame of faulty lines, " +
-                               level(!link.hsync) + " would be right");
+        found("dvi/hsync", std::string("HSYNC is ") + level_name(link.hsync) +
+                               " in a frame of faulty lines, " + level_name(!link.hsync) + " would be right");
         return;
     }
     const bool was_vsync = vsync_clocks_ > 0;

@@ -9,8 +9,6 @@ namespace {
 constexpr const char* kSkew = "skew";
 constexpr const char* kFrame = "frame";
 
-std::string number(std::int64_t value) { return std::to_string(value); }
-
 }  // namespace
 
 PipelineMonitor::PipelineMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
@@ -22,7 +20,7 @@ PipelineMonitor::PipelineMonitor(const sc_core::sc_module_name& name, const Scen
       may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_pixels_(raster_width_ * scenario.displays.raster_height_pixels()),
-      display_("display " + number(display + 1) + ": "),
+      display_("display " + std::to_string(display + 1) + ": "),
       reporter_(log),
       startframe_(scenario.renderers.size()),
       valid_(scenario.renderers.size()) {
@@ -142,8 +140,9 @@ void PipelineMonitor::check_framebuffer(std::int64_t edge) {
 void PipelineMonitor::take_pixel(std::int64_t edge) {
     if (valid_.back() == 0) {
         reporter_.report(kFrame, "pipeline/bubble", pipe_names_.back(), edge, frame_,
-                         display_ + "no pixel at raster place " + number(raster_position_ % raster_width_) +
-                             ", " + number(raster_position_ / raster_width_));
+                         display_ + "no pixel at raster place " +
+                             std::to_string(raster_position_ % raster_width_) + ", " +
+                             std::to_string(raster_position_ / raster_width_));
     }
     if (++raster_position_ == raster_pixels_) {
         receiving_ = false;

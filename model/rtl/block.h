@@ -9,6 +9,11 @@
 
 namespace metabuffer::rtl {
 
+/// A time from 0 on.
+inline sc_core::sc_time picoseconds(std::int64_t count) {
+    return sc_core::sc_time(static_cast<double>(count), sc_core::SC_PS);
+}
+
 /// What every block of the machine is: a SystemC module that can put its signals into a waveform and say what
 /// it waits for when nothing moves.
 class Block : public sc_core::sc_module {

@@ -5,10 +5,6 @@ namespace {
 
 constexpr std::int64_t kMillion = 1'000'000;
 
-sc_core::sc_time picoseconds(std::int64_t count) {
-    return sc_core::sc_time(static_cast<double>(count), sc_core::SC_PS);
-}
-
 }  // namespace
 
 LinkClock::LinkClock(const sc_core::sc_module_name& name, std::int64_t nominal_period_picoseconds)

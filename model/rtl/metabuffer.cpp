@@ -15,10 +15,6 @@ namespace {
 
 constexpr int kResetCycles = 2;
 
-sc_core::sc_time picoseconds(std::int64_t count) {
-    return sc_core::sc_time(static_cast<double>(count), sc_core::SC_PS);
-}
-
 /// The earlier of two events, either of which may never have happened.
 std::int64_t earlier(std::int64_t a, std::int64_t b) {
     if (a == Composer::kNever || b == Composer::kNever) {

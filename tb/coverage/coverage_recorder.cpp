@@ -34,9 +34,7 @@ std::string test_name() {
 
 }  // namespace
 
-void declare_machine_goals(Coverage& coverage) {
-    const MachineGoals declared(coverage);
-}
+void declare_machine_goals(Coverage& coverage) { const MachineGoals declared(coverage); }
 
 CoverageRecorder::CoverageRecorder(rtl::Metabuffer& machine, const Scenario& scenario) {
     const char* directory = std::getenv("METABUFFER_COVERAGE");

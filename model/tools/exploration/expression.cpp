@@ -22,7 +22,7 @@ namespace metabuffer::exploration {
 namespace {
 
 constexpr std::size_t kLongestText = 10'000;
-constexpr int kLongestValueBytes = 1'000'000;
+constexpr int kLongestComputedValueBytes = 1'000'000;
 /// SQLite's parser gives up at about a hundred, with a message of its own.
 constexpr int kDeepestParentheses = 50;
 
@@ -244,7 +244,7 @@ SQLite::Database expression_database() {
     SQLite::Database database(":memory:", SQLite::OPEN_READONLY);
     sqlite3* const handle = database.getHandle();
     sqlite3_set_authorizer(handle, authorize, nullptr);
-    sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestValueBytes);
+    sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestComputedValueBytes);
     sqlite3_limit(handle, SQLITE_LIMIT_ATTACHED, 0);
     return database;
 }

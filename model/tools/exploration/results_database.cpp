@@ -24,9 +24,6 @@ namespace metabuffer::exploration {
 
 namespace {
 
-/// Readers hold a writer up for milliseconds only.
-constexpr int kBusyTimeoutMilliseconds = 10'000;
-
 struct StatusName {
     RunStatus status;
     const char* name;

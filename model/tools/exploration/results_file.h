@@ -19,6 +19,8 @@ namespace metabuffer::exploration {
 constexpr int kResultsApplicationId = 0x4D425546;
 /// Of a report or a picture, packed, or a text.
 constexpr int kLongestValueBytes = 256 << 20;
+/// Readers and writers hold each other up for milliseconds only.
+constexpr int kBusyTimeoutMilliseconds = 10'000;
 /// PRAGMA user_version and meta's schema_version.
 constexpr int kResultsSchemaVersion = 1;
 

@@ -22,7 +22,6 @@ namespace {
 
 /// Unpacked.
 constexpr std::size_t kLongestReportBytes = std::size_t{1} << 30U;
-constexpr int kBusyTimeoutMilliseconds = 10'000;
 
 /// The file's name as SQLite's URIs have it.
 std::string uri_of(const std::filesystem::path& file) {

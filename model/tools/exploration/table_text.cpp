@@ -12,7 +12,7 @@ namespace metabuffer::exploration {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 std::string csv_field(const std::string& text) {
     if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -56,10 +56,10 @@ std::string csv_text(const ResultsReader::Table& table) {
 std::string json_text(const ResultsReader::Table& table) {
     std::string text = "[";
     for (const std::vector<Value>& row : table.rows) {
-        Json object = Json::object();
-        for (std::size_t n = 0; n < row.size(); ++n) object[table.columns[n]] = json_of<Json>(row[n]);
-        text +=
-            (text.size() == 1 ? "\n" : ",\n") + object.dump(-1, ' ', false, Json::error_handler_t::replace);
+        OrderedJson object = OrderedJson::object();
+        for (std::size_t n = 0; n < row.size(); ++n) object[table.columns[n]] = json_of<OrderedJson>(row[n]);
+        text += (text.size() == 1 ? "\n" : ",\n") +
+                object.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
     }
     return text + "\n]\n";
 }

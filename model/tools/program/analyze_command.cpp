@@ -11,7 +11,7 @@
 namespace metabuffer {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kAnalyzeFooter =
     "For each renderer and each different table of the run: the tasks of the paper's section 5.1 (C pixels "
     "in each\n"
     "T clocks, by D), what they need in sum and what the bus carries, page misses included, the slot table, "
@@ -38,7 +38,7 @@ AnalyzeCommand::AnalyzeCommand(CLI::App& program)
                     "Frames a second to be carried (default: as fast as the raster goes)")
         ->check(number_within(kFrameRatesHz));
     command().add_flag("--json", json_, "Print JSON");
-    command().footer(kFooter);
+    command().footer(kAnalyzeFooter);
 }
 
 ExitStatus AnalyzeCommand::execute() {

@@ -32,7 +32,7 @@ constexpr std::size_t kMostLines = 100;
 /// How far one level may run ahead of the other, in pixels of pictures that wait for their counterparts.
 constexpr std::size_t kMostPixelsAhead = std::size_t{1} << 24;
 
-constexpr const char* kFooter =
+constexpr const char* kCompareFooter =
     "Compares every value of report.json but `level`, and every frame's picture on every display. Prints\n"
     "`identical` and what was compared, or each difference on a line.\n"
     "Examples:\n"
@@ -173,7 +173,7 @@ CompareCommand::CompareCommand(CLI::App& program)
       scenario_(command()) {
     command().add_flag("--no-images", no_images_, "Compare the counters only");
     command().add_flag("--quiet", quiet_, "Print nothing but differences");
-    command().footer(kFooter);
+    command().footer(kCompareFooter);
 }
 
 ExitStatus CompareCommand::execute() {

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFooter =
+constexpr const char* kCountersFooter =
     "Counters are the keys of report.json, for each owner and in its totals. Figures are the columns of a\n"
     "sweep's results, for filters, goals and charts.\n"
     "Exit status: 0 done.";
@@ -50,7 +50,7 @@ void list_all(List& to) {
 CountersCommand::CountersCommand(CLI::App& program)
     : Command(program, "counters", "List what reports count and the figures of sweeps, with units") {
     command().add_flag("--json", json_, "As JSON");
-    command().footer(kFooter);
+    command().footer(kCountersFooter);
 }
 
 ExitStatus CountersCommand::execute() {

@@ -25,8 +25,8 @@ constexpr const char* kRefused =
 
 [[noreturn]] void end_with(const char* line, std::size_t length, ExitStatus status) {
     // What cannot be written cannot be reported either.
-    static_cast<void>(!write(STDERR_FILENO, line, length));
-    static_cast<void>(!write(STDERR_FILENO, "\n", 1));
+    static_cast<void>(!::write(STDERR_FILENO, line, length));
+    static_cast<void>(!::write(STDERR_FILENO, "\n", 1));
     _exit(status);
 }
 

@@ -21,7 +21,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kKindOfFault = "faults[].kind";
-constexpr const char* kFooter =
+constexpr const char* kKeysFooter =
     "Without a prefix it lists every key. A list's entries are written []: in --set use an index instead.\n"
     "Examples:\n"
     "  metabuffer keys\n"
@@ -122,7 +122,7 @@ KeysCommand::KeysCommand(CLI::App& program)
     : Command(program, "keys", "List the keys of scenarios: values, units, defaults, meanings") {
     command().add_option("PREFIX", prefix_, "How the keys begin: bus, composer.b");
     command().add_flag("--json", json_, "As JSON");
-    command().footer(kFooter);
+    command().footer(kKeysFooter);
 }
 
 ExitStatus KeysCommand::execute() {

@@ -16,7 +16,7 @@
 namespace metabuffer {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kPlotFooter =
     "The charts of `metabuffer report`, for a paper or a slide. EXPR is an expression of SQL over the "
     "columns that\n"
     "`metabuffer export` writes; what is not given is chosen by the results' axes. SVG is drawn by node "
@@ -58,7 +58,7 @@ PlotCommand::PlotCommand(CLI::App& program)
     command().add_option("RESULTS", results_file_, "File of results")->required();
     command().add_option("-o,--output", output_file_, "FILE.svg or FILE.png")->required();
     add_chart_options();
-    command().footer(kFooter);
+    command().footer(kPlotFooter);
 }
 
 void PlotCommand::add_chart_options() {

@@ -13,7 +13,7 @@
 namespace metabuffer {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kReportFooter =
     "The page holds all that it shows and needs no network: charts, a table of the points, and each point's\n"
     "settings, figures, report, pictures and the command that runs it by hand. docs/report-page.md describes "
     "it.\n"
@@ -37,7 +37,7 @@ ReportCommand::ReportCommand(CLI::App& program)
                     "MiB of reports and pictures in the page; what goes beyond is left out")
         ->capture_default_str()
         ->check(CLI::Range(0, 1024));
-    command().footer(kFooter);
+    command().footer(kReportFooter);
 }
 
 ExitStatus ReportCommand::execute() {

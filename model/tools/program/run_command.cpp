@@ -31,7 +31,7 @@ constexpr const char* kTlm = "tlm";
 constexpr const char* kFunctional = "functional";
 constexpr const char* kScheduleExtension = ".json";
 
-constexpr const char* kFooter =
+constexpr const char* kRunFooter =
     "Levels tlm and rtl give the same pictures and counters; rtl goes clock by clock, has every signal and "
     "takes\n"
     "longer. metabuffer compare runs both.\n"
@@ -122,7 +122,7 @@ RunCommand::RunCommand(CLI::App& program)
     command().add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
     command().add_flag("--quiet", quiet_, "Print no summary and no progress");
     add_request_option();
-    command().footer(kFooter);
+    command().footer(kRunFooter);
 }
 
 void RunCommand::add_trace_options() {

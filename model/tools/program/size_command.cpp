@@ -18,7 +18,7 @@ using exploration::SearchDescription;
 /// Further values looked at on both sides of the one that was found.
 constexpr int kDefaultChecks = 16;
 
-constexpr const char* kFooter =
+constexpr const char* kSizeFooter =
     "The value is doubled until the goal is met, then the gap below is halved; --checks further values on "
     "both sides\n"
     "tell whether the goal is monotonic, and the answer says so where it is not. The goal is an SQL "
@@ -95,7 +95,7 @@ SizeCommand::SizeCommand(CLI::App& program)
     command().add_option("-o,--out", results_file_, "Keep the results in this SQLite file, as sweep does");
     add_options(command(), processes_);
     command().add_flag("--quiet", quiet_, "Print the table alone");
-    command().footer(kFooter);
+    command().footer(kSizeFooter);
 }
 
 exploration::SweepDescription SizeCommand::description() const {

@@ -9,7 +9,7 @@
 namespace metabuffer {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kSweepFooter =
     "A sweep file names a scenario and axes over its keys: see docs/exploration.md. Each point runs in a "
     "process\n"
     "of its own, and is in the results for good when it has ended: after Ctrl-C, or a kill, the same command "
@@ -41,7 +41,7 @@ SweepCommand::SweepCommand(CLI::App& program)
     add_options(command(), processes_);
     command().add_flag("--list", list_, "Print the points and run nothing");
     command().add_flag("--quiet", quiet_, "Print no summary and no progress");
-    command().footer(kFooter);
+    command().footer(kSweepFooter);
 }
 
 ExitStatus SweepCommand::execute() {
