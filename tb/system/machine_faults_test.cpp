@@ -524,7 +524,7 @@ TEST_CASE("lost beats in glitch mode: their frame is not shown and the next good
 }
 
 TEST_CASE("lost beats in stall mode while the swap is held back: a bad frame is kept off every display",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     lose_beats(StarvationMode::kStall, random_seed(4401), true);
 }
 
@@ -764,12 +764,12 @@ TEST_CASE("lost beats of tables in stall mode: their frame is not shown and the 
 }
 
 TEST_CASE("lost beats of tables in glitch mode: their frame is not shown and the next one is right",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     check_tables_lost_everywhere(StarvationMode::kGlitch, random_seed(4501));
 }
 
 TEST_CASE("lost beats of any kind in stall mode: their frame is not shown and the next one is right",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     const TableLossCoverage coverage =
         lose_tables(LostBeats::kAny, StarvationMode::kStall, random_seed(4601));
     CHECK(coverage.pixels_too > 0);
