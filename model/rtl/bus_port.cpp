@@ -25,7 +25,7 @@ BusPort::Row::Row(RegisterSet& set, const std::string& name, const Renderer& ren
       column(set, name + "_column", bits_for(renderer.image_width_pixels)) {}
 
 BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
-                 std::function<void(bool fresh)> on_start, BusCounters& bus)
+                 std::function<void(bool fresh)> on_start, BusCounters& bus, ClockGating gating)
     : Block(name),
       busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
       tableready_i("tableready_i", busready_i.size()),
@@ -43,6 +43,8 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       lost_slot_cycles_(metabuffer::lost_slot_cycles(scenario)),
       raster_width_pixels_(scenario.displays.raster_width_pixels()),
       raster_height_pixels_(scenario.displays.raster_height_pixels()),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      gate_(gating),
       frames_started_(registers_, "frames_started", bits_for(scenario.frames)),
       pixels_left_(registers_, "pixels_left", bits_for(words_of(renderer) * scenario.displays.count())),
       row_count_(registers_, "row_count", bits_for(scenario.displays.count())),
@@ -73,13 +75,46 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
     dont_initialize();
 }
 
+void BusPort::end_of_elaboration() {
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= answer_i.value_changed_event();
+}
+
 void BusPort::process() {
-    if (clk_i.posedge()) {
-        clock_edge();
-    } else {
-        ready_changed_ = true;
+    if (gate_.opened()) {
+        return;
     }
+    if (!clk_i.posedge()) {
+        ready_changed_ = true;
+        drive_requests();
+        return;
+    }
+    count_slept_cycles();
+    clock_edge();
     drive_requests();
+    if (gate_.idle_edge(nothing_comes())) {
+        sleeps_ = true;
+        slept_after_cycle_ = clock_edge_number(core_period_picoseconds_);
+        next_trigger(wake_events_);
+    }
+}
+
+/// Until the link's side answers or reset rises, each clock is as the one before.
+bool BusPort::nothing_comes() const {
+    return (state_ == State::kWait || state_ == State::kDone) && !asked_ && !reset_i.read() &&
+           answer_.settled(answer_i.read()) && answer_i.read() == answer_seen_;
+}
+
+std::int64_t BusPort::uncounted_idle_cycles() const {
+    return sleeps_ ? clock_edge_number(core_period_picoseconds_) - slept_after_cycle_ : 0;
+}
+
+/// At the first clock behind the sleep, which counts itself.
+void BusPort::count_slept_cycles() {
+    if (sleeps_) {
+        bus_.idle_cycles += uncounted_idle_cycles() - 1;
+        sleeps_ = false;
+    }
 }
 
 void BusPort::reset() {

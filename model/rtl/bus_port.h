@@ -63,11 +63,15 @@ class BusPort final : public Block {
 
     /// The scenario must outlive the module. on_start is called at each frame's start; bus counts what the bus does.
     BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
-            std::function<void(bool fresh)> on_start, BusCounters& bus);
+            std::function<void(bool fresh)> on_start, BusCounters& bus,
+            ClockGating gating = ClockGating::kOn);
     SC_HAS_PROCESS(BusPort);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
+
+    /// Idle clocks that have passed without having been counted yet: a port that waits for a pair sleeps.
+    std::int64_t uncounted_idle_cycles() const;
 
   private:
     /// Where the next pixel of a table row stands in memory.
@@ -108,9 +112,12 @@ class BusPort final : public Block {
 
     static constexpr int kNoRow = -1;
 
+    void end_of_elaboration() override;
     void process();
     void clock_edge();
     void reset();
+    void count_slept_cycles();
+    bool nothing_comes() const;
     void ask_for_frame();
     void start_frame(bool fresh);
     void table_clock();
@@ -155,6 +162,12 @@ class BusPort final : public Block {
     int lost_slot_cycles_;
     int raster_width_pixels_;
     int raster_height_pixels_;
+    std::int64_t core_period_picoseconds_;
+
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+    bool sleeps_ = false;
+    std::int64_t slept_after_cycle_ = 0;  ///< the last clock before the sleep
 
     RegisterSet registers_;
     Register<State> state_{registers_, "state", 3};

@@ -26,7 +26,11 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       longest_gap_cycles_(scenario.memory.page_miss_cycles + cycles_per_beat(scenario.bus)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
-      buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_) {
+      buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_),
+      announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
+      silent_cycles_(registers_, "silent_cycles", bits_for(longest_gap_cycles_)),
+      next_row_(registers_, "next_row", bits_for(scenario.displays.count())),
+      frame_(registers_, "frame", 1 + bits_for(scenario.frames), -1) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
@@ -34,11 +38,9 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
 
 void Composer::reset() {
     buffer_ = ComposerBuffer(buffer_.capacity_pixels(), raster_width_, raster_height_);
+    walker_ = SegmentWalker();
+    registers_.reset();
     pipemaster_ = pipemaster_i.read();
-    running_ = startframe_ = pipeready_ = busready_ = tableready_ = stall_ = pipe_valid_ = false;
-    announced_ = 0;
-    burst_cut_ = false;
-    frame_ = -1;
     busready_o.write(false);
     tableready_o.write(false);
     startframe_o.write(false);
@@ -119,11 +121,11 @@ void Composer::composite(const PipePixel& upstream) {
     }
     const bool abandoned = buffer_.abandoned();
     PipePixel out{upstream.pixel, true, upstream.lost || abandoned};
-    local_starved_ = false;
+    starved_ = false;
     if (walker_.covered()) {
         const std::int64_t k = walker_.pixel();
-        local_starved_ = !abandoned && !buffer_.has_arrived(k);
-        if (local_starved_) {
+        starved_ = !abandoned && !buffer_.has_arrived(k);
+        if (starved_) {
             count_glitch({frame_, walker_.x(), walker_.y()}, clock_edge_number(core_period_picoseconds_));
         } else if (!abandoned) {
             const Pixel local = buffer_.at_address(buffer_.address_of(k));
@@ -144,7 +146,7 @@ void Composer::composite(const PipePixel& upstream) {
 
 void Composer::end_frame() {
     running_ = false;
-    local_starved_ = false;
+    starved_ = false;
     frame_spans_.back().end_cycle = clock_edge_number(core_period_picoseconds_);
     buffer_.end_frame();
 }
@@ -177,9 +179,12 @@ void Composer::bus_edge() {
             }
             break;
     }
-    if (announced_ > 0 && ++silent_cycles_ == longest_gap_cycles_) {
-        // What was announced does not come: it is lost, or its burst was stopped by another than this.
-        announced_ = 0;
+    if (announced_ > 0) {
+        ++silent_cycles_;
+        if (silent_cycles_ == longest_gap_cycles_) {
+            // What was announced does not come: it is lost, or its burst was stopped by another than this.
+            announced_ = 0;
+        }
     }
 }
 
@@ -305,7 +310,7 @@ void Composer::drive_handshakes(bool was_running) {
     }
     bool busready = false;
     if (announced_ > pixels_per_beat_) {
-        busready = buffer_.free_pixels() >= std::min(announced_, kBeatsInFlight * pixels_per_beat_);
+        busready = buffer_.free_pixels() >= std::min(announced_.value(), kBeatsInFlight * pixels_per_beat_);
         if (!busready) {
             burst_cut_ = true;
             count_busready_drop(clock_edge_number(core_period_picoseconds_));
@@ -351,16 +356,13 @@ void Composer::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, stall_o, path("STALL"));
     sc_trace(file, pipe_i.read(), path("PIPE_in"));
     sc_trace(file, pipe_o.read(), path("PIPE"));
-    sc_core::sc_trace(file, running_, path("running"));
-    sc_core::sc_trace(file, frame_, path("frame"));
     sc_core::sc_trace(file, walker_.x(), path("x"));
     sc_core::sc_trace(file, walker_.y(), path("y"));
     sc_core::sc_trace(file, walker_.row_first_pixel(), path("window_row_pixel"));
     sc_core::sc_trace(file, walker_.column(), path("window_column"));
     sc_core::sc_trace(file, walker_.row_phase(), path("window_repetition"));
     sc_core::sc_trace(file, buffer_.held_pixels(), path("buffer_held"));
-    sc_core::sc_trace(file, announced_, path("announced"));
-    sc_core::sc_trace(file, local_starved_, path("starved"));
+    registers_.trace(file, path(""));
 }
 
 std::string Composer::waiting_for() const {

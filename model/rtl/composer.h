@@ -5,6 +5,7 @@
 #include "datapath/composer_buffer.h"
 #include "report/composer_record.h"
 #include "rtl/block.h"
+#include "rtl/register.h"
 #include "rtl/signals.h"
 
 namespace metabuffer::rtl {
@@ -103,23 +104,25 @@ class Composer final : public Block, public ComposerRecord {
     ClockGate gate_;
     sc_core::sc_event_or_list wake_events_;
 
-    // Registers.
     ComposerBuffer buffer_;
     SegmentWalker walker_;
-    bool pipemaster_ = false;  ///< the strap, read while reset is high
-    bool running_ = false;
-    bool startframe_ = false;
-    bool pipeready_ = false;
-    bool busready_ = false;
-    bool tableready_ = false;
-    bool stall_ = false;
-    bool pipe_valid_ = false;
-    bool local_starved_ = false;
-    int announced_ = 0;       ///< pixels of the burst under way that are still to come
-    int silent_cycles_ = 0;   ///< since its last beat, while announced_ > 0
-    bool burst_cut_ = false;  ///< BUSREADY has just been dropped: the beat sampled now is the burst's last
-    std::uint32_t next_row_ = 0;  ///< place in the newest frame's table of the row that must come next
-    int frame_ = -1;              ///< number of the frame composited, from 0
+
+    RegisterSet registers_;
+    Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high
+    Register<bool> running_{registers_, "running"};
+    Register<bool> startframe_{registers_, "startframe"};
+    Register<bool> pipeready_{registers_, "pipeready"};
+    Register<bool> busready_{registers_, "busready"};
+    Register<bool> tableready_{registers_, "tableready"};
+    Register<bool> stall_{registers_, "stall"};
+    Register<bool> pipe_valid_{registers_, "pipe_valid"};
+    Register<bool> starved_{registers_, "starved"};  ///< the pixel that has just left lacks this composer's
+    Register<int> announced_;                        ///< pixels of the burst under way that are still to come
+    Register<int> silent_cycles_;                    ///< since its last beat, while announced_ > 0
+    /// BUSREADY has just been dropped: the beat sampled now is the burst's last.
+    Register<bool> burst_cut_{registers_, "burst_cut"};
+    Register<std::uint32_t> next_row_;  ///< place in the newest frame's table of the row that must come next
+    Register<int> frame_;               ///< number of the frame composited, from 0
 };
 
 }  // namespace metabuffer::rtl

@@ -7,7 +7,10 @@
 namespace metabuffer::rtl {
 
 DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing)
-    : Block(name), timing_(timing) {
+    : Block(name),
+      timing_(timing),
+      x_(registers_, "x", bits_for(timing.active_pixels)),
+      line_(registers_, "line", bits_for(timing.active_lines)) {
     control_.reserve(static_cast<std::size_t>(timing.active_pixels));
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
@@ -16,13 +19,9 @@ DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& tim
 
 void DviDecoder::reset() {
     pairs_.reset();
-    previous_de_ = false;
-    previous_vsync_ = false;
+    registers_.reset();
+    control_.clear();
     table_.clear();
-    next_row_ = 0;
-    pixel_ = DecodedPixel{};
-    event_ = DecoderEvent{};
-    event_pending_ = false;
     pixel_o.write(pixel_);
     event_o.write(event_);
 }
@@ -33,83 +32,82 @@ void DviDecoder::clock_edge() {
         return;
     }
     const DviLink& link = link_i.read();
-    if (event_pending_) {
-        event_ = DecoderEvent{};
-    }
-    bool event_now = false;
+    DecoderEvent event;
     if (next_row_ < table_.size()) {
-        event_.row = true;
-        event_.table_row = table_[next_row_++];
-        event_now = true;
+        event.row = true;
+        event.table_row = table_[next_row_];
+        ++next_row_;
     }
-    const bool pixel_was_valid = pixel_.valid;
-    pixel_.valid = false;
+    DecodedPixel pixel = pixel_;
+    pixel.valid = false;
     if (link.de) {
-        take_pixel(link.data);
+        take_pixel(link.data, pixel, event);
     } else if (previous_de_) {
-        end_line();
+        end_line(event);
     }
     if (link.vsync && !previous_vsync_) {
-        end_frame();
+        end_frame(event);
     }
     previous_de_ = link.de;
     previous_vsync_ = link.vsync;
-    event_now = event_now || event_.tells_something();
-    if (pixel_.valid || pixel_was_valid) {
+    if (pixel.valid || pixel_.value().valid) {
+        pixel_ = pixel;
         pixel_o.write(pixel_);
     }
+    const bool event_now = event.row || event.tells_something();
     if (event_now || event_pending_) {
+        event_ = event;
         event_o.write(event_);
     }
     event_pending_ = event_now;
 }
 
-void DviDecoder::take_pixel(std::uint32_t data) {
+void DviDecoder::take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEvent& event) {
     if (!pairs_.in_frame()) {
         return;
     }
     if (x_ >= timing_.active_pixels || line_ >= timing_.active_lines) {
-        pairs_.reject_geometry(event_);
+        pairs_.reject_geometry(event);
         return;
     }
     if (line_ == 0) {
         control_.push_back(data);
     } else {
-        pixel_.valid = true;
-        pixel_.kind = pairs_.kind();
-        pixel_.address = static_cast<std::uint32_t>((line_ - 1) * timing_.active_pixels + x_);
-        pixel_.data = data;
+        pixel.valid = true;
+        pixel.kind = pairs_.kind();
+        pixel.address = static_cast<std::uint32_t>((line_ - 1) * timing_.active_pixels + x_);
+        pixel.data = data;
     }
     ++x_;
 }
 
-void DviDecoder::end_line() {
+void DviDecoder::end_line(DecoderEvent& event) {
     if (!pairs_.in_frame()) {
         return;
     }
     if (x_ != timing_.active_pixels) {
-        pairs_.reject_geometry(event_);
+        pairs_.reject_geometry(event);
         return;
     }
     if (line_ == 0) {
-        end_control_scanline();
+        end_control_scanline(event);
     }
     x_ = 0;
     ++line_;
 }
 
-void DviDecoder::end_control_scanline() {
+void DviDecoder::end_control_scanline(DecoderEvent& event) {
     DecodedScanline scanline = decode_control_scanline(control_);
-    pairs_.end_control_scanline(scanline, event_);
-    if (event_.colour_start) {
+    pairs_.end_control_scanline(scanline, event);
+    if (event.colour_start) {
         table_ = std::move(scanline.content.table);
         next_row_ = 0;
     }
 }
 
-void DviDecoder::end_frame() {
+void DviDecoder::end_frame(DecoderEvent& event) {
     if (line_ > 0) {
-        pairs_.end_frame(line_ == timing_.active_lines, event_);
+        pairs_.end_frame(line_ == timing_.active_lines, event);
     }
     pairs_.begin_frame();
     control_.clear();
@@ -117,11 +115,7 @@ void DviDecoder::end_frame() {
     line_ = 0;
 }
 
-void DviDecoder::trace(sc_core::sc_trace_file* file) const {
-    sc_trace(file, pixel_o.read(), path("pixel"));
-    sc_trace(file, event_o.read(), path("event"));
-    sc_core::sc_trace(file, line_, path("line"));
-}
+void DviDecoder::trace(sc_core::sc_trace_file* file) const { registers_.trace(file, path("")); }
 
 std::string DviDecoder::waiting_for() const { return waits::for_link_frame(pairs_); }
 

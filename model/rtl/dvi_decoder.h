@@ -7,6 +7,7 @@
 #include "datapath/link/pair_follower.h"
 #include "formats/dvi_timing.h"
 #include "rtl/block.h"
+#include "rtl/register.h"
 #include "rtl/signals.h"
 
 namespace metabuffer::rtl {
@@ -42,24 +43,26 @@ class DviDecoder final : public Block {
   private:
     void clock_edge();
     void reset();
-    void take_pixel(std::uint32_t data);
-    void end_line();
-    void end_control_scanline();
-    void end_frame();
+    void take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEvent& event);
+    void end_line(DecoderEvent& event);
+    void end_control_scanline(DecoderEvent& event);
+    void end_frame(DecoderEvent& event);
 
     DviTiming timing_;
 
     PairFollower pairs_;
-    bool previous_de_ = false;
-    bool previous_vsync_ = false;
-    int x_ = 0;
-    int line_ = 0;
-    std::vector<std::uint32_t> control_;
-    ViewportTable table_;
-    std::size_t next_row_ = 0;
-    DecodedPixel pixel_;
-    DecoderEvent event_;
-    bool event_pending_ = false;  ///< event_o must be written: it changes or has to be taken back
+    std::vector<std::uint32_t> control_;  ///< memory: the scanline under way
+    ViewportTable table_;                 ///< likewise: rows that next_row_ has not told yet are behind it
+
+    RegisterSet registers_;
+    Register<bool> previous_de_{registers_, "previous_de"};
+    Register<bool> previous_vsync_{registers_, "previous_vsync"};
+    Register<int> x_;
+    Register<int> line_;
+    Register<std::uint32_t> next_row_{registers_, "next_row", 16};
+    Register<DecodedPixel> pixel_{registers_, "pixel"};
+    Register<DecoderEvent> event_{registers_, "event"};
+    Register<bool> event_pending_{registers_, "event_pending"};  ///< event_o has to be taken back
 };
 
 }  // namespace metabuffer::rtl

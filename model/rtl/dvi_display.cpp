@@ -12,7 +12,7 @@ DviDisplay::DviDisplay(const sc_core::sc_module_name& name) : Block(name) {
 
 void DviDisplay::clock_edge() {
     if (reset_i.read()) {
-        in_frame_ = previous_de_ = previous_vsync_ = false;
+        registers_.reset();
         return;
     }
     const DviLink& link = link_i.read();
@@ -62,6 +62,7 @@ void DviDisplay::end_frame() {
 
 void DviDisplay::trace(sc_core::sc_trace_file* file) const {
     sc_trace(file, link_i.read(), path("DVI"));
+    registers_.trace(file, path(""));
     sc_core::sc_trace(file, frames_captured_, path("frames_captured"));
 }
 

@@ -6,6 +6,7 @@
 
 #include "formats/image.h"
 #include "rtl/block.h"
+#include "rtl/register.h"
 #include "rtl/signals.h"
 
 namespace metabuffer::rtl {
@@ -34,18 +35,22 @@ class DviDisplay final : public Block {
     std::int64_t frames_captured() const { return frames_captured_; }
 
   private:
+    static constexpr int kSizeBits = 32;  ///< it knows no mode
+
     void clock_edge();
     void end_line();
     void end_frame();
 
     FrameCaptured on_frame_;
-    ColourImage capture_;
-    int x_ = 0;
-    bool in_frame_ = false;
-    bool ragged_ = false;
-    bool previous_de_ = false;
-    bool previous_vsync_ = false;
+    ColourImage capture_;  ///< memory: the frame under way
     std::int64_t frames_captured_ = 0;
+
+    RegisterSet registers_;
+    Register<int> x_{registers_, "x", kSizeBits};
+    Register<bool> in_frame_{registers_, "in_frame"};
+    Register<bool> ragged_{registers_, "ragged"};  ///< its lines differ in length
+    Register<bool> previous_de_{registers_, "previous_de"};
+    Register<bool> previous_vsync_{registers_, "previous_vsync"};
 };
 
 }  // namespace metabuffer::rtl

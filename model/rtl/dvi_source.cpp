@@ -3,6 +3,13 @@
 #include "report/waits.h"
 
 namespace metabuffer::rtl {
+namespace {
+
+// Wide enough for what the faults of a scenario make: lines and pixels that no mode has, and silences.
+constexpr int kLineBits = 32;
+constexpr int kSilenceBits = 63;
+
+}  // namespace
 
 DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
                      ClockGating gating)
@@ -10,7 +17,11 @@ DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenar
       scenario_(scenario),
       timing_(scenario.renderers[static_cast<std::size_t>(renderer)].timing()),
       program_(scenario, renderer),
-      gate_(gating) {
+      gate_(gating),
+      silence_clocks_(registers_, "silence_clocks", kSilenceBits),
+      x_(registers_, "x", bits_for(timing_.line_clocks())),
+      line_(registers_, "line", kLineBits),
+      line_active_pixels_(registers_, "line_active_pixels", kLineBits) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
@@ -26,11 +37,8 @@ void DviSource::clock_edge() {
         return;
     }
     if (reset_i.read()) {
-        state_ = State::kFirstSync;
         program_.reset();
-        x_ = 0;
-        line_ = 0;
-        link_ = DviLink{};
+        registers_.reset();
         link_o.write(link_);
         clock_ppm_o.write(0);
         return;
@@ -38,10 +46,10 @@ void DviSource::clock_edge() {
     switch (state_) {
         case State::kFirstSync:
             // A monitor link that comes up shows a vertical sync before its first frame.
-            link_.vsync = line_ < DviTiming::kVerticalSyncLines;
-            link_o.write(link_);
-            if (link_.vsync) {
-                if (++x_ == timing_.line_clocks()) {
+            drive({0, false, false, line_ < DviTiming::kVerticalSyncLines});
+            if (link_.value().vsync) {
+                ++x_;
+                if (x_ == timing_.line_clocks()) {
                     x_ = 0;
                     ++line_;
                 }
@@ -53,7 +61,8 @@ void DviSource::clock_edge() {
             start_frame_or_blank();
             break;
         case State::kSilence:
-            if (--silence_clocks_ == 0) {
+            --silence_clocks_;
+            if (silence_clocks_ == 0) {
                 start_frame_or_blank();
             }
             break;
@@ -69,8 +78,14 @@ void DviSource::clock_edge() {
 void DviSource::start_frame_or_blank() {
     if (start_next_frame()) {
         step_raster();
-    } else if (link_.vsync) {
-        link_ = DviLink{};  // the sync is over, the pause goes on in blanking
+    } else if (link_.value().vsync) {
+        drive(DviLink{});  // the sync is over, the pause goes on in blanking
+    }
+}
+
+void DviSource::drive(const DviLink& link) {
+    if (!(link == link_.value())) {
+        link_ = link;
         link_o.write(link_);
     }
 }
@@ -135,16 +150,15 @@ void DviSource::step_raster() {
     link.de = x_ < line_active_pixels_;
     link.data = link.de ? active_data() : 0;
     link.hsync = x_ >= sync_start && x_ < sync_start + DviTiming::kHorizontalSyncPixels;
-    if (!(link == link_)) {
-        link_ = link;
-        link_o.write(link_);
-    }
-    if (++x_ < timing_.line_clocks()) {
+    drive(link);
+    ++x_;
+    if (x_ < timing_.line_clocks()) {
         return;
     }
     x_ = 0;
+    ++line_;
     const int frame_lines = DviTiming{timing_.active_pixels, program_.frame().active_lines}.frame_lines();
-    if (++line_ < frame_lines) {
+    if (line_ < frame_lines) {
         return;
     }
     program_.end_frame();
@@ -153,7 +167,7 @@ void DviSource::step_raster() {
 
 void DviSource::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, pair_request_i, path("pair_request"));
-    sc_trace(file, link_o.read(), path("DVI"));
+    registers_.trace(file, path(""));
     sc_core::sc_trace(file, program_.pair(), path("pair"));
 }
 

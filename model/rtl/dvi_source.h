@@ -4,6 +4,7 @@
 
 #include "formats/dvi_timing.h"
 #include "rtl/block.h"
+#include "rtl/register.h"
 #include "rtl/signals.h"
 #include "scenario/link_program.h"
 
@@ -38,12 +39,13 @@ class DviSource final : public Block {
     /// Faults of the scenario that have taken effect on the link.
     std::int64_t injected_faults() const { return program_.injected_faults(); }
 
-  private:
     enum class State : std::uint8_t { kFirstSync, kIdle, kSilence, kFrame };
 
+  private:
     void end_of_elaboration() override;
     void clock_edge();
     void start_frame_or_blank();
+    void drive(const DviLink& link);
     bool start_next_frame();
     int active_pixels_of_line() const;
     std::uint32_t active_data() const;
@@ -56,13 +58,14 @@ class DviSource final : public Block {
     ClockGate gate_;
     sc_core::sc_event_or_list wake_events_;
 
-    State state_ = State::kFirstSync;
-    std::int64_t silence_clocks_ = 0;  ///< still to go
-    int x_ = 0;
-    int line_ = 0;
-    bool vsync_line_ = false;
-    int line_active_pixels_ = 0;  ///< of the line under way
-    DviLink link_;
+    RegisterSet registers_;
+    Register<State> state_{registers_, "state", 2};
+    Register<std::int64_t> silence_clocks_;  ///< still to go
+    Register<int> x_;
+    Register<int> line_;
+    Register<bool> vsync_line_{registers_, "vsync_line"};
+    Register<int> line_active_pixels_;  ///< of the line under way
+    Register<DviLink> link_{registers_, "DVI"};
 };
 
 }  // namespace metabuffer::rtl

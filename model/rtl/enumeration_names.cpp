@@ -5,6 +5,7 @@
 
 #include "report/report.h"
 #include "rtl/bus_port.h"
+#include "rtl/dvi_source.h"
 #include "rtl/signals.h"
 
 namespace metabuffer::rtl {
@@ -39,6 +40,8 @@ const std::vector<EnumerationNames>& enumeration_names() {
                {"none", "activate", "read", "precharge", "precharge all"})},
         {"bus_port.state", "bus_port_state.txt",
          words(BusPort::State::kDone, {"request", "wait for pair", "table", "send", "done"})},
+        {"dvi_source_1.state", "dvi_source_state.txt",
+         words(DviSource::State::kFrame, {"first sync", "idle", "silence", "frame"})},
         {"PIXEL.kind", "frame_kind.txt", words(FrameKind::kDepth, {"colour", "depth"})},
         {"EVENT.cause", "reject_cause.txt", reject_causes()},
     };

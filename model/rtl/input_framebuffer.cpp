@@ -50,7 +50,7 @@ int words_a_beat(const Scenario& scenario) {
 }  // namespace
 
 InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
-                                   int renderer)
+                                   int renderer, ClockGating gating)
     : Block(name),
       busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
       tableready_i("tableready_i", busready_i.size()),
@@ -66,13 +66,20 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
                     std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels),
       bus_arbiter_("bus_arbiter", scenario.bus, scenario.displays.count()),
       bus_port_(
-          "bus_port", scenario, renderer_, [this](bool fresh) { start_frame(fresh); }, counters_.bus) {
+          "bus_port", scenario, renderer_, [this](bool fresh) { start_frame(fresh); }, counters_.bus,
+          gating) {
     bind_link_side();
     bind_bus_side();
     bind_arbiter();
 }
 
 InputFramebuffer::~InputFramebuffer() = default;
+
+RendererCounters InputFramebuffer::counters() const {
+    RendererCounters counters = counters_;
+    counters.bus.idle_cycles += bus_port_.uncounted_idle_cycles();
+    return counters;
+}
 
 void InputFramebuffer::bind_link_side() {
     link_port_.clk_i(dvi_clk_i);

@@ -39,14 +39,15 @@ class InputFramebuffer final : public Block {
     sc_core::sc_out<BusBeat> bus_o{"bus_o"};
 
     /// renderer: index, from 0. The scenario must outlive the module.
-    InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer);
+    InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
+                     ClockGating gating = ClockGating::kOn);
     ~InputFramebuffer() override;
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override { return bus_port_.waiting_for(); }
 
     /// Counters of bus and table; what the link rejected is the decoder's.
-    const RendererCounters& counters() const { return counters_; }
+    RendererCounters counters() const;
 
     /// What each composited frame that has been started was made of.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }

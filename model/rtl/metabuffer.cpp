@@ -97,7 +97,7 @@ void Metabuffer::make_renderer_side() {
         blocks_.push_back(decoder.get());
 
         auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),
-                                                              scenario_, static_cast<int>(r));
+                                                              scenario_, static_cast<int>(r), gating_);
         framebuffer->clk_i(*core_clk_);
         framebuffer->reset_i(reset_);
         framebuffer->dvi_clk_i(link_clk);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -846,6 +847,68 @@ TEST_CASE("composer: a reset in the middle of a burst forgets what was announced
     bench.run_through(30);
     CHECK(dut.busreadies.falls() == std::vector<int>{20});
     CHECK(dut.busreadies.rises() == std::vector<int>{0, 22});  // the whole buffer is free
+}
+
+/// The same frame round after round, with a reset a clock later in each. Behind it everything must happen as in the round
+/// before.
+void check_resets(StarvationMode mode, Strap strap) {
+    constexpr int kRound = 140;
+    constexpr int kFirstReset = 4;
+    constexpr int kRounds = 90;
+    constexpr int kStart = 30;
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({8, 4, 2}, mode), strap);
+    const auto reset_at = [](int round) { return kFirstReset + round; };
+    for (int round = 0; round < kRounds; ++round) {
+        // Behind the reset its neighbours say nothing more of this round.
+        const auto when = [&](int clock, const std::function<void(int)>& happens) {
+            if (clock < reset_at(round) || round == kRounds - 1) happens(round * kRound + clock);
+        };
+        when(5, [&](int at) { dut.put(at, BusBeat::frame_start(0, false)); });
+        when(7, [&](int at) { dut.put(at, BusBeat::table_row(0, 0, whole_raster(), true)); });
+        // A burst that BUSREADY ends, then pairs of pixels, one of which comes too late.
+        for (int beat = 0; beat < 4; ++beat) {
+            when(10 + beat, [&](int at) { dut.put_pixels(at, 2 * beat, 2, 8 - 2 * beat); });
+        }
+        for (int pair = 0; pair < 8; ++pair) {
+            const int late = pair >= 4 ? 5 : 0;
+            when(36 + 3 * pair + late, [&](int at) { dut.put_pixels(at, 8 + 2 * pair, 2, 0); });
+        }
+        when(kStart - 8, [&](int at) { bench.core.drive(dut.pipeready_in, at, true); });
+        bench.core.drive(dut.pipeready_in, round * kRound + kStart - 4, false);
+        if (strap == Strap::kRelay) when(kStart, [&](int at) { dut.start_frame(at); });
+        if (round < kRounds - 1) bench.core.pulse(bench.reset, round * kRound + reset_at(round));
+    }
+    bench.run_through(kRounds * kRound - 1);
+    for (int round = 1; round < kRounds; ++round) {
+        for (int clock = 0; clock < reset_at(round - 1); ++clock) {
+            INFO("round " << round << ", clock " << clock);
+            const int now = round * kRound + clock;
+            const int before = now - kRound;
+            REQUIRE(dut.busreadies.at(now) == dut.busreadies.at(before));
+            REQUIRE(dut.tablereadies.at(now) == dut.tablereadies.at(before));
+            REQUIRE(dut.startframes.at(now) == dut.startframes.at(before));
+            REQUIRE(dut.pipes.at(now) == dut.pipes.at(before));
+            REQUIRE(dut.pipereadies.at(now) == dut.pipereadies.at(before));
+            REQUIRE(dut.stalls.at(now) == dut.stalls.at(before));
+        }
+    }
+    // The rounds are worth something: the last one shows a burst that was cut, and pixels that came late.
+    const int last = (kRounds - 1) * kRound;
+    CHECK_FALSE(dut.busreadies.at(last + 12));
+    CHECK(dut.composer.counters().busready_drops > 0);
+    CHECK(dut.composer.counters().starved_pixels + dut.composer.counters().stalled_cycles > 0);
+    CHECK_FALSE(dut.startframes.high().empty());
+}
+
+TEST_CASE("composer: a reset at any clock of a frame leaves what power-up leaves (glitch)") {
+    check_resets(StarvationMode::kGlitch, Strap::kRelay);
+}
+TEST_CASE("composer: a reset at any clock of a frame leaves what power-up leaves (stall)") {
+    check_resets(StarvationMode::kStall, Strap::kRelay);
+}
+TEST_CASE("composer: a reset at any clock of a frame leaves what power-up leaves (PIPEMASTER)") {
+    check_resets(StarvationMode::kGlitch, Strap::kMaster);
 }
 
 TEST_CASE("composer: PIPEMASTER is a strap, read while reset is high and not behind it") {

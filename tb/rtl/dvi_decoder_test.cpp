@@ -1,6 +1,8 @@
 #include "rtl/dvi_decoder.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <iterator>
 #include <vector>
 
 #include "clocked_testbench.h"
@@ -558,6 +560,32 @@ TEST_CASE("dvi decoder: a reset in the middle of a pair forgets it") {
                                          {lone + kBehindControl, pair_lost(0)}};
     expect_pair(events, good, 1);
     check_events(dut, events);
+}
+
+TEST_CASE("dvi decoder: a reset at any moment of a pair leaves what power-up leaves") {
+    constexpr int kStride = 127;  // not a divisor of a line
+    DecoderBench dut;
+    dut.add_start();
+    const ViewportTable table(3, segment_row({2, 2}));
+    std::vector<int> good;
+    for (int reset = 5; reset < 2 * kFrame; reset += kStride) {
+        const int cut = dut.add(colour(7, table));
+        dut.add(depth(7, table));
+        dut.bench.core.pulse(dut.bench.reset, cut + reset);
+        good.push_back(dut.add(colour(1)));
+        dut.add(depth(1));
+    }
+    dut.run();
+    const std::vector<int> told = dut.event_clocks();
+    for (const int start : good) {
+        INFO("pair at clock " << start);
+        std::vector<int> clocks;
+        std::copy_if(told.begin(), told.end(), std::back_inserter(clocks),
+                     [start](int clock) { return clock >= start && clock < start + 2 * kFrame; });
+        REQUIRE(clocks == std::vector<int>{start + kBehindControl, start + kFrame + kVsync});
+        REQUIRE(dut.events.at(clocks[0]) == colour_start(1));
+        REQUIRE(dut.events.at(clocks[1]) == pair_good(1));
+    }
 }
 
 }  // namespace

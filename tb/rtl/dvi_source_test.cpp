@@ -531,5 +531,28 @@ TEST_CASE("dvi source: a reset is taken after any number of idle clocks") {
     CHECK_FALSE(dut.sent.at(restart + 1 + kFirstSync).vsync);
 }
 
+TEST_CASE("dvi source: a reset at any moment of a pair leaves what power-up leaves") {
+    ClockedTestbench bench;
+    SourceBench dut(bench, "source", source_scenario(2));
+    bench.core.drive(dut.request, 0, true);
+    Waveform wanted = first_sync();
+    append_pair(wanted, dut.scenario, 0);
+    constexpr int kStride = 211;
+    std::vector<int> resets;
+    for (int moment = 3; moment < kFirstSync + kPair; moment += kStride) {
+        resets.push_back((resets.empty() ? 0 : resets.back() + 1) + moment);
+        bench.core.pulse(bench.reset, resets.back());
+    }
+    bench.run_through(resets.back() + kFirstSync + kPair + 1);
+    int from = 0;
+    for (const int reset : resets) {
+        INFO("the reset at clock " << reset);
+        check_wave(dut.sent, from, Waveform(wanted.begin(), wanted.begin() + (reset - from)));
+        CHECK(dut.sent.at(reset) == DviLink{});
+        from = reset + 1;
+    }
+    check_wave(dut.sent, from, wanted);
+}
+
 }  // namespace
 }  // namespace metabuffer::test

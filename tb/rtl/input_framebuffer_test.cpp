@@ -138,8 +138,8 @@ struct InputBench {
 
     // ---- what came out ----
 
-    const RendererCounters& counters() const { return framebuffer.counters(); }
-    const BusCounters& bus_counters() const { return counters().bus; }
+    RendererCounters counters() const { return framebuffer.counters(); }
+    BusCounters bus_counters() const { return counters().bus; }
 
     std::vector<int> clocks_of(BeatKind kind) const {
         return beats.clocks_where([kind](const BusBeat& beat) { return beat.kind == kind; });
@@ -1197,7 +1197,7 @@ TEST_CASE(
         const int first = kFrameStart + rows * std::max(1, 128 / run.width_bits) + 1;
         BusMonitor(*run.dut, run.image, run.table, run.most).check(first);
 
-        const BusCounters& bus = run.dut->bus_counters();
+        const BusCounters bus = run.dut->bus_counters();
         std::int64_t pixels = 0;
         for (const ViewportRow& row : run.table) pixels += std::int64_t{row.sdx} * row.sdy;
         CHECK(bus.pixels_sent == pixels);
@@ -1241,7 +1241,7 @@ TEST_CASE(
     constexpr int kLastClock = kFrameStart + 1500;
     bench.run_through(kLastClock);
     for (const auto& dut : duts) {
-        const BusCounters& bus = dut->bus_counters();
+        const BusCounters bus = dut->bus_counters();
         CHECK(dut->clocks_of(BeatKind::kFrameStart).size() == 2);
         CHECK(bus.pixels_sent == 2 * 3 * kImageWidth);
         CHECK(bus.busy_cycles == 4 * bus.pixels_sent);
