@@ -3,6 +3,7 @@
 usage: sites_test.py SCRIPTS
 """
 
+import json
 import pathlib
 import sys
 import tempfile
@@ -11,6 +12,8 @@ import unittest
 sys.path.insert(0, sys.argv[1])
 
 from mutation import mutants, reading, sites  # noqa: E402
+
+TREE = pathlib.Path(__file__).resolve().parents[2]
 
 PROLOGUE = """
 #define STEP(member) { ++member; member *= 2; }
@@ -156,6 +159,24 @@ class Sites(unittest.TestCase):
     def test_arguments_that_matter_are_taken_from_a_compile_command(self):
         command = "/usr/bin/ccache /usr/bin/c++ -DA=1 -I/x/model -isystem /y -O1 -w -std=c++17 -o a.o -c /x/a.cpp"
         self.assertEqual(reading.arguments_of(command), ["-DA=1", "-I/x/model", "-isystem", "/y", "-std=c++17"])
+
+
+class Lists(unittest.TestCase):
+    """What is kept of mutants stands for text of the model, which may change without them."""
+
+    def entries(self, name):
+        for entry in json.loads((TREE / "tb/mutation" / name).read_text()):
+            yield entry, (TREE / entry["file"]).read_text()
+
+    def test_every_mutant_written_by_hand_fits_its_file(self):
+        for entry, source in self.entries("written.json"):
+            with self.subTest(f"{entry['file']}: {entry['what']}"):
+                mutants.written_mutant(entry, source)
+
+    def test_what_every_equivalent_mutant_changes_is_there(self):
+        for entry, source in self.entries("equivalent.json"):
+            with self.subTest(f"{entry['file']}: {entry['original']}"):
+                self.assertIn("".join(entry["original"].split()), "".join(source.split()))
 
 
 if __name__ == "__main__":
