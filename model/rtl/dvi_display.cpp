@@ -55,7 +55,6 @@ void DviDisplay::end_frame() {
     in_frame_ = true;
     ragged_ = false;
     x_ = 0;
-    capture_.width_pixels = 0;
     capture_.height_pixels = 0;
     capture_.values.clear();
 }

@@ -55,7 +55,6 @@ void DviSource::clock_edge() {
                 }
                 break;
             }
-            state_ = State::kIdle;
             [[fallthrough]];
         case State::kIdle:
             start_frame_or_blank();

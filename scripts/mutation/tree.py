@@ -138,7 +138,7 @@ class Tree:
             for mutant in refused:
                 mutant.discarded = UNCOMPILED
                 if mutant.by_hand:
-                    print(f"written.json: does not compile: {mutant.file}: {mutant.operator}")
+                    self.notes.append(f"written.json: does not compile: {mutant.file}: {mutant.operator}")
             print(f"{len(refused)} mutants do not compile", flush=True)
         raise Stop(f"cannot be built, see {self.directory / 'build.log'}")
 

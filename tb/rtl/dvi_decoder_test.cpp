@@ -568,15 +568,24 @@ TEST_CASE("dvi decoder: a reset at any moment of a pair leaves what power-up lea
     dut.add_start();
     const ViewportTable table(3, segment_row({2, 2}));
     std::vector<int> good;
+    std::vector<int> resets;
     for (int reset = 5; reset < 2 * kFrame; reset += kStride) {
         const int cut = dut.add(colour(7, table));
         dut.add(depth(7, table));
-        dut.bench.core.pulse(dut.bench.reset, cut + reset);
+        resets.push_back(cut + reset);
+        dut.bench.core.pulse(dut.bench.reset, resets.back());
         good.push_back(dut.add(colour(1)));
         dut.add(depth(1));
     }
     dut.run();
     const std::vector<int> told = dut.event_clocks();
+    for (std::size_t i = 0; i < resets.size(); ++i) {
+        INFO("the reset at clock " << resets[i]);
+        // No row of the table before it.
+        REQUIRE(std::none_of(told.begin(), told.end(), [&](int clock) {
+            return clock >= resets[i] && clock < good[i] && dut.events.at(clock).row;
+        }));
+    }
     for (const int start : good) {
         INFO("pair at clock " << start);
         std::vector<int> clocks;
