@@ -4,11 +4,13 @@
 #include <array>
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
 #include <fstream>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "formats/image.h"
 #include "host/errors.h"
 #include "host/text.h"
 #include "host/text_file.h"
@@ -18,7 +20,8 @@ namespace {
 
 using namespace std::string_view_literals;
 
-constexpr std::size_t kLookedAtBytes = 12;
+/// To the end of WebP's canvas size, the farthest of what is looked at.
+constexpr std::size_t kLookedAtBytes = 30;
 
 struct ImageFormat {
     const char* reader;  ///< OpenImageIO's name
@@ -43,7 +46,7 @@ constexpr std::array<ImageFormat, 8> kFormats{{
     {"jpeg", "JPEG", [](std::string_view bytes) { return begins(bytes, "\xff\xd8\xff"sv); }},
     {"webp", "WebP",
      [](std::string_view bytes) {
-         return begins(bytes, "RIFF"sv) && bytes.size() >= kLookedAtBytes && bytes.substr(8) == "WEBP"sv;
+         return begins(bytes, "RIFF"sv) && bytes.size() > 8 && bytes.substr(8, 4) == "WEBP"sv;
      }},
     {"hdr", "Radiance HDR", [](std::string_view bytes) { return begins(bytes, "#?"sv); }},
     {"sgi", "SGI", [](std::string_view bytes) { return begins(bytes, "\x01\xda"sv); }},
@@ -72,9 +75,24 @@ std::string first_bytes(const std::filesystem::path& file) {
     return bytes;
 }
 
+/// Three bytes, the lowest first, hold one less than a side.
+std::int64_t webp_side(std::string_view bytes) {
+    std::int64_t side = 0;
+    for (auto byte = bytes.rbegin(); byte != bytes.rend(); ++byte)
+        side = side * 256 + static_cast<unsigned char>(*byte);
+    return side + 1;
+}
+
+/// OpenImageIO makes room for all of a WebP file's canvas when it opens the file, before its size can be asked: up to
+/// 16 TB for a file of 100 bytes. Only the extended form can say more than 16383 pixels a side.
+void check_webp_canvas(const std::filesystem::path& file, std::string_view bytes) {
+    if (!begins(bytes, "RIFF"sv) || bytes.size() < kLookedAtBytes || bytes.substr(8, 8) != "WEBPVP8X"sv)
+        return;
+    check_image_size(file, webp_side(bytes.substr(24, 3)), webp_side(bytes.substr(27, 3)));
+}
+
 /// OpenImageIO's name of what reads the file, null if nothing does.
-const char* reader_of(const std::filesystem::path& file) {
-    const std::string bytes = first_bytes(file);
+const char* reader_of(const std::filesystem::path& file, std::string_view bytes) {
     for (const ImageFormat& format : kFormats) {
         if (format.is_begun_by(bytes)) return format.reader;
     }
@@ -95,14 +113,23 @@ void read_in_this_thread() {
 }  // namespace
 
 std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& file) {
-    const char* reader = reader_of(file);
+    const std::string bytes = first_bytes(file);
+    const char* reader = reader_of(file, bytes);
     if (reader == nullptr) fail_unreadable_image(file, "it begins as none of the formats that are read");
+    check_webp_canvas(file, bytes);
     read_in_this_thread();
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(reader);
     if (input == nullptr) fail_unreadable_image(file, OIIO::geterror());
     OIIO::ImageSpec spec;
     if (!input->open(file.string(), spec)) fail_unreadable_image(file, input->geterror());
     return input;
+}
+
+void check_image_size(const std::filesystem::path& file, std::int64_t width_pixels,
+                      std::int64_t height_pixels) {
+    if (kImageSidePixels.contains(width_pixels) && kImageSidePixels.contains(height_pixels)) return;
+    fail_image(file, "has " + std::to_string(width_pixels) + " x " + std::to_string(height_pixels) +
+                         " pixels; use " + text::range(kImageSidePixels) + " per side");
 }
 
 void fail_image(const std::filesystem::path& file, const std::string& message) {

@@ -2,6 +2,7 @@
 
 #include <OpenImageIO/imageio.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -13,6 +14,10 @@ namespace metabuffer {
 /// OpenImageIO 2.4's write beyond their memory, that of ICO for a file without a fault. Throws InputError
 /// naming the file and why it cannot be read.
 std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& file);
+
+/// Throws the InputError that names the file and its size unless both sides lie in kImageSidePixels.
+void check_image_size(const std::filesystem::path& file, std::int64_t width_pixels,
+                      std::int64_t height_pixels);
 
 /// Throws the InputError that says of a file what is wrong with it.
 [[noreturn]] void fail_image(const std::filesystem::path& file, const std::string& message);

@@ -57,10 +57,7 @@ class NativeImage {
         spec_ = input_->spec();
         if (spec_.deep || spec_.depth > 1)
             fail_image(file, "is a deep or volume image; use one with flat pixels");
-        if (!kImageSidePixels.contains(spec_.width) || !kImageSidePixels.contains(spec_.height)) {
-            fail_image(file, "has " + std::to_string(spec_.width) + " x " + std::to_string(spec_.height) +
-                                 " pixels; use " + text::range(kImageSidePixels) + " per side");
-        }
+        check_image_size(file, spec_.width, spec_.height);
         // OpenImageIO 2.4 unpacks some of these beyond its memory.
         constexpr int kSeparated = 5;
         if (spec_.get_int_attribute("tiff:PhotometricInterpretation") == kSeparated) {

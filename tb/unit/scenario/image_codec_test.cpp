@@ -427,6 +427,25 @@ TEST_CASE("image: sizes up to 8192 a side") {
           (directory / "higher.png").string() + ": has 1 x 8193 pixels; use 1 to 8192 per side");
 }
 
+TEST_CASE("image: a WebP file's canvas is looked at before there is room made for it") {
+    using namespace std::string_literals;
+    const ScratchDirectory directory;
+    const std::filesystem::path file = directory / "canvas.webp";
+    // An extended header that says to be animated, and nothing behind it: OpenImageIO asks for 16 TB before it sees that.
+    const auto check = [&](const std::string& canvas, const std::string& size) {
+        directory.write("canvas.webp", "RIFF\x16\0\0\0WEBPVP8X\x0a\0\0\0\x02\0\0\0"s + canvas);
+        CHECK(error_of(file) == file.string() + ": has " + size + " pixels; use 1 to 8192 per side");
+    };
+    check("\xff\xff\xff\xff\xff\xff"s, "16777216 x 16777216");
+    check("\xff\xff\0\xd4\x6a\0"s, "65536 x 27349");
+    check("\x03\0\0\0\x20\0"s, "4 x 8193");
+    check("\0\x20\0\x03\0\0"s, "8193 x 4");
+
+    const std::vector<std::uint8_t> samples(std::size_t{16} * 16 * 4, 128);
+    write_picture(file, 16, 16, {{"R", "G", "B", "A"}, TypeDesc::UINT8}, samples);
+    CHECK(load(file).width_pixels == 16);
+}
+
 TEST_CASE("image: only the first of several subimages is read") {
     const ScratchDirectory directory;
     const auto output = OIIO::ImageOutput::create("a.tif");
