@@ -1,7 +1,7 @@
-#define CATCH_CONFIG_RUNNER
-#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <systemc>
+
+#include "test_session.h"
 
 // The main of every test program that simulates. SystemC elaborates once in a process, so each test case that
 // simulates runs in a process of its own (CTest sees to it).
@@ -10,7 +10,7 @@ int sc_main(int argc, char** argv) {
     // exception. A test that provokes one gives the report's id actions of its own.
     sc_core::sc_report_handler::set_actions(sc_core::SC_WARNING, sc_core::SC_THROW);
     sc_core::sc_report_handler::set_actions(sc_core::SC_ERROR, sc_core::SC_THROW);
-    return Catch::Session().run(argc, argv);
+    return metabuffer::test::run_session(argc, argv);
 }
 
 int main(int argc, char** argv) {

@@ -5,6 +5,7 @@
 #include "rtl/block.h"
 
 namespace metabuffer::monitors {
+
 DviMonitor::DviMonitor(const sc_core::sc_module_name& name, Link link, ViolationLog& log)
     : sc_core::sc_module(name), link_(std::move(link)), log_(log) {
     SC_METHOD(clock_edge);

@@ -93,7 +93,6 @@ void BusPort::process() {
     clock_edge();
     drive_requests();
     if (gate_.idle_edge(nothing_comes())) {
-        sleeps_ = true;
         slept_after_cycle_ = clock_edge_number(core_period_picoseconds_);
         next_trigger(wake_events_);
     }
@@ -106,14 +105,15 @@ bool BusPort::nothing_comes() const {
 }
 
 std::int64_t BusPort::uncounted_idle_cycles() const {
-    return sleeps_ ? clock_edge_number(core_period_picoseconds_) - slept_after_cycle_ : 0;
+    if (!slept_after_cycle_.has_value()) return 0;
+    return clock_edge_number(core_period_picoseconds_) - *slept_after_cycle_;
 }
 
 /// At the first clock behind the sleep, which counts itself.
 void BusPort::count_slept_cycles() {
-    if (sleeps_) {
+    if (slept_after_cycle_.has_value()) {
         bus_.idle_cycles += uncounted_idle_cycles() - 1;
-        sleeps_ = false;
+        slept_after_cycle_.reset();
     }
 }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -166,8 +167,7 @@ class BusPort final : public Block {
 
     ClockGate gate_;
     sc_core::sc_event_or_list wake_events_;
-    bool sleeps_ = false;
-    std::int64_t slept_after_cycle_ = 0;  ///< the last clock before the sleep
+    std::optional<std::int64_t> slept_after_cycle_;  ///< the last clock before the sleep; none while awake
 
     RegisterSet registers_;
     Register<State> state_{registers_, "state", 3};

@@ -13,6 +13,7 @@
 
 #include "host/child_process.h"
 #include "host/errors.h"
+#include "rtl/block.h"
 #include "rtl/metabuffer.h"
 #include "rtl/waveform_file.h"
 #include "simulation/simulation_run.h"
@@ -25,8 +26,7 @@ constexpr std::int64_t kChunkCycles = 20'000;
 constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
 
 sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
-    return sc_core::sc_time(static_cast<double>(cycles * clock_period_picoseconds(scenario.clocks.core_mhz)),
-                            sc_core::SC_PS);
+    return picoseconds(cycles * clock_period_picoseconds(scenario.clocks.core_mhz));
 }
 
 /// The number of the core clock, for a waveform: the one by which reports, messages and --trace-window count.

@@ -7,11 +7,11 @@ CMakeLists.txt or the search itself changes.
 import hashlib
 import json
 import pathlib
-import shlex
 import sys
 import threading
 from typing import Iterable
 
+from lib.compile_commands import arguments_by_source
 from lib.parallel import in_parallel
 from mutation import sites as search
 from mutation.building import configure
@@ -19,26 +19,13 @@ from mutation.sites import Change, Site
 from mutation.stop import Stop
 
 Sites = dict[str, list[Site]]
-# Of a compile command, what makes a difference to what the sources mean. Relative paths are none of CMake's.
-MEANINGFUL = ("-I", "-D", "-U", "-std=", "-isystem", "-iquote", "-include")
-
-
-def arguments_of(command: str) -> list[str]:
-    words, kept = shlex.split(command), []
-    for index, word in enumerate(words):
-        if word.startswith(MEANINGFUL):
-            kept.append(word)
-        elif index and words[index - 1] in MEANINGFUL:
-            kept.append(word)  # -isystem DIR
-    return kept
 
 
 class Commands:
     """How a configured build compiles each source."""
 
     def __init__(self, build: pathlib.Path):
-        entries = json.loads((build / "compile_commands.json").read_text())
-        self.by_path = {entry["file"]: arguments_of(entry["command"]) for entry in entries}
+        self.by_path = arguments_by_source(build)
 
     def of(self, path: pathlib.Path) -> list[str]:
         """A header is read as sources of its folder are."""

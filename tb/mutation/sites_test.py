@@ -11,7 +11,8 @@ import unittest
 
 sys.path.insert(0, sys.argv[1])
 
-from mutation import mutants, reading, sites, switches  # noqa: E402
+from lib.compile_commands import arguments_of  # noqa: E402
+from mutation import mutants, sites, switches  # noqa: E402
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
 
@@ -158,7 +159,7 @@ class Sites(unittest.TestCase):
 
     def test_arguments_that_matter_are_taken_from_a_compile_command(self):
         command = "/usr/bin/ccache /usr/bin/c++ -DA=1 -I/x/model -isystem /y -O1 -w -std=c++17 -o a.o -c /x/a.cpp"
-        self.assertEqual(reading.arguments_of(command), ["-DA=1", "-I/x/model", "-isystem", "/y", "-std=c++17"])
+        self.assertEqual(arguments_of(command), ["-DA=1", "-I/x/model", "-isystem", "/y", "-std=c++17"])
 
 
 @unittest.skipIf((TREE / "model" / switches.HEADER).exists(), "the copy with mutants in it")

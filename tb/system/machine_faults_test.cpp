@@ -512,7 +512,8 @@ LossCoverage lose_beats(StarvationMode mode, std::uint64_t seed, bool stalled = 
 
 }  // namespace
 
-TEST_CASE("lost beats in stall mode: their frame is not shown and the next good one is", "[system][faults]") {
+TEST_CASE("lost beats in stall mode: their frame is not shown and the next good one is",
+          "[system][faults][repeat]") {
     const LossCoverage coverage = lose_beats(StarvationMode::kStall, random_seed(4201));
     CHECK(coverage.never_known > 0);  // and the watchdog has told
 }
@@ -529,7 +530,7 @@ TEST_CASE("lost beats in stall mode while the swap is held back: a bad frame is 
 }
 
 TEST_CASE("lost beats in glitch mode while the swap is held back: a bad frame is kept off every display",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     lose_beats(StarvationMode::kGlitch, random_seed(4501), true);
 }
 
@@ -759,7 +760,7 @@ void check_tables_lost_everywhere(StarvationMode mode, std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("lost beats of tables in stall mode: their frame is not shown and the next one is right",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     check_tables_lost_everywhere(StarvationMode::kStall, random_seed(4401));
 }
 
@@ -783,7 +784,7 @@ TEST_CASE("lost beats of any kind in glitch mode: their frame is not shown and t
 }
 
 TEST_CASE("lost beats of a table: hundreds of frames in a row, and the first whole one behind them is right",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     constexpr int kLost = 260;
     constexpr int kRunFrames = kLost + 20;
     Scenario scenario = three_renderers({});
@@ -970,7 +971,7 @@ std::set<std::string> handshakes_of_row(int row, StarvationMode mode) {
 }  // namespace
 
 TEST_CASE("random stalls hold every handshake of their row, the last one's outputs too, and no other",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     constexpr double kClocks[][3] = {{25, 250, 125}, {100, 100, 100}, {125, 70, 30}};
     MachineRuns runs;
     std::vector<std::unique_ptr<HandshakeProbe>> probes;

@@ -9,7 +9,7 @@ namespace metabuffer::test {
 
 /// How many random machines the tests of every day run, kMachinesPerBatch in one elaboration; their seeds are
 /// 1, 2, ...
-constexpr int kBatches = 40;
+constexpr int kBatches = 24;
 constexpr int kMachinesPerBatch = 8;
 
 /// Registers "NAME of seeds 1 to 8" and so on as Catch test cases. METABUFFER_SEED replays one machine instead, in

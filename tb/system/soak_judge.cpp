@@ -1,4 +1,4 @@
-#define CATCH_CONFIG_RUNNER
+#define CATCH_CONFIG_EXTERNAL_INTERFACES
 #include "soak_judge.h"
 
 #include <poll.h>
@@ -21,6 +21,7 @@
 #include "machine_run.h"
 #include "random_scenario.h"
 #include "scenario/fault_keys.h"
+#include "test_session.h"
 #include "tlm_run.h"
 
 namespace metabuffer::test {
@@ -129,7 +130,7 @@ std::string session_output() {
     std::streambuf* const before = std::cout.rdbuf(output.rdbuf());
     const std::vector<const char*> words{"soak_machines", "--reporter", "verdicts",
                                          "--order",       "decl",       "[soak]"};
-    Catch::Session().run(static_cast<int>(words.size()), words.data());
+    test::run_session(static_cast<int>(words.size()), words.data());
     std::cout.rdbuf(before);
     return output.str();
 }

@@ -1,2 +1,4 @@
-#define CATCH_CONFIG_MAIN
-#include <catch2/catch.hpp>
+#include "test_session.h"
+
+// The main of every test program that does not simulate.
+int main(int argc, char** argv) { return metabuffer::test::run_session(argc, argv); }
