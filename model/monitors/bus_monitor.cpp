@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "scenario/derived_timing.h"
+
 namespace metabuffer::monitors {
 namespace {
 
@@ -23,6 +25,7 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       image_height_(scenario.renderers[static_cast<std::size_t>(renderer)].image_height_pixels),
       page_words_(scenario.memory.page_words),
       memory_(scenario.memory),
+      longest_wait_cycles_(longest_beat_gap_cycles(scenario) - cycles_per_beat(scenario.bus)),
       grant_cycles_(scenario.bus.grant_cycles),
       burst_pixels_(scenario.bus.burst_pixels),
       beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
@@ -66,7 +69,7 @@ void BusMonitor::restart() {
     table_complete_ = true;
     frames_started_ = 0;
     pixels_left_ = 0;
-    unseen_edge_ = kNone;
+    unseen_edge_ = first_edge_ = kNone;
 }
 
 void BusMonitor::clock_edge() {
@@ -78,6 +81,9 @@ void BusMonitor::clock_edge() {
         return;
     }
     const std::int64_t edge = rtl::clock_edge_number(core_period_picoseconds_);
+    if (first_edge_ == kNone) {
+        first_edge_ = edge;
+    }
     sample_busready(edge);
     // What BUSREADY answers at this edge: it was written at the one before, with what was announced then.
     const std::int64_t announced = active_ ? remaining_ : 0;
@@ -118,7 +124,7 @@ void BusMonitor::sample_busready(std::int64_t edge) {
         }
         levels.push_back({edge, high});
         // No grant that is still to be judged lies before this.
-        const std::int64_t oldest_grant = edge - grant_cycles_ - memory_.page_miss_cycles - cycles_per_beat_;
+        const std::int64_t oldest_grant = edge - grant_cycles_ - longest_wait_cycles_ - cycles_per_beat_;
         while (levels.size() > 1 && levels[1].edge <= oldest_grant) {
             levels.pop_front();
         }
@@ -166,7 +172,7 @@ void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
     std::fill(rows_.begin(), rows_.end(), Row{});
     rows_taken_ = pixels_left_ = 0;
     active_ = stopped_ = false;
-    open_pages_.assign(static_cast<std::size_t>(memory_.banks), kNone);
+    banks_.assign(static_cast<std::size_t>(memory_.banks), Bank{});
     table_complete_ = beat.last;
     table_edge_ = free_from_ = edge;
 }
@@ -296,7 +302,8 @@ void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
                 std::to_string(beat.remaining) + " pixels of the burst announced behind a beat, not " +
                     std::to_string(remaining));
     }
-    open_page_beside(page_of(row, row.sent)) = page_of(row, row.sent);
+    const std::int64_t page = page_of(row, row.sent);
+    set_open_page(page, page, edge - cycles_per_beat_);
     row.sent += taken;
     pixels_left_ -= taken;
     remaining_ = remaining;
@@ -338,10 +345,27 @@ std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, st
     return std::min(burst_pixels_, row.pixels - row.sent);
 }
 
-/// The first beat of a burst is sampled at `edge`: when was the grant, and could it be?
+/// The first beat of a burst is sampled at `edge`: when was the grant, and could it be? Of the clocks in which a burst
+/// may have begun to wait for a refresh, any will do.
 void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_t edge) {
-    const std::int64_t grant = edge - cycles_per_beat_ - opening_cycles(page) - grant_cycles_;
-    if (grant < free_from_) {
+    const std::int64_t read = edge - cycles_per_beat_;
+    std::int64_t grant = kNone;
+    for (std::int64_t wanted = read; wanted >= read - longest_wait_cycles_; --wanted) {
+        if (read_clock(page, wanted) != read) {
+            continue;
+        }
+        const std::int64_t possible = wanted - grant_cycles_;
+        const bool passed_over = possible == unseen_edge_ && display == unseen_display_;
+        if (possible >= free_from_ && busready_at(display, possible) && !passed_over) {
+            return;
+        }
+        grant = std::max(grant, possible);
+    }
+    if (grant == kNone) {
+        violate("bus/pace", edge,
+                "a burst begins with a word of clock " + std::to_string(read) +
+                    ", in which the memory can give none");
+    } else if (grant < free_from_) {
         violate("bus/pace", edge,
                 "a burst begins " + std::to_string(free_from_ - grant) +
                     " clocks too early behind what came before");
@@ -349,7 +373,7 @@ void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_
         violate("bus/busready", busready_names_[display], edge,
                 "pixels for display " + std::to_string(static_cast<std::int64_t>(display) + 1) +
                     " in a slot of clock " + std::to_string(grant) + ", at which its BUSREADY was low");
-    } else if (grant == unseen_edge_ && display == unseen_display_) {
+    } else {
         violate("bus/passed-over", busready_names_[display], edge,
                 "a slot of clock " + std::to_string(grant) + " for display " +
                     std::to_string(static_cast<std::int64_t>(display) + 1) +
@@ -357,17 +381,43 @@ void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_
     }
 }
 
-std::int64_t BusMonitor::opening_cycles(std::int64_t page) {
-    const std::int64_t open = open_page_beside(page);
-    if (open == page) return 0;
-    const int closing_cycles = open == kNone ? 0 : memory_.precharge_cycles;
-    return closing_cycles + (memory_.page_miss_cycles - memory_.precharge_cycles);
+/// How many refreshes have begun at this clock or before.
+std::int64_t BusMonitor::refreshes_by(std::int64_t clock) const {
+    return memory_.refreshes() ? (clock - first_edge_) / memory_.refresh_interval_cycles : 0;
+}
+
+std::int64_t BusMonitor::open_page_beside(std::int64_t page, std::int64_t clock) const {
+    const Bank& bank = banks_[static_cast<std::size_t>(page) % banks_.size()];
+    return bank.refreshes == refreshes_by(clock) ? bank.page : kNone;
+}
+
+void BusMonitor::set_open_page(std::int64_t page, std::int64_t state, std::int64_t clock) {
+    banks_[static_cast<std::size_t>(page) % banks_.size()] = {state, refreshes_by(clock)};
+}
+
+std::int64_t BusMonitor::read_clock(std::int64_t page, std::int64_t wanted) const {
+    const std::int64_t activating = memory_.page_miss_cycles - memory_.precharge_cycles;
+    const std::int64_t open = open_page_beside(page, wanted);
+    std::int64_t opening = 0;
+    if (open != page) {
+        opening = activating + (open == kNone ? 0 : memory_.precharge_cycles);
+    }
+    if (!memory_.refreshes()) {
+        return wanted + opening;
+    }
+    const std::int64_t interval = memory_.refresh_interval_cycles;
+    const std::int64_t newest = first_edge_ + refreshes_by(wanted) * interval;
+    if (newest > first_edge_ && wanted < newest + memory_.refresh_cycles) {
+        return newest + memory_.refresh_cycles + activating;
+    }
+    const std::int64_t next = newest + interval;
+    return wanted + opening < next ? wanted + opening : next + memory_.refresh_cycles + activating;
 }
 
 void BusMonitor::expect_next(const Row& row, std::int64_t edge) {
     beat_edge_ = edge;
     next_page_ = page_of(row, std::min(row.sent, row.pixels - 1));
-    due_ = edge + cycles_per_beat_ + opening_cycles(next_page_);
+    due_ = read_clock(next_page_, edge) + cycles_per_beat_;
 }
 
 void BusMonitor::end_burst(std::int64_t edge) {
@@ -394,18 +444,32 @@ void BusMonitor::check_overdue(std::int64_t edge) {
     }
 }
 
+/// What a burst that is stopped before the page of its next word was read leaves in the page's bank.
+void BusMonitor::note_stopped_opening(std::int64_t edge) {
+    std::int64_t from = beat_edge_;  // the opening's first clock
+    if (const std::int64_t refreshes = refreshes_by(edge); refreshes > 0) {
+        const std::int64_t begin = first_edge_ + refreshes * memory_.refresh_interval_cycles;
+        from = std::max(from, begin + memory_.refresh_cycles);
+    }
+    if (edge <= from) {
+        set_open_page(next_page_, kNone, edge);
+        return;
+    }
+    // Broken off before it is activated, a bank with another page open is closed only, and has to be closed again.
+    const std::int64_t open = open_page_beside(next_page_, from);
+    const std::int64_t opened_for = edge - from;
+    const bool broken_off = open != next_page_ && open != kNone && opened_for <= memory_.precharge_cycles &&
+                            opened_for < memory_.page_miss_cycles;
+    set_open_page(next_page_, broken_off ? kHalfOpen : next_page_, edge);
+}
+
 /// BUSREADY low while it answers for the burst: what is read at this edge ends it.
 void BusMonitor::stop_on_busready(std::int64_t edge, std::int64_t announced) {
     if (!active_ || stopped_ || announced <= beat_pixels_ || busready_at(display_, edge)) {
         return;
     }
-    if (const std::int64_t opened_for = edge - beat_edge_; opened_for > 0) {
-        // Broken off before it is activated, a bank with another page open is closed only, and has to be closed again.
-        std::int64_t& open = open_page_beside(next_page_);
-        const bool broken_off = open != next_page_ && open != kNone &&
-                                opened_for <= memory_.precharge_cycles &&
-                                opened_for < memory_.page_miss_cycles;
-        open = broken_off ? kHalfOpen : next_page_;
+    if (edge > beat_edge_) {
+        note_stopped_opening(edge);
     }
     const std::int64_t begins = due_ - cycles_per_beat_;  // the beat that moves next, in the memory
     if (begins < edge) {

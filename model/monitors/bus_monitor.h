@@ -54,6 +54,10 @@ class BusMonitor final : public sc_core::sc_module {
         std::int64_t pixels = 0;
         std::int64_t sent = 0;
     };
+    struct Bank {
+        std::int64_t page = kNone;
+        std::int64_t refreshes = 0;  ///< that had begun when it was opened; another one has closed it
+    };
     /// A wire's level from an edge on.
     struct Level {
         std::int64_t edge = 0;
@@ -77,15 +81,17 @@ class BusMonitor final : public sc_core::sc_module {
     void check_order(const rtl::BusBeat& beat, const Row& row, std::int64_t edge);
     void expect_next(const Row& row, std::int64_t edge);
     void end_burst(std::int64_t edge);
+    void note_stopped_opening(std::int64_t edge);
     void stop_on_busready(std::int64_t edge, std::int64_t announced);
     void check_overdue(std::int64_t edge);
     std::int64_t address_of(const Row& row, std::int64_t pixel) const;
     std::int64_t page_of(const Row& row, std::int64_t pixel) const;
-    std::int64_t& open_page_beside(std::int64_t page) {
-        return open_pages_[static_cast<std::size_t>(page) % open_pages_.size()];
-    }
-    /// Clocks until a page can be read.
-    std::int64_t opening_cycles(std::int64_t page);
+    std::int64_t refreshes_by(std::int64_t clock) const;
+    /// The page that is open, or half open, in a page's bank.
+    std::int64_t open_page_beside(std::int64_t page, std::int64_t clock) const;
+    void set_open_page(std::int64_t page, std::int64_t state, std::int64_t clock);
+    /// The clock in which a page can be read, if that is wanted from a clock on.
+    std::int64_t read_clock(std::int64_t page, std::int64_t wanted) const;
     std::int64_t beat_size(const Row& row, std::int64_t pixel, std::int64_t left) const;
     void violate(const char* rule, const std::string& signal, std::int64_t edge, const std::string& detail);
     void violate(const char* rule, std::int64_t edge, const std::string& detail) {
@@ -101,6 +107,7 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t image_height_;
     std::int64_t page_words_;
     MemoryConfig memory_;
+    std::int64_t longest_wait_cycles_;  ///< for a word, while the burst is under way
     std::int64_t grant_cycles_;
     std::int64_t burst_pixels_;
     std::int64_t beat_pixels_;
@@ -121,11 +128,12 @@ class BusMonitor final : public sc_core::sc_module {
 
     int frames_started_ = 0;
     bool table_complete_ = true;
-    std::int64_t table_edge_ = kNone;       ///< of the table's last beat so far
-    std::vector<Row> rows_;                 ///< [display]
-    std::int64_t rows_taken_ = 0;           ///< of the table
-    std::int64_t pixels_left_ = 0;          ///< of the frame
-    std::vector<std::int64_t> open_pages_;  ///< by bank
+    std::int64_t table_edge_ = kNone;  ///< of the table's last beat so far
+    std::vector<Row> rows_;            ///< [display]
+    std::int64_t rows_taken_ = 0;      ///< of the table
+    std::int64_t pixels_left_ = 0;     ///< of the frame
+    std::vector<Bank> banks_;
+    std::int64_t first_edge_ = kNone;  ///< without reset, from which the refreshes are counted
 
     // The burst under way.
     bool active_ = false;

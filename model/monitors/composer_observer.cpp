@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "monitors/reference_composition.h"
+#include "scenario/derived_timing.h"
 
 namespace metabuffer::monitors {
 namespace {
@@ -30,7 +31,7 @@ ComposerObserver::ComposerObserver(const Scenario& scenario, int renderer, int d
       buffer_pixels_(scenario.composer.buffer_pixels),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
-      longest_gap_cycles_(scenario.memory.page_miss_cycles + cycles_per_beat(scenario.bus)) {
+      longest_gap_cycles_(longest_beat_gap_cycles(scenario)) {
     counters_.renderer = renderer + 1;
     counters_.display = display + 1;
 }

@@ -58,7 +58,10 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
       announced_before_(registers_, "announced_before", bits_for(scenario.bus.burst_pixels)),
       unseen_row_(registers_, "unseen_row", bits_for(scenario.displays.count() - 1)),
-      stopped_row_(registers_, "stopped_row", bits_for(scenario.displays.count() - 1)) {
+      stopped_row_(registers_, "stopped_row", bits_for(scenario.displays.count() - 1)),
+      refresh_due_in_(registers_, "refresh_due_in", bits_for(scenario.memory.refresh_interval_cycles),
+                      scenario.memory.refresh_interval_cycles),
+      refresh_left_(registers_, "refresh_left", bits_for(scenario.memory.refresh_cycles)) {
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
         rows_.push_back(std::make_unique<Row>(registers_, numbered("row", line), renderer));
     }
@@ -100,8 +103,8 @@ void BusPort::process() {
 
 /// Until the link's side answers or reset rises, each clock is as the one before.
 bool BusPort::nothing_comes() const {
-    return (state_ == State::kWait || state_ == State::kDone) && !asked_ && !reset_i.read() &&
-           answer_.settled(answer_i.read()) && answer_i.read() == answer_seen_;
+    return !scenario_.memory.refreshes() && (state_ == State::kWait || state_ == State::kDone) && !asked_ &&
+           !reset_i.read() && answer_.settled(answer_i.read()) && answer_i.read() == answer_seen_;
 }
 
 std::int64_t BusPort::uncounted_idle_cycles() const {
@@ -159,6 +162,30 @@ void BusPort::clock_edge() {
             ++bus_.idle_cycles;
             break;
     }
+    if (refresh_left_ > 0) {
+        --refresh_left_;
+    }
+    if (refresh_begins()) {
+        begin_refresh();
+    } else if (scenario_.memory.refreshes()) {
+        --refresh_due_in_;
+    }
+}
+
+/// Last of what the clock does: a burst that it has stopped leaves nothing half open.
+void BusPort::begin_refresh() {
+    close_banks();
+    page_wait_ = 0;
+    precharging_ = false;
+    refresh_left_ = scenario_.memory.refresh_cycles - 1;
+    refresh_due_in_ = scenario_.memory.refresh_interval_cycles - 1;
+}
+
+void BusPort::close_banks() {
+    for (const auto& bank : banks_) {
+        bank->open = false;
+        bank->half_open = false;
+    }
 }
 
 void BusPort::ask_for_frame() {
@@ -166,10 +193,7 @@ void BusPort::ask_for_frame() {
         state_ = State::kDone;
         return;
     }
-    for (const auto& bank : banks_) {
-        bank->open = false;
-        bank->half_open = false;
-    }
+    close_banks();
     closing_ = true;
     request_ = !request_;
     request_o.write(request_);
@@ -264,6 +288,10 @@ void BusPort::send_clock() {
         if (!take_grant()) {
             return;
         }
+    }
+    if (plan_.refreshes) {
+        ++bus_.refresh_cycles;
+        return;
     }
     if (!page_ready(plan_)) {
         ++bus_.page_miss_cycles;
@@ -399,7 +427,8 @@ void BusPort::drive_nothing() {
 // ---- combinational ----
 
 void BusPort::drive_requests() {
-    const bool asks = state_ == State::kSend || closing_;
+    const bool refresh = refresh_begins();
+    const bool asks = state_ == State::kSend || closing_ || refresh;
     if (!asks && !asked_) {
         return;  // most of a run's clocks: what stands says nothing
     }
@@ -410,8 +439,12 @@ void BusPort::drive_requests() {
             drive_ready();
         }
         plan_ = plan();
-    } else if (closing_) {
+    } else if (closing_ && refresh_left_ == 0) {
         plan_.command.kind = MemoryCommand::Kind::kPrechargeAll;  // a frame finds no page open
+    }
+    if (refresh) {
+        plan_.command = MemoryCommand{};
+        plan_.command.kind = MemoryCommand::Kind::kRefresh;
     }
     take_o.write(plan_.arbitrate);
     command_o.write(plan_.command);
@@ -455,12 +488,13 @@ int BusPort::granted_row() const {
 BusPort::Plan BusPort::plan() const {
     Plan plan;
     plan.stop = burst_is_stopped();
+    plan.refreshes = refresh_begins() || refresh_left_ > 0;
     if (beat_wait_ > 0 || lost_wait_ > 0) {
         return plan;
     }
     if (bursting_ && !plan.stop) {
         plan.row = burst_row_;
-        if (page_wait_ > 0) {
+        if (page_wait_ > 0 && !plan.refreshes) {
             if (precharging_ && page_wait_ == scenario_.memory.activate_cycles()) {
                 plan.command = command_for(MemoryCommand::Kind::kActivate, page_of(row(burst_row_)));
             }
@@ -470,7 +504,7 @@ BusPort::Plan BusPort::plan() const {
         plan.arbitrate = true;
         plan.row = granted_row();
     }
-    if (plan.row != kNoRow) {
+    if (plan.row != kNoRow && !plan.refreshes) {
         plan_memory(plan);
     }
     return plan;
@@ -540,6 +574,9 @@ std::string BusPort::waiting_for() const {
             }
             if (lost_wait_ > 0) {
                 return waits::for_lost_slot();
+            }
+            if (bursting_ && refresh_left_ > 0) {
+                return waits::for_memory_refresh();
             }
             std::vector<int> displays;
             for (int index = 0; index < row_count_; ++index) {

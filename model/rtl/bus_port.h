@@ -25,6 +25,9 @@ namespace metabuffer::rtl {
 /// - bursts: with no burst under way the arbiter's answer is taken; a grant's first beat goes out in the same clock,
 ///   unless its page must be opened first, and beats follow each other without a gap on an open page. A beat
 ///   never crosses a page.
+/// - refresh: every refresh_interval_cycles, counted from the end of reset, whatever else goes on. The beat under way
+///   moves on, since the memory has given its words; what is being opened is broken off, all banks are closed, and the
+///   next word's page is opened behind the refresh.
 /// - BUSREADY is read one clock after its composer wrote it. In a burst, a low one stops it before the
 ///   clock's beat, and the arbiter is asked in that same clock. A composer whose BUSREADY cannot count the last beat
 ///   yet (a burst of one beat in the clock before, or one stopped while a beat was moving) is passed over.
@@ -105,6 +108,7 @@ class BusPort final : public Block {
         int row = kNoRow;        ///< whose burst it is then; kNoRow: nobody's
         int opening_cycles = 0;  ///< until the page of its next word is open
         bool opens = false;      ///< that page is not open
+        bool refreshes = false;  ///< the memory is busy with a refresh
         // With kRead: where the row stands behind the words that are read.
         MemoryCommand command;
         std::int64_t next_address = 0;
@@ -127,6 +131,8 @@ class BusPort final : public Block {
     bool take_grant();
     void start_burst(int row);
     void stop_burst();
+    void begin_refresh();
+    void close_banks();
     bool page_ready(const Plan& plan);
     void fill_beat(const Plan& plan);
     void drive_beat();
@@ -147,6 +153,7 @@ class BusPort final : public Block {
     bool burst_is_stopped() const;
     /// Stopped now, the burst leaves its bank closed behind a precharge, with no page activated.
     bool breaks_opening_off() const { return page_wait_ > 0 && precharging_; }
+    bool refresh_begins() const { return scenario_.memory.refreshes() && refresh_due_in_ == 0; }
     int granted_row() const;
     /// What the beats of the frame under way are marked with.
     std::uint32_t frame_on_bus() const { return static_cast<std::uint32_t>(frames_started_ - 1); }
@@ -198,6 +205,8 @@ class BusPort final : public Block {
     Register<bool> stopped_{registers_,
                             "stopped"};  ///< stopped_row's burst was stopped while its last beat was moving
     Register<int> stopped_row_;
+    Register<int> refresh_due_in_;  ///< clocks until the next refresh begins
+    Register<int> refresh_left_;    ///< clocks of a refresh still to pass
     Register<BusBeat> beat_{registers_, "beat"};
     std::vector<std::unique_ptr<Bank>> banks_;
     std::vector<std::unique_ptr<Row>> rows_;  ///< as many as a table may have; row_count_ count

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "report/waits.h"
+#include "scenario/derived_timing.h"
 
 namespace metabuffer::rtl {
 namespace {
@@ -23,7 +24,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       raster_height_(scenario.displays.raster_height_pixels()),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
-      longest_gap_cycles_(scenario.memory.page_miss_cycles + cycles_per_beat(scenario.bus)),
+      longest_gap_cycles_(longest_beat_gap_cycles(scenario)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
       buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_),

@@ -19,7 +19,11 @@ std::uint64_t bits_of(std::uint8_t byte_mask) {
 }  // namespace
 
 FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config, std::int64_t words)
-    : Block(name), config_(config) {
+    : Block(name),
+      config_(config),
+      refresh_left_(registers_, "refresh_left", bits_for(config.refresh_cycles)),
+      refresh_due_in_(registers_, "refresh_due_in", bits_for(config.refresh_interval_cycles),
+                      config.refresh_interval_cycles) {
     for (int bank = 0; bank < config.banks; ++bank) {
         banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
                                                 bits_for((words - 1) / config.page_words)));
@@ -73,9 +77,12 @@ void FrameMemory::core_edge() {
     if (reset_i.read()) {
         registers_.reset();
     } else {
+        if (config_.refreshes()) {
+            watch_refresh(command);
+        }
         obey(command);
     }
-    if (core_gate_.idle_edge(command.kind == MemoryCommand::Kind::kNone)) {
+    if (core_gate_.idle_edge(command.kind == MemoryCommand::Kind::kNone && !config_.refreshes())) {
         next_trigger(core_wake_events_);
     }
 }
@@ -92,6 +99,9 @@ void FrameMemory::obey(const MemoryCommand& command) {
                 bank->open = false;
             }
             return;
+        case MemoryCommand::Kind::kRefresh:
+            refresh(command);
+            return;
         case MemoryCommand::Kind::kActivate:
             check_activate(command);
             open(command);
@@ -101,6 +111,32 @@ void FrameMemory::obey(const MemoryCommand& command) {
             open(command);
             return;
     }
+}
+
+/// Counts the clocks of a refresh and to the next one, and takes no command in the first and no silence behind the second.
+void FrameMemory::watch_refresh(const MemoryCommand& command) {
+    if (refresh_left_ > 0) {
+        --refresh_left_;
+        if (command.kind != MemoryCommand::Kind::kNone) {
+            refuse("refresh", command, "a refresh is under way");
+        }
+    }
+    if (refresh_due_in_ > 0) {
+        --refresh_due_in_;
+    } else if (command.kind != MemoryCommand::Kind::kRefresh) {
+        refuse("refresh", command, "a refresh is overdue");
+    }
+}
+
+void FrameMemory::refresh(const MemoryCommand& command) {
+    if (!config_.refreshes()) {
+        refuse("refresh", command, "it needs none");
+    }
+    for (const auto& bank : banks_) {
+        bank->open = false;
+    }
+    refresh_left_ = config_.refresh_cycles - 1;
+    refresh_due_in_ = config_.refresh_interval_cycles - 1;
 }
 
 void FrameMemory::open(const MemoryCommand& command) {

@@ -23,11 +23,13 @@ namespace metabuffer::rtl {
 /// - read puts words of a bank's open page out in the same clock, before its edge: up to words_per_cycle of them, each
 ///   with a column of its own, as interleaved memory gives them.
 /// - precharge closes the bank's page, precharge-all every bank's.
+/// - refresh closes every bank's page too, and the memory is busy for refresh_cycles, the command's clock the first.
 /// What takes no clock needs no command: without precharge_cycles an activate closes the page before, and without
 /// activate_cycles a read opens its page itself.
 ///
 /// Raises /metabuffer/frame_memory/page for a read of a page that is not open and for an activate in a bank that is not
-/// closed, /metabuffer/frame_memory/address for a page of another bank and a word that the device does not have, and
+/// closed, /metabuffer/frame_memory/refresh for a command while a refresh lasts and for a refresh that comes later than
+/// refresh_interval_cycles behind the one before, /metabuffer/frame_memory/address for a page of another bank and a word that the device does not have, and
 /// /metabuffer/frame_memory/width for more words than it gives in a clock.
 class FrameMemory final : public Block {
   public:
@@ -60,6 +62,8 @@ class FrameMemory final : public Block {
     void core_edge();
     void obey(const MemoryCommand& command);
     void open(const MemoryCommand& command);
+    void watch_refresh(const MemoryCommand& command);
+    void refresh(const MemoryCommand& command);
     void check_activate(const MemoryCommand& command) const;
     void check_read(const MemoryCommand& command) const;
     void put_out();
@@ -80,6 +84,8 @@ class FrameMemory final : public Block {
 
     RegisterSet registers_;
     std::vector<std::unique_ptr<Bank>> banks_;
+    Register<int> refresh_left_;    ///< clocks of a refresh still to pass
+    Register<int> refresh_due_in_;  ///< clocks until one has to begin; 0 without refreshes
     MemoryData data_;
 };
 

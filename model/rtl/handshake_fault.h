@@ -8,6 +8,7 @@
 #include "rtl/block.h"
 #include "rtl/fault_tally.h"
 #include "rtl/handshake.h"
+#include "scenario/derived_timing.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::rtl {
@@ -56,9 +57,9 @@ class WireHolds {
 /// - PIPEREADY and FRAMEDONE are not taken back: a hold delays their rise, and one that stands stays until it falls
 ///   itself.
 /// - BUSREADY that is taken away stays low until its composer has lowered it too, or has had the time to see by the
-///   silence of the bus that its burst was stopped: two page misses, three beats and two clocks. (The burst may just have
-///   been granted: the bus opens a page, sends two beats and stops, and the composer waits for a page miss and a beat.) A
-///   composer that still counted on the rest of its burst could be sent more than it has room for.
+///   silence of the bus that its burst was stopped: twice the longest gap within a burst, a beat and two clocks. (The
+///   burst may just have been granted: the bus opens a page, sends two beats and stops, and the composer waits for as long
+///   as a gap may be.) A composer that still counted on the rest of its burst could be sent more than it has room for.
 /// - TABLEREADY and PAIR_REQUEST may fall and rise at any clock, STALL rise and fall.
 class HandshakeFault final : public Block {
   public:
@@ -71,9 +72,9 @@ class HandshakeFault final : public Block {
     /// for.
     static constexpr int pipeready_row(int renderer) { return renderer == 0 ? 1 : renderer; }
     /// Core cycles for which BUSREADY stays low behind a fault at most, see above.
-    static constexpr int stopped_burst_cycles(const Scenario& scenario) {
-        return scenario.bus.grant_cycles + 2 * scenario.memory.page_miss_cycles +
-               3 * cycles_per_beat(scenario.bus) + 2;
+    static int stopped_burst_cycles(const Scenario& scenario) {
+        return scenario.bus.grant_cycles + 2 * longest_beat_gap_cycles(scenario) +
+               cycles_per_beat(scenario.bus) + 2;
     }
 
     /// faults: places in Scenario::faults of those that hold this wire. Scenario and tally must outlive the module.

@@ -187,6 +187,8 @@ std::ostream& operator<<(std::ostream& out, const MemoryCommand& value) {
             return out << "precharge bank " << int{value.bank};
         case MemoryCommand::Kind::kPrechargeAll:
             return out << "precharge all";
+        case MemoryCommand::Kind::kRefresh:
+            return out << "refresh";
     }
     return out;
 }

@@ -114,6 +114,7 @@ struct MemoryCommand {
         kRead,          ///< `count` words of the bank's open page
         kPrecharge,     ///< closes the bank's page
         kPrechargeAll,  ///< closes every bank's page
+        kRefresh,       ///< the same, and no bank takes a command for refresh_cycles, this clock the first
     };
     Kind kind = Kind::kNone;
     std::uint8_t bank = 0;

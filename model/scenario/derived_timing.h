@@ -17,6 +17,10 @@ std::int64_t link_timeout_clocks(const Scenario& scenario, const Renderer& rende
 /// Core clocks that a lost slot takes: the beats of a full burst.
 int lost_slot_cycles(const Scenario& scenario);
 
+/// Core clocks from a beat of a burst to the next one, at the most: a page miss, a refresh within it and the page's
+/// opening anew, and the beat.
+int longest_beat_gap_cycles(const Scenario& scenario);
+
 /// Between two looks of the watchdog: watchdog_cycles if that is set, otherwise a little more than twice the
 /// longest silence that a healthy run can have.
 std::int64_t watchdog_interval_picoseconds(const Scenario& scenario);

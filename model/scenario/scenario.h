@@ -119,10 +119,13 @@ struct MemoryConfig {
     int page_miss_cycles =
         6;  ///< to close a page and to open another; to open one in a closed bank takes the rest
     int words_per_cycle = 1;
+    int refresh_interval_cycles = 0;  ///< from one refresh's beginning to the next one's; 0: none
+    int refresh_cycles = 0;           ///< of a refresh: every bank is closed, and none can be opened
     /// As the scenario gives it, beside or instead of page_miss_cycles.
     std::optional<int> given_activate_cycles;
 
     constexpr int activate_cycles() const { return page_miss_cycles - precharge_cycles; }
+    constexpr bool refreshes() const { return refresh_cycles > 0; }
     /// Clocks until a page that is not open can be read.
     constexpr int opening_cycles(bool another_is_open) const {
         return another_is_open ? page_miss_cycles : activate_cycles();

@@ -178,6 +178,12 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
             }),
         whole_number<&Scenario::memory, &MemoryConfig::words_per_cycle>(
             "memory.words_per_cycle", "words", "words per cycle of the open page", limits::kWordsPerCycle),
+        whole_number<&Scenario::memory, &MemoryConfig::refresh_interval_cycles>(
+            "memory.refresh_interval_cycles", "core cycles",
+            "cycles from one refresh to the next; 0 for none", limits::kRefreshIntervalCycles),
+        whole_number<&Scenario::memory, &MemoryConfig::refresh_cycles>(
+            "memory.refresh_cycles", "core cycles", "cycles of a refresh, which closes all banks",
+            limits::kRefreshCycles),
         map("bus"),
         one_of<&Scenario::bus, &BusConfig::width_bits>(
             "bus.width_bits", "bits", "width of a bus",

@@ -51,6 +51,27 @@ void check_keys(RuleCheck& check, const Scenario& scenario) {
     }
 }
 
+/// Between two refreshes a page can be opened and a beat read, or the bus would never go on.
+void check_refresh(RuleCheck& check, const MemoryConfig& memory) {
+    const std::int64_t interval = memory.refresh_interval_cycles;
+    if (!memory.refreshes()) {
+        check.require(interval == 0, "memory.refresh_interval_cycles",
+                      std::to_string(interval) + " without refresh_cycles; use both, or neither");
+        return;
+    }
+    if (interval == 0) {
+        check.require(
+            false, "memory.refresh_cycles",
+            std::to_string(memory.refresh_cycles) + " without refresh_interval_cycles; use both, or neither");
+        return;
+    }
+    const std::int64_t least = std::int64_t{memory.refresh_cycles} + memory.page_miss_cycles + 1;
+    check.require(interval >= least, "memory.refresh_interval_cycles",
+                  std::to_string(interval) +
+                      " leaves no cycle for a beat beside refresh_cycles and page_miss_cycles; use " +
+                      std::to_string(least) + " or more");
+}
+
 /// The rules between keys.
 void check_machine(RuleCheck& check, const Scenario& scenario) {
     if (check.failed()) return;
@@ -77,6 +98,7 @@ void check_machine(RuleCheck& check, const Scenario& scenario) {
                           " is not precharge_cycles + activate_cycles, " + std::to_string(sum) +
                           "; leave it out, or activate_cycles");
     }
+    check_refresh(check, memory);
     const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
     check.require(scenario.composer.ready_space_pixels >= in_flight, "composer.ready_space_pixels",
                   std::to_string(scenario.composer.ready_space_pixels) + " is less than the " +

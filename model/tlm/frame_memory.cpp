@@ -4,11 +4,40 @@
 
 namespace metabuffer::tlm {
 
-FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config)
+FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config,
+                         std::int64_t first_cycle)
     : sc_core::sc_module(name),
       config_(config),
-      open_pages_(static_cast<std::size_t>(config.banks), kNoPage) {
+      first_cycle_(first_cycle),
+      banks_(static_cast<std::size_t>(config.banks)) {
     socket.register_b_transport(this, &FrameMemory::b_transport);
+}
+
+/// How many refreshes have begun at this clock or before.
+std::int64_t FrameMemory::refreshes_by(std::int64_t cycle) const {
+    return config_.refreshes() ? (cycle - first_cycle_) / config_.refresh_interval_cycles : 0;
+}
+
+/// Between two refreshes there is time to open a page, so no wait meets two of them.
+void FrameMemory::wait_for_page(MemoryAccess& access, std::int64_t open_page) const {
+    int opening = access.page_miss ? config_.opening_cycles(open_page != kNoPage) : 0;
+    access.broken_cycles = access.refresh_cycles = 0;
+    access.beats_before = kUnknownCycle;
+    if (config_.refreshes()) {
+        const std::int64_t begun = refreshes_by(access.cycle);
+        const std::int64_t next = refresh_begins(begun + 1);
+        const std::int64_t end_of_last = refresh_begins(begun) + config_.refresh_cycles;
+        access.beats_before = next;
+        if (begun > 0 && access.cycle < end_of_last) {
+            access.refresh_cycles = static_cast<int>(end_of_last - access.cycle);
+        } else if (access.cycle + opening >= next) {
+            access.broken_cycles = static_cast<int>(next - access.cycle);
+            access.refresh_cycles = config_.refresh_cycles;
+            access.beats_before = refresh_begins(begun + 2);
+            opening = config_.activate_cycles();
+        }
+    }
+    access.wait_cycles = access.broken_cycles + access.refresh_cycles + opening;
 }
 
 void FrameMemory::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
@@ -19,24 +48,29 @@ void FrameMemory::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_t
     const auto page_words = static_cast<std::uint32_t>(config_.page_words);
     const std::uint32_t page = address / page_words;
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
+    Bank& bank = banks_[page % banks_.size()];
     if (access.broken_off) {
-        if (closes_first_) {
-            open_pages_[page % open_pages_.size()] = kHalfOpen;
-        }
+        bank = broken_off_;
         return;
     }
     if (access.new_frame) {
-        std::fill(open_pages_.begin(), open_pages_.end(), kNoPage);
+        std::fill(banks_.begin(), banks_.end(), Bank{});
     }
-    std::int64_t& open_page = open_pages_[page % open_pages_.size()];
+    const std::int64_t refreshes = refreshes_by(access.cycle);
+    const std::int64_t open_page = bank.refreshes == refreshes ? bank.page : kNoPage;
     access.page_miss = static_cast<std::int64_t>(page) != open_page;
-    access.wait_cycles = access.page_miss ? config_.opening_cycles(open_page != kNoPage) : 0;
     access.other_page = static_cast<std::int64_t>(page) != last_page_;
     access.words =
         static_cast<int>(std::min<std::int64_t>(wanted, std::int64_t{page + 1} * page_words - address));
+    wait_for_page(access, open_page);
     if (!access.peek) {
-        closes_first_ = access.page_miss && open_page != kNoPage && config_.precharge_cycles > 0;
-        open_page = last_page_ = page;
+        const bool closes_first = access.page_miss && open_page != kNoPage && config_.precharge_cycles > 0;
+        broken_off_ = {closes_first ? kHalfOpen : page, refreshes};
+        if (access.broken_cycles == 0 && access.refresh_cycles > 0) {
+            broken_off_ = {kNoPage, refreshes};
+        }
+        bank = {page, refreshes_by(access.cycle + access.wait_cycles)};
+        last_page_ = page;
     }
 }
 

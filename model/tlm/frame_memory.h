@@ -11,7 +11,8 @@ namespace metabuffer::tlm {
 
 /// The time of an input framebuffer's page-mode memory (sections 4 and 5.2 of the paper): words of the open
 /// page at the bus's pace; another page of a closed bank behind activate_cycles, of a bank with a page open behind
-/// precharge_cycles more. A frame starts with no page open.
+/// precharge_cycles more. A frame starts with no page open. Each refresh_interval_cycles, from first_cycle on, a refresh
+/// closes all banks and lasts for refresh_cycles; what is being opened then is opened anew.
 ///
 /// Answers MemoryAccess. A memory with another policy takes its place by answering the same; see
 /// tb/examples/banked_memory.h.
@@ -19,7 +20,9 @@ class FrameMemory final : public sc_core::sc_module {
   public:
     TargetSocket<FrameMemory, MemoryAccess> socket{"socket"};
 
-    FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config);
+    /// first_cycle: the first core clock without reset.
+    FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config,
+                std::int64_t first_cycle = 0);
 
   private:
     static constexpr std::int64_t kNoPage = -1;
@@ -27,10 +30,22 @@ class FrameMemory final : public sc_core::sc_module {
 
     void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
 
+    struct Bank {
+        std::int64_t page = kNoPage;
+        std::int64_t refreshes = 0;  ///< that had begun when it was opened; another one has closed it
+    };
+
+    std::int64_t refreshes_by(std::int64_t cycle) const;
+    std::int64_t refresh_begins(std::int64_t number) const {
+        return first_cycle_ + number * config_.refresh_interval_cycles;
+    }
+    void wait_for_page(MemoryAccess& access, std::int64_t open_page) const;
+
     MemoryConfig config_;
-    std::vector<std::int64_t> open_pages_;  ///< by bank
+    std::int64_t first_cycle_;
+    std::vector<Bank> banks_;
     std::int64_t last_page_ = kNoPage;
-    bool closes_first_ = false;  ///< the last opening began with a precharge
+    Bank broken_off_;  ///< the bank last accessed, if that ends after a clock
 };
 
 }  // namespace metabuffer::tlm

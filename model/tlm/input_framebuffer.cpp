@@ -383,8 +383,9 @@ void InputFramebuffer::continue_burst() {
         const int words = std::min(burst_left_, row.segment.row().sdx - row.column);
         const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
         const int first_words = access.words;
-        wait_for_page(access, access.wait_cycles);
-        const int pixels = pixels_on_page(row, first_words, at_cycle_);
+        const std::int64_t beats_before = access.beats_before;
+        wait_for_page(access);
+        const int pixels = pixels_before(beats_before, pixels_on_page(row, first_words, at_cycle_));
         const BusTransfer& sent = send_beats(pixels, may_cut_);
         if (sent.verdict == BufferTime::Verdict::kUndecided) {
             state_ = State::kRecheck;
@@ -433,19 +434,37 @@ void InputFramebuffer::break_off_opening() {
     memory_access_->broken_off = false;
 }
 
-/// Lets clocks pass before the next beat, fewer than the memory asks for if the burst is stopped meanwhile.
-void InputFramebuffer::wait_for_page(const MemoryAccess& access, std::int64_t clocks) {
-    counters_.bus.page_misses += access.page_miss ? 1 : 0;
+/// Lets the clocks pass that the memory asks for before the next beat.
+void InputFramebuffer::wait_for_page(const MemoryAccess& access) {
+    open_page(access.broken_cycles, access.broken_cycles > 0);
+    wait_for_refresh(access.refresh_cycles);
+    open_page(access.wait_cycles - access.broken_cycles - access.refresh_cycles, access.page_miss);
+}
+
+/// counts: as the opening of a page, not as more clocks of one.
+void InputFramebuffer::open_page(std::int64_t clocks, bool counts) {
+    counters_.bus.page_misses += counts ? 1 : 0;
     counters_.bus.page_miss_cycles += clocks;
-    if (!access.page_miss && clocks == 0) {
+    if (!counts && clocks == 0) {
         return;
     }
     const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
-    note_span(SpanKind::kPageMiss, span, access.page_miss ? 1 : 0);
+    note_span(SpanKind::kPageMiss, span, counts ? 1 : 0);
     if (settings_.observer != nullptr && clocks > 0) {
         const Row& row = rows_[static_cast<std::size_t>(burst_row_)];
         settings_.observer->page_miss(settings_.renderer + 1, row.segment.row().dcomp, row.address, span);
     }
+    at_cycle_ += clocks;
+}
+
+void InputFramebuffer::wait_for_refresh(std::int64_t clocks) {
+    if (clocks == 0) {
+        return;
+    }
+    counters_.bus.refresh_cycles += clocks;
+    const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
+    note_span(SpanKind::kRefresh, span, 0);
+    if (settings_.observer != nullptr) settings_.observer->refresh(settings_.renderer + 1, span);
     at_cycle_ += clocks;
 }
 
@@ -466,6 +485,15 @@ int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64
         advance(place, more);
     }
     return pixels;
+}
+
+/// Of so many pixels from at_cycle_ on, those whose beats begin before a clock.
+int InputFramebuffer::pixels_before(std::int64_t cycle, int pixels) const {
+    if (cycle == kUnknownCycle) {
+        return pixels;
+    }
+    const std::int64_t beats = (cycle - at_cycle_ + cycles_per_beat_ - 1) / cycles_per_beat_;
+    return static_cast<int>(std::min<std::int64_t>(pixels, beats * pixels_per_beat_));
 }
 
 void InputFramebuffer::advance(Row& row, int pixels) const {
@@ -529,14 +557,19 @@ void InputFramebuffer::cut_burst() {
     const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
     const int first_words = access.words;
     if (access.wait_cycles > 0) {
-        wait_for_page(access, 1);
-        if (access.wait_cycles > 1) {
+        const bool refreshes = access.broken_cycles == 0 && access.refresh_cycles > 0;
+        if (refreshes) {
+            wait_for_refresh(1);
+        } else {
+            open_page(1, access.page_miss);
+        }
+        if (refreshes || access.wait_cycles > 1) {
             break_off_opening();
         }
         end_burst(at_cycle_, drop_cycle + kBusreadyClocks);
         return;
     }
-    wait_for_page(access, 0);
+    open_page(0, access.page_miss);
     send_beats(std::min(pixels_on_page(row, first_words, at_cycle_), pixels_per_beat_), false);
     end_burst(at_cycle_, at_cycle_ + 1);
 }
@@ -619,6 +652,9 @@ RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
             case SpanKind::kGrant:
                 bus.grant_cycles -= excess;
                 break;
+            case SpanKind::kRefresh:
+                bus.refresh_cycles -= excess;
+                break;
             case SpanKind::kPageMiss:
                 bus.page_miss_cycles -= excess;
                 bus.page_misses -= through_cycle < span.cycles.first ? span.pixels : 0;
@@ -670,6 +706,9 @@ std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
                 }
                 if (now && span.kind == SpanKind::kPageMiss) {
                     return waits::for_memory_page();
+                }
+                if (now && span.kind == SpanKind::kRefresh) {
+                    return waits::for_memory_refresh();
                 }
                 if (now && span.kind == SpanKind::kLost) {
                     return waits::for_lost_slot();

@@ -93,7 +93,7 @@ class InputFramebuffer final : public sc_core::sc_module {
         int composers = 0;
         std::int64_t cycle = 0;
     };
-    enum class SpanKind : std::uint8_t { kTable, kBeats, kPageMiss, kGrant, kLost };
+    enum class SpanKind : std::uint8_t { kTable, kBeats, kPageMiss, kRefresh, kGrant, kLost };
     struct Span {
         SpanKind kind = SpanKind::kTable;
         CycleSpan cycles;
@@ -114,8 +114,11 @@ class InputFramebuffer final : public sc_core::sc_module {
     void continue_burst();
     MemoryAccess& access_memory(const Row& row, int words, std::int64_t cycle, bool peek);
     void break_off_opening();
-    void wait_for_page(const MemoryAccess& access, std::int64_t clocks);
+    void wait_for_page(const MemoryAccess& access);
+    void open_page(std::int64_t clocks, bool counts);
+    void wait_for_refresh(std::int64_t clocks);
     int pixels_on_page(const Row& row, int first_words, std::int64_t cycle);
+    int pixels_before(std::int64_t cycle, int pixels) const;
     BusTransfer& send_beats(int pixels, bool heed_busready);
     void recheck(std::int64_t cycle);
     void cut_burst();

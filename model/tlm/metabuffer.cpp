@@ -81,7 +81,7 @@ Metabuffer::Memory Metabuffer::make_memory(const char* name, int renderer) const
     if (options_.make_memory) {
         return options_.make_memory(name, scenario_, renderer);
     }
-    auto memory = std::make_unique<FrameMemory>(name, scenario_.memory);
+    auto memory = std::make_unique<FrameMemory>(name, scenario_.memory, first_cycle_);
     AnyTargetSocket<MemoryAccess>* const socket = &memory->socket;
     return {std::move(memory), socket};
 }

@@ -131,10 +131,15 @@ struct MemoryAccess : Extension<MemoryAccess> {
     bool broken_off = false;  ///< no access: the opening that the last one began ended after a clock
     std::int64_t cycle = 0;   ///< core clock in which the first word is wanted
     // What the memory answers.
+    // The wait is for what is being opened when a refresh begins, if it is broken off, for the refresh, and for the page.
     bool page_miss = false;   ///< a page must be opened
     bool other_page = false;  ///< than the last access's that was no peek: no beat runs over this point
     int wait_cycles = 0;      ///< clocks without data before the first word
+    int broken_cycles = 0;    ///< of them, first: an opening that a refresh breaks off
+    int refresh_cycles = 0;   ///< of them, next: the refresh, or what is left of it
     int words = 0;            ///< how many of the words asked for follow without another page miss
+    std::int64_t beats_before =
+        kUnknownCycle;  ///< the first clock, behind the wait, in which no beat can begin
 };
 
 /// The pixels of a frame on a bus. Shared, since a frame's pixels are used long after they have been sent.

@@ -29,6 +29,8 @@ class ScheduleObserver {
                        int recovered_slots, CycleSpan span) = 0;
     /// The bus waits for its memory to open a page.
     virtual void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) = 0;
+    /// A burst waits for its memory's refresh to end.
+    virtual void refresh(int renderer, CycleSpan span) = 0;
     /// There is something to send and no composer takes it.
     virtual void poll(int renderer, CycleSpan span) = 0;
     /// The bus waits for its arbiter's answer, or for the slot table.

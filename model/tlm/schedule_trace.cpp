@@ -244,6 +244,8 @@ void ScheduleTrace::wait_of_bus(int renderer, std::string_view what, std::string
     output_->write("}}");
 }
 
+void ScheduleTrace::refresh(int renderer, CycleSpan span) { wait_of_bus(renderer, "refresh", kBad, span); }
+
 void ScheduleTrace::poll(int renderer, CycleSpan span) { wait_of_bus(renderer, "poll", kGrey, span); }
 
 void ScheduleTrace::arbitration(int renderer, CycleSpan span) {

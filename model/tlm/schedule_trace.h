@@ -41,6 +41,7 @@ class ScheduleTrace final : public ScheduleObserver {
     void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
                int recovered_slots, CycleSpan span) override;
     void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) override;
+    void refresh(int renderer, CycleSpan span) override;
     void poll(int renderer, CycleSpan span) override;
     void arbitration(int renderer, CycleSpan span) override;
     void lost_slot(int renderer, CycleSpan span) override;

@@ -403,6 +403,67 @@ TEST_CASE("bus monitor: a burst that begins before a slow arbiter can have answe
     bench.violations.check_only("bus/pace", "BUS_1", 17, 0);
 }
 
+/// A memory that is refreshed from clocks 20 and 40 on, for four clocks.
+struct RefreshedBus : BusBench {
+    RefreshedBus() : BusBench(refreshed()) { put_table(); }
+
+    static Scenario refreshed() {
+        Scenario scenario = bus_scenario();
+        scenario.memory.refresh_interval_cycles = 20;
+        scenario.memory.refresh_cycles = 4;
+        return scenario;
+    }
+    /// The last beat's page would be open at clock 20.
+    void put_burst(int last_beat_clock) {
+        put(16, 1, 0, 4);
+        put(17, 1, 2, 2);
+        put(last_beat_clock, 1, 4, 0);
+    }
+};
+
+TEST_CASE("bus monitor: a page whose opening a refresh breaks off is opened behind the refresh",
+          "[monitors]") {
+    RefreshedBus bench;
+    bench.put_burst(20 + 4 + 3 + 1);
+    bench.run();
+    bench.violations.check_none();
+}
+
+TEST_CASE("bus monitor: a beat that was read during a refresh", "[monitors]") {
+    RefreshedBus bench;
+    bench.put_burst(21);
+    bench.run();
+    bench.violations.check_first("bus/pace", "BUS_1", 21, 0);
+}
+
+TEST_CASE("bus monitor: a burst may have been granted in any clock of the refresh that it waited for",
+          "[monitors]") {
+    RefreshedBus bench;
+    bench.put_burst(28);
+    bench.put(48, 1, 6, 0);
+    // An opening that begins three clocks before the refresh is broken off by it.
+    bench.busready_1_low = {37, 38, 39, 40, 42, 43, 44};
+    bench.run();
+    bench.violations.check_none();
+}
+
+TEST_CASE("bus monitor: a burst behind a refresh that was granted in no clock with BUSREADY high",
+          "[monitors]") {
+    RefreshedBus bench;
+    bench.put_burst(28);
+    bench.put(48, 1, 6, 0);
+    bench.busready_1_low = {37, 38, 39, 40, 41, 42, 43, 44};
+    bench.run();
+    bench.violations.check_only("bus/busready", "BUSREADY_1_1", 48, 0);
+}
+
+TEST_CASE("bus monitor: a burst that begins with a word of a refresh's clock", "[monitors]") {
+    RefreshedBus bench;
+    bench.put(24, 1, 0, 4);
+    bench.run();
+    bench.violations.check_first("bus/pace", "BUS_1", 24, 0);
+}
+
 TEST_CASE("bus monitor: a burst that goes on behind a low BUSREADY", "[monitors]") {
     BusBench bench;
     bench.put_frame();

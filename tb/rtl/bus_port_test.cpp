@@ -47,8 +47,9 @@ struct PortBench {
     std::vector<const Recording<std::uint64_t>*> deadlines;
 
     explicit PortBench(ClockedTestbench& bench, Arbitration arbitration = Arbitration::kRoundRobin,
-                       int page_miss = 3, int width_bits = 128, int banks = 1, int precharge = 0)
-        : scenario(make(arbitration, page_miss, width_bits, banks, precharge)),
+                       int page_miss = 3, int width_bits = 128, int banks = 1, int precharge = 0,
+                       int refresh_interval = 0, int refresh = 0)
+        : scenario(make(arbitration, page_miss, width_bits, banks, precharge, refresh_interval, refresh)),
           core(bench.core),
           busready(kDisplays, rtl::Wires::name_of("busready"), true),
           tableready(kDisplays, rtl::Wires::name_of("tableready"), true),
@@ -93,7 +94,8 @@ struct PortBench {
         }
         bench.trace(dut);
     }
-    static Scenario make(Arbitration arbitration, int page_miss, int width_bits, int banks, int precharge) {
+    static Scenario make(Arbitration arbitration, int page_miss, int width_bits, int banks, int precharge,
+                         int refresh_interval, int refresh) {
         Scenario scenario = small_scenario(64, 64, kDisplays);
         scenario.bus.arbitration = arbitration;
         scenario.bus.width_bits = width_bits;
@@ -103,6 +105,8 @@ struct PortBench {
         scenario.memory.page_miss_cycles = page_miss;
         scenario.memory.banks = banks;
         scenario.memory.precharge_cycles = precharge;
+        scenario.memory.refresh_interval_cycles = refresh_interval;
+        scenario.memory.refresh_cycles = refresh;
         scenario.composer.ready_space_pixels = 8;
         scenario.renderers.push_back(renderer_of({PixelImage(kWidth, 8)}));
         return scenario;
@@ -222,6 +226,70 @@ TEST_CASE("bus port: a page whose opening was broken off in its precharge is not
     CHECK(dut.commands.at(PortBench::kSend + 19).row == 3);
     CHECK(kind_at(22) == Command::kRead);
     CHECK(dut.columns_at(PortBench::kSend + 22) == Columns{0, 1});
+}
+
+/// A memory that is refreshed every 14 clocks, for four of them.
+struct RefreshedPortBench : PortBench {
+    explicit RefreshedPortBench(ClockedTestbench& bench)
+        : PortBench(bench, Arbitration::kRoundRobin, 3, 128, 1, 0, 14, 4) {}
+    std::vector<int> clocks_of(Command kind, int last) const {
+        std::vector<int> clocks;
+        for (int clock = 0; clock <= last; ++clock) {
+            if (commands.at(clock).kind == kind) clocks.push_back(clock);
+        }
+        return clocks;
+    }
+};
+
+using Clocks = std::vector<int>;
+
+TEST_CASE("bus port: a refresh is sent when it is due, whatever the bus does") {
+    ClockedTestbench bench;
+    RefreshedPortBench dut(bench);
+    bench.run_through(60);  // it waits for its first pair
+    CHECK(dut.clocks_of(Command::kRefresh, 60) == Clocks{14, 28, 42, 56});
+    CHECK(dut.counters.refresh_cycles == 0);
+    CHECK(dut.counters.idle_cycles == 61 + 2);  // and those of reset
+}
+
+TEST_CASE("bus port: a burst waits for a refresh, and opens its page behind it") {
+    ClockedTestbench bench;
+    RefreshedPortBench dut(bench);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 1);
+    bench.run_through(24);
+    CHECK(dut.clocks_of(Command::kActivate, 24) == Clocks{10, 18});
+    CHECK(dut.clocks_of(Command::kRefresh, 24) == Clocks{14});
+    CHECK(dut.clocks_of(Command::kRead, 24) == Clocks{13, 21, 22, 23, 24});
+    CHECK(dut.counters.refresh_cycles == 4);
+    CHECK(dut.counters.page_misses == 2);
+    CHECK(dut.counters.page_miss_cycles == 6);
+}
+
+TEST_CASE("bus port: a page that is being opened when a refresh begins is opened anew") {
+    ClockedTestbench bench;
+    RefreshedPortBench dut(bench);
+    dut.begin(two_rows());
+    dut.give(11, 1);
+    bench.run_through(22);
+    CHECK(dut.clocks_of(Command::kActivate, 22) == Clocks{11, 18});
+    CHECK(dut.clocks_of(Command::kRead, 22) == Clocks{21, 22});
+    CHECK(dut.counters.refresh_cycles == 4);
+    CHECK(dut.counters.page_misses == 2);
+    CHECK(dut.counters.page_miss_cycles == 3 + 3);
+}
+
+TEST_CASE("bus port: a grant in a refresh is taken at once and waits") {
+    ClockedTestbench bench;
+    RefreshedPortBench dut(bench);
+    dut.begin(two_rows());
+    dut.give(16, 1);
+    bench.run_through(22);
+    CHECK(dut.counters.poll_cycles == 16 - PortBench::kSend);
+    CHECK(dut.counters.refresh_cycles == 2);
+    CHECK(dut.clocks_of(Command::kActivate, 22) == Clocks{18});
+    CHECK(dut.counters.page_misses == 1);
+    CHECK(dut.counters.page_miss_cycles == 3);
 }
 
 TEST_CASE("bus port: without a page miss to wait for a grant is read in its own clock") {

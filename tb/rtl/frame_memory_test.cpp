@@ -67,6 +67,7 @@ struct MemoryBench {
     void activate(int clock, int page) { send(clock, make(Kind::kActivate, page)); }
     void precharge(int clock, int page = 0) { send(clock, make(Kind::kPrecharge, page)); }
     void precharge_all(int clock) { send(clock, make(Kind::kPrechargeAll, 0)); }
+    void refresh(int clock) { send(clock, make(Kind::kRefresh, 0)); }
     void read(int clock, const std::vector<int>& addresses) {
         MemoryCommand what = make(Kind::kRead, addresses.front() / config.page_words);
         for (const int address : addresses) {
@@ -251,6 +252,71 @@ TEST_CASE("frame memory: a bank that must be precharged takes no activate before
     dut.precharge(10, 1);
     dut.activate(12, 2);
     bench.run_through(13);
+    CHECK(report.count() == 1);
+}
+
+MemoryConfig refreshed() {
+    MemoryConfig config = banks_of(2, 2, 3);
+    config.refresh_interval_cycles = 20;
+    config.refresh_cycles = 5;
+    return config;
+}
+
+TEST_CASE("frame memory: a refresh closes all banks, and none takes a command until it is over") {
+    ExpectedReport page("/metabuffer/frame_memory/page");
+    ExpectedReport busy("/metabuffer/frame_memory/refresh");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, refreshed());
+    dut.activate(2, 0);
+    dut.activate(3, 1);
+    dut.refresh(20);
+    dut.activate(25, 0);
+    dut.read(30, {5});
+    bench.run_through(31);
+    CHECK(page.count() == 0);
+    dut.read(33, {16});
+    bench.run_through(34);
+    CHECK(page.count() == 1);
+    CHECK(busy.count() == 0);
+    dut.refresh(40);
+    dut.precharge_all(41);
+    dut.activate(44, 0);
+    bench.run_through(45);
+    CHECK(busy.count() == 2);
+}
+
+TEST_CASE("frame memory: a refresh that is overdue is reported at each clock until it comes") {
+    ExpectedReport report("/metabuffer/frame_memory/refresh");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, refreshed());
+    dut.refresh(23);
+    dut.refresh(43);  // counted from the one before
+    bench.run_through(62);
+    CHECK(report.count() == 3);
+    bench.run_through(63);
+    CHECK(report.count() == 4);
+}
+
+TEST_CASE("frame memory: reset counts the clocks to the first refresh anew") {
+    ExpectedReport report("/metabuffer/frame_memory/refresh");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, refreshed());
+    dut.refresh(20);
+    dut.core.pulse(bench.reset, 22);
+    dut.activate(23, 0);  // the refresh has been forgotten too
+    dut.refresh(23 + 20);
+    bench.run_through(62);
+    CHECK(report.count() == 0);
+    bench.run_through(63);
+    CHECK(report.count() == 1);
+}
+
+TEST_CASE("frame memory: one that needs no refresh takes none") {
+    ExpectedReport report("/metabuffer/frame_memory/refresh");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(2, 2, 3));
+    dut.refresh(20);
+    bench.run_through(21);
     CHECK(report.count() == 1);
 }
 

@@ -268,6 +268,17 @@ void choose_banks(std::uint64_t seed, MemoryConfig& memory) {
     memory.precharge_cycles = random.between(0, most);
 }
 
+/// Likewise. Some refreshes follow each other so closely that a page is hardly opened in between.
+void choose_refresh(std::uint64_t seed, MemoryConfig& memory) {
+    constexpr std::uint64_t kOwnSequence = 0x52656672;
+    Random random(seed ^ kOwnSequence);
+    if (!random.one_in(3)) return;
+    memory.refresh_cycles = random.one_in(8) ? random.between(1, 200) : random.between(1, 20);
+    const int least = memory.refresh_cycles + memory.page_miss_cycles + 1;
+    memory.refresh_interval_cycles =
+        least + (random.one_in(4) ? random.between(0, 12) : random.between(0, 500));
+}
+
 /// Likewise.
 void choose_arbiter(std::uint64_t seed, BusConfig& bus) {
     constexpr std::uint64_t kOwnSequence = 0x4772616E;
@@ -306,6 +317,7 @@ Scenario random_scenario(std::uint64_t seed) {
         add_random_faults(random, scenario);
     }
     choose_banks(seed, scenario.memory);
+    choose_refresh(seed, scenario.memory);
     choose_arbiter(seed, scenario.bus);
     check_scenario(scenario);
     return scenario;
@@ -390,9 +402,10 @@ std::string describe(const Scenario& scenario) {
          << scenario.clocks.dvi_in_mhz << "/" << scenario.clocks.dvi_out_mhz << " MHz, bus "
          << scenario.bus.width_bits << " bits, bursts of " << scenario.bus.burst_pixels << ", memory "
          << scenario.memory.words_per_cycle << " words a cycle, pages of " << scenario.memory.page_words
-         << ", miss " << scenario.memory.page_miss_cycles << ", buffer " << scenario.composer.buffer_pixels
-         << ", ready space " << scenario.composer.ready_space_pixels << ", timeout "
-         << scenario.link_timeout_pairs;
+         << ", miss " << scenario.memory.page_miss_cycles << ", refresh " << scenario.memory.refresh_cycles
+         << " every " << scenario.memory.refresh_interval_cycles << ", buffer "
+         << scenario.composer.buffer_pixels << ", ready space " << scenario.composer.ready_space_pixels
+         << ", timeout " << scenario.link_timeout_pairs;
     for (const Renderer& renderer : scenario.renderers) {
         text << "; " << renderer.name << " " << renderer.image_width_pixels << "x"
              << renderer.image_height_pixels;

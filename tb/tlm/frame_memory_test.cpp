@@ -1,6 +1,10 @@
 #include "tlm/frame_memory.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "memory_bench.h"
 #include "support/random_seed.h"
@@ -13,7 +17,9 @@ struct FrameMemoryBench {
     tlm::FrameMemory memory;
 
     FrameMemoryBench(int page_words, int page_miss_cycles, int banks = 1, int precharge_cycles = 0)
-        : memory("frame_memory", memory_config(page_words, page_miss_cycles, banks, precharge_cycles)) {
+        : FrameMemoryBench(memory_config(page_words, page_miss_cycles, banks, precharge_cycles)) {}
+    explicit FrameMemoryBench(const MemoryConfig& config, std::int64_t first_cycle = 0)
+        : memory("frame_memory", config, first_cycle) {
         user.initiator.socket.bind(memory.socket);
         elaborate();
     }
@@ -116,6 +122,115 @@ TEST_CASE("frame memory: agrees with one page register under random use") {
                 Access{open != page, open != page ? 5 : 0, left});
         if (!peek) open = page;
     }
+    CHECK(dut.user.all_ok);
+}
+
+/// Written apart: a memory of one page a bank that goes clock by clock.
+class SteppedMemory {
+  public:
+    SteppedMemory(const MemoryConfig& config, std::int64_t first_cycle)
+        : config_(config), first_cycle_(first_cycle), pages_(static_cast<std::size_t>(config.banks), -1) {}
+
+    struct Answer {
+        int broken = 0, refresh = 0, opening = 0;
+        bool miss = false;
+    };
+    /// A word is wanted from a clock on, which lies behind the last one's.
+    Answer access(std::int64_t cycle, std::int64_t page) {
+        while (clock_ < cycle) step();
+        Answer answer;
+        std::int64_t& open = pages_[static_cast<std::size_t>(page % config_.banks)];
+        int done = 0;
+        int needed = -1;  // clocks of the opening under way
+        for (;; step()) {
+            if (in_refresh()) {
+                if (needed >= 0) answer.broken = std::exchange(done, 0);
+                needed = -1;
+                ++answer.refresh;
+                continue;
+            }
+            if (open == page) break;
+            if (needed < 0) needed = config_.activate_cycles() + (open >= 0 ? config_.precharge_cycles : 0);
+            answer.miss = true;
+            if (done == needed) break;
+            ++done;
+        }
+        answer.opening = done;
+        open = page;
+        return answer;
+    }
+    void close() { std::fill(pages_.begin(), pages_.end(), -1); }
+    std::int64_t clock() const { return clock_; }
+    std::int64_t next_refresh() const {
+        std::int64_t next = first_cycle_ + config_.refresh_interval_cycles;
+        while (next <= clock_) next += config_.refresh_interval_cycles;
+        return next;
+    }
+
+  private:
+    bool in_refresh() const {
+        const std::int64_t since = (clock_ - first_cycle_) % config_.refresh_interval_cycles;
+        return clock_ >= first_cycle_ + config_.refresh_interval_cycles && since < config_.refresh_cycles;
+    }
+    void step() {
+        ++clock_;
+        if (in_refresh()) close();
+    }
+
+    MemoryConfig config_;
+    std::int64_t first_cycle_;
+    std::int64_t clock_ = 0;
+    std::vector<std::int64_t> pages_;
+};
+
+TEST_CASE("frame memory: refreshes under random use are those of a memory that goes clock by clock") {
+    const auto seed = random_seed(571);
+    INFO("METABUFFER_SEED=" << seed);
+    Random random(seed);
+    constexpr int kPageWords = 12;
+    constexpr int kFirstCycle = 7;
+    MemoryConfig config = memory_config(kPageWords, 9, 2, 3);
+    config.refresh_cycles = 8;
+    config.refresh_interval_cycles = 40;
+    FrameMemoryBench dut(config, kFirstCycle);
+    SteppedMemory reference(config, kFirstCycle);
+    std::int64_t cycle = kFirstCycle;
+    int broken = 0;
+    int waited = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        INFO("access " << i << " at clock " << cycle);
+        const int word = random.between(0, 60);
+        const bool new_frame = random.one_in(20);
+        if (new_frame) reference.close();
+        const tlm::MemoryAccess& answer = dut.user.access_at(cycle, word, 1, new_frame);
+        const SteppedMemory::Answer expected = reference.access(cycle, word / kPageWords);
+        REQUIRE(answer.page_miss == expected.miss);
+        REQUIRE(answer.broken_cycles == expected.broken);
+        REQUIRE(answer.refresh_cycles == expected.refresh);
+        REQUIRE(answer.wait_cycles == expected.broken + expected.refresh + expected.opening);
+        REQUIRE(answer.beats_before == reference.next_refresh());
+        REQUIRE(reference.clock() == cycle + answer.wait_cycles);
+        broken += answer.broken_cycles > 0 ? 1 : 0;
+        waited += answer.broken_cycles == 0 && answer.refresh_cycles > 0 ? 1 : 0;
+        cycle += answer.wait_cycles + 1 + (random.one_in(3) ? random.between(0, 60) : 0);
+    }
+    CHECK(broken > 100);
+    CHECK(waited > 100);
+    CHECK(dut.user.all_ok);
+}
+
+TEST_CASE("frame memory: what is broken off in a refresh, or before one, has opened nothing") {
+    MemoryConfig config = memory_config(16, 6, 1, 2);
+    config.refresh_cycles = 5;
+    config.refresh_interval_cycles = 100;
+    FrameMemoryBench dut(config);
+    CHECK(dut.user.access_at(102, 0, 1, true).wait_cycles == 3 + 4);
+    dut.user.break_off(0);
+    CHECK(dut.user.access_at(103, 0, 1).wait_cycles == 2 + 4);
+    // The bank's page would have to be closed first; the refresh closes it.
+    CHECK(dut.user.access_at(198, 16, 1).wait_cycles == 2 + 5 + 4);
+    dut.user.break_off(16);
+    CHECK(dut.user.access_at(250, 16, 1).wait_cycles == 4);
     CHECK(dut.user.all_ok);
 }
 

@@ -37,8 +37,16 @@ class MemoryUser {
         *message_ = tlm::MemoryAccess{};
         message_->new_frame = new_frame;
         message_->peek = peek;
+        message_->cycle = cycle_;
         all_ok = initiator.send(message_.payload()) == ::tlm::TLM_OK_RESPONSE && all_ok;
         return {message_->page_miss, message_->wait_cycles, message_->words};
+    }
+    /// The same, wanted at a core clock: all that the memory answers.
+    const tlm::MemoryAccess& access_at(std::int64_t cycle, std::int64_t word, int words,
+                                       bool new_frame = false) {
+        cycle_ = cycle;
+        access(word, words, new_frame);
+        return *message_;
     }
     Access peek(std::int64_t word, int words) { return access(word, words, false, true); }
 
@@ -54,6 +62,7 @@ class MemoryUser {
     bool all_ok = true;
 
   private:
+    std::int64_t cycle_ = 0;
     tlm::Message<tlm::MemoryAccess> message_;
 };
 

@@ -151,9 +151,10 @@ std::string buffer_lines(const Analysis& analysis) {
     }
     const bool has_bound = analysis.safe_buffer_pixels.has_value();
     if (!has_bound) {
-        reason = std::string("nothing is proved of ") + (analysis.bus.arbiter_takes_time()
-                                                             ? "an arbiter that takes clocks"
-                                                             : to_string(analysis.bus.arbitration));
+        std::string unproved = to_string(analysis.bus.arbitration);
+        if (analysis.memory.refreshes()) unproved = "a memory that is refreshed";
+        if (analysis.bus.arbiter_takes_time()) unproved = "an arbiter that takes clocks";
+        reason = "nothing is proved of " + unproved;
     }
     text += figure("never starves with",
                    has_bound ? std::to_string(*analysis.safe_buffer_pixels) : "no bound", reason);
@@ -212,6 +213,10 @@ std::string analysis_text(const Analysis& analysis) {
     if (analysis.memory.banks > 1 || analysis.memory.precharge_cycles > 0) {
         text += "page misses are counted as if one bank had one page open, each at its full price: the " +
                 counted(analysis.memory.banks, "bank") + " may have fewer and cheaper ones\n";
+    }
+    if (analysis.memory.refreshes()) {
+        text += "the clocks of refreshes, " + std::to_string(analysis.memory.refresh_cycles) + " in every " +
+                std::to_string(analysis.memory.refresh_interval_cycles) + ", are not counted\n";
     }
     if (analysis.bus.slot_table == SlotTableMaker::kBuilt) {
         text += "the clocks in which the arbiter makes a slot table, one a slot and frame, are not counted\n";

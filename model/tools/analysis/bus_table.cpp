@@ -16,7 +16,8 @@ MachineFigures::MachineFigures(const Scenario& scenario, const ArbitrationRow& p
       page_miss_cycles(scenario.memory.page_miss_cycles),
       lost_slot_cycles(metabuffer::lost_slot_cycles(scenario)),
       policy(policy) {
-    if (scenario.bus.arbiter_takes_time()) this->policy.proof = BufferProof::kNone;
+    if (scenario.bus.arbiter_takes_time() || scenario.memory.refreshes())
+        this->policy.proof = BufferProof::kNone;
 }
 
 /// Row after row of the source is released in a stretch, with a pause between: the most by which that runs ahead of

@@ -39,6 +39,17 @@ TEST_CASE("derived timing: of several links the slowest one counts and its place
     CHECK(interval > watchdog_interval_picoseconds(machine_of(200, 150, 20)));
 }
 
+TEST_CASE("derived timing: within a burst a page miss, a refresh and the page's opening anew may fall") {
+    Scenario scenario;
+    scenario.bus.width_bits = 16;  // four clocks a beat
+    scenario.memory.page_miss_cycles = 9;
+    scenario.memory.precharge_cycles = 2;
+    CHECK(longest_beat_gap_cycles(scenario) == 9 + 4);
+    scenario.memory.refresh_cycles = 30;
+    scenario.memory.refresh_interval_cycles = 500;
+    CHECK(longest_beat_gap_cycles(scenario) == 9 + 30 + 7 + 4);
+}
+
 TEST_CASE("derived timing: the watchdog's default is twice the sum of the silences, and 10,000 clocks") {
     Scenario scenario = machine_of(32, 24, 3);
     scenario.clocks = {};

@@ -89,6 +89,21 @@ TEST_CASE("rules: settings") {
           }) ==
           "memory.page_miss_cycles: 6 is not precharge_cycles + activate_cycles, 5; leave it out, or "
           "activate_cycles");
+    CHECK(error_after([](Scenario& s) { s.memory.refresh_cycles = 5; }) ==
+          "memory.refresh_cycles: 5 without refresh_interval_cycles; use both, or neither");
+    CHECK(error_after([](Scenario& s) { s.memory.refresh_interval_cycles = 50; }) ==
+          "memory.refresh_interval_cycles: 50 without refresh_cycles; use both, or neither");
+    const auto refreshed = [](int interval_cycles) {
+        return [interval_cycles](Scenario& s) {
+            s.memory.page_miss_cycles = 6;
+            s.memory.refresh_cycles = 5;
+            s.memory.refresh_interval_cycles = interval_cycles;
+        };
+    };
+    CHECK(error_after(refreshed(11)) ==
+          "memory.refresh_interval_cycles: 11 leaves no cycle for a beat beside refresh_cycles and "
+          "page_miss_cycles; use 12 or more");
+    CHECK(error_after(refreshed(12)).empty());
     CHECK(error_after([](Scenario& s) { s.memory.words_per_cycle = 9; }) ==
           "memory.words_per_cycle: 9 is out of range; use 1 to 8");
     CHECK(error_after([](Scenario& s) { s.bus.width_bits = 48; }) ==

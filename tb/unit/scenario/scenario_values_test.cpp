@@ -339,7 +339,7 @@ TEST_CASE("scenario: a map that is none") {
                 "and slot_table");
     check_error(fixture, "memory", "[512]",
                 "is a list; use a map with the keys page_words, banks, precharge_cycles, activate_cycles, "
-                "page_miss_cycles and words_per_cycle");
+                "page_miss_cycles, words_per_cycle, refresh_interval_cycles and refresh_cycles");
     check_error(fixture, "clocks", "100",
                 "is '100'; use a map with the keys core_mhz, dvi_in_mhz and dvi_out_mhz");
     check_error(fixture, "composer", "100",

@@ -151,10 +151,11 @@ TEST_CASE("each bus has a track with what it does", "[schedule]") {
         trace.beats(1, 2, 7, 1024, 64, 0, {111, 142});
         trace.beats(1, 1, 7, 0, 32, 3, {143, 158});
         trace.poll(1, {159, 159});
+        trace.refresh(1, {160, 171});
         trace.lost_slot(2, {200, 231});
     });
     const std::vector<Json> events = events_of(text);
-    REQUIRE(events.size() == 6);
+    REQUIRE(events.size() == 7);
     for (const Json& event : events) {
         CHECK(event["ph"] == "X");
         CHECK(track_of(text, event) == (event == events.back() ? "buses/sea" : "buses/ball"));
@@ -186,9 +187,14 @@ TEST_CASE("each bus has a track with what it does", "[schedule]") {
     CHECK(events[4]["dur"] == 0.01);
     CHECK(events[4]["cname"] == "grey");
 
-    CHECK(events[5]["name"] == "lost slot");
-    CHECK(events[5]["args"] == Json{{"first_cycle", 200}});
-    CHECK(events[5]["cname"] == "terrible");
+    CHECK(events[5]["name"] == "refresh");
+    CHECK(events[5]["args"] == Json{{"first_cycle", 160}});
+    CHECK(events[5]["dur"] == 0.12);
+    CHECK(events[5]["cname"] == "bad");
+
+    CHECK(events[6]["name"] == "lost slot");
+    CHECK(events[6]["args"] == Json{{"first_cycle", 200}});
+    CHECK(events[6]["cname"] == "terrible");
 }
 
 TEST_CASE("each display has a track of its pipeline and one of its screen", "[schedule]") {

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "report/waits.h"
+#include "scenario/derived_timing.h"
 
 namespace metabuffer::rtl {
 
@@ -81,8 +82,7 @@ void Composer::configure(const Scenario& scenario, int display) {
     verilated_->ready_space_pixels_i =
         static_cast<SData>(std::min(scenario.composer.ready_space_pixels, 2 * kMaximumBufferPixels - 1));
     verilated_->pixels_per_beat_i = static_cast<CData>(pixels_per_beat(scenario.bus, scenario.memory));
-    verilated_->longest_gap_cycles_i =
-        static_cast<IData>(scenario.memory.page_miss_cycles + cycles_per_beat(scenario.bus));
+    verilated_->longest_gap_cycles_i = static_cast<IData>(longest_beat_gap_cycles(scenario));
     verilated_->composition_i = static_cast<CData>(scenario.composition);
     verilated_->stall_mode_i = stall_mode_ ? 1 : 0;
     verilated_->background_i = scenario.background_pixel().word();

@@ -220,6 +220,20 @@ TEST_CASE("without a bound a line says so, and the JSON has none", "[analysis]")
     CHECK(json.find("\"safe_is_legal\": null") != std::string::npos);
 }
 
+TEST_CASE("of a memory that is refreshed nothing is proved, and its refreshes are not counted",
+          "[analysis]") {
+    Scenario scenario = paper_case(4);
+    scenario.memory.refresh_interval_cycles = 780;
+    scenario.memory.refresh_cycles = 30;
+    const Analysis analysis = analyze(scenario);
+    CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
+    CHECK_FALSE(analysis.scenario_is_safe);
+    const std::string text = analysis_text(analysis);
+    CHECK(text.find("no bound  nothing is proved of a memory that is refreshed\n") != std::string::npos);
+    CHECK(text.find("the clocks of refreshes, 30 in every 780, are not counted\n") != std::string::npos);
+    CHECK(analysis_text(analyze(paper_case(4))).find("refresh") == std::string::npos);
+}
+
 TEST_CASE("JSON has the figures of the text", "[analysis]") {
     const Analysis analysis = analyze(paper_case(4));
     const std::string json = analysis_json(analysis);
