@@ -231,7 +231,7 @@ TEST_CASE("a wire that goes low for ever in the middle of a run: the last good f
     CHECK(frames_shown.size() >= 2);
 }
 
-TEST_CASE("a wire that is low for a while: every frame is shown and right", "[system][faults]") {
+TEST_CASE("a wire that is low for a while: every frame is shown and right", "[system][faults][repeat]") {
     Random random(random_seed(4101));
     INFO("METABUFFER_SEED=" << random_seed(4101));
     MachineRuns runs;
@@ -777,7 +777,7 @@ TEST_CASE("lost beats of any kind in stall mode: their frame is not shown and th
 }
 
 TEST_CASE("lost beats of any kind in glitch mode: their frame is not shown and the next one is right",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     const TableLossCoverage coverage =
         lose_tables(LostBeats::kAny, StarvationMode::kGlitch, random_seed(4701));
     CHECK(coverage.pixels_too > 0);
