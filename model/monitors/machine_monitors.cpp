@@ -4,6 +4,7 @@
 
 #include "monitors/link_plan.h"
 #include "report/counters.h"
+#include "rtl/framebuffer_wires.h"
 #include "rtl/metabuffer.h"
 #include "rtl/wires.h"
 
@@ -26,6 +27,12 @@ const std::vector<std::string>& machine_rules() {
                                                 "bus/pace",
                                                 "bus/busready",
                                                 "bus/passed-over",
+                                                "arbiter/one-hot",
+                                                "arbiter/search",
+                                                "arbiter/request",
+                                                "arbiter/order",
+                                                "arbiter/recovered",
+                                                "arbiter/slot",
                                                 "composer/pixel",
                                                 "composer/lost",
                                                 "composer/busready",
@@ -87,6 +94,7 @@ MachineMonitors::MachineMonitors(const sc_core::sc_module_name& name, const Scen
     swap_lock_->on_picture([this](const SwapLockMonitor::Shown& shown) { scoreboard_->shown(shown); });
     for (std::size_t r = 0; r < renderers_; ++r) {
         bind_bus(r);
+        bind_arbiter(r);
         bind_link(r);
         for (std::size_t d = 0; d < displays_; ++d) bind_composer(r, d);
     }
@@ -125,6 +133,33 @@ void MachineMonitors::bind_bus(std::size_t r) {
         monitor->tableready_i[d](wires.tableready[r * displays_ + d]);
     }
     buses_.push_back(std::move(monitor));
+}
+
+void MachineMonitors::bind_arbiter(std::size_t r) {
+    arbiters_.emplace_back();
+    rtl::FramebufferWires* const wires = machine_.inner_wires(r);
+    if (wires == nullptr) {
+        return;
+    }
+    auto monitor = std::make_unique<ArbiterMonitor>(rtl::numbered("arbiter_monitor", r).c_str(), scenario_,
+                                                    static_cast<int>(r), log_);
+    monitor->clk_i(machine_.core_clk());
+    monitor->reset_i(machine_.reset());
+    monitor->start_i(wires->start);
+    monitor->table_i(wires->table);
+    monitor->take_i(wires->take);
+    monitor->grant_valid_i(wires->grant_valid);
+    monitor->search_i(wires->search);
+    monitor->lost_i(wires->lost);
+    monitor->recovered_i(wires->recovered);
+    monitor->slot_i(wires->slot);
+    for (std::size_t d = 0; d < displays_; ++d) {
+        monitor->pending_i[d](wires->pending[d]);
+        monitor->ready_i[d](wires->ready[d]);
+        monitor->grant_i[d](wires->grant[d]);
+        if (monitor->deadline_i.size() > 0) monitor->deadline_i[d](wires->deadline[d]);
+    }
+    arbiters_.back() = std::move(monitor);
 }
 
 void MachineMonitors::bind_link(std::size_t r) {
@@ -203,7 +238,10 @@ void MachineMonitors::bind_output(std::size_t d) {
 
 void MachineMonitors::finish(const RunReport& report) {
     const std::int64_t cycle = report.core_cycles - 1;
-    for (std::size_t r = 0; r < renderers_; ++r) finish_bus(r, report.renderers.at(r), cycle);
+    for (std::size_t r = 0; r < renderers_; ++r) {
+        finish_bus(r, report.renderers.at(r), cycle);
+        if (arbiters_[r] != nullptr) finish_arbiter(*arbiters_[r], report.renderers.at(r), cycle);
+    }
     for (std::size_t i = 0; i < composers_.size(); ++i) finish_composer(i, report.composers.at(i), cycle);
     for (std::size_t d = 0; d < displays_; ++d) {
         finish_display(d, report.displays.at(d), cycle);
@@ -221,6 +259,19 @@ void MachineMonitors::finish_bus(std::size_t r, const RendererCounters& counters
               "the report has " + std::to_string(counters.bus.pixels_sent) + " pixels in " +
                   std::to_string(counters.bus.bursts) + " bursts, the bus showed " +
                   std::to_string(buses_[r]->pixels_sent()) + " in " + std::to_string(buses_[r]->bursts())});
+}
+
+/// The report may have been made behind the edge that counts what the monitor sees at the next one, or the reverse.
+void MachineMonitors::finish_arbiter(const ArbiterMonitor& arbiter, const RendererCounters& counters,
+                                     std::int64_t cycle) {
+    const std::int64_t bursts_apart = counters.bus.bursts - arbiter.grants();
+    const bool slots_agree = counters.bus.recovered_slots == arbiter.recovered_slots() || bursts_apart != 0;
+    if (bursts_apart >= -1 && bursts_apart <= 1 && slots_agree) return;
+    log_.add({"counters/bus", counters.name, "core", cycle, -1,
+              "the report has " + std::to_string(counters.bus.bursts) + " bursts and " +
+                  std::to_string(counters.bus.recovered_slots) +
+                  " recovered slots, the arbiter's wires showed " + std::to_string(arbiter.grants()) +
+                  " and " + std::to_string(arbiter.recovered_slots())});
 }
 
 void MachineMonitors::finish_composer(std::size_t i, const ComposerCounters& counters, std::int64_t cycle) {
@@ -269,7 +320,9 @@ std::int64_t MachineMonitors::unreported() const {
             monitors.begin(), monitors.end(), std::int64_t{0},
             [](std::int64_t total, const auto& monitor) { return total + monitor->unreported(); });
     };
-    return sum(buses_) + sum(composers_) + sum(pipelines_);
+    std::int64_t arbiters = 0;
+    for (const auto& arbiter : arbiters_) arbiters += arbiter != nullptr ? arbiter->unreported() : 0;
+    return sum(buses_) + arbiters + sum(composers_) + sum(pipelines_);
 }
 
 }  // namespace metabuffer::monitors

@@ -7,6 +7,7 @@
 #include <systemc>
 #include <vector>
 
+#include "monitors/arbiter_monitor.h"
 #include "monitors/bus_monitor.h"
 #include "monitors/composer_monitor.h"
 #include "monitors/dvi_monitor.h"
@@ -27,8 +28,8 @@ namespace metabuffer::monitors {
 /// Every rule that a bound machine is held to, by the name that a violation has.
 const std::vector<std::string>& machine_rules();
 
-/// All monitors and scoreboards of a machine, bound to its wires from outside: a BusMonitor and two ends of a link's
-/// way for each renderer, a ComposerMonitor for each composer, a PipelineMonitor and a DviMonitor for each display, one
+/// All monitors and scoreboards of a machine, bound to its wires from outside: a BusMonitor, an ArbiterMonitor (unless
+/// its input framebuffer shows no wires inside) and two ends of a link's way for each renderer, a ComposerMonitor for each composer, a PipelineMonitor and a DviMonitor for each display, one
 /// SwapLockMonitor and one Scoreboard. To be made after the machine and before the simulation starts.
 ///
 /// A link whose clock the scenario lets drift is watched at that clock.
@@ -54,11 +55,13 @@ class MachineMonitors final : public sc_core::sc_module {
 
   private:
     void bind_bus(std::size_t renderer);
+    void bind_arbiter(std::size_t renderer);
     void bind_link(std::size_t renderer);
     void bind_composer(std::size_t renderer, std::size_t display);
     void bind_pipeline(std::size_t display);
     void bind_output(std::size_t display);
     void bind_swap_lock();
+    void finish_arbiter(const ArbiterMonitor& arbiter, const RendererCounters& counters, std::int64_t cycle);
     void finish_bus(std::size_t renderer, const RendererCounters& counters, std::int64_t cycle);
     void finish_composer(std::size_t composer, const ComposerCounters& counters, std::int64_t cycle);
     void finish_display(std::size_t display, const DisplayCounters& counters, std::int64_t cycle);
@@ -71,6 +74,7 @@ class MachineMonitors final : public sc_core::sc_module {
     std::size_t displays_;
 
     std::vector<std::unique_ptr<BusMonitor>> buses_;
+    std::vector<std::unique_ptr<ArbiterMonitor>> arbiters_;    ///< null where there is none
     std::vector<std::unique_ptr<ComposerMonitor>> composers_;  ///< renderer by renderer
     std::vector<std::unique_ptr<PipelineMonitor>> pipelines_;
     std::vector<std::unique_ptr<DviMonitor>> links_;  ///< inputs, then outputs

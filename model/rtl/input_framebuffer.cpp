@@ -3,41 +3,9 @@
 #include <algorithm>
 
 #include "datapath/arbitration/arbitration_table.h"
-#include "rtl/wires.h"
+#include "rtl/framebuffer_wires.h"
 
 namespace metabuffer::rtl {
-
-/// Between the blocks inside.
-struct InputFramebuffer::InnerWires {
-    InnerWires(int lines, bool deadlines)
-        : pending(static_cast<std::size_t>(lines), Wires::name_of("pending")),
-          ready(pending.size(), Wires::name_of("ready")),
-          deadline(deadlines ? pending.size() : 0, Wires::name_of("deadline")),
-          grant(pending.size(), Wires::name_of("grant")) {}
-
-    // link_port to the others
-    sc_core::sc_signal<bool> request{"request"};
-    sc_core::sc_signal<bool> answer{"answer"};
-    sc_core::sc_signal<bool> fresh{"fresh"};
-    sc_core::sc_signal<bool> front{"front"};
-    sc_core::sc_signal<MemoryWrite> write{"write"};
-    sc_core::sc_signal<FrontTable> table{"table"};
-    // bus_port and frame_memory
-    sc_core::sc_signal<MemoryCommand> command{"command"};
-    sc_core::sc_signal<MemoryData> data{"data"};
-    // bus_port and bus_arbiter
-    sc_core::sc_signal<bool> start{"start"};
-    sc_core::sc_signal<bool> take{"take"};
-    SignalBank<bool> pending;
-    SignalBank<bool> ready;
-    SignalBank<std::uint64_t> deadline;
-    SignalBank<bool> grant;
-    sc_core::sc_signal<bool> grant_valid{"grant_valid"};
-    sc_core::sc_signal<bool> search{"search"};
-    sc_core::sc_signal<bool> lost{"lost"};
-    sc_core::sc_signal<std::uint16_t> recovered{"recovered"};
-    sc_core::sc_signal<std::uint16_t> slot{"slot"};
-};
 
 namespace {
 
@@ -56,8 +24,8 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       tableready_i("tableready_i", busready_i.size()),
       renderer_(scenario.renderers[static_cast<std::size_t>(renderer)]),
       words_a_beat_(words_a_beat(scenario)),
-      wires_(std::make_unique<InnerWires>(scenario.displays.count(),
-                                          goes_by_deadlines(scenario.bus.arbitration))),
+      wires_(std::make_unique<FramebufferWires>(scenario.displays.count(),
+                                                goes_by_deadlines(scenario.bus.arbitration))),
       link_port_("link_port", scenario, renderer_,
                  {[this](std::uint32_t pair) { counters_.add_rejected_rows(pair, table_unit_.back_table()); },
                   [this](int pairs) { counters_.dropped_frames += pairs; }}),

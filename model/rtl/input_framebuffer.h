@@ -16,6 +16,8 @@
 
 namespace metabuffer::rtl {
 
+struct FramebufferWires;
+
 /// The input framebuffer, box B of the paper's Figure 1 (sections 4 and 5): takes a renderer's pairs into the
 /// back device of its memory and sends the front one's segments over the renderer's bus. It is made of
 ///
@@ -55,9 +57,10 @@ class InputFramebuffer final : public Block {
     /// Pixels taken from the link, for the watchdog.
     std::int64_t link_pixels() const { return link_port_.link_pixels(); }
 
-  private:
-    struct InnerWires;
+    /// The wires between the blocks inside, for whoever watches them; none in a replacement that is made otherwise.
+    FramebufferWires* inner_wires() { return wires_.get(); }
 
+  private:
     void bind_link_side();
     void bind_bus_side();
     void bind_arbiter();
@@ -68,7 +71,7 @@ class InputFramebuffer final : public Block {
     RendererCounters counters_;
     std::vector<FrameSource> frame_sources_;
 
-    std::unique_ptr<InnerWires> wires_;
+    std::unique_ptr<FramebufferWires> wires_;
     LinkPort link_port_;
     TableUnit table_unit_;
     FrameMemory frame_memory_;

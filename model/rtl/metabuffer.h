@@ -86,6 +86,10 @@ class Metabuffer final : public Block {
 
     /// Every wire between two blocks, for whoever binds to the machine from outside.
     Wires& wires() { return *wires_; }
+    /// The wires inside a renderer's (index) input framebuffer, if it is made of blocks.
+    FramebufferWires* inner_wires(std::size_t renderer) {
+        return input_framebuffers_[renderer]->inner_wires();
+    }
     /// What stands between these wires and the blocks that drive them.
     const MachineFaults& faults() const { return *faults_; }
     sc_core::sc_clock& core_clk() { return *core_clk_; }

@@ -416,13 +416,18 @@ MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::in
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     memory_socket->b_transport(payload, delay);
     const MemoryAccess& answer = *memory_access_;
-    if (!payload.is_response_ok() || answer.words < 1 || answer.words > words || answer.wait_cycles < 0) {
+    const bool adds_up = answer.broken_cycles >= 0 && answer.refresh_cycles >= 0 &&
+                         answer.broken_cycles + answer.refresh_cycles <= answer.wait_cycles;
+    const bool goes_on = answer.words >= 1 && answer.beats_before - cycle > answer.wait_cycles;
+    if (!payload.is_response_ok() || !adds_up || !goes_on || answer.words > words) {
         // An architect's own memory may stand there; without progress the burst would never end.
-        SC_REPORT_ERROR("/metabuffer/input_framebuffer/memory",
-                        (std::string(name()) + ": its memory answered " + payload.get_response_string() +
-                         ", " + std::to_string(answer.words) + " of " + std::to_string(words) +
-                         " words after " + std::to_string(answer.wait_cycles) + " clocks")
-                            .c_str());
+        SC_REPORT_ERROR(
+            "/metabuffer/input_framebuffer/memory",
+            (std::string(name()) + ": its memory answered " + payload.get_response_string() + ", " +
+             std::to_string(answer.words) + " of " + std::to_string(words) + " words after " +
+             std::to_string(answer.wait_cycles) + " clocks, " + std::to_string(answer.broken_cycles) +
+             " and " + std::to_string(answer.refresh_cycles) + " of them for a refresh")
+                .c_str());
     }
     return *memory_access_;
 }

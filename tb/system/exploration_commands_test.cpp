@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "host/errors.h"
 #include "program_run.h"
 #include "tools/exploration/results_database.h"
 #include "tools/program/exit_status.h"
@@ -57,6 +58,16 @@ std::map<std::string, std::vector<Value>> points_of(const Workplace& place,
 
 std::size_t rows_in(const Workplace& place, const std::string& file = "r.db") {
     return ResultsReader(place / file).results().rows.size();
+}
+
+/// The same of a sweep that was killed, perhaps before it had made its tables: a reader says then that there is nothing.
+std::size_t rows_left_in(const Workplace& place) {
+    try {
+        return rows_in(place);
+    } catch (const InputError& error) {
+        CHECK_THAT(error.what(), Contains("holds no results"));
+        return 0;
+    }
 }
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -155,7 +166,7 @@ TEST_CASE("sweep: after kill -9 the same command goes on and the results are tho
     for (const char* moment : {"0.35", "0.4", "0.5"}) {
         sweep_and(place, std::string("sleep ") + moment + "; kill -9 $!; wait");
         if (!place.exists("r.db")) continue;  // killed before there was anything
-        const std::size_t rows = rows_in(place);
+        const std::size_t rows = rows_left_in(place);
         CHECK(rows >= kept);
         kept = rows;
     }

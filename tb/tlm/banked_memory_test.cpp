@@ -92,5 +92,73 @@ TEST_CASE("banked memory: with one bank the machine reports what it does with it
     CHECK(four_banks.report().total_starved_pixels() < own.report().total_starved_pixels());
 }
 
+/// A memory without page misses, whose answers are spoilt.
+class SpoiltMemory final : public sc_core::sc_module {
+  public:
+    using Spoil = void (*)(tlm::MemoryAccess& access);
+    tlm::TargetSocket<SpoiltMemory, tlm::MemoryAccess> socket{"socket"};
+
+    SpoiltMemory(const sc_core::sc_module_name& name, Spoil spoil) : sc_core::sc_module(name), spoil_(spoil) {
+        socket.register_b_transport(this, &SpoiltMemory::b_transport);
+    }
+
+  private:
+    void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
+        auto& access = tlm::content_of<tlm::MemoryAccess>(payload);
+        access.words = static_cast<int>(payload.get_data_length() / tlm::kBytesPerWord);
+        spoil_(access);
+        payload.set_response_status(::tlm::TLM_OK_RESPONSE);
+    }
+
+    Spoil spoil_;
+};
+
+/// What the machine says of such a memory; nothing if the run ends well.
+std::string complaint_about(SpoiltMemory::Spoil spoil) {
+    const Scenario scenario = scenario_of("case-2");
+    tlm::Metabuffer::Options options;
+    options.images = false;
+    options.make_memory = [spoil](const char* name, const Scenario& /*scenario*/, int /*renderer*/) {
+        auto memory = std::make_unique<SpoiltMemory>(name, spoil);
+        tlm::Metabuffer::Memory made;
+        made.socket = &memory->socket;
+        made.module = std::move(memory);
+        return made;
+    };
+    tlm::Metabuffer machine("machine", scenario, options);
+    machine.on_finished([] { sc_core::sc_pause(); });
+    try {
+        sc_core::sc_start();
+    } catch (const sc_core::sc_report& report) {
+        CHECK(std::string(report.get_msg_type()) == "/metabuffer/input_framebuffer/memory");
+        return report.get_msg();
+    }
+    return {};
+}
+
+TEST_CASE("own memory: one that always has its words ends well") {
+    CHECK(complaint_about([](tlm::MemoryAccess&) {}).empty());
+}
+
+TEST_CASE("own memory: one that has no word for a burst is reported, or it would never end") {
+    CHECK(complaint_about([](tlm::MemoryAccess& access) { access.words = 0; }).find(" 0 of ") !=
+          std::string::npos);
+}
+
+TEST_CASE("own memory: a refresh that is longer than the wait for it is reported") {
+    CHECK(complaint_about([](tlm::MemoryAccess& access) {
+              access.wait_cycles = 4;
+              access.broken_cycles = 2;
+              access.refresh_cycles = 3;
+          }).find("after 4 clocks, 2 and 3 of them for a refresh") != std::string::npos);
+}
+
+TEST_CASE("own memory: one whose next refresh begins before the words can go is reported") {
+    CHECK_FALSE(complaint_about([](tlm::MemoryAccess& access) {
+                    access.wait_cycles = 4;
+                    access.beats_before = access.cycle + 4;
+                }).empty());
+}
+
 }  // namespace
 }  // namespace metabuffer::test

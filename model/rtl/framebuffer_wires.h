@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <systemc>
+
+#include "rtl/signals.h"
+#include "rtl/wires.h"
+
+namespace metabuffer::rtl {
+
+/// Every wire between two of the blocks that an input framebuffer is made of, as the block that reads it sees it.
+struct FramebufferWires {
+    /// lines: displays.
+    FramebufferWires(int lines, bool deadlines)
+        : pending(static_cast<std::size_t>(lines), Wires::name_of("pending")),
+          ready(pending.size(), Wires::name_of("ready")),
+          deadline(deadlines ? pending.size() : 0, Wires::name_of("deadline")),
+          grant(pending.size(), Wires::name_of("grant")) {}
+
+    // link_port to the others
+    sc_core::sc_signal<bool> request{"request"};
+    sc_core::sc_signal<bool> answer{"answer"};
+    sc_core::sc_signal<bool> fresh{"fresh"};
+    sc_core::sc_signal<bool> front{"front"};
+    sc_core::sc_signal<MemoryWrite> write{"write"};
+    sc_core::sc_signal<FrontTable> table{"table"};
+    // bus_port and frame_memory
+    sc_core::sc_signal<MemoryCommand> command{"command"};
+    sc_core::sc_signal<MemoryData> data{"data"};
+    // bus_port and bus_arbiter
+    sc_core::sc_signal<bool> start{"start"};
+    sc_core::sc_signal<bool> take{"take"};
+    SignalBank<bool> pending;
+    SignalBank<bool> ready;
+    SignalBank<std::uint64_t> deadline;
+    SignalBank<bool> grant;
+    sc_core::sc_signal<bool> grant_valid{"grant_valid"};
+    sc_core::sc_signal<bool> search{"search"};
+    sc_core::sc_signal<bool> lost{"lost"};
+    sc_core::sc_signal<std::uint16_t> recovered{"recovered"};
+    sc_core::sc_signal<std::uint16_t> slot{"slot"};
+};
+
+}  // namespace metabuffer::rtl
