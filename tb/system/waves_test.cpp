@@ -252,17 +252,41 @@ void check_event(const ValueDump& dump, const PageSection::Event& event) {
 
 }  // namespace
 
+/// How wide registers are depends on the machine: the settings that the page gives with a save file.
+std::vector<std::string> settings_with(const std::filesystem::path& save_file) {
+    std::vector<std::string> settings;
+    for (const PageSection& section : read_page()) {
+        if (std::filesystem::path(section.save_file).filename() != save_file.filename()) continue;
+        for (std::size_t i = 0; i + 1 < section.arguments.size(); ++i) {
+            const std::string& option = section.arguments[i];
+            if (option == "--set") settings.insert(settings.end(), {option, section.arguments[i + 1]});
+        }
+        break;
+    }
+    return settings;
+}
+
 TEST_CASE("Every signal of the save files is in the waveform", "[waves]") {
-    const ScratchDirectory scratch;
-    const ProgramResult result = run_program(
-        scratch, {"run", (kSource / "scenarios/paper-figure.yaml").string(), "--quiet", "--no-images",
-                  "--frames", "1", "--trace", "figure.vcd", "--trace-window", "cycles:0-20"});
-    INFO(result.err);
-    REQUIRE(result.status == 0);
-    const ValueDump dump(scratch / "figure.vcd");
     REQUIRE(!save_files().empty());
     for (const std::filesystem::path& file : save_files()) {
         INFO(file.filename().string());
+        const ScratchDirectory scratch;
+        std::vector<std::string> words{"run",
+                                       (kSource / "scenarios/paper-figure.yaml").string(),
+                                       "--quiet",
+                                       "--no-images",
+                                       "--frames",
+                                       "1",
+                                       "--trace",
+                                       "figure.vcd",
+                                       "--trace-window",
+                                       "cycles:0-20"};
+        const std::vector<std::string> settings = settings_with(file);
+        words.insert(words.end(), settings.begin(), settings.end());
+        const ProgramResult result = run_program(scratch, words);
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        const ValueDump dump(scratch / "figure.vcd");
         const SaveFile save(file);
         CHECK(!save.signals.empty());
         for (const std::string& signal : save.signals) {
