@@ -81,13 +81,6 @@ std::size_t ArbiterMonitor::granted_row() const {
     return static_cast<std::size_t>(line - grant_i.begin());
 }
 
-bool ArbiterMonitor::anyone_usable() const {
-    for (std::size_t row = 0; row < rows_; ++row) {
-        if (usable(row)) return true;
-    }
-    return false;
-}
-
 // ---- what the policy would choose ----
 
 /// None: it asks again at the next clock.
@@ -123,7 +116,8 @@ bool ArbiterMonitor::answer_due(std::int64_t edge) {
         requests_.assign(rows_, false);
         for (std::size_t row = 0; row < rows_; ++row) requests_[row] = usable(row);
         chosen_ = policy_.proof == BufferProof::kNone ? std::nullopt : choice();
-        if (!chosen_ && !anyone_usable() && !lost_i.read()) return true;  // nobody to decide on
+        const bool nobody = std::find(requests_.begin(), requests_.end(), true) == requests_.end();
+        if (!chosen_ && nobody && !lost_i.read()) return true;
         decided_ = true;
         due_ = edge + bus_.grant_cycles;
     }
@@ -161,7 +155,7 @@ void ArbiterMonitor::check_answer(std::int64_t edge) {
 }
 
 bool ArbiterMonitor::check_request(std::size_t row, std::int64_t edge) {
-    if (row < rows_ && decided_ && requests_[row]) {
+    if (row < rows_ && requests_[row]) {
         return true;
     }
     violate("arbiter/request", "grant", edge,
@@ -170,8 +164,8 @@ bool ArbiterMonitor::check_request(std::size_t row, std::int64_t edge) {
 }
 
 void ArbiterMonitor::check_choice(std::int64_t edge) {
-    const bool grants = decided_ && chosen_ && !chosen_->lost;
-    const bool loses = decided_ && chosen_ && chosen_->lost;
+    const bool grants = chosen_ && !chosen_->lost;
+    const bool loses = chosen_ && chosen_->lost;
     if (grant_valid_i.read() != grants || lost_i.read() != loses ||
         (grants && granted_row() != chosen_->row)) {
         violate(

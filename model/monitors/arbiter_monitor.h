@@ -76,7 +76,6 @@ class ArbiterMonitor final : public sc_core::sc_module {
     std::size_t lines_high() const;
     std::size_t granted_row() const;
     bool usable(std::size_t row) const { return pending_i[row].read() && ready_i[row].read(); }
-    bool anyone_usable() const;
     std::optional<Choice> choice() const;
     std::optional<Choice> choice_by_slot() const;
     std::optional<Choice> choice_by_deadline() const;

@@ -25,7 +25,7 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       image_height_(scenario.renderers[static_cast<std::size_t>(renderer)].image_height_pixels),
       page_words_(scenario.memory.page_words),
       memory_(scenario.memory),
-      longest_wait_cycles_(longest_beat_gap_cycles(scenario) - cycles_per_beat(scenario.bus)),
+      longest_wait_cycles_(longest_word_wait_cycles(scenario)),
       grant_cycles_(scenario.bus.grant_cycles),
       burst_pixels_(scenario.bus.burst_pixels),
       beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),

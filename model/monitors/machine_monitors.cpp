@@ -316,13 +316,12 @@ void MachineMonitors::finish_stalls(std::size_t d, const DisplayCounters& counte
 
 std::int64_t MachineMonitors::unreported() const {
     const auto sum = [](const auto& monitors) {
-        return std::accumulate(
-            monitors.begin(), monitors.end(), std::int64_t{0},
-            [](std::int64_t total, const auto& monitor) { return total + monitor->unreported(); });
+        return std::accumulate(monitors.begin(), monitors.end(), std::int64_t{0},
+                               [](std::int64_t total, const auto& monitor) {
+                                   return total + (monitor != nullptr ? monitor->unreported() : 0);
+                               });
     };
-    std::int64_t arbiters = 0;
-    for (const auto& arbiter : arbiters_) arbiters += arbiter != nullptr ? arbiter->unreported() : 0;
-    return sum(buses_) + arbiters + sum(composers_) + sum(pipelines_);
+    return sum(buses_) + sum(arbiters_) + sum(composers_) + sum(pipelines_);
 }
 
 }  // namespace metabuffer::monitors

@@ -29,7 +29,8 @@ std::string for_tableready(std::int64_t frame) {
 }
 
 std::string for_memory_page() { return "waits for its memory to open a page"; }
-std::string for_memory_refresh() { return "the end of a memory refresh"; }
+
+std::string for_memory_refresh() { return "waits for its memory's refresh to end"; }
 
 std::string for_lost_slot() { return "lets a lost slot pass"; }
 

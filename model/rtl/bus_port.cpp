@@ -162,18 +162,20 @@ void BusPort::clock_edge() {
             ++bus_.idle_cycles;
             break;
     }
-    if (refresh_left_ > 0) {
-        --refresh_left_;
-    }
-    if (refresh_begins()) {
-        begin_refresh();
-    } else if (scenario_.memory.refreshes()) {
-        --refresh_due_in_;
+    if (scenario_.memory.refreshes()) {
+        refresh_clock();
     }
 }
 
-/// Last of what the clock does: a burst that it has stopped leaves nothing half open.
-void BusPort::begin_refresh() {
+/// Last of what the clock does: a burst that it has stopped leaves nothing half open where a refresh begins.
+void BusPort::refresh_clock() {
+    if (refresh_left_ > 0) {
+        --refresh_left_;
+    }
+    if (refresh_due_in_ > 0) {
+        --refresh_due_in_;
+        return;
+    }
     close_banks();
     page_wait_ = 0;
     precharging_ = false;

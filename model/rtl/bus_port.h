@@ -131,7 +131,7 @@ class BusPort final : public Block {
     bool take_grant();
     void start_burst(int row);
     void stop_burst();
-    void begin_refresh();
+    void refresh_clock();
     void close_banks();
     bool page_ready(const Plan& plan);
     void fill_beat(const Plan& plan);

@@ -95,9 +95,7 @@ void FrameMemory::obey(const MemoryCommand& command) {
             bank_of(command).open = false;
             return;
         case MemoryCommand::Kind::kPrechargeAll:
-            for (const auto& bank : banks_) {
-                bank->open = false;
-            }
+            close_banks();
             return;
         case MemoryCommand::Kind::kRefresh:
             refresh(command);
@@ -132,11 +130,15 @@ void FrameMemory::refresh(const MemoryCommand& command) {
     if (!config_.refreshes()) {
         refuse("refresh", command, "it needs none");
     }
+    close_banks();
+    refresh_left_ = config_.refresh_cycles - 1;
+    refresh_due_in_ = config_.refresh_interval_cycles - 1;
+}
+
+void FrameMemory::close_banks() {
     for (const auto& bank : banks_) {
         bank->open = false;
     }
-    refresh_left_ = config_.refresh_cycles - 1;
-    refresh_due_in_ = config_.refresh_interval_cycles - 1;
 }
 
 void FrameMemory::open(const MemoryCommand& command) {

@@ -28,9 +28,10 @@ namespace metabuffer::rtl {
 /// activate_cycles a read opens its page itself.
 ///
 /// Raises /metabuffer/frame_memory/page for a read of a page that is not open and for an activate in a bank that is not
-/// closed, /metabuffer/frame_memory/refresh for a command while a refresh lasts and for a refresh that comes later than
-/// refresh_interval_cycles behind the one before, /metabuffer/frame_memory/address for a page of another bank and a word that the device does not have, and
-/// /metabuffer/frame_memory/width for more words than it gives in a clock.
+/// closed, /metabuffer/frame_memory/refresh for a command while a refresh lasts, for a refresh that comes later than
+/// refresh_interval_cycles behind the one before, and for one that it does not need, /metabuffer/frame_memory/address for
+/// a page of another bank and a word that the device does not have, and /metabuffer/frame_memory/width for more words than
+/// it gives in a clock.
 class FrameMemory final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock
@@ -64,6 +65,7 @@ class FrameMemory final : public Block {
     void open(const MemoryCommand& command);
     void watch_refresh(const MemoryCommand& command);
     void refresh(const MemoryCommand& command);
+    void close_banks();
     void check_activate(const MemoryCommand& command) const;
     void check_read(const MemoryCommand& command) const;
     void put_out();

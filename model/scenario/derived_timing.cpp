@@ -22,10 +22,14 @@ int lost_slot_cycles(const Scenario& scenario) {
     return (scenario.bus.burst_pixels + beat - 1) / beat * cycles_per_beat(scenario.bus);
 }
 
-int longest_beat_gap_cycles(const Scenario& scenario) {
+int longest_word_wait_cycles(const Scenario& scenario) {
     const MemoryConfig& memory = scenario.memory;
     const int refresh = memory.refreshes() ? memory.refresh_cycles + memory.activate_cycles() : 0;
-    return memory.page_miss_cycles + refresh + cycles_per_beat(scenario.bus);
+    return memory.page_miss_cycles + refresh;
+}
+
+int longest_beat_gap_cycles(const Scenario& scenario) {
+    return longest_word_wait_cycles(scenario) + cycles_per_beat(scenario.bus);
 }
 
 /// Nothing may move while a link or the next frame of the DVI outputs is waited for, a page is opened, or all
@@ -48,7 +52,7 @@ std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
         const DviTiming out{scenario.displays.width_pixels, scenario.displays.height_pixels};
         quiet += 2.0 * static_cast<double>(out.frame_clocks()) * dvi_out_period;
         double bus_cycles =
-            longest_beat_gap_cycles(scenario) - cycles_per_beat(scenario.bus) + scenario.bus.grant_cycles +
+            longest_word_wait_cycles(scenario) + scenario.bus.grant_cycles +
             scenario.bus.build_cycles(static_cast<std::size_t>(most_slots(scenario.displays.count())));
         if (loses_slots(scenario.bus.arbitration)) {
             bus_cycles += static_cast<double>(most_slots(scenario.displays.count())) *

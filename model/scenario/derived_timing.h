@@ -17,8 +17,11 @@ std::int64_t link_timeout_clocks(const Scenario& scenario, const Renderer& rende
 /// Core clocks that a lost slot takes: the beats of a full burst.
 int lost_slot_cycles(const Scenario& scenario);
 
-/// Core clocks from a beat of a burst to the next one, at the most: a page miss, a refresh within it and the page's
-/// opening anew, and the beat.
+/// Core clocks that a burst waits for its next word, at the most: a page miss, or one with a refresh within it and the
+/// page's opening anew.
+int longest_word_wait_cycles(const Scenario& scenario);
+
+/// Core clocks from a beat of a burst to the next one, at the most: that wait, and the beat.
 int longest_beat_gap_cycles(const Scenario& scenario);
 
 /// Between two looks of the watchdog: watchdog_cycles if that is set, otherwise a little more than twice the

@@ -59,12 +59,9 @@ void check_refresh(RuleCheck& check, const MemoryConfig& memory) {
                       std::to_string(interval) + " without refresh_cycles; use both, or neither");
         return;
     }
-    if (interval == 0) {
-        check.require(
-            false, "memory.refresh_cycles",
-            std::to_string(memory.refresh_cycles) + " without refresh_interval_cycles; use both, or neither");
-        return;
-    }
+    check.require(
+        interval > 0, "memory.refresh_cycles",
+        std::to_string(memory.refresh_cycles) + " without refresh_interval_cycles; use both, or neither");
     const std::int64_t least = std::int64_t{memory.refresh_cycles} + memory.page_miss_cycles + 1;
     check.require(interval >= least, "memory.refresh_interval_cycles",
                   std::to_string(interval) +

@@ -1,6 +1,7 @@
 #include "composer_coverage.h"
 
 #include "monitors/reference_composition.h"
+#include "scenario/derived_timing.h"
 
 namespace metabuffer::coverage {
 namespace {
@@ -94,8 +95,8 @@ bool ComposerCoverage::step(const ComposerWires& outputs) {
 }
 
 bool ComposerCoverage::competes() const {
-    // A burst seen now was driven at the edge before, and granted there or as long ago as a page takes to open.
-    const std::int64_t since_grant = 1 + cycles_per_beat(scenario_.bus) + scenario_.memory.page_miss_cycles;
+    // A burst seen now was driven at the edge before, and granted there or as long ago as its first word may take.
+    const std::int64_t since_grant = 1 + longest_beat_gap_cycles(scenario_);
     return in_step_ && observer_.missing_pixels() > 0 && ready_clocks_ > since_grant;
 }
 
