@@ -319,21 +319,22 @@ TEST_CASE("fault magic: the frame is rejected and its pair replaced by the last 
 }
 
 TEST_CASE("fault version: the frame is rejected and its pair replaced by the last good one",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     check_row(FaultKind::kVersion);
 }
 
 TEST_CASE("fault kind: the frame is rejected and its pair replaced by the last good one",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     check_row(FaultKind::kKind);
 }
 
-TEST_CASE("fault crc: the frame is rejected and its pair replaced by the last good one", "[system][faults]") {
+TEST_CASE("fault crc: the frame is rejected and its pair replaced by the last good one",
+          "[system][faults][repeat]") {
     check_row(FaultKind::kCrc);
 }
 
 TEST_CASE("fault number: the pair's frames do not match and it is replaced by the last good one",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     check_row(FaultKind::kNumber);
 }
 
@@ -343,12 +344,12 @@ TEST_CASE("fault other_pair: the pair's frames do not match and it is replaced b
 }
 
 TEST_CASE("fault short_line: the frame is rejected and its pair replaced by the last good one",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     check_row(FaultKind::kShortLine);
 }
 
 TEST_CASE("fault long_line: the frame is rejected and its pair replaced by the last good one",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     check_row(FaultKind::kLongLine);
 }
 
@@ -399,7 +400,7 @@ TEST_CASE(
 
 TEST_CASE(
     "fault control_byte: every bit of every byte of a depth frame's content costs its pair and no other",
-    "[system][faults]") {
+    "[system][faults][repeat]") {
     check_every_bit(FrameKind::kDepth);
 }
 
@@ -485,7 +486,7 @@ TEST_CASE("fault pixel_bits: the picture is that of an image with the pixel so i
 
 TEST_CASE(
     "fault delay: in lockstep frames go on without the pair and the first one behind the silence has its own",
-    "[system][faults]") {
+    "[system][faults][repeat]") {
     constexpr int kPair = 2;
     constexpr int kLongest = 7;
     MachineRuns runs;
@@ -662,7 +663,7 @@ TEST_CASE("a faulty pair is counted by its cause and replaced by the last good o
     }
 }
 
-TEST_CASE("a renderer without a good pair yet contributes an empty table", "[system][faults]") {
+TEST_CASE("a renderer without a good pair yet contributes an empty table", "[system][faults][repeat]") {
     MachineRuns runs = machines_with_faults(0, 3, Pacing::kLockstep);
     run_traced(runs);
     for (const auto& run : runs) {
@@ -680,7 +681,7 @@ TEST_CASE("a renderer without a good pair yet contributes an empty table", "[sys
     }
 }
 
-TEST_CASE("the last pair's fault leaves the last good pair on the displays", "[system][faults]") {
+TEST_CASE("the last pair's fault leaves the last good pair on the displays", "[system][faults][repeat]") {
     MachineRuns runs = machines_with_faults(kFrames - 1, 3, Pacing::kLockstep);
     run_traced(runs);
     for (const auto& run : runs) {

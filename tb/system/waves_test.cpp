@@ -279,7 +279,7 @@ ValueDump dump_of(const std::string& scenario, const std::vector<std::string>& s
     return ValueDump(scratch / "first.vcd");
 }
 
-TEST_CASE("Every signal of the save files is in the waveform", "[waves]") {
+TEST_CASE("Every signal of the save files is in the waveform", "[waves][repeat]") {
     REQUIRE(!save_files().empty());
     std::map<std::vector<std::string>, ValueDump> dumps;
     for (const std::filesystem::path& file : save_files()) {
