@@ -25,6 +25,8 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       image_height_(scenario.renderers[static_cast<std::size_t>(renderer)].image_height_pixels),
       page_words_(scenario.memory.page_words),
       memory_(scenario.memory),
+      latency_cycles_(scenario.memory.read_latency_cycles),
+      answer_cycles_(latency_cycles_ + 2 * std::int64_t{scenario.bus.register_stages}),
       longest_wait_cycles_(longest_word_wait_cycles(scenario)),
       grant_cycles_(scenario.bus.grant_cycles),
       burst_pixels_(scenario.bus.burst_pixels),
@@ -36,7 +38,10 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       reporter_(log),
       levels_(static_cast<std::size_t>(displays_)),
-      rows_(static_cast<std::size_t>(displays_)) {
+      tables_ready_(latency_cycles_, false),
+      rows_(static_cast<std::size_t>(displays_)),
+      announced_(answer_cycles_, 0),
+      counted_from_(static_cast<std::size_t>(displays_)) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
@@ -57,7 +62,7 @@ void BusMonitor::end_of_elaboration() {
 
 void BusMonitor::violate(const char* rule, const std::string& signal, std::int64_t edge,
                          const std::string& detail) {
-    reporter_.report(rule, rule, signal, edge, frames_started_ - 1, bus_ + detail);
+    reporter_.report(rule, rule, signal, edge + latency_cycles_, frames_started_ - 1, bus_ + detail);
 }
 
 void BusMonitor::restart() {
@@ -69,7 +74,11 @@ void BusMonitor::restart() {
     table_complete_ = true;
     frames_started_ = 0;
     pixels_left_ = 0;
-    unseen_edge_ = first_edge_ = kNone;
+    first_edge_ = kNone;
+    table_counted_from_ = 0;
+    tables_ready_.fill(false);
+    announced_.fill(0);
+    std::fill(counted_from_.begin(), counted_from_.end(), 0);
 }
 
 void BusMonitor::clock_edge() {
@@ -80,13 +89,16 @@ void BusMonitor::clock_edge() {
         restart();
         return;
     }
-    const std::int64_t edge = rtl::clock_edge_number(core_period_picoseconds_);
+    const std::int64_t now = rtl::clock_edge_number(core_period_picoseconds_);
     if (first_edge_ == kNone) {
-        first_edge_ = edge;
+        first_edge_ = now;
     }
-    sample_busready(edge);
-    // What BUSREADY answers at this edge: it was written at the one before, with what was announced then.
-    const std::int64_t announced = active_ ? remaining_ : 0;
+    sample_busready(now);
+    // Everything is judged at the edge that would sample the beat if words had no latency.
+    const std::int64_t edge = now - latency_cycles_;
+    // What BUSREADY answers at that edge: it was written at the one before, with what was announced then.
+    const std::int64_t announced = announced_.pass(active_ ? remaining_ : 0);
+    const std::int64_t bursts_before = bursts_;
     const rtl::BusBeat& beat = bus_i.read();
     check_frame_number(beat, edge);
     switch (beat.kind) {
@@ -103,12 +115,14 @@ void BusMonitor::clock_edge() {
             break;
     }
     check_overdue(edge);
-    stop_on_busready(edge, announced);
+    stop_on_busready(edge, bursts_ == bursts_before ? announced : 0);
     const bool between_frames = table_complete_ && pixels_left_ == 0;
-    tables_taken_ =
-        !between_frames || std::all_of(tableready_i.begin(), tableready_i.end(),
-                                       [](const sc_core::sc_in<bool>& port) { return port.read(); });
-    if (gate_.idle_edge(beat.kind == rtl::BusBeat::Kind::kNone && !active_ && table_complete_)) {
+    const bool ready = std::all_of(tableready_i.begin(), tableready_i.end(),
+                                   [](const sc_core::sc_in<bool>& port) { return port.read(); });
+    const bool was_ready = tables_ready_.pass(ready);
+    tables_taken_ = was_ready || !between_frames;
+    const bool settled = was_ready == ready && tables_ready_.settled(ready) && announced_.settled(0);
+    if (gate_.idle_edge(beat.kind == rtl::BusBeat::Kind::kNone && !active_ && table_complete_ && settled)) {
         next_trigger(wake_events_);
     }
 }
@@ -124,7 +138,8 @@ void BusMonitor::sample_busready(std::int64_t edge) {
         }
         levels.push_back({edge, high});
         // No grant that is still to be judged lies before this.
-        const std::int64_t oldest_grant = edge - grant_cycles_ - longest_wait_cycles_ - cycles_per_beat_;
+        const std::int64_t oldest_grant =
+            edge - latency_cycles_ - grant_cycles_ - longest_wait_cycles_ - cycles_per_beat_;
         while (levels.size() > 1 && levels[1].edge <= oldest_grant) {
             levels.pop_front();
         }
@@ -168,7 +183,10 @@ void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
     if (!tables_taken_) {
         violate("bus/tableready", edge,
                 "a frame starts behind an edge at which not every TABLEREADY was high");
+    } else if (edge <= table_counted_from_) {
+        violate("bus/tableready", edge, "a frame starts before TABLEREADY counts the one before");
     }
+    table_counted_from_ = edge + 1 + answer_cycles_;
     std::fill(rows_.begin(), rows_.end(), Row{});
     rows_taken_ = pixels_left_ = 0;
     active_ = stopped_ = false;
@@ -339,6 +357,7 @@ std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, st
     check_grant(beat.destination - std::size_t{1}, page_of(row, row.sent), edge);
     active_ = true;
     stopped_ = false;
+    announced_.fill(0);  // it is not judged by what was left of the one before
     display_ = beat.destination - std::size_t{1};
     beats_ = 1;
     ++bursts_;
@@ -355,8 +374,7 @@ void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_
             continue;
         }
         const std::int64_t possible = wanted - grant_cycles_;
-        const bool passed_over = possible == unseen_edge_ && display == unseen_display_;
-        if (possible >= free_from_ && busready_at(display, possible) && !passed_over) {
+        if (possible >= free_from_ && busready_at(display, possible) && possible >= counted_from_[display]) {
             return;
         }
         grant = std::max(grant, possible);
@@ -421,10 +439,10 @@ void BusMonitor::expect_next(const Row& row, std::int64_t edge) {
 }
 
 void BusMonitor::end_burst(std::int64_t edge) {
-    // BUSREADY of this edge was written before its composer could count the burst's only or unannounced last beat.
-    if (beats_ == 1 || stopped_) {
-        unseen_edge_ = edge;
-        unseen_display_ = display_;
+    // BUSREADY of this edge was written before its composer could count the burst's only or unannounced last beat, or
+    // has come a long way.
+    if (beats_ == 1 || stopped_ || answer_cycles_ > 0) {
+        counted_from_[display_] = edge + 1 + answer_cycles_;
     }
     active_ = stopped_ = false;
     free_from_ = edge;
@@ -478,6 +496,7 @@ void BusMonitor::stop_on_busready(std::int64_t edge, std::int64_t announced) {
     }
     active_ = false;
     free_from_ = edge;
+    counted_from_[display_] = edge + 1 + answer_cycles_;
 }
 
 }  // namespace metabuffer::monitors

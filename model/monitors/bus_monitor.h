@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <string>
@@ -21,7 +22,8 @@ namespace metabuffer::monitors {
 /// Rules: bus/tableready, bus/incomplete, bus/frames, bus/frame-number, bus/table, bus/row, bus/row-number,
 /// bus/destination, bus/one-burst, bus/count, bus/remaining, bus/order, bus/beyond, bus/pace, bus/busready,
 /// bus/passed-over; docs/monitors.md says what each means. The values of pixels are the scoreboard's.
-/// A violation's cycle is the edge that samples the beat; the input framebuffer drove it at the edge before.
+/// A violation's cycle is the edge that samples the beat; the input framebuffer drove it at the edge before, and decided
+/// on it as many clocks earlier as the memory's read latency has. BUSREADY and TABLEREADY are judged at that decision.
 class BusMonitor final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -57,6 +59,27 @@ class BusMonitor final : public sc_core::sc_module {
     struct Bank {
         std::int64_t page = kNone;
         std::int64_t refreshes = 0;  ///< that had begun when it was opened; another one has closed it
+    };
+    /// A line of values, a clock apart: what comes out went in as many clocks ago as the line is long.
+    template <typename Value>
+    class Line {
+      public:
+        Line(std::int64_t clocks, const Value& rest) : values_(static_cast<std::size_t>(clocks), rest) {}
+        Value pass(const Value& value) {
+            if (values_.empty()) return value;
+            values_.push_back(value);
+            const Value out = values_.front();
+            values_.pop_front();
+            return out;
+        }
+        void fill(const Value& value) { std::fill(values_.begin(), values_.end(), value); }
+        bool settled(const Value& value) const {
+            return std::all_of(values_.begin(), values_.end(),
+                               [&value](const Value& each) { return each == value; });
+        }
+
+      private:
+        std::deque<Value> values_;
     };
     /// A wire's level from an edge on.
     struct Level {
@@ -107,6 +130,8 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t image_height_;
     std::int64_t page_words_;
     MemoryConfig memory_;
+    std::int64_t latency_cycles_;  ///< from the clock that reads a word to the one that puts it on the bus
+    std::int64_t answer_cycles_;   ///< by which a beat's answer is read later, for latency and registers
     std::int64_t longest_wait_cycles_;  ///< for a word, while the burst is under way
     std::int64_t grant_cycles_;
     std::int64_t burst_pixels_;
@@ -124,7 +149,9 @@ class BusMonitor final : public sc_core::sc_module {
     std::vector<std::string> busready_names_;
 
     std::vector<std::deque<Level>> levels_;  ///< of BUSREADY, by display: as long back as a grant can lie
+    Line<bool> tables_ready_;                ///< every TABLEREADY was high
     bool tables_taken_ = false;              ///< every TABLEREADY was high at the edge before
+    std::int64_t table_counted_from_ = 0;    ///< TABLEREADY before this edge does not count the newest frame
 
     int frames_started_ = 0;
     bool table_complete_ = true;
@@ -136,6 +163,7 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t first_edge_ = kNone;  ///< without reset, from which the refreshes are counted
 
     // The burst under way.
+    Line<std::int64_t> announced_;  ///< pixels that were to come of it
     bool active_ = false;
     bool stopped_ = false;        ///< by BUSREADY; the beat that was moving is still to come
     std::size_t display_ = 0;     ///< whose it is
@@ -146,9 +174,8 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t due_ = kNone;        ///< edge that samples its next beat
 
     // The next grant.
-    std::int64_t free_from_ = 0;        ///< cannot lie before this edge
-    std::int64_t unseen_edge_ = kNone;  ///< cannot be `unseen_display_`'s at this edge
-    std::size_t unseen_display_ = 0;
+    std::int64_t free_from_ = 0;              ///< cannot lie before this edge
+    std::vector<std::int64_t> counted_from_;  ///< [display]: cannot be its before this edge
 
     std::int64_t bursts_ = 0;
     std::int64_t pixels_sent_ = 0;

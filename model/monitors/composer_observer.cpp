@@ -31,6 +31,8 @@ ComposerObserver::ComposerObserver(const Scenario& scenario, int renderer, int d
       buffer_pixels_(scenario.composer.buffer_pixels),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
+      beats_in_flight_(beats_in_flight(scenario.bus, scenario.memory)),
+      answer_edges_(1 + scenario.memory.read_latency_cycles + 2 * scenario.bus.register_stages),
       longest_gap_cycles_(longest_beat_gap_cycles(scenario)) {
     counters_.renderer = renderer + 1;
     counters_.display = display + 1;
@@ -43,7 +45,8 @@ void ComposerObserver::reset(bool pipemaster) {
     next_row_ = 0;
     frame_ = -1;
     announced_ = silent_edges_ = 0;
-    ended_short_ = table_lost_ = running_ = dropped_ = false;
+    dropped_edges_ = 0;
+    ended_short_ = table_lost_ = running_ = false;
     below_was_ready_ = stood_still_ = overflowed_ = table_refused_ = false;
     expected_ = ComposerOutputs{};
 }
@@ -63,8 +66,8 @@ void ComposerObserver::edge(const ComposerInputs& inputs, std::int64_t cycle) {
 }
 
 bool ComposerObserver::idle(const ComposerInputs& inputs) const {
-    return !running_ && !expected_.startframe && !inputs.startframe && !expected_.pipe.valid && !dropped_ &&
-           !(pipemaster_ && expected_.pipeready) && announced_ == 0 &&
+    return !running_ && !expected_.startframe && !inputs.startframe && !expected_.pipe.valid &&
+           dropped_edges_ == 0 && !(pipemaster_ && expected_.pipeready) && announced_ == 0 &&
            inputs.bus.kind == rtl::BusBeat::Kind::kNone;
 }
 
@@ -311,16 +314,17 @@ bool ComposerObserver::prefetched() const {
 }
 
 void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs, std::int64_t cycle) {
-    if (dropped_) {
-        // What the bus sent on has come: the burst is over.
-        dropped_ = false;
-        announced_ = 0;
+    if (dropped_edges_ == 1) {
+        announced_ = 0;  // what the bus sent on has come: the burst is over
     }
+    dropped_edges_ = std::max<std::int64_t>(dropped_edges_ - 1, 0);
     const std::int64_t room = free_pixels();
-    if (announced_ > beat_pixels_) {
-        expected_.busready = room >= std::min(announced_, kBeatsInFlight * beat_pixels_);
+    if (dropped_edges_ > 0) {
+        expected_.busready = false;
+    } else if (announced_ > beat_pixels_) {
+        expected_.busready = room >= std::min(announced_, beats_in_flight_ * beat_pixels_);
         if (!expected_.busready) {
-            dropped_ = true;
+            dropped_edges_ = answer_edges_;
             count_busready_drop(cycle);
         }
     } else {

@@ -153,6 +153,8 @@ class ComposerObserver : public ComposerRecord {
     std::int64_t buffer_pixels_;
     std::int64_t ready_space_pixels_;
     std::int64_t beat_pixels_;
+    std::int64_t beats_in_flight_;     ///< from BUSREADY's fall on, with the beat that it falls at
+    std::int64_t answer_edges_;        ///< from BUSREADY's fall to the last beat that goes out in spite of it
     std::int64_t longest_gap_cycles_;  ///< between two beats of a burst
 
     bool pipemaster_ = false;
@@ -169,8 +171,8 @@ class ComposerObserver : public ComposerRecord {
     int frame_ = -1;
     int tables_ = 0;
     std::int64_t announced_ = 0;
-    std::int64_t silent_edges_ = 0;  ///< since the last beat
-    bool dropped_ = false;           ///< BUSREADY has just ended a burst
+    std::int64_t silent_edges_ = 0;   ///< since the last beat
+    std::int64_t dropped_edges_ = 0;  ///< in which beats of a burst may still come that BUSREADY has ended
     bool below_was_ready_ = false;
     bool stood_still_ = false;
     bool overflowed_ = false;

@@ -127,10 +127,10 @@ void MachineMonitors::bind_bus(std::size_t r) {
                                                 static_cast<int>(r), log_);
     monitor->clk_i(machine_.core_clk());
     monitor->reset_i(machine_.reset());
-    monitor->bus_i(wires.bus[r]);
+    monitor->bus_i(wires.bus_driven(r));
     for (std::size_t d = 0; d < displays_; ++d) {
-        monitor->busready_i[d](wires.busready[r * displays_ + d]);
-        monitor->tableready_i[d](wires.tableready[r * displays_ + d]);
+        monitor->busready_i[d](wires.busready_read(r * displays_ + d));
+        monitor->tableready_i[d](wires.tableready_read(r * displays_ + d));
     }
     buses_.push_back(std::move(monitor));
 }
@@ -254,7 +254,12 @@ void MachineMonitors::finish_bus(std::size_t r, const RendererCounters& counters
     const std::int64_t pixels_to_come = counters.bus.pixels_sent - buses_[r]->pixels_sent();
     const std::int64_t bursts_to_come = counters.bus.bursts - buses_[r]->bursts();
     const int beat = pixels_per_beat(scenario_.bus, scenario_.memory);
-    if (pixels_to_come >= 0 && pixels_to_come <= beat && bursts_to_come >= 0 && bursts_to_come <= 1) return;
+    const int cycles = cycles_per_beat(scenario_.bus);
+    const int beats_to_come = 1 + (scenario_.memory.read_latency_cycles + cycles - 1) / cycles;
+    if (pixels_to_come >= 0 && pixels_to_come <= beats_to_come * beat && bursts_to_come >= 0 &&
+        bursts_to_come <= beats_to_come) {
+        return;
+    }
     log_.add({"counters/bus", rtl::numbered("BUS", r), "core", cycle, -1,
               "the report has " + std::to_string(counters.bus.pixels_sent) + " pixels in " +
                   std::to_string(counters.bus.bursts) + " bursts, the bus showed " +

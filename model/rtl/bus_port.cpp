@@ -43,6 +43,7 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       lost_slot_cycles_(metabuffer::lost_slot_cycles(scenario)),
       raster_width_pixels_(scenario.displays.raster_width_pixels()),
       raster_height_pixels_(scenario.displays.raster_height_pixels()),
+      loop_cycles_(bus_loop_cycles(scenario.bus, scenario.memory)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
       frames_started_(registers_, "frames_started", bits_for(scenario.frames)),
@@ -57,13 +58,25 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       lost_wait_(registers_, "lost_wait", bits_for(lost_slot_cycles_)),
       announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
       announced_before_(registers_, "announced_before", bits_for(scenario.bus.burst_pixels)),
-      unseen_row_(registers_, "unseen_row", bits_for(scenario.displays.count() - 1)),
+      uncounted_cycles_(registers_, "uncounted_cycles", bits_for(1 + loop_cycles_)),
+      table_uncounted_cycles_(registers_, "table_uncounted_cycles", bits_for(2 + loop_cycles_)),
       stopped_row_(registers_, "stopped_row", bits_for(scenario.displays.count() - 1)),
       refresh_due_in_(registers_, "refresh_due_in", bits_for(scenario.memory.refresh_interval_cycles),
                       scenario.memory.refresh_interval_cycles),
-      refresh_left_(registers_, "refresh_left", bits_for(scenario.memory.refresh_cycles)) {
+      refresh_left_(registers_, "refresh_left", bits_for(scenario.memory.refresh_cycles)),
+      leaving_cycles_(registers_, "leaving_cycles", bits_for(scenario.memory.read_latency_cycles)) {
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
         rows_.push_back(std::make_unique<Row>(registers_, numbered("row", line), renderer));
+        uncounted_.push_back(std::make_unique<Register<int>>(registers_, numbered("uncounted", line),
+                                                             bits_for(1 + loop_cycles_)));
+    }
+    for (int clock = 0; clock < scenario.memory.read_latency_cycles; ++clock) {
+        leaving_.push_back(
+            std::make_unique<Register<BusBeat>>(registers_, "leaving_" + std::to_string(clock)));
+    }
+    for (int clock = 0; clock < loop_cycles_; ++clock) {
+        announced_line_.push_back(std::make_unique<Register<int>>(
+            registers_, "announced_" + std::to_string(clock), bits_for(scenario.bus.burst_pixels)));
     }
     for (int bank = 0; bank < scenario.memory.banks; ++bank) {
         banks_.push_back(
@@ -104,7 +117,9 @@ void BusPort::process() {
 /// Until the link's side answers or reset rises, each clock is as the one before.
 bool BusPort::nothing_comes() const {
     return !scenario_.memory.refreshes() && (state_ == State::kWait || state_ == State::kDone) && !asked_ &&
-           !reset_i.read() && answer_.settled(answer_i.read()) && answer_i.read() == answer_seen_;
+           !reset_i.read() && leaving_cycles_ == 0 && uncounted_cycles_ == 0 &&
+           table_uncounted_cycles_ == 0 && answer_.settled(answer_i.read()) &&
+           answer_i.read() == answer_seen_;
 }
 
 std::int64_t BusPort::uncounted_idle_cycles() const {
@@ -127,8 +142,9 @@ void BusPort::reset() {
     for (auto& pending : pending_o) {
         pending.write(false);
     }
-    bus_driven_ = true;
-    drive_nothing();
+    sent_ = BusBeat{};
+    put_out(BusBeat{});
+    bus_driven_ = false;
 }
 
 void BusPort::clock_edge() {
@@ -138,6 +154,7 @@ void BusPort::clock_edge() {
         return;
     }
     const bool answer = answer_.sample(answer_i.read());
+    count_answers();
     switch (state_) {
         case State::kRequest:
             ++bus_.idle_cycles;
@@ -165,6 +182,26 @@ void BusPort::clock_edge() {
     if (scenario_.memory.refreshes()) {
         refresh_clock();
     }
+    if (!leaving_.empty()) {
+        latency_clock();
+    }
+}
+
+/// Time passes for what the composers have not answered yet.
+void BusPort::count_answers() {
+    if (table_uncounted_cycles_ > 0) {
+        --table_uncounted_cycles_;
+    }
+    if (uncounted_cycles_ == 0) {
+        return;
+    }
+    --uncounted_cycles_;
+    for (const auto& uncounted : uncounted_) {
+        if (*uncounted > 0) {
+            --*uncounted;
+        }
+    }
+    ready_changed_ = true;
 }
 
 /// Last of what the clock does: a burst that it has stopped leaves nothing half open where a refresh begins.
@@ -235,12 +272,15 @@ bool BusPort::composers_take_table() const {
 void BusPort::table_clock() {
     drive_nothing();
     if (!table_started_) {
-        if (!composers_take_table()) {
+        if (table_uncounted_cycles_ > 0 || !composers_take_table()) {
             ++bus_.poll_cycles;
             return;
         }
         table_started_ = true;
         drive(BusBeat::frame_start(frame_on_bus(), row_count_ == 0));
+        if (loop_cycles_ > 0) {
+            table_uncounted_cycles_ = 2 + loop_cycles_;  // without, asking for a pair takes longer
+        }
     } else {
         --table_wait_;
         if (table_wait_ == 0) {
@@ -260,11 +300,7 @@ void BusPort::table_clock() {
 
 void BusPort::send_clock() {
     drive_nothing();
-    announced_before_ = announced_;
-    if (unseen_) {
-        unseen_ = false;
-        ready_changed_ = true;
-    }
+    judge_by(announced_);
     if (plan_.stop) {
         stop_burst();
     }
@@ -316,8 +352,23 @@ void BusPort::stop_burst() {
         bank_of(page_of(row(burst_row_))).half_open = true;
     }
     page_wait_ = 0;
-    announced_ = 0;  // the burst granted now is not judged by this one's rest
-    announced_before_ = 0;
+    announced_ = 0;
+    if (loop_cycles_ > 0) {
+        pass_over(row(burst_row_).composer(), loop_cycles_);
+    }
+}
+
+/// What BUSREADY answers for at the next clock.
+void BusPort::judge_by(int announced) {
+    if (announced_line_.empty()) {
+        announced_before_ = announced;
+        return;
+    }
+    announced_before_ = *announced_line_.back();
+    for (std::size_t place = announced_line_.size(); place-- > 1;) {
+        *announced_line_[place] = *announced_line_[place - 1];
+    }
+    *announced_line_[0] = announced;
 }
 
 /// False if no burst starts in this clock.
@@ -334,6 +385,11 @@ bool BusPort::take_grant() {
     bus_.recovered_slots += recovered_i.read();
     ++bus_.bursts;
     bursting_ = true;
+    // It is not judged by what is left of the one before.
+    announced_before_ = 0;
+    for (const auto& announced : announced_line_) {
+        *announced = 0;
+    }
     burst_row_ = plan_.row;
     burst_left_ = static_cast<int>(std::min<std::int64_t>(scenario_.bus.burst_pixels, row(plan_.row).left));
     burst_started_ = false;
@@ -377,7 +433,9 @@ void BusPort::fill_beat(const Plan& plan) {
     beat.destination = of_row.segment.row().dcomp;
     beat.count = plan.command.count;
     beat.first = static_cast<std::uint32_t>(of_row.segment.pixels() - of_row.left);
-    std::copy_n(data.words.begin(), count, beat.words.begin());
+    if (leaving_.empty()) {
+        std::copy_n(data.words.begin(), count, beat.words.begin());
+    }
     beat_ = beat;
     of_row.left -= count;
     of_row.address = plan.next_address;
@@ -399,31 +457,69 @@ void BusPort::drive_beat() {
     drive(beat);
     announced_ = burst_left_;
     if (burst_left_ == 0) {
-        // A composer that was sent more than one beat has been told what is behind them.
-        if (!burst_started_) {
-            unseen_ = true;
-            unseen_row_ = burst_row_;
+        // A composer that was sent more than one beat has been told what is behind them, and without a loop it has
+        // answered.
+        if (!burst_started_ || (loop_cycles_ > 0 && !stopped_)) {
+            pass_over(row(burst_row_).composer(), 1 + loop_cycles_);
         } else if (stopped_) {
-            unseen_ = true;
-            unseen_row_ = stopped_row_;
-            stopped_ = false;
+            pass_over(row(stopped_row_).composer(), 1 + loop_cycles_);
         }
-        ready_changed_ = ready_changed_ || unseen_;
+        stopped_ = false;
         bursting_ = false;
     }
     burst_started_ = true;
 }
 
+void BusPort::pass_over(std::size_t composer, int clocks) {
+    *uncounted_[composer] = clocks;
+    uncounted_cycles_ = std::max(uncounted_cycles_.value(), clocks);
+    ready_changed_ = true;
+}
+
 void BusPort::drive(const BusBeat& beat) {
-    bus_o.write(beat);
-    bus_driven_ = true;
+    if (leaving_.empty()) {
+        put_out(beat);
+    } else {
+        sent_ = beat;
+    }
 }
 
 void BusPort::drive_nothing() {
-    if (bus_driven_) {
-        bus_o.write(BusBeat{});
-        bus_driven_ = false;
+    if (bus_driven_ && leaving_.empty()) {
+        put_out(BusBeat{});
     }
+}
+
+void BusPort::put_out(const BusBeat& beat) {
+    bus_o.write(beat);
+    bus_driven_ = beat.kind != BusBeat::Kind::kNone;
+}
+
+/// A beat leaves as many clocks behind the one that sent it as its words come behind their read.
+void BusPort::latency_clock() {
+    if (data_i.read().count > 0) {
+        words_ = data_i.read();
+    }
+    const bool sends = sent_.kind != BusBeat::Kind::kNone;
+    if (!sends && leaving_cycles_ == 0) {
+        if (bus_driven_) {
+            put_out(BusBeat{});
+        }
+        return;
+    }
+    BusBeat beat = *leaving_.back();
+    if (beat.kind == BusBeat::Kind::kPixels) {
+        std::copy_n(words_.value().words.begin(), beat.count, beat.words.begin());
+    }
+    if (bus_driven_ || beat.kind != BusBeat::Kind::kNone) {
+        put_out(beat);
+    }
+    for (std::size_t place = leaving_.size(); place-- > 1;) {
+        *leaving_[place] = *leaving_[place - 1];
+    }
+    *leaving_[0] = sent_;
+    sent_ = BusBeat{};
+    leaving_cycles_ = sends ? static_cast<int>(leaving_.size()) : leaving_cycles_ - 1;
 }
 
 // ---- combinational ----
@@ -456,8 +552,9 @@ void BusPort::drive_requests() {
 void BusPort::drive_ready() {
     ready_changed_ = false;
     for (int index = 0; index < row_count_; ++index) {
-        ready_o[static_cast<std::size_t>(index)].write(!(unseen_ && unseen_row_ == index) &&
-                                                       busready_i[row(index).composer()].read());
+        const std::size_t composer = row(index).composer();
+        ready_o[static_cast<std::size_t>(index)].write(*uncounted_[composer] == 0 &&
+                                                       busready_i[composer].read());
     }
 }
 

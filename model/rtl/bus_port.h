@@ -28,9 +28,14 @@ namespace metabuffer::rtl {
 /// - refresh: every refresh_interval_cycles, counted from the end of reset, whatever else goes on. The beat under way
 ///   moves on, since the memory has given its words; what is being opened is broken off, all banks are closed, and the
 ///   next word's page is opened behind the refresh.
+/// - read latency: reads follow each other all the same. Every beat goes out read_latency_cycles later than the
+///   decision that sent it, a table's too, so that their order stays.
 /// - BUSREADY is read one clock after its composer wrote it. In a burst, a low one stops it before the
-///   clock's beat, and the arbiter is asked in that same clock. A composer whose BUSREADY cannot count the last beat
-///   yet (a burst of one beat in the clock before, or one stopped while a beat was moving) is passed over.
+///   clock's beat, and the arbiter is asked in that same clock. With read latency and bus registers it answers for a
+///   beat sent as many clocks earlier as a beat and its answer are under way, and so it is judged. A composer whose
+///   BUSREADY cannot count yet what it was sent last (the only beat of a burst, one that moved when its burst was
+///   stopped, or any burst's last one on such a bus) is passed over. Likewise a frame's start waits until TABLEREADY
+///   counts the one before.
 ///
 /// What it asks of arbiter and memory in a clock (ready_o, take_o, command_o) is combinational, from its registers,
 /// BUSREADY and the grant; it samples their answers at the clock's edge. Everything else is registered.
@@ -127,6 +132,8 @@ class BusPort final : public Block {
     void start_frame(bool fresh);
     void table_clock();
     void send_clock();
+    void count_answers();
+    void judge_by(int announced);
     bool composers_take_table() const;
     bool take_grant();
     void start_burst(int row);
@@ -138,6 +145,9 @@ class BusPort final : public Block {
     void drive_beat();
     void drive(const BusBeat& beat);
     void drive_nothing();
+    void put_out(const BusBeat& beat);
+    void latency_clock();
+    void pass_over(std::size_t composer, int clocks);
 
     void drive_requests();
     void drive_ready();
@@ -170,6 +180,7 @@ class BusPort final : public Block {
     int lost_slot_cycles_;
     int raster_width_pixels_;
     int raster_height_pixels_;
+    int loop_cycles_;  ///< that read latency and registers add until a beat's answer is read
     std::int64_t core_period_picoseconds_;
 
     ClockGate gate_;
@@ -199,21 +210,29 @@ class BusPort final : public Block {
     Register<int> lost_wait_;         ///< clocks of a lost slot still to pass
     Register<int> announced_;         ///< pixels of the burst behind the last beat driven
     Register<int> announced_before_;  ///< the same when the composer wrote the BUSREADY that is read next
-    Register<bool> unseen_{registers_,
-                           "unseen"};  ///< unseen_row was sent a beat that its BUSREADY does not count
-    Register<int> unseen_row_;
+    Register<int> uncounted_cycles_;  ///< until every BUSREADY counts what its composer was sent
+    Register<int> table_uncounted_cycles_;  ///< until TABLEREADY counts the newest frame's start
     Register<bool> stopped_{registers_,
                             "stopped"};  ///< stopped_row's burst was stopped while its last beat was moving
     Register<int> stopped_row_;
     Register<int> refresh_due_in_;  ///< clocks until the next refresh begins
     Register<int> refresh_left_;    ///< clocks of a refresh still to pass
     Register<BusBeat> beat_{registers_, "beat"};
+    Register<MemoryData> words_{registers_, "words"};  ///< with read latency: of the beat that leaves next
+    std::vector<std::unique_ptr<Register<BusBeat>>>
+        leaving_;                   ///< beats that wait for their words, the newest first
+    Register<int> leaving_cycles_;  ///< until the newest beat has left
+    std::vector<std::unique_ptr<Register<int>>>
+        announced_line_;  ///< what BUSREADY was told, the newest first
+    std::vector<std::unique_ptr<Register<int>>>
+        uncounted_;  ///< by composer: clocks for which it is passed over
     std::vector<std::unique_ptr<Bank>> banks_;
     std::vector<std::unique_ptr<Row>> rows_;  ///< as many as a table may have; row_count_ count
 
     Plan plan_;          ///< combinational
     bool asked_ = true;  ///< its combinational outputs may stand at something
     bool bus_driven_ = false;
+    BusBeat sent_;  ///< by this clock, with read latency
     bool ready_changed_ = true;
 };
 

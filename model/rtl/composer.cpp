@@ -24,12 +24,15 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       raster_height_(scenario.displays.raster_height_pixels()),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
+      beats_in_flight_(beats_in_flight(scenario.bus, scenario.memory)),
+      cut_cycles_(1 + bus_loop_cycles(scenario.bus, scenario.memory)),
       longest_gap_cycles_(longest_beat_gap_cycles(scenario)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
       buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_),
       announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
       silent_cycles_(registers_, "silent_cycles", bits_for(longest_gap_cycles_)),
+      burst_cut_(registers_, "burst_cut", bits_for(cut_cycles_)),
       next_row_(registers_, "next_row", bits_for(scenario.displays.count())),
       frame_(registers_, "frame", 1 + bits_for(scenario.frames), -1) {
     SC_METHOD(clock_edge);
@@ -82,8 +85,9 @@ void Composer::clock_edge() {
 /// No frame runs or starts (a STARTFRAME may stand while the column is stalled), nothing comes over the bus,
 /// and nothing is on its way to a register.
 bool Composer::idle(bool was_running) const {
-    return !running_ && !was_running && !startframe_ && !startframe_i.read() && !pipe_valid_ && !burst_cut_ &&
-           announced_ == 0 && !(pipemaster_ && pipeready_) && bus_i.read().kind == BusBeat::Kind::kNone;
+    return !running_ && !was_running && !startframe_ && !startframe_i.read() && !pipe_valid_ &&
+           burst_cut_ == 0 && announced_ == 0 && !(pipemaster_ && pipeready_) &&
+           bus_i.read().kind == BusBeat::Kind::kNone;
 }
 
 // ---- the pipeline side ----
@@ -305,15 +309,19 @@ bool Composer::prefetched() const {
 }
 
 void Composer::drive_handshakes(bool was_running) {
-    if (burst_cut_) {
-        burst_cut_ = false;
-        announced_ = 0;
+    if (burst_cut_ > 0) {
+        --burst_cut_;
+        if (burst_cut_ == 0) {
+            announced_ = 0;
+        }
     }
-    bool busready = false;
-    if (announced_ > pixels_per_beat_) {
-        busready = buffer_.free_pixels() >= std::min(announced_.value(), kBeatsInFlight * pixels_per_beat_);
+    bool busready = burst_cut_ == 0;
+    if (!busready) {
+        // What the bus sends before it reads the drop is still to come.
+    } else if (announced_ > pixels_per_beat_) {
+        busready = buffer_.free_pixels() >= std::min(announced_.value(), beats_in_flight_ * pixels_per_beat_);
         if (!busready) {
-            burst_cut_ = true;
+            burst_cut_ = cut_cycles_;
             count_busready_drop(clock_edge_number(core_period_picoseconds_));
         }
     } else {

@@ -20,8 +20,9 @@ namespace metabuffer::rtl {
 /// - buffer: a pixel sampled from the bus at an edge can be composited at the next one.
 /// - BUSREADY: with no burst for this composer under way, or with the rest of it fitting one beat, high while
 ///   ready_space_pixels are free beside that rest: a slot would be taken. Earlier in a burst, high while the
-///   beat on its way and one more fit; the first low clock ends the burst, and the beat sampled after it is
-///   its last.
+///   beat on its way and one more fit, and those that read latency and bus registers hold; the first low clock
+///   ends the burst, and the beat sampled after it is its last, or as many clocks later as a beat and its answer
+///   are under way. BUSREADY stays low until then.
 /// - PIPEREADY rises after the edge that sees PIPEREADY from below while this composer is prefetched, and
 ///   falls after the edge that sees STARTFRAME. Prefetched: the next frame's table is complete and its segment is
 ///   empty, wholly in the buffer, or the buffer takes no further slot.
@@ -36,7 +37,7 @@ namespace metabuffer::rtl {
 /// - a frame start or a table row lost shows by the frame that the next beat names, whosever it is, by the place that
 ///   the next row names, or by pixels or another frame before the table's last row. The frame is abandoned from its
 ///   first raster pixel on, in its turn, and its pixels are dropped.
-/// - a burst ends for the composer with its last beat, at its own BUSREADY's fall, or when no beat of it has come
+/// - a burst ends for the composer with its last beat, with what comes behind its own BUSREADY's fall, or when no beat of it has come
 ///   for a page miss and a beat.
 ///
 /// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or frame
@@ -98,6 +99,8 @@ class Composer final : public Block, public ComposerRecord {
     int raster_height_;
     int ready_space_pixels_;
     int pixels_per_beat_;
+    int beats_in_flight_;
+    int cut_cycles_;          ///< from BUSREADY's fall in a burst to the last beat that may come of it
     int longest_gap_cycles_;  ///< from a beat of a burst to the next one: a page miss and the beat
     std::int64_t core_period_picoseconds_;
 
@@ -119,8 +122,7 @@ class Composer final : public Block, public ComposerRecord {
     Register<bool> starved_{registers_, "starved"};  ///< the pixel that has just left lacks this composer's
     Register<int> announced_;                        ///< pixels of the burst under way that are still to come
     Register<int> silent_cycles_;                    ///< since its last beat, while announced_ > 0
-    /// BUSREADY has just been dropped: the beat sampled now is the burst's last.
-    Register<bool> burst_cut_{registers_, "burst_cut"};
+    Register<int> burst_cut_;  ///< clocks in which beats of a burst may still come that BUSREADY has ended
     Register<std::uint32_t> next_row_;  ///< place in the newest frame's table of the row that must come next
     Register<int> frame_;               ///< number of the frame composited, from 0
 };

@@ -1,5 +1,6 @@
 #include "rtl/frame_memory.h"
 
+#include <algorithm>
 #include <sstream>
 
 namespace metabuffer::rtl {
@@ -27,6 +28,9 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
     for (int bank = 0; bank < config.banks; ++bank) {
         banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
                                                 bits_for((words - 1) / config.page_words)));
+    }
+    for (int clock = 0; clock < config.read_latency_cycles; ++clock) {
+        reads_.push_back(std::make_unique<Register<MemoryData>>(registers_, "read_" + std::to_string(clock)));
     }
     for (std::vector<std::uint64_t>& device : devices_) {
         device.resize(static_cast<std::size_t>(words));
@@ -67,7 +71,7 @@ void FrameMemory::core_process() {
     const bool woken = core_gate_.opened();
     if (!woken && clk_i.posedge()) {
         core_edge();
-    } else {
+    } else if (reads_.empty()) {
         put_out();
     }
 }
@@ -76,13 +80,20 @@ void FrameMemory::core_edge() {
     const MemoryCommand& command = command_i.read();
     if (reset_i.read()) {
         registers_.reset();
+        if (!reads_.empty()) {
+            data_o.write(MemoryData{});
+        }
     } else {
         if (config_.refreshes()) {
             watch_refresh(command);
         }
         obey(command);
+        if (!reads_.empty()) {
+            latency_edge(command);
+        }
     }
-    if (core_gate_.idle_edge(command.kind == MemoryCommand::Kind::kNone && !config_.refreshes())) {
+    const bool idle = command.kind == MemoryCommand::Kind::kNone && !config_.refreshes() && !read_under_way();
+    if (core_gate_.idle_edge(idle)) {
         next_trigger(core_wake_events_);
     }
 }
@@ -185,17 +196,35 @@ void FrameMemory::refuse(const char* kind, const MemoryCommand& command, const s
 
 /// Whether the command may be obeyed shows at the clock's edge, not before it.
 void FrameMemory::put_out() {
-    const MemoryCommand& command = command_i.read();
-    data_.count = 0;
-    if (command.kind == MemoryCommand::Kind::kRead) {
-        const std::vector<std::uint64_t>& device = devices_[front_i.read() ? 1 : 0];
-        data_.count = command.count;
-        for (std::size_t word = 0; word < command.count; ++word) {
-            const auto address = static_cast<std::size_t>(address_of(command, word));
-            data_.words[word] = address < device.size() ? device[address] : 0;
-        }
-    }
+    answer(command_i.read(), data_);
     data_o.write(data_);
+}
+
+void FrameMemory::answer(const MemoryCommand& command, MemoryData& data) const {
+    data.count = 0;
+    if (command.kind != MemoryCommand::Kind::kRead) {
+        return;
+    }
+    const std::vector<std::uint64_t>& device = devices_[front_i.read() ? 1 : 0];
+    data.count = command.count;
+    for (std::size_t word = 0; word < command.count; ++word) {
+        const auto address = static_cast<std::size_t>(address_of(command, word));
+        data.words[word] = address < device.size() ? device[address] : 0;
+    }
+}
+
+void FrameMemory::latency_edge(const MemoryCommand& command) {
+    for (std::size_t place = reads_.size(); place-- > 1;) {
+        *reads_[place] = *reads_[place - 1];
+    }
+    answer(command, data_);
+    *reads_[0] = data_;
+    data_o.write(*reads_.back());
+}
+
+bool FrameMemory::read_under_way() const {
+    return std::any_of(reads_.begin(), reads_.end(),
+                       [](const auto& read) { return read->value().count > 0; });
 }
 
 void FrameMemory::trace(sc_core::sc_trace_file* file) const {

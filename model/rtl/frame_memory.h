@@ -22,6 +22,7 @@ namespace metabuffer::rtl {
 /// - activate opens a page of a closed bank. How many clocks the bank is left alone then is the bus port's affair.
 /// - read puts words of a bank's open page out in the same clock, before its edge: up to words_per_cycle of them, each
 ///   with a column of its own, as interleaved memory gives them.
+///   With read_latency_cycles the words stand that many clocks later; a read may follow in each clock all the same.
 /// - precharge closes the bank's page, precharge-all every bank's.
 /// - refresh closes every bank's page too, and the memory is busy for refresh_cycles, the command's clock the first.
 /// What takes no clock needs no command: without precharge_cycles an activate closes the page before, and without
@@ -69,6 +70,9 @@ class FrameMemory final : public Block {
     void check_activate(const MemoryCommand& command) const;
     void check_read(const MemoryCommand& command) const;
     void put_out();
+    void answer(const MemoryCommand& command, MemoryData& data) const;
+    void latency_edge(const MemoryCommand& command);
+    bool read_under_way() const;
     std::int64_t address_of(const MemoryCommand& command, std::size_t word) const {
         return std::int64_t{command.row} * config_.page_words + command.columns[word];
     }
@@ -88,6 +92,7 @@ class FrameMemory final : public Block {
     std::vector<std::unique_ptr<Bank>> banks_;
     Register<int> refresh_left_;    ///< clocks of a refresh still to pass
     Register<int> refresh_due_in_;  ///< clocks until one has to begin; 0 without refreshes
+    std::vector<std::unique_ptr<Register<MemoryData>>> reads_;  ///< words on their way out, the newest first
     MemoryData data_;
 };
 

@@ -57,9 +57,9 @@ class WireHolds {
 /// - PIPEREADY and FRAMEDONE are not taken back: a hold delays their rise, and one that stands stays until it falls
 ///   itself.
 /// - BUSREADY that is taken away stays low until its composer has lowered it too, or has had the time to see by the
-///   silence of the bus that its burst was stopped: twice the longest gap within a burst, a beat and two clocks. (The
-///   burst may just have been granted: the bus opens a page, sends two beats and stops, and the composer waits for as long
-///   as a gap may be.) A composer that still counted on the rest of its burst could be sent more than it has room for.
+///   silence of the bus that its burst was stopped: twice the longest gap within a burst, a beat and two clocks,
+///   and what read latency and bus registers add, there and back. (The burst may just have been granted: the bus opens a
+///   page, sends beats until their answer comes back and stops, and the composer waits for as long as a gap may be.) A composer that still counted on the rest of its burst could be sent more than it has room for.
 /// - TABLEREADY and PAIR_REQUEST may fall and rise at any clock, STALL rise and fall.
 class HandshakeFault final : public Block {
   public:
@@ -74,7 +74,7 @@ class HandshakeFault final : public Block {
     /// Core cycles for which BUSREADY stays low behind a fault at most, see above.
     static int stopped_burst_cycles(const Scenario& scenario) {
         return scenario.bus.grant_cycles + 2 * longest_beat_gap_cycles(scenario) +
-               cycles_per_beat(scenario.bus) + 2;
+               cycles_per_beat(scenario.bus) + 2 + 2 * bus_loop_cycles(scenario.bus, scenario.memory);
     }
 
     /// faults: places in Scenario::faults of those that hold this wire. Scenario and tally must outlive the module.

@@ -32,11 +32,12 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       dvi_in_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
       dvi_out_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
-      wires_(std::make_unique<Wires>(renderers(), displays())),
+      wires_(std::make_unique<Wires>(renderers(), displays(), scenario.bus.register_stages > 0)),
       faults_(std::make_unique<MachineFaults>(scenario, *wires_)),
       shown_(displays()) {
     make_clocks();
     make_renderer_side();
+    make_bus_registers();
     make_composers();
     make_display_side();
     blocks_.insert(blocks_.end(), faults_->blocks().begin(), faults_->blocks().end());
@@ -105,10 +106,10 @@ void Metabuffer::make_renderer_side() {
         framebuffer->event_i(wires_->event[r]);
         framebuffer->pair_request_o(
             faults_->raised(Handshake::kPairRequest, r, 0, wires_->pair_request[r], link_clk));
-        framebuffer->bus_o(wires_->bus[r]);
+        framebuffer->bus_o(wires_->bus_driven(r));
         for (std::size_t d = 0; d < displays(); ++d) {
-            framebuffer->busready_i[d](wires_->busready[r * displays() + d]);
-            framebuffer->tableready_i[d](wires_->tableready[r * displays() + d]);
+            framebuffer->busready_i[d](wires_->busready_read(r * displays() + d));
+            framebuffer->tableready_i[d](wires_->tableready_read(r * displays() + d));
         }
         blocks_.push_back(framebuffer.get());
 
@@ -116,6 +117,27 @@ void Metabuffer::make_renderer_side() {
         dvi_decoders_.push_back(std::move(decoder));
         input_framebuffers_.push_back(std::move(framebuffer));
         wires_->pipemaster[r].write(r == 0);
+    }
+}
+
+void Metabuffer::make_bus_registers() {
+    const int stages = scenario_.bus.register_stages;
+    for (std::size_t r = 0; stages > 0 && r < renderers(); ++r) {
+        auto registers =
+            std::make_unique<BusRegisters>(numbered("bus_registers", r).c_str(), stages, displays());
+        registers->clk_i(*core_clk_);
+        registers->reset_i(reset_);
+        registers->bus_i(wires_->bus_driven(r));
+        registers->bus_o(wires_->bus[r]);
+        for (std::size_t d = 0; d < displays(); ++d) {
+            const std::size_t i = r * displays() + d;
+            registers->busready_i[d](wires_->busready[i]);
+            registers->busready_o[d](wires_->busready_read(i));
+            registers->tableready_i[d](wires_->tableready[i]);
+            registers->tableready_o[d](wires_->tableready_read(i));
+        }
+        blocks_.push_back(registers.get());
+        bus_registers_.push_back(std::move(registers));
     }
 }
 

@@ -8,6 +8,7 @@
 
 #include "report/machine_report.h"
 #include "rtl/block.h"
+#include "rtl/bus_registers.h"
 #include "rtl/composer.h"
 #include "rtl/dvi_decoder.h"
 #include "rtl/dvi_display.h"
@@ -108,6 +109,7 @@ class Metabuffer final : public Block {
 
     void make_clocks();
     void make_renderer_side();
+    void make_bus_registers();
     void make_composers();
     void make_display_side();
     void release_reset();
@@ -138,7 +140,8 @@ class Metabuffer final : public Block {
     std::vector<std::unique_ptr<DviSource>> dvi_sources_;
     std::vector<std::unique_ptr<DviDecoder>> dvi_decoders_;
     std::vector<std::unique_ptr<InputFramebuffer>> input_framebuffers_;
-    std::vector<std::unique_ptr<Composer>> composers_;  ///< renderer by renderer
+    std::vector<std::unique_ptr<BusRegisters>> bus_registers_;  ///< by renderer, if there are any
+    std::vector<std::unique_ptr<Composer>> composers_;          ///< renderer by renderer
     std::vector<std::unique_ptr<ColumnStall>> column_stalls_;
     std::vector<std::unique_ptr<OutputFramebuffer>> output_framebuffers_;
     std::vector<std::unique_ptr<DviDisplay>> dvi_displays_;

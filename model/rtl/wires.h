@@ -36,7 +36,8 @@ class SignalBank {
 /// pipeline wires of display d run from PIPE_1_d, above the top composer, to PIPE_(M+1)_d: composer r, from 1, drives
 /// PIPE_(r+1)_d and STARTFRAME_(r+1)_d, and PIPEREADY_r_d to the composer above.
 struct Wires {
-    Wires(std::size_t renderers, std::size_t displays)
+    /// bus_registers: they lie between each input framebuffer and its composers.
+    Wires(std::size_t renderers, std::size_t displays, bool bus_registers = false)
         : link_in(renderers, name_of("DVI_IN")),
           clock_ppm(renderers, name_of("CLOCK_PPM")),
           pixel(renderers, name_of("PIXEL")),
@@ -54,6 +55,9 @@ struct Wires {
           framedone(displays, name_of("FRAMEDONE")),
           framebad(displays, name_of("FRAMEBAD")),
           link_out(displays, name_of("DVI_OUT")),
+          bus_before_(bus_registers ? renderers : 0, name_of("BUS_driven")),
+          busready_behind_(bus_registers ? renderers * displays : 0, name_of("BUSREADY_read", displays)),
+          tableready_behind_(bus_registers ? renderers * displays : 0, name_of("TABLEREADY_read", displays)),
           own_bus_(renderers * displays) {}
 
     static std::function<std::string(std::size_t)> name_of(const char* stem) {
@@ -77,6 +81,18 @@ struct Wires {
         return *own_bus_[i];
     }
 
+    /// The bus as its input framebuffer drives it, and BUSREADY and TABLEREADY as it reads them: what the composers
+    /// see and raise, unless registers lie between.
+    sc_core::sc_signal<BusBeat>& bus_driven(std::size_t renderer) {
+        return bus_before_.size() > 0 ? bus_before_[renderer] : bus[renderer];
+    }
+    sc_core::sc_signal<bool>& busready_read(std::size_t i) {
+        return busready_behind_.size() > 0 ? busready_behind_[i] : busready[i];
+    }
+    sc_core::sc_signal<bool>& tableready_read(std::size_t i) {
+        return tableready_behind_.size() > 0 ? tableready_behind_[i] : tableready[i];
+    }
+
     SignalBank<DviLink> link_in;
     SignalBank<int> clock_ppm;  ///< how far a fault puts the link's clock off
     SignalBank<DecodedPixel> pixel;
@@ -98,6 +114,9 @@ struct Wires {
     sc_core::sc_signal<bool> swapskip{"SWAPSKIP"};
 
   private:
+    SignalBank<BusBeat> bus_before_;  ///< the registers
+    SignalBank<bool> busready_behind_;
+    SignalBank<bool> tableready_behind_;
     std::vector<std::unique_ptr<sc_core::sc_signal<BusBeat>>> own_bus_;
 };
 

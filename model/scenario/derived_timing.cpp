@@ -52,7 +52,8 @@ std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
         const DviTiming out{scenario.displays.width_pixels, scenario.displays.height_pixels};
         quiet += 2.0 * static_cast<double>(out.frame_clocks()) * dvi_out_period;
         double bus_cycles =
-            longest_word_wait_cycles(scenario) + scenario.bus.grant_cycles +
+            longest_word_wait_cycles(scenario) + bus_loop_cycles(scenario.bus, scenario.memory) +
+            scenario.bus.grant_cycles +
             scenario.bus.build_cycles(static_cast<std::size_t>(most_slots(scenario.displays.count())));
         if (loses_slots(scenario.bus.arbitration)) {
             bus_cycles += static_cast<double>(most_slots(scenario.displays.count())) *

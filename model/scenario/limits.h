@@ -19,6 +19,8 @@ constexpr IntegerRange kWordsPerCycle{1, 8};
 constexpr std::array<int, 4> kMemoryBanks{1, 2, 4, 8};
 /// All banks close between two frames, in the clocks that the answer to the next question takes at the least.
 constexpr IntegerRange kPrechargeCycles{0, 6};
+constexpr IntegerRange kReadLatencyCycles{0, 8};
+constexpr IntegerRange kRegisterStages{0, 4};
 constexpr IntegerRange kRefreshIntervalCycles{0, 100'000'000};
 constexpr IntegerRange kRefreshCycles{0, 1'000'000};
 constexpr IntegerRange kGrantCycles{0, 255};

@@ -119,6 +119,7 @@ struct MemoryConfig {
     int page_miss_cycles =
         6;  ///< to close a page and to open another; to open one in a closed bank takes the rest
     int words_per_cycle = 1;
+    int read_latency_cycles = 0;      ///< from a read to its words; a read may follow in each clock
     int refresh_interval_cycles = 0;  ///< from one refresh's beginning to the next one's; 0: none
     int refresh_cycles = 0;           ///< of a refresh: every bank is closed, and none can be opened
     /// As the scenario gives it, beside or instead of page_miss_cycles.
@@ -138,6 +139,7 @@ struct BusConfig {
     Arbitration arbitration = Arbitration::kIrsa;
     int grant_cycles = 0;  ///< from the requests that an arbiter looks at to its answer
     SlotTableMaker slot_table = SlotTableMaker::kHost;
+    int register_stages = 0;  ///< registers on the way to the composers, and as many on the way back
 
     /// An arbiter that answers at once with a table that is there is what proofs speak of.
     constexpr bool arbiter_takes_time() const {
@@ -164,12 +166,22 @@ constexpr int pixels_per_beat(const BusConfig& bus, const MemoryConfig& memory) 
 constexpr int cycles_per_beat(const BusConfig& bus) {
     return bus.width_bits < kPixelBits ? kPixelBits / bus.width_bits : 1;
 }
-/// Beats that may be on their way when a composer drops BUSREADY: the one it has not seen yet and the one
-/// that goes out before the input framebuffer has read the drop.
-constexpr int kBeatsInFlight = 2;
+/// Core clocks by which a beat reaches the composers later than it would with neither read latency nor registers.
+constexpr int bus_delay_cycles(const BusConfig& bus, const MemoryConfig& memory) {
+    return memory.read_latency_cycles + bus.register_stages;
+}
+/// The same from a beat to what the input framebuffer reads of its composer's answer.
+constexpr int bus_loop_cycles(const BusConfig& bus, const MemoryConfig& memory) {
+    return bus_delay_cycles(bus, memory) + bus.register_stages;
+}
+/// Beats that may be on their way when a composer drops BUSREADY: the one it has not seen yet, the one that goes
+/// out before the input framebuffer has read the drop, and those that read latency and registers hold.
+constexpr int beats_in_flight(const BusConfig& bus, const MemoryConfig& memory) {
+    return 2 + bus_loop_cycles(bus, memory) / cycles_per_beat(bus);
+}
 /// The least legal ready space.
 constexpr int in_flight_pixels(const BusConfig& bus, const MemoryConfig& memory) {
-    return kBeatsInFlight * pixels_per_beat(bus, memory);
+    return beats_in_flight(bus, memory) * pixels_per_beat(bus, memory);
 }
 /// The ready space if none is given: one burst, but at least what can be in flight.
 constexpr int default_ready_space_pixels(const BusConfig& bus, const MemoryConfig& memory) {

@@ -178,6 +178,9 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
             }),
         whole_number<&Scenario::memory, &MemoryConfig::words_per_cycle>(
             "memory.words_per_cycle", "words", "words per cycle of the open page", limits::kWordsPerCycle),
+        whole_number<&Scenario::memory, &MemoryConfig::read_latency_cycles>(
+            "memory.read_latency_cycles", "core cycles",
+            "cycles from a read to its words; a read may follow in each cycle", limits::kReadLatencyCycles),
         whole_number<&Scenario::memory, &MemoryConfig::refresh_interval_cycles>(
             "memory.refresh_interval_cycles", "core cycles",
             "cycles from one refresh to the next; 0 for none", limits::kRefreshIntervalCycles),
@@ -198,6 +201,10 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
         choice<SlotTableMaker, &Scenario::bus, &BusConfig::slot_table>(
             "bus.slot_table",
             "who makes the slot table: the host, in no time, or the arbiter, a slot a cycle"),
+        whole_number<&Scenario::bus, &BusConfig::register_stages>(
+            "bus.register_stages", "registers",
+            "registers on the way from an input framebuffer to its composers, and as many on the way back",
+            limits::kRegisterStages),
         map("composer"),
         whole_number<&Scenario::composer, &ComposerConfig::buffer_pixels>(
             "composer.buffer_pixels", "pixels", "pixels of a composer's buffer", limits::kBufferPixels),

@@ -86,27 +86,27 @@ SlotTime BufferTime::slot_time(std::int64_t earliest, std::int64_t now) const {
     const std::int64_t cycle =
         column_.started(release.frame) ? column_.frame(release.frame).cycle_of(release.step) : kUnknownCycle;
     if (cycle != kUnknownCycle) {
-        return {std::max(earliest, cycle + 1), 0, 0, 0};
+        return {std::max(earliest, cycle + 1 + config_.answer_cycles), 0, 0, 0};
     }
-    return {kUnknownCycle, std::max(earliest, not_before(release, now) + 1), release.frame, release.step};
+    return {kUnknownCycle, std::max(earliest, not_before(release, now) + 1 + config_.answer_cycles),
+            release.frame, release.step};
 }
 
-BufferTime::Verdict BufferTime::busready_in_burst(std::int64_t first_missing, std::int64_t sampled,
-                                                  int remaining, std::int64_t now) const {
-    if (remaining <= config_.pixels_per_beat) {
+BufferTime::Verdict BufferTime::busready_in_burst(const BurstBeat& beat, std::int64_t now) const {
+    if (beat.remaining <= config_.pixels_per_beat) {
         return Verdict::kTaken;
     }
-    const int margin = std::min(remaining, kBeatsInFlight * config_.pixels_per_beat);
-    const Release release = release_for(first_missing, config_.capacity_pixels - margin);
+    const int margin = std::min(beat.remaining, config_.beats_in_flight * config_.pixels_per_beat);
+    const Release release = release_for(beat.first_missing, config_.capacity_pixels - margin);
     if (release.frame < 0) {
         return Verdict::kTaken;
     }
     const std::int64_t cycle =
         column_.started(release.frame) ? column_.frame(release.frame).cycle_of(release.step) : kUnknownCycle;
-    if (cycle == kUnknownCycle && not_before(release, now) <= sampled) {
+    if (cycle == kUnknownCycle && not_before(release, now) <= beat.sampled) {
         return Verdict::kUndecided;
     }
-    return cycle != kUnknownCycle && cycle <= sampled ? Verdict::kTaken : Verdict::kDropped;
+    return cycle != kUnknownCycle && cycle <= beat.sampled ? Verdict::kTaken : Verdict::kDropped;
 }
 
 void BufferTime::count_drop(std::int64_t cycle) {

@@ -19,6 +19,13 @@ struct BeatRun {
     std::int64_t first_cycle = 0;  ///< the clock in which the first beat is on the bus
 };
 
+/// What a composer decides on at a beat of a burst, whether BUSREADY stays high.
+struct BurstBeat {
+    std::int64_t first_missing = 0;  ///< pixels of the newest frame from this one on have not been sampled
+    std::int64_t sampled = 0;        ///< the clock that samples the beat
+    int remaining = 0;               ///< pixels of the burst behind it
+};
+
 /// From which clock on the bus may give a slot to a composer.
 struct SlotTime {
     std::int64_t cycle = kUnknownCycle;  ///< BUSREADY is high for an arbitration at this clock and behind it
@@ -43,6 +50,8 @@ class BufferTime {
         int ready_space_pixels = 0;   ///< free space that a slot needs
         int pixels_per_beat = 1;      ///< 1..8
         int cycles_per_beat = 1;      ///< more than 1 on a bus narrower than a pixel
+        int beats_in_flight = 2;      ///< from BUSREADY's fall on, with the beat that it falls at
+        int answer_cycles = 0;        ///< registers on the way back: BUSREADY is read that many clocks later
         int raster_width_pixels = 0;  ///< of the display
         int raster_height_pixels = 0;
     };
@@ -61,10 +70,8 @@ class BufferTime {
 
     /// What BUSREADY does to beats of a burst.
     enum class Verdict : std::uint8_t { kTaken, kDropped, kUndecided };
-    /// Whether BUSREADY stays high in a burst at the clock `sampled` in which all but the frame's pixels from
-    /// `first_missing` on have been sampled, with `remaining` pixels of the burst behind them.
-    Verdict busready_in_burst(std::int64_t first_missing, std::int64_t sampled, int remaining,
-                              std::int64_t now) const;
+    /// Whether BUSREADY stays high at a beat.
+    Verdict busready_in_burst(const BurstBeat& beat, std::int64_t now) const;
     /// Counts a drop of BUSREADY at that clock.
     void count_drop(std::int64_t cycle);
     /// Pixels of the newest frame on their way or arrived, and the clock that samples the last of them.

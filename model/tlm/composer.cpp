@@ -29,6 +29,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       relays_(relays),
       buffer_({settings.renderer, scenario.composer.buffer_pixels, scenario.composer.ready_space_pixels,
                pixels_per_beat(scenario.bus, scenario.memory), cycles_per_beat(scenario.bus),
+               beats_in_flight(scenario.bus, scenario.memory), scenario.bus.register_stages,
                scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels()},
               column) {
     bus_socket.register_b_transport(this, &Composer::take_transfer);
@@ -63,10 +64,9 @@ void Composer::take_transfer(::tlm::tlm_generic_payload& payload, sc_core::sc_ti
             take_beats(transfer);
             break;
         case BusTransfer::Kind::kRecheck:
-            transfer.verdict = buffer_.busready_in_burst(
-                buffer_.planned_pixels(), buffer_.newest_arrival_cycle(), transfer.remaining, transfer.now);
+            transfer.verdict = buffer_.busready_in_burst(transfer.beat, transfer.now);
             if (transfer.verdict == BufferTime::Verdict::kDropped) {
-                buffer_.count_drop(buffer_.newest_arrival_cycle());
+                buffer_.count_drop(transfer.beat.sampled);
             }
             break;
         case BusTransfer::Kind::kEndOfBurst:
@@ -94,7 +94,7 @@ void Composer::take_beats(BusTransfer& transfer) {
         while (sent < beats.pixels) {
             sent = std::min(sent + pixels_per_beat, beats.pixels);
             transfer.verdict =
-                buffer_.busready_in_burst(planned + sent, sampled, burst_left - sent, transfer.now);
+                buffer_.busready_in_burst({planned + sent, sampled, burst_left - sent}, transfer.now);
             if (transfer.verdict != BufferTime::Verdict::kTaken) {
                 break;
             }

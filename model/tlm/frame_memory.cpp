@@ -40,6 +40,20 @@ void FrameMemory::wait_for_page(MemoryAccess& access, std::int64_t open_page) co
     access.wait_cycles = access.broken_cycles + access.refresh_cycles + opening;
 }
 
+/// What is left of the last opening in its bank, if it ends before this clock. A page counts as open as soon as it is
+/// activated; before that its bank is neither closed nor open.
+FrameMemory::Bank FrameMemory::broken_off(std::int64_t cycle) const {
+    const std::int64_t clocks = cycle - opening_.cycle;
+    const std::int64_t refreshes = refreshes_by(cycle - 1);
+    const bool before_refresh = opening_.refresh_cycles == 0 || clocks <= opening_.broken_cycles;
+    if (before_refresh) {
+        const bool half_open = opening_.closes_first && clocks <= config_.precharge_cycles;
+        return {half_open ? kHalfOpen : opening_.page, refreshes};
+    }
+    const bool closed = clocks <= opening_.broken_cycles + opening_.refresh_cycles;
+    return {closed ? kNoPage : opening_.page, refreshes};
+}
+
 void FrameMemory::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
     auto& access = content_of<MemoryAccess>(payload);
     // An image has fewer than 2^32 words.
@@ -50,7 +64,7 @@ void FrameMemory::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_t
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     Bank& bank = banks_[page % banks_.size()];
     if (access.broken_off) {
-        bank = broken_off_;
+        bank = broken_off(access.cycle);
         return;
     }
     if (access.new_frame) {
@@ -64,11 +78,8 @@ void FrameMemory::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_t
         static_cast<int>(std::min<std::int64_t>(wanted, std::int64_t{page + 1} * page_words - address));
     wait_for_page(access, open_page);
     if (!access.peek) {
-        const bool closes_first = access.page_miss && open_page != kNoPage && config_.precharge_cycles > 0;
-        broken_off_ = {closes_first ? kHalfOpen : page, refreshes};
-        if (access.broken_cycles == 0 && access.refresh_cycles > 0) {
-            broken_off_ = {kNoPage, refreshes};
-        }
+        opening_ = {access.cycle, page, access.broken_cycles, access.refresh_cycles,
+                    access.page_miss && open_page != kNoPage && config_.precharge_cycles > 0};
         bank = {page, refreshes_by(access.cycle + access.wait_cycles)};
         last_page_ = page;
     }

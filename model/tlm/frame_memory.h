@@ -39,13 +39,22 @@ class FrameMemory final : public sc_core::sc_module {
     std::int64_t refresh_begins(std::int64_t number) const {
         return first_cycle_ + number * config_.refresh_interval_cycles;
     }
+    Bank broken_off(std::int64_t cycle) const;
     void wait_for_page(MemoryAccess& access, std::int64_t open_page) const;
 
     MemoryConfig config_;
     std::int64_t first_cycle_;
     std::vector<Bank> banks_;
     std::int64_t last_page_ = kNoPage;
-    Bank broken_off_;  ///< the bank last accessed, if that ends after a clock
+    /// What the last access but peeks waits for.
+    struct Opening {
+        std::int64_t cycle = 0;  ///< its first clock
+        std::int64_t page = kNoPage;
+        int broken_cycles = 0;      ///< of it that a refresh breaks off
+        int refresh_cycles = 0;     ///< behind them
+        bool closes_first = false;  ///< the page before must be closed
+    };
+    Opening opening_;
 };
 
 }  // namespace metabuffer::tlm

@@ -10,6 +10,9 @@
 namespace metabuffer::tlm {
 namespace {
 
+/// From the clock that sends a beat to the first one in which its composer's answer is read, without delays on the way.
+constexpr int kAnswerClocks = 2;
+
 int divide_up(int value, int divisor) { return (value + divisor - 1) / divisor; }
 
 }  // namespace
@@ -27,9 +30,13 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       cycles_per_beat_(cycles_per_beat(scenario.bus)),
       cycles_per_table_row_(divide_up(8 * kControlRowBytes, scenario.bus.width_bits)),
       lost_slot_cycles_(lost_slot_cycles(scenario)),
+      stages_(scenario.bus.register_stages),
+      delay_cycles_(bus_delay_cycles(scenario.bus, scenario.memory)),
+      loop_cycles_(bus_loop_cycles(scenario.bus, scenario.memory)),
       banks_(scenario.pacing, pair_clocks(renderer_), link_timeout_clocks(scenario, renderer_)),
       next_cycle_(settings_.first_cycle),
-      policy_(make_policy(scenario.bus.arbitration)) {
+      policy_(make_policy(scenario.bus.arbitration)),
+      counted_from_(static_cast<std::size_t>(scenario.displays.count())) {
     banks_.reset(settings_.first_link_edge - 1);
     link_socket.register_b_transport(this, &InputFramebuffer::take_frame);
     bus_socket.register_nb_transport_bw(this, &InputFramebuffer::take_notice);
@@ -186,7 +193,8 @@ void InputFramebuffer::decide(std::int64_t cycle) {
             }
             break;
         case State::kRecheck:
-            recheck(cycle);
+            state_ = State::kSend;
+            continue_burst();
             break;
         case State::kWait:
         case State::kDone:
@@ -242,7 +250,7 @@ std::int64_t InputFramebuffer::table_cycle() const {
     if (ready.frame != frame || ready.composers < limits_.displays) {
         return kUnknownCycle;
     }
-    return std::max(poll_from_, ready.cycle + 1);
+    return std::max({poll_from_, ready.cycle + 1 + stages_, table_counted_from_});
 }
 
 BusTransfer& InputFramebuffer::transfer(int display) {
@@ -263,6 +271,7 @@ BusTransfer& InputFramebuffer::transfer(int display) {
 
 void InputFramebuffer::send_table(std::int64_t cycle) {
     stop_polling(cycle);
+    table_counted_from_ = cycle + kAnswerClocks + loop_cycles_;
     const auto row_count = static_cast<std::int64_t>(rows_.size());
     const std::int64_t last_beat = cycle + row_count * cycles_per_table_row_;
     note_span(SpanKind::kTable, {cycle, last_beat}, 0);
@@ -280,7 +289,7 @@ void InputFramebuffer::send_table(std::int64_t cycle) {
         row.slot = SlotTime{next_cycle_, 0, 0, 0};
     }
     bus_transfer_->kind = BusTransfer::Kind::kTable;
-    bus_transfer_->table_cycle = last_beat + 1;
+    bus_transfer_->table_cycle = last_beat + 1 + delay_cycles_;
     for (int display = 1; display <= limits_.displays; ++display) {
         const Row* const row = row_of[static_cast<std::size_t>(display) - 1];
         bus_transfer_->row = row != nullptr ? &row->segment.row() : nullptr;
@@ -290,7 +299,7 @@ void InputFramebuffer::send_table(std::int64_t cycle) {
     bus_transfer_->content.reset();
     // The buffers may still be full of the frame before.
     for (Row& row : rows_) {
-        row.earliest_slot = next_cycle_;
+        row.earliest_slot = std::max(next_cycle_, counted_from_[row.segment.row().dcomp - std::size_t{1}]);
         ask_for_slot(row);
     }
 }
@@ -374,34 +383,78 @@ void InputFramebuffer::start_burst(std::int64_t cycle, int row, int recovered_sl
     at_cycle_ = next_cycle_;
     // A slot is given only to who has its ready space free, so a burst that fits it is never cut.
     may_cut_ = scenario_.composer.ready_space_pixels < burst_left_;
+    unjudged_.clear();
+    stop_cycle_ = kUnknownCycle;
     continue_burst();
 }
 
 void InputFramebuffer::continue_burst() {
     Row& row = rows_[static_cast<std::size_t>(burst_row_)];
     while (burst_left_ > 0) {
-        const int words = std::min(burst_left_, row.segment.row().sdx - row.column);
-        const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
-        const int first_words = access.words;
-        const std::int64_t beats_before = access.beats_before;
-        wait_for_page(access);
-        const int pixels = pixels_before(beats_before, pixels_on_page(row, first_words, at_cycle_));
-        const BusTransfer& sent = send_beats(pixels, may_cut_);
-        if (sent.verdict == BufferTime::Verdict::kUndecided) {
-            state_ = State::kRecheck;
-            next_cycle_ = at_cycle_;  // the clock that samples the last beat
+        const std::int64_t limit = judge_beats();
+        const bool stops = stop_cycle_ != kUnknownCycle;
+        if (at_cycle_ >= limit) {
+            if (stops) {
+                break;
+            }
+            wait_for_busready(at_cycle_);
             return;
         }
-        if (sent.verdict == BufferTime::Verdict::kDropped) {
-            cut_burst();
+        const int words = std::min(burst_left_, row.segment.row().sdx - row.column);
+        if (limit != kUnknownCycle && !stops && ends_at(access_memory(row, words, at_cycle_, true), limit)) {
+            wait_for_busready(limit);
             return;
+        }
+        const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
+        if (ends_at(access, limit)) {
+            wait_for_page(access, limit);
+            break_off_opening(limit);
+            break;
+        }
+        const int first_words = access.words;
+        const std::int64_t beats_before = std::min(access.beats_before, limit);
+        wait_for_page(access, kUnknownCycle);
+        if (at_cycle_ < limit) {
+            send_beats(pixels_before(beats_before, pixels_on_page(row, first_words, at_cycle_)));
         }
     }
-    // A BUSREADY that cannot count the last beat yet is not trusted; if the burst had a beat before, the
-    // composer has been told what is behind it.
-    const bool trusted = burst_beats_ > 1 && scenario_.composer.buffer_pixels - last_beat_pixels_ >=
-                                                 scenario_.composer.ready_space_pixels;
-    end_burst(at_cycle_, trusted ? at_cycle_ : at_cycle_ + 1);
+    // Beats that are not judged yet keep BUSREADY high: where it falls, more is to come than goes out in spite of it.
+    end_burst(burst_left_ == 0 && stop_cycle_ == kUnknownCycle);
+}
+
+/// The first clock in which the burst does not go on, or in which it hangs on an answer of BUSREADY that is not known yet.
+/// Until then it goes on whatever BUSREADY does.
+std::int64_t InputFramebuffer::judge_beats() {
+    while (stop_cycle_ == kUnknownCycle && !unjudged_.empty()) {
+        bus_transfer_->kind = BusTransfer::Kind::kRecheck;
+        bus_transfer_->beat = unjudged_.front();
+        const std::int64_t read = unjudged_.front().sampled + 1 + stages_;
+        const BusTransfer& answer = transfer(rows_[static_cast<std::size_t>(burst_row_)].segment.row().dcomp);
+        if (answer.verdict == BufferTime::Verdict::kUndecided) {
+            return read;
+        }
+        if (answer.verdict == BufferTime::Verdict::kDropped) {
+            stop_cycle_ = read;
+        }
+        unjudged_.pop_front();
+    }
+    return stop_cycle_;
+}
+
+void InputFramebuffer::wait_for_busready(std::int64_t cycle) {
+    state_ = State::kRecheck;
+    next_cycle_ = cycle;
+}
+
+/// A burst that is stopped at that clock gets no word of this access, or none of the page that it would have opened.
+bool InputFramebuffer::ends_at(const MemoryAccess& access, std::int64_t limit) const {
+    if (limit == kUnknownCycle) {
+        return false;
+    }
+    const std::int64_t end = at_cycle_ + access.wait_cycles;
+    const bool opens_nothing =
+        access.refresh_cycles > 0 && access.wait_cycles == access.broken_cycles + access.refresh_cycles;
+    return end > limit || (end == limit && opens_nothing);
 }
 
 MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::int64_t cycle, bool peek) {
@@ -432,18 +485,23 @@ MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::in
     return *memory_access_;
 }
 
-void InputFramebuffer::break_off_opening() {
+void InputFramebuffer::break_off_opening(std::int64_t cycle) {
     memory_access_->broken_off = true;
+    memory_access_->cycle = cycle;
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     memory_socket->b_transport(memory_access_.payload(), delay);
     memory_access_->broken_off = false;
 }
 
-/// Lets the clocks pass that the memory asks for before the next beat.
-void InputFramebuffer::wait_for_page(const MemoryAccess& access) {
-    open_page(access.broken_cycles, access.broken_cycles > 0);
-    wait_for_refresh(access.refresh_cycles);
-    open_page(access.wait_cycles - access.broken_cycles - access.refresh_cycles, access.page_miss);
+/// Lets the clocks pass that the memory asks for before the next beat, but none from `end` on.
+void InputFramebuffer::wait_for_page(const MemoryAccess& access, std::int64_t end) {
+    const auto before_end = [this, end](std::int64_t clocks) { return std::min(clocks, end - at_cycle_); };
+    open_page(before_end(access.broken_cycles), access.broken_cycles > 0);
+    wait_for_refresh(before_end(access.refresh_cycles));
+    if (at_cycle_ < end) {
+        open_page(before_end(access.wait_cycles - access.broken_cycles - access.refresh_cycles),
+                  access.page_miss);
+    }
 }
 
 /// counts: as the opening of a page, not as more clocks of one.
@@ -511,18 +569,31 @@ void InputFramebuffer::advance(Row& row, int pixels) const {
     }
 }
 
-/// Puts up to so many pixels on the bus, beat by beat from at_cycle_ on; fewer if BUSREADY falls.
-BusTransfer& InputFramebuffer::send_beats(int pixels, bool heed_busready) {
+/// Puts up to so many pixels on the bus, beat by beat from at_cycle_ on; fewer if BUSREADY falls, or may fall, at one.
+void InputFramebuffer::send_beats(int pixels) {
     Row& row = rows_[static_cast<std::size_t>(burst_row_)];
     bus_transfer_->kind = BusTransfer::Kind::kBeats;
-    bus_transfer_->beats = {row.sent, pixels, at_cycle_ + cycles_per_beat_ - 1};
+    bus_transfer_->beats = {row.sent, pixels, at_cycle_ + cycles_per_beat_ - 1 + delay_cycles_};
     bus_transfer_->remaining = burst_left_ - pixels;
     bus_transfer_->granted = granted_;
-    bus_transfer_->heed_busready = heed_busready;
-    BusTransfer& answer = transfer(row.segment.row().dcomp);
+    // Behind a beat at which BUSREADY falls or may fall, the others go out as far as they do without being asked for.
+    bus_transfer_->heed_busready = may_cut_ && unjudged_.empty() && stop_cycle_ == kUnknownCycle;
+    const BusTransfer& answer = transfer(row.segment.row().dcomp);
     const int taken = answer.pixels_taken;
     const int beats = divide_up(taken, pixels_per_beat_);
     const CycleSpan span{at_cycle_, at_cycle_ + std::int64_t{beats} * cycles_per_beat_ - 1};
+    const std::int64_t sampled = span.last + delay_cycles_ + 1;
+    if (answer.verdict == BufferTime::Verdict::kDropped) {
+        stop_cycle_ = sampled + 1 + stages_;
+    } else if (answer.verdict == BufferTime::Verdict::kUndecided) {
+        unjudged_.push_back({row.sent + taken, sampled, burst_left_ - taken});
+    } else if (may_cut_ && !unjudged_.empty()) {
+        for (int beat = 1; beat <= beats; ++beat) {
+            const int sent = std::min(beat * pixels_per_beat_, taken);
+            unjudged_.push_back({row.sent + sent, sampled - std::int64_t{beats - beat} * cycles_per_beat_,
+                                 burst_left_ - sent});
+        }
+    }
     counters_.bus.busy_cycles += span.cycles();
     counters_.bus.pixels_sent += taken;
     note_span(SpanKind::kBeats, span, taken);
@@ -536,55 +607,23 @@ BusTransfer& InputFramebuffer::send_beats(int pixels, bool heed_busready) {
     burst_beats_ += beats;
     last_beat_pixels_ = taken - (beats - 1) * pixels_per_beat_;
     at_cycle_ = span.last + 1;
-    return answer;
 }
 
-void InputFramebuffer::recheck(std::int64_t cycle) {
-    state_ = State::kSend;
-    at_cycle_ = cycle;
-    bus_transfer_->kind = BusTransfer::Kind::kRecheck;
-    bus_transfer_->remaining = burst_left_;
-    const BusTransfer& answer = transfer(rows_[static_cast<std::size_t>(burst_row_)].segment.row().dcomp);
-    if (answer.verdict == BufferTime::Verdict::kTaken) {
-        continue_burst();
-    } else {
-        cut_burst();
-    }
-}
-
-/// BUSREADY has fallen at the clock that samples the last beat sent. It is read a clock later; in between, the
-/// bus has gone on to the next beat or has begun to open its page.
-void InputFramebuffer::cut_burst() {
-    constexpr std::int64_t kBusreadyClocks = 2;  // falling, and counting slots again
+/// whole: no fall of BUSREADY has stopped it.
+void InputFramebuffer::end_burst(bool whole) {
     Row& row = rows_[static_cast<std::size_t>(burst_row_)];
-    const std::int64_t drop_cycle = at_cycle_;
-    const int words = std::min(burst_left_, row.segment.row().sdx - row.column);
-    const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
-    const int first_words = access.words;
-    if (access.wait_cycles > 0) {
-        const bool refreshes = access.broken_cycles == 0 && access.refresh_cycles > 0;
-        if (refreshes) {
-            wait_for_refresh(1);
-        } else {
-            open_page(1, access.page_miss);
-        }
-        if (refreshes || access.wait_cycles > 1) {
-            break_off_opening();
-        }
-        end_burst(at_cycle_, drop_cycle + kBusreadyClocks);
-        return;
-    }
-    open_page(0, access.page_miss);
-    send_beats(std::min(pixels_on_page(row, first_words, at_cycle_), pixels_per_beat_), false);
-    end_burst(at_cycle_, at_cycle_ + 1);
-}
-
-void InputFramebuffer::end_burst(std::int64_t next_cycle, std::int64_t earliest_slot) {
     state_ = State::kSend;
-    next_cycle_ = next_cycle;
-    Row& row = rows_[static_cast<std::size_t>(burst_row_)];
+    next_cycle_ = at_cycle_;
+    // A BUSREADY that cannot count the last beat yet is not trusted. Without a loop, if the burst had a beat before, the
+    // composer has been told what is behind it.
+    const bool trusted =
+        whole && loop_cycles_ == 0 && burst_beats_ > 1 &&
+        scenario_.composer.buffer_pixels - last_beat_pixels_ >= scenario_.composer.ready_space_pixels;
+    constexpr int kAnswered = kAnswerClocks - 1;  // the clock before has sent the last beat
+    const std::int64_t counted_from = trusted ? at_cycle_ : at_cycle_ + kAnswered + loop_cycles_;
+    counted_from_[row.segment.row().dcomp - std::size_t{1}] = counted_from;
     if (row.sent < row.pixels) {
-        row.earliest_slot = earliest_slot;
+        row.earliest_slot = counted_from;
         ask_for_slot(row);
     }
 }

@@ -76,7 +76,7 @@ class InputFramebuffer final : public sc_core::sc_module {
         kStart,    ///< reads the answer
         kTable,    ///< broadcasts the table, once every composer takes it
         kSend,     ///< arbitrates
-        kRecheck,  ///< in a burst: BUSREADY was not known yet
+        kRecheck,  ///< in a burst: BUSREADY at a beat was not known yet when its answer is read
         kDone,
     };
     struct Row {
@@ -113,16 +113,17 @@ class InputFramebuffer final : public sc_core::sc_module {
     void start_burst(std::int64_t cycle, int row, int recovered_slots);
     void continue_burst();
     MemoryAccess& access_memory(const Row& row, int words, std::int64_t cycle, bool peek);
-    void break_off_opening();
-    void wait_for_page(const MemoryAccess& access);
+    void break_off_opening(std::int64_t cycle);
+    void wait_for_page(const MemoryAccess& access, std::int64_t end);
     void open_page(std::int64_t clocks, bool counts);
     void wait_for_refresh(std::int64_t clocks);
     int pixels_on_page(const Row& row, int first_words, std::int64_t cycle);
     int pixels_before(std::int64_t cycle, int pixels) const;
-    BusTransfer& send_beats(int pixels, bool heed_busready);
-    void recheck(std::int64_t cycle);
-    void cut_burst();
-    void end_burst(std::int64_t next_cycle, std::int64_t earliest_slot);
+    void send_beats(int pixels);
+    std::int64_t judge_beats();
+    void wait_for_busready(std::int64_t cycle);
+    bool ends_at(const MemoryAccess& access, std::int64_t limit) const;
+    void end_burst(bool whole);
     void ask_for_slot(Row& row);
     BusTransfer& transfer(int display);
     ::tlm::tlm_sync_enum take_notice(::tlm::tlm_generic_payload& payload, ::tlm::tlm_phase& phase,
@@ -142,6 +143,9 @@ class InputFramebuffer final : public sc_core::sc_module {
     int cycles_per_beat_;
     int cycles_per_table_row_;
     int lost_slot_cycles_;
+    int stages_;        ///< registers on the bus, and as many on the way back
+    int delay_cycles_;  ///< by which a beat reaches the composers later
+    int loop_cycles_;   ///< and by which its answer is read later
 
     // The link's side.
     sc_core::sc_event link_wake_;
@@ -189,6 +193,11 @@ class InputFramebuffer final : public sc_core::sc_module {
     std::int64_t slot_table_cycle_ = 0;  ///< from which the frame's slot table is there
     std::int64_t at_cycle_ = 0;          ///< of the next beat or page miss
     bool may_cut_ = false;
+    std::deque<BurstBeat> unjudged_;           ///< beats at which BUSREADY is not known yet
+    std::int64_t stop_cycle_ = kUnknownCycle;  ///< of the burst: BUSREADY's fall is read
+    std::vector<std::int64_t>
+        counted_from_;  ///< [display]: BUSREADY before this clock does not count all that was sent
+    std::int64_t table_counted_from_ = 0;  ///< nor TABLEREADY the newest frame
 
     Message<MemoryAccess> memory_access_;
     Message<BusTransfer> bus_transfer_;

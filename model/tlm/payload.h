@@ -128,7 +128,7 @@ constexpr unsigned kBytesPerWord = kPixelBits / 8;
 struct MemoryAccess : Extension<MemoryAccess> {
     bool new_frame = false;   ///< the first access of a frame
     bool peek = false;        ///< only ask: the access may not come to be
-    bool broken_off = false;  ///< no access: the opening that the last one began ended after a clock
+    bool broken_off = false;  ///< no access: the last one's wait ended at `cycle`, before its words
     std::int64_t cycle = 0;   ///< core clock in which the first word is wanted
     // What the memory answers.
     // The wait is for what is being opened when a refresh begins, if it is broken off, for the refresh, and for the page.
@@ -150,7 +150,7 @@ struct BusTransfer : Extension<BusTransfer> {
     enum class Kind : std::uint8_t {
         kTable,       ///< a frame's table, to every composer
         kBeats,       ///< beats of a burst that follow each other without a gap
-        kRecheck,     ///< nothing moves: BUSREADY could not be told at the last beat, can it be now?
+        kRecheck,     ///< nothing moves: BUSREADY could not be told at a beat sent before, can it be now?
         kEndOfBurst,  ///< nothing moves: from when on will a slot be taken?
     };
     Kind kind = Kind::kTable;
@@ -164,9 +164,12 @@ struct BusTransfer : Extension<BusTransfer> {
 
     // kBeats
     BeatRun beats;
-    int remaining = 0;           ///< pixels of the burst behind these beats; kRecheck: behind the last beat
+    int remaining = 0;           ///< pixels of the burst behind these beats
     std::int64_t granted = 0;    ///< core clock whose requests the arbiter decided on
     bool heed_busready = false;  ///< the burst may be cut
+
+    // kRecheck
+    BurstBeat beat;
 
     // kEndOfBurst
     std::int64_t earliest = 0;  ///< no slot before this clock

@@ -45,8 +45,10 @@ void BusCoverage::take_table_beat(const rtl::BusBeat& beat) {
     const BusTableGoals& goals = goals_.table;
     if (beat.kind == rtl::BusBeat::Kind::kFrameStart) {
         ++frames_;
-        // The beat was driven one edge ago, at the first one that read TABLEREADY high.
-        if (frames_ > 2) (tableready_two_before_ ? goals.goes_at_once : goals.waits_for_tableready).hit();
+        // The beat was driven one edge ago, at the first one that read TABLEREADY high, if nothing lies between.
+        const bool direct = bus_loop_cycles(scenario_.bus, scenario_.memory) == 0;
+        if (frames_ > 2 && direct)
+            (tableready_two_before_ ? goals.goes_at_once : goals.waits_for_tableready).hit();
         rows_before_ = std::exchange(rows_, {});
         pixels_left_ = 0;
         idle_clocks_ = 0;

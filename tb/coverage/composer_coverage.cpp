@@ -276,6 +276,10 @@ void ComposerCoverage::cover_pixels(std::int64_t late) {
         burst_cut_ = false;
     }
     ++beats_of_burst_;
+    if (cut()) {
+        ++beats_behind_cut_;
+        goals_.busready_drop.several_beats_behind.hit_if(beats_behind_cut_ == 2);
+    }
     announced_ = static_cast<int>(bus_.remaining);
     goals_.prefetch.pixels_while_compositing.hit_if(running() && two_frames());
     const std::int64_t kept = observer_.kept_pixels();
@@ -293,11 +297,11 @@ void ComposerCoverage::cover_pixels(std::int64_t late) {
 
 /// What the composer answered at the edge.
 void ComposerCoverage::cover_busready(bool busready) {
-    if (cut_) {
-        cut_ = false;
-        announced_ = 0;
+    if (cut()) {
+        --cut_clocks_;
+        if (!cut()) announced_ = 0;
     }
-    if (busready) return;
+    if (busready || cut()) return;
     const BusreadyDropGoals& goals = goals_.busready_drop;
     const bool beat = bus_.kind == rtl::BusBeat::Kind::kPixels && bus_.destination == display_;
     if (announced_ <= pixels_per_beat_) {
@@ -307,9 +311,10 @@ void ComposerCoverage::cover_busready(bool busready) {
         goals.behind_only_beat.hit_if(announced_ == 0 && beats_of_burst_ == 1);
         return;
     }
-    cut_ = true;
+    cut_clocks_ = 1 + bus_loop_cycles(scenario_.bus, scenario_.memory);
+    beats_behind_cut_ = 0;
     burst_cut_ = true;
-    const bool near_end = announced_ <= kBeatsInFlight * pixels_per_beat_;
+    const bool near_end = announced_ <= in_flight_pixels(scenario_.bus, scenario_.memory);
     const bool composited = running() && !two_frames();
     goals.behind_first_beat.hit_if(beats_of_burst_ == 1);
     goals.in_the_middle.hit_if(beats_of_burst_ > 1 && !near_end);

@@ -123,6 +123,7 @@ struct BusreadyDropGoals : CoverGroup {
     Bin behind_only_beat = bin("behind a burst of one beat: no further slot");
     Bin rest_fits_a_beat = bin("rest fits a beat: burst goes on, no further slot");
     Bin two_bursts_running = bin("two bursts of a composer running");
+    Bin several_beats_behind = bin("several beats come behind it");
     Bin narrow_bus = bin("on a bus of several clocks a pixel");
     Bin segment_is_replicated = bin("segment is replicated");
     Bin frame_is_composited = bin("frame is composited");
@@ -198,7 +199,7 @@ class ComposerCoverage {
     bool running() const { return observer_.running(); }
     int frame() const { return observer_.frame(); }
     bool starved() const { return starved_; }
-    bool cut() const { return cut_; }
+    bool cut() const { return cut_clocks_ > 0; }
     int beats_of_burst() const { return beats_of_burst_; }
     std::int64_t position() const { return position_; }  ///< raster position composited; -1: none
     /// Pixels of the bus's frame are missing, and BUSREADY has asked for them since the earliest clock in which a
@@ -265,7 +266,8 @@ class ComposerCoverage {
     int announced_ = 0;
     int beats_of_burst_ = 0;
     std::int64_t clocks_since_beat_ = 0;
-    bool cut_ = false;  ///< BUSREADY has been taken back: the beat sampled next is the burst's last
+    int cut_clocks_ = 0;  ///< BUSREADY has been taken back: what comes in these clocks is the burst's last
+    int beats_behind_cut_ = 0;
     bool burst_before_cut_ = false;
     bool burst_cut_ = false;
     std::int64_t ready_clocks_ = 0;  ///< since BUSREADY rose

@@ -148,6 +148,11 @@ class RunCoverage {
         beat.bus_limits.hit_if(bus_pixels >= 1 && bus_pixels < memory.words_per_cycle);
         beat.bus_equals_memory.hit_if(bus_pixels >= 1 && bus_pixels == memory.words_per_cycle);
         beat.memory_limits.hit_if(bus_pixels > memory.words_per_cycle);
+        goals_.delay.latency(memory.read_latency_cycles).hit();
+        goals_.delay.stages(bus.register_stages).hit();
+        goals_.delay.both.hit_if(memory.read_latency_cycles > 0 && bus.register_stages > 0);
+        goals_.delay.beats_of_several_clocks.hit_if(bus_loop_cycles(bus, memory) > 0 &&
+                                                    cycles_per_beat(bus) > 1);
     }
 
     void cover_buffers() {

@@ -79,6 +79,17 @@ struct MemoryWordGoals : CoverGroup {
     Cross<int> words{*this, numbers(limits::kWordsPerCycle.low, limits::kWordsPerCycle.high)};
 };
 
+struct BusDelayGoals : CoverGroup {
+    explicit BusDelayGoals(Coverage& coverage)
+        : CoverGroup(coverage, {"bus/delay", "clocks of the memory's reads and of registers on the bus"}) {}
+    Cross<int> latency{*this, numbers(limits::kReadLatencyCycles.low, limits::kReadLatencyCycles.high,
+                                      " clocks of latency")};
+    Cross<int> stages{
+        *this, numbers(limits::kRegisterStages.low, limits::kRegisterStages.high, " stages of registers")};
+    Bin both = bin("both");
+    Bin beats_of_several_clocks = bin("with beats of several clocks");
+};
+
 struct PageSizeGoals : CoverGroup {
     explicit PageSizeGoals(Coverage& coverage) : CoverGroup(coverage, groups::kPage) {}
     Ranges miss_cycles{*this, {{0, "miss costs nothing"}, {1, "miss costs 1 clock"}, {2, "miss costs more"}}};
@@ -213,6 +224,7 @@ struct RunGoals : GoalSet {
     MemoryWordGoals words{coverage};
     PageSizeGoals page{coverage};
     BeatLimitGoals beat{coverage};
+    BusDelayGoals delay{coverage};
     BufferSizeGoals buffer{coverage};
     StarvationModeGoals starvation{coverage};
     SlotGoals slots{coverage};

@@ -537,6 +537,110 @@ struct NarrowBus : BusBench {
 
 }  // namespace
 
+// ---- read latency and registers on the bus ----
+
+namespace {
+
+/// Bursts of one composer, by the timing table: the words of a beat were read `latency` clocks before the one that put
+/// them on the bus, and the composer is passed over until its BUSREADY counts a burst's last beat.
+struct DelayedBusBench : BusBench {
+    static constexpr int kLatency = 2;
+    static constexpr int kStages = 1;
+    static constexpr int kLoop = kLatency + 2 * kStages;
+    static constexpr int kFirst = 16 + kLatency;  ///< edge that samples the first beat
+    static constexpr int kSecond =
+        17 + kLatency + 1 + kLoop + 3 + 1;  ///< and the first one of the burst behind
+
+    DelayedBusBench() : BusBench(with_delays()) {
+        beats[10 + kLatency] = BusBeat::frame_start(0, false);
+        beats[11 + kLatency] = BusBeat::table_row(0, 0, row(1), true);
+        put(kFirst, 1, 0, 2);
+        put(kFirst + 1, 1, 2, 0);
+    }
+    static Scenario with_delays() {
+        Scenario scenario = bus_scenario(4);
+        scenario.memory.read_latency_cycles = kLatency;
+        scenario.bus.register_stages = kStages;
+        scenario.composer.ready_space_pixels = 12;
+        return scenario;
+    }
+    /// The second burst, which opens a page, so many clocks earlier than it may begin.
+    void put_second(int earlier = 0) {
+        put(kSecond - earlier, 1, 4, 2);
+        put(kSecond + 1 - earlier, 1, 6, 0);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("bus monitor: a stream by the rules of a bus with read latency and registers breaks none",
+          "[monitors]") {
+    DelayedBusBench bench;
+    bench.put_second();
+    bench.beats[50] = BusBeat::frame_start(1, true);
+    bench.run();
+    bench.violations.check_none();
+    CHECK(bench.monitor.bursts() == 2);
+}
+
+TEST_CASE("bus monitor: a composer whose BUSREADY has not come back all the way is passed over",
+          "[monitors]") {
+    DelayedBusBench bench;
+    bench.put_second(1);
+    bench.run();
+    bench.violations.check_only("bus/passed-over", "BUSREADY_1_1", DelayedBusBench::kSecond - 1, 0);
+}
+
+/// The grant of the second burst: its page is opened for three clocks, and a word is on the bus a clock and the latency
+/// behind its read.
+constexpr int kDelayedGrant = DelayedBusBench::kSecond - 1 - DelayedBusBench::kLatency - 3;
+
+TEST_CASE("bus monitor: BUSREADY counts at the clock of the grant, not while the words come", "[monitors]") {
+    DelayedBusBench bench;
+    bench.put_second();
+    bench.busready_1_low = {kDelayedGrant - 1, kDelayedGrant + 1, kDelayedGrant + 2, kDelayedGrant + 3};
+    bench.run();
+    bench.violations.check_none();
+}
+
+TEST_CASE("bus monitor: a slot with BUSREADY low at the clock of the grant, before the words come",
+          "[monitors]") {
+    DelayedBusBench bench;
+    bench.put_second();
+    bench.busready_1_low = {kDelayedGrant};
+    bench.run();
+    bench.violations.check_only("bus/busready", "BUSREADY_1_1", DelayedBusBench::kSecond, 0);
+}
+
+TEST_CASE("bus monitor: TABLEREADY counts at the clock that decided on a frame's start", "[monitors]") {
+    constexpr int kStart = 50;
+    constexpr int kDecision = kStart - 1 - DelayedBusBench::kLatency;
+    DelayedBusBench bench;
+    bench.put_second();
+    bench.beats[kStart] = BusBeat::frame_start(1, true);
+    bench.tableready_2_low = {kDecision};
+    bench.run();
+    bench.violations.check_only("bus/tableready", "BUS_1", kStart, 1);
+}
+
+TEST_CASE("bus monitor: a frame that starts before TABLEREADY has come back all the way", "[monitors]") {
+    DelayedBusBench bench;
+    bench.beats.clear();
+    bench.beats[20] = BusBeat::frame_start(0, true);
+    bench.beats[21 + DelayedBusBench::kLoop] = BusBeat::frame_start(1, true);
+    bench.run();
+    bench.violations.check_only("bus/tableready", "BUS_1", 21 + DelayedBusBench::kLoop, 1);
+}
+
+TEST_CASE("bus monitor: a frame that starts as soon as TABLEREADY has come back is in time", "[monitors]") {
+    DelayedBusBench bench;
+    bench.beats.clear();
+    bench.beats[20] = BusBeat::frame_start(0, true);
+    bench.beats[22 + DelayedBusBench::kLoop] = BusBeat::frame_start(1, true);
+    bench.run();
+    bench.violations.check_none();
+}
+
 TEST_CASE("bus monitor: a burst stopped while a beat of a narrow bus moves", "[monitors]") {
     NarrowBus bench;
     bench.put(38, 1, 3, 4, 1);  // granted at 34, one clock after it could have been

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "clocked_testbench.h"
@@ -49,14 +50,18 @@ struct PortBench {
     explicit PortBench(ClockedTestbench& bench, Arbitration arbitration = Arbitration::kRoundRobin,
                        int page_miss = 3, int width_bits = 128, int banks = 1, int precharge = 0,
                        int refresh_interval = 0, int refresh = 0)
-        : scenario(make(arbitration, page_miss, width_bits, banks, precharge, refresh_interval, refresh)),
+        : PortBench(bench,
+                    make(arbitration, page_miss, width_bits, banks, precharge, refresh_interval, refresh)) {}
+    PortBench(ClockedTestbench& bench, Scenario made)
+        : scenario(std::move(made)),
           core(bench.core),
           busready(kDisplays, rtl::Wires::name_of("busready"), true),
           tableready(kDisplays, rtl::Wires::name_of("tableready"), true),
           pending(kDisplays, rtl::Wires::name_of("pending")),
           ready(kDisplays, rtl::Wires::name_of("ready")),
           grant(kDisplays, rtl::Wires::name_of("grant")),
-          deadline(arbitration == Arbitration::kEdf ? kDisplays : 0, rtl::Wires::name_of("deadline")),
+          deadline(scenario.bus.arbitration == Arbitration::kEdf ? kDisplays : 0,
+                   rtl::Wires::name_of("deadline")),
           dut(
               "bus_port", scenario, scenario.renderers[0],
               [this](bool fresh_now) { starts.push_back(fresh_now); }, counters),
@@ -389,6 +394,139 @@ TEST_CASE(
     CHECK(dut.deadlines[0]->at(kFirst + 1) == 7 * raster_width + 10 + 4);  // two source pixels further
     CHECK(dut.deadlines[0]->at(kFirst + 3) ==
           9 * raster_width + 10 + 2);  // pixel 6, in the second source row
+}
+
+// ---- read latency and registers on the bus ----
+
+/// A memory that answers `latency` clocks later, played by the test: word w of the image is 1000 + w.
+struct DelayedPortBench : PortBench {
+    DelayedPortBench(ClockedTestbench& bench, int latency, int stages, int page_miss = 0)
+        : PortBench(bench, with_delays(latency, stages, page_miss)) {
+        core.each_clock([this, latency](int next) {
+            // What the edge before has sampled is the command `latency` edges before the words' own.
+            MemoryData put_out;
+            if (const int read = next - latency; latency > 0 && read >= 0 && read < commands.end_clock()) {
+                const MemoryCommand& sent = commands.at(read);
+                for (int word = 0; sent.kind == Command::kRead && word < sent.count; ++word) {
+                    const auto lane = static_cast<std::size_t>(word);
+                    put_out.words[lane] = 1000 + sent.row * 32 + sent.columns[lane];
+                    put_out.count = sent.count;
+                }
+            }
+            data.write(put_out);
+        });
+    }
+    static Scenario with_delays(int latency, int stages, int page_miss) {
+        Scenario scenario = make(Arbitration::kRoundRobin, page_miss, 128, 1, 0, 0, 0);
+        scenario.memory.read_latency_cycles = latency;
+        scenario.bus.register_stages = stages;
+        scenario.composer.ready_space_pixels = in_flight_pixels(scenario.bus, scenario.memory);
+        return scenario;
+    }
+    /// The edges behind which beats of pixels stand on the bus.
+    Clocks pixel_clocks() const {
+        return beats.clocks_where([](const BusBeat& beat) { return beat.kind == BusBeat::Kind::kPixels; });
+    }
+    Clocks read_clocks() const {
+        return commands.clocks_where(
+            [](const MemoryCommand& command) { return command.kind == Command::kRead; });
+    }
+};
+
+TEST_CASE("bus port: with read latency, reads follow each other and every beat goes out as much later") {
+    constexpr int kLatency = 3;
+    ClockedTestbench bench;
+    DelayedPortBench dut(bench, kLatency, 0);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 1);
+    dut.give(PortBench::kSend + 4, -1);
+    bench.run_through(PortBench::kSend + 4 + kLatency);
+    const int send = PortBench::kSend;
+    CHECK(dut.read_clocks() == Clocks{send, send + 1, send + 2, send + 3});
+    CHECK(dut.pixel_clocks() ==
+          Clocks{send + kLatency, send + kLatency + 1, send + kLatency + 2, send + kLatency + 3});
+    for (int beat = 0; beat < 4; ++beat) {
+        const BusBeat& sent = dut.beats.at(send + kLatency + beat);
+        CHECK(sent.words[0] == 1000U + 64 + 2 * static_cast<unsigned>(beat));
+        CHECK(sent.words[1] == 1000U + 65 + 2 * static_cast<unsigned>(beat));
+        CHECK(sent.remaining == 6U - 2 * static_cast<unsigned>(beat));
+    }
+    // The table keeps its place before the pixels.
+    CHECK(dut.beats.at(PortBench::kAnswer + 1 + kLatency).kind == BusBeat::Kind::kFrameStart);
+    CHECK(dut.beats.at(PortBench::kAnswer + 2 + kLatency).kind == BusBeat::Kind::kTableRow);
+    CHECK(dut.beats.at(PortBench::kAnswer + 3 + kLatency).kind == BusBeat::Kind::kTableRow);
+    CHECK(dut.counters.table_cycles == 3);
+    CHECK(dut.counters.busy_cycles == 4);
+}
+
+void check_passed_over(int latency, int stages) {
+    ClockedTestbench bench;
+    DelayedPortBench dut(bench, latency, stages);
+    const int loop = latency + 2 * stages;
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 1);
+    dut.give(PortBench::kSend + 4, -1);
+    bench.run_through(PortBench::kSend + 8 + loop);
+    const int last_beat = PortBench::kSend + 3;
+    for (int clock = PortBench::kSend; clock < last_beat + 5 + loop; ++clock) {
+        INFO("clock " << clock << ", last beat decided on at " << last_beat << ", loop " << loop);
+        const bool counts = clock <= last_beat || clock >= last_beat + 2 + loop;
+        CHECK(dut.readies[1]->at(clock) == (loop == 0 || counts));
+        CHECK(dut.readies[0]->at(clock));
+    }
+}
+
+TEST_CASE("bus port: without a loop nobody is passed over behind a burst of several beats") {
+    check_passed_over(0, 0);
+}
+
+TEST_CASE("bus port: with read latency a composer is passed over until BUSREADY counts a burst's last beat") {
+    check_passed_over(2, 0);
+}
+
+TEST_CASE(
+    "bus port: with bus registers a composer is passed over until BUSREADY counts a burst's last beat") {
+    check_passed_over(0, 3);
+}
+
+TEST_CASE("bus port: with the longest loop a composer is passed over until BUSREADY counts the last beat") {
+    check_passed_over(8, 4);
+}
+
+TEST_CASE("bus port: a low BUSREADY stops the burst whose beat it answers, and no other") {
+    constexpr int kLatency = 2;
+    constexpr int kLoop = kLatency + 2;
+    ClockedTestbench bench;
+    DelayedPortBench dut(bench, kLatency, 1);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 1);
+    const int send = PortBench::kSend;
+    dut.scenario.bus.burst_pixels = 16;  // read as a burst starts
+    dut.give(send + 1, -1);
+    // Before any beat of it can have been answered, and once its first beat has.
+    dut.core.drive(dut.busready[1], send + 1, false);
+    dut.core.drive(dut.busready[1], send + 1 + kLoop, true);
+    dut.core.drive(dut.busready[1], send + 2 + kLoop, false);
+    bench.run_through(send + 12 + kLoop);
+    CHECK(dut.read_clocks() == clock_range(send, send + 2 + kLoop));
+    CHECK(dut.counters.bursts == 1);
+    // What had been decided on goes out.
+    CHECK(dut.pixel_clocks() == clock_range(send + kLatency, send + kLatency + 2 + kLoop));
+}
+
+TEST_CASE("bus port: a frame starts no earlier than TABLEREADY counts the one before") {
+    constexpr int kLatency = 8;
+    constexpr int kStages = 4;
+    ClockedTestbench bench;
+    DelayedPortBench dut(bench, kLatency, kStages);
+    dut.scenario.frames = 2;
+    dut.begin({});  // a frame without rows is over at once
+    dut.core.drive(dut.answer, PortBench::kAnswer + 4, false);
+    bench.run_through(60);
+    const Clocks starts =
+        dut.beats.clocks_where([](const BusBeat& beat) { return beat.kind == BusBeat::Kind::kFrameStart; });
+    CHECK(starts == Clocks{PortBench::kAnswer + 1 + kLatency,
+                           PortBench::kAnswer + 1 + kLatency + 2 + kLatency + 2 * kStages});
 }
 
 }  // namespace

@@ -238,6 +238,29 @@ TEST_CASE("composer: a drop lasts one clock when a slot can be taken behind it")
     CHECK(dut.busreadies.rises() == std::vector<int>{0, 25});
 }
 
+TEST_CASE(
+    "composer: read latency and bus registers widen the margin, and BUSREADY stays low until all has come") {
+    // Four clocks more from a beat to the answer that is read of it: six beats can be on their way.
+    Scenario delayed = composer_scenario({16, 6, 1});
+    delayed.memory.read_latency_cycles = 2;
+    delayed.bus.register_stages = 1;
+    ClockedTestbench bench;
+    ComposerBench full(bench, "full", delayed);
+    ComposerBench stopped(bench, "stopped", delayed);
+    full.put_table(5, {whole_raster()});
+    stopped.put_table(5, {whole_raster()});
+    // A burst of 20: with 10 held six more fit, with 11 held five. Those five come.
+    for (int i = 0; i < 16; ++i) full.put_pixels(10 + i, i, 1, 19 - i);
+    // Of the other one only two come, since the memory has to open a page.
+    for (int i = 0; i < 13; ++i) stopped.put_pixels(10 + i, i, 1, 19 - i);
+    stopped.start_frame(21);  // releases a pixel at each edge from 22 on: with the one of 24 a slot would fit
+    bench.run_through(30);
+    CHECK(full.busreadies.falls() == std::vector<int>{20});
+    CHECK(full.busreadies.rises() == std::vector<int>{0});
+    CHECK(stopped.busreadies.falls() == std::vector<int>{20});
+    CHECK(stopped.busreadies.rises() == std::vector<int>{0, 25});
+}
+
 TEST_CASE("composer: what a cut burst had announced no longer counts") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}));

@@ -449,5 +449,66 @@ TEST_CASE("frame memory: random reads give what was written last") {
     for (const auto& [clock, words] : wanted) REQUIRE(dut.words_at(clock) == words);
 }
 
+// ---- read latency ----
+
+void check_latency(int latency) {
+    ClockedTestbench bench;
+    MemoryConfig config = pages_of(16, 6, 2);
+    config.read_latency_cycles = latency;
+    MemoryBench dut(bench, config);
+    for (int address = 0; address < 16; ++address) {
+        dut.store(address, 0, address, 100U + static_cast<unsigned>(address));
+    }
+    dut.activate(30, 0);
+    dut.read(36, {4});
+    dut.read(37, {5, 9});
+    dut.read(39, {6});
+    dut.precharge(40);  // closes the page behind the last read, whose words are on their way
+    bench.run_through(60);
+    const auto stand = dut.sampled.clocks_where([](const MemoryData& put_out) { return put_out.count > 0; });
+    CHECK(stand == std::vector<int>{36 + latency, 37 + latency, 39 + latency});
+    CHECK(dut.words_at(36 + latency) == Words{104});
+    CHECK(dut.words_at(37 + latency) == Words{105, 109});
+    CHECK(dut.words_at(39 + latency) == Words{106});
+}
+
+TEST_CASE("frame memory: with read latency the words of a read stand a clock later, one read a clock") {
+    check_latency(1);
+}
+
+TEST_CASE("frame memory: with the longest read latency there may be a read a clock all the same") {
+    check_latency(8);
+}
+
+TEST_CASE("frame memory: words on their way out are those of the device that was read") {
+    ClockedTestbench bench;
+    MemoryConfig config = pages_of(16);
+    config.read_latency_cycles = 4;
+    MemoryBench dut(bench, config);
+    dut.store(0, 0, 3, 1);
+    dut.store(1, 1, 3, 2);
+    dut.activate(10, 0);
+    dut.read(16, {3});
+    dut.core.drive(dut.front, 17, true);
+    dut.read(17, {3});
+    bench.run_through(24);
+    CHECK(dut.words_at(20) == Words{1});
+    CHECK(dut.words_at(21) == Words{2});
+}
+
+TEST_CASE("frame memory: reset takes words on their way out away") {
+    ClockedTestbench bench;
+    MemoryConfig config = pages_of(16);
+    config.read_latency_cycles = 4;
+    MemoryBench dut(bench, config);
+    dut.store(0, 0, 3, 7);
+    dut.activate(10, 0);
+    dut.read(16, {3});
+    dut.core.drive(bench.reset, 18, true);
+    dut.core.drive(bench.reset, 19, false);
+    bench.run_through(30);
+    CHECK(dut.sampled.clocks_where([](const MemoryData& put_out) { return put_out.count > 0; }).empty());
+}
+
 }  // namespace
 }  // namespace metabuffer::test

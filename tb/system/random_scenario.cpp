@@ -279,6 +279,24 @@ void choose_refresh(std::uint64_t seed, MemoryConfig& memory) {
         least + (random.one_in(4) ? random.between(0, 12) : random.between(0, 500));
 }
 
+/// Likewise. A buffer that would not hold what can be in flight grows by as much.
+void choose_bus_delay(std::uint64_t seed, Scenario& scenario) {
+    constexpr std::uint64_t kOwnSequence = 0x44656C61;
+    Random random(seed ^ kOwnSequence);
+    if (!random.one_in(3)) return;
+    if (!random.one_in(3)) {
+        scenario.memory.read_latency_cycles =
+            random.between(1, static_cast<int>(limits::kReadLatencyCycles.high));
+    }
+    if (!random.one_in(3)) {
+        scenario.bus.register_stages = random.between(1, static_cast<int>(limits::kRegisterStages.high));
+    }
+    const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
+    const int missing = std::max(0, in_flight - scenario.composer.ready_space_pixels);
+    scenario.composer.ready_space_pixels += missing;
+    scenario.composer.buffer_pixels += missing;
+}
+
 /// Likewise.
 void choose_arbiter(std::uint64_t seed, BusConfig& bus) {
     constexpr std::uint64_t kOwnSequence = 0x4772616E;
@@ -319,6 +337,7 @@ Scenario random_scenario(std::uint64_t seed) {
     choose_banks(seed, scenario.memory);
     choose_refresh(seed, scenario.memory);
     choose_arbiter(seed, scenario.bus);
+    choose_bus_delay(seed, scenario);
     check_scenario(scenario);
     return scenario;
 }
@@ -403,9 +422,10 @@ std::string describe(const Scenario& scenario) {
          << scenario.bus.width_bits << " bits, bursts of " << scenario.bus.burst_pixels << ", memory "
          << scenario.memory.words_per_cycle << " words a cycle, pages of " << scenario.memory.page_words
          << ", miss " << scenario.memory.page_miss_cycles << ", refresh " << scenario.memory.refresh_cycles
-         << " every " << scenario.memory.refresh_interval_cycles << ", buffer "
-         << scenario.composer.buffer_pixels << ", ready space " << scenario.composer.ready_space_pixels
-         << ", timeout " << scenario.link_timeout_pairs;
+         << " every " << scenario.memory.refresh_interval_cycles << ", read latency "
+         << scenario.memory.read_latency_cycles << ", register stages " << scenario.bus.register_stages
+         << ", buffer " << scenario.composer.buffer_pixels << ", ready space "
+         << scenario.composer.ready_space_pixels << ", timeout " << scenario.link_timeout_pairs;
     for (const Renderer& renderer : scenario.renderers) {
         text << "; " << renderer.name << " " << renderer.image_width_pixels << "x"
              << renderer.image_height_pixels;

@@ -234,6 +234,41 @@ TEST_CASE("frame memory: what is broken off in a refresh, or before one, has ope
     CHECK(dut.user.all_ok);
 }
 
+TEST_CASE("frame memory: what an opening leaves that is broken off hangs on how far it has come") {
+    // Two clocks to close a page, four to open one.
+    FrameMemoryBench dut(16, 6, 1, 2);
+    std::int64_t cycle = 0;
+    for (int clocks = 1; clocks <= 5; ++clocks) {
+        INFO("broken off behind " << clocks << " clocks");
+        CHECK(dut.user.access_at(cycle, 0, 1, true).wait_cycles == 4);
+        CHECK(dut.user.access_at(cycle + 10, 16, 1).wait_cycles == 6);
+        dut.user.break_off(16, clocks);
+        // Still closing: neither page is open, and the bank must be closed again. Behind that it is the new page's.
+        CHECK(dut.user.access_at(cycle + 20, 16, 1).wait_cycles == (clocks <= 2 ? 6 : 0));
+        cycle += 100;
+    }
+    CHECK(dut.user.all_ok);
+}
+
+TEST_CASE("frame memory: what a wait over a refresh leaves that is broken off hangs on how far it has come") {
+    MemoryConfig config = memory_config(16, 6, 1, 2);
+    config.refresh_cycles = 5;
+    config.refresh_interval_cycles = 100;
+    FrameMemoryBench dut(config);
+    // Wanted three clocks before the refresh of clock 100: those, the refresh, and four to activate the page.
+    std::int64_t refresh = 100;
+    for (int clocks = 1; clocks <= 11; ++clocks) {
+        INFO("broken off behind " << clocks << " clocks");
+        dut.user.access_at(refresh - 40, 0, 1);
+        CHECK(dut.user.access_at(refresh - 3, 16, 1).wait_cycles == 3 + 5 + 4);
+        dut.user.break_off(16, clocks);
+        // Only what was begun behind the refresh stays.
+        CHECK(dut.user.access_at(refresh + 20, 16, 1).wait_cycles == (clocks <= 3 + 5 ? 4 : 0));
+        refresh += 100;
+    }
+    CHECK(dut.user.all_ok);
+}
+
 TEST_CASE("frame memory: an access without its extension is an error of the model") {
     FrameMemoryBench dut(16, 6);
     CHECK(report_of_empty_payload(dut.user.initiator) == kExtensionReport);

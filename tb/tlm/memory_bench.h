@@ -52,10 +52,12 @@ class MemoryUser {
 
     /// What the memory answered to the last access.
     bool other_page() { return message_->other_page; }
-    void break_off(std::int64_t word) {
+    /// The last access, so many clocks behind its first.
+    void break_off(std::int64_t word, int clocks = 1) {
         message_.payload().set_address(static_cast<sc_dt::uint64>(word) * 8);
         *message_ = tlm::MemoryAccess{};
         message_->broken_off = true;
+        message_->cycle = cycle_ + clocks;
         all_ok = initiator.send(message_.payload()) == ::tlm::TLM_OK_RESPONSE && all_ok;
     }
 

@@ -20,6 +20,8 @@ module composer #(
     input logic [COUNT_BITS-1:0] ready_space_pixels_i,
     input logic [3:0]            pixels_per_beat_i,     // 1..8
     input logic [19:0]           longest_gap_cycles_i,  // from a beat of a burst to the next: a page miss and the beat
+    input logic [4:0]            beats_in_flight_i,     // from BUSREADY's fall on, with the beat that it falls at: 2..18
+    input logic [4:0]            cut_cycles_i,          // from BUSREADY's fall to the last beat of its burst: 1..17
     input logic [1:0]            composition_i,         // 0 nearer wins, 1 the same with alpha key, 2 over
     input logic                  stall_mode_i,          // a missing pixel: 1 stalls the column, 0 is a glitch
     input logic [63:0]           background_i,
@@ -56,6 +58,7 @@ module composer #(
     output logic        replayed_o,    // and its local pixel came from the window again
     output logic        stalled_o,     // the column stood still for this composer
     output logic        cut_o,         // BUSREADY was dropped in a burst
+    output logic        cutting_o,     // and beats of it may still come
     output logic [3:0]  late_o,        // pixels dropped that came after their last use
     output logic [31:0] lost_o,        // pixels found not to come any more
     output logic [31:0] lost_tables_o, // tables found not to come any more, in part or whole
@@ -446,21 +449,26 @@ module composer #(
   // ---- step 3: the handshakes ----
 
   logic [15:0] announced_2;
-  logic in_burst, busready_next, head_fresh, head_complete, prefetched_next, missing_next, head_abandoned_next;
+  logic [4:0] cut_cycles, cut_cycles_1;  // in which beats of a burst may still come that BUSREADY has ended
+  assign cutting_o = cut_cycles != '0;
+  logic in_burst, cutting, falling, busready_next, head_fresh, head_complete, prefetched_next, missing_next, head_abandoned_next;
   logic head_loses_table, head_missed_next, table_complete_next;
   logic [31:0] oldest_kept, frames_known;
   logic [31:0] head_arrived_next;
-  logic [SPACE_BITS-1:0] free_space, two_beats, room_wanted;
+  logic [SPACE_BITS-1:0] free_space, beats_in_flight, room_wanted;
 
   always_comb begin : handshakes
-    announced_2 = cut_o ? '0 : announced_1;
+    announced_2 = cut_cycles == 5'd1 ? '0 : announced_1;
+    cut_cycles_1 = cut_cycles == '0 ? '0 : cut_cycles - 5'd1;
     in_burst = announced_2 > {12'd0, pixels_per_beat_i};
     free_space = SPACE_BITS'(free_3);
-    two_beats = SPACE_BITS'({pixels_per_beat_i, 1'b0});
+    beats_in_flight = SPACE_BITS'(9'(pixels_per_beat_i) * 9'(beats_in_flight_i));
     room_wanted = SPACE_BITS'(announced_2);
     if (!in_burst) room_wanted = room_wanted + SPACE_BITS'(ready_space_pixels_i);
-    else if (room_wanted > two_beats) room_wanted = two_beats;
-    busready_next = free_space >= room_wanted;
+    else if (room_wanted > beats_in_flight) room_wanted = beats_in_flight;
+    cutting = cut_cycles_1 != '0;
+    falling = in_burst && !cutting && free_space < room_wanted;
+    busready_next = !cutting && free_space >= room_wanted;
 
     // The head frame as the bus side leaves it.
     head_fresh = beginning && frames_1 == 2'd0;
@@ -515,6 +523,7 @@ module composer #(
       replayed_o <= 1'b0;
       stalled_o <= 1'b0;
       cut_o <= 1'b0;
+      cut_cycles <= '0;
       late_o <= '0;
       lost_o <= '0;
       lost_tables_o <= '0;
@@ -557,7 +566,8 @@ module composer #(
       starved_o <= compositing && missing;
       replayed_o <= replaying;
       stalled_o <= !moving && stall_o;
-      cut_o <= in_burst && !busready_next;
+      cut_o <= falling;
+      cut_cycles <= falling ? cut_cycles_i : cut_cycles_1;
       late_o <= late_count;
       lost_o <= lost_count;
       lost_tables_o <= missed_count + {31'd0, losing_table};

@@ -152,6 +152,9 @@ std::string buffer_lines(const Analysis& analysis) {
     const bool has_bound = analysis.safe_buffer_pixels.has_value();
     if (!has_bound) {
         std::string unproved = to_string(analysis.bus.arbitration);
+        if (bus_loop_cycles(analysis.bus, analysis.memory) > 0) {
+            unproved = "a bus with read latency or registers";
+        }
         if (analysis.memory.refreshes()) unproved = "a memory that is refreshed";
         if (analysis.bus.arbiter_takes_time()) unproved = "an arbiter that takes clocks";
         reason = "nothing is proved of " + unproved;

@@ -50,6 +50,26 @@ TEST_CASE("derived timing: within a burst a page miss, a refresh and the page's 
     CHECK(longest_beat_gap_cycles(scenario) == 9 + 30 + 7 + 4);
 }
 
+TEST_CASE(
+    "derived timing: what can be in flight grows by the beats that fit the way to a composer and back") {
+    Scenario scenario;
+    scenario.memory.words_per_cycle = 2;
+    scenario.bus.width_bits = 128;
+    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == 2 * 2);
+    scenario.memory.read_latency_cycles = 3;
+    CHECK(bus_delay_cycles(scenario.bus, scenario.memory) == 3);
+    CHECK(bus_loop_cycles(scenario.bus, scenario.memory) == 3);
+    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == (2 + 3) * 2);
+    scenario.bus.register_stages = 2;
+    CHECK(bus_delay_cycles(scenario.bus, scenario.memory) == 5);
+    CHECK(bus_loop_cycles(scenario.bus, scenario.memory) == 7);
+    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == (2 + 7) * 2);
+    // The registers do not move faster than the beats: of four clocks each, one fits seven.
+    scenario.bus.width_bits = 16;
+    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == 2 + 1);
+    CHECK(longest_beat_gap_cycles(scenario) == scenario.memory.page_miss_cycles + 4);
+}
+
 TEST_CASE("derived timing: the watchdog's default is twice the sum of the silences, and 10,000 clocks") {
     Scenario scenario = machine_of(32, 24, 3);
     scenario.clocks = {};

@@ -164,8 +164,7 @@ TEST_CASE("override: errors of its value name it in place of file and line") {
               (fixture.directory() / "none.png").string() + ": cannot be read: No such file or directory");
     CHECK(fixture.error("bus: 3\n" + minimal, {"bus.width_bits=32"}) ==
           "test.yaml:1: bus: is '3'; use a map with the keys width_bits, burst_pixels, arbitration, "
-          "grant_cycles "
-          "and slot_table");
+          "grant_cycles, slot_table and register_stages");
     CHECK(fixture.error("renderers: 3\n", {"renderers.0.name=a"}) ==
           "test.yaml:1: renderers: is '3'; use a list of renderers");
 }

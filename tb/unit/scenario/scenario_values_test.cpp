@@ -332,14 +332,15 @@ TEST_CASE("scenario: what must be there") {
 TEST_CASE("scenario: a map that is none") {
     const ScenarioFixture fixture;
     check_error(fixture, "bus", "64",
-                "is '64'; use a map with the keys width_bits, burst_pixels, arbitration, grant_cycles "
-                "and slot_table");
+                "is '64'; use a map with the keys width_bits, burst_pixels, arbitration, grant_cycles, "
+                "slot_table and register_stages");
     check_error(fixture, "bus", "",
-                "is nothing; use a map with the keys width_bits, burst_pixels, arbitration, grant_cycles "
-                "and slot_table");
+                "is nothing; use a map with the keys width_bits, burst_pixels, arbitration, grant_cycles, "
+                "slot_table and register_stages");
     check_error(fixture, "memory", "[512]",
                 "is a list; use a map with the keys page_words, banks, precharge_cycles, activate_cycles, "
-                "page_miss_cycles, words_per_cycle, refresh_interval_cycles and refresh_cycles");
+                "page_miss_cycles, words_per_cycle, read_latency_cycles, refresh_interval_cycles "
+                "and refresh_cycles");
     check_error(fixture, "clocks", "100",
                 "is '100'; use a map with the keys core_mhz, dvi_in_mhz and dvi_out_mhz");
     check_error(fixture, "composer", "100",

@@ -166,13 +166,13 @@ TEST_CASE("buffer time: BUSREADY is not asked in a burst whose rest fits one bea
     buffer.begin_frame(0, &row, 10, 10);
     buffer.add({0, 8, 11}, 11, 11);
     using Verdict = BufferTime::Verdict;
-    CHECK(buffer.busready_in_burst(8, 15, 2, 11) == Verdict::kTaken);
-    CHECK(buffer.busready_in_burst(8, 15, 3, 11) == Verdict::kDropped);
-    CHECK(buffer.busready_in_burst(5, 15, 3, 11) == Verdict::kTaken);    // 3 free for the 3 that are left
-    CHECK(buffer.busready_in_burst(5, 15, 9, 11) == Verdict::kDropped);  // two beats need 4
-    CHECK(buffer.busready_in_burst(4, 15, 9, 11) == Verdict::kTaken);
+    CHECK(buffer.busready_in_burst({8, 15, 2}, 11) == Verdict::kTaken);
+    CHECK(buffer.busready_in_burst({8, 15, 3}, 11) == Verdict::kDropped);
+    CHECK(buffer.busready_in_burst({5, 15, 3}, 11) == Verdict::kTaken);    // 3 free for the 3 that are left
+    CHECK(buffer.busready_in_burst({5, 15, 9}, 11) == Verdict::kDropped);  // two beats need 4
+    CHECK(buffer.busready_in_burst({4, 15, 9}, 11) == Verdict::kTaken);
     // The column may have begun by a later clock: then it is not known.
-    CHECK(buffer.busready_in_burst(8, 200, 3, 11) == Verdict::kUndecided);
+    CHECK(buffer.busready_in_burst({8, 200, 3}, 11) == Verdict::kUndecided);
 }
 
 TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is late if that was its last") {

@@ -256,7 +256,7 @@ class ColumnReplay {
         REQUIRE(bus.buffer->newest_arrival_cycle() == beat.cycle + 1);
         REQUIRE(bus.buffer->planned_pixels() == beat.first_pixel + beat.pixels);
         const auto verdict = bus.buffer->busready_in_burst(
-            bus.buffer->planned_pixels(), bus.buffer->newest_arrival_cycle(), beat.remaining, now_);
+            {bus.buffer->planned_pixels(), bus.buffer->newest_arrival_cycle(), beat.remaining}, now_);
         REQUIRE(verdict != tlm::BufferTime::Verdict::kUndecided);
         check_verdict(r, beat, verdict);
         go_on(r);
@@ -289,8 +289,8 @@ class ColumnReplay {
                 // What is on its way when BUSREADY falls is sent without a look at it.
                 const bool looks = may_cut && (burst.drop_clock < 0 || beat.cycle < burst.drop_clock);
                 if (looks) {
-                    const auto verdict = bus.buffer->busready_in_burst(run.first_pixel + run.pixels,
-                                                                       beat.cycle + 1, beat.remaining, now_);
+                    const auto verdict = bus.buffer->busready_in_burst(
+                        {run.first_pixel + run.pixels, beat.cycle + 1, beat.remaining}, now_);
                     undecided = verdict == tlm::BufferTime::Verdict::kUndecided;
                     if (!undecided) check_verdict(r, beat, verdict);
                 }

@@ -83,6 +83,8 @@ void Composer::configure(const Scenario& scenario, int display) {
         static_cast<SData>(std::min(scenario.composer.ready_space_pixels, 2 * kMaximumBufferPixels - 1));
     verilated_->pixels_per_beat_i = static_cast<CData>(pixels_per_beat(scenario.bus, scenario.memory));
     verilated_->longest_gap_cycles_i = static_cast<IData>(longest_beat_gap_cycles(scenario));
+    verilated_->beats_in_flight_i = static_cast<CData>(beats_in_flight(scenario.bus, scenario.memory));
+    verilated_->cut_cycles_i = static_cast<CData>(1 + bus_loop_cycles(scenario.bus, scenario.memory));
     verilated_->composition_i = static_cast<CData>(scenario.composition);
     verilated_->stall_mode_i = stall_mode_ ? 1 : 0;
     verilated_->background_i = scenario.background_pixel().word();
@@ -213,7 +215,7 @@ void Composer::report_protocol_error() const {
 /// No frame runs or starts, nothing comes over the bus, and nothing is on its way to a register.
 bool Composer::idle(bool was_running) const {
     return !high(verilated_->running_o) && !was_running && !high(verilated_->startframe_o) &&
-           !startframe_i.read() && !high(verilated_->pipe_valid_o) && !high(verilated_->cut_o) &&
+           !startframe_i.read() && !high(verilated_->pipe_valid_o) && !high(verilated_->cutting_o) &&
            verilated_->announced_o == 0 && !(pipemaster_i.read() && high(verilated_->pipeready_o)) &&
            bus_i.read().kind == BusBeat::Kind::kNone;
 }

@@ -234,6 +234,17 @@ TEST_CASE("of a memory that is refreshed nothing is proved, and its refreshes ar
     CHECK(analysis_text(analyze(paper_case(4))).find("refresh") == std::string::npos);
 }
 
+TEST_CASE("of a bus with read latency or registers nothing is proved", "[analysis]") {
+    for (const bool registers : {false, true}) {
+        Scenario scenario = paper_case(4);
+        (registers ? scenario.bus.register_stages : scenario.memory.read_latency_cycles) = 1;
+        const Analysis analysis = analyze(scenario);
+        CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
+        CHECK(analysis_text(analysis).find("nothing is proved of a bus with read latency or registers") !=
+              std::string::npos);
+    }
+}
+
 TEST_CASE("JSON has the figures of the text", "[analysis]") {
     const Analysis analysis = analyze(paper_case(4));
     const std::string json = analysis_json(analysis);

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rtl/block.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// The registers between an input framebuffer and its composers (bus.register_stages), which let a long bus keep the
+/// clock: what goes to the composers passes through all of them, a stage a clock, and what they answer through as many.
+/// Not in the paper (its Figure 1 draws the bus without). Only machines with stages have this block.
+///
+/// All outputs are registered. Reset empties every stage.
+class BusRegisters final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<BusBeat> bus_i{"bus_i"};   ///< from the input framebuffer
+    sc_core::sc_out<BusBeat> bus_o{"bus_o"};
+    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;  ///< one a composer of the row
+    sc_core::sc_vector<sc_core::sc_out<bool>> busready_o;
+    sc_core::sc_vector<sc_core::sc_in<bool>> tableready_i;
+    sc_core::sc_vector<sc_core::sc_out<bool>> tableready_o;
+
+    /// stages: 1 or more. composers: of the row.
+    BusRegisters(const sc_core::sc_module_name& name, int stages, std::size_t composers);
+    SC_HAS_PROCESS(BusRegisters);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+
+  private:
+    /// The registers that a wire passes through, the newest value first; the last one drives the output.
+    template <typename Value>
+    using Line = std::vector<std::unique_ptr<Register<Value>>>;
+
+    template <typename Value>
+    Line<Value> line(const std::string& wire, int stages);
+    template <typename Value>
+    static bool shift(Line<Value>& line, const Value& input);
+
+    void end_of_elaboration() override;
+    void clock_edge();
+    void drive();
+
+    ClockGate gate_{ClockGating::kOn};
+    sc_core::sc_event_or_list wake_events_;
+    RegisterSet registers_;
+    Line<BusBeat> bus_;
+    std::vector<Line<bool>> busready_;  ///< by composer
+    std::vector<Line<bool>> tableready_;
+};
+
+}  // namespace metabuffer::rtl
