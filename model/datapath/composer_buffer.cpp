@@ -7,9 +7,9 @@ namespace metabuffer {
 
 ComposerBuffer::ComposerBuffer(int capacity_pixels, int raster_width_pixels, int raster_height_pixels)
     : capacity_(capacity_pixels),
+      addresses_(buffer_addresses(capacity_pixels)),
       raster_width_(raster_width_pixels),
-      raster_height_(raster_height_pixels),
-      storage_(static_cast<std::size_t>(capacity_pixels)) {}
+      raster_height_(raster_height_pixels) {}
 
 void ComposerBuffer::begin_frame() {
     if (!can_begin_frame()) {
@@ -41,9 +41,8 @@ void ComposerBuffer::lose_table() {
     table_lost_ = true;
 }
 
-bool ComposerBuffer::push(Pixel pixel) {
-    const int address = write_address_;
-    write_address_ = write_address_ + 1 == capacity_ ? 0 : write_address_ + 1;
+bool ComposerBuffer::push() {
+    write_address_ = write_address_ + 1 == addresses_ ? 0 : write_address_ + 1;
     Frame& frame = receiving();
     if (!keeps(frame, frame.arrived++)) {
         return false;
@@ -51,7 +50,6 @@ bool ComposerBuffer::push(Pixel pixel) {
     if (held_ == capacity_) {
         throw std::logic_error("a pixel arrived at a full buffer");
     }
-    storage_[static_cast<std::size_t>(address)] = pixel;
     ++held_;
     return true;
 }

@@ -2,15 +2,23 @@
 
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "datapath/segment.h"
-#include "formats/pixel.h"
 
 namespace metabuffer {
 
-/// A composer's local memory (section 5.2 of the paper): a queue of the segment's pixels with a moving
-/// window, since a replicated source row is read again until its last repetition. It keeps up to two frames
+/// Addresses of the memory behind a buffer of so many pixels: a power of two, and so many that the words of a beat, which
+/// follow each other, lie in as many banks of it.
+constexpr int buffer_addresses(int capacity_pixels) {
+    int addresses = 16;
+    while (addresses < capacity_pixels) {
+        addresses *= 2;
+    }
+    return addresses;
+}
+
+/// Where a composer's pixels stand in its local memory (section 5.2 of the paper), a queue of the segment's pixels with
+/// a moving window, since a replicated source row is read again until its last repetition. It keeps up to two frames
 /// apart, the one that is being composited (or is next to be) and the one behind it that the bus may already
 /// carry. A frame whose table did not come, or not to its end, is known all the same: it is composited in its turn,
 /// abandoned and without a segment.
@@ -50,8 +58,10 @@ class ComposerBuffer {
     bool table_lost() const { return table_lost_; }
     // Pixels are those of the newest frame; when it is over before they have all come, they are its pixels still.
 
-    /// The next pixel of the segment. False if it was dropped: it came too late, or its frame is abandoned.
-    bool push(Pixel pixel);
+    /// The next pixel of the segment has come, to be written to write_address(). False if it was dropped: it came too
+    /// late, or its frame is abandoned.
+    bool push();
+    int write_address() const { return write_address_; }
     /// Place in its segment of the pixel that push() takes next; none if no frame's pixels are to come.
     std::optional<std::int64_t> next_pixel() const;
     /// push() would keep the next pixel.
@@ -80,16 +90,15 @@ class ComposerBuffer {
     /// The storage address of pixel k, for has_arrived(k) pixels that are not released, of a frame that is not
     /// abandoned.
     int address_of(std::int64_t k) const {
-        return static_cast<int>(static_cast<std::uint32_t>(head().base_address + k) %
-                                static_cast<std::uint32_t>(capacity_));
+        return static_cast<int>((head().base_address + k) & (std::int64_t{addresses_} - 1));
     }
-    Pixel at_address(int address) const { return storage_[static_cast<std::size_t>(address)]; }
     /// Pixel k has been used for the last time: it and all before it are let go.
     void release_through(std::int64_t k);
     /// The oldest frame has been composited.
     void end_frame();
 
     int capacity_pixels() const { return capacity_; }
+    int addresses() const { return addresses_; }
     const int& held_pixels() const { return held_; }
     int free_pixels() const { return capacity_ - held_; }
 
@@ -121,9 +130,9 @@ class ComposerBuffer {
     Frame& receiving() { return receiving_ended_frame_ ? ended_ : newest(); }
 
     int capacity_;
+    int addresses_;
     int raster_width_;
     int raster_height_;
-    std::vector<Pixel> storage_;
     Frame frame_[kFrames];
     Frame ended_;  ///< while receiving_ended_frame_: the frame that is over
     int head_ = 0;

@@ -40,6 +40,11 @@ const std::vector<std::string>& machine_rules() {
                                                 "composer/stall",
                                                 "composer/occupancy",
                                                 "composer/table",
+                                                "fifo/overwrite",
+                                                "fifo/read",
+                                                "fifo/release",
+                                                "fifo/word",
+                                                "fifo/free",
                                                 "pipeline/raster",
                                                 "pipeline/startframe",
                                                 "pipeline/freeze",
@@ -96,7 +101,10 @@ MachineMonitors::MachineMonitors(const sc_core::sc_module_name& name, const Scen
         bind_bus(r);
         bind_arbiter(r);
         bind_link(r);
-        for (std::size_t d = 0; d < displays_; ++d) bind_composer(r, d);
+        for (std::size_t d = 0; d < displays_; ++d) {
+            bind_composer(r, d);
+            bind_fifo(r, d);
+        }
     }
     for (std::size_t d = 0; d < displays_; ++d) {
         bind_pipeline(d);
@@ -220,6 +228,24 @@ void MachineMonitors::bind_pipeline(std::size_t d) {
     pipelines_.push_back(std::move(monitor));
 }
 
+void MachineMonitors::bind_fifo(std::size_t r, std::size_t d) {
+    fifos_.emplace_back();
+    rtl::FifoWires* const wires = machine_.fifo_wires(r, d);
+    if (wires == nullptr) {
+        return;
+    }
+    auto monitor = std::make_unique<FifoMonitor>(rtl::numbered("fifo_monitor", r, d).c_str(), scenario_,
+                                                 rtl::numbered("composer", r, d), log_);
+    monitor->clk_i(machine_.core_clk());
+    monitor->reset_i(machine_.reset());
+    monitor->write_i(wires->write);
+    monitor->read_i(wires->read);
+    monitor->release_i(wires->release);
+    monitor->word_i(wires->word);
+    monitor->free_i(wires->free);
+    fifos_.back() = std::move(monitor);
+}
+
 void MachineMonitors::bind_output(std::size_t d) {
     DviMonitor::Link link;
     link.kind = DviMonitor::Kind::kOutput;
@@ -326,7 +352,7 @@ std::int64_t MachineMonitors::unreported() const {
                                    return total + (monitor != nullptr ? monitor->unreported() : 0);
                                });
     };
-    return sum(buses_) + sum(arbiters_) + sum(composers_) + sum(pipelines_);
+    return sum(buses_) + sum(arbiters_) + sum(composers_) + sum(fifos_) + sum(pipelines_);
 }
 
 }  // namespace metabuffer::monitors

@@ -60,7 +60,6 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       announced_before_(registers_, "announced_before", bits_for(scenario.bus.burst_pixels)),
       uncounted_cycles_(registers_, "uncounted_cycles", bits_for(1 + loop_cycles_)),
       table_uncounted_cycles_(registers_, "table_uncounted_cycles", bits_for(2 + loop_cycles_)),
-      stopped_row_(registers_, "stopped_row", bits_for(scenario.displays.count() - 1)),
       refresh_due_in_(registers_, "refresh_due_in", bits_for(scenario.memory.refresh_interval_cycles),
                       scenario.memory.refresh_interval_cycles),
       refresh_left_(registers_, "refresh_left", bits_for(scenario.memory.refresh_cycles)),
@@ -345,7 +344,6 @@ void BusPort::send_clock() {
 
 void BusPort::stop_burst() {
     stopped_ = beat_wait_ > 0;
-    stopped_row_ = burst_row_;
     bursting_ = false;
     burst_left_ = 0;
     if (breaks_opening_off()) {
@@ -459,10 +457,8 @@ void BusPort::drive_beat() {
     if (burst_left_ == 0) {
         // A composer that was sent more than one beat has been told what is behind them, and without a loop it has
         // answered.
-        if (!burst_started_ || (loop_cycles_ > 0 && !stopped_)) {
+        if (!burst_started_ || stopped_ || loop_cycles_ > 0) {
             pass_over(row(burst_row_).composer(), 1 + loop_cycles_);
-        } else if (stopped_) {
-            pass_over(row(stopped_row_).composer(), 1 + loop_cycles_);
         }
         stopped_ = false;
         bursting_ = false;

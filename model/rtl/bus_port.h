@@ -211,12 +211,10 @@ class BusPort final : public Block {
     Register<int> announced_;         ///< pixels of the burst behind the last beat driven
     Register<int> announced_before_;  ///< the same when the composer wrote the BUSREADY that is read next
     Register<int> uncounted_cycles_;  ///< until every BUSREADY counts what its composer was sent
-    Register<int> table_uncounted_cycles_;  ///< until TABLEREADY counts the newest frame's start
-    Register<bool> stopped_{registers_,
-                            "stopped"};  ///< stopped_row's burst was stopped while its last beat was moving
-    Register<int> stopped_row_;
-    Register<int> refresh_due_in_;  ///< clocks until the next refresh begins
-    Register<int> refresh_left_;    ///< clocks of a refresh still to pass
+    Register<int> table_uncounted_cycles_;           ///< until TABLEREADY counts the newest frame's start
+    Register<bool> stopped_{registers_, "stopped"};  ///< the burst was stopped while its last beat was moving
+    Register<int> refresh_due_in_;                   ///< clocks until the next refresh begins
+    Register<int> refresh_left_;                     ///< clocks of a refresh still to pass
     Register<BusBeat> beat_{registers_, "beat"};
     Register<MemoryData> words_{registers_, "words"};  ///< with read latency: of the beat that leaves next
     std::vector<std::unique_ptr<Register<BusBeat>>>

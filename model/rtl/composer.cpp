@@ -10,6 +10,13 @@ namespace {
 
 /// A number that is farther ahead of the newest frame's is none that a bus can have come to.
 constexpr int kMostFramesAhead = 65535;
+constexpr std::int64_t kNoPixel = -1;
+
+/// Of a number of a segment's pixel, or none.
+int pixel_bits(const Scenario& scenario) {
+    const DisplayConfig& displays = scenario.displays;
+    return 1 + bits_for(std::int64_t{displays.raster_width_pixels()} * displays.raster_height_pixels());
+}
 
 }  // namespace
 
@@ -29,12 +36,23 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       longest_gap_cycles_(longest_beat_gap_cycles(scenario)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
+      fifo_("fifo", scenario.composer.buffer_pixels, gating),
       buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_),
+      read_pixel_(registers_, "read_pixel", pixel_bits(scenario), kNoPixel),
+      word_pixel_(registers_, "word_pixel", pixel_bits(scenario), kNoPixel),
+      bypass_pixel_(registers_, "bypass_pixel", pixel_bits(scenario), kNoPixel),
       announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
       silent_cycles_(registers_, "silent_cycles", bits_for(longest_gap_cycles_)),
       burst_cut_(registers_, "burst_cut", bits_for(cut_cycles_)),
       next_row_(registers_, "next_row", bits_for(scenario.displays.count())),
       frame_(registers_, "frame", 1 + bits_for(scenario.frames), -1) {
+    fifo_.clk_i(clk_i);
+    fifo_.reset_i(reset_i);
+    fifo_.write_i(fifo_wires_.write);
+    fifo_.read_i(fifo_wires_.read);
+    fifo_.release_i(fifo_wires_.release);
+    fifo_.word_o(fifo_wires_.word);
+    fifo_.free_o(fifo_wires_.free);
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
@@ -51,6 +69,11 @@ void Composer::reset() {
     pipeready_o.write(false);
     stall_o.write(false);
     pipe_o.write(PipePixel{});
+    fifo_wires_.write.write(FifoWrite{});
+    fifo_wires_.read.write(FifoRead{});
+    fifo_wires_.release.write(FifoRelease{});
+    kept_.count = 0;
+    abandoned_pixels_ = 0;
 }
 
 void Composer::end_of_elaboration() {
@@ -69,6 +92,7 @@ void Composer::clock_edge() {
         return;
     }
     const bool was_running = running_;
+    const int held_before = buffer_.held_pixels();
     // Nothing ever raises COLUMNSTALL in glitch mode.
     if (on_starvation_ == StarvationMode::kGlitch || !column_stall_i.read()) {
         pipeline_edge();
@@ -76,6 +100,7 @@ void Composer::clock_edge() {
         ++counters_.stalled_cycles;
     }
     bus_edge();
+    drive_fifo(held_before);
     drive_handshakes(was_running);
     if (gate_.idle_edge(idle(was_running))) {
         next_trigger(wake_events_);
@@ -86,8 +111,8 @@ void Composer::clock_edge() {
 /// and nothing is on its way to a register.
 bool Composer::idle(bool was_running) const {
     return !running_ && !was_running && !startframe_ && !startframe_i.read() && !pipe_valid_ &&
-           burst_cut_ == 0 && announced_ == 0 && !(pipemaster_ && pipeready_) &&
-           bus_i.read().kind == BusBeat::Kind::kNone;
+           burst_cut_ == 0 && announced_ == 0 && !(pipemaster_ && pipeready_) && !reading_ && !writing_ &&
+           !releasing_ && bus_i.read().kind == BusBeat::Kind::kNone;
 }
 
 // ---- the pipeline side ----
@@ -115,6 +140,8 @@ void Composer::pipeline_edge() {
 void Composer::start_frame() {
     running_ = true;
     walker_ = SegmentWalker(buffer_.segment(), buffer_.has_segment(), raster_width_, raster_height_);
+    ahead_ = walker_;
+    ahead_.advance();
     ++frame_;
     frame_spans_.emplace_back();
     frame_spans_.back().startframe_cycle = clock_edge_number(core_period_picoseconds_);
@@ -133,8 +160,7 @@ void Composer::composite(const PipePixel& upstream) {
         if (starved_) {
             count_glitch({frame_, walker_.x(), walker_.y()}, clock_edge_number(core_period_picoseconds_));
         } else if (!abandoned) {
-            const Pixel local = buffer_.at_address(buffer_.address_of(k));
-            out.pixel = compose(composition_, local, upstream.pixel);
+            out.pixel = compose(composition_, local_pixel(k), upstream.pixel);
             counters_.replayed_pixels += walker_.replayed() ? 1 : 0;
         }
         if (walker_.last_use()) {
@@ -146,6 +172,8 @@ void Composer::composite(const PipePixel& upstream) {
     walker_.advance();
     if (walker_.done()) {
         end_frame();
+    } else {
+        ahead_.advance();
     }
 }
 
@@ -154,6 +182,8 @@ void Composer::end_frame() {
     starved_ = false;
     frame_spans_.back().end_cycle = clock_edge_number(core_period_picoseconds_);
     buffer_.end_frame();
+    word_pixel_ = kNoPixel;  // what stands there is of this frame
+    bypass_pixel_ = kNoPixel;
 }
 
 bool Composer::next_pixel_missing() const {
@@ -282,9 +312,15 @@ bool Composer::keep_pixels(const BusBeat& beat) {
             protocol_error("a pixel for a full buffer");
             return false;
         }
-        if (!buffer_.push(Pixel(beat.words[static_cast<std::size_t>(i)]))) {
+        const auto address = static_cast<std::uint32_t>(buffer_.write_address());
+        if (!buffer_.push()) {
             counters_.late_pixels += buffer_.abandoning() ? 0 : 1;
+            continue;
         }
+        if (kept_.count == 0) {
+            kept_.address = address;
+        }
+        kept_.words[kept_.count++] = beat.words[static_cast<std::size_t>(i)];
     }
     counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, buffer_.held_pixels());
     return true;
@@ -296,7 +332,82 @@ void Composer::protocol_error(const std::string& what) const {
 
 void Composer::lose_pixels(std::int64_t count) {
     counters_.lost_pixels += count;
+    const int held = buffer_.held_pixels();
     buffer_.lose(count);
+    abandoned_pixels_ += static_cast<std::uint32_t>(held - buffer_.held_pixels());
+}
+
+// ---- the FIFO ----
+
+/// Behind the pipeline and the bus side: what of this clock's pixels the FIFO keeps and lets go of, and what it reads.
+void Composer::drive_fifo(int held_before) {
+    follow_read();
+    read_ahead();
+    if (kept_.count > 0 || writing_) {
+        fifo_wires_.write.write(kept_);
+        writing_ = kept_.count > 0;
+    }
+    FifoRelease release;
+    release.newest = abandoned_pixels_;
+    release.oldest =
+        static_cast<std::uint32_t>(held_before + kept_.count - buffer_.held_pixels()) - abandoned_pixels_;
+    const bool releases = release.oldest > 0 || release.newest > 0;
+    if (releases || releasing_) {
+        fifo_wires_.release.write(release);
+        releasing_ = releases;
+    }
+    kept_.count = 0;
+    abandoned_pixels_ = 0;
+}
+
+/// At this edge the FIFO puts out what it was told to read. If that is not what the next position shows, its pixel goes
+/// past the FIFO: it has come at this edge, or the column stands still and what stood at the output is still to be used.
+void Composer::follow_read() {
+    const std::int64_t stood = word_pixel_;
+    if (reading_) {
+        word_pixel_ = read_pixel_;
+    }
+    if (!running_ || !walker_.covered()) {
+        return;
+    }
+    const std::int64_t pixel = walker_.pixel();
+    if (word_pixel_ == pixel || bypass_pixel_ == pixel) {
+        return;
+    }
+    if (stood == pixel) {
+        bypass_pixel_ = pixel;
+        bypass_word_ = fifo_wires_.word.read();
+        return;
+    }
+    const BusBeat& beat = bus_i.read();
+    const std::int64_t place = pixel - std::int64_t{beat.first};
+    if (kept_.count > 0 && place >= 0 && place < beat.count && buffer_.has_arrived(pixel)) {
+        bypass_pixel_ = pixel;
+        bypass_word_ = beat.words[static_cast<std::size_t>(place)];
+    }
+}
+
+/// Tells the FIFO to read what the position behind the next one shows, if that is there and not at hand.
+void Composer::read_ahead() {
+    const std::int64_t pixel = pixel_ahead();
+    const bool reads = pixel != kNoPixel && pixel != word_pixel_ && pixel != bypass_pixel_ &&
+                       buffer_.has_arrived(pixel) && !buffer_.abandoned();
+    if (reads) {
+        fifo_wires_.read.write({true, static_cast<std::uint32_t>(buffer_.address_of(pixel))});
+        read_pixel_ = pixel;
+    } else if (reading_) {
+        fifo_wires_.read.write({false, fifo_wires_.read.read().address});
+    }
+    reading_ = reads;
+}
+
+/// None where the segment does not show. Before a frame it is the frame's first position.
+std::int64_t Composer::pixel_ahead() const {
+    if (running_) {
+        return !ahead_.done() && ahead_.covered() ? ahead_.pixel() : kNoPixel;
+    }
+    const bool covered = buffer_.has_segment() && buffer_.segment().covers(0, 0);
+    return covered ? 0 : kNoPixel;
 }
 
 // ---- the handshakes ----
@@ -372,6 +483,7 @@ void Composer::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, walker_.row_phase(), path("window_repetition"));
     sc_core::sc_trace(file, buffer_.held_pixels(), path("buffer_held"));
     registers_.trace(file, path(""));
+    fifo_.trace(file);
 }
 
 std::string Composer::waiting_for() const {

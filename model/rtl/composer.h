@@ -5,6 +5,8 @@
 #include "datapath/composer_buffer.h"
 #include "report/composer_record.h"
 #include "rtl/block.h"
+#include "rtl/composer_fifo.h"
+#include "rtl/fifo_wires.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
 
@@ -13,11 +15,16 @@ namespace metabuffer::rtl {
 /// A composer, box C of the paper's Figure 1 (sections 4, 5.2 to 5.4): takes its segment's pixels from its
 /// renderer's bus into its buffer and merges them with the pixels that come down its display's pipeline.
 ///
+/// Made of a receiver of beats (ComposerBuffer), a walk over the raster (SegmentWalker), a merge stage and handshakes, in
+/// one clocked process, and of composer_fifo, which has pins.
+///
 /// Timing, in core clocks; all outputs are registered:
 /// - pipeline: the pixel on pipe_i at an edge leaves, composited, on pipe_o after it. STARTFRAME is relayed
 ///   the same way, one clock ahead of pixel 0. The composer strapped PIPEMASTER makes the upstream pixel itself
 ///   (background, A = 0, far) and answers its own PIPEREADY with STARTFRAME one clock later.
-/// - buffer: a pixel sampled from the bus at an edge can be composited at the next one.
+/// - buffer: a pixel sampled from the bus at an edge can be composited at the next one. It is written into the FIFO behind
+///   that edge; until a read can bring it back it stands in a register beside the merge stage (bypass). The FIFO is read
+///   a position ahead, unless it stands at that pixel already, as it does while columns are replicated.
 /// - BUSREADY: with no burst for this composer under way, or with the rest of it fitting one beat, high while
 ///   ready_space_pixels are free beside that rest: a slot would be taken. Earlier in a burst, high while the
 ///   beat on its way and one more fit, and those that read latency and bus registers hold; the first low clock
@@ -67,10 +74,20 @@ class Composer final : public Block, public ComposerRecord {
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
 
+    /// The wires between the composer and its FIFO, if it has such a block inside; else null.
+    FifoWires* fifo_wires() { return &fifo_wires_; }
+
   private:
     void end_of_elaboration() override;
     void clock_edge();
     void reset();
+    Pixel local_pixel(std::int64_t pixel) const {
+        return Pixel(bypass_pixel_ == pixel ? bypass_word_.value() : fifo_wires_.word.read());
+    }
+    void drive_fifo(int held_before);
+    void follow_read();
+    void read_ahead();
+    std::int64_t pixel_ahead() const;
     void pipeline_edge();
     void start_frame();
     void composite(const PipePixel& upstream);
@@ -107,8 +124,11 @@ class Composer final : public Block, public ComposerRecord {
     ClockGate gate_;
     sc_core::sc_event_or_list wake_events_;
 
+    FifoWires fifo_wires_;
+    ComposerFifo fifo_;
     ComposerBuffer buffer_;
     SegmentWalker walker_;
+    SegmentWalker ahead_;  ///< a position further, while a frame runs
 
     RegisterSet registers_;
     Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high
@@ -120,11 +140,21 @@ class Composer final : public Block, public ComposerRecord {
     Register<bool> stall_{registers_, "stall"};
     Register<bool> pipe_valid_{registers_, "pipe_valid"};
     Register<bool> starved_{registers_, "starved"};  ///< the pixel that has just left lacks this composer's
-    Register<int> announced_;                        ///< pixels of the burst under way that are still to come
-    Register<int> silent_cycles_;                    ///< since its last beat, while announced_ > 0
+    Register<bool> reading_{registers_, "reading"};  ///< the FIFO reads a pixel at the next edge
+    Register<std::int64_t> read_pixel_;              ///< which, in its segment
+    Register<std::int64_t> word_pixel_;              ///< that stands at the FIFO's output; -1: none
+    Register<std::int64_t> bypass_pixel_;            ///< that is taken from bypass_word instead; -1: none
+    Register<std::uint64_t> bypass_word_{registers_, "bypass_word", 64};
+    Register<bool> writing_{registers_, "writing"};      ///< the FIFO is told to write
+    Register<bool> releasing_{registers_, "releasing"};  ///< and to let go of pixels
+    Register<int> announced_;      ///< pixels of the burst under way that are still to come
+    Register<int> silent_cycles_;  ///< since its last beat, while announced_ > 0
     Register<int> burst_cut_;  ///< clocks in which beats of a burst may still come that BUSREADY has ended
     Register<std::uint32_t> next_row_;  ///< place in the newest frame's table of the row that must come next
     Register<int> frame_;               ///< number of the frame composited, from 0
+
+    FifoWrite kept_;                      ///< by this clock
+    std::uint32_t abandoned_pixels_ = 0;  ///< of a frame that this clock has found to lack some
 };
 
 }  // namespace metabuffer::rtl

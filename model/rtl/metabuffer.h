@@ -91,6 +91,10 @@ class Metabuffer final : public Block {
     FramebufferWires* inner_wires(std::size_t renderer) {
         return input_framebuffers_[renderer]->inner_wires();
     }
+    /// The wires inside a composer (indices), if it is made of blocks.
+    FifoWires* fifo_wires(std::size_t renderer, std::size_t display) {
+        return composers_[renderer * displays() + display]->fifo_wires();
+    }
     /// What stands between these wires and the blocks that drive them.
     const MachineFaults& faults() const { return *faults_; }
     sc_core::sc_clock& core_clk() { return *core_clk_; }

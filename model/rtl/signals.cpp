@@ -212,6 +212,41 @@ void sc_trace(sc_core::sc_trace_file* file, const MemoryData& value, const std::
     sc_core::sc_trace(file, value.count, name + ".count", 4);
 }
 
+bool operator==(const FifoWrite& a, const FifoWrite& b) {
+    return a.count == b.count && a.address == b.address &&
+           std::equal(a.words.begin(), a.words.begin() + a.count, b.words.begin());
+}
+
+std::ostream& operator<<(std::ostream& out, const FifoWrite& value) {
+    return out << int{value.count} << " words from address " << value.address << " on";
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const FifoWrite& value, const std::string& name) {
+    sc_core::sc_trace(file, value.count, name + ".count", 4);
+    sc_core::sc_trace(file, value.address, name + ".address");
+}
+
+std::ostream& operator<<(std::ostream& out, const FifoRead& value) {
+    if (!value.enable) {
+        return out << "no read";
+    }
+    return out << "address " << value.address;
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const FifoRead& value, const std::string& name) {
+    sc_core::sc_trace(file, value.enable, name + ".enable");
+    sc_core::sc_trace(file, value.address, name + ".address");
+}
+
+std::ostream& operator<<(std::ostream& out, const FifoRelease& value) {
+    return out << value.oldest << " oldest, " << value.newest << " newest";
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const FifoRelease& value, const std::string& name) {
+    sc_core::sc_trace(file, value.oldest, name + ".oldest");
+    sc_core::sc_trace(file, value.newest, name + ".newest");
+}
+
 bool operator==(const FrontTable& a, const FrontTable& b) { return a.rows == b.rows && a.slots == b.slots; }
 
 std::ostream& operator<<(std::ostream& out, const FrontTable& value) {

@@ -138,6 +138,39 @@ std::ostream& operator<<(std::ostream& out, const MemoryData& value);
 /// Without the words, see trace_lanes.
 void sc_trace(sc_core::sc_trace_file* file, const MemoryData& value, const std::string& name);
 
+/// What a composer writes into its FIFO in a core clock: a beat's pixels, at addresses that follow each other.
+struct FifoWrite {
+    std::uint8_t count = 0;     ///< 0: none
+    std::uint32_t address = 0;  ///< of the first; behind the FIFO's last address comes its first
+    std::array<std::uint64_t, kMaximumBeatPixels> words{};
+};
+bool operator==(const FifoWrite& a, const FifoWrite& b);
+std::ostream& operator<<(std::ostream& out, const FifoWrite& value);
+/// Without the words, see trace_lanes.
+void sc_trace(sc_core::sc_trace_file* file, const FifoWrite& value, const std::string& name);
+
+/// What a composer reads of its FIFO in a core clock.
+struct FifoRead {
+    bool enable = false;
+    std::uint32_t address = 0;
+};
+inline bool operator==(const FifoRead& a, const FifoRead& b) {
+    return a.enable == b.enable && a.address == b.address;
+}
+std::ostream& operator<<(std::ostream& out, const FifoRead& value);
+void sc_trace(sc_core::sc_trace_file* file, const FifoRead& value, const std::string& name);
+
+/// Pixels that a composer's FIFO need not hold any more.
+struct FifoRelease {
+    std::uint32_t oldest = 0;  ///< that have had their last use
+    std::uint32_t newest = 0;  ///< of a frame that is abandoned
+};
+inline bool operator==(const FifoRelease& a, const FifoRelease& b) {
+    return a.oldest == b.oldest && a.newest == b.newest;
+}
+std::ostream& operator<<(std::ostream& out, const FifoRelease& value);
+void sc_trace(sc_core::sc_trace_file* file, const FifoRelease& value, const std::string& name);
+
 /// The table of the pair in the front bank: its valid rows, and whose each slot of the bus is. It stands still from
 /// the swap of the banks to the next one.
 struct FrontTable {

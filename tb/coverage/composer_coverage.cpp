@@ -1,5 +1,6 @@
 #include "composer_coverage.h"
 
+#include "datapath/composer_buffer.h"
 #include "monitors/reference_composition.h"
 #include "scenario/derived_timing.h"
 
@@ -283,8 +284,8 @@ void ComposerCoverage::cover_pixels(std::int64_t late) {
     announced_ = static_cast<int>(bus_.remaining);
     goals_.prefetch.pixels_while_compositing.hit_if(running() && two_frames());
     const std::int64_t kept = observer_.kept_pixels();
-    const std::int64_t capacity = scenario_.composer.buffer_pixels;
-    goals_.buffer.write_address_wraps.hit((kept_ + kept) / capacity - kept_ / capacity);
+    const std::int64_t addresses = buffer_addresses(scenario_.composer.buffer_pixels);
+    goals_.buffer.write_address_wraps.hit((kept_ + kept) / addresses - kept_ / addresses);
     kept_ += kept;
     kept_of_newest_ += kept;
     written_ += bus_.count;

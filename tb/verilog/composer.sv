@@ -20,7 +20,7 @@ module composer #(
     input logic [COUNT_BITS-1:0] ready_space_pixels_i,
     input logic [3:0]            pixels_per_beat_i,     // 1..8
     input logic [19:0]           longest_gap_cycles_i,  // from a beat of a burst to the next: a page miss and the beat
-    input logic [4:0]            beats_in_flight_i,     // from BUSREADY's fall on, with the beat that it falls at: 2..18
+    input logic [7:0]            in_flight_pixels_i,    // that may come from BUSREADY's fall on, with the beat that it falls at
     input logic [4:0]            cut_cycles_i,          // from BUSREADY's fall to the last beat of its burst: 1..17
     input logic [1:0]            composition_i,         // 0 nearer wins, 1 the same with alpha key, 2 over
     input logic                  stall_mode_i,          // a missing pixel: 1 stalls the column, 0 is a glitch
@@ -95,7 +95,6 @@ module composer #(
   localparam logic [1:0] COMPOSE_Z_ALPHA_KEY = 2'd1;
 
   localparam int MOST_FRAMES_AHEAD = 65535;  // of the newest frame that is known: no bus gets there
-  localparam int BANKS = 8;
   localparam int SPACE_BITS = (COUNT_BITS > 16 ? COUNT_BITS : 16) + 1;  // counts and announced pixels together
 
   // ---- registers ----
@@ -127,7 +126,7 @@ module composer #(
   logic [15:0] next_row;               // place of the table row that must come next
   logic        receiving_ended;        // pixels of a frame that is over, the one that is not `head`, still come
   logic [31:0] released;               // pixels of the head frame that have had their last use
-  logic [COUNT_BITS-1:0]   held;
+  logic [COUNT_BITS-1:0]   held;       // the FIFO's level
   logic [ADDRESS_BITS-1:0] write_address;
   logic [19:0]             silent_cycles;  // since the burst's last beat, while more of it is announced
 
@@ -244,17 +243,12 @@ module composer #(
     end
   end
 
-  // Merging. The local pixel was read at the edge before, or taken from the bus at that edge.
+  // Merging. The FIFO has read the local pixel at the edge before, be it that it came at that edge.
   logic [63:0] local_pixel, merged_pixel, upstream_pixel;
-  logic [63:0] bank_word[BANKS];
-  logic [2:0]  read_bank;
-  logic        bypass;
-  logic [63:0] bypass_word;
   logic        upstream_lost;
 
   assign upstream_pixel = pipemaster ? background_i : pipe_pixel_i;
   assign upstream_lost = pipe_lost_i && !pipemaster;
-  assign local_pixel = bypass ? bypass_word : bank_word[read_bank];
 
   // t / 255 rounded to nearest, exact for t <= 255 * 255.
   function automatic logic [8:0] div255(input logic [15:0] t);
@@ -419,32 +413,35 @@ module composer #(
     end
   end
 
-  // The local memory: a ring of MAX_BUFFER_PIXELS, of which buffer_pixels_i are used at a time. Word i of a beat lies i
-  // behind the first, each in another bank. The read is for the raster position of the next edge.
-  logic [ADDRESS_BITS-1:0] read_address, read_distance;
-  logic reading;
+  // The local memory is a ring of MAX_BUFFER_PIXELS, of which buffer_pixels_i are used at a time. The read is for the
+  // raster position of the next edge.
+  logic [ADDRESS_BITS-1:0] read_address;
+  logic [1:0] fifo_error;
+  logic [COUNT_BITS-1:0] fifo_free;
   assign read_address = base[head] + ADDRESS_BITS'(pixel_next);
-  assign read_distance = read_address - write_address;
-  assign reading = running_next && covered_next;
 
-  for (genvar bank = 0; bank < BANKS; bank = bank + 1) begin : gen_bank
-    logic [2:0] lane;
-    logic [ADDRESS_BITS-4:0] address;  // in the bank: one further for the lanes behind the ring's bank 7
-    assign lane = 3'(bank) - write_address[2:0];
-    assign address = write_address[ADDRESS_BITS-1:3] + (ADDRESS_BITS - 3)'(lane > ~write_address[2:0]);
-    pixel_bank #(
-        .DEPTH(MAX_BUFFER_PIXELS / BANKS)
-    ) memory (
-        .clk_i,
-        .write_i(keeping && {1'b0, lane} < taken_count),
-        .write_address_i(address),
-        .write_lane_i(lane),
-        .words_i(bus_words_i),
-        .read_i(reading && read_address[2:0] == 3'(bank)),
-        .read_address_i(read_address[ADDRESS_BITS-1:3]),
-        .word_o(bank_word[bank])
-    );
-  end
+  composer_fifo #(
+      .MAX_PIXELS(MAX_BUFFER_PIXELS)
+  ) fifo (
+      .clk_i,
+      .reset_i,
+      .capacity_i(buffer_pixels_i),
+      .last_address_i('1),
+      .write_count_i(keeping ? taken_count : 4'd0),
+      .write_address_i(write_address),
+      .write_words_i(bus_words_i),
+      .read_i(running_next && covered_next),
+      .read_address_i(read_address),
+      .release_oldest_i(held - held_1 + (keeping ? COUNT_BITS'(late_count) : '0)),
+      .release_newest_i(held_1 - held_2),
+      .word_o(local_pixel),
+      .level_o(held),
+      .free_o(fifo_free),
+      .error_o(fifo_error)
+  );
+  // It is never told more than it can do, and what is late is let go of as it comes.
+  logic unused_fifo;
+  assign unused_fifo = ^{fifo_free, fifo_error};
 
   // ---- step 3: the handshakes ----
 
@@ -455,17 +452,17 @@ module composer #(
   logic head_loses_table, head_missed_next, table_complete_next;
   logic [31:0] oldest_kept, frames_known;
   logic [31:0] head_arrived_next;
-  logic [SPACE_BITS-1:0] free_space, beats_in_flight, room_wanted;
+  logic [SPACE_BITS-1:0] free_space, in_flight, room_wanted;
 
   always_comb begin : handshakes
     announced_2 = cut_cycles == 5'd1 ? '0 : announced_1;
     cut_cycles_1 = cut_cycles == '0 ? '0 : cut_cycles - 5'd1;
     in_burst = announced_2 > {12'd0, pixels_per_beat_i};
     free_space = SPACE_BITS'(free_3);
-    beats_in_flight = SPACE_BITS'(9'(pixels_per_beat_i) * 9'(beats_in_flight_i));
+    in_flight = SPACE_BITS'(in_flight_pixels_i);
     room_wanted = SPACE_BITS'(announced_2);
     if (!in_burst) room_wanted = room_wanted + SPACE_BITS'(ready_space_pixels_i);
-    else if (room_wanted > beats_in_flight) room_wanted = beats_in_flight;
+    else if (room_wanted > in_flight) room_wanted = in_flight;
     cutting = cut_cycles_1 != '0;
     falling = in_burst && !cutting && free_space < room_wanted;
     busready_next = !cutting && free_space >= room_wanted;
@@ -501,7 +498,6 @@ module composer #(
       next_row <= '0;
       receiving_ended <= 1'b0;
       released <= '0;
-      held <= '0;
       write_address <= '0;
       running <= 1'b0;
       row_covered <= 1'b0;
@@ -539,7 +535,6 @@ module composer #(
       else if (taking_row) next_row <= next_row + 16'd1;
       receiving_ended <= receiving_ended_1 && !newer;
       released <= released_1;
-      held <= held_3;
       if (keeping) write_address <= write_address + ADDRESS_BITS'(taken_count);
       running <= running_next;
       row_covered <= row_covered_next;
@@ -586,9 +581,6 @@ module composer #(
     first_row_phase <= first_row_phase_next;
     row_first_pixel_o <= row_first_pixel_next;
     pixel_o <= pixel_next;
-    read_bank <= read_address[2:0];
-    bypass <= keeping && read_distance < ADDRESS_BITS'(taken_count);
-    bypass_word <= bus_words_i[64*read_distance[2:0] +: 64];
   end
 
   always_ff @(posedge clk_i) begin : frame_registers

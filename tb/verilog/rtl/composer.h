@@ -5,6 +5,7 @@
 
 #include "report/composer_record.h"
 #include "rtl/block.h"
+#include "rtl/fifo_wires.h"
 #include "rtl/signals.h"
 
 class VerilatedContext;
@@ -42,6 +43,9 @@ class Composer final : public Block, public ComposerRecord {
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
+
+    /// Its FIFO is inside the module, without wires in SystemC.
+    FifoWires* fifo_wires() { return nullptr; }
 
   private:
     /// What the status outputs showed before an edge that a counter needs behind it.

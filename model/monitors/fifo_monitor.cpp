@@ -1,0 +1,129 @@
+#include "monitors/fifo_monitor.h"
+
+#include "datapath/composer_buffer.h"
+
+namespace metabuffer::monitors {
+
+FifoMonitor::FifoMonitor(const sc_core::sc_module_name& name, const Scenario& scenario,
+                         const std::string& composer, ViolationLog& log)
+    : sc_core::sc_module(name),
+      fifo_(composer + ".fifo."),
+      capacity_(static_cast<std::uint32_t>(scenario.composer.buffer_pixels)),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      reporter_(log),
+      words_(static_cast<std::size_t>(buffer_addresses(scenario.composer.buffer_pixels))) {
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+}
+
+void FifoMonitor::end_of_elaboration() {
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= write_i.value_changed_event();
+    wake_events_ |= read_i.value_changed_event();
+    wake_events_ |= release_i.value_changed_event();
+    wake_events_ |= word_i.value_changed_event();
+    wake_events_ |= free_i.value_changed_event();
+}
+
+void FifoMonitor::violate(const char* rule, const char* signal, std::int64_t edge,
+                          const std::string& detail) {
+    constexpr int kNoFrame = -1;
+    reporter_.report(rule, rule, fifo_ + signal, edge, kNoFrame, detail);
+}
+
+void FifoMonitor::restart() {
+    for (Word& word : words_) {
+        word.held = false;
+    }
+    held_.clear();
+    word_ = 0;
+    started_ = false;
+}
+
+void FifoMonitor::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
+    if (reset_i.read()) {
+        restart();
+        return;
+    }
+    const std::int64_t edge = rtl::clock_edge_number(core_period_picoseconds_);
+    if (started_) {
+        check_outputs(edge);
+    }
+    started_ = true;
+    const rtl::FifoWrite& write = write_i.read();
+    const rtl::FifoRead& read = read_i.read();
+    const rtl::FifoRelease& release = release_i.read();
+    const bool releases = release.oldest > 0 || release.newest > 0;
+    if (write.count > 0) {
+        take_write(write, edge);
+    }
+    if (read.enable) {
+        take_read(read, edge);
+    }
+    if (releases) {
+        take_release(release, edge);
+    }
+    if (gate_.idle_edge(write.count == 0 && !read.enable && !releases)) {
+        next_trigger(wake_events_);
+    }
+}
+
+/// What the edge before has left.
+void FifoMonitor::check_outputs(std::int64_t edge) {
+    if (word_i.read() != word_) {
+        violate("fifo/word", "word", edge,
+                "word " + std::to_string(word_i.read()) + ", not the " + std::to_string(word_) +
+                    " of the address read last");
+    }
+    if (free_i.read() != capacity_ - held_.size()) {
+        violate("fifo/free", "free", edge,
+                std::to_string(free_i.read()) + " pixels free, with " + std::to_string(held_.size()) +
+                    " of " + std::to_string(capacity_) + " held");
+    }
+}
+
+void FifoMonitor::take_write(const rtl::FifoWrite& write, std::int64_t edge) {
+    for (std::uint32_t i = 0; i < write.count; ++i) {
+        const std::uint32_t address = (write.address + i) % static_cast<std::uint32_t>(words_.size());
+        Word& word = words_[address];
+        if (word.held) {
+            violate("fifo/overwrite", "write", edge,
+                    "a word for address " + std::to_string(address) + ", which is held");
+        }
+        word = {true, write.words[i]};
+        held_.push_back(address);
+    }
+    pixels_written_ += write.count;
+}
+
+void FifoMonitor::take_read(const rtl::FifoRead& read, std::int64_t edge) {
+    if (read.address >= words_.size() || !words_[read.address].held) {
+        violate("fifo/read", "read", edge,
+                "address " + std::to_string(read.address) + " is read, which holds no pixel");
+        return;
+    }
+    word_ = words_[read.address].value;
+}
+
+void FifoMonitor::take_release(const rtl::FifoRelease& release, std::int64_t edge) {
+    if (std::uint64_t{release.oldest} + release.newest > held_.size()) {
+        violate("fifo/release", "release", edge,
+                std::to_string(release.oldest) + " and " + std::to_string(release.newest) +
+                    " pixels are let go of, with " + std::to_string(held_.size()) + " held");
+        return;
+    }
+    for (std::uint32_t i = 0; i < release.oldest; ++i) {
+        words_[held_.front()].held = false;
+        held_.pop_front();
+    }
+    for (std::uint32_t i = 0; i < release.newest; ++i) {
+        words_[held_.back()].held = false;
+        held_.pop_back();
+    }
+}
+
+}  // namespace metabuffer::monitors

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "monitors/rule_reporter.h"
+#include "monitors/violation.h"
+#include "rtl/block.h"
+#include "rtl/signals.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::monitors {
+
+/// Checks a composer's FIFO (section 5.2 of the paper) from outside, at each edge of the core clock: what the composer
+/// tells it, and what it puts out. Which pixels are held is kept here as a list of addresses.
+///
+/// Rules:
+/// - fifo/overwrite: a word is written to an address that holds none, so nothing in the window is lost
+/// - fifo/read: what is read is held, or comes at the edge that reads it
+/// - fifo/release: no more is let go of than is held
+/// - fifo/word: WORD is what was written to the address read last
+/// - fifo/free: FREE is what the capacity leaves beside what is held
+class FifoMonitor final : public sc_core::sc_module {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<rtl::FifoWrite> write_i{"write_i"};
+    sc_core::sc_in<rtl::FifoRead> read_i{"read_i"};
+    sc_core::sc_in<rtl::FifoRelease> release_i{"release_i"};
+    sc_core::sc_in<std::uint64_t> word_i{"word_i"};
+    sc_core::sc_in<std::uint32_t> free_i{"free_i"};
+
+    /// composer: its name, for the violations.
+    FifoMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, const std::string& composer,
+                ViolationLog& log);
+    SC_HAS_PROCESS(FifoMonitor);
+
+    /// Violations that were seen and not reported, since one of the same rule was.
+    std::int64_t unreported() const { return reporter_.unreported(); }
+    std::int64_t pixels_written() const { return pixels_written_; }
+
+  private:
+    struct Word {
+        bool held = false;
+        std::uint64_t value = 0;
+    };
+
+    void end_of_elaboration() override;
+    void clock_edge();
+    void restart();
+    void check_outputs(std::int64_t edge);
+    void take_release(const rtl::FifoRelease& release, std::int64_t edge);
+    void take_write(const rtl::FifoWrite& write, std::int64_t edge);
+    void take_read(const rtl::FifoRead& read, std::int64_t edge);
+    void violate(const char* rule, const char* signal, std::int64_t edge, const std::string& detail);
+
+    std::string fifo_;
+    std::uint32_t capacity_;
+    std::int64_t core_period_picoseconds_;
+    rtl::ClockGate gate_{rtl::ClockGating::kOn};
+    sc_core::sc_event_or_list wake_events_;
+    RuleReporter reporter_;
+
+    std::vector<Word> words_;         ///< by address
+    std::deque<std::uint32_t> held_;  ///< addresses, the oldest pixel's first
+    bool started_ = false;            ///< an edge without reset has been
+    std::uint64_t word_ = 0;          ///< that stands at the output
+    std::int64_t pixels_written_ = 0;
+};
+
+}  // namespace metabuffer::monitors

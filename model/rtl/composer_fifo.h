@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rtl/block.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// A composer's local memory (section 5.2 of the paper): a FIFO of the segment's pixels whose read side is a window that
+/// goes over a source row again as often as the row is replicated, so what is read is not yet let go of. The composer
+/// says at which addresses: it knows which pixels came late or not at all.
+///
+/// The memory has buffer_addresses(capacity) addresses, behind the last of which comes the first; no more than the
+/// capacity's pixels are held at a time.
+///
+/// All outputs are registered. At a clock's edge
+/// - the words of write_i are stored;
+/// - with read_i.enable word_o becomes the word at the address, one that is written at this edge too. Without, it stays;
+/// - free_o becomes what is free behind write_i and release_i.
+///
+/// Raises /metabuffer/composer_fifo/full for more pixels than are free, /metabuffer/composer_fifo/empty for a release of
+/// more than it holds, and /metabuffer/composer_fifo/address for an address that it does not have.
+class ComposerFifo final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high; what is stored stays
+    sc_core::sc_in<FifoWrite> write_i{"write_i"};
+    sc_core::sc_in<FifoRead> read_i{"read_i"};
+    sc_core::sc_in<FifoRelease> release_i{"release_i"};
+    sc_core::sc_out<std::uint64_t> word_o{"word_o"};
+    sc_core::sc_out<std::uint32_t> free_o{"free_o"};
+
+    /// capacity_pixels: 1 or more.
+    ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels,
+                 ClockGating gating = ClockGating::kOn);
+    SC_HAS_PROCESS(ComposerFifo);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+
+  private:
+    void end_of_elaboration() override;
+    void clock_edge();
+    void store(const FifoWrite& write);
+    void account(const FifoWrite& write, const FifoRelease& release);
+    void refuse(const char* kind, const std::string& what) const;
+
+    std::uint32_t capacity_;
+    std::vector<std::uint64_t> storage_;
+
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+    RegisterSet registers_;
+    Register<std::uint32_t> level_;
+};
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,159 @@
+#include "monitors/fifo_monitor.h"
+
+#include <catch2/catch.hpp>
+#include <map>
+#include <string>
+
+#include "clocked_testbench.h"
+#include "support/scenarios.h"
+#include "violations.h"
+
+using namespace metabuffer;
+using namespace metabuffer::test;
+
+// Each rule of docs/monitors.md is broken once by a composer or a FIFO, both played by the test, that breaks no other.
+namespace {
+
+constexpr int kCapacity = 20;  // of 32 addresses
+constexpr int kEnd = 40;
+
+struct FifoMonitorBench {
+    ClockedTestbench bench;
+    Scenario scenario;
+    Violations violations{bench.core};
+    sc_core::sc_signal<rtl::FifoWrite> write;
+    sc_core::sc_signal<rtl::FifoRead> read;
+    sc_core::sc_signal<rtl::FifoRelease> release;
+    sc_core::sc_signal<std::uint64_t> word;
+    sc_core::sc_signal<std::uint32_t> free;
+    monitors::FifoMonitor monitor;
+    // What the wires are from an edge on.
+    std::map<int, std::uint64_t> words;
+    std::map<int, std::uint32_t> frees;
+
+    FifoMonitorBench()
+        : scenario(with_capacity()), monitor("monitor", scenario, "composer_1_1", violations.log) {
+        monitor.clk_i(bench.core.clk);
+        monitor.reset_i(bench.reset);
+        monitor.write_i(write);
+        monitor.read_i(read);
+        monitor.release_i(release);
+        monitor.word_i(word);
+        monitor.free_i(free);
+        words[0] = 0;
+        frees[0] = kCapacity;
+    }
+    static Scenario with_capacity() {
+        Scenario scenario = small_scenario(8, 4);
+        scenario.composer.buffer_pixels = kCapacity;
+        scenario.renderers.push_back(renderer_of({PixelImage(8, 4)}));
+        return scenario;
+    }
+    void put(int clock, int address, int count) {
+        rtl::FifoWrite beat;
+        beat.address = static_cast<std::uint32_t>(address);
+        beat.count = static_cast<std::uint8_t>(count);
+        for (int i = 0; i < count; ++i)
+            beat.words[static_cast<std::size_t>(i)] = 100 + static_cast<unsigned>(address + i);
+        bench.core.drive(write, clock, beat);
+        bench.core.drive(write, clock + 1, rtl::FifoWrite{});
+    }
+    void get(int clock, int address) {
+        bench.core.drive(read, clock, rtl::FifoRead{true, static_cast<std::uint32_t>(address)});
+        bench.core.drive(read, clock + 1, rtl::FifoRead{});
+    }
+    void let_go(int clock, unsigned oldest, unsigned newest = 0) {
+        bench.core.drive(release, clock, rtl::FifoRelease{oldest, newest});
+        bench.core.drive(release, clock + 1, rtl::FifoRelease{});
+    }
+    /// A stream by the rules: eight pixels come, two are read, three go, six come and are given up.
+    void put_stream() {
+        put(3, 28, 8);
+        frees[4] = 12;
+        get(5, 30);
+        words[6] = 130;
+        get(9, 0);
+        words[10] = 132;
+        let_go(10, 3);
+        frees[11] = 15;
+        put(14, 4, 6);
+        frees[15] = 9;
+        get(14, 5);
+        words[15] = 105;
+        let_go(16, 0, 6);
+        frees[17] = 15;
+    }
+    void run() {
+        for (const auto& [clock, value] : words) bench.core.drive(word, clock, value);
+        for (const auto& [clock, value] : frees) bench.core.drive(free, clock, value);
+        bench.run_through(kEnd);
+    }
+};
+
+}  // namespace
+
+TEST_CASE("fifo monitor: a stream by the rules breaks none", "[monitors]") {
+    FifoMonitorBench bench;
+    bench.put_stream();
+    bench.run();
+    bench.violations.check_none();
+    CHECK(bench.monitor.pixels_written() == 14);
+}
+
+TEST_CASE("fifo monitor: an address is written to while its pixel is held", "[monitors]") {
+    FifoMonitorBench bench;
+    bench.put_stream();
+    bench.put(20, 3, 1);
+    bench.frees[21] = 14;
+    bench.run();
+    bench.violations.check_only("fifo/overwrite", "composer_1_1.fifo.write", 20, -1);
+}
+
+TEST_CASE("fifo monitor: a pixel is read that has not come", "[monitors]") {
+    FifoMonitorBench bench;
+    bench.put_stream();
+    bench.get(20, 7);  // it was given up
+    bench.run();
+    bench.violations.check_only("fifo/read", "composer_1_1.fifo.read", 20, -1);
+}
+
+TEST_CASE("fifo monitor: a pixel is read that has been let go of", "[monitors]") {
+    FifoMonitorBench bench;
+    bench.put_stream();
+    bench.get(12, 30);
+    bench.run();
+    bench.violations.check_only("fifo/read", "composer_1_1.fifo.read", 12, -1);
+}
+
+TEST_CASE("fifo monitor: more is let go of than is held", "[monitors]") {
+    FifoMonitorBench bench;
+    bench.put_stream();
+    bench.let_go(20, 4, 2);
+    bench.run();
+    bench.violations.check_only("fifo/release", "composer_1_1.fifo.release", 20, -1);
+}
+
+TEST_CASE("fifo monitor: another word than the one that was written", "[monitors]") {
+    FifoMonitorBench bench;
+    bench.put_stream();
+    bench.words[6] = 131;
+    bench.run();
+    bench.violations.check_only("fifo/word", "composer_1_1.fifo.word", 6, -1);
+}
+
+TEST_CASE("fifo monitor: a word that does not stand until the next read", "[monitors]") {
+    FifoMonitorBench bench;
+    bench.put_stream();
+    bench.words[30] = 0;
+    bench.run();
+    bench.violations.check_only("fifo/word", "composer_1_1.fifo.word", 30, -1);
+}
+
+TEST_CASE("fifo monitor: a count of what is free that is wrong", "[monitors]") {
+    FifoMonitorBench bench;
+    bench.put_stream();
+    bench.frees[11] = 14;
+    bench.frees[12] = 15;
+    bench.run();
+    bench.violations.check_only("fifo/free", "composer_1_1.fifo.free", 11, -1);
+}

@@ -1,0 +1,110 @@
+// A composer's local memory: a ring of pixels with a write port of a beat and a read port of a pixel, and a count of what
+// it holds. The composer says at which addresses and what need not be held any more; see model/rtl/composer_fifo.h, whose
+// pins these are.
+//
+// What stands at the ports before a clock's edge is done at the edge. A read gives the word that is written to its address
+// at the same edge. Each word of a beat lies in another bank, so the ring has as many addresses as a power of two, 16 or
+// more.
+module composer_fifo #(
+    parameter  int MAX_PIXELS   = 4096,  // a power of two, 16 or more
+    localparam int ADDRESS_BITS = $clog2(MAX_PIXELS),
+    localparam int COUNT_BITS   = ADDRESS_BITS + 1
+) (
+    input logic clk_i,
+    input logic reset_i,  // synchronous, active high; what is stored stays
+
+    // Configuration: constant while reset is low.
+    input logic [COUNT_BITS-1:0]   capacity_i,      // pixels that may be held, 1..last_address_i + 1
+    input logic [ADDRESS_BITS-1:0] last_address_i,  // of the ring: a power of two less one, 15..MAX_PIXELS - 1
+
+    input logic [3:0]              write_count_i,    // pixels of the beat, 0..8
+    input logic [ADDRESS_BITS-1:0] write_address_i,  // of the first
+    input logic [511:0]            write_words_i,    // word 0 lowest
+    input logic                    read_i,
+    input logic [ADDRESS_BITS-1:0] read_address_i,
+    input logic [COUNT_BITS-1:0]   release_oldest_i,  // pixels that have had their last use
+    input logic [COUNT_BITS-1:0]   release_newest_i,  // of a frame that is abandoned
+
+    output logic [63:0]           word_o,  // stands until the next read
+    output logic [COUNT_BITS-1:0] level_o,
+    output logic [COUNT_BITS-1:0] free_o,
+    output logic [1:0]            error_o  // what happened at the edge just past, see ERROR_...
+);
+  localparam logic [1:0] ERROR_NONE = 2'd0;
+  localparam logic [1:0] ERROR_FULL = 2'd1;     // more pixels than were free
+  localparam logic [1:0] ERROR_EMPTY = 2'd2;    // a release of more than it held, what came with it included
+  localparam logic [1:0] ERROR_ADDRESS = 2'd3;  // an address that the ring does not have
+
+  localparam int BANKS = 8;
+
+  // ---- memory ----
+
+  logic [63:0] bank_word[BANKS];
+  logic [ADDRESS_BITS-1:0] read_distance;
+  logic [2:0] read_bank;
+  logic bypass;
+  logic [63:0] bypass_word;
+
+  assign read_distance = (read_address_i - write_address_i) & last_address_i;
+
+  for (genvar bank = 0; bank < BANKS; bank = bank + 1) begin : gen_bank
+    logic [2:0] lane;
+    logic [ADDRESS_BITS-4:0] address;  // in the bank: one further for the lanes behind the ring's bank 7
+    assign lane = 3'(bank) - write_address_i[2:0];
+    assign address = (write_address_i[ADDRESS_BITS-1:3] + (ADDRESS_BITS - 3)'(lane > ~write_address_i[2:0])) &
+                     last_address_i[ADDRESS_BITS-1:3];
+    pixel_bank #(
+        .DEPTH(MAX_PIXELS / BANKS)
+    ) memory (
+        .clk_i,
+        .write_i(!reset_i && {1'b0, lane} < write_count_i),
+        .write_address_i(address),
+        .write_lane_i(lane),
+        .words_i(write_words_i),
+        .read_i(read_i && read_address_i[2:0] == 3'(bank)),
+        .read_address_i(read_address_i[ADDRESS_BITS-1:3]),
+        .word_o(bank_word[bank])
+    );
+  end
+
+  always_ff @(posedge clk_i) begin : read_registers
+    if (reset_i) begin
+      bypass <= 1'b1;
+      bypass_word <= '0;
+    end else if (read_i) begin
+      read_bank <= read_address_i[2:0];
+      bypass <= read_distance < ADDRESS_BITS'(write_count_i);
+      bypass_word <= write_words_i[64*read_distance[2:0] +: 64];
+    end
+  end
+
+  assign word_o = bypass ? bypass_word : bank_word[read_bank];
+
+  // ---- count ----
+
+  logic [COUNT_BITS+1:0] released, level_next;
+  logic empties, overflows, beyond;
+
+  always_comb begin : account
+    released = {2'd0, release_oldest_i} + {2'd0, release_newest_i};
+    level_next = {2'd0, level_o} + (COUNT_BITS + 2)'(write_count_i);
+    empties = released > level_next;
+    level_next = level_next - released;
+    overflows = !empties && level_next > {2'd0, capacity_i};
+    beyond = (write_count_i != '0 && write_address_i > last_address_i) || (read_i && read_address_i > last_address_i);
+  end
+
+  assign free_o = capacity_i - level_o;
+
+  always_ff @(posedge clk_i) begin : count_registers
+    if (reset_i) begin
+      level_o <= '0;
+      error_o <= ERROR_NONE;
+    end else begin
+      if (!empties && !overflows) level_o <= level_next[COUNT_BITS-1:0];
+      if (empties) error_o <= ERROR_EMPTY;
+      else if (overflows) error_o <= ERROR_FULL;
+      else error_o <= beyond ? ERROR_ADDRESS : ERROR_NONE;
+    end
+  end
+endmodule

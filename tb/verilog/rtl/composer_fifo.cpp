@@ -1,0 +1,113 @@
+// clang-format off
+// Before SystemC's headers: with them Verilator's expect its older, global names.
+#include "VerilatedComposerFifo.h"
+
+#include "rtl/composer_fifo.h"
+// clang-format on
+
+#include <verilated.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "datapath/composer_buffer.h"
+
+namespace metabuffer::rtl {
+
+namespace {
+
+constexpr int kMaximumPixels = COMPOSER_MAX_BUFFER_PIXELS;
+constexpr int kWordBits = 32;  // of a wide pin's elements
+
+/// Registers that reset does not set start with values of their own.
+constexpr int kRandomRegisters = 2;
+
+constexpr int kErrorFull = 1;
+constexpr int kErrorEmpty = 2;
+
+/// A number that a narrower pin cannot take would look like another one.
+template <typename Pin>
+void put(Pin& pin, std::uint32_t value) {
+    pin = static_cast<Pin>(std::min<std::uint32_t>(value, std::numeric_limits<Pin>::max()));
+}
+
+}  // namespace
+
+ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, ClockGating /*gating*/)
+    : Block(name), context_(std::make_unique<VerilatedContext>()) {
+    if (buffer_addresses(capacity_pixels) > kMaximumPixels) {
+        SC_REPORT_ERROR(
+            "/metabuffer/composer_fifo/size",
+            (std::string(this->name()) + ": a buffer of " + std::to_string(capacity_pixels) +
+             " pixels is larger than the verilated FIFO's memory of " + std::to_string(kMaximumPixels) +
+             "; build with -DCOMPOSER_MAX_BUFFER_PIXELS=N, N a power of two")
+                .c_str());
+    }
+    context_->randReset(kRandomRegisters);
+    context_->randSeed(capacity_pixels);
+    verilated_ = std::make_unique<VerilatedComposerFifo>(context_.get(), "composer_fifo");
+    verilated_->clk_i = 0;
+    verilated_->reset_i = 1;
+    put(verilated_->capacity_i, static_cast<std::uint32_t>(capacity_pixels));
+    put(verilated_->last_address_i, static_cast<std::uint32_t>(buffer_addresses(capacity_pixels) - 1));
+    verilated_->eval();
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+}
+
+ComposerFifo::~ComposerFifo() { verilated_->final(); }
+
+void ComposerFifo::clock_edge() {
+    drive_inputs();
+    verilated_->clk_i = 1;
+    verilated_->eval();
+    verilated_->clk_i = 0;
+    verilated_->eval();
+    word_o.write(verilated_->word_o);
+    free_o.write(verilated_->free_o);
+    if (!reset_i.read() && verilated_->error_o != 0) {
+        report_error();
+    }
+}
+
+void ComposerFifo::drive_inputs() {
+    verilated_->reset_i = reset_i.read() ? 1 : 0;
+    const FifoWrite& write = write_i.read();
+    put(verilated_->write_count_i, write.count);
+    put(verilated_->write_address_i, write.address);
+    for (std::size_t word = 0; word < write.count; ++word) {
+        verilated_->write_words_i[2 * word] = static_cast<EData>(write.words[word]);
+        verilated_->write_words_i[2 * word + 1] = static_cast<EData>(write.words[word] >> kWordBits);
+    }
+    verilated_->read_i = read_i.read().enable ? 1 : 0;
+    put(verilated_->read_address_i, read_i.read().address);
+    put(verilated_->release_oldest_i, release_i.read().oldest);
+    put(verilated_->release_newest_i, release_i.read().newest);
+}
+
+void ComposerFifo::report_error() const {
+    const char* kind = "address";
+    std::string what = "to use an address that it does not have";
+    if (verilated_->error_o == kErrorFull) {
+        kind = "full";
+        what = "to hold more pixels than it can";
+    } else if (verilated_->error_o == kErrorEmpty) {
+        kind = "empty";
+        what = "to let go of more pixels than it holds";
+    }
+    SC_REPORT_ERROR((std::string("/metabuffer/composer_fifo/") + kind).c_str(),
+                    (std::string(name()) + " was told " + what).c_str());
+}
+
+void ComposerFifo::trace(sc_core::sc_trace_file* file) const {
+    sc_core::sc_trace(file, verilated_->level_o, path("level"));
+    sc_trace(file, write_i.read(), path("write"));
+    sc_trace(file, read_i.read(), path("read"));
+    sc_trace(file, release_i.read(), path("release"));
+    sc_core::sc_trace(file, word_o, path("word"));
+    sc_core::sc_trace(file, free_o, path("free"));
+}
+
+}  // namespace metabuffer::rtl
