@@ -281,7 +281,7 @@ void MachineMonitors::finish_bus(std::size_t r, const RendererCounters& counters
     const std::int64_t bursts_to_come = counters.bus.bursts - buses_[r]->bursts();
     const int beat = pixels_per_beat(scenario_.bus, scenario_.memory);
     const int cycles = cycles_per_beat(scenario_.bus);
-    const int beats_to_come = 1 + (scenario_.memory.read_latency_cycles + cycles - 1) / cycles;
+    const std::int64_t beats_to_come = 1 + (scenario_.memory.read_latency_cycles + cycles - 1) / cycles;
     if (pixels_to_come >= 0 && pixels_to_come <= beats_to_come * beat && bursts_to_come >= 0 &&
         bursts_to_come <= beats_to_come) {
         return;
