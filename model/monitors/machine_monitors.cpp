@@ -33,6 +33,11 @@ const std::vector<std::string>& machine_rules() {
                                                 "arbiter/order",
                                                 "arbiter/recovered",
                                                 "arbiter/slot",
+                                                "memory/device",
+                                                "memory/open",
+                                                "memory/activate",
+                                                "memory/refresh",
+                                                "memory/data",
                                                 "composer/pixel",
                                                 "composer/lost",
                                                 "composer/busready",
@@ -100,6 +105,7 @@ MachineMonitors::MachineMonitors(const sc_core::sc_module_name& name, const Scen
     for (std::size_t r = 0; r < renderers_; ++r) {
         bind_bus(r);
         bind_arbiter(r);
+        bind_memory(r);
         bind_link(r);
         for (std::size_t d = 0; d < displays_; ++d) {
             bind_composer(r, d);
@@ -168,6 +174,24 @@ void MachineMonitors::bind_arbiter(std::size_t r) {
         if (monitor->deadline_i.size() > 0) monitor->deadline_i[d](wires->deadline[d]);
     }
     arbiters_.back() = std::move(monitor);
+}
+
+void MachineMonitors::bind_memory(std::size_t r) {
+    memories_.emplace_back();
+    rtl::FramebufferWires* const wires = machine_.inner_wires(r);
+    if (wires == nullptr) {
+        return;
+    }
+    auto monitor = std::make_unique<MemoryMonitor>(rtl::numbered("memory_monitor", r).c_str(), scenario_,
+                                                   static_cast<int>(r), log_);
+    monitor->clk_i(machine_.core_clk());
+    monitor->reset_i(machine_.reset());
+    monitor->write_clk_i(machine_.link_clk(r));
+    monitor->write_i(wires->write);
+    monitor->front_i(wires->front);
+    monitor->command_i(wires->command);
+    monitor->data_i(wires->data);
+    memories_.back() = std::move(monitor);
 }
 
 void MachineMonitors::bind_link(std::size_t r) {
@@ -352,7 +376,7 @@ std::int64_t MachineMonitors::unreported() const {
                                    return total + (monitor != nullptr ? monitor->unreported() : 0);
                                });
     };
-    return sum(buses_) + sum(arbiters_) + sum(composers_) + sum(fifos_) + sum(pipelines_);
+    return sum(buses_) + sum(arbiters_) + sum(memories_) + sum(composers_) + sum(fifos_) + sum(pipelines_);
 }
 
 }  // namespace metabuffer::monitors

@@ -12,6 +12,7 @@
 #include "monitors/composer_monitor.h"
 #include "monitors/dvi_monitor.h"
 #include "monitors/fifo_monitor.h"
+#include "monitors/memory_monitor.h"
 #include "monitors/pipeline_monitor.h"
 #include "monitors/scoreboard.h"
 #include "monitors/swap_lock_monitor.h"
@@ -29,10 +30,10 @@ namespace metabuffer::monitors {
 /// Every rule that a bound machine is held to, by the name that a violation has.
 const std::vector<std::string>& machine_rules();
 
-/// All monitors and scoreboards of a machine, bound to its wires from outside: a BusMonitor, an ArbiterMonitor and two
-/// ends of a link's way for each renderer, a ComposerMonitor and a FifoMonitor for each composer, a PipelineMonitor and a
-/// DviMonitor for each display, one SwapLockMonitor and one Scoreboard; no ArbiterMonitor and no FifoMonitor for a block
-/// that shows no wires inside. To be made after the machine and before the simulation starts.
+/// All monitors and scoreboards of a machine, bound to its wires from outside: a BusMonitor, an ArbiterMonitor, a
+/// MemoryMonitor and two ends of a link's way for each renderer, a ComposerMonitor and a FifoMonitor for each composer, a
+/// PipelineMonitor and a DviMonitor for each display, one SwapLockMonitor and one Scoreboard; none for what is inside a
+/// block that shows no wires. To be made after the machine and before the simulation starts.
 ///
 /// A link whose clock the scenario lets drift is watched at that clock.
 class MachineMonitors final : public sc_core::sc_module {
@@ -58,6 +59,7 @@ class MachineMonitors final : public sc_core::sc_module {
   private:
     void bind_bus(std::size_t renderer);
     void bind_arbiter(std::size_t renderer);
+    void bind_memory(std::size_t renderer);
     void bind_link(std::size_t renderer);
     void bind_composer(std::size_t renderer, std::size_t display);
     void bind_fifo(std::size_t renderer, std::size_t display);
@@ -78,6 +80,7 @@ class MachineMonitors final : public sc_core::sc_module {
 
     std::vector<std::unique_ptr<BusMonitor>> buses_;
     std::vector<std::unique_ptr<ArbiterMonitor>> arbiters_;    ///< null where there is none
+    std::vector<std::unique_ptr<MemoryMonitor>> memories_;     ///< likewise
     std::vector<std::unique_ptr<ComposerMonitor>> composers_;  ///< renderer by renderer
     std::vector<std::unique_ptr<FifoMonitor>> fifos_;  ///< likewise; null for a composer without wires inside
     std::vector<std::unique_ptr<PipelineMonitor>> pipelines_;

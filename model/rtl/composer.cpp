@@ -60,7 +60,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
 
 void Composer::reset() {
     buffer_ = ComposerBuffer(buffer_.capacity_pixels(), raster_width_, raster_height_);
-    walker_ = SegmentWalker();
+    walker_ = ahead_ = SegmentWalker();
     registers_.reset();
     pipemaster_ = pipemaster_i.read();
     busready_o.write(false);

@@ -101,11 +101,11 @@ void BusCoverage::take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& 
     }
     goals_.burst.several_rows_in_a_beat.hit_if(beat.first % row.sdx + beat.count > row.sdx);
     clocks_since_pixels_ = 0;
-    // Behind a cut one more beat may come; on a narrow bus it no longer announces the rest.
-    const bool behind_cut = std::exchange(burst_cut_, false) && destination.beats_of_burst() > 1;
+    // Behind a cut more beats may come; the last one on a narrow bus no longer announces the rest.
+    if (destination.beats_of_burst() == 1) burst_cut_ = false;
     if (beat.remaining == 0) {
-        if (!behind_cut) end_burst(row, beat);
-    } else if (destination.cut()) {
+        if (!burst_cut_) end_burst(row, beat);
+    } else if (destination.cut_begins()) {
         burst_cut_ = true;
         goals_.burst.cut.hit();
         goals_.cuts.two_composers_running.hit_if(cut_display_ != 0 && cut_display_ != beat.destination);

@@ -312,7 +312,7 @@ void ComposerCoverage::cover_busready(bool busready) {
         goals.behind_only_beat.hit_if(announced_ == 0 && beats_of_burst_ == 1);
         return;
     }
-    cut_clocks_ = 1 + bus_loop_cycles(scenario_.bus, scenario_.memory);
+    cut_clocks_ = cut_cycles();
     beats_behind_cut_ = 0;
     burst_cut_ = true;
     const bool near_end = announced_ <= in_flight_pixels(scenario_.bus, scenario_.memory);

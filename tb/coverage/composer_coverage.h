@@ -200,6 +200,8 @@ class ComposerCoverage {
     int frame() const { return observer_.frame(); }
     bool starved() const { return starved_; }
     bool cut() const { return cut_clocks_ > 0; }
+    /// BUSREADY has been taken back at this very edge.
+    bool cut_begins() const { return cut() && cut_clocks_ == cut_cycles(); }
     int beats_of_burst() const { return beats_of_burst_; }
     std::int64_t position() const { return position_; }  ///< raster position composited; -1: none
     /// Pixels of the bus's frame are missing, and BUSREADY has asked for them since the earliest clock in which a
@@ -266,6 +268,8 @@ class ComposerCoverage {
     int announced_ = 0;
     int beats_of_burst_ = 0;
     std::int64_t clocks_since_beat_ = 0;
+    int cut_cycles() const { return 1 + bus_loop_cycles(scenario_.bus, scenario_.memory); }
+
     int cut_clocks_ = 0;  ///< BUSREADY has been taken back: what comes in these clocks is the burst's last
     int beats_behind_cut_ = 0;
     bool burst_before_cut_ = false;

@@ -29,6 +29,26 @@ TEST_CASE("wires: a composer sees its renderer's bus until it gets one of its ow
     CHECK(&wires.own_bus(composer) == &own);
 }
 
+TEST_CASE("wires: an input framebuffer has its composers' bus") {
+    Wires direct(kRenderers, kDisplays);
+    CHECK(&direct.bus_driven(1) == &direct.bus[1]);
+    CHECK(&direct.busready_read(4) == &direct.busready[4]);
+    CHECK(&direct.tableready_read(4) == &direct.tableready[4]);
+}
+
+TEST_CASE("wires: where registers lie between, an input framebuffer has a bus of its own") {
+    Wires registered(kRenderers, kDisplays, true);
+    std::set<const void*> distinct;
+    for (std::size_t i = 0; i < kRenderers * kDisplays; ++i) {
+        distinct.insert({&registered.busready[i], &registered.busready_read(i), &registered.tableready[i],
+                         &registered.tableready_read(i)});
+    }
+    for (std::size_t r = 0; r < kRenderers; ++r) {
+        distinct.insert({&registered.bus[r], &registered.bus_driven(r)});
+    }
+    CHECK(distinct.size() == 4 * kRenderers * kDisplays + 2 * kRenderers);
+}
+
 TEST_CASE("wires: each is named by its renderer and display counted from 1") {
     Wires wires(kRenderers, kDisplays);
     CHECK(std::string(wires.bus[1].name()) == "BUS_2");

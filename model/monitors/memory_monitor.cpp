@@ -1,0 +1,208 @@
+#include "monitors/memory_monitor.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace metabuffer::monitors {
+namespace {
+
+using Kind = rtl::MemoryCommand::Kind;
+
+std::string text_of(const rtl::MemoryCommand& command) {
+    std::ostringstream text;
+    text << '"' << command << '"';
+    return text.str();
+}
+
+}  // namespace
+
+MemoryMonitor::MemoryMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
+                             ViolationLog& log)
+    : sc_core::sc_module(name),
+      memory_("frame_memory_" + std::to_string(renderer + 1) + '.'),
+      config_(scenario.memory),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      reporter_(log),
+      banks_(static_cast<std::size_t>(scenario.memory.banks)),
+      due_(static_cast<std::size_t>(scenario.memory.read_latency_cycles)) {
+    const Renderer& source = scenario.renderers[static_cast<std::size_t>(renderer)];
+    for (std::vector<std::uint64_t>& device : devices_) {
+        device.resize(static_cast<std::size_t>(source.image_width_pixels) *
+                      static_cast<std::size_t>(source.image_height_pixels));
+    }
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+    SC_METHOD(write_edge);
+    sensitive << write_clk_i.pos();
+    dont_initialize();
+}
+
+void MemoryMonitor::end_of_elaboration() {
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= command_i.value_changed_event();
+    wake_events_ |= data_i.value_changed_event();
+}
+
+void MemoryMonitor::violate(const char* rule, const char* signal, std::int64_t edge,
+                            const std::string& detail) {
+    constexpr int kNoFrame = -1;
+    reporter_.report(rule, rule, memory_ + signal, edge, kNoFrame, detail);
+}
+
+// ---- the link's side ----
+
+void MemoryMonitor::write_edge() {
+    if (write_gate_.opened()) {
+        return;
+    }
+    const rtl::MemoryWrite& write = write_i.read();
+    if (write.enable) {
+        const std::size_t device = write.device & 1U;
+        if ((device == 1) == front_i.read()) {
+            violate("memory/device", "write", rtl::clock_edge_number(core_period_picoseconds_),
+                    "the link writes word " + std::to_string(write.address) +
+                        " of the device that the bus reads");
+        }
+        std::uint64_t& word = devices_[device].at(write.address);
+        for (int byte = 0; byte < 8; ++byte) {
+            const std::uint64_t bits = std::uint64_t{0xFF} << (8 * byte);
+            if (((write.byte_mask >> byte) & 1) != 0) word = (word & ~bits) | (write.data & bits);
+        }
+    }
+    if (write_gate_.idle_edge(!write.enable)) {
+        next_trigger(write_i.value_changed_event());
+    }
+}
+
+// ---- the bus's side ----
+
+void MemoryMonitor::restart() {
+    std::fill(banks_.begin(), banks_.end(), Bank{});
+    std::fill(due_.begin(), due_.end(), rtl::MemoryData{});
+    first_edge_ = refreshed_until_ = kNone;
+}
+
+void MemoryMonitor::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
+    if (reset_i.read()) {
+        restart();
+        return;
+    }
+    const std::int64_t edge = rtl::clock_edge_number(core_period_picoseconds_);
+    if (first_edge_ == kNone) {
+        first_edge_ = edge;
+    }
+    const rtl::MemoryCommand& command = command_i.read();
+    due_.push_back(words_of(command));
+    check_data(due_.front(), edge);
+    due_.pop_front();
+    check_refresh(command, edge);
+    take_command(command, edge);
+    const bool idle =
+        command.kind == Kind::kNone && !config_.refreshes() && data_i.read().count == 0 &&
+        std::all_of(due_.begin(), due_.end(), [](const rtl::MemoryData& words) { return words.count == 0; });
+    if (gate_.idle_edge(idle)) {
+        next_trigger(wake_events_);
+    }
+}
+
+rtl::MemoryData MemoryMonitor::words_of(const rtl::MemoryCommand& command) const {
+    rtl::MemoryData words;
+    if (command.kind != Kind::kRead) {
+        return words;
+    }
+    const std::vector<std::uint64_t>& device = devices_[front_i.read() ? 1 : 0];
+    for (std::size_t word = 0; word < command.count; ++word) {
+        const std::size_t address =
+            static_cast<std::size_t>(command.row) * static_cast<std::size_t>(config_.page_words) +
+            command.columns[word];
+        words.words[words.count++] = address < device.size() ? device[address] : 0;
+    }
+    return words;
+}
+
+void MemoryMonitor::check_data(const rtl::MemoryData& wanted, std::int64_t edge) {
+    const rtl::MemoryData& data = data_i.read();
+    words_read_ += data.count;
+    if (data.count != wanted.count) {
+        violate("memory/data", "data", edge,
+                std::to_string(int{data.count}) + " words, not " + std::to_string(int{wanted.count}));
+    } else if (!(data == wanted)) {
+        violate("memory/data", "data", edge, "words that were not written there");
+    }
+}
+
+void MemoryMonitor::close_all(std::int64_t edge) {
+    std::fill(banks_.begin(), banks_.end(), Bank{kNone, edge});
+}
+
+void MemoryMonitor::take_command(const rtl::MemoryCommand& command, std::int64_t edge) {
+    switch (command.kind) {
+        case Kind::kNone:
+            return;
+        case Kind::kActivate:
+            check_activate(command, edge);
+            bank_of(command).page = command.row;
+            return;
+        case Kind::kRead:
+            check_read(command, edge);
+            bank_of(command).page = command.row;
+            return;
+        case Kind::kPrecharge:
+            bank_of(command) = {kNone, edge};
+            return;
+        case Kind::kPrechargeAll:
+            close_all(edge);
+            return;
+        case Kind::kRefresh:
+            close_all(kNone);  // in its own clocks
+            return;
+    }
+}
+
+void MemoryMonitor::check_refresh(const rtl::MemoryCommand& command, std::int64_t edge) {
+    const bool refreshes = command.kind == Kind::kRefresh;
+    const std::int64_t since = edge - first_edge_;
+    const bool due = config_.refreshes() && since > 0 && since % config_.refresh_interval_cycles == 0;
+    if (refreshes != due) {
+        violate("memory/refresh", "command", edge,
+                due ? "no refresh at the clock in which one is due" : "a refresh that is not due");
+    }
+    if (edge < refreshed_until_ && command.kind != Kind::kNone) {
+        violate("memory/refresh", "command", edge, text_of(command) + " while a refresh is under way");
+    }
+    if (refreshes) {
+        refreshed_until_ = edge + config_.refresh_cycles;
+    }
+}
+
+void MemoryMonitor::check_activate(const rtl::MemoryCommand& command, std::int64_t edge) {
+    const Bank& bank = bank_of(command);
+    if (command.row % banks_.size() != command.bank) {
+        violate("memory/activate", "command", edge, text_of(command) + ": the page lies in another bank");
+    } else if (config_.precharge_cycles > 0 && bank.page != kNone) {
+        violate("memory/activate", "command", edge,
+                text_of(command) + " while page " + std::to_string(bank.page) + " is open");
+    } else if (bank.closed_at != kNone && edge < bank.closed_at + config_.precharge_cycles) {
+        violate("memory/activate", "command", edge,
+                text_of(command) + " " + std::to_string(edge - bank.closed_at) +
+                    " clocks behind the bank's precharge");
+    }
+}
+
+void MemoryMonitor::check_read(const rtl::MemoryCommand& command, std::int64_t edge) {
+    const Bank& bank = bank_of(command);
+    const bool opens_itself =
+        config_.activate_cycles() == 0 && (config_.precharge_cycles == 0 || bank.page == kNone);
+    if (bank.page != command.row && !opens_itself) {
+        violate("memory/open", "command", edge,
+                text_of(command) + (bank.page == kNone
+                                        ? " of a bank with no page open"
+                                        : " while page " + std::to_string(bank.page) + " is open"));
+    }
+}
+
+}  // namespace metabuffer::monitors

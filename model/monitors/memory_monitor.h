@@ -1,0 +1,90 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <systemc>
+#include <vector>
+
+#include "monitors/rule_reporter.h"
+#include "monitors/violation.h"
+#include "rtl/block.h"
+#include "rtl/signals.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer::monitors {
+
+/// Checks an input framebuffer's memory (sections 4 and 5.2 of the paper) from outside: what the link writes, the bus
+/// port's commands, and the words that come for them. What is stored, which pages are open and when a refresh is due is
+/// kept here.
+///
+/// Rules:
+/// - memory/device: the link writes the device that the bus does not read
+/// - memory/open: a read is of the page that its bank has open, by an activation or, where that takes no clock, by the
+///   read itself
+/// - memory/activate: a page is opened in a closed bank that was closed precharge_cycles before, and of the bank that it
+///   lies in
+/// - memory/refresh: a refresh comes every refresh_interval_cycles and no other, and no command in its refresh_cycles
+/// - memory/data: the words of a read stand read_latency_cycles later, as they were written, and none at other clocks
+///
+/// How long a page is activated before it is read is not among them: a burst that BUSREADY stops leaves its page open at
+/// once, and the next burst may read it.
+class MemoryMonitor final : public sc_core::sc_module {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};          ///< synchronous, active high
+    sc_core::sc_in<bool> write_clk_i{"write_clk_i"};  ///< the link's clock
+    sc_core::sc_in<rtl::MemoryWrite> write_i{"write_i"};
+    sc_core::sc_in<bool> front_i{"front_i"};
+    sc_core::sc_in<rtl::MemoryCommand> command_i{"command_i"};
+    sc_core::sc_in<rtl::MemoryData> data_i{"data_i"};
+
+    /// renderer: index, from 0.
+    MemoryMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
+                  ViolationLog& log);
+    SC_HAS_PROCESS(MemoryMonitor);
+
+    std::int64_t words_read() const { return words_read_; }
+    /// Violations that were seen and not reported, since one of the same rule was.
+    std::int64_t unreported() const { return reporter_.unreported(); }
+
+  private:
+    static constexpr std::int64_t kNone = -1;
+
+    struct Bank {
+        std::int64_t page = kNone;
+        std::int64_t closed_at = kNone;  ///< edge of the precharge that has closed it
+    };
+
+    void end_of_elaboration() override;
+    void write_edge();
+    void clock_edge();
+    void restart();
+    void check_data(const rtl::MemoryData& wanted, std::int64_t edge);
+    void take_command(const rtl::MemoryCommand& command, std::int64_t edge);
+    void check_refresh(const rtl::MemoryCommand& command, std::int64_t edge);
+    void check_activate(const rtl::MemoryCommand& command, std::int64_t edge);
+    void check_read(const rtl::MemoryCommand& command, std::int64_t edge);
+    void close_all(std::int64_t edge);
+    rtl::MemoryData words_of(const rtl::MemoryCommand& command) const;
+    Bank& bank_of(const rtl::MemoryCommand& command) { return banks_[command.bank % banks_.size()]; }
+    void violate(const char* rule, const char* signal, std::int64_t edge, const std::string& detail);
+
+    std::string memory_;
+    MemoryConfig config_;
+    std::int64_t core_period_picoseconds_;
+    rtl::ClockGate gate_{rtl::ClockGating::kOn};
+    rtl::ClockGate write_gate_{rtl::ClockGating::kOn};
+    sc_core::sc_event_or_list wake_events_;
+    RuleReporter reporter_;
+
+    std::array<std::vector<std::uint64_t>, 2> devices_;
+    std::vector<Bank> banks_;
+    std::deque<rtl::MemoryData> due_;       ///< words of the reads on their way, one a clock
+    std::int64_t first_edge_ = kNone;       ///< without reset
+    std::int64_t refreshed_until_ = kNone;  ///< edge before which a refresh takes no command
+    std::int64_t words_read_ = 0;
+};
+
+}  // namespace metabuffer::monitors
