@@ -17,8 +17,9 @@ constexpr IntegerRange kGridDisplays{1, 64};
 constexpr IntegerRange kRasterPixels{1, std::numeric_limits<std::int16_t>::max()};  ///< dx, dy are int16
 constexpr IntegerRange kWordsPerCycle{1, 8};
 constexpr std::array<int, 4> kMemoryBanks{1, 2, 4, 8};
-/// All banks close between two frames, in the clocks that the answer to the next question takes at the least.
-constexpr IntegerRange kPrechargeCycles{0, 6};
+/// All banks close between two frames, in the clocks that lie between the question for the next pair and the first
+/// activation for it at the least: a fast link's answer, the frame's start and one row.
+constexpr IntegerRange kPrechargeCycles{0, 4};
 constexpr IntegerRange kReadLatencyCycles{0, 8};
 constexpr IntegerRange kRegisterStages{0, 4};
 constexpr IntegerRange kRefreshIntervalCycles{0, 100'000'000};

@@ -77,7 +77,7 @@ TEST_CASE("rules: settings") {
     CHECK(error_after([](Scenario& s) { s.memory.banks = 3; }) ==
           "memory.banks: 3 is not a number of banks; use 1, 2, 4 or 8");
     CHECK(error_after([](Scenario& s) { s.memory.precharge_cycles = 7; }) ==
-          "memory.precharge_cycles: 7 is out of range; use 0 to 6");
+          "memory.precharge_cycles: 7 is out of range; use 0 to 4");
     CHECK(error_after([](Scenario& s) {
               s.memory.page_miss_cycles = 3;
               s.memory.precharge_cycles = 4;
