@@ -26,7 +26,7 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       page_words_(scenario.memory.page_words),
       memory_(scenario.memory),
       latency_cycles_(scenario.memory.read_latency_cycles),
-      answer_cycles_(latency_cycles_ + 2 * std::int64_t{scenario.bus.register_stages}),
+      answer_cycles_(bus_loop_cycles(scenario.bus, scenario.memory)),
       longest_wait_cycles_(longest_word_wait_cycles(scenario)),
       grant_cycles_(scenario.bus.grant_cycles),
       burst_pixels_(scenario.bus.burst_pixels),

@@ -31,8 +31,8 @@ ComposerObserver::ComposerObserver(const Scenario& scenario, int renderer, int d
       buffer_pixels_(scenario.composer.buffer_pixels),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
-      beats_in_flight_(beats_in_flight(scenario.bus, scenario.memory)),
-      answer_edges_(1 + scenario.memory.read_latency_cycles + 2 * scenario.bus.register_stages),
+      in_flight_pixels_(in_flight_pixels(scenario.bus, scenario.memory)),
+      cut_edges_(busready_cut_cycles(scenario.bus, scenario.memory)),
       longest_gap_cycles_(longest_beat_gap_cycles(scenario)) {
     counters_.renderer = renderer + 1;
     counters_.display = display + 1;
@@ -322,9 +322,9 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
     if (dropped_edges_ > 0) {
         expected_.busready = false;
     } else if (announced_ > beat_pixels_) {
-        expected_.busready = room >= std::min(announced_, beats_in_flight_ * beat_pixels_);
+        expected_.busready = room >= std::min(announced_, in_flight_pixels_);
         if (!expected_.busready) {
-            dropped_edges_ = answer_edges_;
+            dropped_edges_ = cut_edges_;
             count_busready_drop(cycle);
         }
     } else {

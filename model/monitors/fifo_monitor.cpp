@@ -28,8 +28,7 @@ void FifoMonitor::end_of_elaboration() {
 
 void FifoMonitor::violate(const char* rule, const char* signal, std::int64_t edge,
                           const std::string& detail) {
-    constexpr int kNoFrame = -1;
-    reporter_.report(rule, rule, fifo_ + signal, edge, kNoFrame, detail);
+    reporter_.report(rule, rule, fifo_ + signal, edge, RuleReporter::kNoFrame, detail);
 }
 
 void FifoMonitor::restart() {

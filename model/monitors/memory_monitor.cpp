@@ -46,8 +46,7 @@ void MemoryMonitor::end_of_elaboration() {
 
 void MemoryMonitor::violate(const char* rule, const char* signal, std::int64_t edge,
                             const std::string& detail) {
-    constexpr int kNoFrame = -1;
-    reporter_.report(rule, rule, memory_ + signal, edge, kNoFrame, detail);
+    reporter_.report(rule, rule, memory_ + signal, edge, RuleReporter::kNoFrame, detail);
 }
 
 // ---- the link's side ----

@@ -13,10 +13,13 @@ namespace metabuffer::monitors {
 /// bury the next; the others are counted. A wire may have several groups of rules, each reported on its own.
 class RuleReporter {
   public:
+    static constexpr std::int64_t kNoFrame = -1;
+
     explicit RuleReporter(ViolationLog& log, std::string clock = "core")
         : log_(log), clock_(std::move(clock)) {}
 
-    /// Reports the violation unless one of the same wire and group was reported for that frame.
+    /// Reports the violation unless one of the same wire and group was reported for that frame. frame: kNoFrame where
+    /// the wires do not tell.
     void report(const char* group, const char* rule, const std::string& signal, std::int64_t cycle,
                 std::int64_t frame, const std::string& detail);
     /// Violations of that wire and group are only counted for the rest of the frame.

@@ -58,24 +58,17 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       lost_wait_(registers_, "lost_wait", bits_for(lost_slot_cycles_)),
       announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
       announced_before_(registers_, "announced_before", bits_for(scenario.bus.burst_pixels)),
+      announced_line_(registers_, "announced_before", loop_cycles_, bits_for(scenario.bus.burst_pixels)),
       uncounted_cycles_(registers_, "uncounted_cycles", bits_for(1 + loop_cycles_)),
       table_uncounted_cycles_(registers_, "table_uncounted_cycles", bits_for(2 + loop_cycles_)),
       refresh_due_in_(registers_, "refresh_due_in", bits_for(scenario.memory.refresh_interval_cycles),
                       scenario.memory.refresh_interval_cycles),
       refresh_left_(registers_, "refresh_left", bits_for(scenario.memory.refresh_cycles)),
-      leaving_cycles_(registers_, "leaving_cycles", bits_for(scenario.memory.read_latency_cycles)) {
+      leaving_(registers_, "leaving", scenario.memory.read_latency_cycles) {
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
         rows_.push_back(std::make_unique<Row>(registers_, numbered("row", line), renderer));
         uncounted_.push_back(std::make_unique<Register<int>>(registers_, numbered("uncounted", line),
                                                              bits_for(1 + loop_cycles_)));
-    }
-    for (int clock = 0; clock < scenario.memory.read_latency_cycles; ++clock) {
-        leaving_.push_back(
-            std::make_unique<Register<BusBeat>>(registers_, "leaving_" + std::to_string(clock)));
-    }
-    for (int clock = 0; clock < loop_cycles_; ++clock) {
-        announced_line_.push_back(std::make_unique<Register<int>>(
-            registers_, "announced_" + std::to_string(clock), bits_for(scenario.bus.burst_pixels)));
     }
     for (int bank = 0; bank < scenario.memory.banks; ++bank) {
         banks_.push_back(
@@ -116,7 +109,7 @@ void BusPort::process() {
 /// Until the link's side answers or reset rises, each clock is as the one before.
 bool BusPort::nothing_comes() const {
     return !scenario_.memory.refreshes() && (state_ == State::kWait || state_ == State::kDone) && !asked_ &&
-           !reset_i.read() && leaving_cycles_ == 0 && uncounted_cycles_ == 0 &&
+           !reset_i.read() && leaving_.holds(BusBeat{}) && uncounted_cycles_ == 0 &&
            table_uncounted_cycles_ == 0 && answer_.settled(answer_i.read()) &&
            answer_i.read() == answer_seen_;
 }
@@ -142,7 +135,7 @@ void BusPort::reset() {
         pending.write(false);
     }
     sent_ = BusBeat{};
-    put_out(BusBeat{});
+    bus_o.write(BusBeat{});
     bus_driven_ = false;
 }
 
@@ -181,9 +174,7 @@ void BusPort::clock_edge() {
     if (scenario_.memory.refreshes()) {
         refresh_clock();
     }
-    if (!leaving_.empty()) {
-        latency_clock();
-    }
+    put_out();
 }
 
 /// Time passes for what the composers have not answered yet.
@@ -269,14 +260,13 @@ bool BusPort::composers_take_table() const {
 }
 
 void BusPort::table_clock() {
-    drive_nothing();
     if (!table_started_) {
         if (table_uncounted_cycles_ > 0 || !composers_take_table()) {
             ++bus_.poll_cycles;
             return;
         }
         table_started_ = true;
-        drive(BusBeat::frame_start(frame_on_bus(), row_count_ == 0));
+        sent_ = BusBeat::frame_start(frame_on_bus(), row_count_ == 0);
         if (loop_cycles_ > 0) {
             table_uncounted_cycles_ = 2 + loop_cycles_;  // without, asking for a pair takes longer
         }
@@ -285,8 +275,8 @@ void BusPort::table_clock() {
         if (table_wait_ == 0) {
             const int place = table_row_;
             ++table_row_;
-            drive(BusBeat::table_row(frame_on_bus(), static_cast<std::uint32_t>(place),
-                                     row(place).segment.row(), table_row_ == row_count_));
+            sent_ = BusBeat::table_row(frame_on_bus(), static_cast<std::uint32_t>(place),
+                                       row(place).segment.row(), table_row_ == row_count_);
             table_wait_ = cycles_per_table_row_;
         }
     }
@@ -298,8 +288,7 @@ void BusPort::table_clock() {
 }
 
 void BusPort::send_clock() {
-    drive_nothing();
-    judge_by(announced_);
+    announced_before_ = announced_line_.shift(announced_);
     if (plan_.stop) {
         stop_burst();
     }
@@ -356,19 +345,6 @@ void BusPort::stop_burst() {
     }
 }
 
-/// What BUSREADY answers for at the next clock.
-void BusPort::judge_by(int announced) {
-    if (announced_line_.empty()) {
-        announced_before_ = announced;
-        return;
-    }
-    announced_before_ = *announced_line_.back();
-    for (std::size_t place = announced_line_.size(); place-- > 1;) {
-        *announced_line_[place] = *announced_line_[place - 1];
-    }
-    *announced_line_[0] = announced;
-}
-
 /// False if no burst starts in this clock.
 bool BusPort::take_grant() {
     if (lost_i.read()) {
@@ -385,9 +361,7 @@ bool BusPort::take_grant() {
     bursting_ = true;
     // It is not judged by what is left of the one before.
     announced_before_ = 0;
-    for (const auto& announced : announced_line_) {
-        *announced = 0;
-    }
+    announced_line_.fill(0);
     burst_row_ = plan_.row;
     burst_left_ = static_cast<int>(std::min<std::int64_t>(scenario_.bus.burst_pixels, row(plan_.row).left));
     burst_started_ = false;
@@ -420,10 +394,9 @@ bool BusPort::page_ready(const Plan& plan) {
     return false;
 }
 
-/// Takes the words that the memory has put out.
+/// The beat of the words that the memory is told to read in this clock.
 void BusPort::fill_beat(const Plan& plan) {
     Row& of_row = row(burst_row_);
-    const MemoryData& data = data_i.read();
     const int count = plan.command.count;
     BusBeat beat;
     beat.kind = BusBeat::Kind::kPixels;
@@ -431,9 +404,6 @@ void BusPort::fill_beat(const Plan& plan) {
     beat.destination = of_row.segment.row().dcomp;
     beat.count = plan.command.count;
     beat.first = static_cast<std::uint32_t>(of_row.segment.pixels() - of_row.left);
-    if (leaving_.empty()) {
-        std::copy_n(data.words.begin(), count, beat.words.begin());
-    }
     beat_ = beat;
     of_row.left -= count;
     of_row.address = plan.next_address;
@@ -450,9 +420,8 @@ void BusPort::fill_beat(const Plan& plan) {
 }
 
 void BusPort::drive_beat() {
-    BusBeat beat = beat_;
-    beat.remaining = static_cast<std::uint32_t>(burst_left_);
-    drive(beat);
+    sent_ = beat_;
+    sent_.remaining = static_cast<std::uint32_t>(burst_left_);
     announced_ = burst_left_;
     if (burst_left_ == 0) {
         // A composer that was sent more than one beat has been told what is behind them, and without a loop it has
@@ -472,50 +441,24 @@ void BusPort::pass_over(std::size_t composer, int clocks) {
     ready_changed_ = true;
 }
 
-void BusPort::drive(const BusBeat& beat) {
-    if (leaving_.empty()) {
-        put_out(beat);
-    } else {
-        sent_ = beat;
-    }
-}
-
-void BusPort::drive_nothing() {
-    if (bus_driven_ && leaving_.empty()) {
-        put_out(BusBeat{});
-    }
-}
-
-void BusPort::put_out(const BusBeat& beat) {
-    bus_o.write(beat);
-    bus_driven_ = beat.kind != BusBeat::Kind::kNone;
-}
-
 /// A beat leaves as many clocks behind the one that sent it as its words come behind their read.
-void BusPort::latency_clock() {
+void BusPort::put_out() {
     if (data_i.read().count > 0) {
         words_ = data_i.read();
     }
     const bool sends = sent_.kind != BusBeat::Kind::kNone;
-    if (!sends && leaving_cycles_ == 0) {
-        if (bus_driven_) {
-            put_out(BusBeat{});
-        }
+    if (!sends && !bus_driven_ && leaving_.holds(BusBeat{})) {
         return;
     }
-    BusBeat beat = *leaving_.back();
+    BusBeat beat = leaving_.shift(sent_);
     if (beat.kind == BusBeat::Kind::kPixels) {
         std::copy_n(words_.value().words.begin(), beat.count, beat.words.begin());
     }
-    if (bus_driven_ || beat.kind != BusBeat::Kind::kNone) {
-        put_out(beat);
+    bus_o.write(beat);
+    bus_driven_ = beat.kind != BusBeat::Kind::kNone;
+    if (sends) {
+        sent_ = BusBeat{};
     }
-    for (std::size_t place = leaving_.size(); place-- > 1;) {
-        *leaving_[place] = *leaving_[place - 1];
-    }
-    *leaving_[0] = sent_;
-    sent_ = BusBeat{};
-    leaving_cycles_ = sends ? static_cast<int>(leaving_.size()) : leaving_cycles_ - 1;
 }
 
 // ---- combinational ----
@@ -652,7 +595,7 @@ void BusPort::plan_memory(Plan& plan) const {
 
 void BusPort::trace(sc_core::sc_trace_file* file) const {
     registers_.trace(file, path(""));
-    trace_lanes(file, beat_.value().words, pixels_per_beat_, path("beat.word"));
+    trace_lanes(file, words_.value().words, pixels_per_beat_, path("words.word"));
 }
 
 std::string BusPort::waiting_for() const {

@@ -133,7 +133,6 @@ class BusPort final : public Block {
     void table_clock();
     void send_clock();
     void count_answers();
-    void judge_by(int announced);
     bool composers_take_table() const;
     bool take_grant();
     void start_burst(int row);
@@ -143,10 +142,7 @@ class BusPort final : public Block {
     bool page_ready(const Plan& plan);
     void fill_beat(const Plan& plan);
     void drive_beat();
-    void drive(const BusBeat& beat);
-    void drive_nothing();
-    void put_out(const BusBeat& beat);
-    void latency_clock();
+    void put_out();
     void pass_over(std::size_t composer, int clocks);
 
     void drive_requests();
@@ -206,22 +202,19 @@ class BusPort final : public Block {
     Register<bool> precharging_{registers_,
                                 "precharging"};  ///< the page waited for is opened behind a precharge
     Register<int> page_wait_;
-    Register<int> beat_wait_;         ///< clocks of a beat on a narrow bus still to pass
-    Register<int> lost_wait_;         ///< clocks of a lost slot still to pass
-    Register<int> announced_;         ///< pixels of the burst behind the last beat driven
-    Register<int> announced_before_;  ///< the same when the composer wrote the BUSREADY that is read next
-    Register<int> uncounted_cycles_;  ///< until every BUSREADY counts what its composer was sent
+    Register<int> beat_wait_;           ///< clocks of a beat on a narrow bus still to pass
+    Register<int> lost_wait_;           ///< clocks of a lost slot still to pass
+    Register<int> announced_;           ///< pixels of the burst behind the last beat driven
+    Register<int> announced_before_;    ///< the same when the composer wrote the BUSREADY that is read next
+    RegisterLine<int> announced_line_;  ///< the same in the clocks between
+    Register<int> uncounted_cycles_;    ///< until every BUSREADY counts what its composer was sent
     Register<int> table_uncounted_cycles_;           ///< until TABLEREADY counts the newest frame's start
     Register<bool> stopped_{registers_, "stopped"};  ///< the burst was stopped while its last beat was moving
     Register<int> refresh_due_in_;                   ///< clocks until the next refresh begins
     Register<int> refresh_left_;                     ///< clocks of a refresh still to pass
     Register<BusBeat> beat_{registers_, "beat"};
-    Register<MemoryData> words_{registers_, "words"};  ///< with read latency: of the beat that leaves next
-    std::vector<std::unique_ptr<Register<BusBeat>>>
-        leaving_;                   ///< beats that wait for their words, the newest first
-    Register<int> leaving_cycles_;  ///< until the newest beat has left
-    std::vector<std::unique_ptr<Register<int>>>
-        announced_line_;  ///< what BUSREADY was told, the newest first
+    Register<MemoryData> words_{registers_, "words"};  ///< that have come last
+    RegisterLine<BusBeat> leaving_;                    ///< beats that wait for their words
     std::vector<std::unique_ptr<Register<int>>>
         uncounted_;  ///< by composer: clocks for which it is passed over
     std::vector<std::unique_ptr<Bank>> banks_;
@@ -230,7 +223,7 @@ class BusPort final : public Block {
     Plan plan_;          ///< combinational
     bool asked_ = true;  ///< its combinational outputs may stand at something
     bool bus_driven_ = false;
-    BusBeat sent_;  ///< by this clock, with read latency
+    BusBeat sent_;  ///< by this clock, without its words
     bool ready_changed_ = true;
 };
 

@@ -4,26 +4,16 @@
 
 namespace metabuffer::rtl {
 
-template <typename Value>
-BusRegisters::Line<Value> BusRegisters::line(const std::string& wire, int stages) {
-    Line<Value> line;
-    for (int stage = 1; stage <= stages; ++stage) {
-        line.push_back(
-            std::make_unique<Register<Value>>(registers_, wire + "_stage_" + std::to_string(stage)));
-    }
-    return line;
-}
-
 BusRegisters::BusRegisters(const sc_core::sc_module_name& name, int stages, std::size_t composers)
     : Block(name),
       busready_i("busready_i", composers),
       busready_o("busready_o", composers),
       tableready_i("tableready_i", composers),
       tableready_o("tableready_o", composers),
-      bus_(line<BusBeat>("bus", stages)) {
+      bus_(registers_, "bus_stage", stages) {
     for (std::size_t composer = 0; composer < composers; ++composer) {
-        busready_.push_back(line<bool>(numbered("busready", composer), stages));
-        tableready_.push_back(line<bool>(numbered("tableready", composer), stages));
+        busready_.emplace_back(registers_, numbered("busready", composer) + "_stage", stages);
+        tableready_.emplace_back(registers_, numbered("tableready", composer) + "_stage", stages);
     }
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
@@ -39,18 +29,14 @@ void BusRegisters::end_of_elaboration() {
     }
 }
 
-/// True if any register changes.
-template <typename Value>
-bool BusRegisters::shift(Line<Value>& line, const Value& input) {
-    bool changes = false;
-    for (std::size_t stage = line.size(); stage-- > 0;) {
-        const Value& next = stage == 0 ? input : line[stage - 1]->value();
-        if (!(*line[stage] == next)) {
-            *line[stage] = next;
-            changes = true;
-        }
+/// Every stage has what comes in.
+bool BusRegisters::settled() const {
+    bool settled = bus_.holds(bus_i.read());
+    for (std::size_t composer = 0; composer < busready_.size(); ++composer) {
+        settled = settled && busready_[composer].holds(busready_i[composer].read()) &&
+                  tableready_[composer].holds(tableready_i[composer].read());
     }
-    return changes;
+    return settled;
 }
 
 void BusRegisters::clock_edge() {
@@ -62,24 +48,29 @@ void BusRegisters::clock_edge() {
         drive();
         return;
     }
-    bool changes = shift(bus_, bus_i.read());
-    for (std::size_t composer = 0; composer < busready_.size(); ++composer) {
-        changes = shift(busready_[composer], busready_i[composer].read()) || changes;
-        changes = shift(tableready_[composer], tableready_i[composer].read()) || changes;
-    }
-    if (changes) {
+    const bool idle = settled();
+    if (!idle) {
+        shift();
         drive();
     }
-    if (gate_.idle_edge(!changes)) {
+    if (gate_.idle_edge(idle)) {
         next_trigger(wake_events_);
     }
 }
 
-void BusRegisters::drive() {
-    bus_o.write(*bus_.back());
+void BusRegisters::shift() {
+    bus_.shift(bus_i.read());
     for (std::size_t composer = 0; composer < busready_.size(); ++composer) {
-        busready_o[composer].write(*busready_[composer].back());
-        tableready_o[composer].write(*tableready_[composer].back());
+        busready_[composer].shift(busready_i[composer].read());
+        tableready_[composer].shift(tableready_i[composer].read());
+    }
+}
+
+void BusRegisters::drive() {
+    bus_o.write(bus_.last());
+    for (std::size_t composer = 0; composer < busready_.size(); ++composer) {
+        busready_o[composer].write(busready_[composer].last());
+        tableready_o[composer].write(tableready_[composer].last());
     }
 }
 

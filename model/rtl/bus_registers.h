@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include "rtl/block.h"
@@ -34,25 +32,18 @@ class BusRegisters final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
 
   private:
-    /// The registers that a wire passes through, the newest value first; the last one drives the output.
-    template <typename Value>
-    using Line = std::vector<std::unique_ptr<Register<Value>>>;
-
-    template <typename Value>
-    Line<Value> line(const std::string& wire, int stages);
-    template <typename Value>
-    static bool shift(Line<Value>& line, const Value& input);
-
     void end_of_elaboration() override;
     void clock_edge();
+    bool settled() const;
+    void shift();
     void drive();
 
     ClockGate gate_{ClockGating::kOn};
     sc_core::sc_event_or_list wake_events_;
     RegisterSet registers_;
-    Line<BusBeat> bus_;
-    std::vector<Line<bool>> busready_;  ///< by composer
-    std::vector<Line<bool>> tableready_;
+    RegisterLine<BusBeat> bus_;
+    std::vector<RegisterLine<bool>> busready_;  ///< by composer
+    std::vector<RegisterLine<bool>> tableready_;
 };
 
 }  // namespace metabuffer::rtl

@@ -31,8 +31,8 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       raster_height_(scenario.displays.raster_height_pixels()),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
-      beats_in_flight_(beats_in_flight(scenario.bus, scenario.memory)),
-      cut_cycles_(1 + bus_loop_cycles(scenario.bus, scenario.memory)),
+      in_flight_pixels_(in_flight_pixels(scenario.bus, scenario.memory)),
+      cut_cycles_(busready_cut_cycles(scenario.bus, scenario.memory)),
       longest_gap_cycles_(longest_beat_gap_cycles(scenario)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
@@ -111,8 +111,8 @@ void Composer::clock_edge() {
 /// and nothing is on its way to a register.
 bool Composer::idle(bool was_running) const {
     return !running_ && !was_running && !startframe_ && !startframe_i.read() && !pipe_valid_ &&
-           burst_cut_ == 0 && announced_ == 0 && !(pipemaster_ && pipeready_) && !reading_ && !writing_ &&
-           !releasing_ && bus_i.read().kind == BusBeat::Kind::kNone;
+           burst_cut_ == 0 && announced_ == 0 && !(pipemaster_ && pipeready_) && !fifo_is_told() &&
+           bus_i.read().kind == BusBeat::Kind::kNone;
 }
 
 // ---- the pipeline side ----
@@ -339,22 +339,25 @@ void Composer::lose_pixels(std::int64_t count) {
 
 // ---- the FIFO ----
 
+/// To read, to write or to let go of pixels, at this edge.
+bool Composer::fifo_is_told() const {
+    return fifo_wires_.read.read().enable || fifo_wires_.write.read().count > 0 ||
+           fifo_wires_.release.read().any();
+}
+
 /// Behind the pipeline and the bus side: what of this clock's pixels the FIFO keeps and lets go of, and what it reads.
 void Composer::drive_fifo(int held_before) {
     follow_read();
     read_ahead();
-    if (kept_.count > 0 || writing_) {
+    if (kept_.count > 0 || fifo_wires_.write.read().count > 0) {
         fifo_wires_.write.write(kept_);
-        writing_ = kept_.count > 0;
     }
     FifoRelease release;
     release.newest = abandoned_pixels_;
     release.oldest =
         static_cast<std::uint32_t>(held_before + kept_.count - buffer_.held_pixels()) - abandoned_pixels_;
-    const bool releases = release.oldest > 0 || release.newest > 0;
-    if (releases || releasing_) {
+    if (release.any() || fifo_wires_.release.read().any()) {
         fifo_wires_.release.write(release);
-        releasing_ = releases;
     }
     kept_.count = 0;
     abandoned_pixels_ = 0;
@@ -364,7 +367,7 @@ void Composer::drive_fifo(int held_before) {
 /// past the FIFO: it has come at this edge, or the column stands still and what stood at the output is still to be used.
 void Composer::follow_read() {
     const std::int64_t stood = word_pixel_;
-    if (reading_) {
+    if (fifo_wires_.read.read().enable) {
         word_pixel_ = read_pixel_;
     }
     if (!running_ || !walker_.covered()) {
@@ -395,10 +398,9 @@ void Composer::read_ahead() {
     if (reads) {
         fifo_wires_.read.write({true, static_cast<std::uint32_t>(buffer_.address_of(pixel))});
         read_pixel_ = pixel;
-    } else if (reading_) {
+    } else if (fifo_wires_.read.read().enable) {
         fifo_wires_.read.write({false, fifo_wires_.read.read().address});
     }
-    reading_ = reads;
 }
 
 /// None where the segment does not show. Before a frame it is the frame's first position.
@@ -430,7 +432,7 @@ void Composer::drive_handshakes(bool was_running) {
     if (!busready) {
         // What the bus sends before it reads the drop is still to come.
     } else if (announced_ > pixels_per_beat_) {
-        busready = buffer_.free_pixels() >= std::min(announced_.value(), beats_in_flight_ * pixels_per_beat_);
+        busready = buffer_.free_pixels() >= std::min(announced_.value(), in_flight_pixels_);
         if (!busready) {
             burst_cut_ = cut_cycles_;
             count_busready_drop(clock_edge_number(core_period_picoseconds_));

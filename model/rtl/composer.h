@@ -15,16 +15,16 @@ namespace metabuffer::rtl {
 /// A composer, box C of the paper's Figure 1 (sections 4, 5.2 to 5.4): takes its segment's pixels from its
 /// renderer's bus into its buffer and merges them with the pixels that come down its display's pipeline.
 ///
-/// Made of a receiver of beats (ComposerBuffer), a walk over the raster (SegmentWalker), a merge stage and handshakes, in
-/// one clocked process, and of composer_fifo, which has pins.
+/// Made of a receiver of beats (ComposerBuffer), a walk over the raster (SegmentWalker), a merge stage and handshakes,
+/// in one clocked process, and of composer_fifo, which has pins.
 ///
 /// Timing, in core clocks; all outputs are registered:
 /// - pipeline: the pixel on pipe_i at an edge leaves, composited, on pipe_o after it. STARTFRAME is relayed
 ///   the same way, one clock ahead of pixel 0. The composer strapped PIPEMASTER makes the upstream pixel itself
 ///   (background, A = 0, far) and answers its own PIPEREADY with STARTFRAME one clock later.
-/// - buffer: a pixel sampled from the bus at an edge can be composited at the next one. It is written into the FIFO behind
-///   that edge; until a read can bring it back it stands in a register beside the merge stage (bypass). The FIFO is read
-///   a position ahead, unless it stands at that pixel already, as it does while columns are replicated.
+/// - buffer: a pixel sampled from the bus at an edge can be composited at the next one. It is written into the FIFO
+///   after that edge; until a read can bring it back it stands in a register beside the merge stage (bypass). The FIFO
+///   is read a position ahead, unless it stands at that pixel already, as it does while columns are replicated.
 /// - BUSREADY: with no burst for this composer under way, or with the rest of it fitting one beat, high while
 ///   ready_space_pixels are free beside that rest: a slot would be taken. Earlier in a burst, high while the
 ///   beat on its way and one more fit, and those that read latency and bus registers hold; the first low clock
@@ -44,8 +44,8 @@ namespace metabuffer::rtl {
 /// - a frame start or a table row lost shows by the frame that the next beat names, whosever it is, by the place that
 ///   the next row names, or by pixels or another frame before the table's last row. The frame is abandoned from its
 ///   first raster pixel on, in its turn, and its pixels are dropped.
-/// - a burst ends for the composer with its last beat, with what comes behind its own BUSREADY's fall, or when no beat of it has come
-///   for a page miss and a beat.
+/// - a burst ends for the composer with its last beat, with what comes after its own BUSREADY's fall, or when no beat
+///   of it has come for a page miss and a beat.
 ///
 /// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or frame
 /// that has been, a frame more than 65535 ahead of the newest, a pixel without a table, a third frame's table.
@@ -103,6 +103,7 @@ class Composer final : public Block, public ComposerRecord {
     void protocol_error(const std::string& what) const;
     void drive_handshakes(bool was_running);
     bool idle(bool was_running) const;
+    bool fifo_is_told() const;
     bool slot_ready() const;
     bool prefetched() const;
     bool next_pixel_missing() const;
@@ -116,8 +117,8 @@ class Composer final : public Block, public ComposerRecord {
     int raster_height_;
     int ready_space_pixels_;
     int pixels_per_beat_;
-    int beats_in_flight_;
-    int cut_cycles_;          ///< from BUSREADY's fall in a burst to the last beat that may come of it
+    int in_flight_pixels_;  ///< that may come from BUSREADY's fall in a burst on, with the beat that it falls at
+    int cut_cycles_;        ///< in which they come
     int longest_gap_cycles_;  ///< from a beat of a burst to the next one: a page miss and the beat
     std::int64_t core_period_picoseconds_;
 
@@ -140,13 +141,10 @@ class Composer final : public Block, public ComposerRecord {
     Register<bool> stall_{registers_, "stall"};
     Register<bool> pipe_valid_{registers_, "pipe_valid"};
     Register<bool> starved_{registers_, "starved"};  ///< the pixel that has just left lacks this composer's
-    Register<bool> reading_{registers_, "reading"};  ///< the FIFO reads a pixel at the next edge
-    Register<std::int64_t> read_pixel_;              ///< which, in its segment
+    Register<std::int64_t> read_pixel_;              ///< of its segment, that the FIFO was told to read last
     Register<std::int64_t> word_pixel_;              ///< that stands at the FIFO's output; -1: none
     Register<std::int64_t> bypass_pixel_;            ///< that is taken from bypass_word instead; -1: none
     Register<std::uint64_t> bypass_word_{registers_, "bypass_word", 64};
-    Register<bool> writing_{registers_, "writing"};      ///< the FIFO is told to write
-    Register<bool> releasing_{registers_, "releasing"};  ///< and to let go of pixels
     Register<int> announced_;      ///< pixels of the burst under way that are still to come
     Register<int> silent_cycles_;  ///< since its last beat, while announced_ > 0
     Register<int> burst_cut_;  ///< clocks in which beats of a burst may still come that BUSREADY has ended

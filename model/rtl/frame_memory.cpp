@@ -1,6 +1,5 @@
 #include "rtl/frame_memory.h"
 
-#include <algorithm>
 #include <sstream>
 
 namespace metabuffer::rtl {
@@ -24,13 +23,11 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
       config_(config),
       refresh_left_(registers_, "refresh_left", bits_for(config.refresh_cycles)),
       refresh_due_in_(registers_, "refresh_due_in", bits_for(config.refresh_interval_cycles),
-                      config.refresh_interval_cycles) {
+                      config.refresh_interval_cycles),
+      reads_(registers_, "read", config.read_latency_cycles) {
     for (int bank = 0; bank < config.banks; ++bank) {
         banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
                                                 bits_for((words - 1) / config.page_words)));
-    }
-    for (int clock = 0; clock < config.read_latency_cycles; ++clock) {
-        reads_.push_back(std::make_unique<Register<MemoryData>>(registers_, "read_" + std::to_string(clock)));
     }
     for (std::vector<std::uint64_t>& device : devices_) {
         device.resize(static_cast<std::size_t>(words));
@@ -92,7 +89,8 @@ void FrameMemory::core_edge() {
             latency_edge(command);
         }
     }
-    const bool idle = command.kind == MemoryCommand::Kind::kNone && !config_.refreshes() && !read_under_way();
+    const bool idle =
+        command.kind == MemoryCommand::Kind::kNone && !config_.refreshes() && reads_.holds(MemoryData{});
     if (core_gate_.idle_edge(idle)) {
         next_trigger(core_wake_events_);
     }
@@ -214,17 +212,9 @@ void FrameMemory::answer(const MemoryCommand& command, MemoryData& data) const {
 }
 
 void FrameMemory::latency_edge(const MemoryCommand& command) {
-    for (std::size_t place = reads_.size(); place-- > 1;) {
-        *reads_[place] = *reads_[place - 1];
-    }
     answer(command, data_);
-    *reads_[0] = data_;
-    data_o.write(*reads_.back());
-}
-
-bool FrameMemory::read_under_way() const {
-    return std::any_of(reads_.begin(), reads_.end(),
-                       [](const auto& read) { return read->value().count > 0; });
+    reads_.shift(data_);
+    data_o.write(reads_.last());
 }
 
 void FrameMemory::trace(sc_core::sc_trace_file* file) const {

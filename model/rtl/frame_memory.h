@@ -72,7 +72,6 @@ class FrameMemory final : public Block {
     void put_out();
     void answer(const MemoryCommand& command, MemoryData& data) const;
     void latency_edge(const MemoryCommand& command);
-    bool read_under_way() const;
     std::int64_t address_of(const MemoryCommand& command, std::size_t word) const {
         return std::int64_t{command.row} * config_.page_words + command.columns[word];
     }
@@ -90,9 +89,9 @@ class FrameMemory final : public Block {
 
     RegisterSet registers_;
     std::vector<std::unique_ptr<Bank>> banks_;
-    Register<int> refresh_left_;    ///< clocks of a refresh still to pass
-    Register<int> refresh_due_in_;  ///< clocks until one has to begin; 0 without refreshes
-    std::vector<std::unique_ptr<Register<MemoryData>>> reads_;  ///< words on their way out, the newest first
+    Register<int> refresh_left_;      ///< clocks of a refresh still to pass
+    Register<int> refresh_due_in_;    ///< clocks until one has to begin; 0 without refreshes
+    RegisterLine<MemoryData> reads_;  ///< words on their way out
     MemoryData data_;
 };
 

@@ -58,8 +58,9 @@ class WireHolds {
 ///   itself.
 /// - BUSREADY that is taken away stays low until its composer has lowered it too, or has had the time to see by the
 ///   silence of the bus that its burst was stopped: twice the longest gap within a burst, a beat and two clocks,
-///   and what read latency and bus registers add, there and back. (The burst may just have been granted: the bus opens a
-///   page, sends beats until their answer comes back and stops, and the composer waits for as long as a gap may be.) A composer that still counted on the rest of its burst could be sent more than it has room for.
+///   and what read latency and bus registers add, there and back. (The burst may just have been granted: the bus
+///   opens a page, sends beats until their answer comes back and stops, and the composer waits for as long as a gap
+///   may be.) A composer that still counted on the rest of its burst could be sent more than it has room for.
 /// - TABLEREADY and PAIR_REQUEST may fall and rise at any clock, STALL rise and fall.
 class HandshakeFault final : public Block {
   public:

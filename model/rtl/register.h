@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <systemc>
 #include <type_traits>
@@ -108,6 +111,48 @@ class Register final : public AnyRegister {
     int width_bits_;
     Value reset_value_;
     Value value_;
+};
+
+/// Registers that a value passes through, one a clock. With none it passes at once.
+template <typename Value>
+class RegisterLine {
+  public:
+    /// stages: 0 or more, named prefix_1, where a value comes in, and so on. width_bits: as of a Register.
+    RegisterLine(RegisterSet& set, const std::string& prefix, int stages, int width_bits = 1) {
+        for (int stage = 1; stage <= stages; ++stage) {
+            stages_.push_back(
+                std::make_unique<Register<Value>>(set, prefix + '_' + std::to_string(stage), width_bits));
+        }
+    }
+
+    /// Once at each edge. What leaves: it came in as many edges ago as there are stages.
+    Value shift(const Value& input) {
+        if (stages_.empty()) {
+            return input;
+        }
+        Value leaves = last();
+        for (std::size_t stage = stages_.size(); stage-- > 1;) {
+            *stages_[stage] = *stages_[stage - 1];
+        }
+        *stages_.front() = input;
+        return leaves;
+    }
+    /// In the last stage: what leaves next. Not without stages.
+    const Value& last() const { return stages_.back()->value(); }
+    bool empty() const { return stages_.empty(); }
+    /// Every stage has this value.
+    bool holds(const Value& value) const {
+        return std::all_of(stages_.begin(), stages_.end(),
+                           [&value](const auto& stage) { return stage->value() == value; });
+    }
+    void fill(const Value& value) {
+        for (const auto& stage : stages_) {
+            *stage = value;
+        }
+    }
+
+  private:
+    std::vector<std::unique_ptr<Register<Value>>> stages_;
 };
 
 /// A level that crosses from another clock domain: two registers in the receiver's domain, so a change is seen at the

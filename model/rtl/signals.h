@@ -164,6 +164,8 @@ void sc_trace(sc_core::sc_trace_file* file, const FifoRead& value, const std::st
 struct FifoRelease {
     std::uint32_t oldest = 0;  ///< that have had their last use
     std::uint32_t newest = 0;  ///< of a frame that is abandoned
+
+    bool any() const { return oldest > 0 || newest > 0; }
 };
 inline bool operator==(const FifoRelease& a, const FifoRelease& b) {
     return a.oldest == b.oldest && a.newest == b.newest;

@@ -174,12 +174,16 @@ constexpr int bus_delay_cycles(const BusConfig& bus, const MemoryConfig& memory)
 constexpr int bus_loop_cycles(const BusConfig& bus, const MemoryConfig& memory) {
     return bus_delay_cycles(bus, memory) + bus.register_stages;
 }
+/// Core clocks from a BUSREADY that ends a burst to the last beat that may come of it.
+constexpr int busready_cut_cycles(const BusConfig& bus, const MemoryConfig& memory) {
+    return 1 + bus_loop_cycles(bus, memory);
+}
 /// Beats that may be on their way when a composer drops BUSREADY: the one it has not seen yet, the one that goes
 /// out before the input framebuffer has read the drop, and those that read latency and registers hold.
 constexpr int beats_in_flight(const BusConfig& bus, const MemoryConfig& memory) {
     return 2 + bus_loop_cycles(bus, memory) / cycles_per_beat(bus);
 }
-/// The least legal ready space.
+/// Pixels of those beats, and so the least legal ready space.
 constexpr int in_flight_pixels(const BusConfig& bus, const MemoryConfig& memory) {
     return beats_in_flight(bus, memory) * pixels_per_beat(bus, memory);
 }

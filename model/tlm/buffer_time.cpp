@@ -96,7 +96,7 @@ BufferTime::Verdict BufferTime::busready_in_burst(const BurstBeat& beat, std::in
     if (beat.remaining <= config_.pixels_per_beat) {
         return Verdict::kTaken;
     }
-    const int margin = std::min(beat.remaining, config_.beats_in_flight * config_.pixels_per_beat);
+    const int margin = std::min(beat.remaining, config_.in_flight_pixels);
     const Release release = release_for(beat.first_missing, config_.capacity_pixels - margin);
     if (release.frame < 0) {
         return Verdict::kTaken;

@@ -45,13 +45,13 @@ struct SlotTime {
 class BufferTime {
   public:
     struct Config {
-        int renderer = 0;             ///< place in the column, from 0
-        int capacity_pixels = 0;      ///< of the buffer
-        int ready_space_pixels = 0;   ///< free space that a slot needs
-        int pixels_per_beat = 1;      ///< 1..8
-        int cycles_per_beat = 1;      ///< more than 1 on a bus narrower than a pixel
-        int beats_in_flight = 2;      ///< from BUSREADY's fall on, with the beat that it falls at
-        int answer_cycles = 0;        ///< registers on the way back: BUSREADY is read that many clocks later
+        int renderer = 0;            ///< place in the column, from 0
+        int capacity_pixels = 0;     ///< of the buffer
+        int ready_space_pixels = 0;  ///< free space that a slot needs
+        int pixels_per_beat = 1;     ///< 1..8
+        int cycles_per_beat = 1;     ///< more than 1 on a bus narrower than a pixel
+        int in_flight_pixels = 2;  ///< that may come from BUSREADY's fall on, with the beat that it falls at
+        int answer_cycles = 0;     ///< registers on the way back: BUSREADY is read that many clocks later
         int raster_width_pixels = 0;  ///< of the display
         int raster_height_pixels = 0;
     };

@@ -29,7 +29,7 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       relays_(relays),
       buffer_({settings.renderer, scenario.composer.buffer_pixels, scenario.composer.ready_space_pixels,
                pixels_per_beat(scenario.bus, scenario.memory), cycles_per_beat(scenario.bus),
-               beats_in_flight(scenario.bus, scenario.memory), scenario.bus.register_stages,
+               in_flight_pixels(scenario.bus, scenario.memory), scenario.bus.register_stages,
                scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels()},
               column) {
     bus_socket.register_b_transport(this, &Composer::take_transfer);

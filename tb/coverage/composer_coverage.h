@@ -237,6 +237,7 @@ class ComposerCoverage {
     /// The bus has begun to send a frame behind one that is not over.
     bool two_frames() const { return !observer_.has_room_for_table(); }
     std::int64_t address_of(std::int64_t k) const;
+    int cut_cycles() const { return busready_cut_cycles(scenario_.bus, scenario_.memory); }
 
     const ComposerGoals& goals_;
     const Scenario& scenario_;
@@ -268,8 +269,6 @@ class ComposerCoverage {
     int announced_ = 0;
     int beats_of_burst_ = 0;
     std::int64_t clocks_since_beat_ = 0;
-    int cut_cycles() const { return 1 + bus_loop_cycles(scenario_.bus, scenario_.memory); }
-
     int cut_clocks_ = 0;  ///< BUSREADY has been taken back: what comes in these clocks is the burst's last
     int beats_behind_cut_ = 0;
     bool burst_before_cut_ = false;

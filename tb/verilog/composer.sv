@@ -20,7 +20,7 @@ module composer #(
     input logic [COUNT_BITS-1:0] ready_space_pixels_i,
     input logic [3:0]            pixels_per_beat_i,     // 1..8
     input logic [19:0]           longest_gap_cycles_i,  // from a beat of a burst to the next: a page miss and the beat
-    input logic [7:0]            in_flight_pixels_i,    // that may come from BUSREADY's fall on, with the beat that it falls at
+    input logic [7:0]            in_flight_pixels_i,    // that may come once BUSREADY falls, with the beat it falls at
     input logic [4:0]            cut_cycles_i,          // from BUSREADY's fall to the last beat of its burst: 1..17
     input logic [1:0]            composition_i,         // 0 nearer wins, 1 the same with alpha key, 2 over
     input logic                  stall_mode_i,          // a missing pixel: 1 stalls the column, 0 is a glitch
@@ -448,7 +448,8 @@ module composer #(
   logic [15:0] announced_2;
   logic [4:0] cut_cycles, cut_cycles_1;  // in which beats of a burst may still come that BUSREADY has ended
   assign cutting_o = cut_cycles != '0;
-  logic in_burst, cutting, falling, busready_next, head_fresh, head_complete, prefetched_next, missing_next, head_abandoned_next;
+  logic in_burst, cutting, falling, busready_next, head_fresh, head_complete, prefetched_next, missing_next;
+  logic head_abandoned_next;
   logic head_loses_table, head_missed_next, table_complete_next;
   logic [31:0] oldest_kept, frames_known;
   logic [31:0] head_arrived_next;

@@ -1,10 +1,10 @@
-// A composer's local memory: a ring of pixels with a write port of a beat and a read port of a pixel, and a count of what
-// it holds. The composer says at which addresses and what need not be held any more; see model/rtl/composer_fifo.h, whose
-// pins these are.
+// A composer's local memory: a ring of pixels with a write port of a beat and a read port of a pixel, and a count of
+// what it holds. The composer says at which addresses and what need not be held any more; see
+// model/rtl/composer_fifo.h, whose pins these are.
 //
-// What stands at the ports before a clock's edge is done at the edge. A read gives the word that is written to its address
-// at the same edge. Each word of a beat lies in another bank, so the ring has as many addresses as a power of two, 16 or
-// more.
+// What stands at the ports before a clock's edge is done at the edge. A read gives the word that is written to its
+// address at the same edge. Each word of a beat lies in another bank, so the ring has as many addresses as a power of
+// two, 16 or more.
 module composer_fifo #(
     parameter  int MAX_PIXELS   = 4096,  // a power of two, 16 or more
     localparam int ADDRESS_BITS = $clog2(MAX_PIXELS),

@@ -161,6 +161,7 @@ TEST_CASE("buffer time: BUSREADY is not asked in a burst whose rest fits one bea
     const ViewportRow row = segment_row({8, 2});
     BufferTime::Config config = config_of(8, 4);
     config.pixels_per_beat = 2;
+    config.in_flight_pixels = 4;
     BufferTime buffer(config, column);
     column.set_pipeready_cycle(2);
     buffer.begin_frame(0, &row, 10, 10);

@@ -30,6 +30,7 @@ class ColumnReplay {
             config.capacity_pixels = from.capacity_pixels;
             config.ready_space_pixels = from.ready_space_pixels;
             config.pixels_per_beat = from.pixels_per_beat;
+            config.in_flight_pixels = 2 * from.pixels_per_beat;
             config.cycles_per_beat = from.cycles_per_beat;
             config.raster_width_pixels = setup.raster.width;
             config.raster_height_pixels = setup.raster.height;

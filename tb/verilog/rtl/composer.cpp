@@ -84,7 +84,7 @@ void Composer::configure(const Scenario& scenario, int display) {
     verilated_->pixels_per_beat_i = static_cast<CData>(pixels_per_beat(scenario.bus, scenario.memory));
     verilated_->longest_gap_cycles_i = static_cast<IData>(longest_beat_gap_cycles(scenario));
     verilated_->in_flight_pixels_i = static_cast<CData>(in_flight_pixels(scenario.bus, scenario.memory));
-    verilated_->cut_cycles_i = static_cast<CData>(1 + bus_loop_cycles(scenario.bus, scenario.memory));
+    verilated_->cut_cycles_i = static_cast<CData>(busready_cut_cycles(scenario.bus, scenario.memory));
     verilated_->composition_i = static_cast<CData>(scenario.composition);
     verilated_->stall_mode_i = stall_mode_ ? 1 : 0;
     verilated_->background_i = scenario.background_pixel().word();
