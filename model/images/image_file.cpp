@@ -91,6 +91,15 @@ void check_webp_canvas(const std::filesystem::path& file, std::string_view bytes
     check_image_size(file, webp_side(bytes.substr(24, 3)), webp_side(bytes.substr(27, 3)));
 }
 
+/// OpenImageIO takes any number of bytes a channel as an SGI file names it, and with none reads beyond its memory.
+void check_sgi_channels(const std::filesystem::path& file, std::string_view bytes) {
+    constexpr std::size_t kChannelBytesPlace = 3;
+    if (!begins(bytes, "\x01\xda"sv) || bytes.size() <= kChannelBytesPlace) return;
+    const int channel_bytes = static_cast<unsigned char>(bytes[kChannelBytesPlace]);
+    if (channel_bytes == 1 || channel_bytes == 2) return;
+    fail_unreadable_image(file, "it has " + std::to_string(channel_bytes) + " bytes a channel, not 1 or 2");
+}
+
 /// OpenImageIO's name of what reads the file, null if nothing does.
 const char* reader_of(const std::filesystem::path& file, std::string_view bytes) {
     for (const ImageFormat& format : kFormats) {
@@ -117,11 +126,13 @@ std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& f
     const char* reader = reader_of(file, bytes);
     if (reader == nullptr) fail_unreadable_image(file, "it begins as none of the formats that are read");
     check_webp_canvas(file, bytes);
+    check_sgi_channels(file, bytes);
     read_in_this_thread();
     std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(reader);
     if (input == nullptr) fail_unreadable_image(file, OIIO::geterror());
     OIIO::ImageSpec spec;
-    if (!input->open(file.string(), spec)) fail_unreadable_image(file, input->geterror());
+    const bool opened = ask_reader(file, [&] { return input->open(file.string(), spec); });
+    if (!opened) fail_unreadable_image(file, input->geterror());
     return input;
 }
 

@@ -3,8 +3,10 @@
 #include <OpenImageIO/imageio.h>
 
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <string>
 
 namespace metabuffer {
@@ -25,5 +27,17 @@ void check_image_size(const std::filesystem::path& file, std::int64_t width_pixe
 /// Throws the InputError of a file that cannot be opened, or read to its end, as an image. why: in the reader's words,
 /// which may be none.
 [[noreturn]] void fail_unreadable_image(const std::filesystem::path& file, const std::string& why);
+
+/// Asks one of OpenImageIO's readers. What it throws at a damaged file is the file's fault; a lack of memory is not.
+template <typename Question>
+auto ask_reader(const std::filesystem::path& file, Question question) {
+    try {
+        return question();
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& error) {
+        fail_unreadable_image(file, error.what());
+    }
+}
 
 }  // namespace metabuffer

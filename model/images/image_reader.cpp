@@ -87,7 +87,9 @@ class NativeImage {
         pixel_bytes_ = offset_of(last + 1);
         samples_.resize(pixel_bytes_ * static_cast<std::size_t>(width()) *
                         static_cast<std::size_t>(height()));
-        const bool whole = input_->read_image(0, 0, first, last + 1, OIIO::TypeUnknown, samples_.data());
+        const bool whole = ask_reader(file_, [&] {
+            return input_->read_image(0, 0, first, last + 1, OIIO::TypeUnknown, samples_.data());
+        });
         // A strip that cannot be read leaves an error behind a read that claims to have worked.
         if (!whole || input_->has_error()) fail_unreadable_image(file_, input_->geterror());
         input_->close();

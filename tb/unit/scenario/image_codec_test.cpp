@@ -446,6 +446,26 @@ TEST_CASE("image: a WebP file's canvas is looked at before there is room made fo
     CHECK(load(file).width_pixels == 16);
 }
 
+TEST_CASE("image: an SGI file has one or two bytes a channel") {
+    const ScratchDirectory directory;
+    const std::filesystem::path file = directory / "channels.sgi";
+    const std::vector<std::uint8_t> samples(std::size_t{4} * 3 * 3, 128);
+    write_picture(file, 4, 3, {{"R", "G", "B"}, TypeDesc::UINT8}, samples);
+    REQUIRE(load(file).width_pixels == 4);
+    std::ifstream stream(file, std::ios::binary);
+    std::string bytes(std::istreambuf_iterator<char>(stream), {});
+    constexpr std::size_t kChannelBytesPlace = 3;
+    REQUIRE(bytes[kChannelBytesPlace] == 1);
+    // OpenImageIO takes any: it reads beyond its memory with none, and throws with a negative number.
+    for (const int count : {0, 3, 189, 255}) {
+        bytes[kChannelBytesPlace] = static_cast<char>(count);
+        directory.write("channels.sgi", bytes);
+        CHECK_THAT(error_of(file),
+                   Catch::Contains(" is not a readable image: it has " + std::to_string(count) +
+                                   " bytes a channel, not 1 or 2; use an intact "));
+    }
+}
+
 TEST_CASE("image: only the first of several subimages is read") {
     const ScratchDirectory directory;
     const auto output = OIIO::ImageOutput::create("a.tif");
