@@ -37,16 +37,16 @@ std::int64_t sum_of(const std::vector<std::int64_t>& values) {
     return std::accumulate(values.begin(), values.end(), std::int64_t{0});
 }
 
-/// The shortest table in exact proportion, or, if that is too long, one of about kSlotTableLimit slots.
-std::vector<std::int64_t> slot_counts(std::vector<std::int64_t> counts) {
+/// The shortest table in exact proportion, or, if that is too long, one of about as many slots as the limit.
+std::vector<std::int64_t> slot_counts(std::vector<std::int64_t> counts, std::int64_t limit) {
     std::int64_t divisor = counts.front();
     for (const std::int64_t count : counts) divisor = std::gcd(divisor, count);
     for (std::int64_t& count : counts) count /= divisor;
 
     const std::int64_t sum = sum_of(counts);
-    if (sum <= kSlotTableLimit) return counts;
+    if (sum <= limit) return counts;
     for (std::int64_t& count : counts) {
-        const std::int64_t rounded = (2 * count * kSlotTableLimit + sum) / (2 * sum);
+        const std::int64_t rounded = (2 * count * limit + sum) / (2 * sum);
         count = std::max<std::int64_t>(1, rounded);
     }
     return counts;
@@ -70,15 +70,49 @@ std::vector<int> spread(const std::vector<std::int64_t>& counts) {
 
 }  // namespace
 
-std::vector<int> slot_table(const ViewportTable& rows) {
+std::vector<int> slot_table(const ViewportTable& rows, int limit_slots) {
     if (rows.empty()) return {};
-    return spread(slot_counts(weights(rows)));
+    return spread(slot_counts(weights(rows), limit_slots));
 }
 
-std::vector<int> equal_slot_table(const ViewportTable& rows) {
+std::vector<int> equal_slot_table(const ViewportTable& rows, int /*limit_slots*/) {
     std::vector<int> table(rows.size());
     std::iota(table.begin(), table.end(), 0);
     return table;
+}
+
+std::vector<int> places_of_rows(const ValidatedTable& table) {
+    std::vector<int> places;
+    auto dropped = table.rejected.begin();
+    for (int place = 0; places.size() < table.rows.size(); ++place) {
+        if (dropped != table.rejected.end() && dropped->index == place) {
+            ++dropped;
+        } else {
+            places.push_back(place);
+        }
+    }
+    return places;
+}
+
+std::optional<std::vector<int>> judge_slots(const std::vector<int>& places, const ValidatedTable& table) {
+    const std::size_t sent = table.rows.size() + table.rejected.size();
+    if (places.size() > static_cast<std::size_t>(most_slots(static_cast<int>(sent)))) return std::nullopt;
+    constexpr int kDropped = -1;
+    std::vector<int> row_of(sent, kDropped);
+    int standing = 0;
+    for (const int place : places_of_rows(table)) row_of[static_cast<std::size_t>(place)] = standing++;
+    std::vector<bool> has_slot(table.rows.size(), false);
+    std::vector<int> slots;
+    slots.reserve(places.size());
+    for (const int place : places) {
+        const int row =
+            static_cast<std::size_t>(place) < sent ? row_of[static_cast<std::size_t>(place)] : kDropped;
+        if (row == kDropped) return std::nullopt;
+        has_slot[static_cast<std::size_t>(row)] = true;
+        slots.push_back(row);
+    }
+    if (std::find(has_slot.begin(), has_slot.end(), false) != has_slot.end()) return std::nullopt;
+    return slots;
 }
 
 }  // namespace metabuffer

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "formats/viewport_table.h"
@@ -16,9 +18,18 @@ constexpr int most_slots(int rows) { return kSlotTableLimit + rows; }
 /// The result holds row indices. Proportions are exact up to kSlotTableLimit slots (for tables whose
 /// multiples have a common multiple of at most 2^32; others are taken to 20 fraction bits); beyond it each
 /// row's share is rounded to nearest. Empty for an empty table. The rows must be valid (see validate_table).
-std::vector<int> slot_table(const ViewportTable& rows);
+/// limit_slots: the longest table in exact proportions, 1 to kSlotTableLimit.
+std::vector<int> slot_table(const ViewportTable& rows, int limit_slots = kSlotTableLimit);
 
 /// One slot for each row: the table of plain round robin.
-std::vector<int> equal_slot_table(const ViewportTable& rows);
+std::vector<int> equal_slot_table(const ViewportTable& rows, int limit_slots = kSlotTableLimit);
+
+/// The slot table that a host has sent, as places of rows in its table, by index of the rows that stand. None if it is
+/// wrong: it has a slot of a row that is not there or was dropped, none of a row that stands, or more than
+/// most_slots of the rows that were sent.
+std::optional<std::vector<int>> judge_slots(const std::vector<int>& places, const ValidatedTable& table);
+
+/// The same the other way: rows that stand, by their places in the table that was sent.
+std::vector<int> places_of_rows(const ValidatedTable& table);
 
 }  // namespace metabuffer

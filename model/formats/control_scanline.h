@@ -38,6 +38,7 @@ constexpr int kLinkBytesPerPixel = 3;
 constexpr int kControlMagicOffset = 0;
 constexpr int kControlVersionOffset = 4;
 constexpr int kControlKindOffset = 5;
+constexpr int kControlRowCountOffset = 6;
 constexpr int kControlCrcOffset = 12;
 
 /// The host's error: the content needs more bytes than the scanline has.

@@ -8,6 +8,7 @@
 
 #include "functional/pixel_runs.h"
 #include "scenario/fault_kinds.h"
+#include "scenario/link_program.h"
 
 namespace metabuffer::functional {
 
@@ -125,11 +126,11 @@ class PictureBuilder {
     ColourImage picture_;
 };
 
-/// Whether the byte belongs to what the control scanline of the pair says, and not to the zeros behind it.
-bool is_content(const Renderer& renderer, std::uint32_t pair, int byte) {
-    ControlScanline content;
-    content.table = renderer.frame_of_pair(pair).table;
-    return static_cast<std::size_t>(byte) < control_scanline_bytes(content);
+/// Whether the byte that the fault changes belongs to what the control scanline says, and not to the zeros behind it.
+bool changes_content(const Scenario& scenario, const Fault& fault) {
+    const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(fault.renderer)];
+    const ControlScanline content = control_content(scenario, renderer, fault.pair, fault.frame);
+    return static_cast<std::size_t>(fault.byte) < control_scanline_bytes(content);
 }
 
 /// Whether a fault keeps its frame from being taken.
@@ -142,9 +143,7 @@ bool spoils_frame(const Scenario& scenario, const Fault& fault) {
         case FaultEffect::kAbsence:
             return true;
         case FaultEffect::kHeader:
-            return fault.kind != FaultKind::kControlByte ||
-                   is_content(scenario.renderers[static_cast<std::size_t>(fault.renderer)], fault.pair,
-                              fault.byte);
+            return fault.kind != FaultKind::kControlByte || changes_content(scenario, fault);
     }
     return false;
 }

@@ -73,6 +73,10 @@ struct Counters<RendererCounters> {
         Counter<RendererCounters>{"dropped_frames", "frames",
                                   "pairs that newer ones overtook before they were shown",
                                   &RendererCounters::dropped_frames},
+        Counter<RendererCounters>{"rejected_slot_tables", "pairs",
+                                  "pairs whose slot table, which the host was to send, was missing or wrong, "
+                                  "so that each row had one slot",
+                                  &RendererCounters::rejected_slot_tables},
         Counter<RendererCounters>{
             "injected_faults", "",
             "faults of the scenario that have taken effect on the renderer's link, its bus and its composers",

@@ -48,6 +48,7 @@ struct RendererCounters {
     std::vector<std::string> rejected_row_messages;             ///< "pair 0, row 2: ...", the first few
     std::int64_t repeated_frames = 0;
     std::int64_t dropped_frames = 0;
+    std::int64_t rejected_slot_tables = 0;
     std::int64_t injected_faults = 0;
 
     std::int64_t total_rejected_frames() const;

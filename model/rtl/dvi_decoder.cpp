@@ -5,12 +5,19 @@
 #include "report/waits.h"
 
 namespace metabuffer::rtl {
+namespace {
+
+constexpr int kPayloadPlaceBits = bits_for(kControlHeaderBytes + 0xFFFF * kControlRowBytes);
+constexpr unsigned kByteBits = 8;
+
+}  // namespace
 
 DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing)
     : Block(name),
       timing_(timing),
       x_(registers_, "x", bits_for(timing.active_pixels)),
-      line_(registers_, "line", bits_for(timing.active_lines)) {
+      line_(registers_, "line", bits_for(timing.active_lines)),
+      payload_at_(registers_, "payload_at", kPayloadPlaceBits) {
     control_.reserve(static_cast<std::size_t>(timing.active_pixels));
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
@@ -54,7 +61,7 @@ void DviDecoder::clock_edge() {
         pixel_ = pixel;
         pixel_o.write(pixel_);
     }
-    const bool event_now = event.row || event.tells_something();
+    const bool event_now = event.row || event.payload_bytes > 0 || event.tells_something();
     if (event_now || event_pending_) {
         event_ = event;
         event_o.write(event_);
@@ -72,6 +79,9 @@ void DviDecoder::take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEven
     }
     if (line_ == 0) {
         control_.push_back(data);
+        if (pairs_.expect() == PairFollower::Expect::kDepth) {
+            pass_payload(data, event);
+        }
     } else {
         pixel.valid = true;
         pixel.kind = pairs_.kind();
@@ -79,6 +89,31 @@ void DviDecoder::take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEven
         pixel.data = data;
     }
     ++x_;
+}
+
+/// What comes of a frame that is no good depth frame is of no use to anyone.
+void DviDecoder::pass_payload(std::uint32_t data, DecoderEvent& event) {
+    for (int i = 0; i < kLinkBytesPerPixel; ++i) {
+        const int place = kLinkBytesPerPixel * x_ + i;
+        const std::uint32_t byte =
+            (data >> (kByteBits * static_cast<unsigned>(kLinkBytesPerPixel - 1 - i))) & 0xFFU;
+        if (place == kControlRowCountOffset) {
+            payload_at_ = static_cast<int>(byte);
+        } else if (place == kControlRowCountOffset + 1) {
+            payload_at_ =
+                kControlHeaderBytes + kControlRowBytes * (payload_at_ + static_cast<int>(byte << kByteBits));
+            payload_left_ = 0;
+        } else if (place < kControlHeaderBytes) {
+            continue;
+        } else if (place == payload_at_) {
+            payload_left_ = byte;
+        } else if (place == payload_at_ + 1) {
+            payload_left_ = payload_left_ | (byte << kByteBits);
+        } else if (place > payload_at_ && payload_left_ > 0) {
+            --payload_left_;
+            event.payload[event.payload_bytes++] = static_cast<std::uint8_t>(byte);
+        }
+    }
 }
 
 void DviDecoder::end_line(DecoderEvent& event) {

@@ -18,7 +18,7 @@ namespace metabuffer::rtl {
 ///
 /// Timing, all outputs registered: a pixel on the link at one clock is on pixel_o after the next. The verdict
 /// on the control scanline is on event_o after the clock that sees DE fall behind it, and the table's rows
-/// follow one a clock. The verdict on a frame is on event_o after the clock that sees VSYNC rise behind it.
+/// follow one a clock. The payload of a depth frame's, the slot table, is on event_o as it passes. The verdict on a frame is on event_o after the clock that sees VSYNC rise behind it.
 ///
 /// Rejects and counts, by cause: a frame of the wrong geometry, a control scanline with a bad magic, version,
 /// CRC or kind, a pair whose two numbers differ or that lacks a frame. After a rejection it ignores
@@ -44,6 +44,7 @@ class DviDecoder final : public Block {
     void clock_edge();
     void reset();
     void take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEvent& event);
+    void pass_payload(std::uint32_t data, DecoderEvent& event);
     void end_line(DecoderEvent& event);
     void end_control_scanline(DecoderEvent& event);
     void end_frame(DecoderEvent& event);
@@ -60,6 +61,8 @@ class DviDecoder final : public Block {
     Register<int> x_;
     Register<int> line_;
     Register<std::uint32_t> next_row_{registers_, "next_row", 16};
+    Register<int> payload_at_;  ///< byte of the scanline where the payload's length stands
+    Register<std::uint32_t> payload_left_{registers_, "payload_left", 16};  ///< bytes that have not passed
     Register<DecodedPixel> pixel_{registers_, "pixel"};
     Register<DecoderEvent> event_{registers_, "event"};
     Register<bool> event_pending_{registers_, "event_pending"};  ///< event_o has to be taken back

@@ -27,9 +27,12 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       wires_(std::make_unique<FramebufferWires>(scenario.displays.count(),
                                                 goes_by_deadlines(scenario.bus.arbitration))),
       link_port_("link_port", scenario, renderer_,
-                 {[this](std::uint32_t pair) { counters_.add_rejected_rows(pair, table_unit_.back_table()); },
+                 {[this](std::uint32_t pair) {
+                      counters_.add_rejected_rows(pair, table_unit_.back_table());
+                      counters_.rejected_slot_tables += table_unit_.back_slots_rejected() ? 1 : 0;
+                  },
                   [this](int pairs) { counters_.dropped_frames += pairs; }}),
-      table_unit_("table_unit", scenario.bus.arbitration, scenario.limits(renderer_)),
+      table_unit_("table_unit", scenario.bus, scenario.limits(renderer_)),
       frame_memory_("frame_memory", scenario.memory,
                     std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels),
       bus_arbiter_("bus_arbiter", scenario.bus, scenario.displays.count()),

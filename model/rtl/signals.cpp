@@ -53,7 +53,8 @@ void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std
 bool operator==(const DecoderEvent& a, const DecoderEvent& b) {
     return a.rejected == b.rejected && a.cause == b.cause && a.pair_lost == b.pair_lost &&
            a.lost_number == b.lost_number && a.colour_start == b.colour_start && a.pair_good == b.pair_good &&
-           a.number == b.number && a.row == b.row && a.table_row == b.table_row;
+           a.number == b.number && a.row == b.row && a.table_row == b.table_row &&
+           a.payload_bytes == b.payload_bytes && a.payload == b.payload;
 }
 
 std::ostream& operator<<(std::ostream& out, const DecoderEvent& value) {

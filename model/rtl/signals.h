@@ -47,6 +47,9 @@ void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std
 struct DecoderEvent : PairEvent {
     bool row = false;  ///< a row of the colour frame's table, one a clock
     ViewportRow table_row;
+    /// Bytes of the payload of the depth frame's control scanline, as they pass; they count if the pair turns out good.
+    std::uint8_t payload_bytes = 0;
+    std::array<std::uint8_t, kLinkBytesPerPixel> payload{};
 };
 bool operator==(const DecoderEvent& a, const DecoderEvent& b);
 std::ostream& operator<<(std::ostream& out, const DecoderEvent& value);

@@ -1,14 +1,13 @@
 #include "rtl/table_unit.h"
 
-#include "datapath/arbitration/arbitration_table.h"
+#include "scenario/link_program.h"
 
 namespace metabuffer::rtl {
 
-TableUnit::TableUnit(const sc_core::sc_module_name& name, Arbitration arbitration,
-                     const ViewportLimits& limits)
+TableUnit::TableUnit(const sc_core::sc_module_name& name, const BusConfig& bus, const ViewportLimits& limits)
     : Block(name),
-      arbitration_(arbitration),
-      tables_{TableJudge(limits), TableJudge(limits)},
+      bus_(bus),
+      tables_{Tables{TableJudge(limits), {}}, Tables{TableJudge(limits), {}}},
       back_rows_(registers_, "back_rows", bits_for(limits.displays)) {
     SC_METHOD(link_edge);
     sensitive << clk_i.pos();
@@ -29,20 +28,25 @@ void TableUnit::link_edge() {
     }
     const DecoderEvent& event = event_i.read();
     if (reset_i.read()) {
-        for (TableJudge& table : tables_) {
-            table.clear();
+        for (Tables& tables : tables_) {
+            tables.rows.clear();
+            tables.slots.clear();
         }
         registers_.reset();
     } else {
         if (event.colour_start) {
-            back().clear();
+            back().rows.clear();
+            back().slots.clear();
         }
         if (event.row) {
-            back().take(event.table_row);
+            back().rows.take(event.table_row);
         }
+        back().slots.insert(back().slots.end(), event.payload.begin(),
+                            event.payload.begin() + event.payload_bytes);
         back_rows_ = static_cast<int>(back_table().rows.size());
+        back_slot_bytes_ = static_cast<int>(back().slots.size());
     }
-    if (gate_.idle_edge(!event.row && !event.colour_start)) {
+    if (gate_.idle_edge(!event.row && !event.colour_start && event.payload_bytes == 0)) {
         next_trigger(wake_events_);
     }
 }
@@ -52,8 +56,12 @@ void TableUnit::show_front() {
         table_o.write(FrontTable{});
         return;
     }
-    const ViewportTable& rows = tables_[front_i.read() ? 1 : 0].result().rows;
-    table_o.write({rows, slots_of(arbitration_, rows)});
+    const Tables& front = tables_[front_i.read() ? 1 : 0];
+    table_o.write({front.rows.result().rows, slots_of(front).slots});
+}
+
+SentSlots TableUnit::slots_of(const Tables& tables) const {
+    return machine_slots(bus_, tables.rows.result(), tables.slots);
 }
 
 void TableUnit::trace(sc_core::sc_trace_file* file) const { registers_.trace(file, path("")); }

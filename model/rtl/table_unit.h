@@ -1,20 +1,25 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <vector>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "formats/viewport_table.h"
 #include "rtl/block.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
+#include "scenario/scenario.h"
 
 namespace metabuffer::rtl {
 
 /// The tables of an input framebuffer (sections 5 and 5.3 of the paper): one for each device of the frame memory. The
-/// rows of the pair that comes in are judged one by one as the decoder gives them, and those that stand are kept. The
-/// bus side sees the front device's rows, and the slot table that the bus's policy makes of them.
+/// rows of the pair that comes in are judged one by one as the decoder gives them, and those that stand are kept; so is
+/// the slot table that the host sends with the depth frame. The bus side sees the front device's.
 ///
-/// Judging a row takes the clock in which it comes. The slot table takes no time: it is there when the devices have
-/// changed places. A table is whole long before that, since its rows come with the colour frame.
+/// Judging a row takes the clock in which it comes. A slot table that is missing or wrong is replaced by one slot for
+/// each row. One that the hardware makes (`bus.slot_table: built`) is shown as if it took no time: bus_arbiter counts the
+/// clocks.
 class TableUnit final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
@@ -23,27 +28,36 @@ class TableUnit final : public Block {
     sc_core::sc_in<bool> front_i{"front_i"};         ///< which device the bus reads
     sc_core::sc_out<FrontTable> table_o{"table_o"};  ///< of the front device
 
-    TableUnit(const sc_core::sc_module_name& name, Arbitration arbitration, const ViewportLimits& limits);
+    TableUnit(const sc_core::sc_module_name& name, const BusConfig& bus, const ViewportLimits& limits);
     SC_HAS_PROCESS(TableUnit);
 
     void trace(sc_core::sc_trace_file* file) const override;
 
     /// The rows of the pair that came last, those that were dropped among them.
-    const ValidatedTable& back_table() const { return back().result(); }
+    const ValidatedTable& back_table() const { return back().rows.result(); }
+    /// The slot table of that pair is missing or wrong.
+    bool back_slots_rejected() const { return slots_of(back()).rejected; }
 
   private:
     void end_of_elaboration() override;
     void link_edge();
     void show_front();
-    TableJudge& back() { return tables_[front_i.read() ? 0 : 1]; }
-    const TableJudge& back() const { return tables_[front_i.read() ? 0 : 1]; }
+    /// Of one device.
+    struct Tables {
+        TableJudge rows;
+        std::vector<std::uint8_t> slots;  ///< as the host has sent them
+    };
+    Tables& back() { return tables_[front_i.read() ? 0 : 1]; }
+    const Tables& back() const { return tables_[front_i.read() ? 0 : 1]; }
+    SentSlots slots_of(const Tables& tables) const;
 
-    Arbitration arbitration_;
+    BusConfig bus_;
     ClockGate gate_{ClockGating::kOn};
     sc_core::sc_event_or_list wake_events_;
-    std::array<TableJudge, 2> tables_;  ///< by device
+    std::array<Tables, 2> tables_;  ///< by device
     RegisterSet registers_;
     Register<int> back_rows_;  ///< that stand, of the pair that comes in
+    Register<int> back_slot_bytes_{registers_, "back_slot_bytes", 16};
 };
 
 }  // namespace metabuffer::rtl

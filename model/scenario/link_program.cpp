@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "formats/slot_payload.h"
 #include "scenario/derived_timing.h"
 #include "scenario/fault_kinds.h"
 
@@ -70,7 +71,54 @@ void spoil(LinkFrame& link, const Fault& fault, DepthFormat format) {
     }
 }
 
+/// The slots that a scenario gives by display, as places of rows.
+std::vector<std::uint8_t> given_payload(const std::vector<int>& displays, const ViewportTable& table) {
+    if (displays.empty()) return {};
+    std::vector<int> places;
+    places.reserve(displays.size());
+    for (const int display : displays) {
+        const auto row = std::find_if(table.begin(), table.end(),
+                                      [display](const ViewportRow& one) { return one.dcomp == display; });
+        places.push_back(static_cast<int>(row - table.begin()));
+    }
+    return encode_slots(places, table.size());
+}
+
+/// The payload of the entry's depth frames.
+std::vector<std::uint8_t> host_payload(const Scenario& scenario, const Renderer& renderer,
+                                       const RendererFrame& entry, const ValidatedTable& table) {
+    if (entry.slots) return given_payload(*entry.slots, entry.table);
+    const std::size_t room = static_cast<std::size_t>(renderer.image_width_pixels) * kLinkBytesPerPixel;
+    return slot_payload(scenario.bus.arbitration, table, room - control_scanline_bytes({}));
+}
+
 }  // namespace
+
+SentSlots machine_slots(const BusConfig& bus, const ValidatedTable& table,
+                        const std::vector<std::uint8_t>& payload) {
+    if (bus.slot_table == SlotTableMaker::kHost) return sent_slots(bus.arbitration, table, payload);
+    return {slots_of(bus.arbitration, table.rows), false};
+}
+
+SentSlots frame_slots(const Scenario& scenario, const Renderer& renderer, const RendererFrame& entry,
+                      const ValidatedTable& table) {
+    return machine_slots(scenario.bus, table, host_payload(scenario, renderer, entry, table));
+}
+
+ControlScanline control_content(const Scenario& scenario, const Renderer& renderer, std::uint32_t pair,
+                                FrameKind frame) {
+    const RendererFrame& entry = renderer.frame_of_pair(pair);
+    ControlScanline content;
+    content.kind = frame;
+    content.frame_number = pair;
+    if (frame == FrameKind::kColour) {
+        content.table = entry.table;
+    } else if (scenario.bus.slot_table == SlotTableMaker::kHost) {
+        content.payload =
+            host_payload(scenario, renderer, entry, validate_table(entry.table, scenario.limits(renderer)));
+    }
+    return content;
+}
 
 LinkFrame link_frame(const Scenario& scenario, int renderer_index, std::uint32_t pair, FrameKind frame) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
@@ -82,15 +130,13 @@ LinkFrame link_frame(const Scenario& scenario, int renderer_index, std::uint32_t
     };
 
     const std::uint32_t content_pair = pair + (has(FaultKind::kOtherPair) ? 1 : 0);
-    const RendererFrame& entry = renderer.frame_of_pair(content_pair);
-    ControlScanline content;
-    content.kind = has(FaultKind::kKind) ? kNoSuchKind : frame;
-    content.frame_number = content_pair + (has(FaultKind::kNumber) ? 1 : 0);
-    content.table = entry.table;
+    ControlScanline content = control_content(scenario, renderer, content_pair, frame);
+    if (has(FaultKind::kKind)) content.kind = kNoSuchKind;
+    if (has(FaultKind::kNumber)) ++content.frame_number;
 
     LinkFrame link;
     link.control = encode_control_scanline(content, timing.active_pixels);
-    link.image = renderer.images[entry.image];
+    link.image = renderer.images[renderer.frame_of_pair(content_pair).image];
     link.active_lines = timing.active_lines;
     link.last_line_pixels = timing.active_pixels;
     link.faults = static_cast<std::int64_t>(faults.size());

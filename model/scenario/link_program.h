@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "datapath/arbitration/arbitration_table.h"
 #include "formats/dvi_timing.h"
 #include "scenario/scenario.h"
 
@@ -20,6 +21,20 @@ struct LinkFrame {
     int last_line_pixels = 0;                 ///< of the last line; a pixel beyond the image is 0
     std::int64_t faults = 0;                  ///< that spoil it
 };
+
+/// The slot table of a pair with this table, by index of its valid rows: what the host has sent in the payload of the
+/// depth frame's control scanline, or what the hardware makes; none under a policy without slots.
+SentSlots machine_slots(const BusConfig& bus, const ValidatedTable& table,
+                        const std::vector<std::uint8_t>& payload);
+
+/// The same for an undisturbed frame of the entry. table: the entry's, validated.
+SentSlots frame_slots(const Scenario& scenario, const Renderer& renderer, const RendererFrame& entry,
+                      const ValidatedTable& table);
+
+/// What the host says in the control scanline of a frame: in the colour frame the viewport table, in the depth frame the
+/// slot table, if the host makes it.
+ControlScanline control_content(const Scenario& scenario, const Renderer& renderer, std::uint32_t pair,
+                                FrameKind frame);
 
 /// The frame that is sent as `frame` of a pair. The scenario must have passed check_scenario.
 LinkFrame link_frame(const Scenario& scenario, int renderer, std::uint32_t pair, FrameKind frame);

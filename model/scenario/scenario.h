@@ -26,7 +26,7 @@ enum class StarvationMode : std::uint8_t { kGlitch, kStall };
 
 /// Who makes the slot table of a frame.
 enum class SlotTableMaker : std::uint8_t {
-    kHost,   ///< the host: it is there when the frame begins
+    kHost,   ///< the host, which sends it with the pair: it is there when the frame begins
     kBuilt,  ///< the arbiter, a slot a clock; the frame's first grant waits for it
 };
 
@@ -198,7 +198,13 @@ struct RendererFrame {
     ViewportTable table;    ///< from the viewport (split by the host side) or as the scenario gives it
     std::optional<Viewport> viewport;
     int table_line = 0;  ///< line of the scenario file, 0 if there is none
+    /// The slot table that the host sends, by display; computed unless it is given.
+    std::optional<std::vector<int>> slots{};
 };
+
+inline bool has_same_tables(const RendererFrame& a, const RendererFrame& b) {
+    return a.table == b.table && a.slots == b.slots;
+}
 
 struct Renderer {
     std::string name;

@@ -82,6 +82,13 @@ std::vector<SchemaKey> renderer_keys() {
     keys.push_back({"renderers[].frames[].table[]", KeyShape::kList,
                     "a row of eight whole numbers, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]"});
     keys.push_back({"renderers[].frames[].table[][]", KeyShape::kScalar, "a field of a row"});
+    keys.push_back({"renderers[].frames[].slots",
+                    KeyShape::kList,
+                    "the slot table that the host sends, a list of displays",
+                    {},
+                    "",
+                    "by C / T of each row"});
+    keys.push_back({"renderers[].frames[].slots[]", KeyShape::kScalar, "a display"});
     return keys;
 }
 
@@ -200,7 +207,8 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
                                                                limits::kGrantCycles),
         choice<SlotTableMaker, &Scenario::bus, &BusConfig::slot_table>(
             "bus.slot_table",
-            "who makes the slot table: the host, in no time, or the arbiter, a slot a cycle"),
+            "who makes the slot table: the host, which sends it with the pair, or the arbiter, a slot a "
+            "cycle"),
         whole_number<&Scenario::bus, &BusConfig::register_stages>(
             "bus.register_stages", "registers",
             "registers on the way from an input framebuffer to its composers, and as many on the way back",

@@ -89,6 +89,12 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base) {
         for (const Entry& row : table.items()) source.frame.table.push_back(read_row(row));
         source.frame.table_line = table.place().line;
     }
+    if (const Entry slots = entry.child("slots"); slots.present()) {
+        source.frame.slots.emplace();
+        for (const Entry& slot : slots.items()) {
+            source.frame.slots->push_back(static_cast<int>(slot.integer(limits::kUnsignedField)));
+        }
+    }
     return source;
 }
 

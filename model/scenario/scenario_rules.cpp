@@ -5,6 +5,7 @@
 #include <set>
 #include <vector>
 
+#include "formats/slot_payload.h"
 #include "host/errors.h"
 #include "host/text.h"
 #include "scenario/fault_keys.h"
@@ -293,6 +294,26 @@ void check_table(RuleCheck& check, const Renderer& renderer, const RendererFrame
             std::to_string((needed + kLinkBytesPerPixel - 1) / kLinkBytesPerPixel) + " pixels wide");
 }
 
+/// A slot table that the scenario gives can be sent. Whether the machine takes it is another matter.
+void check_slots(RuleCheck& check, const Renderer& renderer, const RendererFrame& frame,
+                 const std::string& path) {
+    if (!frame.slots || frame.slots->empty()) return;
+    for (const int display : *frame.slots) {
+        const bool has_row = std::any_of(frame.table.begin(), frame.table.end(),
+                                         [display](const ViewportRow& row) { return row.dcomp == display; });
+        check.require(has_row, path + ".slots",
+                      "display " + std::to_string(display) + " has no row; use displays that have one");
+        if (!has_row) return;
+    }
+    const std::size_t bytes = static_cast<std::size_t>(renderer.image_width_pixels) * kLinkBytesPerPixel;
+    const std::size_t room = slots_in_payload(bytes - control_scanline_bytes({}), frame.table.size());
+    check.require(frame.slots->size() <= room, path + ".slots",
+                  std::to_string(frame.slots->size()) +
+                      " slots do not fit the control scanline of an image " +
+                      std::to_string(renderer.image_width_pixels) + " pixels wide; use " +
+                      std::to_string(room) + " at the most or a wider image");
+}
+
 }  // namespace
 
 std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
@@ -335,6 +356,7 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
             }
             if (known.insert(image).second) check_pixels(check, scenario, *image, frame_path + ".image");
             check_table(check, renderer, frame, frame_path);
+            if (!check.failed()) check_slots(check, renderer, frame, frame_path);
         }
     }
     if (!check.failed()) check_fault_places(check, scenario);

@@ -150,6 +150,13 @@ std::string table_text(const ViewportTable& table) {
     return flow_list(rows);
 }
 
+std::string slots_text(const std::vector<int>& displays) {
+    std::vector<std::string> slots;
+    slots.reserve(displays.size());
+    for (const int display : displays) slots.push_back(std::to_string(display));
+    return flow_list(slots);
+}
+
 void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWall& wall,
                     ImageNames& images) {
     out << "  - name: " << name("renderers.name", renderer.name) << "\n    frames:\n";
@@ -165,6 +172,7 @@ void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWa
         } else {
             members.push_back("table: " + table_text(frame.table));
         }
+        if (frame.slots) members.push_back("slots: " + slots_text(*frame.slots));
         out << "      - " << flow_map(members) << "\n";
     }
 }

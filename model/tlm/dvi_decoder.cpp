@@ -94,6 +94,7 @@ void DviDecoder::decode(const DviFrame& frame) {
     if (event.pair_good) {
         event.colour = colour_image_;
         event.depth = frame.image;
+        event.payload = std::move(payload_);
         event.last_pixel_edge = first_line + std::int64_t{frame.active_lines - 1} * timing_.line_clocks() +
                                 timing_.active_pixels - 1;
     }
@@ -108,6 +109,7 @@ void DviDecoder::end_control_scanline(const DviFrame& frame, std::int64_t edge) 
         colour_image_ = frame.image;
         event.table = std::move(scanline.content.table);
     }
+    payload_ = std::move(scanline.content.payload);
     learnt(std::move(event), edge);
 }
 

@@ -43,6 +43,7 @@ class DviDecoder final : public sc_core::sc_module {
     DviTiming timing_;
     PairFollower pairs_;
     const PixelImage* colour_image_ = nullptr;
+    std::vector<std::uint8_t> payload_;   ///< of the newest control scanline
     std::vector<Moment> newest_moments_;  ///< before the frame under way, and through it
     Message<DecodedFrame> decoded_;
 };

@@ -6,6 +6,7 @@
 #include "datapath/arbitration/arbitration_table.h"
 #include "report/waits.h"
 #include "scenario/derived_timing.h"
+#include "scenario/link_program.h"
 
 namespace metabuffer::tlm {
 namespace {
@@ -110,6 +111,9 @@ void InputFramebuffer::take_event(const LinkEvent& event, std::int64_t edge) {
         back_ = event;
         ValidatedTable table = validate_table(filling_table_, limits_);
         counters_.add_rejected_rows(event.number, table);
+        SentSlots slots = machine_slots(scenario_.bus, table, event.payload);
+        counters_.rejected_slot_tables += slots.rejected ? 1 : 0;
+        back_slots_ = std::move(slots.slots);
         back_rows_ = std::move(table.rows);
     }
 }
@@ -117,6 +121,7 @@ void InputFramebuffer::take_event(const LinkEvent& event, std::int64_t edge) {
 void InputFramebuffer::answer(bool fresh, std::int64_t edge) {
     if (fresh) {
         front_rows_ = back_rows_;
+        front_slots_ = back_slots_;
         front_source_ = {static_cast<int>(back_.number), true, dvi_.picoseconds_of(back_.last_pixel_edge)};
         if (settings_.shelf != nullptr) {
             front_content_ = settings_.shelf->content(*back_.colour, *back_.depth);
@@ -232,10 +237,9 @@ void InputFramebuffer::start_frame(std::int64_t cycle) {
         rows_.push_back(row);
     }
     requests_.assign(rows_.size(), BusRequest{});
-    const std::vector<int> slots = slots_of(scenario_.bus.arbitration, front_rows_);
-    policy_->start_frame(slots, rows_.size());
+    policy_->start_frame(front_slots_, rows_.size());
     constexpr std::int64_t kStartClocks = 2;  // the arbiter sees the frame's start, then its first request
-    slot_table_cycle_ = cycle + kStartClocks + scenario_.bus.build_cycles(slots.size());
+    slot_table_cycle_ = cycle + kStartClocks + scenario_.bus.build_cycles(front_slots_.size());
     new_frame_ = true;
     state_ = State::kTable;
     poll_from_ = cycle + 1;

@@ -156,8 +156,10 @@ class InputFramebuffer final : public sc_core::sc_module {
     ViewportTable filling_table_;  ///< of the pair under way
     LinkEvent back_;               ///< the whole pair in the back bank
     ViewportTable back_rows_;
+    std::vector<int> back_slots_;
     std::int64_t request_edge_ = kUnknownCycle;  ///< at which the request is seen
     ViewportTable front_rows_;
+    std::vector<int> front_slots_;  ///< rows by slot
     FrameSource front_source_;
     FrameContent front_content_;
     bool answer_fresh_ = false;

@@ -106,6 +106,7 @@ struct DviFrame : Extension<DviFrame> {
 struct LinkEvent : PairEvent {
     std::int64_t edge = 0;               ///< DVI input clock
     ViewportTable table;                 ///< with colour_start
+    std::vector<std::uint8_t> payload;   ///< with pair_good: of its depth frame's control scanline
     const PixelImage* colour = nullptr;  ///< with pair_good: whose colour half and whose depth half
     const PixelImage* depth = nullptr;
     std::int64_t last_pixel_edge = 0;  ///< with pair_good: the DVI input clock of the pair's last pixel

@@ -7,6 +7,7 @@
 
 #include "datapath/segment.h"
 #include "scenario/derived_timing.h"
+#include "scenario/link_program.h"
 
 namespace metabuffer::coverage {
 namespace {
@@ -206,10 +207,34 @@ class RunCoverage {
                 const int pair = frame.pairs.at(r);
                 if (pair < 0) continue;
                 const RendererFrame& entry = renderer.frame_of_pair(static_cast<std::uint32_t>(pair));
-                if (seen.insert(&entry).second) cover_table(goals_.tables, scenario_, renderer, entry.table);
+                if (!seen.insert(&entry).second) continue;
+                cover_table(goals_.tables, scenario_, renderer, entry.table);
+                cover_slots(renderer, entry);
             }
         }
         for (const FrameRecord& frame : report_.frames) cover_frame(frame);
+    }
+
+    void cover_slots(const Renderer& renderer, const RendererFrame& entry) {
+        const ValidatedTable table = validate_table(entry.table, scenario_.limits(renderer));
+        const std::vector<int> of_policy = slots_of(scenario_.bus.arbitration, table.rows);
+        if (of_policy.empty()) return;
+        const SlotTableGoals& goals = goals_.slot_tables;
+        if (scenario_.bus.slot_table == SlotTableMaker::kBuilt) {
+            goals.built.hit();
+            return;
+        }
+        const SentSlots sent = frame_slots(scenario_, renderer, entry, table);
+        if (sent.rejected) {
+            (entry.slots->empty() ? goals.missing : goals.wrong).hit();
+            return;
+        }
+        goals.beside_dropped_rows.hit_if(!table.rejected.empty());
+        if (entry.slots) {
+            goals.given.hit();
+        } else {
+            (sent.slots == of_policy ? goals.of_host : goals.shortened).hit();
+        }
     }
 
     /// Who shows where in one frame, and how segments follow each other.

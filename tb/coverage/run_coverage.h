@@ -134,6 +134,18 @@ struct SlotGoals : CoverGroup {
     Bin slot_lost = bin("slot-allocation, slot lost");
 };
 
+struct SlotTableGoals : CoverGroup {
+    explicit SlotTableGoals(Coverage& coverage)
+        : CoverGroup(coverage, {"table/slots", "slot tables of frames that were composited"}) {}
+    Bin built = bin("made by the hardware");
+    Bin of_host = bin("the host's, as the policy has it");
+    Bin shortened = bin("the host's, shortened to fit the scanline");
+    Bin given = bin("given in the scenario");
+    Bin missing = bin("missing");
+    Bin wrong = bin("wrong");
+    Bin beside_dropped_rows = bin("the host's, of a table with dropped rows");
+};
+
 struct WatchdogGoals : CoverGroup {
     explicit WatchdogGoals(Coverage& coverage) : CoverGroup(coverage, {"watchdog", "the watchdog"}) {}
     Bin silent = bin("silent in a whole run");
@@ -216,6 +228,7 @@ struct OverlapGoals : CoverGroup {
 struct RunGoals : GoalSet {
     using GoalSet::GoalSet;
     TableGoals tables{coverage};
+    SlotTableGoals slot_tables{coverage};
     ShapeGoals shape{coverage};
     FrameGoals frames{coverage};
     SupersampleGoals supersample{coverage};

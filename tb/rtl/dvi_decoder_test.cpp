@@ -8,6 +8,7 @@
 #include "clocked_testbench.h"
 #include "dvi_waveform.h"
 #include "support/images.h"
+#include "support/rows.h"
 #include "support/scenarios.h"
 
 namespace metabuffer::test {
@@ -233,6 +234,42 @@ TEST_CASE(
     }
     events.push_back({start + kFrame + kVsync, pair_good(0)});
     check_events(dut, events);
+}
+
+TEST_CASE(
+    "dvi decoder: a depth frame's payload passes in the clocks of its bytes, a colour frame's does not") {
+    DecoderBench dut;
+    dut.add_start();
+    const PixelImage image = noise_image(1, kWidth, kHeight);
+    const std::vector<std::uint8_t> payload{10, 20, 30, 40, 50, 60, 70};
+    dut.add(renderer_lines(image, FrameKind::kColour, 7, {}, payload));
+    // Rows move the payload: 16 + 16 + 2 bytes before it.
+    const int start =
+        dut.add(renderer_lines(image, FrameKind::kDepth, 7, {table_row(1, {0, 0}, {1, 1}, {0, 0})}, payload));
+    dut.run();
+    const auto clocks =
+        dut.events.clocks_where([](const DecoderEvent& now) { return now.payload_bytes > 0; });
+    const int first = start + clock_in_frame(kWidth, 34 / 3, 0);
+    REQUIRE(clocks == std::vector<int>{first, first + 1, first + 2});
+    std::vector<std::uint8_t> passed;
+    for (const int clock : clocks) {
+        const DecoderEvent& event = dut.events.at(clock);
+        passed.insert(passed.end(), event.payload.begin(), event.payload.begin() + event.payload_bytes);
+    }
+    CHECK(passed == payload);
+    CHECK(dut.events.at(first).payload_bytes == 2);  // bytes 34 and 35
+}
+
+TEST_CASE("dvi decoder: no payload passes without a colour frame before it") {
+    DecoderBench dut;
+    dut.add_start();
+    const PixelImage image = noise_image(1, kWidth, kHeight);
+    dut.add(renderer_lines(image, FrameKind::kDepth, 0, {}, {1, 2, 3}));
+    dut.add(colour(1));
+    dut.add(depth(1));
+    dut.add(renderer_lines(image, FrameKind::kDepth, 1, {}, {1, 2, 3}));  // sent twice
+    dut.run();
+    CHECK(dut.events.clocks_where([](const DecoderEvent& now) { return now.payload_bytes > 0; }).empty());
 }
 
 TEST_CASE("dvi decoder: a long table's rows run on beside the first pixels") {

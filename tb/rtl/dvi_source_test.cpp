@@ -9,6 +9,7 @@
 #include "dvi_waveform.h"
 #include "monitors/dvi_monitor.h"
 #include "monitors/link_plan.h"
+#include "scenario/link_program.h"
 #include "support/images.h"
 #include "support/scenarios.h"
 
@@ -83,7 +84,8 @@ Fault fault_of(FaultKind kind, std::uint32_t pair, FrameKind frame, int delay_pa
 
 LinkLines lines_of(const Scenario& scenario, std::uint32_t pair, FrameKind kind) {
     const Renderer& renderer = scenario.renderers.front();
-    return renderer_lines(renderer.image_of_pair(pair), kind, pair, renderer.frame_of_pair(pair).table);
+    const ControlScanline content = control_content(scenario, renderer, pair, kind);
+    return renderer_lines(renderer.image_of_pair(pair), kind, pair, content.table, content.payload);
 }
 
 void append_pair(Waveform& wave, const Scenario& scenario, std::uint32_t pair) {
@@ -145,7 +147,9 @@ TEST_CASE("dvi source: a pair is a colour and a depth frame of exact geometry, c
 
 TEST_CASE("dvi source: the control scanline holds the host's record, byte for byte") {
     ClockedTestbench bench;
-    SourceBench dut(bench, "source", source_scenario(3));
+    Scenario scenario = source_scenario(3);
+    for (RendererFrame& entry : scenario.renderers.front().frames) entry.slots = {1};
+    SourceBench dut(bench, "source", scenario);
     bench.core.drive(dut.request, 0, true);
     bench.run_through(kFirstSync + 3 * kPair);
     for (int frame = 0; frame < 6; ++frame) {
@@ -157,17 +161,23 @@ TEST_CASE("dvi source: the control scanline holds the host's record, byte for by
         CHECK(byte_at(line, 3) == 'F');
         CHECK(byte_at(line, 4) == 1);
         CHECK(byte_at(line, 5) == frame % 2);
-        CHECK(byte_at(line, 6) == 1);          // one row
         CHECK(byte_at(line, 8) == frame / 2);  // the same number in both frames of a pair
-        CHECK(byte_at(line, 16) == 1);         // Dcomp
-        CHECK(byte_at(line, 18) == 1);         // Sx
-        CHECK(byte_at(line, 22) == 7);         // Sdx
-        CHECK(byte_at(line, 26) == 0xFF);      // Dx = -1
+        const DecodedScanline decoded = decode_control_scanline(line);
+        REQUIRE(decoded.defect == ScanlineDefect::kNone);
+        if (frame % 2 == 1) {
+            CHECK(byte_at(line, 6) == 0);                                                  // no row
+            CHECK(decoded.content.payload == std::vector<std::uint8_t>{'S', 1, 1, 0, 0});  // a slot of row 0
+            CHECK(byte_at(line, 23) == 0);  // zero behind the content
+            continue;
+        }
+        CHECK(byte_at(line, 6) == 1);      // one row
+        CHECK(byte_at(line, 16) == 1);     // Dcomp
+        CHECK(byte_at(line, 18) == 1);     // Sx
+        CHECK(byte_at(line, 22) == 7);     // Sdx
+        CHECK(byte_at(line, 26) == 0xFF);  // Dx = -1
         CHECK(byte_at(line, 27) == 0xFF);
         CHECK(byte_at(line, 28) == 2);  // Dy
         CHECK(byte_at(line, 34) == 0);  // zero behind the content
-        const DecodedScanline decoded = decode_control_scanline(line);
-        REQUIRE(decoded.defect == ScanlineDefect::kNone);
         CHECK(decoded.content.table == dut.scenario.renderers.front().frames.front().table);
     }
 }

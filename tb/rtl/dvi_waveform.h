@@ -81,19 +81,22 @@ inline LinkLines image_lines(const PixelImage& image, FrameKind kind) {
 }
 
 inline std::vector<std::uint32_t> control_line(int width, FrameKind kind, std::uint32_t number,
-                                               const ViewportTable& table = {}) {
+                                               const ViewportTable& table = {},
+                                               const std::vector<std::uint8_t>& payload = {}) {
     ControlScanline content;
     content.kind = kind;
     content.frame_number = number;
     content.table = table;
+    content.payload = payload;
     return encode_control_scanline(content, width);
 }
 
 /// A renderer's frame: control scanline and image.
 inline LinkLines renderer_lines(const PixelImage& image, FrameKind kind, std::uint32_t number,
-                                const ViewportTable& table = {}) {
+                                const ViewportTable& table = {},
+                                const std::vector<std::uint8_t>& payload = {}) {
     LinkLines lines = image_lines(image, kind);
-    lines.insert(lines.begin(), control_line(image.width_pixels, kind, number, table));
+    lines.insert(lines.begin(), control_line(image.width_pixels, kind, number, table, payload));
     return lines;
 }
 

@@ -117,9 +117,21 @@ struct InputBench {
         }
         return std::max(put_pixels(clock + 1, image, FrameKind::kColour), row_clock + 1);
     }
+    /// The slot table that the host sends with a depth frame.
+    void put_slots(int clock, const ViewportTable& table) {
+        constexpr std::size_t kRoomBytes = 4096;
+        const std::vector<std::uint8_t> payload =
+            slot_payload(scenario.bus.arbitration,
+                         validate_table(table, scenario.limits(scenario.renderers.front())), kRoomBytes);
+        for (std::size_t byte = 0; byte < payload.size(); ++byte) {
+            DecoderEvent& event = event_at(clock + static_cast<int>(byte) / kLinkBytesPerPixel);
+            event.payload[event.payload_bytes++] = payload[byte];
+        }
+    }
     /// A whole pair from `clock` on. The clock of its verdict: good.
     int put_pair(int clock, std::uint32_t number, const ViewportTable& table, const PixelImage& image) {
         const int depth = put_colour(clock, number, table, image);
+        put_slots(depth, table);
         const int verdict = put_pixels(depth, image, FrameKind::kDepth);
         pair_good(verdict, number);
         return verdict;

@@ -1,10 +1,12 @@
 #include "rtl/table_unit.h"
 
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <vector>
 
 #include "clocked_testbench.h"
 #include "datapath/arbitration/arbitration_table.h"
+#include "formats/slot_payload.h"
 #include "support/random_seed.h"
 #include "support/rows.h"
 
@@ -27,6 +29,13 @@ ViewportLimits limits() {
     return limits;
 }
 
+BusConfig bus_of(Arbitration arbitration, SlotTableMaker maker) {
+    BusConfig bus;
+    bus.arbitration = arbitration;
+    bus.slot_table = maker;
+    return bus;
+}
+
 struct TableBench {
     ClockDomain& core;
     sc_core::sc_signal<DecoderEvent> event;
@@ -35,8 +44,11 @@ struct TableBench {
     TableUnit dut;
     const Recording<FrontTable>& tables;
 
-    explicit TableBench(ClockedTestbench& bench, Arbitration arbitration = Arbitration::kIrsa)
-        : core(bench.core), dut("table_unit", arbitration, limits()), tables(core.record_sampled(table)) {
+    explicit TableBench(ClockedTestbench& bench, Arbitration arbitration = Arbitration::kIrsa,
+                        SlotTableMaker maker = SlotTableMaker::kBuilt)
+        : core(bench.core),
+          dut("table_unit", bus_of(arbitration, maker), limits()),
+          tables(core.record_sampled(table)) {
         dut.clk_i(core.clk);
         dut.reset_i(bench.reset);
         dut.event_i(event);
@@ -54,6 +66,20 @@ struct TableBench {
             with_row.row = true;
             with_row.table_row = row;
             core.drive(event, clock++, with_row);
+        }
+        core.drive(event, clock, DecoderEvent{});
+        return clock;
+    }
+    /// The payload of a depth frame's control scanline, from edge `clock` on. The clock behind.
+    int give_payload(int clock, const std::vector<std::uint8_t>& payload) {
+        for (std::size_t byte = 0; byte < payload.size(); byte += kLinkBytesPerPixel, ++clock) {
+            DecoderEvent event_now;
+            while (event_now.payload_bytes < kLinkBytesPerPixel &&
+                   byte + event_now.payload_bytes < payload.size()) {
+                event_now.payload[event_now.payload_bytes] = payload[byte + event_now.payload_bytes];
+                ++event_now.payload_bytes;
+            }
+            core.drive(event, clock, event_now);
         }
         core.drive(event, clock, DecoderEvent{});
         return clock;
@@ -139,6 +165,83 @@ TEST_CASE("table unit: a reset forgets both tables, whichever device is in front
     bench.run_through(35);
     CHECK(dut.tables.at(19).rows == two_rows());
     for (int clock = 20; clock < 35; ++clock) CHECK(dut.tables.at(clock).rows.empty());
+}
+
+/// Rows 0 and 1 of two_rows, as the host numbers them.
+const std::vector<int> kHostSlots{1, 0, 0, 1, 0, 0, 0};
+
+TEST_CASE("table unit: the host's slot table is the one that the bus sees") {
+    ClockedTestbench bench;
+    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
+    dut.give(2, two_rows());
+    dut.give_payload(8, encode_slots(kHostSlots, 2));
+    bench.run_through(20);
+    CHECK_FALSE(dut.dut.back_slots_rejected());
+    dut.core.drive(dut.front, 22, true);
+    bench.run_through(25);
+    CHECK(dut.tables.at(23).rows == two_rows());
+    CHECK(dut.tables.at(23).slots == kHostSlots);
+}
+
+TEST_CASE("table unit: the slots of a table with dropped rows are those of the rows that stand") {
+    ClockedTestbench bench;
+    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
+    ViewportTable rows = two_rows();
+    rows.insert(rows.begin(), table_row(5, {0, 0}, {10, 10}, {0, 0}));  // no such display
+    dut.give(2, rows);
+    dut.give_payload(8, encode_slots({2, 1, 1}, 3));
+    dut.core.drive(dut.front, 20, true);
+    bench.run_through(25);
+    CHECK(dut.tables.at(21).slots == std::vector<int>{1, 0, 0});
+}
+
+TEST_CASE("table unit: a slot table that is missing or wrong gives each row a slot") {
+    ClockedTestbench bench;
+    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
+    const std::vector<std::vector<std::uint8_t>> payloads{
+        {},                          // missing
+        encode_slots({0, 0, 0}, 2),  // none of row 1
+        encode_slots({0, 1, 2}, 3),  // one of a row that is not there
+        {'S', 1, 2},                 // cut short
+        {'M', 1, 2, 0, 0b10},        // something else
+    };
+    int clock = 2;
+    bool front = false;
+    std::vector<int> shown;
+    for (const std::vector<std::uint8_t>& payload : payloads) {
+        const int rows_given = dut.give(clock, two_rows());
+        const int slots_given = dut.give_payload(rows_given + 1, payload);
+        front = !front;
+        dut.core.drive(dut.front, slots_given + 2, front);
+        shown.push_back(slots_given + 3);
+        clock = slots_given + 5;
+    }
+    bench.run_through(clock + 5);
+    for (const int at : shown) {
+        INFO("clock " << at);
+        CHECK(dut.tables.at(at).rows == two_rows());
+        CHECK(dut.tables.at(at).slots == std::vector<int>{0, 1});
+    }
+}
+
+TEST_CASE("table unit: a missing slot table is told, and a colour frame takes the slots of the one before") {
+    ClockedTestbench bench;
+    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
+    dut.give(2, two_rows());
+    dut.give_payload(8, encode_slots(kHostSlots, 2));
+    bench.run_through(14);
+    CHECK_FALSE(dut.dut.back_slots_rejected());
+    dut.give(20, two_rows());
+    bench.run_through(26);
+    CHECK(dut.dut.back_slots_rejected());
+}
+
+TEST_CASE("table unit: who takes no slot table of the host does not miss it") {
+    ClockedTestbench bench;
+    TableBench by_deadlines(bench, Arbitration::kEdf, SlotTableMaker::kHost);
+    by_deadlines.give(2, two_rows());
+    bench.run_through(10);
+    CHECK_FALSE(by_deadlines.dut.back_slots_rejected());
 }
 
 }  // namespace

@@ -457,7 +457,7 @@ TEST_CASE("report.json has every key that is promised", "[program]") {
     CHECK(total(report, "starved_pixels") == starved);
 }
 
-TEST_CASE("option --strict fails a run in which something starved or was rejected", "[program]") {
+TEST_CASE("option --strict fails a run in which something starved or was rejected", "[program][repeat]") {
     const Workplace place;
     CHECK(place.run(kNarrow).status == kExitDone);
     const ProgramResult starved = place.run(kNarrow + std::vector<std::string>{"--strict"});
@@ -558,7 +558,8 @@ TEST_CASE("a trace shows the paper's signals around STARTFRAME by default", "[pr
     CHECK(startframe == (first_pixel - 1) * kPeriodPicoseconds);
 }
 
-TEST_CASE("a trace window is given by a frame, frames, clocks, or the first event", "[program][trace]") {
+TEST_CASE("a trace window is given by a frame, frames, clocks, or the first event",
+          "[program][trace][repeat]") {
     const Workplace place;
     const auto traced = [&place](const std::string& window, const std::vector<std::string>& more = {}) {
         const ProgramResult result =

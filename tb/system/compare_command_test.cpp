@@ -131,7 +131,7 @@ TEST_CASE("compare: a counter that differs is told by its names", "[program][com
     CHECK(files_in(place) == files);
 }
 
-TEST_CASE("compare: pictures that differ are told", "[program][compare]") {
+TEST_CASE("compare: pictures that differ are told", "[program][compare][repeat]") {
     const Workplace place;
     const ProgramResult differ = compare_faulty(place, "picture");
     CHECK(differ.status == kExitDifferent);
@@ -151,7 +151,7 @@ TEST_CASE("compare: the watchdog of one level is a difference", "[program][compa
     CHECK_THAT(result.out, !Contains("at both levels"));
 }
 
-TEST_CASE("compare: many differences are cut short", "[program][compare]") {
+TEST_CASE("compare: many differences are cut short", "[program][compare][repeat]") {
     const Workplace place;
     const ProgramResult result = compare_faulty(place, "all pictures", {"--frames", "60"});
     CHECK(result.status == kExitDifferent);

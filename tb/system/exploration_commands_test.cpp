@@ -120,7 +120,7 @@ TEST_CASE("sweep: every point is what run gives for its settings", "[program][sw
 }
 
 TEST_CASE("sweep: level rtl gives the same figures, and its results are apart from those of level tlm",
-          "[program][sweep]") {
+          "[program][sweep][repeat]") {
     const Workplace place;
     place.write(
         "sweep.yaml",
@@ -141,7 +141,7 @@ TEST_CASE("sweep: level rtl gives the same figures, and its results are apart fr
     CHECK(points_of(place) == points);
 }
 
-TEST_CASE("size: level rtl finds the value that level tlm finds", "[program][sweep]") {
+TEST_CASE("size: level rtl finds the value that level tlm finds", "[program][sweep][repeat]") {
     const Workplace place;
     const auto size = [&place](const std::string& level) {
         return run_program(place, {"size", "scenario.yaml", "--minimize", "composer.buffer_pixels=16..200",
@@ -326,7 +326,7 @@ TEST_CASE("size: the smallest value is the one that trying all of them finds", "
     CHECK(found_values > 0);  // the narrower buses starve with any of these buffers
 }
 
-TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[program][size]") {
+TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[program][size][repeat]") {
     const Workplace place;
     const std::vector<std::string> files = visible_names(place);
     const std::vector<std::pair<std::vector<std::string>, std::string>> mistakes{
@@ -388,7 +388,7 @@ TEST_CASE("report: a page that holds the points and their reports", "[program][r
     CHECK(text_of(place / "again.html") == page);
 }
 
-TEST_CASE("plot: a chart as SVG and as PNG", "[program][plot]") {
+TEST_CASE("plot: a chart as SVG and as PNG", "[program][plot][repeat]") {
     const Workplace place;
     place.write("sweep.yaml", kSweep);
     REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);
@@ -406,7 +406,7 @@ TEST_CASE("plot: a chart as SVG and as PNG", "[program][plot]") {
 }
 
 TEST_CASE("report and plot: wrong arguments are told in a line and leave nothing",
-          "[program][report][plot]") {
+          "[program][report][plot][repeat]") {
     const Workplace place;
     place.write("sweep.yaml", kSweep);
     REQUIRE(sweep(place, {"--quiet"}).status == kExitDone);

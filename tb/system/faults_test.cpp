@@ -13,6 +13,7 @@
 #include "machine_run.h"
 #include "random_scenario.h"
 #include "scenario/fault_keys.h"
+#include "scenario/link_program.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 #include "support/images.h"
@@ -257,10 +258,9 @@ void check_row(FaultKind kind) {
 }
 
 /// The bytes that the control scanline of the faulty renderer's pair says something with.
-int content_bytes(const Scenario& scenario, std::uint32_t pair) {
-    ControlScanline content;
-    content.table = scenario.renderers[kFaultyRenderer].frame_of_pair(pair).table;
-    return static_cast<int>(control_scanline_bytes(content));
+int content_bytes(const Scenario& scenario, std::uint32_t pair, FrameKind frame) {
+    const Renderer& renderer = scenario.renderers[kFaultyRenderer];
+    return static_cast<int>(control_scanline_bytes(control_content(scenario, renderer, pair, frame)));
 }
 
 /// Eight bad pairs for each byte of the control scanline, one for each bit, then a good one. Images of one line make
@@ -292,8 +292,9 @@ void check_every_bit(FrameKind frame) {
     runs.push_back(std::make_unique<MachineRun>("machine", with_every_bit_flipped(frame, kBits, kWidth)));
     run_traced(runs);
     const MachineRun& run = *runs[0];
-    const int content = content_bytes(run.scenario(), 0);
-    REQUIRE(content == 16 + 3 * 16 + 2);
+    const int content = content_bytes(run.scenario(), 0, frame);
+    // Three rows; the slot table of one that stands, a bit wide and a byte for all of it.
+    REQUIRE(content == 16 + 2 + (frame == FrameKind::kColour ? 3 * 16 : 4 + 1));
     const std::vector<int> pairs = pairs_of(run, 0);
     int last_good = -1;
     for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
@@ -376,7 +377,9 @@ TEST_CASE("fault repeated: the second sending is counted and costs nothing", "[s
 
 TEST_CASE("fault control_byte: a changed byte of the content costs its pair", "[system][faults]") {
     check_row(FaultKind::kControlByte, {{}, true, RejectCause::kCrc}, [](Row& row) {
-        row.fault.byte = 16 + 7 * static_cast<int>(row.fault.pair);  // in the table
+        // In the table of a colour frame, in the payload of a depth frame.
+        const int step = row.fault.frame == FrameKind::kColour ? 7 : 1;
+        row.fault.byte = 16 + step * static_cast<int>(row.fault.pair);
         row.fault.bits = 0x40;
     });
 }
@@ -384,7 +387,7 @@ TEST_CASE("fault control_byte: a changed byte of the content costs its pair", "[
 TEST_CASE("fault control_byte: a changed byte behind the content changes nothing", "[system][faults]") {
     const Scenario scenario = two_renderers(kFrames);
     check_row(FaultKind::kControlByte, {{}, false, std::nullopt}, [&](Row& row) {
-        const int first = content_bytes(scenario, row.fault.pair);
+        const int first = content_bytes(scenario, row.fault.pair, row.fault.frame);
         const int last = kImageWidth * kLinkBytesPerPixel - 1;
         REQUIRE(first <= last);
         row.fault.byte = row.fault.pair == 0 ? first : last;

@@ -2,10 +2,12 @@
 #include <catch2/catch.hpp>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "machine_run.h"
 #include "random_scenario.h"
+#include "support/rows.h"
 #include "support/scenarios.h"
 #include "tlm_run.h"
 
@@ -57,6 +59,35 @@ TEST_CASE("levels agree where the last frame has been shown while the bus still 
     for (const LevelRuns& run : runs) {
         CHECK(run.rtl->report().renderers.front().bus.pixels_sent < 24 * 16);
     }
+}
+
+TEST_CASE("levels agree on slot tables of the host's, and each row has a slot where one is missing or wrong",
+          "[system]") {
+    const std::vector<std::vector<int>> slot_tables{{1, 2}, {1, 1, 1, 2}, {2, 2, 1}, {}, {1, 1}};
+    std::vector<LevelRuns> runs;
+    for (std::size_t i = 0; i < slot_tables.size(); ++i) {
+        Scenario scenario = small_scenario(24, 16, 2);
+        const PixelImage image(48, 16, Pixel(10, 20, 30, 255, 5));
+        Renderer renderer = renderer_of(
+            {image}, {table_row(1, {0, 0}, {24, 16}, {0, 0}), table_row(2, {24, 0}, {24, 16}, {0, 0})});
+        renderer.frames.front().slots = slot_tables[i];
+        add_renderer(scenario, std::move(renderer));
+        scenario.composer.buffer_pixels = 24;
+        scenario.composer.ready_space_pixels = 8;
+        scenario.bus.burst_pixels = 8;
+        runs.emplace_back("machine_" + std::to_string(i), scenario);
+    }
+    compare_levels(runs);
+    const auto report = [&runs](std::size_t i) { return runs[i].rtl->report(); };
+    for (std::size_t i = 0; i < slot_tables.size(); ++i) {
+        INFO("slot table " << i);
+        CHECK(report(i).renderers.front().rejected_slot_tables == (i >= 3 ? 1 : 0));
+    }
+    // One slot for each row is the first table; the second one is another order of bursts.
+    CHECK(report(3).renderers.front().bus.recovered_slots == report(0).renderers.front().bus.recovered_slots);
+    CHECK(report(3).core_cycles == report(0).core_cycles);
+    CHECK(report(4).core_cycles == report(0).core_cycles);
+    CHECK(report(1).renderers.front().bus.recovered_slots != report(0).renderers.front().bus.recovered_slots);
 }
 
 TEST_CASE("levels agree where the watchdog looks at the very clock of a link's last pixel", "[system]") {

@@ -519,7 +519,7 @@ TEST_CASE("lost beats in stall mode: their frame is not shown and the next good 
 }
 
 TEST_CASE("lost beats in glitch mode: their frame is not shown and the next good one is",
-          "[system][faults]") {
+          "[system][faults][repeat]") {
     const LossCoverage coverage = lose_beats(StarvationMode::kGlitch, random_seed(4301));
     CHECK(coverage.not_known_in_time > 0);  // shown, and its starved pixels counted
 }

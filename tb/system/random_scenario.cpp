@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <sstream>
 #include <utility>
 
 #include "formats/control_scanline.h"
+#include "formats/slot_payload.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
 #include "scenario/limits.h"
@@ -306,6 +308,35 @@ void choose_arbiter(std::uint64_t seed, BusConfig& bus) {
     if (random.one_in(2)) bus.slot_table = SlotTableMaker::kBuilt;
 }
 
+/// Slot tables of the host's own, some of them wrong. Likewise.
+void choose_slots(std::uint64_t seed, Scenario& scenario) {
+    constexpr std::uint64_t kOwnSequence = 0x536C6F74;
+    Random random(seed ^ kOwnSequence);
+    if (!random.one_in(4)) return;
+    for (Renderer& renderer : scenario.renderers) {
+        const std::size_t payload =
+            static_cast<std::size_t>(renderer.image_width_pixels) * kLinkBytesPerPixel -
+            control_scanline_bytes({});
+        for (RendererFrame& entry : renderer.frames) {
+            if (entry.table.empty() || random.one_in(3)) continue;
+            std::vector<int>& slots = entry.slots.emplace();
+            if (random.one_in(6)) continue;  // missing
+            const bool wrong = random.one_in(6);
+            for (const ViewportRow& row : entry.table) {
+                if (!wrong || random.one_in(2)) slots.push_back(row.dcomp);
+            }
+            for (int more = random.between(0, 9); more > 0; --more) {
+                const auto row =
+                    static_cast<std::size_t>(random.between(0, static_cast<int>(entry.table.size()) - 1));
+                const auto place =
+                    static_cast<std::ptrdiff_t>(random.between(0, static_cast<int>(slots.size())));
+                slots.insert(slots.begin() + place, entry.table[row].dcomp);
+            }
+            slots.resize(std::min(slots.size(), slots_in_payload(payload, entry.table.size())));
+        }
+    }
+}
+
 }  // namespace
 
 Scenario random_scenario(std::uint64_t seed) {
@@ -337,6 +368,7 @@ Scenario random_scenario(std::uint64_t seed) {
     choose_banks(seed, scenario.memory);
     choose_refresh(seed, scenario.memory);
     choose_arbiter(seed, scenario.bus);
+    choose_slots(seed, scenario);
     choose_bus_delay(seed, scenario);
     check_scenario(scenario);
     return scenario;
@@ -368,6 +400,7 @@ Scenario random_long_scenario(std::uint64_t seed) {
             if (random.one_in(3)) {
                 entry.table.clear();
                 entry.viewport.reset();
+                entry.slots.reset();
             }
             const int times = random.between(1, 4);
             renderer.frames.insert(renderer.frames.end(), static_cast<std::size_t>(times), entry);

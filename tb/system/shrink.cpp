@@ -231,6 +231,10 @@ class Reducer {
     void tables() {
         for_each_table([this](std::size_t r, std::size_t f, const std::string& name,
                               const ViewportTable& table) {
+            if (scenario_.renderers[r].frames[f].slots) {
+                attempt(name + "slots computed",
+                        [r, f](Scenario& s) { s.renderers[r].frames[f].slots.reset(); });
+            }
             if (table.size() > 1) {
                 attempt(name + "no row", [r, f](Scenario& s) { set_table(s.renderers[r].frames[f], {}); });
             }

@@ -295,7 +295,7 @@ TEST_CASE("Every signal of the save files is in the waveform", "[waves][repeat]"
     }
 }
 
-TEST_CASE("Every word of a beat is in the waveform, and no more than the bus has", "[waves]") {
+TEST_CASE("Every word of a beat is in the waveform, and no more than the bus has", "[waves][repeat]") {
     const auto dump_with = [](const std::string& width_bits) {
         return dump_of("case-1.yaml",
                        {"--set", "bus.width_bits=" + width_bits, "--set", "memory.words_per_cycle=4"});
@@ -310,7 +310,7 @@ TEST_CASE("Every word of a beat is in the waveform, and no more than the bus has
 }
 
 TEST_CASE("A waveform says which program, scenario and settings made it, and counts the core clocks",
-          "[waves]") {
+          "[waves][repeat]") {
     const ScratchDirectory scratch;
     const ProgramResult result = run_program(
         scratch, {"run", (kSource / "scenarios/case-1.yaml").string(), "--quiet", "--no-images", "--trace",
@@ -333,7 +333,7 @@ TEST_CASE("A waveform says which program, scenario and settings made it, and cou
     }
 }
 
-TEST_CASE("A compressed waveform holds what the other holds", "[waves]") {
+TEST_CASE("A compressed waveform holds what the other holds", "[waves][repeat]") {
     const ScratchDirectory scratch;
     const auto run_with = [&scratch](const std::string& file) {
         const ProgramResult result =
@@ -368,7 +368,8 @@ TEST_CASE("A compressed waveform holds what the other holds", "[waves]") {
     }
 }
 
-TEST_CASE("Without its converter there is no compressed waveform, but a line that says so", "[waves]") {
+TEST_CASE("Without its converter there is no compressed waveform, but a line that says so",
+          "[waves][repeat]") {
     const ScratchDirectory scratch;
     const ProgramResult result =
         run_program("/usr/bin/env", scratch,
@@ -380,7 +381,8 @@ TEST_CASE("Without its converter there is no compressed waveform, but a line tha
     CHECK_FALSE(std::filesystem::exists(scratch / "packed.fst"));
 }
 
-TEST_CASE("A compressed waveform for which there is no room is an error, and nothing is left", "[waves]") {
+TEST_CASE("A compressed waveform for which there is no room is an error, and nothing is left",
+          "[waves][repeat]") {
     const ScratchDirectory scratch;
     std::filesystem::create_directory(scratch / "temporary");
     // The converter's files must not grow beyond 8 KiB; it does not notice itself, but is ended by a signal.

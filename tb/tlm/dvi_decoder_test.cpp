@@ -213,8 +213,10 @@ RandomFrame random_frame(Random& random, std::uint32_t& pair, bool& depth_next) 
         pair + (random.one_in(10) ? static_cast<std::uint32_t>(random.between(-2, 2)) : 0);
     ViewportTable table;
     for (int i = random.between(0, 2); i > 0; --i) table.push_back(table_row(i, {i, 0}, {1, 1}, {0, 0}));
-    frame.control =
-        control_line(kWidth, random.one_in(20) ? static_cast<FrameKind>(5) : frame.kind, number, table);
+    std::vector<std::uint8_t> payload(static_cast<std::size_t>(random.between(0, 5)));
+    for (std::uint8_t& byte : payload) byte = static_cast<std::uint8_t>(random.between(0, 255));
+    frame.control = control_line(kWidth, random.one_in(20) ? static_cast<FrameKind>(5) : frame.kind, number,
+                                 table, payload);
     if (random.one_in(6)) {
         const int byte = random.one_in(3) ? 4 : random.between(0, 15);
         frame.control[static_cast<std::size_t>(byte / 3)] ^= std::uint32_t{1} << (8 * (2 - byte % 3));
@@ -288,6 +290,8 @@ TEST_CASE("dvi decoder: frames with random faults give the clocked decoder's eve
     const std::vector<int> clocks = events.clocks_where(tells_something);
     REQUIRE(told.size() == clocks.size());
     int good = 0;
+    int with_payload = 0;
+    int payload_from = 0;
     for (std::size_t i = 0; i < told.size(); ++i) {
         const rtl::DecoderEvent& wanted = events.at(clocks[i]);
         INFO("clock " << clocks[i]);
@@ -308,11 +312,23 @@ TEST_CASE("dvi decoder: frames with random faults give the clocked decoder's eve
                 table.push_back(events.at(row).table_row);
             REQUIRE(told[i].table == table);
         }
+        if (wanted.colour_start) payload_from = clocks[i];
+        if (wanted.pair_good) {
+            std::vector<std::uint8_t> payload;
+            for (int clock = payload_from; clock < clocks[i]; ++clock) {
+                const rtl::DecoderEvent& event_now = events.at(clock);
+                payload.insert(payload.end(), event_now.payload.begin(),
+                               event_now.payload.begin() + event_now.payload_bytes);
+            }
+            REQUIRE(told[i].payload == payload);
+            with_payload += payload.empty() ? 0 : 1;
+        }
         good += wanted.pair_good ? 1 : 0;
     }
     CHECK(dut.decoder.rejected_frames(static_cast<std::int64_t>(wave.size()) + 4) ==
           clocked.rejected_frames());
     CHECK(good > 10);
+    CHECK(with_payload > 5);
     for (int cause = 0; cause < kRejectCauseCount; ++cause) {
         INFO(reject_cause_key(static_cast<RejectCause>(cause)));
         CHECK(causes[static_cast<std::size_t>(cause)] > 0);

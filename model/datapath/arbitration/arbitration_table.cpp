@@ -1,7 +1,10 @@
 #include "datapath/arbitration/arbitration_table.h"
 
+#include <utility>
+
 #include "datapath/arbitration/edf_policy.h"
 #include "datapath/arbitration/slot_table_policy.h"
+#include "formats/slot_payload.h"
 
 namespace metabuffer {
 
@@ -12,7 +15,33 @@ std::unique_ptr<ArbitrationPolicy> make_policy(Arbitration arbitration) {
 
 std::vector<int> slots_of(Arbitration arbitration, const ViewportTable& rows) {
     const ArbitrationRow& row = arbitration_row(arbitration);
-    return row.slot_table != nullptr ? row.slot_table(rows) : std::vector<int>{};
+    return row.slot_table != nullptr ? row.slot_table(rows, kSlotTableLimit) : std::vector<int>{};
+}
+
+SentSlots sent_slots(Arbitration arbitration, const ValidatedTable& table,
+                     const std::vector<std::uint8_t>& payload) {
+    if (arbitration_row(arbitration).slot_table == nullptr || table.rows.empty()) return {};
+    if (const auto places = decode_slots(payload)) {
+        if (auto slots = judge_slots(*places, table)) return {std::move(*slots), false};
+    }
+    return {equal_slot_table(table.rows), true};
+}
+
+std::vector<std::uint8_t> slot_payload(Arbitration arbitration, const ValidatedTable& table,
+                                       std::size_t room_bytes) {
+    const ArbitrationRow& row = arbitration_row(arbitration);
+    if (row.slot_table == nullptr || table.rows.empty()) return {};
+    const std::size_t sent = table.rows.size() + table.rejected.size();
+    const std::size_t room = slots_in_payload(room_bytes, sent);
+    std::vector<int> slots = row.slot_table(table.rows, kSlotTableLimit);
+    // Rounding gives a table a few slots more or fewer than its limit.
+    for (int limit = kSlotTableLimit; slots.size() > room && limit > 0; --limit) {
+        slots = row.slot_table(table.rows, limit);
+    }
+    if (slots.size() > room) return {};
+    const std::vector<int> places = places_of_rows(table);
+    for (int& slot : slots) slot = places[static_cast<std::size_t>(slot)];
+    return encode_slots(slots, sent);
 }
 
 std::unique_ptr<ArbitrationPolicy> make_slot_table_policy(const ArbitrationRow& row) {

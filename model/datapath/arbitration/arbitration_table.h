@@ -31,7 +31,7 @@ struct ArbitrationRow {
     const char* name;
     std::unique_ptr<ArbitrationPolicy> (*make)(const ArbitrationRow& row);
     /// Rows by slot, for a table of valid rows; null: the policy has no slots.
-    std::vector<int> (*slot_table)(const ViewportTable& rows);
+    std::vector<int> (*slot_table)(const ViewportTable& rows, int limit_slots);
     IdleSlots idle_slots;
     BufferProof proof;
     RequestKind requests;
@@ -59,6 +59,20 @@ constexpr const ArbitrationRow& arbitration_row(Arbitration arbitration) {
 
 /// Rows by slot for a frame of these valid rows; none under a policy without slots.
 std::vector<int> slots_of(Arbitration arbitration, const ViewportTable& rows);
+
+/// The slot table of a frame whose host sends one.
+struct SentSlots {
+    std::vector<int> slots;  ///< index of a row that stands, by slot; none under a policy without slots
+    bool rejected = false;   ///< it is missing or wrong: there is one slot for each row instead
+};
+/// payload: of the control scanline of the pair's depth frame.
+SentSlots sent_slots(Arbitration arbitration, const ValidatedTable& table,
+                     const std::vector<std::uint8_t>& payload);
+
+/// That payload, as the host makes it: the policy's table, with as many slots as there is room for. Empty under a policy
+/// without slots, and if no row stands.
+std::vector<std::uint8_t> slot_payload(Arbitration arbitration, const ValidatedTable& table,
+                                       std::size_t room_bytes);
 
 /// Whether the arbiter looks at the requests' deadlines.
 constexpr bool goes_by_deadlines(Arbitration arbitration) {

@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "formats/control_scanline.h"
 #include "scenario/limits.h"
+#include "scenario/link_program.h"
 #include "tools/analysis/arithmetic.h"
 #include "tools/analysis/buffer_bound.h"
 #include "tools/analysis/bus_table.h"
@@ -119,19 +121,20 @@ double load_of(const BusTable& table, const Supply& supply) {
 
 /// The bound's copy of a table, since what its bursts cost takes longest to find; made anew if it has none.
 const BusTable& bus_table(const BufferBound& bound, const Scenario& scenario, int renderer_index,
-                          const ViewportTable& rows, std::optional<BusTable>& made) {
+                          const ViewportTable& rows, std::vector<int> slots, std::optional<BusTable>& made) {
     for (const BusTable& table : bound.tables()) {
         const bool same =
-            table.renderer() == renderer_index &&
+            table.renderer() == renderer_index && table.shares().table() == slots &&
             std::equal(table.users().begin(), table.users().end(), rows.begin(), rows.end(),
                        [](const BusUser& user, const ViewportRow& row) { return user.segment.row() == row; });
         if (same) return table;
     }
-    return made.emplace(scenario, MachineFigures(scenario), renderer_index, rows);
+    return made.emplace(scenario, MachineFigures(scenario), renderer_index, rows, std::move(slots));
 }
 
 TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, int renderer_index,
-                            const ViewportTable& rows) {
+                            const RendererFrame& entry) {
+    const ViewportTable& rows = entry.table;
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
     ViewportLimits limits = scenario.limits(renderer);
     const ValidatedTable own_buffers = validate_table(rows, limits);
@@ -140,7 +143,8 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
     limits.buffer_pixels = static_cast<int>(limits::kBufferPixels.high);
     const ValidatedTable valid = validate_table(rows, limits);
     std::optional<BusTable> made;
-    const BusTable& bus = bus_table(bound, scenario, renderer_index, valid.rows, made);
+    const BusTable& bus = bus_table(bound, scenario, renderer_index, valid.rows,
+                                    frame_slots(scenario, renderer, entry, valid).slots, made);
 
     TableAnalysis table;
     table.renderer = renderer_index;
@@ -183,21 +187,22 @@ void add_tables(const Scenario& scenario, const BufferBound& bound, int renderer
                 const AnalysisOptions& options, std::vector<TableAnalysis>& tables) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
     const std::size_t first = tables.size();
-    std::vector<const ViewportTable*> known;
+    std::vector<const RendererFrame*> known;
     for (std::size_t frame = 0; frame < renderer.frames.size(); ++frame) {
-        const ViewportTable* rows = &renderer.frames[frame].table;
+        const RendererFrame* entry = &renderer.frames[frame];
         if (options.frame) {
-            if (rows != &renderer.frame_of_pair(static_cast<std::uint32_t>(*options.frame)).table) continue;
+            if (entry != &renderer.frame_of_pair(static_cast<std::uint32_t>(*options.frame))) continue;
         } else if (scenario.pacing == Pacing::kLockstep &&
                    frame >= static_cast<std::size_t>(scenario.frames)) {
             break;
         }
-        const auto same = std::find_if(known.begin(), known.end(),
-                                       [rows](const ViewportTable* other) { return *other == *rows; });
+        const auto same = std::find_if(known.begin(), known.end(), [entry](const RendererFrame* other) {
+            return has_same_tables(*other, *entry);
+        });
         const auto index = static_cast<std::size_t>(same - known.begin());
         if (same == known.end()) {
-            known.push_back(rows);
-            tables.push_back(analyze_table(scenario, bound, renderer_index, *rows));
+            known.push_back(entry);
+            tables.push_back(analyze_table(scenario, bound, renderer_index, *entry));
         }
         tables[first + index].frames.push_back(static_cast<int>(frame));
     }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "scenario/limits.h"
+#include "scenario/link_program.h"
 #include "tools/analysis/arithmetic.h"
 #include "tools/analysis/starvation_rules.h"
 
@@ -183,15 +184,20 @@ BufferBound::BufferBound(const Scenario& scenario, const MachineFigures& machine
         const Renderer& renderer = scenario.renderers[r];
         ViewportLimits limits = scenario.limits(renderer);
         limits.buffer_pixels = static_cast<int>(limits::kBufferPixels.high);
-        std::vector<ViewportTable> known;
+        std::vector<const RendererFrame*> known;
         for (std::size_t frame = 0; frame < renderer.frames.size(); ++frame) {
             // A free-running link may be ahead of the frames.
             if (scenario.pacing == Pacing::kLockstep && frame >= static_cast<std::size_t>(scenario.frames))
                 break;
-            const ViewportTable& rows = renderer.frames[frame].table;
-            if (std::find(known.begin(), known.end(), rows) != known.end()) continue;
-            known.push_back(rows);
-            tables_.emplace_back(scenario, machine, static_cast<int>(r), validate_table(rows, limits).rows);
+            const RendererFrame& entry = renderer.frames[frame];
+            const bool is_known =
+                std::any_of(known.begin(), known.end(),
+                            [&entry](const RendererFrame* other) { return has_same_tables(*other, entry); });
+            if (is_known) continue;
+            known.push_back(&entry);
+            const ValidatedTable valid = validate_table(entry.table, limits);
+            tables_.emplace_back(scenario, machine, static_cast<int>(r), valid.rows,
+                                 frame_slots(scenario, renderer, entry, valid).slots);
         }
     }
     refills_.reserve(tables_.size());

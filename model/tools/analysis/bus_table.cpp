@@ -1,6 +1,7 @@
 #include "tools/analysis/bus_table.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "scenario/derived_timing.h"
 
@@ -44,7 +45,7 @@ ReleaseCurve::ReleaseCurve(const Segment& segment, std::int64_t raster_width) {
 }
 
 BusTable::BusTable(const Scenario& scenario, const MachineFigures& machine, int renderer,
-                   const ViewportTable& rows)
+                   const ViewportTable& rows, std::vector<int> slots)
     : machine_(machine), renderer_(renderer) {
     const Renderer& source = scenario.renderers[static_cast<std::size_t>(renderer)];
     find_first_word(source, scenario.memory, rows);
@@ -55,9 +56,7 @@ BusTable::BusTable(const Scenario& scenario, const MachineFigures& machine, int 
     if (machine_.single_beats()) {
         repeated = machine_.work_conserving() ? RepeatedSlot::kSkipped : RepeatedSlot::kLost;
     }
-    if (machine_.policy.slot_table != nullptr) {
-        shares_ = SlotShares(machine_.policy.slot_table(rows), rows.size(), repeated);
-    }
+    if (!slots.empty()) shares_ = SlotShares(std::move(slots), rows.size(), repeated);
     for (const BusUser& user : users_) {
         residual_cycles_ = std::max(residual_cycles_, static_cast<double>(user.costs.longest()) - 1.0);
     }

@@ -102,9 +102,10 @@ class BusTable {
     /// In a longer table, rivals are not looked at one by one.
     static constexpr std::size_t kMostRivals = 64;
 
-    /// The rows must be valid for the scenario's raster and the renderer's image.
-    BusTable(const Scenario& scenario, const MachineFigures& machine, int renderer,
-             const ViewportTable& rows);
+    /// The rows must be valid for the scenario's raster and the renderer's image. slots: rows by slot; none under a
+    /// policy without slots.
+    BusTable(const Scenario& scenario, const MachineFigures& machine, int renderer, const ViewportTable& rows,
+             std::vector<int> slots);
 
     const MachineFigures& machine() const { return machine_; }
     int renderer() const { return renderer_; }

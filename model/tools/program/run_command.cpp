@@ -14,6 +14,7 @@
 #include "report/report.h"
 #include "rtl/run.h"
 #include "rtl/waveform_file.h"
+#include "scenario/link_program.h"
 #include "scenario/scenario_writer.h"
 #include "tlm/run.h"
 #include "tlm/schedule_trace.h"
@@ -75,8 +76,10 @@ RunReport run_functional(const Scenario& scenario, PictureSink& pictures) {
                 continue;
             }
             const auto pair = static_cast<std::uint32_t>(frame);
-            counters.add_rejected_rows(
-                pair, validate_table(renderer.frame_of_pair(pair).table, scenario.limits(renderer)));
+            const RendererFrame& entry = renderer.frame_of_pair(pair);
+            const ValidatedTable table = validate_table(entry.table, scenario.limits(renderer));
+            counters.add_rejected_rows(pair, table);
+            counters.rejected_slot_tables += frame_slots(scenario, renderer, entry, table).rejected ? 1 : 0;
         }
     }
     report.displays.resize(static_cast<std::size_t>(scenario.displays.count()));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "datapath/segment.h"
+#include "formats/slot_payload.h"
 #include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
@@ -74,7 +75,7 @@ TEST_CASE("arbitration: where it is proved to, a composer that stays ready gets 
         for (int trial = 0; trial < 50; ++trial) {
             const ViewportTable rows = random_table(random);
             const std::vector<Segment> segments = segments_of(rows);
-            const std::vector<int> table = policy.slot_table(rows);
+            const std::vector<int> table = policy.slot_table(rows, kSlotTableLimit);
             const auto slots = std::count(table.begin(), table.end(), 0);
             REQUIRE(slots > 0);
             arbiter->start_frame(table, rows.size());
@@ -111,6 +112,59 @@ TEST_CASE("arbitration: where it is proved to, the ready composer whose pixel is
             }
         }
     }
+}
+
+TEST_CASE("arbitration: the host sends the policy's slot table, and the machine takes it") {
+    const auto seed = test::random_seed(164);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    constexpr std::size_t kPlenty = 4096;
+    for (const ArbitrationRow& policy : kArbitrationTable) {
+        INFO(policy.name);
+        for (int trial = 0; trial < 100; ++trial) {
+            ValidatedTable table{random_table(random), {}};
+            for (int place = 0; random.one_in(2); ++place)
+                table.rejected.push_back({place, RowDefect::kSource, ""});
+            const SentSlots taken =
+                sent_slots(policy.value, table, slot_payload(policy.value, table, kPlenty));
+            CHECK_FALSE(taken.rejected);
+            CHECK(taken.slots == slots_of(policy.value, table.rows));
+        }
+    }
+}
+
+/// A host has no more than a scanline.
+TEST_CASE("arbitration: with little room the host sends fewer slots, with none it sends no table") {
+    const auto seed = test::random_seed(165);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    int shorter = 0;
+    for (int trial = 0; trial < 500; ++trial) {
+        const ValidatedTable table{random_table(random), {}};
+        const std::size_t room = static_cast<std::size_t>(random.between(0, 40));
+        const std::vector<std::uint8_t> payload = slot_payload(Arbitration::kIrsa, table, room);
+        CHECK(payload.size() <= room);
+        const SentSlots taken = sent_slots(Arbitration::kIrsa, table, payload);
+        CHECK(taken.rejected == (slots_in_payload(room, table.rows.size()) < table.rows.size()));
+        if (!taken.rejected) shorter += taken.slots != slots_of(Arbitration::kIrsa, table.rows) ? 1 : 0;
+    }
+    CHECK(shorter > 0);
+}
+
+TEST_CASE("arbitration: without a good slot table of the host's each row has a slot") {
+    const ValidatedTable table{{{1, 0, 0, 9, 1, 0, 0, 1}, {2, 0, 0, 3, 1, 0, 0, 1}}, {}};
+    for (const Arbitration policy :
+         {Arbitration::kIrsa, Arbitration::kSlotAllocation, Arbitration::kRoundRobin}) {
+        const SentSlots none = sent_slots(policy, table, {});
+        CHECK(none.rejected);
+        CHECK(none.slots == std::vector<int>{0, 1});
+        CHECK(sent_slots(policy, table, encode_slots({0, 0}, 2)).rejected);
+        // Nobody would have a slot.
+        CHECK_FALSE(sent_slots(policy, {}, {}).rejected);
+    }
+    CHECK_FALSE(sent_slots(Arbitration::kEdf, table, {}).rejected);
+    CHECK(slot_payload(Arbitration::kEdf, table, 100).empty());
+    CHECK(slot_payload(Arbitration::kIrsa, {}, 100).empty());
 }
 
 }  // namespace

@@ -64,8 +64,8 @@ class SlotRing {
     std::deque<int> slots_;
 };
 
-void check_against_ring(std::vector<int> (*make_table)(const ViewportTable& rows), IdleSlots idle_slots,
-                        std::uint64_t default_seed) {
+void check_against_ring(std::vector<int> (*make_table)(const ViewportTable& rows, int limit_slots),
+                        IdleSlots idle_slots, std::uint64_t default_seed) {
     const auto seed = test::random_seed(default_seed);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
@@ -73,8 +73,8 @@ void check_against_ring(std::vector<int> (*make_table)(const ViewportTable& rows
     int polls = 0;
     for (int trial = 0; trial < 100; ++trial) {
         const ViewportTable rows = random_table(random);
-        SlotRing ring(make_table(rows));
-        policy.start_frame(make_table(rows), rows.size());
+        SlotRing ring(make_table(rows, kSlotTableLimit));
+        policy.start_frame(make_table(rows, kSlotTableLimit), rows.size());
         REQUIRE(policy.slot() == 0);
         for (int clock = 0; clock < 200; ++clock) {
             INFO("trial " << trial << ", clock " << clock);

@@ -223,5 +223,37 @@ TEST_CASE("slot table: round robin gives every row one slot in table order whate
     CHECK(equal_slot_table({segment(1, 1), segment(4096, 1), segment(5, 255)}) == std::vector<int>{0, 1, 2});
 }
 
+TEST_CASE("slot table: with less room the shares are rounded more, and each row still has a slot") {
+    const ViewportTable rows = {segment(640, 1), segment(320, 1), segment(100, 1)};
+    CHECK(slots_of_each(slot_table(rows, 53), 3) == std::vector<int>{32, 16, 5});  // exact
+    CHECK(slots_of_each(slot_table(rows, 20), 3) == std::vector<int>{12, 6, 2});
+    CHECK(slots_of_each(slot_table(rows, 1), 3) == std::vector<int>{1, 1, 1});
+}
+
+/// Five rows of which the second and the last break a rule.
+ValidatedTable three_of_five() {
+    return {{segment(3, 1), segment(2, 1), segment(1, 1)},
+            {{1, RowDefect::kSource, ""}, {4, RowDefect::kSource, ""}}};
+}
+
+TEST_CASE("slot table: the host counts the rows that it sends, the machine those that stand") {
+    CHECK(places_of_rows(three_of_five()) == std::vector<int>{0, 2, 3});
+    CHECK(judge_slots({0, 2, 0, 3, 2, 0}, three_of_five()) == std::vector<int>{0, 1, 0, 2, 1, 0});
+    CHECK(places_of_rows({{segment(3, 1), segment(2, 1)}, {}}) == std::vector<int>{0, 1});
+}
+
+TEST_CASE("slot table: a sent one is wrong with a slot of a dropped row, without one of a row, or too long") {
+    CHECK_FALSE(judge_slots({0, 2, 3, 1}, three_of_five()));
+    CHECK_FALSE(judge_slots({0, 2, 3, 5}, three_of_five()));
+    CHECK_FALSE(judge_slots({0, 2, 0}, three_of_five()));
+    CHECK_FALSE(judge_slots({}, three_of_five()));
+    std::vector<int> longest(static_cast<std::size_t>(most_slots(5)), 0);
+    longest[1] = 2;
+    longest[2] = 3;
+    CHECK(judge_slots(longest, three_of_five()));
+    longest.push_back(0);
+    CHECK_FALSE(judge_slots(longest, three_of_five()));
+}
+
 }  // namespace
 }  // namespace metabuffer

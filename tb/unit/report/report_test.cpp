@@ -210,7 +210,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     const ordered_json& ball = json["renderers"][0];
     CHECK(keys(ball) == std::vector<std::string>{"name", "bus", "rejected_frames", "rejected_rows",
                                                  "rejected_row_messages", "repeated_frames", "dropped_frames",
-                                                 "injected_faults"});
+                                                 "rejected_slot_tables", "injected_faults"});
     CHECK(ball["name"] == "ball");
     CHECK(ball["bus"].dump() ==
           R"({"busy_cycles":6000,"table_cycles":10,"page_miss_cycles":990,"refresh_cycles":40,)"
@@ -238,11 +238,12 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
                                      R"({"display":2,"frames_shown":3,"stalled_cycles":0,"kept_frames":0}])");
 
     const ordered_json& totals = json["totals"];
-    CHECK(keys(totals) == std::vector<std::string>{
-                              "bus", "rejected_frames", "rejected_rows", "repeated_frames", "dropped_frames",
-                              "injected_faults", "starved_pixels", "stalled_cycles", "buffer_high_water",
-                              "busready_drops", "late_pixels", "replayed_pixels", "lost_pixels",
-                              "lost_tables", "frames_shown", "display_stalled_cycles", "kept_frames"});
+    CHECK(keys(totals) ==
+          std::vector<std::string>{"bus", "rejected_frames", "rejected_rows", "repeated_frames",
+                                   "dropped_frames", "rejected_slot_tables", "injected_faults",
+                                   "starved_pixels", "stalled_cycles", "buffer_high_water", "busready_drops",
+                                   "late_pixels", "replayed_pixels", "lost_pixels", "lost_tables",
+                                   "frames_shown", "display_stalled_cycles", "kept_frames"});
     CHECK(totals["bus"]["busy_cycles"] == 9000);
     CHECK(totals["bus"]["utilization"].get<double>() == Approx(9000.0 / 13010.0));
     CHECK(totals["rejected_frames"]["crc"] == 2);

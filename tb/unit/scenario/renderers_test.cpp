@@ -161,6 +161,37 @@ TEST_CASE("renderers: a table's fields must fit") {
           "test.yaml:6: " + path + "[0][0]: 'one' is not a whole number; use 0 to 65535");
 }
 
+TEST_CASE("renderers: a frame may give the host's slot table, by display") {
+    const ScenarioFixture fixture;
+    const std::string table = "table: [[1, 0, 0, 8, 8, 0, 0, 1]]";
+    const auto slots = [&](const std::string& keys) {
+        return fixture.parse(with_frame("      - {image: image.png, " + keys + "}\n"))
+            .renderers[0]
+            .frames[0]
+            .slots;
+    };
+    CHECK_FALSE(slots(table));
+    CHECK(slots(table + ", slots: [1, 1]") == std::vector<int>{1, 1});
+    CHECK(slots(table + ", slots: []") == std::vector<int>{});  // none is sent
+    CHECK(slots("viewport: {x: 0, y: 0}, slots: [1]") == std::vector<int>{1});
+
+    const auto error_of = [&](const std::string& keys) {
+        return fixture.error(with_frame("      - {image: image.png, " + keys + "}\n"));
+    };
+    const std::string path = "test.yaml:4: renderers[0].frames[0].slots";
+    CHECK(error_of(table + ", slots: [1, 2]") == path + ": display 2 has no row; use displays that have one");
+    CHECK_THAT(error_of(table + ", slots: 1"),
+               Catch::Contains(path) && Catch::Contains("a list of displays"));
+    CHECK_THAT(error_of(table + ", slots: [one]"), Catch::Contains(path + "[0]"));
+    std::string many = "1";
+    for (int slot = 1; slot < 300; ++slot) many += ", 1";
+    CHECK(error_of(table + ", slots: [" + many + "]") ==
+          path +
+              ": 300 slots do not fit the control scanline of an image 16 pixels wide; use 208 at the most "
+              "or a "
+              "wider image");
+}
+
 TEST_CASE("renderers: a table must fit the control scanline") {
     const ScenarioFixture fixture;
     const std::string row = "[1, 0, 0, 16, 8, 0, 0, 1]";

@@ -70,6 +70,8 @@ Scenario unusual_scenario(DepthFormat format) {
         table.table = {{1, 2, 3, 4, 5, -6, -32768, 8}, {65535, 65535, 65535, 0, 0, 32767, 0, 0}};
         RendererFrame empty;
         empty.image = 1;
+        table.slots = {1, 65535, 1};
+        empty.slots.emplace();
         renderer.frames = {viewport, table, empty};
         scenario.renderers.push_back(std::move(renderer));
     }
