@@ -17,6 +17,7 @@ DviMonitor::DviMonitor(const sc_core::sc_module_name& name, Link link, Violation
 void DviMonitor::clock_edge() {
     ++cycle_;
     if (reset_i.read()) {
+        if (state_ != State::kReset && link_.restart) link_.restart();
         state_ = State::kReset;
         return;
     }

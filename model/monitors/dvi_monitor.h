@@ -40,6 +40,7 @@ class DviMonitor final : public sc_core::sc_module {
         std::string signal;                 ///< "DVI_IN_1"
         std::string clock;                  ///< "dvi_in"
         std::function<Frame()> next_frame;  ///< called as each frame begins
+        std::function<void()> restart{};    ///< called as a reset begins
     };
 
     DviMonitor(const sc_core::sc_module_name& name, Link link, ViolationLog& log);

@@ -23,6 +23,12 @@ void LinkPlan::step() {
     }
 }
 
+void LinkPlan::restart() {
+    pair_ = 0;
+    kind_ = FrameKind::kColour;
+    repeated_ = false;
+}
+
 LinkPlan::Frame LinkPlan::next() {
     const auto has_effect = [this](FaultEffect effect) {
         return has_fault([effect](const Fault& fault) { return fault_traits(fault.kind).effect == effect; });

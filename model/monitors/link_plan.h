@@ -21,6 +21,8 @@ class LinkPlan {
     };
     /// The next frame on the link. Frames that are not sent are passed over, one sent twice comes twice.
     Frame next();
+    /// The link comes up anew.
+    void restart();
 
   private:
     template <typename Predicate>

@@ -67,6 +67,7 @@ class MachineMonitors final : public sc_core::sc_module {
     void bind_output(std::size_t display);
     void bind_swap_lock();
     void finish_arbiter(const ArbiterMonitor& arbiter, const RendererCounters& counters, std::int64_t cycle);
+    std::int64_t resets() const;
     void finish_bus(std::size_t renderer, const RendererCounters& counters, std::int64_t cycle);
     void finish_composer(std::size_t composer, const ComposerCounters& counters, std::int64_t cycle);
     void finish_display(std::size_t display, const DisplayCounters& counters, std::int64_t cycle);

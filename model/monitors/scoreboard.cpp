@@ -67,11 +67,7 @@ Scoreboard::Scoreboard(const sc_core::sc_module_name& name, const Scenario& scen
       compositor_(scenario),
       buses_(renderers_),
       columns_(displays_) {
-    for (Column& column : columns_) {
-        column.words.assign(renderers_, std::vector<std::uint64_t>(renderers_));
-        column.cycles.assign(renderers_, 0);
-        column.shown = ColourImage(scenario.displays.width_pixels, scenario.displays.height_pixels);
-    }
+    restart();
     clk_i_(core_clk);
     reset_i_(reset);
     SC_METHOD(core_edge);
@@ -84,8 +80,26 @@ Scoreboard::Scoreboard(const sc_core::sc_module_name& name, const Scenario& scen
 
 Scoreboard::~Scoreboard() = default;
 
+/// Behind a reset frames are numbered from 0 again.
+void Scoreboard::restart() {
+    for (Bus& bus : buses_) bus = Bus();
+    for (Column& column : columns_) {
+        column = Column();
+        column.words.assign(renderers_, std::vector<std::uint64_t>(renderers_));
+        column.cycles.assign(renderers_, 0);
+        column.shown = ColourImage(scenario_.displays.width_pixels, scenario_.displays.height_pixels);
+    }
+    bad_frames_.clear();
+    contributions_frame_ = -1;
+    fresh_ = true;
+}
+
 void Scoreboard::core_edge() {
-    if (reset_i_.read()) return;
+    if (reset_i_.read()) {
+        if (!fresh_) restart();
+        return;
+    }
+    fresh_ = false;
     const std::int64_t cycle = rtl::clock_edge_number(core_period_picoseconds_);
     for (std::size_t r = 0; r < renderers_; ++r) {
         if (wires_.bus[r].read().kind != rtl::BusBeat::Kind::kNone) take_beat(r, cycle);

@@ -69,6 +69,7 @@ class Scoreboard final : public sc_core::sc_module {
     struct Bus;
     struct Column;
 
+    void restart();
     void core_edge();
     void take_events();
     void take_beat(std::size_t renderer, std::int64_t cycle);
@@ -103,6 +104,7 @@ class Scoreboard final : public sc_core::sc_module {
     std::vector<Bus> buses_;
     std::vector<Column> columns_;
     std::set<std::int64_t> bad_frames_;  ///< composited frames with lost pixels
+    bool fresh_ = true;                  ///< nothing has happened since a reset
 
     std::int64_t bus_pixels_ = 0;
     std::int64_t raster_pixels_ = 0;

@@ -60,7 +60,7 @@ class SwapLockMonitor final : public sc_core::sc_module {
     void on_picture(std::function<void(const Shown&)> callback) { on_picture_ = std::move(callback); }
 
     /// Number of the composited frame that the displays show, -1 before the first swap.
-    std::int64_t frame() const { return swaps_ - 1; }
+    std::int64_t frame() const { return state_.swaps - 1; }
     /// Swaps at which the displays kept their picture.
     std::int64_t kept_frames() const { return kept_frames_; }
 
@@ -79,6 +79,7 @@ class SwapLockMonitor final : public sc_core::sc_module {
         bool told = false;  ///< of a violation in this DVI frame
     };
 
+    void restart();
     void core_edge();
     void check_wires(std::int64_t cycle);
     void check_framedone(std::size_t display, std::int64_t cycle);
@@ -97,30 +98,35 @@ class SwapLockMonitor final : public sc_core::sc_module {
     ViolationLog& log_;
     std::function<void(const Shown&)> on_picture_;
 
-    std::vector<Display> displays_;
-    bool wires_told_ = false;  ///< of SWAPLOCK or SWAPSKIP, until they are right again
-    bool swaplock_ = false;    ///< as sampled one edge ago
-    bool swapskip_ = false;
     FaultWindows holds_;  ///< of the swap lock's wires
-    std::int64_t swaps_ = 0;
     std::int64_t kept_frames_ = 0;
 
-    // Core clock: when the swap, and its level's end, are seen, as the edge that samples their effect.
-    std::int64_t fall_cycle_ = kNever;
-    std::int64_t rise_cycle_ = 0;
-    std::int64_t previous_rise_cycle_ = 0;  ///< of the swap before the last
-    std::int64_t swap_picoseconds_ = 0;     ///< of the last swap
+    /// All that a reset forgets.
+    struct State {
+        std::vector<Display> displays;
+        bool wires_told = false;  ///< of SWAPLOCK or SWAPSKIP, until they are right again
+        bool swaplock = false;    ///< as sampled one edge ago
+        bool swapskip = false;
+        std::int64_t swaps = 0;
 
-    // DVI output clock.
-    bool dvi_reset_ = true;
-    std::int64_t position_ = 0;  ///< clock of the frame that the outputs drive
-    bool swaplock_captured_ = false;
-    bool swap_level_ = false;    ///< a swap has been made for this SWAPLOCK
-    bool swap_pending_ = false;  ///< due at the next DVI frame
-    bool skip_pending_ = false;
-    bool fresh_ = false;  ///< the first DVI frame behind a swap
-    bool kept_ = false;   ///< that swap was skipped
-    bool in_step_told_ = false;
+        // Core clock: when the swap, and its level's end, are seen, as the edge that samples their effect.
+        std::int64_t fall_cycle = kNever;
+        std::int64_t rise_cycle = 0;
+        std::int64_t previous_rise_cycle = 0;  ///< of the swap before the last
+        std::int64_t swap_picoseconds = 0;     ///< of the last swap
+
+        // DVI output clock.
+        bool dvi_reset = true;
+        std::int64_t position = 0;  ///< clock of the frame that the outputs drive
+        bool swaplock_captured = false;
+        bool swap_level = false;    ///< a swap has been made for this SWAPLOCK
+        bool swap_pending = false;  ///< due at the next DVI frame
+        bool skip_pending = false;
+        bool fresh = false;  ///< the first DVI frame behind a swap
+        bool kept = false;   ///< that swap was skipped
+        bool in_step_told = false;
+    };
+    State state_;
 };
 
 }  // namespace metabuffer::monitors

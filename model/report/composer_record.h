@@ -26,6 +26,8 @@ class ComposerRecord {
     const ComposerCounters& counters() const { return counters_; }
     /// One for each frame that has started.
     const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
+    /// A reset is over: the next frame is number 0.
+    void forget_frames() { frame_spans_.clear(); }
     /// Core cycle of the first BUSREADY drop in a burst, and of the first starved pixel or stalled clock.
     std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
     std::int64_t first_starved_cycle() const { return first_starved_cycle_; }

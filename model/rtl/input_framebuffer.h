@@ -53,6 +53,8 @@ class InputFramebuffer final : public Block {
 
     /// What each composited frame that has been started was made of.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
+    /// A reset is over: the next frame is number 0.
+    void forget_frames() { frame_sources_.clear(); }
 
     /// Pixels taken from the link, for the watchdog.
     std::int64_t link_pixels() const { return link_port_.link_pixels(); }

@@ -1,7 +1,10 @@
 #include "rtl/machine_faults.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
+
+#include "scenario/fault_kinds.h"
 
 namespace metabuffer::rtl {
 namespace {
@@ -159,10 +162,39 @@ sc_core::sc_signal<BusBeat>& MachineFaults::bus_for(std::size_t renderer, std::s
     return wires_.bus_seen_by(composer);
 }
 
+bool MachineFaults::reset_at(std::int64_t cycle) {
+    bool in_reset = false;
+    for (const std::size_t i :
+         faults_that([](const Fault& fault) { return fault.kind == FaultKind::kReset; })) {
+        const Fault& fault = scenario_.faults[i];
+        if (cycle >= fault.from_cycle && cycle < fault.from_cycle + fault.cycles.value_or(0)) {
+            tally_.took_effect(i);
+            in_reset = true;
+        }
+    }
+    return in_reset;
+}
+
+std::int64_t MachineFaults::next_reset_change(std::int64_t cycle) const {
+    std::int64_t next = kNoChange;
+    for (const std::size_t i :
+         faults_that([](const Fault& fault) { return fault.kind == FaultKind::kReset; })) {
+        const Fault& fault = scenario_.faults[i];
+        for (const std::int64_t change : {fault.from_cycle, fault.from_cycle + fault.cycles.value_or(0)}) {
+            if (change > cycle) {
+                next = std::min(next, change);
+            }
+        }
+    }
+    return next;
+}
+
 std::int64_t MachineFaults::injected_faults(std::size_t renderer) const {
     std::int64_t count = 0;
     for (std::size_t i = 0; i < scenario_.faults.size(); ++i) {
-        if (static_cast<std::size_t>(scenario_.faults[i].renderer) == renderer) {
+        const Fault& fault = scenario_.faults[i];
+        const bool whole_machine = !fault_traits(fault.kind).names_renderer();
+        if (whole_machine || static_cast<std::size_t>(fault.renderer) == renderer) {
             count += tally_.count(i);
         }
     }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -50,6 +51,12 @@ class MachineFaults {
         const sc_core::sc_signal<bool>& seen;
     };
     const std::vector<Handshaking>& handshakes() const { return handshakes_; }
+
+    static constexpr std::int64_t kNoChange = std::numeric_limits<std::int64_t>::max();
+    /// Whether a fault holds the machine in reset at that core clock; counted.
+    bool reset_at(std::int64_t cycle);
+    /// The first core clock behind it at which such a fault begins or ends; kNoChange if there is none.
+    std::int64_t next_reset_change(std::int64_t cycle) const;
 
     /// How often faults inside the machine have taken effect on a renderer's row; a lost beat counts each time.
     std::int64_t injected_faults(std::size_t renderer) const;

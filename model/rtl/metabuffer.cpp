@@ -44,7 +44,7 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
     watchdog_ = std::make_unique<Watchdog>(
         "watchdog", picoseconds(watchdog_interval_picoseconds(scenario)), [this] { return progress(); },
         [this] { watchdog_timeout(); });
-    SC_METHOD(release_reset);
+    SC_METHOD(drive_reset);
     SC_METHOD(settle);
     sensitive << settle_event_;
     dont_initialize();
@@ -220,12 +220,33 @@ void Metabuffer::make_display_side() {
     }
 }
 
-void Metabuffer::release_reset() {
-    if (sc_core::sc_time_stamp() == sc_core::SC_ZERO_TIME) {
-        next_trigger(picoseconds(kResetCycles * core_period_picoseconds_ - core_period_picoseconds_ / 2));
-        return;
+/// Reset changes half a clock before the edge that sees it.
+void Metabuffer::drive_reset() {
+    const std::int64_t cycle = sc_core::sc_time_stamp() == sc_core::SC_ZERO_TIME ? 0 : next_reset_cycle_;
+    const bool in_reset = cycle < kResetCycles || faults_->reset_at(cycle);
+    if (!in_reset && reset_.read()) {
+        forget_frames();
     }
-    reset_.write(false);
+    reset_.write(in_reset);
+    next_reset_cycle_ = faults_->next_reset_change(cycle);
+    if (cycle < kResetCycles) {
+        next_reset_cycle_ = std::min<std::int64_t>(next_reset_cycle_, kResetCycles);
+    }
+    if (next_reset_cycle_ != MachineFaults::kNoChange) {
+        const std::int64_t at = next_reset_cycle_ * core_period_picoseconds_ - core_period_picoseconds_ / 2;
+        next_trigger(picoseconds(at) - sc_core::sc_time_stamp());
+    }
+}
+
+/// Behind a reset frames are numbered from 0 again. What has been counted stands.
+void Metabuffer::forget_frames() {
+    shown_ = ShownFrames(displays());
+    for (const auto& composer : composers_) {
+        composer->forget_frames();
+    }
+    for (const auto& framebuffer : input_framebuffers_) {
+        framebuffer->forget_frames();
+    }
 }
 
 void Metabuffer::on_glitch(const std::function<void(int, int, const Glitch&)>& callback) {

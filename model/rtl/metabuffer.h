@@ -116,7 +116,8 @@ class Metabuffer final : public Block {
     void make_bus_registers();
     void make_composers();
     void make_display_side();
-    void release_reset();
+    void drive_reset();
+    void forget_frames();
     void frame_captured(std::size_t display, const ColourImage& image);
     void finish();
     std::int64_t progress() const;
@@ -137,6 +138,7 @@ class Metabuffer final : public Block {
     sc_core::sc_clock* dvi_in_clk_ = nullptr;
     sc_core::sc_clock* dvi_out_clk_ = nullptr;
     sc_core::sc_signal<bool> reset_{"reset", true};
+    std::int64_t next_reset_cycle_ = 0;  ///< core clock at which it may change next
     std::unique_ptr<Wires> wires_;
     std::unique_ptr<MachineFaults> faults_;
     std::vector<sc_core::sc_signal<bool>*> link_clks_;  ///< by renderer

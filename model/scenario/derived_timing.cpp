@@ -35,6 +35,14 @@ int longest_beat_gap_cycles(const Scenario& scenario) {
 /// Nothing may move while a link or the next frame of the DVI outputs is waited for, a page is opened, or all
 /// slots of a table are lost; twice the longest such silence, and some for what is short, is safe. In floating
 /// point, since legal settings multiply to more than a 64-bit count of picoseconds; a run never gets that far.
+std::int64_t least_reset_cycles(const ClockConfig& clocks) {
+    constexpr std::int64_t kEdges = 2;
+    const std::int64_t core = clock_period_picoseconds(clocks.core_mhz);
+    const std::int64_t slowest = std::max(
+        {core, clock_period_picoseconds(clocks.dvi_in_mhz), clock_period_picoseconds(clocks.dvi_out_mhz)});
+    return (kEdges * slowest + core - 1) / core;
+}
+
 std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
     constexpr double kShortWaitsCycles = 10'000.0;
     constexpr double kLongestPicoseconds = 4.0e18;
@@ -59,9 +67,14 @@ std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
             bus_cycles += static_cast<double>(most_slots(scenario.displays.count())) *
                           static_cast<double>(lost_slot_cycles(scenario));
         }
-        interval = 2.0 * quiet +
-                   (2.0 * bus_cycles + static_cast<double>(scenario.renderers.size()) + kShortWaitsCycles) *
-                       core_period;
+        std::int64_t reset_cycles = 0;
+        for (const Fault& fault : scenario.faults) {
+            if (fault.kind == FaultKind::kReset)
+                reset_cycles = std::max(reset_cycles, fault.cycles.value_or(0));
+        }
+        interval = 2.0 * quiet + (2.0 * bus_cycles + 2.0 * static_cast<double>(reset_cycles) +
+                                  static_cast<double>(scenario.renderers.size()) + kShortWaitsCycles) *
+                                     core_period;
     }
     return static_cast<std::int64_t>(std::min(interval, kLongestPicoseconds));
 }

@@ -24,6 +24,9 @@ int longest_word_wait_cycles(const Scenario& scenario);
 /// Core clocks from a beat of a burst to the next one, at the most: that wait, and the beat.
 int longest_beat_gap_cycles(const Scenario& scenario);
 
+/// Core clocks that a reset must last at the least for every clock of the machine to see it: two of the slowest.
+std::int64_t least_reset_cycles(const ClockConfig& clocks);
+
 /// Between two looks of the watchdog: watchdog_cycles if that is set, otherwise a little more than twice the
 /// longest silence that a healthy run can have.
 std::int64_t watchdog_interval_picoseconds(const Scenario& scenario);

@@ -38,7 +38,7 @@ std::map<FaultKind, Uses> uses_by_kind() {
         for (const FaultKeyOfKind& of_kind : traits.keys) {
             if (of_kind.name == nullptr) break;
             const FaultKey& key = key_named(of_kind.name);
-            FaultKeyUse use{&key, key.schema.rule};
+            FaultKeyUse use{&key, key.schema.rule, key.required || of_kind.required};
             if (of_kind.range.low <= of_kind.range.high) use.rule.whole = of_kind.range;
             uses.push_back(std::move(use));
         }
@@ -112,12 +112,16 @@ std::string misplaced_fault_key(const FaultKey& key, FaultKind kind) {
     if (kinds.size() <= kFewKinds) {
         return text + "use it with kind " + text::joined(kinds, "or") + " only";
     }
-    std::vector<std::string> keys{"renderer", "kind"};
+    std::vector<std::string> keys{"kind"};
+    if (fault_traits(kind).names_renderer()) keys.insert(keys.begin(), "renderer");
     for (const FaultKeyUse& use : fault_keys_of(kind)) keys.emplace_back(use.key->name());
     return text + "its keys are " + text::joined(keys, "and");
 }
 
-bool is_on_link(FaultKind kind) { return fault_traits(kind).place != FaultPlace::kMachine; }
+bool is_on_link(FaultKind kind) {
+    const FaultPlace place = fault_traits(kind).place;
+    return place == FaultPlace::kFrame || place == FaultPlace::kLink;
+}
 
 void refuse_faults_of_level_rtl(const Scenario& scenario, const std::string& level) {
     for (std::size_t i = 0; i < scenario.faults.size(); ++i) {

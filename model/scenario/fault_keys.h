@@ -11,7 +11,7 @@
 /// The keys of faults; fault_kinds.h has which of them go with which kind.
 namespace metabuffer {
 
-/// A key of a fault beside `renderer` and `kind`, which all have.
+/// A key of a fault beside `kind`, which all have, and `renderer`.
 struct FaultKey : ObjectKey<Fault> {
     /// "pair": without the list before it.
     const char* name() const;
@@ -21,6 +21,7 @@ struct FaultKey : ObjectKey<Fault> {
 struct FaultKeyUse {
     const FaultKey* key = nullptr;
     ValueRule rule;  ///< for this kind
+    bool required = false;
 };
 
 /// Every key, in the order in which files have them.

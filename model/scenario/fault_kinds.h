@@ -16,7 +16,8 @@ namespace metabuffer {
 enum class FaultPlace : std::uint8_t {
     kFrame,    ///< in one frame of a pair on the renderer's link
     kLink,     ///< on the link, from a pair on
-    kMachine,  ///< inside the machine, from a core clock on
+    kRow,      ///< inside the machine, in a renderer's row, from a core clock on
+    kMachine,  ///< in the machine as a whole, from a core clock on: no renderer is named
 };
 
 /// What a fault does to the frame that it names.
@@ -32,6 +33,7 @@ enum class FaultEffect : std::uint8_t {
 struct FaultKeyOfKind {
     const char* name = nullptr;   ///< null: there is none
     IntegerRange range = {1, 0};  ///< closer than the key's own, unless empty
+    bool required = false;        ///< of this kind, though others have a default
 };
 
 struct FaultTraits {
@@ -43,7 +45,8 @@ struct FaultTraits {
     const char* meaning = nullptr;
     FaultPlace place = FaultPlace::kFrame;
     FaultEffect effect = FaultEffect::kNone;
-    std::array<FaultKeyOfKind, kMostKeys> keys{};  ///< beside `renderer` and `kind`, in the order of files
+    std::array<FaultKeyOfKind, kMostKeys>
+        keys{};  ///< beside `kind` and, if it names one, `renderer`, in the order of files
     /// Of the control scanline's byte that is inverted, for kinds that do only that.
     int control_offset = kNoOffset;
 
@@ -54,6 +57,7 @@ struct FaultTraits {
     }
     /// It happens clock by clock, which level rtl alone has.
     constexpr bool only_at_level_rtl() const { return place != FaultPlace::kFrame; }
+    constexpr bool names_renderer() const { return place != FaultPlace::kMachine; }
 };
 
 namespace fault_kinds {
@@ -110,20 +114,24 @@ inline constexpr std::array kFaultKinds{
     FaultTraits{FaultKind::kDrift, "drift", "from the pair on, the link's clock runs `ppm` millionths fast",
                 FaultPlace::kLink, FaultEffect::kNone, {fault_kinds::kPair, FaultKeyOfKind{"ppm"}}},
     FaultTraits{FaultKind::kBusreadyLow, "busready_low", "BUSREADY of a composer is low for `cycles`",
-                FaultPlace::kMachine, FaultEffect::kNone,
+                FaultPlace::kRow, FaultEffect::kNone,
                 {fault_kinds::kDisplay, fault_kinds::kFromCycle, fault_kinds::kCycles}},
     FaultTraits{FaultKind::kPipereadyLow, "pipeready_low", "PIPEREADY of a composer is low for `cycles`",
-                FaultPlace::kMachine, FaultEffect::kNone,
+                FaultPlace::kRow, FaultEffect::kNone,
                 {fault_kinds::kDisplay, fault_kinds::kFromCycle, fault_kinds::kCycles}},
     FaultTraits{FaultKind::kLostBeat, "lost_beat",
                 "the bus loses its next `beats` beats of kind `of` on their way to one composer",
-                FaultPlace::kMachine, FaultEffect::kNone,
+                FaultPlace::kRow, FaultEffect::kNone,
                 {fault_kinds::kDisplay, fault_kinds::kFromCycle, FaultKeyOfKind{"beats"}, FaultKeyOfKind{"of"}}},
     FaultTraits{FaultKind::kRandomStalls, "random_stalls",
                 "each handshake of the renderer's row is held back in `percent` of the clocks, for `cycles`",
-                FaultPlace::kMachine, FaultEffect::kNone,
+                FaultPlace::kRow, FaultEffect::kNone,
                 {fault_kinds::kFromCycle, fault_kinds::kCycles, FaultKeyOfKind{"percent"},
                  FaultKeyOfKind{"seed"}}},
+    FaultTraits{FaultKind::kReset, "reset",
+                "the whole machine is in reset for `cycles`, and then begins anew with pair 0 and frame 0",
+                FaultPlace::kMachine, FaultEffect::kNone,
+                {fault_kinds::kFromCycle, FaultKeyOfKind{"cycles", {1, 1'000'000}, true}}},
 };
 // clang-format on
 

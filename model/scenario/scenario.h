@@ -53,6 +53,7 @@ enum class FaultKind : std::uint8_t {
     kPipereadyLow,
     kLostBeat,
     kRandomStalls,
+    kReset,
 };
 
 /// Which beats a kLostBeat loses.

@@ -10,6 +10,7 @@
 #include "host/text.h"
 #include "images/image_codec.h"
 #include "scenario/fault_keys.h"
+#include "scenario/fault_kinds.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_keys.h"
@@ -152,14 +153,20 @@ int renderer_index(const Entry& renderer, const std::vector<std::string>& names)
 Fault read_fault(const Entry& entry, const std::vector<std::string>& names) {
     Fault fault;
     fault.where = entry.where();
-    fault.renderer = renderer_index(entry.child("renderer"), names);
+    const Entry renderer = entry.child("renderer");
     fault.kind = entry.child("kind").choice<FaultKind>();
+    if (fault_traits(fault.kind).names_renderer()) {
+        fault.renderer = renderer_index(renderer, names);
+    } else if (renderer.present()) {
+        renderer.fail(std::string("does not go with kind ") + to_string(fault.kind) +
+                      ", which is the whole machine's; leave it out");
+    }
     for (const FaultKey& key : fault_keys()) {
         const Entry value = entry.child(key.name());
         const FaultKeyUse* const use = use_of(key, fault.kind);
         if (use == nullptr) {
             if (value.present()) value.fail(misplaced_fault_key(key, fault.kind));
-        } else if (value.present() || key.required) {
+        } else if (value.present() || use->required) {
             key.set(fault, value.value(use->rule));
         }
     }

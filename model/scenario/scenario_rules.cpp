@@ -8,6 +8,7 @@
 #include "formats/slot_payload.h"
 #include "host/errors.h"
 #include "host/text.h"
+#include "scenario/derived_timing.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
 #include "scenario/limits.h"
@@ -150,6 +151,16 @@ bool same_frame(const Fault& one, const Fault& other) {
     return one.renderer == other.renderer && one.pair == other.pair && one.frame == other.frame;
 }
 
+/// A reset is seen by every clock.
+void check_reset(RuleCheck& check, const Scenario& scenario, const Fault& fault, const std::string& path) {
+    check.require(fault.cycles.has_value(), path + ".cycles", "is missing; use how long the reset lasts");
+    const std::int64_t cycles = fault.cycles.value_or(0);
+    const std::int64_t least = least_reset_cycles(scenario.clocks);
+    check.require(cycles >= least, path + ".cycles",
+                  std::to_string(cycles) + " core cycles are less than two of the slowest clock; use " +
+                      std::to_string(least) + " or more");
+}
+
 /// Whether two faults of a frame undo or repeat each other, so that it could not be said what they do.
 bool clash(const Fault& one, const Fault& other) {
     const auto either = [&](FaultKind first, FaultKind second) {
@@ -217,6 +228,7 @@ void check_faults(RuleCheck& check, const Scenario& scenario) {
             check.integer(path + ".display", fault.display, {1, scenario.displays.count()});
         }
         check_number(check, scenario, i);
+        if (fault.kind == FaultKind::kReset && !check.failed()) check_reset(check, scenario, fault, path);
         if (!is_on_link(fault.kind)) continue;
         for (std::size_t j = 0; j < i; ++j) {
             const Fault& earlier = scenario.faults[j];

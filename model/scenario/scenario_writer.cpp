@@ -178,9 +178,12 @@ void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWa
 }
 
 void write_fault(std::ostream& out, const Fault& fault, const Scenario& scenario) {
-    const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(fault.renderer)];
-    std::vector<std::string> members{"renderer: " + name("faults.renderer", renderer.name),
-                                     std::string("kind: ") + to_string(fault.kind)};
+    std::vector<std::string> members;
+    if (fault_traits(fault.kind).names_renderer()) {
+        const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(fault.renderer)];
+        members.push_back("renderer: " + name("faults.renderer", renderer.name));
+    }
+    members.push_back(std::string("kind: ") + to_string(fault.kind));
     for (const FaultKeyUse& use : fault_keys_of(fault.kind)) {
         const std::optional<KeyValue> value = use.key->value(fault);
         if (value) members.push_back(use.key->name() + (": " + value_text(*value)));

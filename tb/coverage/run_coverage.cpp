@@ -336,7 +336,10 @@ class RunCoverage {
                                       : static_cast<int>(fault.pair) < scenario_.frames;
     }
 
-    bool at_a_clock(FaultKind kind) const { return fault_traits(kind).place == FaultPlace::kMachine; }
+    bool at_a_clock(FaultKind kind) const {
+        const FaultPlace place = fault_traits(kind).place;
+        return place == FaultPlace::kRow || place == FaultPlace::kMachine;
+    }
 
     void cover_faults() {
         const FaultPlaceGoals& goals = goals_.fault_place;

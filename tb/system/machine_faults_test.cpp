@@ -1060,6 +1060,76 @@ TEST_CASE("random stalls on every handshake of a row: nothing is lost or late (s
     check_stalled_machines(6101, 10);
 }
 
+Fault reset_at(std::int64_t cycle, std::int64_t cycles) {
+    Fault fault;
+    fault.kind = FaultKind::kReset;
+    fault.from_cycle = cycle;
+    fault.cycles = cycles;
+    return fault;
+}
+
+/// With clocks of one period a run behind a reset is the run from power-up, so many clocks later.
+TEST_CASE("a reset at any moment: the run begins anew and goes as it does from power-up",
+          "[system][faults]") {
+    constexpr std::int64_t kPowerUpCycles = 2;
+    const auto with_reset = [](std::int64_t cycle, std::int64_t cycles) {
+        Scenario scenario = three_renderers({});
+        scenario.clocks = {100.0, 100.0, 100.0};
+        if (cycles > 0) scenario.faults.push_back(reset_at(cycle, cycles));
+        check_scenario(scenario);
+        return scenario;
+    };
+    const std::vector<std::pair<std::int64_t, std::int64_t>> resets{
+        {2, 0}, {1, 9}, {300, 2}, {1111, 3}, {2600, 5}, {4700, 2}, {9001, 2}, {14000, 4}};
+    MachineRuns runs;
+    for (const auto& [cycle, cycles] : resets) {
+        runs.push_back(
+            std::make_unique<MachineRun>("machine_" + std::to_string(cycle), with_reset(cycle, cycles)));
+    }
+    run_traced(runs);
+    const RunReport& undisturbed = runs.front()->report();
+    REQUIRE(undisturbed.core_cycles > 14'000);
+    for (std::size_t i = 0; i < resets.size(); ++i) {
+        const RunReport& report = runs[i]->report();
+        const std::int64_t later = resets[i].first + resets[i].second - kPowerUpCycles;
+        INFO("reset at core clock " << resets[i].first);
+        CHECK(report.core_cycles == undisturbed.core_cycles + later);
+        CHECK(check_shown(*runs[i], {}) == kFrames);
+        REQUIRE(report.frames.size() == undisturbed.frames.size());
+        for (std::size_t f = 0; f < report.frames.size(); ++f) {
+            CHECK(report.frames[f].pairs == undisturbed.frames[f].pairs);
+            CHECK(report.frames[f].start_cycle == undisturbed.frames[f].start_cycle + later);
+        }
+        for (std::size_t r = 0; r < report.renderers.size(); ++r) {
+            CHECK(report.renderers[r].injected_faults == (i == 0 ? 0 : 1));
+            // What was sent before the reset stays counted.
+            CHECK(report.renderers[r].bus.pixels_sent >= undisturbed.renderers[r].bus.pixels_sent);
+        }
+    }
+    CHECK(runs.back()->report().renderers[0].bus.pixels_sent > undisturbed.renderers[0].bus.pixels_sent);
+}
+
+TEST_CASE("resets that overlap are one, and several are each counted", "[system][faults]") {
+    MachineRuns runs;
+    for (const auto& resets : std::vector<std::vector<Fault>>{{reset_at(600, 30)},
+                                                              {reset_at(600, 20), reset_at(610, 20)},
+                                                              {reset_at(100, 20), reset_at(600, 30)}}) {
+        Scenario scenario = three_renderers({});
+        scenario.clocks = {100.0, 100.0, 100.0};
+        scenario.faults = resets;
+        check_scenario(scenario);
+        runs.push_back(std::make_unique<MachineRun>("machine_" + std::to_string(runs.size()), scenario));
+    }
+    run_traced(runs);
+    for (const auto& run : runs) {
+        CHECK(check_shown(*run, {}) == kFrames);
+        CHECK(run->report().core_cycles == runs.front()->report().core_cycles);
+    }
+    CHECK(runs[0]->report().renderers[0].injected_faults == 1);
+    CHECK(runs[1]->report().renderers[0].injected_faults == 2);
+    CHECK(runs[2]->report().renderers[0].injected_faults == 2);
+}
+
 TEST_CASE("random stalls: clock gating changes neither clocks nor counters", "[system][faults][repeat]") {
     constexpr std::uint64_t kFirstSeed = 7001;
     constexpr int kMachines = 5;

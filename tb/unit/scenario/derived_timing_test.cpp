@@ -29,6 +29,22 @@ TEST_CASE("derived timing: the watchdog looks away for longer than the longest w
           2 * (timeout_picoseconds(patient) - timeout_picoseconds(quick)));
 }
 
+TEST_CASE("derived timing: a reset lasts two of the slowest clock, and the watchdog waits for it") {
+    CHECK(least_reset_cycles({100.0, 100.0, 100.0}) == 2);
+    CHECK(least_reset_cycles({100.0, 25.0, 400.0}) == 8);
+    CHECK(least_reset_cycles({100.0, 400.0, 30.0}) == 7);
+    CHECK(least_reset_cycles({25.0, 100.0, 50.0}) == 2);
+
+    const Scenario without = machine_of(32, 24, 2);
+    Scenario with = without;
+    Fault reset;
+    reset.kind = FaultKind::kReset;
+    reset.cycles = 70'000;
+    with.faults = {reset};
+    CHECK(watchdog_interval_picoseconds(with) - watchdog_interval_picoseconds(without) ==
+          2 * 70'000 * clock_period_picoseconds(with.clocks.core_mhz));
+}
+
 TEST_CASE("derived timing: of several links the slowest one counts and its place among them does not") {
     Scenario first_is_slow = machine_of(200, 150, 20);
     first_is_slow.renderers.push_back(machine_of(32, 24, 20).renderers.front());

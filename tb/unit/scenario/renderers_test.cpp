@@ -365,6 +365,26 @@ TEST_CASE("faults: every kind") {
     CHECK(fixture.parse("faults: []\n" + ScenarioFixture::minimal()).faults.empty());
 }
 
+TEST_CASE("faults: a reset is the whole machine's, names no renderer and says how long it lasts") {
+    const ScenarioFixture fixture;
+    const Scenario scenario = fixture.parse(with_faults({"{kind: reset, from_cycle: 40, cycles: 9}"}));
+    CHECK(scenario.faults.at(0).kind == FaultKind::kReset);
+    CHECK(scenario.faults.at(0).from_cycle == 40);
+    CHECK(scenario.faults.at(0).cycles == 9);
+    CHECK(fixture.error(with_faults({"{renderer: ball, kind: reset, cycles: 9}"})) ==
+          "test.yaml:6: faults[0].renderer: does not go with kind reset, which is the whole machine's; leave "
+          "it out");
+    CHECK_THAT(fixture.error(with_faults({"{kind: reset, from_cycle: 40}"})),
+               Catch::Contains("faults[0].cycles: is missing; use "));
+    CHECK_THAT(fixture.error(with_faults({"{kind: reset, cycles: 2000000}"})),
+               Catch::Contains("faults[0].cycles: 2000000 is ") && Catch::Contains("use 1 to 1000000"));
+    CHECK_THAT(fixture.error(with_faults({"{kind: busready_low, display: 1}"})),
+               Catch::Contains("faults[0].renderer: is missing"));
+    CHECK_THAT(fixture.error("clocks: {dvi_out_mhz: 30}\n" + with_faults({"{kind: reset, cycles: 6}"})),
+               Catch::Contains(
+                   "faults[0].cycles: 6 core cycles are less than two of the slowest clock; use 7 or more"));
+}
+
 TEST_CASE("faults: each kind has its own keys") {
     const ScenarioFixture fixture;
     const auto only = [&](const std::string& keys) {
@@ -417,7 +437,7 @@ TEST_CASE("faults: what is wrong with one has its line") {
               ".kind: is missing; use magic, version, kind, crc, number, short_line, long_line, short_frame, "
               "long_frame, missing, delay, repeated, other_pair, control_byte, pixel_bits, drift, "
               "busready_low, "
-              "pipeready_low, lost_beat or random_stalls");
+              "pipeready_low, lost_beat, random_stalls or reset");
     CHECK(error("{renderer: ball, pair: 0, kind: crcs}")
               .rfind(at + ".kind: 'crcs' is not a kind of fault; use ", 0) == 0);
     CHECK(error("{renderer: ball, pair: 0, kind: crc, frame: even}") ==

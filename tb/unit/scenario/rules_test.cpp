@@ -212,10 +212,9 @@ TEST_CASE("rules: a fault's keys go with its kind and lie within its image and t
     fault.display = 1;
     CHECK(error_of(fault).empty());
     fault.cycles = 5;
-    CHECK(
-        error_of(fault) ==
-        "faults[0].cycles: does not go with kind lost_beat; use it with kind busready_low, pipeready_low or "
-        "random_stalls only");
+    CHECK(error_of(fault) ==
+          "faults[0].cycles: does not go with kind lost_beat; use it with kind busready_low, pipeready_low, "
+          "random_stalls or reset only");
     fault.cycles.reset();
     fault.display = 2;
     CHECK(error_of(fault) == "faults[0].display: 2 is out of range; use 1 to 1");
