@@ -377,10 +377,12 @@ class Results(Hostile):
               "FROM n) SELECT point, 1 AS status FROM n",
               "ALTER TABLE points RENAME COLUMN note TO notes",
               "CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM runs; END",
-              "UPDATE runs SET report = zeroblob(300000000)", "UPDATE runs SET report = 'abc'",
+              "UPDATE runs SET report = zeroblob(300000000) WHERE id IN (SELECT run FROM points)",
+              "UPDATE runs SET report = 'abc'",
               "UPDATE runs SET settings = '{' || id", "UPDATE runs SET settings = '[' || id || ']'",
               "UPDATE runs SET settings = '{\"composer.buffer_pixels\": ' || id || '}'",
-              "UPDATE points SET note = zeroblob(300000000)", "UPDATE axes SET key = x'ff00'",
+              "UPDATE points SET note = zeroblob(300000000) WHERE rowid = (SELECT min(rowid) FROM points)",
+              "UPDATE axes SET key = x'ff00'",
               "UPDATE points SET status = 7, run = 'x', smallest = 'y', runs = x'00'")
 
     def test_damaged_content_is_told_as_such_by_whatever_reads_it(self):
