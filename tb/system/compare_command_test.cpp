@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "program_run.h"
+#include "support/address_sanitizer.h"
 #include "tools/program/exit_status.h"
 #include "workplace.h"
 
@@ -183,3 +184,22 @@ TEST_CASE("compare: a level that fails is named", "[program][compare]") {
         CHECK_THAT(result.err, StartsWith("scenario.yaml: level tlm failed: ") && Contains(failing.words));
     }
 }
+
+#ifndef METABUFFER_ADDRESS_SANITIZER
+
+/// A process with a limit on its memory: no test for a sanitizer, which takes terabytes of addresses.
+TEST_CASE("compare: two levels that fail alike are told in one line", "[program][compare]") {
+    const Workplace place;
+    // The four composers' buffers take 512 MiB in either process; the program by itself takes less than half the limit.
+    const ProgramResult result = run_program(
+        "/bin/sh", place,
+        {"-c", "ulimit -v 700000; exec \"$0\" compare scenario.yaml --set composer.buffer_pixels=16777216",
+         METABUFFER_FAULTY_PROGRAM});
+    CHECK(result.status == kExitBadInput);
+    CHECK(result.out.empty());
+    CHECK(result.complains_in_one_line());
+    CHECK_THAT(result.err,
+               StartsWith("scenario.yaml: both levels failed: ") && Contains("does not have the memory"));
+}
+
+#endif

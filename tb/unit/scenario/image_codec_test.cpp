@@ -2,21 +2,17 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "support/address_sanitizer.h"
 #include "unit/scenario/picture_files.h"
 #include "unit/scenario/scenario_fixture.h"
 
-#if defined(__SANITIZE_ADDRESS__)
-#define METABUFFER_FINDS_LEAKS
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define METABUFFER_FINDS_LEAKS
-#endif
-#endif
-#ifdef METABUFFER_FINDS_LEAKS
+#ifdef METABUFFER_ADDRESS_SANITIZER
 #include <sanitizer/lsan_interface.h>
 #endif
 
@@ -356,7 +352,7 @@ TEST_CASE("image: files that cannot be read") {
         INFO(name);
         write_picture(directory / name, 64, 64, {}, noise);
         std::filesystem::resize_file(directory / name, std::filesystem::file_size(directory / name) / 2);
-#ifdef METABUFFER_FINDS_LEAKS
+#ifdef METABUFFER_ADDRESS_SANITIZER
         // libpng leaves OpenImageIO's reader by a long jump, over the destructor of a string.
         const __lsan::ScopedDisabler leak_of_the_library;
 #endif
