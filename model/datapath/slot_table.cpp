@@ -44,7 +44,7 @@ std::vector<std::int64_t> slot_counts(std::vector<std::int64_t> counts, std::int
     for (std::int64_t& count : counts) count /= divisor;
 
     const std::int64_t sum = sum_of(counts);
-    if (sum <= limit) return counts;
+    if (sum <= std::max<std::int64_t>(limit, 1)) return counts;
     for (std::int64_t& count : counts) {
         const std::int64_t rounded = (2 * count * limit + sum) / (2 * sum);
         count = std::max<std::int64_t>(1, rounded);
