@@ -92,6 +92,21 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("coverage: an image too narrow for the slot table that the policy has is sent a shorter one",
+          "[system][coverage]") {
+    constexpr int kNarrowest = 17;  // for a table of two rows
+    Scenario scenario = small_scenario(160, 16, 2);
+    // 17/7 to 16/9 makes 153 to 112 slots, and a bit for each does not fit 29 bytes.
+    const ViewportTable table{{1, 0, 0, 17, 2, 0, 0, 7}, {2, 0, 0, 16, 2, 0, 0, 9}};
+    scenario.renderers.push_back(renderer_of({noise_image(3, kNarrowest, 4)}, table));
+    scenario.name = "narrow";
+    check_scenario(scenario);
+    const MachineRuns runs = run({std::move(scenario)});
+    check_run(*runs[0]);
+    CHECK(runs[0]->report().renderers[0].rejected_slot_tables == 0);
+    CHECK(runs[0]->report().total_rejected_rows() == 0);
+}
+
 TEST_CASE("coverage: a link faster than its bus has the next pair ready before it is asked for",
           "[system][coverage]") {
     Scenario scenario = one_renderer("fast_link", 3, {kWholeImage});
