@@ -97,5 +97,17 @@ TEST_CASE("bus registers: reset empties every stage") {
     CHECK(dut.busready[0]->high().empty());
 }
 
+TEST_CASE("bus registers: a reset finds them asleep, too") {
+    ClockedTestbench bench;
+    RegistersBench dut(bench, 2);
+    bench.core.drive(dut.busready_in[0], 3, true);  // and stands
+    bench.core.pulse(bench.reset, 60);
+    bench.run_through(70);
+    CHECK(dut.busready[0]->at(59));
+    CHECK_FALSE(dut.busready[0]->at(60));
+    CHECK_FALSE(dut.busready[0]->at(61));
+    CHECK(dut.busready[0]->at(62));
+}
+
 }  // namespace
 }  // namespace metabuffer::test

@@ -405,6 +405,21 @@ TEST_CASE("frame memory: the report says which memory was sent what, and why it 
     CHECK(message == "memory was sent the command \"read 2 from word 3 of page 2\", but page 1 is open");
 }
 
+TEST_CASE("frame memory: the report on a page in another bank says in which it lies") {
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(4, 0, 3));
+    MemoryCommand wrong = dut.make(Kind::kActivate, 7);
+    wrong.bank = 1;
+    dut.send(2, wrong);
+    std::string message;
+    try {
+        bench.run_through(3);
+    } catch (const sc_core::sc_report& report) {
+        message = report.get_msg();
+    }
+    CHECK_THAT(message, Catch::EndsWith(", but the page lies in bank 3"));
+}
+
 TEST_CASE("frame memory: random reads give what was written last") {
     Random random(random_seed(191));
     ClockedTestbench bench;

@@ -151,6 +151,21 @@ TEST_CASE("arbitration: with little room the host sends fewer slots, with none i
     CHECK(shorter > 0);
 }
 
+TEST_CASE("arbitration: where there is room for a slot each, each row has one") {
+    // In proportion the first row would have two slots of the four there is room for, and so would be one too many.
+    const ValidatedTable table{{{1, 0, 0, 60, 1, 0, 0, 1},
+                                {2, 0, 0, 1, 1, 0, 0, 5},
+                                {3, 0, 0, 1, 1, 0, 0, 5},
+                                {4, 0, 0, 1, 1, 0, 0, 5}},
+                               {}};
+    constexpr std::size_t kRoom = 5;
+    REQUIRE(slots_in_payload(kRoom, 4) == 4);
+    const SentSlots taken =
+        sent_slots(Arbitration::kIrsa, table, slot_payload(Arbitration::kIrsa, table, kRoom));
+    CHECK_FALSE(taken.rejected);
+    CHECK(taken.slots == std::vector<int>{0, 1, 2, 3});
+}
+
 TEST_CASE("arbitration: without a good slot table of the host's each row has a slot") {
     const ValidatedTable table{{{1, 0, 0, 9, 1, 0, 0, 1}, {2, 0, 0, 3, 1, 0, 0, 1}}, {}};
     for (const Arbitration policy :

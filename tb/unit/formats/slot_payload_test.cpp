@@ -58,6 +58,10 @@ TEST_CASE("slot payload: a payload that is none, or not as long as it says, is n
     longer.push_back(0);
     CHECK_FALSE(decode_slots(longer));
     CHECK(decode_slots({'S', 1, 0, 0}) == std::vector<int>{});
+    // As long as they say, but with slots of no bit or of more than there can be.
+    CHECK_FALSE(decode_slots({'S', 0, 3, 0}));
+    CHECK_FALSE(decode_slots({'S', 17, 1, 0, 1, 0, 0}));
+    CHECK(decode_slots({'S', 16, 1, 0, 1, 0}) == std::vector<int>{1});
 }
 
 TEST_CASE("slot payload: room for slots") {

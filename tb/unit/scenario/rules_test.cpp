@@ -271,6 +271,10 @@ TEST_CASE("rules: faults of a frame that undo each other or make a pair of parts
     byte.bits = 1;
     byte.byte = 12;
     CHECK(error_of({byte, fault(FaultKind::kMagic)}).empty());
+    Fault first_byte = byte;
+    first_byte.byte = 0;
+    CHECK(error_of({first_byte, fault(FaultKind::kMagic)})
+              .rfind("faults[1].kind: magic does not go together", 0) == 0);
     CHECK(error_of({byte, fault(FaultKind::kCrc)}).rfind("faults[1].kind: crc does not go together", 0) == 0);
     CHECK(error_of({byte, byte}).rfind("faults[1].kind: control_byte does not go together", 0) == 0);
     Fault other_byte = byte;

@@ -1,0 +1,73 @@
+#include "rtl/register.h"
+
+#include <catch2/catch.hpp>
+#include <vector>
+
+namespace metabuffer::test {
+namespace {
+
+using rtl::Register;
+using rtl::RegisterLine;
+using rtl::RegisterSet;
+
+TEST_CASE("register: as many bits as a number needs") {
+    CHECK(rtl::bits_for(0) == 1);
+    CHECK(rtl::bits_for(1) == 1);
+    CHECK(rtl::bits_for(2) == 2);
+    CHECK(rtl::bits_for(255) == 8);
+    CHECK(rtl::bits_for(256) == 9);
+    CHECK(rtl::bits_for((std::int64_t{1} << 62) - 1) == 62);
+    CHECK(rtl::bits_for(std::int64_t{1} << 62) == 63);
+}
+
+TEST_CASE("register: a reset of the set leaves in each register what power-up leaves") {
+    RegisterSet set;
+    Register<int> count(set, "count", 8, 7);
+    Register<bool> flag(set, "flag");
+    RegisterLine<int> line(set, "line", 2, 8);
+    CHECK(count == 7);
+    CHECK_FALSE(flag);
+    count = 9;
+    flag = true;
+    line.fill(5);
+    set.reset();
+    CHECK(count == 7);
+    CHECK_FALSE(flag);
+    CHECK(line.holds(0));
+}
+
+TEST_CASE("register: what comes into a line leaves it as many edges later as it has stages") {
+    for (int stages = 0; stages <= 4; ++stages) {
+        INFO(stages << " stages");
+        RegisterSet set;
+        RegisterLine<int> line(set, "line", stages, 8);
+        CHECK(line.empty() == (stages == 0));
+        std::vector<int> left;
+        for (int edge = 1; edge <= 8; ++edge) {
+            if (stages > 0) CHECK(line.last() == (edge > stages ? edge - stages : 0));
+            left.push_back(line.shift(edge));
+        }
+        for (int edge = 1; edge <= 8; ++edge) {
+            CHECK(left[static_cast<std::size_t>(edge - 1)] == (edge > stages ? edge - stages : 0));
+        }
+    }
+}
+
+TEST_CASE("register: a line holds a value if every stage has it") {
+    RegisterSet set;
+    RegisterLine<int> line(set, "line", 3, 8);
+    CHECK(line.holds(0));
+    line.shift(4);
+    CHECK_FALSE(line.holds(0));
+    line.shift(4);
+    CHECK_FALSE(line.holds(4));
+    line.shift(4);
+    CHECK(line.holds(4));
+    line.fill(6);
+    CHECK(line.holds(6));
+    CHECK(line.shift(0) == 6);
+    CHECK(RegisterLine<int>(set, "none", 0, 8).holds(1));
+}
+
+}  // namespace
+}  // namespace metabuffer::test
