@@ -44,6 +44,10 @@ std::int64_t RendererCounters::total_rejected_rows() const {
     return std::accumulate(rejected_rows.begin(), rejected_rows.end(), std::int64_t{0});
 }
 
+std::int64_t RendererCounters::total_rejected() const {
+    return total_rejected_frames() + total_rejected_rows() + rejected_slot_tables;
+}
+
 void RendererCounters::add_rejected_rows(std::uint32_t pair, const ValidatedTable& table) {
     for (const RejectedRow& row : table.rejected) {
         ++rejected_rows[static_cast<std::size_t>(row.defect)];

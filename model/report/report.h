@@ -53,6 +53,8 @@ struct RendererCounters {
 
     std::int64_t total_rejected_frames() const;
     std::int64_t total_rejected_rows() const;
+    /// Frames, rows and slot tables.
+    std::int64_t total_rejected() const;
     /// Counts the rows that a pair's table lost and keeps the messages of the first kRowMessagesKept.
     void add_rejected_rows(std::uint32_t pair, const ValidatedTable& table);
 };
@@ -156,7 +158,7 @@ struct RunReport {
     }  ///< of all composers
     std::int64_t total_rejected_frames() const { return total_renderer().total_rejected_frames(); }
     std::int64_t total_rejected_rows() const { return total_renderer().total_rejected_rows(); }
-    std::int64_t total_rejected() const { return total_rejected_frames() + total_rejected_rows(); }
+    std::int64_t total_rejected() const { return total_renderer().total_rejected(); }
 
     /// The frames that every display has shown.
     std::int64_t frames_shown() const;

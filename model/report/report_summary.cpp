@@ -3,6 +3,7 @@
 #include <map>
 #include <sstream>
 #include <utility>
+#include <vector>
 
 #include "host/text.h"
 #include "report/report.h"
@@ -102,7 +103,7 @@ std::vector<std::string> bus_cells(const std::string& name, const BusCounters& b
             std::to_string(bus.recovered_slots),
             std::to_string(renderer.repeated_frames),
             std::to_string(renderer.dropped_frames),
-            std::to_string(renderer.total_rejected_frames() + renderer.total_rejected_rows())};
+            std::to_string(renderer.total_rejected())};
 }
 
 std::string bus_table(const RunReport& report) {
@@ -267,10 +268,12 @@ std::string stalled_verdict(const RunReport& report) {
 std::string rejected_verdict(const RunReport& report) {
     const std::int64_t frames = report.total_rejected_frames();
     const std::int64_t rows = report.total_rejected_rows();
-    std::string text;
-    if (frames != 0) text += counted(frames, "frame");
-    if (rows != 0) text += (text.empty() ? "" : " and ") + counted(rows, "table row");
-    return text.empty() ? "" : text + " rejected";
+    const std::int64_t slot_tables = report.total_renderer().rejected_slot_tables;
+    std::vector<std::string> rejected;
+    if (frames != 0) rejected.push_back(counted(frames, "frame"));
+    if (rows != 0) rejected.push_back(counted(rows, "table row"));
+    if (slot_tables != 0) rejected.push_back(counted(slot_tables, "slot table"));
+    return rejected.empty() ? "" : text::joined(rejected, "and") + " rejected";
 }
 
 /// What only a scenario with faults has to tell of.

@@ -122,7 +122,8 @@ RunCommand::RunCommand(CLI::App& program)
         "--check", check_,
         "Hold every wire to the machine's rules and every pixel to level functional (level rtl), "
         "or the pictures alone (level tlm); exit with 5 if a rule is broken");
-    command().add_flag("--strict", strict_, "Exit with 3 if a pixel starved or a frame or row was rejected");
+    command().add_flag("--strict", strict_,
+                       "Exit with 3 if a pixel starved or a frame, row or slot table was rejected");
     command().add_flag("--quiet", quiet_, "Print no summary and no progress");
     add_request_option();
     command().footer(kRunFooter);
@@ -368,7 +369,7 @@ ExitStatus RunCommand::judge(const Outcome& outcome) const {
                     report.total_rejected() > 0)) {
         std::cerr << scenario_.file() << ": --strict: " << report.total_starved_pixels()
                   << " pixels starved, " << report.total_stalled_cycles() << " clocks stalled, "
-                  << report.total_rejected() << " frames or rows rejected\n";
+                  << report.total_rejected() << " frames, rows or slot tables rejected\n";
         return kExitStrict;
     }
     return kExitDone;

@@ -343,6 +343,10 @@ rejected table rows:
 1234 pixels starved on display 2; columns stalled for 25 clocks; 3 frames and 4 table rows rejected
 )";
     CHECK(report_summary(troubled_run()) == expected);
+    RunReport without_slots = troubled_run();
+    without_slots.renderers[0].rejected_slot_tables = 1;
+    CHECK_THAT(report_summary(without_slots),
+               Catch::Contains("3 frames, 4 table rows and 1 slot table rejected\n"));
 }
 
 TEST_CASE("the summary of a clean run of one frame", "[report]") {
