@@ -113,9 +113,11 @@ class Judge:
 
     def try_quick(self, mutant: Mutant) -> None:
         self.try_tests(mutant, lambda test: test.quick())
+        mutant.met = "quick"
 
     def try_rest(self, mutant: Mutant) -> None:
         self.try_tests(mutant, lambda test: not test.quick())
+        mutant.met = "all"
 
     def try_tests(self, mutant: Mutant, wanted: Callable[[Test], bool]) -> None:
         """Runs the tests that reach the mutant, the nearest and quickest first, until one fails."""

@@ -119,6 +119,7 @@ class Mutant:
         self.kind = ""  # of the test that killed it
         self.tests: list[str] = []
         self.reached_by = 0
+        self.met = ""  # the tests that it has met: none, quick or all
 
     @property
     def file(self) -> str:

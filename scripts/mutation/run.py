@@ -5,6 +5,7 @@ import collections
 import json
 import shutil
 import time
+from typing import Callable
 
 from lib.parallel import in_parallel
 from lib.progress import Progress
@@ -34,13 +35,28 @@ def only(tree: Tree, numbers: list[int]) -> list[Mutant]:
     return mutants
 
 
-def survivors(tree: Tree) -> set[Key]:
-    """Of the last run."""
+def last_run(tree: Tree) -> dict[Key, dict]:
+    """What the last run, or as much of it as there was, noted of each mutant."""
     path = tree.directory / "results.json"
     if not path.exists():
         raise Stop(f"no last run: {path} is not there", 2)
-    return {Key(one["file"], one["original"], one["replacement"], one["place"])
-            for one in json.loads(path.read_text())["mutants"] if one["verdict"] == "survived"}
+    return {Key(one["file"], one["original"], one["replacement"], one["place"]): one
+            for one in json.loads(path.read_text())["mutants"]}
+
+
+def survivors(tree: Tree) -> set[Key]:
+    return {key for key, noted in last_run(tree).items() if noted["verdict"] == "survived"}
+
+
+def take_over_verdicts(tree: Tree) -> None:
+    """Of the last run, which was cut off."""
+    last = last_run(tree)
+    for mutant in tree.mutants:
+        noted = last.get(mutant.key)
+        if noted:
+            mutant.killed = noted["verdict"] == "killed"
+            mutant.kind, mutant.tests = noted["kind"], noted["tests"]
+            mutant.met, mutant.reached_by = noted["met"], noted["reached_by_tests"]
 
 
 def taking_part(tree: Tree) -> list[Mutant]:
@@ -66,16 +82,26 @@ def survey(judge: Judge, jobs: int) -> None:
     judge.tests = [test for test in judge.tests if test not in broken]
 
 
-def try_all(tree: Tree, judge: Judge, mutants: list[Mutant]) -> None:
+def save_results(tree: Tree, mutants: list[Mutant], seconds: float) -> None:
+    """Whole at any moment, so that a run that is cut off can go on."""
+    path = tree.directory / "results.json"
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(tables.results(tree, mutants, seconds), indent=1) + "\n")
+    part.replace(path)
+
+
+def try_all(tree: Tree, judge: Judge, mutants: list[Mutant], save: Callable[[], None]) -> None:
     """All meet the quick tests, and those that survive them the rest."""
     options = tree.options
-    progress = Progress("mutants", len(mutants))
-    for _ in in_parallel(options.jobs, judge.try_quick, mutants, judge.children.stop):
+    fresh = [mutant for mutant in mutants if not mutant.met]
+    progress = Progress("mutants", len(fresh))
+    for _ in in_parallel(options.jobs, judge.try_quick, fresh, judge.children.stop):
         progress.step()
+        save()
     progress.finish()
     # Known equivalents have met the quick tests: that will do for a daily run.
-    left = [mutant for mutant in mutants if options.all_tests or not mutant.killed
-            and (options.slow or not mutant.reason)]
+    left = [mutant for mutant in mutants if mutant.met != "all"
+            and (options.all_tests or not mutant.killed and (options.slow or not mutant.reason))]
     for mutant in left:
         if mutant.verdict == "survived":
             print(f"not killed by quick tests: {tree.describe(mutant)}", flush=True)
@@ -84,6 +110,7 @@ def try_all(tree: Tree, judge: Judge, mutants: list[Mutant]) -> None:
         if mutant.verdict == "survived":
             progress.say(f"survived {mutant.reached_by} tests: {tree.describe(mutant)}")
         progress.step()
+        save()
     progress.finish()
 
 
@@ -119,15 +146,20 @@ def run(options: argparse.Namespace) -> int:
     judge = Judge(tree)
     survey(judge, options.jobs)
     mutants = [mutant for mutant in asked if not mutant.discarded]
-    try_all(tree, judge, mutants)
+    if options.resume:
+        take_over_verdicts(tree)
+
+    def save() -> None:
+        if not options.only:
+            save_results(tree, asked, time.monotonic() - started)
+    try_all(tree, judge, mutants, save)
     if options.only:
         for mutant in mutants:
             print(f"{mutant.verdict}: {mutant.number}: {'; '.join(mutant.tests) or mutant.reason}")
     note_killed_equivalents(tree, mutants)
     shutil.rmtree(judge.scratch, ignore_errors=True)
     seconds = time.monotonic() - started
-    results = tables.results(tree, asked, seconds)
-    (options.directory / "results.json").write_text(json.dumps(results, indent=1) + "\n")
+    save()
     if options.write_table:
         tables.write(options.write_table, tree, mutants)
     return tell(tree, mutants, seconds)

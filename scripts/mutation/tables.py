@@ -95,6 +95,6 @@ def results(tree: Tree, mutants: Iterable[Mutant], seconds: float) -> dict:
                 "number": mutant.number, "file": mutant.file, "line": tree.copies[mutant.file].line_of(mutant),
                 "operator": mutant.operator, "original": mutant.key.original, "replacement": mutant.key.replacement,
                 "place": mutant.key.place, "seeds": mutant.seeds, "verdict": mutant.verdict,
-                "test": "; ".join(mutant.tests),
+                "tests": mutant.tests, "met": mutant.met,
                 "kind": mutant.kind, "reached_by_tests": mutant.reached_by,
                 "reason": mutant.reason or mutant.discarded} for mutant in mutants]}

@@ -130,7 +130,7 @@ class Mutate(unittest.TestCase):
 
     def test_mutant_that_a_test_notices_is_killed(self):
         killed = self.verdict("value < limit_", "!(value < limit_)")
-        self.assertEqual((killed["verdict"], killed["test"], killed["kind"]), ("killed", "rtl: gate", "rtl"))
+        self.assertEqual((killed["verdict"], killed["tests"], killed["kind"]), ("killed", ["rtl: gate"], "rtl"))
         self.assertEqual((killed["file"], killed["line"]), (FILE, 4))
         self.assertEqual(self.verdict("return value + 1;", "return value + 2;")["verdict"], "killed")
 
@@ -140,7 +140,7 @@ class Mutate(unittest.TestCase):
 
     def test_mutant_that_hangs_is_killed(self):
         killed = self.verdict("value = step(value);", ";")
-        self.assertEqual((killed["verdict"], killed["test"]), ("killed", "rtl: gate (hangs)"))
+        self.assertEqual((killed["verdict"], killed["tests"]), ("killed", ["rtl: gate (hangs)"]))
 
     def test_mutant_that_no_test_notices_survives(self):
         self.assertEqual(self.first.returncode, 1, self.first.stdout)
@@ -161,6 +161,23 @@ class Mutate(unittest.TestCase):
         done = self.again(survivors)
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertIn(f" {len(survivors)} equivalent, 0 survived", done.stdout)
+
+    def test_run_that_was_cut_off_goes_on(self):
+        path = self.tree / "build/mutate/results.json"
+        before = path.read_text()
+        self.addCleanup(path.write_text, before)
+
+        def find(mutants, original, replacement):
+            return next(one for one in mutants if (one["original"], one["replacement"]) == (original, replacement))
+        # One that would survive is noted as killed, so it is not tried again; one that had met no test yet is.
+        changed = json.loads(json.dumps({"mutants": self.first_results}))
+        find(changed["mutants"], "value < limit_", "value <= limit_").update(verdict="killed", tests=["before the cut"])
+        find(changed["mutants"], "return value + 1;", "return value + 2;").update(verdict="survived", tests=[], met="")
+        path.write_text(json.dumps(changed))
+        self.mutate("--no-build", "--resume")
+        after = self.results()
+        self.assertEqual(find(after, "value < limit_", "value <= limit_")["tests"], ["before the cut"])
+        self.assertEqual(find(after, "return value + 1;", "return value + 2;")["tests"], ["rtl: gate"])
 
     def test_equivalent_mutant_that_is_killed_is_told(self):
         done = self.again([AT_LIMIT, NEGATED])
