@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -167,6 +168,11 @@ ControlScanline parsed_content(const Bytes& bytes) {
 
 std::size_t control_scanline_bytes(const ControlScanline& content) {
     return kRowsOffset + content.table.size() * kRowBytes + kPayloadLengthBytes + content.payload.size();
+}
+
+std::size_t payload_room_bytes(int width_pixels) {
+    const std::size_t bytes = static_cast<std::size_t>(width_pixels) * kLinkBytes;
+    return bytes - std::min(bytes, control_scanline_bytes({}));
 }
 
 std::vector<std::uint32_t> encode_control_scanline(const ControlScanline& content, int width_pixels) {

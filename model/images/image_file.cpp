@@ -27,9 +27,35 @@ struct ImageFormat {
     const char* reader;  ///< OpenImageIO's name
     const char* name;
     bool (*is_begun_by)(std::string_view bytes);
+    /// Refuses what OpenImageIO would take and should not; may be null.
+    void (*check)(const std::filesystem::path& file, std::string_view bytes) = nullptr;
 };
 
 bool begins(std::string_view bytes, std::string_view with) { return bytes.substr(0, with.size()) == with; }
+
+/// Three bytes, the lowest first, hold one less than a side.
+std::int64_t webp_side(std::string_view bytes) {
+    std::int64_t side = 0;
+    for (auto byte = bytes.rbegin(); byte != bytes.rend(); ++byte)
+        side = side * 256 + static_cast<unsigned char>(*byte);
+    return side + 1;
+}
+
+/// OpenImageIO makes room for all of a WebP file's canvas when it opens the file, before its size can be asked: up to
+/// 16 TB for a file of 100 bytes. Only the extended form can say more than 16383 pixels a side.
+void check_webp_canvas(const std::filesystem::path& file, std::string_view bytes) {
+    if (bytes.size() < kLookedAtBytes || bytes.substr(8, 8) != "WEBPVP8X"sv) return;
+    check_image_size(file, webp_side(bytes.substr(24, 3)), webp_side(bytes.substr(27, 3)));
+}
+
+/// OpenImageIO takes any number of bytes a channel as an SGI file names it, and with none reads beyond its memory.
+void check_sgi_channels(const std::filesystem::path& file, std::string_view bytes) {
+    constexpr std::size_t kChannelBytesPlace = 3;
+    if (bytes.size() <= kChannelBytesPlace) return;
+    const int channel_bytes = static_cast<unsigned char>(bytes[kChannelBytesPlace]);
+    if (channel_bytes == 1 || channel_bytes == 2) return;
+    fail_unreadable_image(file, "it has " + std::to_string(channel_bytes) + " bytes a channel, not 1 or 2");
+}
 
 constexpr std::array<ImageFormat, 8> kFormats{{
     {"png", "PNG", [](std::string_view bytes) { return begins(bytes, "\x89PNG\r\n\x1a\n"sv); }},
@@ -47,9 +73,10 @@ constexpr std::array<ImageFormat, 8> kFormats{{
     {"webp", "WebP",
      [](std::string_view bytes) {
          return begins(bytes, "RIFF"sv) && bytes.size() > 8 && bytes.substr(8, 4) == "WEBP"sv;
-     }},
+     },
+     check_webp_canvas},
     {"hdr", "Radiance HDR", [](std::string_view bytes) { return begins(bytes, "#?"sv); }},
-    {"sgi", "SGI", [](std::string_view bytes) { return begins(bytes, "\x01\xda"sv); }},
+    {"sgi", "SGI", [](std::string_view bytes) { return begins(bytes, "\x01\xda"sv); }, check_sgi_channels},
 }};
 constexpr const char* kTargaReader = "targa";
 constexpr std::array<const char*, 2> kTargaExtensions{".tga", ".TGA"};
@@ -75,39 +102,16 @@ std::string first_bytes(const std::filesystem::path& file) {
     return bytes;
 }
 
-/// Three bytes, the lowest first, hold one less than a side.
-std::int64_t webp_side(std::string_view bytes) {
-    std::int64_t side = 0;
-    for (auto byte = bytes.rbegin(); byte != bytes.rend(); ++byte)
-        side = side * 256 + static_cast<unsigned char>(*byte);
-    return side + 1;
+/// What the bytes begin; null: none of these formats.
+const ImageFormat* format_begun_by(std::string_view bytes) {
+    const auto* const format = std::find_if(
+        kFormats.begin(), kFormats.end(), [bytes](const ImageFormat& one) { return one.is_begun_by(bytes); });
+    return format != kFormats.end() ? format : nullptr;
 }
 
-/// OpenImageIO makes room for all of a WebP file's canvas when it opens the file, before its size can be asked: up to
-/// 16 TB for a file of 100 bytes. Only the extended form can say more than 16383 pixels a side.
-void check_webp_canvas(const std::filesystem::path& file, std::string_view bytes) {
-    if (!begins(bytes, "RIFF"sv) || bytes.size() < kLookedAtBytes || bytes.substr(8, 8) != "WEBPVP8X"sv)
-        return;
-    check_image_size(file, webp_side(bytes.substr(24, 3)), webp_side(bytes.substr(27, 3)));
-}
-
-/// OpenImageIO takes any number of bytes a channel as an SGI file names it, and with none reads beyond its memory.
-void check_sgi_channels(const std::filesystem::path& file, std::string_view bytes) {
-    constexpr std::size_t kChannelBytesPlace = 3;
-    if (!begins(bytes, "\x01\xda"sv) || bytes.size() <= kChannelBytesPlace) return;
-    const int channel_bytes = static_cast<unsigned char>(bytes[kChannelBytesPlace]);
-    if (channel_bytes == 1 || channel_bytes == 2) return;
-    fail_unreadable_image(file, "it has " + std::to_string(channel_bytes) + " bytes a channel, not 1 or 2");
-}
-
-/// OpenImageIO's name of what reads the file, null if nothing does.
-const char* reader_of(const std::filesystem::path& file, std::string_view bytes) {
-    for (const ImageFormat& format : kFormats) {
-        if (format.is_begun_by(bytes)) return format.reader;
-    }
-    const bool is_targa = std::find(kTargaExtensions.begin(), kTargaExtensions.end(),
-                                    file.extension().string()) != kTargaExtensions.end();
-    return is_targa ? kTargaReader : nullptr;
+bool is_targa(const std::filesystem::path& file) {
+    return std::find(kTargaExtensions.begin(), kTargaExtensions.end(), file.extension().string()) !=
+           kTargaExtensions.end();
 }
 
 /// Keeps OpenImageIO and OpenEXR from making threads. A sweep reads images and forks, and the child reads more: there
@@ -123,12 +127,14 @@ void read_in_this_thread() {
 
 std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& file) {
     const std::string bytes = first_bytes(file);
-    const char* reader = reader_of(file, bytes);
-    if (reader == nullptr) fail_unreadable_image(file, "it begins as none of the formats that are read");
-    check_webp_canvas(file, bytes);
-    check_sgi_channels(file, bytes);
+    const ImageFormat* const format = format_begun_by(bytes);
+    if (format == nullptr && !is_targa(file)) {
+        fail_unreadable_image(file, "it begins as none of the formats that are read");
+    }
+    if (format != nullptr && format->check != nullptr) format->check(file, bytes);
     read_in_this_thread();
-    std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(reader);
+    std::unique_ptr<OIIO::ImageInput> input =
+        OIIO::ImageInput::create(format != nullptr ? format->reader : kTargaReader);
     if (input == nullptr) fail_unreadable_image(file, OIIO::geterror());
     OIIO::ImageSpec spec;
     const bool opened = ask_reader(file, [&] { return input->open(file.string(), spec); });

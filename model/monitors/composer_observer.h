@@ -153,9 +153,8 @@ class ComposerObserver : public ComposerRecord {
     std::int64_t buffer_pixels_;
     std::int64_t ready_space_pixels_;
     std::int64_t beat_pixels_;
-    std::int64_t
-        in_flight_pixels_;    ///< that may come from BUSREADY's fall on, with the beat that it falls at
-    std::int64_t cut_edges_;  ///< from BUSREADY's fall to the last beat that goes out in spite of it
+    std::int64_t in_flight_pixels_;    ///< that may come once BUSREADY falls, with the beat it falls at
+    std::int64_t cut_edges_;           ///< from BUSREADY's fall to the last beat that goes out in spite of it
     std::int64_t longest_gap_cycles_;  ///< between two beats of a burst
 
     bool pipemaster_ = false;

@@ -30,7 +30,6 @@ SwapLockMonitor::SwapLockMonitor(const sc_core::sc_module_name& name, const Scen
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       dvi_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
       log_(log) {
-    state_.displays.resize(static_cast<std::size_t>(scenario.displays.count()));
     restart();
     const int last_row = static_cast<int>(scenario.renderers.size()) - 1;
     for (const Fault& fault : scenario.faults) {
@@ -45,9 +44,8 @@ SwapLockMonitor::SwapLockMonitor(const sc_core::sc_module_name& name, const Scen
 }
 
 void SwapLockMonitor::restart() {
-    const std::size_t displays = state_.displays.size();
     state_ = State();
-    state_.displays.resize(displays);
+    state_.displays.resize(framedone_i.size());
     for (Display& display : state_.displays) {
         display.picture = ColourImage(timing_.active_pixels, timing_.active_lines);
     }

@@ -28,8 +28,7 @@ WireHolds::WireHolds(const Scenario& scenario, const HeldWire& wire, std::vector
 
 bool WireHolds::holds(std::size_t fault, std::int64_t core_cycle, std::int64_t edge) const {
     const Fault& cause = scenario_.faults[fault];
-    const std::int64_t since = core_cycle - cause.from_cycle;
-    if (since < 0 || (cause.cycles && since >= *cause.cycles)) {
+    if (!cause.lasts_at(core_cycle)) {
         return false;
     }
     if (cause.kind != FaultKind::kRandomStalls) {

@@ -162,12 +162,14 @@ sc_core::sc_signal<BusBeat>& MachineFaults::bus_for(std::size_t renderer, std::s
     return wires_.bus_seen_by(composer);
 }
 
+std::vector<std::size_t> MachineFaults::resets() const {
+    return faults_that([](const Fault& fault) { return fault.kind == FaultKind::kReset; });
+}
+
 bool MachineFaults::reset_at(std::int64_t cycle) {
     bool in_reset = false;
-    for (const std::size_t i :
-         faults_that([](const Fault& fault) { return fault.kind == FaultKind::kReset; })) {
-        const Fault& fault = scenario_.faults[i];
-        if (cycle >= fault.from_cycle && cycle < fault.from_cycle + fault.cycles.value_or(0)) {
+    for (const std::size_t i : resets()) {
+        if (scenario_.faults[i].lasts_at(cycle)) {
             tally_.took_effect(i);
             in_reset = true;
         }
@@ -177,8 +179,7 @@ bool MachineFaults::reset_at(std::int64_t cycle) {
 
 std::int64_t MachineFaults::next_reset_change(std::int64_t cycle) const {
     std::int64_t next = kNoChange;
-    for (const std::size_t i :
-         faults_that([](const Fault& fault) { return fault.kind == FaultKind::kReset; })) {
+    for (const std::size_t i : resets()) {
         const Fault& fault = scenario_.faults[i];
         for (const std::int64_t change : {fault.from_cycle, fault.from_cycle + fault.cycles.value_or(0)}) {
             if (change > cycle) {

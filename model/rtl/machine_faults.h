@@ -66,6 +66,7 @@ class MachineFaults {
     std::vector<std::size_t> faults_that(Predicate concerned) const;
     std::vector<std::size_t> faults_of_wire(Handshake handshake, std::size_t renderer,
                                             std::size_t display) const;
+    std::vector<std::size_t> resets() const;
     sc_core::sc_signal<bool>& driven(const HeldWire& wire, const sc_core::sc_signal<bool>& seen);
 
     const Scenario& scenario_;

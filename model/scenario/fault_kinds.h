@@ -45,8 +45,8 @@ struct FaultTraits {
     const char* meaning = nullptr;
     FaultPlace place = FaultPlace::kFrame;
     FaultEffect effect = FaultEffect::kNone;
-    std::array<FaultKeyOfKind, kMostKeys>
-        keys{};  ///< beside `kind` and, if it names one, `renderer`, in the order of files
+    /// Beside `kind` and, if it names one, `renderer`, in the order of files.
+    std::array<FaultKeyOfKind, kMostKeys> keys{};
     /// Of the control scanline's byte that is inverted, for kinds that do only that.
     int control_offset = kNoOffset;
 

@@ -88,8 +88,7 @@ std::vector<std::uint8_t> given_payload(const std::vector<int>& displays, const 
 std::vector<std::uint8_t> host_payload(const Scenario& scenario, const Renderer& renderer,
                                        const RendererFrame& entry, const ValidatedTable& table) {
     if (entry.slots) return given_payload(*entry.slots, entry.table);
-    const std::size_t room = static_cast<std::size_t>(renderer.image_width_pixels) * kLinkBytesPerPixel;
-    return slot_payload(scenario.bus.arbitration, table, room - control_scanline_bytes({}));
+    return slot_payload(scenario.bus.arbitration, table, payload_room_bytes(renderer.image_width_pixels));
 }
 
 }  // namespace

@@ -85,6 +85,11 @@ struct Fault {
     int percent = 0;
     std::uint64_t seed = 1;
     std::string where = std::string();  ///< "file.yaml:7: faults[1]", empty if it is not from a file
+
+    /// Of one that has from_cycle and cycles.
+    bool lasts_at(std::int64_t core_cycle) const {
+        return core_cycle >= from_cycle && (!cycles || core_cycle - from_cycle < *cycles);
+    }
 };
 
 struct DisplayConfig {

@@ -317,8 +317,8 @@ void check_slots(RuleCheck& check, const Renderer& renderer, const RendererFrame
                       "display " + std::to_string(display) + " has no row; use displays that have one");
         if (!has_row) return;
     }
-    const std::size_t bytes = static_cast<std::size_t>(renderer.image_width_pixels) * kLinkBytesPerPixel;
-    const std::size_t room = slots_in_payload(bytes - control_scanline_bytes({}), frame.table.size());
+    const std::size_t room =
+        slots_in_payload(payload_room_bytes(renderer.image_width_pixels), frame.table.size());
     check.require(frame.slots->size() <= room, path + ".slots",
                   std::to_string(frame.slots->size()) +
                       " slots do not fit the control scanline of an image " +

@@ -7,6 +7,7 @@
 
 #include "datapath/segment.h"
 #include "scenario/derived_timing.h"
+#include "scenario/fault_keys.h"
 #include "scenario/link_program.h"
 
 namespace metabuffer::coverage {
@@ -332,13 +333,8 @@ class RunCoverage {
 
     /// A fault of a pair that the run did not come to, or of a clock behind its end, has done nothing.
     bool struck(const Fault& fault) const {
-        return at_a_clock(fault.kind) ? fault.from_cycle < report_.core_cycles
-                                      : static_cast<int>(fault.pair) < scenario_.frames;
-    }
-
-    bool at_a_clock(FaultKind kind) const {
-        const FaultPlace place = fault_traits(kind).place;
-        return place == FaultPlace::kRow || place == FaultPlace::kMachine;
+        return !is_on_link(fault.kind) ? fault.from_cycle < report_.core_cycles
+                                       : static_cast<int>(fault.pair) < scenario_.frames;
     }
 
     void cover_faults() {
@@ -353,7 +349,7 @@ class RunCoverage {
             if (fault.kind == FaultKind::kLostBeat) goals_.lost_beat.of(fault.of).hit();
             goals.pacing(scenario_.pacing).hit();
             goals.starvation(scenario_.composer.on_starvation).hit();
-            if (at_a_clock(fault.kind)) continue;
+            if (!is_on_link(fault.kind)) continue;
             const int pair = static_cast<int>(fault.pair);
             goals.first_pair.hit_if(pair == 0);
             goals.last_pair.hit_if(pair == scenario_.frames - 1);

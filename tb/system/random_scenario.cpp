@@ -314,9 +314,7 @@ void choose_slots(std::uint64_t seed, Scenario& scenario) {
     Random random(seed ^ kOwnSequence);
     if (!random.one_in(4)) return;
     for (Renderer& renderer : scenario.renderers) {
-        const std::size_t payload =
-            static_cast<std::size_t>(renderer.image_width_pixels) * kLinkBytesPerPixel -
-            control_scanline_bytes({});
+        const std::size_t payload = payload_room_bytes(renderer.image_width_pixels);
         for (RendererFrame& entry : renderer.frames) {
             if (entry.table.empty() || random.one_in(3)) continue;
             std::vector<int>& slots = entry.slots.emplace();

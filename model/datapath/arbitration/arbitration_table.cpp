@@ -33,11 +33,12 @@ std::vector<std::uint8_t> slot_payload(Arbitration arbitration, const ValidatedT
     if (row.slot_table == nullptr || table.rows.empty()) return {};
     const std::size_t sent = table.rows.size() + table.rejected.size();
     const std::size_t room = slots_in_payload(room_bytes, sent);
-    std::vector<int> slots = row.slot_table(table.rows, kSlotTableLimit);
+    std::vector<int> slots;
     // Rounding gives a table a few slots more or fewer than its limit.
-    for (int limit = kSlotTableLimit; slots.size() > room && limit > 0; --limit) {
+    int limit = kSlotTableLimit;
+    do {
         slots = row.slot_table(table.rows, limit);
-    }
+    } while (slots.size() > room && --limit > 0);
     if (slots.size() > room) return {};
     const std::vector<int> places = places_of_rows(table);
     for (int& slot : slots) slot = places[static_cast<std::size_t>(slot)];

@@ -90,8 +90,7 @@ TEST_CASE("every key of a fault goes with some kind, and every kind has what it 
         CHECK(std::string(to_string(kind.value)) == kind.name);
         CHECK_FALSE(std::string(kind.meaning).empty());
         // A fault on a link says in which pair, one inside the machine may say from which clock on.
-        const char* const when =
-            kind.place == FaultPlace::kRow || kind.place == FaultPlace::kMachine ? "from_cycle" : "pair";
+        const char* const when = is_on_link(kind.value) ? "pair" : "from_cycle";
         bool has_when = false;
         for (const FaultKeyUse& use : fault_keys_of(kind.value)) {
             has_when = has_when || std::string(use.key->name()) == when;
