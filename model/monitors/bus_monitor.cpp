@@ -28,6 +28,7 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       latency_cycles_(scenario.memory.read_latency_cycles),
       answer_cycles_(bus_loop_cycles(scenario.bus, scenario.memory)),
       longest_wait_cycles_(longest_word_wait_cycles(scenario)),
+      waits_are_known_(!scenario.memory.shared()),
       grant_cycles_(scenario.bus.grant_cycles),
       burst_pixels_(scenario.bus.burst_pixels),
       beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
@@ -346,10 +347,13 @@ void BusMonitor::check_order(const rtl::BusBeat& beat, const Row& row, std::int6
 /// Pixels of its burst from this beat on, the beat's included; a new burst if none is under way.
 std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, std::int64_t edge) {
     if (active_) {
-        if (edge != due_) {
+        const bool in_time =
+            waits_are_known_ ? edge == due_ : edge >= beat_edge_ + cycles_per_beat_ && edge <= due_;
+        if (!in_time) {
             violate("bus/pace", edge,
                     "the burst's next beat " + std::to_string(edge - beat_edge_) +
-                        " clocks behind the one before, not " + std::to_string(due_ - beat_edge_));
+                        " clocks behind the one before, not " + (waits_are_known_ ? "" : "more than ") +
+                        std::to_string(due_ - beat_edge_));
         }
         ++beats_;
         return remaining_;
@@ -370,7 +374,7 @@ void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_
     const std::int64_t read = edge - cycles_per_beat_;
     std::int64_t grant = kNone;
     for (std::int64_t wanted = read; wanted >= read - longest_wait_cycles_; --wanted) {
-        if (read_clock(page, wanted) != read) {
+        if (waits_are_known_ && read_clock(page, wanted) != read) {
             continue;
         }
         const std::int64_t possible = wanted - grant_cycles_;
@@ -435,7 +439,7 @@ std::int64_t BusMonitor::read_clock(std::int64_t page, std::int64_t wanted) cons
 void BusMonitor::expect_next(const Row& row, std::int64_t edge) {
     beat_edge_ = edge;
     next_page_ = page_of(row, std::min(row.sent, row.pixels - 1));
-    due_ = read_clock(next_page_, edge) + cycles_per_beat_;
+    due_ = (waits_are_known_ ? read_clock(next_page_, edge) : edge + longest_wait_cycles_) + cycles_per_beat_;
 }
 
 void BusMonitor::end_burst(std::int64_t edge) {
@@ -449,6 +453,9 @@ void BusMonitor::end_burst(std::int64_t edge) {
 }
 
 void BusMonitor::check_overdue(std::int64_t edge) {
+    if (active_ && stopped_ && !waits_are_known_ && edge == due_) {
+        active_ = stopped_ = false;  // no beat was moving
+    }
     if (active_ && edge == due_) {
         violate("bus/pace", edge,
                 "no beat of the burst, " + std::to_string(remaining_) + " pixels of which are to come, " +
@@ -489,12 +496,15 @@ void BusMonitor::stop_on_busready(std::int64_t edge, std::int64_t announced) {
     if (edge > beat_edge_) {
         note_stopped_opening(edge);
     }
-    const std::int64_t begins = due_ - cycles_per_beat_;  // the beat that moves next, in the memory
-    if (begins < edge) {
+    // The beat that moves next, in the memory: it may have begun.
+    const std::int64_t begins = waits_are_known_ ? due_ - cycles_per_beat_ : beat_edge_;
+    if (begins < edge && cycles_per_beat_ > 1) {
         stopped_ = true;
-        return;
+        if (waits_are_known_) return;
+        due_ = edge + cycles_per_beat_ - 1;
+    } else {
+        active_ = false;
     }
-    active_ = false;
     free_from_ = edge;
     counted_from_[display_] = edge + 1 + answer_cycles_;
 }

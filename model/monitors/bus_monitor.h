@@ -133,6 +133,8 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t latency_cycles_;  ///< from the clock that reads a word to the one that puts it on the bus
     std::int64_t answer_cycles_;   ///< by which a beat's answer is read later, for latency and registers
     std::int64_t longest_wait_cycles_;  ///< for a word, while the burst is under way
+    /// What a word costs shows on the bus. With shared ports it does not: the link's words take clocks, too.
+    bool waits_are_known_;
     std::int64_t grant_cycles_;
     std::int64_t burst_pixels_;
     std::int64_t beat_pixels_;
@@ -171,7 +173,7 @@ class BusMonitor final : public sc_core::sc_module {
     int beats_ = 0;
     std::int64_t beat_edge_ = kNone;  ///< of its last beat
     std::int64_t next_page_ = kNone;  ///< of the pixel behind it
-    std::int64_t due_ = kNone;        ///< edge that samples its next beat
+    std::int64_t due_ = kNone;        ///< edge that samples its next beat, or the last that may
 
     // The next grant.
     std::int64_t free_from_ = 0;              ///< cannot lie before this edge

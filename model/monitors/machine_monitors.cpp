@@ -36,6 +36,7 @@ const std::vector<std::string>& machine_rules() {
                                                 "arbiter/slot",
                                                 "memory/device",
                                                 "memory/open",
+                                                "memory/write",
                                                 "memory/activate",
                                                 "memory/refresh",
                                                 "memory/data",
@@ -192,6 +193,7 @@ void MachineMonitors::bind_memory(std::size_t r) {
     monitor->front_i(wires->front);
     monitor->command_i(wires->command);
     monitor->data_i(wires->data);
+    if (scenario_.memory.shared()) monitor->write_data_i[0](wires->write_data);
     memories_.back() = std::move(monitor);
 }
 

@@ -19,6 +19,7 @@ std::string text_of(const rtl::MemoryCommand& command) {
 MemoryMonitor::MemoryMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
                              ViolationLog& log)
     : sc_core::sc_module(name),
+      write_data_i("write_data_i", scenario.memory.shared() ? 1 : 0),
       memory_("frame_memory_" + std::to_string(renderer + 1) + '.'),
       config_(scenario.memory),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
@@ -26,10 +27,11 @@ MemoryMonitor::MemoryMonitor(const sc_core::sc_module_name& name, const Scenario
       banks_(static_cast<std::size_t>(scenario.memory.banks)),
       due_(static_cast<std::size_t>(scenario.memory.read_latency_cycles)) {
     const Renderer& source = scenario.renderers[static_cast<std::size_t>(renderer)];
+    const std::int64_t words = std::int64_t{source.image_width_pixels} * source.image_height_pixels;
     for (std::vector<std::uint64_t>& device : devices_) {
-        device.resize(static_cast<std::size_t>(source.image_width_pixels) *
-                      static_cast<std::size_t>(source.image_height_pixels));
+        device.resize(static_cast<std::size_t>(words));
     }
+    device_words_ = config_.device_words(words);
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
@@ -68,15 +70,37 @@ void MemoryMonitor::write_edge() {
             const std::uint64_t bits = std::uint64_t{0xFF} << (8 * byte);
             if (((write.byte_mask >> byte) & 1) != 0) word = (word & ~bits) | (write.data & bits);
         }
+        if (config_.shared()) {
+            await_word(write);
+        }
     }
     if (write_gate_.idle_edge(!write.enable)) {
         next_trigger(write_i.value_changed_event());
     }
 }
 
+/// A frame that begins anew leaves what was not a whole block of the one before.
+void MemoryMonitor::await_word(const rtl::MemoryWrite& write) {
+    const auto block_words = static_cast<std::uint32_t>(config_.write_block_words);
+    if (write.address == 0) {
+        awaited_.resize(whole_);
+    }
+    awaited_.push_back({write.device * device_words_ + write.address, write.byte_mask, write.data});
+    if ((write.address + 1) % block_words == 0 || write.address + 1 == devices_[0].size()) {
+        whole_ = awaited_.size();
+    }
+    if (whole_ > 2 * static_cast<std::size_t>(block_words)) {
+        violate("memory/write", "write", rtl::clock_edge_number(core_period_picoseconds_),
+                std::to_string(whole_) + " words wait to be written, and there is room for two blocks of " +
+                    std::to_string(block_words));
+    }
+}
+
 // ---- the bus's side ----
 
 void MemoryMonitor::restart() {
+    awaited_.clear();
+    whole_ = 0;
     std::fill(banks_.begin(), banks_.end(), Bank{});
     std::fill(due_.begin(), due_.end(), rtl::MemoryData{});
     first_edge_ = refreshed_until_ = kNone;
@@ -114,10 +138,10 @@ rtl::MemoryData MemoryMonitor::words_of(const rtl::MemoryCommand& command) const
         return words;
     }
     const std::vector<std::uint64_t>& device = devices_[front_i.read() ? 1 : 0];
+    const std::int64_t first_word = config_.shared() && front_i.read() ? device_words_ : std::int64_t{0};
     for (std::size_t word = 0; word < command.count; ++word) {
-        const std::size_t address =
-            static_cast<std::size_t>(command.row) * static_cast<std::size_t>(config_.page_words) +
-            command.columns[word];
+        const auto address = static_cast<std::size_t>(std::int64_t{command.row} * config_.page_words +
+                                                      command.columns[word] - first_word);
         words.words[words.count++] = address < device.size() ? device[address] : 0;
     }
     return words;
@@ -147,8 +171,13 @@ void MemoryMonitor::take_command(const rtl::MemoryCommand& command, std::int64_t
             bank_of(command).page = command.row;
             return;
         case Kind::kRead:
-            check_read(command, edge);
+            check_open(command, edge);
             bank_of(command).page = command.row;
+            return;
+        case Kind::kWrite:
+            check_open(command, edge);
+            bank_of(command).page = command.row;
+            check_write(command, edge);
             return;
         case Kind::kPrecharge:
             bank_of(command) = {kNone, edge};
@@ -192,7 +221,7 @@ void MemoryMonitor::check_activate(const rtl::MemoryCommand& command, std::int64
     }
 }
 
-void MemoryMonitor::check_read(const rtl::MemoryCommand& command, std::int64_t edge) {
+void MemoryMonitor::check_open(const rtl::MemoryCommand& command, std::int64_t edge) {
     const Bank& bank = bank_of(command);
     const bool opens_itself =
         config_.activate_cycles() == 0 && (config_.precharge_cycles == 0 || bank.page == kNone);
@@ -201,6 +230,26 @@ void MemoryMonitor::check_read(const rtl::MemoryCommand& command, std::int64_t e
                 text_of(command) + (bank.page == kNone
                                         ? " of a bank with no page open"
                                         : " while page " + std::to_string(bank.page) + " is open"));
+    }
+}
+
+void MemoryMonitor::check_write(const rtl::MemoryCommand& command, std::int64_t edge) {
+    for (std::size_t word = 0; word < command.count; ++word) {
+        const std::int64_t address = std::int64_t{command.row} * config_.page_words + command.columns[word];
+        const std::string what = "word " + std::to_string(address) + " is written, ";
+        if (whole_ == 0) {
+            violate("memory/write", "command", edge, what + "and no whole block waits");
+            return;
+        }
+        const Awaited next = awaited_.front();
+        awaited_.pop_front();
+        --whole_;
+        if (address != next.address || command.byte_mask != next.byte_mask) {
+            violate("memory/write", "command", edge,
+                    what + "where word " + std::to_string(next.address) + " is next");
+        } else if (write_data_i[0].read().words[word] != next.data) {
+            violate("memory/write", "write_data", edge, what + "but not as the link brought it");
+        }
     }
 }
 

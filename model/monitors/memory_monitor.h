@@ -21,8 +21,10 @@ namespace metabuffer::monitors {
 ///
 /// Rules:
 /// - memory/device: the link writes the device that the bus does not read
-/// - memory/open: a read is of the page that its bank has open, by an activation or, where that takes no clock, by the
-///   read itself
+/// - memory/open: a read or write is of the page that its bank has open, by an activation or, where that takes no clock,
+///   by itself
+/// - memory/write: with shared ports each word of the link's whole blocks is written once, in order, as the link brought
+///   it, and no more than two blocks wait; without, no write comes from the bus port
 /// - memory/activate: a page is opened in a closed bank that was closed precharge_cycles before, and of the bank that it
 ///   lies in
 /// - memory/refresh: a refresh comes every refresh_interval_cycles and no other, and no command in its refresh_cycles
@@ -39,6 +41,7 @@ class MemoryMonitor final : public sc_core::sc_module {
     sc_core::sc_in<bool> front_i{"front_i"};
     sc_core::sc_in<rtl::MemoryCommand> command_i{"command_i"};
     sc_core::sc_in<rtl::MemoryData> data_i{"data_i"};
+    sc_core::sc_vector<sc_core::sc_in<rtl::MemoryData>> write_data_i;  ///< one, only with shared ports
 
     /// renderer: index, from 0.
     MemoryMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
@@ -65,7 +68,9 @@ class MemoryMonitor final : public sc_core::sc_module {
     void take_command(const rtl::MemoryCommand& command, std::int64_t edge);
     void check_refresh(const rtl::MemoryCommand& command, std::int64_t edge);
     void check_activate(const rtl::MemoryCommand& command, std::int64_t edge);
-    void check_read(const rtl::MemoryCommand& command, std::int64_t edge);
+    void check_open(const rtl::MemoryCommand& command, std::int64_t edge);
+    void check_write(const rtl::MemoryCommand& command, std::int64_t edge);
+    void await_word(const rtl::MemoryWrite& write);
     void close_all(std::int64_t edge);
     rtl::MemoryData words_of(const rtl::MemoryCommand& command) const;
     Bank& bank_of(const rtl::MemoryCommand& command) { return banks_[command.bank % banks_.size()]; }
@@ -80,6 +85,15 @@ class MemoryMonitor final : public sc_core::sc_module {
     RuleReporter reporter_;
 
     std::array<std::vector<std::uint64_t>, 2> devices_;
+    std::int64_t device_words_;  ///< with shared ports: from the first word of one image to that of the other
+    /// With shared ports: a word that the link has brought.
+    struct Awaited {
+        std::int64_t address = 0;  ///< in the memory
+        std::uint8_t byte_mask = 0;
+        std::uint64_t data = 0;
+    };
+    std::deque<Awaited> awaited_;
+    std::size_t whole_ = 0;  ///< of them, first: words of whole blocks
     std::vector<Bank> banks_;
     std::deque<rtl::MemoryData> due_;       ///< words of the reads on their way, one a clock
     std::int64_t first_edge_ = kNone;       ///< without reset

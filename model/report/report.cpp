@@ -27,8 +27,8 @@ const char* reject_cause_key(RejectCause cause) {
 }
 
 std::int64_t BusCounters::wanted_cycles() const {
-    return busy_cycles + table_cycles + page_miss_cycles + refresh_cycles + grant_cycles + poll_cycles +
-           lost_cycles;
+    return busy_cycles + table_cycles + page_miss_cycles + refresh_cycles + write_cycles + grant_cycles +
+           poll_cycles + lost_cycles;
 }
 
 double BusCounters::utilization() const {

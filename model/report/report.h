@@ -16,13 +16,14 @@ const char* reject_cause_key(RejectCause cause);
 
 // counters.h says of each counter what it counts, in which unit, and what the total over the machine is.
 
-/// What one bus did. Every core cycle of the run is exactly one of busy, table, page miss, refresh, grant, poll, lost or
-/// idle.
+/// What one bus did. Every core cycle of the run is exactly one of busy, table, page miss, refresh, write, grant, poll,
+/// lost or idle.
 struct BusCounters {
     std::int64_t busy_cycles = 0;
     std::int64_t table_cycles = 0;
     std::int64_t page_miss_cycles = 0;
     std::int64_t refresh_cycles = 0;
+    std::int64_t write_cycles = 0;
     std::int64_t grant_cycles = 0;
     std::int64_t poll_cycles = 0;
     std::int64_t lost_cycles = 0;

@@ -32,6 +32,8 @@ std::string for_memory_page() { return "waits for its memory to open a page"; }
 
 std::string for_memory_refresh() { return "waits for its memory's refresh to end"; }
 
+std::string for_memory_write() { return "waits for the link's words to be written to its memory"; }
+
 std::string for_lost_slot() { return "lets a lost slot pass"; }
 
 std::string for_busready(const std::vector<int>& displays, std::int64_t pixels, std::int64_t frame) {

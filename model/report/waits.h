@@ -23,6 +23,7 @@ std::string for_pair(std::int64_t pair);
 std::string for_tableready(std::int64_t frame);
 std::string for_memory_page();
 std::string for_memory_refresh();
+std::string for_memory_write();
 std::string for_lost_slot();
 /// displays: of the composers that pixels are left for; pixels: how many are left for all of them.
 std::string for_busready(const std::vector<int>& displays, std::int64_t pixels, std::int64_t frame);

@@ -6,6 +6,7 @@
 #include "datapath/arbitration/arbitration_table.h"
 #include "report/waits.h"
 #include "rtl/wires.h"
+#include "rtl/write_buffer.h"
 #include "scenario/derived_timing.h"
 
 namespace metabuffer::rtl {
@@ -17,16 +18,37 @@ std::int64_t words_of(const Renderer& renderer) {
     return std::int64_t{renderer.image_width_pixels} * renderer.image_height_pixels;
 }
 
+/// That an address must reach.
+std::int64_t words_of(const MemoryConfig& memory, const Renderer& renderer) {
+    return memory.shared() ? 2 * memory.device_words(words_of(renderer)) : words_of(renderer);
+}
+
 }  // namespace
 
-BusPort::Row::Row(RegisterSet& set, const std::string& name, const Renderer& renderer)
+BusPort::Row::Row(RegisterSet& set, const std::string& name, const Renderer& renderer,
+                  std::int64_t memory_words)
     : left(set, name + "_left", bits_for(words_of(renderer))),
-      address(set, name + "_address", bits_for(words_of(renderer))),
+      address(set, name + "_address", bits_for(memory_words)),
       column(set, name + "_column", bits_for(renderer.image_width_pixels)) {}
+
+BusPort::Writes::Writes(RegisterSet& set, const MemoryConfig& memory)
+    : drain(set, "drain"),
+      words_left(set, "write_words_left", bits_for(memory.write_block_words)),
+      page_wait(set, "write_page_wait", bits_for(memory.page_miss_cycles)),
+      precharging(set, "write_precharging") {
+    for (std::size_t half = 0; half < WriteBuffer::kHalves; ++half) {
+        halves.push_back(std::make_unique<Half>(set, numbered("write_full", half)));
+        waiting.push_back(std::make_unique<Register<bool>>(set, numbered("write_waiting", half)));
+    }
+}
 
 BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
                  std::function<void(bool fresh)> on_start, BusCounters& bus, ClockGating gating)
     : Block(name),
+      front_i("front_i", scenario.memory.shared() ? 1 : 0),
+      write_full_i("write_full_i", scenario.memory.shared() ? WriteBuffer::kHalves : 0),
+      write_block_i("write_block_i", write_full_i.size()),
+      drain_o("drain_o", front_i.size()),
       busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
       tableready_i("tableready_i", busready_i.size()),
       pending_o("pending_o", busready_i.size()),
@@ -65,15 +87,18 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
                       scenario.memory.refresh_interval_cycles),
       refresh_left_(registers_, "refresh_left", bits_for(scenario.memory.refresh_cycles)),
       leaving_(registers_, "leaving", scenario.memory.read_latency_cycles) {
+    const std::int64_t memory_words = words_of(scenario.memory, renderer);
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
-        rows_.push_back(std::make_unique<Row>(registers_, numbered("row", line), renderer));
+        rows_.push_back(std::make_unique<Row>(registers_, numbered("row", line), renderer, memory_words));
         uncounted_.push_back(std::make_unique<Register<int>>(registers_, numbered("uncounted", line),
                                                              bits_for(1 + loop_cycles_)));
     }
     for (int bank = 0; bank < scenario.memory.banks; ++bank) {
-        banks_.push_back(
-            std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
-                                   bits_for((words_of(renderer) - 1) / scenario.memory.page_words)));
+        banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
+                                                bits_for((memory_words - 1) / scenario.memory.page_words)));
+    }
+    if (scenario.memory.shared()) {
+        writes_ = std::make_unique<Writes>(registers_, scenario.memory);
     }
     SC_METHOD(process);
     sensitive << clk_i.pos() << grant_valid_i << lost_i;
@@ -108,10 +133,10 @@ void BusPort::process() {
 
 /// Until the link's side answers or reset rises, each clock is as the one before.
 bool BusPort::nothing_comes() const {
-    return !scenario_.memory.refreshes() && (state_ == State::kWait || state_ == State::kDone) && !asked_ &&
-           !reset_i.read() && leaving_.holds(BusBeat{}) && uncounted_cycles_ == 0 &&
-           table_uncounted_cycles_ == 0 && answer_.settled(answer_i.read()) &&
-           answer_i.read() == answer_seen_;
+    return !scenario_.memory.refreshes() && writes_ == nullptr &&
+           (state_ == State::kWait || state_ == State::kDone) && !asked_ && !reset_i.read() &&
+           leaving_.holds(BusBeat{}) && uncounted_cycles_ == 0 && table_uncounted_cycles_ == 0 &&
+           answer_.settled(answer_i.read()) && answer_i.read() == answer_seen_;
 }
 
 std::int64_t BusPort::uncounted_idle_cycles() const {
@@ -134,6 +159,9 @@ void BusPort::reset() {
     for (auto& pending : pending_o) {
         pending.write(false);
     }
+    for (auto& drain : drain_o) {
+        drain.write(false);
+    }
     sent_ = BusBeat{};
     bus_o.write(BusBeat{});
     bus_driven_ = false;
@@ -147,6 +175,9 @@ void BusPort::clock_edge() {
     }
     const bool answer = answer_.sample(answer_i.read());
     count_answers();
+    if (writes_ != nullptr) {
+        sample_writes();
+    }
     switch (state_) {
         case State::kRequest:
             ++bus_.idle_cycles;
@@ -171,10 +202,54 @@ void BusPort::clock_edge() {
             ++bus_.idle_cycles;
             break;
     }
+    if (writes_ != nullptr) {
+        write_clock();
+    }
     if (scenario_.memory.refreshes()) {
         refresh_clock();
     }
     put_out();
+}
+
+void BusPort::sample_writes() {
+    for (std::size_t half = 0; half < WriteBuffer::kHalves; ++half) {
+        Writes::Half& of_half = *writes_->halves[half];
+        const bool full = of_half.full.sample(write_full_i[half].read());
+        if (full != of_half.seen) {
+            of_half.seen = full;
+            *writes_->waiting[half] = true;
+        }
+    }
+}
+
+/// Behind what the burst does with the clock: one that was stopped in it has left its bank as the block finds it.
+void BusPort::write_clock() {
+    if (!plan_.writes) {
+        return;
+    }
+    Writes& writes = *writes_;
+    const MemoryCommand& command = plan_.command;
+    if (writes.words_left == 0) {
+        writes.words_left = static_cast<int>(write_block_i[writes.half()].read().words);
+        writes.page_wait = plan_.opening.cycles;
+        writes.precharging = command.kind == MemoryCommand::Kind::kPrecharge;
+        const std::int64_t page = write_page();
+        Bank& bank = bank_of(page);
+        bank.open = true;
+        bank.half_open = false;
+        bank.page = page;
+    }
+    if (writes.page_wait > 0) {
+        --writes.page_wait;
+        writes.precharging = writes.precharging && command.kind != MemoryCommand::Kind::kActivate;
+        return;
+    }
+    writes.words_left -= command.count;
+    if (writes.words_left == 0) {
+        *writes.waiting[writes.half()] = false;
+        writes.drain = !writes.drain;
+        drain_o[0].write(writes.drain);
+    }
 }
 
 /// Time passes for what the composers have not answered yet.
@@ -222,8 +297,10 @@ void BusPort::ask_for_frame() {
         state_ = State::kDone;
         return;
     }
-    close_banks();
-    closing_ = true;
+    if (writes_ == nullptr) {
+        close_banks();
+        closing_ = true;
+    }
     request_ = !request_;
     request_o.write(request_);
     state_ = State::kWait;
@@ -233,6 +310,9 @@ void BusPort::start_frame(bool fresh) {
     ++frames_started_;
     on_start_(fresh);
     const FrontTable& table = table_i.read();
+    const bool second_image = writes_ != nullptr && front_i[0].read();
+    const std::int64_t first_word =
+        second_image ? scenario_.memory.device_words(words_of(renderer_)) : std::int64_t{0};
     row_count_ = static_cast<int>(table.rows.size());
     pixels_left_ = 0;
     for (int index = 0; index < row_count_; ++index) {
@@ -240,7 +320,8 @@ void BusPort::start_frame(bool fresh) {
         Row& of_row = row(index);
         of_row.segment = Segment(table_row, raster_width_pixels_, raster_height_pixels_);
         of_row.left = of_row.segment.pixels();
-        of_row.address = std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;
+        of_row.address =
+            first_word + std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;
         of_row.column = 0;
         pixels_left_ += of_row.left;
         pending_o[static_cast<std::size_t>(index)].write(true);
@@ -319,6 +400,10 @@ void BusPort::send_clock() {
         ++bus_.refresh_cycles;
         return;
     }
+    if (plan_.writes) {
+        ++bus_.write_cycles;
+        return;
+    }
     if (!page_ready(plan_)) {
         ++bus_.page_miss_cycles;
         return;
@@ -377,7 +462,7 @@ bool BusPort::page_ready(const Plan& plan) {
         }
         return false;
     }
-    if (!plan.opens) {
+    if (!plan.opening.opens) {
         return true;
     }
     const std::int64_t page = page_of(row(burst_row_));
@@ -387,10 +472,10 @@ bool BusPort::page_ready(const Plan& plan) {
     bank.half_open = false;
     bank.page = page;
     ++bus_.page_misses;
-    if (plan.opening_cycles == 0) {
+    if (plan.opening.cycles == 0) {
         return true;
     }
-    page_wait_ = plan.opening_cycles - 1;
+    page_wait_ = plan.opening.cycles - 1;
     return false;
 }
 
@@ -465,7 +550,8 @@ void BusPort::put_out() {
 
 void BusPort::drive_requests() {
     const bool refresh = refresh_begins();
-    const bool asks = state_ == State::kSend || closing_ || refresh;
+    const bool writes = writes_ != nullptr && writes_->any();
+    const bool asks = state_ == State::kSend || closing_ || refresh || writes;
     if (!asks && !asked_) {
         return;  // most of a run's clocks: what stands says nothing
     }
@@ -476,8 +562,14 @@ void BusPort::drive_requests() {
             drive_ready();
         }
         plan_ = plan();
-    } else if (closing_ && refresh_left_ == 0) {
-        plan_.command.kind = MemoryCommand::Kind::kPrechargeAll;  // a frame finds no page open
+    } else {
+        plan_.writes = plan_writes(plan_);
+        if (closing_ && refresh_left_ == 0) {
+            plan_.command.kind = MemoryCommand::Kind::kPrechargeAll;  // a frame finds no page open
+        }
+    }
+    if (plan_.writes) {
+        plan_write_command(plan_);
     }
     if (refresh) {
         plan_.command = MemoryCommand{};
@@ -527,6 +619,7 @@ BusPort::Plan BusPort::plan() const {
     Plan plan;
     plan.stop = burst_is_stopped();
     plan.refreshes = refresh_begins() || refresh_left_ > 0;
+    plan.writes = plan_writes(plan);
     if (beat_wait_ > 0 || lost_wait_ > 0) {
         return plan;
     }
@@ -542,7 +635,7 @@ BusPort::Plan BusPort::plan() const {
         plan.arbitrate = true;
         plan.row = granted_row();
     }
-    if (plan.row != kNoRow && !plan.refreshes) {
+    if (plan.row != kNoRow && !plan.refreshes && !plan.writes) {
         plan_memory(plan);
     }
     return plan;
@@ -556,22 +649,77 @@ MemoryCommand BusPort::command_for(MemoryCommand::Kind kind, std::int64_t page) 
     return command;
 }
 
+/// stop: the burst under way is stopped in this clock, and may leave its bank half open.
+BusPort::Opening BusPort::opening_of(std::int64_t page, bool stop) const {
+    const Bank& bank = bank_of(page);
+    const bool half_open =
+        bank.half_open || (stop && breaks_opening_off() && &bank == &bank_of(page_of(row(burst_row_))));
+    Opening opening;
+    opening.opens = !bank.open || half_open || bank.page != page;
+    opening.closes = bank.open && scenario_.memory.precharge_cycles > 0;
+    opening.cycles = opening.opens ? scenario_.memory.opening_cycles(bank.open) : 0;
+    return opening;
+}
+
+MemoryCommand BusPort::opening_command(const Opening& opening, std::int64_t page) const {
+    return command_for(opening.closes ? MemoryCommand::Kind::kPrecharge : MemoryCommand::Kind::kActivate,
+                       page);
+}
+
+/// The memory takes a clock for the link's words.
+bool BusPort::plan_writes(const Plan& plan) const {
+    if (writes_ == nullptr || refresh_begins() || refresh_left_ > 0 || !writes_->any()) {
+        return false;
+    }
+    if (writes_->words_left > 0) {
+        return true;
+    }
+    if (page_wait_ > 0 && !plan.stop) {
+        return false;  // a page is being opened
+    }
+    const MemoryConfig& memory = scenario_.memory;
+    const int words = static_cast<int>(write_block_i[writes_->half()].read().words);
+    return !memory.refreshes() ||
+           opening_of(write_page(), plan.stop).cycles + memory.write_cycles(words) <= refresh_due_in_;
+}
+
+/// The next words of the block, or the page that must be opened for them.
+void BusPort::plan_write_command(Plan& plan) const {
+    const Writes& writes = *writes_;
+    const WriteBlock& block = write_block_i[writes.half()].read();
+    const std::int64_t page = write_page();
+    const bool begins = writes.words_left == 0;
+    plan.opening = begins ? opening_of(page, plan.stop) : Opening{};
+    if (plan.opening.cycles > 0) {
+        plan.command = opening_command(plan.opening, page);
+        return;
+    }
+    if (writes.page_wait > 0) {
+        if (writes.precharging && writes.page_wait == scenario_.memory.activate_cycles()) {
+            plan.command = command_for(MemoryCommand::Kind::kActivate, page);
+        }
+        return;
+    }
+    const auto words_left = begins ? static_cast<int>(block.words) : writes.words_left.value();
+    const std::int64_t first = static_cast<std::int64_t>(block.address) + block.words - words_left -
+                               page * scenario_.memory.page_words;
+    plan.command = command_for(MemoryCommand::Kind::kWrite, page);
+    plan.command.byte_mask = block.byte_mask;
+    plan.command.count = static_cast<std::uint8_t>(std::min(words_left, scenario_.memory.words_per_cycle));
+    for (std::size_t word = 0; word < plan.command.count; ++word) {
+        plan.command.columns[word] = static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(word);
+    }
+}
+
 /// The next words of the open page, as many as fit one beat, or the page that must be opened for them.
 void BusPort::plan_memory(Plan& plan) const {
     const Row& of_row = row(plan.row);
     const int page_words = scenario_.memory.page_words;
     const int width = of_row.segment.row().sdx;
     const std::int64_t page = page_of(of_row);
-    const Bank& bank = bank_of(page);
-    // A burst that is stopped in this clock may leave its bank half open.
-    const bool half_open =
-        bank.half_open || (plan.stop && breaks_opening_off() && &bank == &bank_of(page_of(row(burst_row_))));
-    plan.opens = !bank.open || half_open || bank.page != page;
-    plan.opening_cycles = plan.opens ? scenario_.memory.opening_cycles(bank.open) : 0;
-    if (plan.opening_cycles > 0) {
-        const bool closes = bank.open && scenario_.memory.precharge_cycles > 0;
-        plan.command =
-            command_for(closes ? MemoryCommand::Kind::kPrecharge : MemoryCommand::Kind::kActivate, page);
+    plan.opening = opening_of(page, plan.stop);
+    if (plan.opening.cycles > 0) {
+        plan.command = opening_command(plan.opening, page);
         return;
     }
     plan.command = command_for(MemoryCommand::Kind::kRead, page);
@@ -615,6 +763,9 @@ std::string BusPort::waiting_for() const {
             }
             if (bursting_ && refresh_left_ > 0) {
                 return waits::for_memory_refresh();
+            }
+            if (bursting_ && plan_.writes) {
+                return waits::for_memory_write();
             }
             std::vector<int> displays;
             for (int index = 0; index < row_count_; ++index) {

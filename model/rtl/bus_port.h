@@ -28,6 +28,10 @@ namespace metabuffer::rtl {
 /// - refresh: every refresh_interval_cycles, counted from the end of reset, whatever else goes on. The beat under way
 ///   moves on, since the memory has given its words; what is being opened is broken off, all banks are closed, and the
 ///   next word's page is opened behind the refresh.
+/// - shared ports: a block of the link's words that write_buffer has full is written as soon as no page is being opened,
+///   none is refreshed and the block is done before the next refresh, whatever else goes on. It takes a clock for each
+///   words_per_cycle words, after those in which its page is opened; the beat under way moves on, and the next word waits.
+///   The block's page stays open in its bank. Pages stay open from frame to frame, too, since there is one device.
 /// - read latency: reads follow each other all the same. Every beat goes out read_latency_cycles later than the
 ///   decision that sent it, a table's too, so that their order stays.
 /// - BUSREADY is read one clock after its composer wrote it. In a burst, a low one stops it before the
@@ -51,6 +55,11 @@ class BusPort final : public Block {
     sc_core::sc_in<bool> answer_i{"answer_i"};      ///< DVI input clock: changes with each answer
     sc_core::sc_in<bool> fresh_i{"fresh_i"};        ///< stands still with the answer
     sc_core::sc_in<FrontTable> table_i{"table_i"};  ///< likewise
+    // Only with shared ports: which image of the memory is read, and the halves of the write buffer.
+    sc_core::sc_vector<sc_core::sc_in<bool>> front_i;       ///< one; stands still with the answer
+    sc_core::sc_vector<sc_core::sc_in<bool>> write_full_i;  ///< DVI input clock: change with each block
+    sc_core::sc_vector<sc_core::sc_in<WriteBlock>> write_block_i;  ///< stand still with the change
+    sc_core::sc_vector<sc_core::sc_out<bool>> drain_o;             ///< one: the half that is written
     // The bus.
     sc_core::sc_out<BusBeat> bus_o{"bus_o"};
     sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;  ///< one a composer of the row
@@ -85,7 +94,7 @@ class BusPort final : public Block {
   private:
     /// Where the next pixel of a table row stands in memory.
     struct Row {
-        Row(RegisterSet& set, const std::string& name, const Renderer& renderer);
+        Row(RegisterSet& set, const std::string& name, const Renderer& renderer, std::int64_t memory_words);
         Segment segment;              ///< of the table, which stands still
         Register<std::int64_t> left;  ///< pixels not put into a beat yet
         Register<std::int64_t> address;
@@ -106,14 +115,40 @@ class BusPort final : public Block {
         Register<std::int64_t> page;
     };
 
+    /// With shared ports: the block of the link's words that is written, or is next.
+    struct Writes {
+        Writes(RegisterSet& set, const MemoryConfig& memory);
+        struct Half {
+            Half(RegisterSet& set, const std::string& name) : full(set, name), seen(set, name + "_seen") {}
+            Synchronizer full;
+            Register<bool> seen;
+        };
+        std::vector<std::unique_ptr<Half>> halves;
+        std::vector<std::unique_ptr<Register<bool>>> waiting;  ///< the half's block is to be written
+        Register<bool> drain;                                  ///< the half whose turn it is
+        Register<int> words_left;                              ///< of the block that is written; 0: none is
+        Register<int> page_wait;                               ///< clocks until its page is open
+        Register<bool> precharging;
+
+        std::size_t half() const { return drain ? 1 : 0; }
+        bool any() const { return words_left > 0 || *waiting[half()]; }
+    };
+
+    /// What it takes to open a page.
+    struct Opening {
+        bool opens = false;   ///< it is not open
+        bool closes = false;  ///< its bank must be closed before
+        int cycles = 0;
+    };
+
     /// What the clock before the next edge is used for, as far as registers, BUSREADY and the grant decide it.
     struct Plan {
         bool stop = false;       ///< the burst under way ends here
         bool arbitrate = false;  ///< the arbiter's answer is taken
         int row = kNoRow;        ///< whose burst it is then; kNoRow: nobody's
-        int opening_cycles = 0;  ///< until the page of its next word is open
-        bool opens = false;      ///< that page is not open
+        Opening opening;         ///< of its next word's page
         bool refreshes = false;  ///< the memory is busy with a refresh
+        bool writes = false;     ///< the memory is busy with the link's words
         // With kRead: where the row stands behind the words that are read.
         MemoryCommand command;
         std::int64_t next_address = 0;
@@ -139,6 +174,8 @@ class BusPort final : public Block {
     void stop_burst();
     void refresh_clock();
     void close_banks();
+    void sample_writes();
+    void write_clock();
     bool page_ready(const Plan& plan);
     void fill_beat(const Plan& plan);
     void drive_beat();
@@ -150,6 +187,14 @@ class BusPort final : public Block {
     void drive_deadline(std::size_t row);
     Plan plan() const;
     void plan_memory(Plan& plan) const;
+    bool plan_writes(const Plan& plan) const;
+    void plan_write_command(Plan& plan) const;
+    Opening opening_of(std::int64_t page, bool stop) const;
+    MemoryCommand opening_command(const Opening& opening, std::int64_t page) const;
+    std::int64_t write_page() const {
+        return static_cast<std::int64_t>(write_block_i[writes_->half()].read().address) /
+               scenario_.memory.page_words;
+    }
     std::int64_t page_of(const Row& of_row) const { return of_row.address / scenario_.memory.page_words; }
     const Bank& bank_of(std::int64_t page) const {
         return *banks_[static_cast<std::size_t>(page) % banks_.size()];
@@ -219,6 +264,8 @@ class BusPort final : public Block {
         uncounted_;  ///< by composer: clocks for which it is passed over
     std::vector<std::unique_ptr<Bank>> banks_;
     std::vector<std::unique_ptr<Row>> rows_;  ///< as many as a table may have; row_count_ count
+
+    std::unique_ptr<Writes> writes_;  ///< null without shared ports
 
     Plan plan_;          ///< combinational
     bool asked_ = true;  ///< its combinational outputs may stand at something

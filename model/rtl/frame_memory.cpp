@@ -20,21 +20,24 @@ std::uint64_t bits_of(std::uint8_t byte_mask) {
 
 FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config, std::int64_t words)
     : Block(name),
+      write_data_i("write_data_i", config.shared() ? 1 : 0),
       config_(config),
       refresh_left_(registers_, "refresh_left", bits_for(config.refresh_cycles)),
       refresh_due_in_(registers_, "refresh_due_in", bits_for(config.refresh_interval_cycles),
                       config.refresh_interval_cycles),
       reads_(registers_, "read", config.read_latency_cycles) {
+    const std::int64_t device_words = config.shared() ? 2 * config.device_words(words) : words;
     for (int bank = 0; bank < config.banks; ++bank) {
         banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
-                                                bits_for((words - 1) / config.page_words)));
+                                                bits_for((device_words - 1) / config.page_words)));
     }
-    for (std::vector<std::uint64_t>& device : devices_) {
-        device.resize(static_cast<std::size_t>(words));
+    devices_[0].resize(static_cast<std::size_t>(device_words));
+    if (!config.shared()) {
+        devices_[1].resize(static_cast<std::size_t>(device_words));
+        SC_METHOD(write_edge);
+        sensitive << write_clk_i.pos();
+        dont_initialize();
     }
-    SC_METHOD(write_edge);
-    sensitive << write_clk_i.pos();
-    dont_initialize();
     SC_METHOD(core_process);
     sensitive << clk_i.pos() << command_i;
     dont_initialize();
@@ -114,8 +117,17 @@ void FrameMemory::obey(const MemoryCommand& command) {
             open(command);
             return;
         case MemoryCommand::Kind::kRead:
-            check_read(command);
+            check_words(command);
             open(command);
+            return;
+        case MemoryCommand::Kind::kWrite:
+            if (!config_.shared()) {
+                refuse("ports", command, "its ports are not shared");
+                return;
+            }
+            check_words(command);
+            open(command);
+            store(command);
             return;
     }
 }
@@ -166,7 +178,7 @@ void FrameMemory::check_activate(const MemoryCommand& command) const {
     }
 }
 
-void FrameMemory::check_read(const MemoryCommand& command) const {
+void FrameMemory::check_words(const MemoryCommand& command) const {
     const Bank& bank = bank_of(command);
     const bool opens_itself = config_.activate_cycles() == 0 && (config_.precharge_cycles == 0 || !bank.open);
     if (!opens_itself && (!bank.open || bank.page != command.row)) {
@@ -174,7 +186,7 @@ void FrameMemory::check_read(const MemoryCommand& command) const {
                bank.open ? "page " + std::to_string(bank.page) + " is open" : "no page is open");
     }
     if (command.count > config_.words_per_cycle) {
-        refuse("width", command, "it gives " + std::to_string(config_.words_per_cycle) + " words a clock");
+        refuse("width", command, "it has " + std::to_string(config_.words_per_cycle) + " words a clock");
     }
     for (std::size_t word = 0; word < command.count; ++word) {
         if (command.columns[word] >= static_cast<std::uint32_t>(config_.page_words) ||
@@ -183,6 +195,15 @@ void FrameMemory::check_read(const MemoryCommand& command) const {
                    "it has " + std::to_string(words()) + " words in pages of " +
                        std::to_string(config_.page_words));
         }
+    }
+}
+
+void FrameMemory::store(const MemoryCommand& command) {
+    const std::uint64_t bits = bits_of(command.byte_mask);
+    const MemoryData& data = write_data_i[0].read();
+    for (std::size_t place = 0; place < command.count; ++place) {
+        std::uint64_t& word = devices_[0].at(static_cast<std::size_t>(address_of(command, place)));
+        word = (word & ~bits) | (data.words[place] & bits);
     }
 }
 
@@ -203,7 +224,7 @@ void FrameMemory::answer(const MemoryCommand& command, MemoryData& data) const {
     if (command.kind != MemoryCommand::Kind::kRead) {
         return;
     }
-    const std::vector<std::uint64_t>& device = devices_[front_i.read() ? 1 : 0];
+    const std::vector<std::uint64_t>& device = devices_[front_i.read() && !config_.shared() ? 1 : 0];
     data.count = command.count;
     for (std::size_t word = 0; word < command.count; ++word) {
         const auto address = static_cast<std::size_t>(address_of(command, word));

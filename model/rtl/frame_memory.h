@@ -13,23 +13,27 @@
 
 namespace metabuffer::rtl {
 
-/// The 64-bit page-mode memory of an input framebuffer (sections 4 and 5.2 of the paper): two devices of one pixel a
-/// word. The link writes one, colour half and depth half of each word on their own; the bus reads the other, front_i.
-/// They are devices of their own, so the two never disturb each other.
+/// The 64-bit page-mode memory of an input framebuffer (sections 4 and 5.2 of the paper), of one pixel a word; colour
+/// half and depth half of a word are written on their own. It has two devices: the link writes one, and the bus reads the
+/// other, front_i. They are devices of their own, so the two never disturb each other. Or, with `memory.ports: shared`, it
+/// is one device with room for both images and one set of data pins, behind which the link's words wait in write_buffer.
 ///
-/// The link's side stores a write at the clock of the link that samples it. The bus's side takes one command in a core
-/// clock. Page p lies in bank p mod banks, and each bank has a page open or none:
+/// The link's side stores a write at the clock of the link that samples it, unless ports are shared. The bus's side takes
+/// one command in a core clock. Page p lies in bank p mod banks, and each bank has a page open or none:
 /// - activate opens a page of a closed bank. How many clocks the bank is left alone then is the bus port's affair.
 /// - read puts words of a bank's open page out in the same clock, before its edge: up to words_per_cycle of them, each
 ///   with a column of its own, as interleaved memory gives them.
 ///   With read_latency_cycles the words stand that many clocks later; a read may follow in each clock all the same.
+/// - write, with shared ports, stores words of write_data_i in a bank's open page, the bytes that the mask names, as many
+///   in a clock as a read takes out. Registers at the pins bring them in as much later as a read's words come out, so the
+///   two meet nowhere; what is stored is what a later read finds.
 /// - precharge closes the bank's page, precharge-all every bank's.
 /// - refresh closes every bank's page too, and the memory is busy for refresh_cycles, the command's clock the first.
 /// What takes no clock needs no command: without precharge_cycles an activate closes the page before, and without
-/// activate_cycles a read opens its page itself.
+/// activate_cycles a read or write opens its page itself.
 ///
-/// Raises /metabuffer/frame_memory/page for a read of a page that is not open and for an activate in a bank that is not
-/// closed, /metabuffer/frame_memory/refresh for a command while a refresh lasts, for a refresh that comes later than
+/// Raises /metabuffer/frame_memory/page for a read or write of a page that is not open and for an activate in a bank that
+/// is not closed, /metabuffer/frame_memory/ports for a write without shared ports, /metabuffer/frame_memory/refresh for a command while a refresh lasts, for a refresh that comes later than
 /// refresh_interval_cycles behind the one before, and for one that it does not need, /metabuffer/frame_memory/address for
 /// a page of another bank and a word that the device does not have, and /metabuffer/frame_memory/width for more words than
 /// it gives in a clock.
@@ -43,6 +47,7 @@ class FrameMemory final : public Block {
         "front_i"};  ///< the device that the bus reads; changes while it reads nothing
     sc_core::sc_in<MemoryCommand> command_i{"command_i"};
     sc_core::sc_out<MemoryData> data_o{"data_o"};
+    sc_core::sc_vector<sc_core::sc_in<MemoryData>> write_data_i;  ///< one, only with shared ports
 
     /// words: pixels of one image.
     FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig& config, std::int64_t words);
@@ -68,7 +73,8 @@ class FrameMemory final : public Block {
     void refresh(const MemoryCommand& command);
     void close_banks();
     void check_activate(const MemoryCommand& command) const;
-    void check_read(const MemoryCommand& command) const;
+    void check_words(const MemoryCommand& command) const;
+    void store(const MemoryCommand& command);
     void put_out();
     void answer(const MemoryCommand& command, MemoryData& data) const;
     void latency_edge(const MemoryCommand& command);
@@ -81,7 +87,7 @@ class FrameMemory final : public Block {
     void refuse(const char* kind, const MemoryCommand& command, const std::string& why) const;
 
     MemoryConfig config_;
-    std::array<std::vector<std::uint64_t>, 2> devices_;
+    std::array<std::vector<std::uint64_t>, 2> devices_;  ///< with shared ports all is in the first
 
     ClockGate write_gate_{ClockGating::kOn};
     ClockGate core_gate_{ClockGating::kOn};

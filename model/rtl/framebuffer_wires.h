@@ -11,12 +11,14 @@ namespace metabuffer::rtl {
 
 /// Every wire between two of the blocks that an input framebuffer is made of, as the block that reads it sees it.
 struct FramebufferWires {
-    /// lines: displays.
-    FramebufferWires(int lines, bool deadlines)
+    /// lines: displays. halves: of the write buffer, 0 without one.
+    FramebufferWires(int lines, bool deadlines, int halves)
         : pending(static_cast<std::size_t>(lines), Wires::name_of("pending")),
           ready(pending.size(), Wires::name_of("ready")),
           deadline(deadlines ? pending.size() : 0, Wires::name_of("deadline")),
-          grant(pending.size(), Wires::name_of("grant")) {}
+          grant(pending.size(), Wires::name_of("grant")),
+          write_full(static_cast<std::size_t>(halves), Wires::name_of("write_full")),
+          write_block(write_full.size(), Wires::name_of("write_block")) {}
 
     // link_port to the others
     sc_core::sc_signal<bool> request{"request"};
@@ -40,6 +42,11 @@ struct FramebufferWires {
     sc_core::sc_signal<bool> lost{"lost"};
     sc_core::sc_signal<std::uint16_t> recovered{"recovered"};
     sc_core::sc_signal<std::uint16_t> slot{"slot"};
+    // write_buffer to bus_port and frame_memory
+    SignalBank<bool> write_full;
+    SignalBank<WriteBlock> write_block;
+    sc_core::sc_signal<bool> drain{"drain"};
+    sc_core::sc_signal<MemoryData> write_data{"write_data"};
 };
 
 }  // namespace metabuffer::rtl

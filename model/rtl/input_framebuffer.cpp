@@ -25,7 +25,8 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       renderer_(scenario.renderers[static_cast<std::size_t>(renderer)]),
       words_a_beat_(words_a_beat(scenario)),
       wires_(std::make_unique<FramebufferWires>(scenario.displays.count(),
-                                                goes_by_deadlines(scenario.bus.arbitration))),
+                                                goes_by_deadlines(scenario.bus.arbitration),
+                                                scenario.memory.shared() ? WriteBuffer::kHalves : 0)),
       link_port_("link_port", scenario, renderer_,
                  {[this](std::uint32_t pair) {
                       counters_.add_rejected_rows(pair, table_unit_.back_table());
@@ -42,6 +43,12 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
     bind_link_side();
     bind_bus_side();
     bind_arbiter();
+    if (scenario.memory.shared()) {
+        write_buffer_ = std::make_unique<WriteBuffer>(
+            "write_buffer", scenario.memory,
+            std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels);
+        bind_write_buffer();
+    }
 }
 
 InputFramebuffer::~InputFramebuffer() = default;
@@ -118,6 +125,25 @@ void InputFramebuffer::bind_arbiter() {
     }
 }
 
+void InputFramebuffer::bind_write_buffer() {
+    WriteBuffer& buffer = *write_buffer_;
+    buffer.clk_i(dvi_clk_i);
+    buffer.reset_i(reset_i);
+    buffer.write_i(wires_->write);
+    buffer.command_i(wires_->command);
+    buffer.drain_i(wires_->drain);
+    buffer.data_o(wires_->write_data);
+    for (std::size_t half = 0; half < WriteBuffer::kHalves; ++half) {
+        buffer.full_o[half](wires_->write_full[half]);
+        buffer.block_o[half](wires_->write_block[half]);
+        bus_port_.write_full_i[half](wires_->write_full[half]);
+        bus_port_.write_block_i[half](wires_->write_block[half]);
+    }
+    bus_port_.front_i[0](wires_->front);
+    bus_port_.drain_o[0](wires_->drain);
+    frame_memory_.write_data_i[0](wires_->write_data);
+}
+
 void InputFramebuffer::start_frame(bool fresh) {
     counters_.repeated_frames += fresh ? 0 : 1;
     frame_sources_.push_back(link_port_.front_source());
@@ -135,6 +161,7 @@ void InputFramebuffer::trace(sc_core::sc_trace_file* file) const {
     link_port_.trace(file);
     table_unit_.trace(file);
     frame_memory_.trace(file);
+    if (write_buffer_ != nullptr) write_buffer_->trace(file);
     bus_arbiter_.trace(file);
     bus_port_.trace(file);
 }

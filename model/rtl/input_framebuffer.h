@@ -13,6 +13,7 @@
 #include "rtl/link_port.h"
 #include "rtl/signals.h"
 #include "rtl/table_unit.h"
+#include "rtl/write_buffer.h"
 
 namespace metabuffer::rtl {
 
@@ -23,6 +24,7 @@ struct FramebufferWires;
 ///
 /// - link_port, in DVI input clocks: writes pixels, keeps the two devices, answers the bus side;
 /// - frame_memory: the two devices;
+/// - write_buffer, with shared ports: the link's words until the memory, which is then one device, takes them;
 /// - table_unit: the viewport tables of both, and the slot table;
 /// - bus_port, in core clocks: table and bursts on the bus;
 /// - bus_arbiter: whose burst is next.
@@ -66,6 +68,7 @@ class InputFramebuffer final : public Block {
     void bind_link_side();
     void bind_bus_side();
     void bind_arbiter();
+    void bind_write_buffer();
     void start_frame(bool fresh);
 
     const Renderer& renderer_;
@@ -77,6 +80,7 @@ class InputFramebuffer final : public Block {
     LinkPort link_port_;
     TableUnit table_unit_;
     FrameMemory frame_memory_;
+    std::unique_ptr<WriteBuffer> write_buffer_;  ///< null without shared ports
     BusArbiter bus_arbiter_;
     BusPort bus_port_;
 };

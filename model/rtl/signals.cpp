@@ -172,6 +172,7 @@ void sc_trace(sc_core::sc_trace_file* file, const MemoryWrite& value, const std:
 
 bool operator==(const MemoryCommand& a, const MemoryCommand& b) {
     return a.kind == b.kind && a.bank == b.bank && a.row == b.row && a.count == b.count &&
+           a.byte_mask == b.byte_mask &&
            std::equal(a.columns.begin(), a.columns.begin() + a.count, b.columns.begin());
 }
 
@@ -190,6 +191,9 @@ std::ostream& operator<<(std::ostream& out, const MemoryCommand& value) {
             return out << "precharge all";
         case MemoryCommand::Kind::kRefresh:
             return out << "refresh";
+        case MemoryCommand::Kind::kWrite:
+            return out << "write " << int{value.count} << " from word " << value.columns[0] << " of page "
+                       << value.row;
     }
     return out;
 }
@@ -199,6 +203,17 @@ void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const st
     sc_core::sc_trace(file, value.bank, name + ".bank", 3);
     sc_core::sc_trace(file, value.row, name + ".row");
     sc_core::sc_trace(file, value.count, name + ".count", 4);
+    sc_core::sc_trace(file, value.byte_mask, name + ".byte_mask");
+}
+
+std::ostream& operator<<(std::ostream& out, const WriteBlock& value) {
+    return out << value.words << " words from word " << value.address << " on";
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const WriteBlock& value, const std::string& name) {
+    sc_core::sc_trace(file, value.address, name + ".address");
+    sc_core::sc_trace(file, value.words, name + ".words");
+    sc_core::sc_trace(file, value.byte_mask, name + ".byte_mask");
 }
 
 bool operator==(const MemoryData& a, const MemoryData& b) {

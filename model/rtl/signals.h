@@ -118,18 +118,32 @@ struct MemoryCommand {
         kPrecharge,     ///< closes the bank's page
         kPrechargeAll,  ///< closes every bank's page
         kRefresh,       ///< the same, and no bank takes a command for refresh_cycles, this clock the first
+        kWrite,         ///< with shared ports: `count` words of the link into the bank's open page
     };
     Kind kind = Kind::kNone;
     std::uint8_t bank = 0;
-    std::uint32_t row = 0;  ///< of kActivate and kRead: the page
+    std::uint32_t row = 0;  ///< of kActivate, kRead and kWrite: the page
     std::uint8_t count = 0;
+    std::uint8_t byte_mask = 0;  ///< of kWrite: bit b, byte b of each word is written
     std::array<std::uint32_t, kMaximumBeatPixels>
-        columns{};  ///< of kRead: word in the page, one a word of the beat
+        columns{};  ///< of kRead and kWrite: word in the page, one a word of the beat
 };
 bool operator==(const MemoryCommand& a, const MemoryCommand& b);
 std::ostream& operator<<(std::ostream& out, const MemoryCommand& value);
 /// Without the columns, see trace_lanes.
 void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const std::string& name);
+
+/// A block of the link's words that waits to be written: where it belongs. Its words stay in the write buffer.
+struct WriteBlock {
+    std::uint64_t address = 0;  ///< of its first word in the memory, both devices counted
+    std::uint32_t words = 0;
+    std::uint8_t byte_mask = 0;
+};
+inline bool operator==(const WriteBlock& a, const WriteBlock& b) {
+    return a.address == b.address && a.words == b.words && a.byte_mask == b.byte_mask;
+}
+std::ostream& operator<<(std::ostream& out, const WriteBlock& value);
+void sc_trace(sc_core::sc_trace_file* file, const WriteBlock& value, const std::string& name);
 
 /// The words that a frame memory puts out.
 struct MemoryData {

@@ -22,10 +22,26 @@ int lost_slot_cycles(const Scenario& scenario) {
     return (scenario.bus.burst_pixels + beat - 1) / beat * cycles_per_beat(scenario.bus);
 }
 
+int longest_write_cycles(const MemoryConfig& memory, int words) {
+    return memory.page_miss_cycles + memory.write_cycles(words);
+}
+
+int longest_write_delay_cycles(const MemoryConfig& memory) {
+    constexpr int kSynchronizerCycles = 3;
+    const int writing = longest_write_cycles(memory, memory.write_block_words);
+    const int refresh = memory.refreshes() ? writing + memory.refresh_cycles : 0;
+    return kSynchronizerCycles + memory.page_miss_cycles + refresh + writing;
+}
+
 int longest_word_wait_cycles(const Scenario& scenario) {
     const MemoryConfig& memory = scenario.memory;
     const int refresh = memory.refreshes() ? memory.refresh_cycles + memory.activate_cycles() : 0;
-    return memory.page_miss_cycles + refresh;
+    constexpr int kBlocks = 3;
+    const int writes =
+        memory.shared()
+            ? kBlocks * (longest_write_cycles(memory, memory.write_block_words) + memory.page_miss_cycles)
+            : 0;
+    return memory.page_miss_cycles + refresh + writes;
 }
 
 int longest_beat_gap_cycles(const Scenario& scenario) {

@@ -17,8 +17,17 @@ std::int64_t link_timeout_clocks(const Scenario& scenario, const Renderer& rende
 /// Core clocks that a lost slot takes: the beats of a full burst.
 int lost_slot_cycles(const Scenario& scenario);
 
+/// Core clocks in which a memory with shared ports writes a block of the link's words, at the most: a page is closed,
+/// another opened, and the words follow. words: of the block.
+int longest_write_cycles(const MemoryConfig& memory, int words);
+
+/// Core clocks from a block's last word to the end of its writing, at the most: two registers of the core clock, a page
+/// that is being opened, a refresh that leaves no room before it, and the writing.
+int longest_write_delay_cycles(const MemoryConfig& memory);
+
 /// Core clocks that a burst waits for its next word, at the most: a page miss, or one with a refresh within it and the
-/// page's opening anew.
+/// page's opening anew. With shared ports blocks of the link's words may come between, three at the most, and each may
+/// close the burst's page.
 int longest_word_wait_cycles(const Scenario& scenario);
 
 /// Core clocks from a beat of a burst to the next one, at the most: that wait, and the beat.

@@ -24,6 +24,7 @@ constexpr IntegerRange kReadLatencyCycles{0, 8};
 constexpr IntegerRange kRegisterStages{0, 4};
 constexpr IntegerRange kRefreshIntervalCycles{0, 100'000'000};
 constexpr IntegerRange kRefreshCycles{0, 1'000'000};
+constexpr IntegerRange kPageWords{1, 1 << 24};
 constexpr IntegerRange kGrantCycles{0, 255};
 constexpr std::array<int, 6> kBusWidthsBits{16, 32, 64, 128, 256, 512};
 constexpr IntegerRange kBufferPixels{1, 1 << 24};

@@ -59,6 +59,13 @@ struct EnumNames<StarvationMode> {
 };
 
 template <>
+struct EnumNames<MemoryPorts> {
+    static constexpr const char* kWhat = "a kind of memory ports";
+    static constexpr auto kTable =
+        name_table<MemoryPorts>({{MemoryPorts::kDual, "dual"}, {MemoryPorts::kShared, "shared"}});
+};
+
+template <>
 struct EnumNames<SlotTableMaker> {
     static constexpr const char* kWhat = "a maker of slot tables";
     static constexpr auto kTable =

@@ -24,6 +24,12 @@ namespace metabuffer {
 
 enum class StarvationMode : std::uint8_t { kGlitch, kStall };
 
+/// How many sets of data pins an input framebuffer's memory has.
+enum class MemoryPorts : std::uint8_t {
+    kDual,    ///< two devices: the link writes one while the bus reads the other
+    kShared,  ///< one device: the link's writes take clocks from the bus's reads
+};
+
 /// Who makes the slot table of a frame.
 enum class SlotTableMaker : std::uint8_t {
     kHost,   ///< the host, which sends it with the pair: it is there when the frame begins
@@ -128,11 +134,20 @@ struct MemoryConfig {
     int read_latency_cycles = 0;      ///< from a read to its words; a read may follow in each clock
     int refresh_interval_cycles = 0;  ///< from one refresh's beginning to the next one's; 0: none
     int refresh_cycles = 0;           ///< of a refresh: every bank is closed, and none can be opened
+    MemoryPorts ports = MemoryPorts::kDual;
+    int write_block_words = 64;  ///< with shared ports: words of the link that are written together
     /// As the scenario gives it, beside or instead of page_miss_cycles.
     std::optional<int> given_activate_cycles;
 
     constexpr int activate_cycles() const { return page_miss_cycles - precharge_cycles; }
     constexpr bool refreshes() const { return refresh_cycles > 0; }
+    constexpr bool shared() const { return ports == MemoryPorts::kShared; }
+    /// With shared ports: words of the pages that an image takes. Behind them the other one's pages begin.
+    constexpr std::int64_t device_words(std::int64_t image_words) const {
+        return (image_words + page_words - 1) / page_words * page_words;
+    }
+    /// Clocks that so many words of the link take on the data pins.
+    constexpr int write_cycles(int words) const { return (words + words_per_cycle - 1) / words_per_cycle; }
     /// Clocks until a page that is not open can be read.
     constexpr int opening_cycles(bool another_is_open) const {
         return another_is_open ? page_miss_cycles : activate_cycles();

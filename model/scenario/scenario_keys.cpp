@@ -163,8 +163,8 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
         number<&Scenario::clocks, &ClockConfig::dvi_out_mhz>("clocks.dvi_out_mhz", "MHz",
                                                              "pixel clock of the displays", kClockMhz),
         map("memory"),
-        whole_number<&Scenario::memory, &MemoryConfig::page_words>("memory.page_words", "words",
-                                                                   "words of an open page", {1, 1 << 24}),
+        whole_number<&Scenario::memory, &MemoryConfig::page_words>(
+            "memory.page_words", "words", "words of an open page", limits::kPageWords),
         one_of<&Scenario::memory, &MemoryConfig::banks>(
             "memory.banks", "banks", "banks of the memory, each with an open page",
             {limits::kMemoryBanks.begin(), limits::kMemoryBanks.end()}, "a number of banks"),
@@ -194,6 +194,12 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
         whole_number<&Scenario::memory, &MemoryConfig::refresh_cycles>(
             "memory.refresh_cycles", "core cycles", "cycles of a refresh, which closes all banks",
             limits::kRefreshCycles),
+        choice<MemoryPorts, &Scenario::memory, &MemoryConfig::ports>(
+            "memory.ports",
+            "two devices, one for the link and one for the bus, or one whose data pins both share"),
+        whole_number<&Scenario::memory, &MemoryConfig::write_block_words>(
+            "memory.write_block_words", "words",
+            "with shared ports: words of the link that are written together", limits::kPageWords),
         map("bus"),
         one_of<&Scenario::bus, &BusConfig::width_bits>(
             "bus.width_bits", "bits", "width of a bus",

@@ -64,11 +64,53 @@ void check_refresh(RuleCheck& check, const MemoryConfig& memory) {
     check.require(
         interval > 0, "memory.refresh_cycles",
         std::to_string(memory.refresh_cycles) + " without refresh_interval_cycles; use both, or neither");
-    const std::int64_t least = std::int64_t{memory.refresh_cycles} + memory.page_miss_cycles + 1;
-    check.require(interval >= least, "memory.refresh_interval_cycles",
-                  std::to_string(interval) +
-                      " leaves no cycle for a beat beside refresh_cycles and page_miss_cycles; use " +
-                      std::to_string(least) + " or more");
+    const int write = memory.shared() ? longest_write_cycles(memory, memory.write_block_words) : 0;
+    const std::int64_t least = std::int64_t{memory.refresh_cycles} + memory.page_miss_cycles + write + 1;
+    check.require(
+        interval >= least, "memory.refresh_interval_cycles",
+        std::to_string(interval) +
+            (write > 0 ? " leaves no cycle for a beat beside refresh_cycles, page_miss_cycles and the "
+                         "writing of a block; use "
+                       : " leaves no cycle for a beat beside refresh_cycles and page_miss_cycles; use ") +
+            std::to_string(least) + " or more");
+}
+
+std::int64_t core_cycles_of_link_clocks(const ClockConfig& clocks, std::int64_t link_clocks) {
+    return link_clocks * clock_period_picoseconds(clocks.dvi_in_mhz) /
+           clock_period_picoseconds(clocks.core_mhz);
+}
+
+/// With shared ports each block of the link's words is written before the next one is there, so that none is lost.
+void check_write_blocks(RuleCheck& check, const Scenario& scenario) {
+    const MemoryConfig& memory = scenario.memory;
+    if (!memory.shared() || check.failed()) return;
+    const int words = memory.write_block_words;
+    check.require(memory.page_words % words == 0, "memory.write_block_words",
+                  std::to_string(words) + " does not divide page_words, " +
+                      std::to_string(memory.page_words) + "; use a divisor of it");
+    const std::int64_t delay = longest_write_delay_cycles(memory) + std::int64_t{memory.page_miss_cycles};
+    const std::int64_t block = core_cycles_of_link_clocks(scenario.clocks, words);
+    check.require(block >= delay, "memory.write_block_words",
+                  std::to_string(words) + " words of a link come in " + std::to_string(block) +
+                      " core cycles, and to write them may take " + std::to_string(delay) +
+                      "; use larger blocks, more words_per_cycle or a faster core_mhz");
+}
+
+/// And a pair's last ones are written before its verdict, so that none is read too early.
+void check_last_block(RuleCheck& check, const Scenario& scenario, const Renderer& renderer,
+                      const std::string& path) {
+    const MemoryConfig& memory = scenario.memory;
+    if (!memory.shared() || check.failed()) return;
+    const std::int64_t pixels = std::int64_t{renderer.image_width_pixels} * renderer.image_height_pixels;
+    const auto last = static_cast<int>(std::min<std::int64_t>(memory.write_block_words, pixels));
+    const std::int64_t ends = longest_write_delay_cycles(memory) + longest_write_cycles(memory, last);
+    const std::int64_t verdict = core_cycles_of_link_clocks(
+        scenario.clocks, std::int64_t{DviTiming::kVerticalFrontLines} * renderer.timing().line_clocks());
+    check.require(verdict >= ends, "memory.write_block_words",
+                  std::to_string(memory.write_block_words) + " words may be written as late as " +
+                      std::to_string(ends) + " core cycles after the last pixel of " + path +
+                      ", whose pair is judged after " + std::to_string(verdict) +
+                      "; use smaller blocks, more words_per_cycle or a faster core_mhz");
 }
 
 /// The rules between keys.
@@ -332,6 +374,7 @@ std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
     RuleCheck check;
     check_keys(check, scenario);
     check_machine(check, scenario);
+    check_write_blocks(check, scenario);
     check_names(check, scenario);
     check_faults(check, scenario);
     return std::move(check).result();
@@ -346,6 +389,7 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
         const std::string path = "renderers[" + std::to_string(i) + "]";
         check.integer(path + ".frames", renderer.image_width_pixels, kImageSidePixels);
         check.integer(path + ".frames", renderer.image_height_pixels, kImageSidePixels);
+        check_last_block(check, scenario, renderer, path);
         std::set<std::size_t> seen;
         for (std::size_t j = 0; j < renderer.frames.size(); ++j) {
             const RendererFrame& frame = renderer.frames[j];

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <systemc>
 #include <vector>
 
 #include "scenario/scenario.h"
 #include "tlm/payload.h"
+#include "tlm/schedule_observer.h"
 
 namespace metabuffer::tlm {
 
@@ -13,6 +15,9 @@ namespace metabuffer::tlm {
 /// page at the bus's pace; another page of a closed bank behind activate_cycles, of a bank with a page open behind
 /// precharge_cycles more. A frame starts with no page open. Each refresh_interval_cycles, from first_cycle on, a refresh
 /// closes all banks and lasts for refresh_cycles; what is being opened then is opened anew.
+///
+/// With shared ports it is one memory for both images, whose pages stay open from frame to frame. A block of the link's
+/// words is written as soon as no page is being opened, none is refreshed and the block is done before the next refresh.
 ///
 /// Answers MemoryAccess. A memory with another policy takes its place by answering the same; see
 /// tb/examples/banked_memory.h.
@@ -41,6 +46,24 @@ class FrameMemory final : public sc_core::sc_module {
     }
     Bank broken_off(std::int64_t cycle) const;
     void wait_for_page(MemoryAccess& access, std::int64_t open_page) const;
+    std::int64_t open_page(const Bank& bank, std::int64_t cycle) const {
+        return bank.refreshes == refreshes_by(cycle) ? bank.page : kNoPage;
+    }
+    Bank& bank_of(std::int64_t page) { return banks_[static_cast<std::size_t>(page) % banks_.size()]; }
+    const Bank& bank_of(std::int64_t page) const {
+        return banks_[static_cast<std::size_t>(page) % banks_.size()];
+    }
+
+    // With shared ports.
+    struct Block {
+        std::int64_t ready_cycle = 0;  ///< the first clock in which it may be written
+        std::int64_t page = kNoPage;
+        int cycles = 0;  ///< on the data pins
+    };
+    CycleSpan writing_of(const Block& block) const;
+    void write_blocks(std::int64_t cycle);
+    void answer_shared(MemoryAccess& access, std::int64_t page);
+    void wait(MemoryAccess& access, std::int64_t end, int MemoryAccess::*cause) const;
 
     MemoryConfig config_;
     std::int64_t first_cycle_;
@@ -55,6 +78,9 @@ class FrameMemory final : public sc_core::sc_module {
         bool closes_first = false;  ///< the page before must be closed
     };
     Opening opening_;
+    std::deque<Block> blocks_;        ///< to be written
+    std::int64_t free_from_ = 0;      ///< no page is opened and no block written from this clock on
+    bool opening_under_way_ = false;  ///< until free_from_
 };
 
 }  // namespace metabuffer::tlm

@@ -57,6 +57,13 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
 
 void InputFramebuffer::take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
     const auto& frame = content_of<DecodedFrame>(payload);
+    if (scenario_.memory.shared()) {
+        while (has_next_block()) write_block();
+        // A depth frame goes where its colour frame went.
+        link_writes_.next_word = 0;
+        link_writes_.placed = std::none_of(frame.events.begin(), frame.events.end(),
+                                           [](const LinkEvent& event) { return event.colour_start; });
+    }
     link_pixels_before_ += newest_link_frame_.pixels;
     newest_link_frame_.first_pixel_edge = frame.first_pixel_edge;
     newest_link_frame_.pixels = frame.pixels;
@@ -106,6 +113,8 @@ void InputFramebuffer::take_event(const LinkEvent& event, std::int64_t edge) {
     counters_.dropped_frames += taken.dropped_pairs;
     if (event.colour_start) {
         filling_table_ = event.table;
+        link_writes_.placed = true;
+        link_writes_.first_word = first_word_of(!front_device_);
     }
     if (taken.pair_accepted) {
         back_ = event;
@@ -122,6 +131,7 @@ void InputFramebuffer::answer(bool fresh, std::int64_t edge) {
     if (fresh) {
         front_rows_ = back_rows_;
         front_slots_ = back_slots_;
+        front_device_ = !front_device_;
         front_source_ = {static_cast<int>(back_.number), true, dvi_.picoseconds_of(back_.last_pixel_edge)};
         if (settings_.shelf != nullptr) {
             front_content_ = settings_.shelf->content(*back_.colour, *back_.depth);
@@ -231,6 +241,7 @@ void InputFramebuffer::start_frame(std::int64_t cycle) {
     for (const ViewportRow& table_row : front_rows_) {
         Row row;
         row.address = std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;
+        if (scenario_.memory.shared()) row.address += first_word_of(front_device_);
         row.segment = Segment(table_row, limits_.raster_width_pixels, limits_.raster_height_pixels);
         row.pixels = row.segment.pixels();
         pixels_left_ += row.pixels;
@@ -404,6 +415,11 @@ void InputFramebuffer::continue_burst() {
             wait_for_busready(at_cycle_);
             return;
         }
+        const std::int64_t known_before = writes_known_before();
+        if (at_cycle_ >= known_before) {
+            wait_for_busready(at_cycle_);
+            return;
+        }
         const int words = std::min(burst_left_, row.segment.row().sdx - row.column);
         if (limit != kUnknownCycle && !stops && ends_at(access_memory(row, words, at_cycle_, true), limit)) {
             wait_for_busready(limit);
@@ -416,10 +432,11 @@ void InputFramebuffer::continue_burst() {
             break;
         }
         const int first_words = access.words;
-        const std::int64_t beats_before = std::min(access.beats_before, limit);
+        const std::int64_t beats_before = std::min({access.beats_before, limit, known_before});
         wait_for_page(access, kUnknownCycle);
-        if (at_cycle_ < limit) {
-            send_beats(pixels_before(beats_before, pixels_on_page(row, first_words, at_cycle_)));
+        if (first_words > 0 && at_cycle_ < beats_before) {
+            send_beats(
+                pixels_before(beats_before, pixels_on_page(row, first_words, at_cycle_, beats_before)));
         }
     }
     // Beats that are not judged yet keep BUSREADY high: where it falls, more is to come than goes out in spite of it.
@@ -470,12 +487,15 @@ MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::in
     memory_access_->cycle = cycle;
     memory_access_->other_page = false;
     new_frame_ = false;
+    if (scenario_.memory.shared()) write_blocks(cycle);
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     memory_socket->b_transport(payload, delay);
     const MemoryAccess& answer = *memory_access_;
-    const bool adds_up = answer.broken_cycles >= 0 && answer.refresh_cycles >= 0 &&
-                         answer.broken_cycles + answer.refresh_cycles <= answer.wait_cycles;
-    const bool goes_on = answer.words >= 1 && answer.beats_before - cycle > answer.wait_cycles;
+    const bool adds_up =
+        answer.broken_cycles >= 0 && answer.refresh_cycles >= 0 && answer.write_cycles >= 0 &&
+        answer.broken_cycles + answer.refresh_cycles + answer.write_cycles <= answer.wait_cycles;
+    const bool goes_on = answer.words >= 1 ? answer.beats_before - cycle > answer.wait_cycles
+                                           : answer.words == 0 && answer.wait_cycles > 0;
     if (!payload.is_response_ok() || !adds_up || !goes_on || answer.words > words) {
         // An architect's own memory may stand there; without progress the burst would never end.
         SC_REPORT_ERROR(
@@ -483,7 +503,8 @@ MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::in
             (std::string(name()) + ": its memory answered " + payload.get_response_string() + ", " +
              std::to_string(answer.words) + " of " + std::to_string(words) + " words after " +
              std::to_string(answer.wait_cycles) + " clocks, " + std::to_string(answer.broken_cycles) +
-             " and " + std::to_string(answer.refresh_cycles) + " of them for a refresh")
+             " and " + std::to_string(answer.refresh_cycles) + " of them for a refresh, " +
+             std::to_string(answer.write_cycles) + " for words of the link")
                 .c_str());
     }
     return *memory_access_;
@@ -502,8 +523,10 @@ void InputFramebuffer::wait_for_page(const MemoryAccess& access, std::int64_t en
     const auto before_end = [this, end](std::int64_t clocks) { return std::min(clocks, end - at_cycle_); };
     open_page(before_end(access.broken_cycles), access.broken_cycles > 0);
     wait_for_refresh(before_end(access.refresh_cycles));
+    wait_for_writes(before_end(access.write_cycles));
     if (at_cycle_ < end) {
-        open_page(before_end(access.wait_cycles - access.broken_cycles - access.refresh_cycles),
+        open_page(before_end(access.wait_cycles - access.broken_cycles - access.refresh_cycles -
+                             access.write_cycles),
                   access.page_miss);
     }
 }
@@ -535,14 +558,30 @@ void InputFramebuffer::wait_for_refresh(std::int64_t clocks) {
     at_cycle_ += clocks;
 }
 
-/// How many of the burst's pixels follow without a page miss, over the ends of source rows.
-int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64_t cycle) {
+void InputFramebuffer::wait_for_writes(std::int64_t clocks) {
+    if (clocks == 0) {
+        return;
+    }
+    counters_.bus.write_cycles += clocks;
+    const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
+    note_span(SpanKind::kWrite, span, 0);
+    if (settings_.observer != nullptr) settings_.observer->memory_write(settings_.renderer + 1, span);
+    at_cycle_ += clocks;
+}
+
+/// How many of the burst's pixels follow without a page miss, over the ends of source rows. Of those whose beats begin at
+/// `beats_before` or later it need not say so.
+int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64_t cycle,
+                                     std::int64_t beats_before) {
     int pixels = first_words;
     Row place = row;
     advance(place, first_words);
     while (pixels < burst_left_ && place.column == 0) {
         const int words = std::min(burst_left_ - pixels, int{place.segment.row().sdx});
         const std::int64_t wanted_cycle = cycle + std::int64_t{pixels / pixels_per_beat_} * cycles_per_beat_;
+        if (wanted_cycle >= beats_before) {
+            break;
+        }
         const MemoryAccess& access = access_memory(place, words, wanted_cycle, true);
         if (access.page_miss || access.other_page || access.wait_cycles > 0) {
             break;
@@ -669,6 +708,67 @@ void InputFramebuffer::ask_for_slot(Row& row) {
     return ::tlm::TLM_ACCEPTED;
 }
 
+// ---- shared ports ----
+
+std::int64_t InputFramebuffer::next_block_words() const {
+    const LinkWrites& writes = link_writes_;
+    return std::min<std::int64_t>(scenario_.memory.write_block_words, image_words() - writes.next_word);
+}
+
+/// A frame that is broken off leaves its last block unwritten.
+bool InputFramebuffer::has_next_block() const {
+    return link_writes_.next_word < image_words() &&
+           link_writes_.next_word + next_block_words() <= newest_link_frame_.pixels;
+}
+
+/// The first one in which the memory may write the next block.
+std::int64_t InputFramebuffer::next_block_cycle() const {
+    constexpr int kBufferClocks = 1;  // from the clock in which the framebuffer takes a block's last pixel
+    const DecodedFrame& frame = newest_link_frame_;
+    const std::int64_t last = link_writes_.next_word + next_block_words() - 1;
+    const std::int64_t edge = frame.first_pixel_edge + last / frame.line_pixels * frame.line_clocks +
+                              last % frame.line_pixels + kBufferClocks;
+    return core_.edge_seeing(dvi_.picoseconds_of(edge)) + 1;
+}
+
+void InputFramebuffer::write_block() {
+    const std::int64_t words = next_block_words();
+    Message<MemoryAccess> message;
+    ::tlm::tlm_generic_payload& payload = message.payload();
+    payload.set_address(static_cast<sc_dt::uint64>(link_writes_.first_word + link_writes_.next_word) *
+                        kBytesPerWord);
+    payload.set_data_length(static_cast<unsigned>(words) * kBytesPerWord);
+    message->write = true;
+    message->cycle = newest_block_cycle_ = next_block_cycle();
+    sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
+    memory_socket->b_transport(payload, delay);
+    link_writes_.next_word += words;
+}
+
+/// Tells the memory of the blocks that it may write before a clock, and of one more.
+void InputFramebuffer::write_blocks(std::int64_t cycle) {
+    while (link_writes_.placed && has_next_block() && newest_block_cycle_ <= cycle) {
+        write_block();
+    }
+}
+
+/// No block that is not known yet can be written before this clock.
+std::int64_t InputFramebuffer::writes_known_before() const {
+    if (!scenario_.memory.shared()) {
+        return kUnknownCycle;
+    }
+    if (!link_writes_.placed && has_next_block()) {
+        return next_block_cycle();
+    }
+    // The next frame is told of in its first clock.
+    const DviTiming timing = renderer_.timing();
+    constexpr int kLinesBeforePixels = DviTiming::kVerticalBackLines + 1;
+    const std::int64_t edge = dvi_.edge_at(now_picoseconds()) +
+                              std::int64_t{kLinesBeforePixels} * timing.line_clocks() +
+                              std::min<std::int64_t>(scenario_.memory.write_block_words, image_words());
+    return core_.edge_seeing(dvi_.picoseconds_of(edge)) + 1;
+}
+
 // ---- what a run tells ----
 
 void InputFramebuffer::note_span(SpanKind kind, CycleSpan cycles, int pixels) {
@@ -702,6 +802,9 @@ RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
                 break;
             case SpanKind::kRefresh:
                 bus.refresh_cycles -= excess;
+                break;
+            case SpanKind::kWrite:
+                bus.write_cycles -= excess;
                 break;
             case SpanKind::kPageMiss:
                 bus.page_miss_cycles -= excess;
@@ -757,6 +860,9 @@ std::string InputFramebuffer::waiting_for(std::int64_t through_cycle) const {
                 }
                 if (now && span.kind == SpanKind::kRefresh) {
                     return waits::for_memory_refresh();
+                }
+                if (now && span.kind == SpanKind::kWrite) {
+                    return waits::for_memory_write();
                 }
                 if (now && span.kind == SpanKind::kLost) {
                     return waits::for_lost_slot();

@@ -93,7 +93,7 @@ class InputFramebuffer final : public sc_core::sc_module {
         int composers = 0;
         std::int64_t cycle = 0;
     };
-    enum class SpanKind : std::uint8_t { kTable, kBeats, kPageMiss, kRefresh, kGrant, kLost };
+    enum class SpanKind : std::uint8_t { kTable, kBeats, kPageMiss, kRefresh, kWrite, kGrant, kLost };
     struct Span {
         SpanKind kind = SpanKind::kTable;
         CycleSpan cycles;
@@ -117,7 +117,8 @@ class InputFramebuffer final : public sc_core::sc_module {
     void wait_for_page(const MemoryAccess& access, std::int64_t end);
     void open_page(std::int64_t clocks, bool counts);
     void wait_for_refresh(std::int64_t clocks);
-    int pixels_on_page(const Row& row, int first_words, std::int64_t cycle);
+    void wait_for_writes(std::int64_t clocks);
+    int pixels_on_page(const Row& row, int first_words, std::int64_t cycle, std::int64_t beats_before);
     int pixels_before(std::int64_t cycle, int pixels) const;
     void send_beats(int pixels);
     std::int64_t judge_beats();
@@ -132,6 +133,26 @@ class InputFramebuffer final : public sc_core::sc_module {
     void stop_polling(std::int64_t cycle);
     void note_span(SpanKind kind, CycleSpan cycles, int pixels);
     void advance(Row& row, int pixels) const;
+
+    // ---- shared ports ----
+    /// What a frame on the link has written: blocks of words, in order.
+    struct LinkWrites {
+        bool placed = true;           ///< it is known which image of the memory they belong to
+        std::int64_t next_word = 0;   ///< of the next block, in the image
+        std::int64_t first_word = 0;  ///< of the image, in the memory
+    };
+    std::int64_t image_words() const {
+        return std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels;
+    }
+    std::int64_t first_word_of(bool device) const {
+        return device ? scenario_.memory.device_words(image_words()) : std::int64_t{0};
+    }
+    std::int64_t next_block_words() const;
+    bool has_next_block() const;
+    std::int64_t next_block_cycle() const;
+    void write_blocks(std::int64_t cycle);
+    void write_block();
+    std::int64_t writes_known_before() const;
 
     const Scenario& scenario_;
     const Renderer& renderer_;
@@ -163,6 +184,9 @@ class InputFramebuffer final : public sc_core::sc_module {
     FrameSource front_source_;
     FrameContent front_content_;
     bool answer_fresh_ = false;
+    bool front_device_ = false;  ///< of the memory, as level rtl counts them
+    LinkWrites link_writes_;
+    std::int64_t newest_block_cycle_ = -1;  ///< of those that the memory knows of
 
     // The bus side.
     sc_core::sc_event bus_wake_;

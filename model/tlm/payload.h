@@ -130,14 +130,20 @@ struct MemoryAccess : Extension<MemoryAccess> {
     bool new_frame = false;   ///< the first access of a frame
     bool peek = false;        ///< only ask: the access may not come to be
     bool broken_off = false;  ///< no access: the last one's wait ended at `cycle`, before its words
-    std::int64_t cycle = 0;   ///< core clock in which the first word is wanted
+    /// No access, with shared ports: the words are a block of the link's, which may be written from `cycle` on. Blocks come
+    /// in order, each before any access of its cycle or a later one, and one more than that.
+    bool write = false;
+    std::int64_t cycle = 0;  ///< core clock in which the first word is wanted
     // What the memory answers.
-    // The wait is for what is being opened when a refresh begins, if it is broken off, for the refresh, and for the page.
+    // The wait is for what is being opened when a refresh begins, if it is broken off, for the refresh, for blocks of the
+    // link's words, and for the page. A memory that cannot see that far ahead answers no words: it wants to be asked again
+    // behind the wait.
     bool page_miss = false;   ///< a page must be opened
     bool other_page = false;  ///< than the last access's that was no peek: no beat runs over this point
     int wait_cycles = 0;      ///< clocks without data before the first word
     int broken_cycles = 0;    ///< of them, first: an opening that a refresh breaks off
     int refresh_cycles = 0;   ///< of them, next: the refresh, or what is left of it
+    int write_cycles = 0;     ///< of them, next: the link's words
     int words = 0;            ///< how many of the words asked for follow without another page miss
     std::int64_t beats_before =
         kUnknownCycle;  ///< the first clock, behind the wait, in which no beat can begin

@@ -31,6 +31,8 @@ class ScheduleObserver {
     virtual void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) = 0;
     /// A burst waits for its memory's refresh to end.
     virtual void refresh(int renderer, CycleSpan span) = 0;
+    /// A burst waits for the link's words to be written to its memory.
+    virtual void memory_write(int renderer, CycleSpan span) = 0;
     /// There is something to send and no composer takes it.
     virtual void poll(int renderer, CycleSpan span) = 0;
     /// The bus waits for its arbiter's answer, or for the slot table.

@@ -246,6 +246,10 @@ void ScheduleTrace::wait_of_bus(int renderer, std::string_view what, std::string
 
 void ScheduleTrace::refresh(int renderer, CycleSpan span) { wait_of_bus(renderer, "refresh", kBad, span); }
 
+void ScheduleTrace::memory_write(int renderer, CycleSpan span) {
+    wait_of_bus(renderer, "link writes", kBad, span);
+}
+
 void ScheduleTrace::poll(int renderer, CycleSpan span) { wait_of_bus(renderer, "poll", kGrey, span); }
 
 void ScheduleTrace::arbitration(int renderer, CycleSpan span) {

@@ -42,6 +42,7 @@ class ScheduleTrace final : public ScheduleObserver {
                int recovered_slots, CycleSpan span) override;
     void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) override;
     void refresh(int renderer, CycleSpan span) override;
+    void memory_write(int renderer, CycleSpan span) override;
     void poll(int renderer, CycleSpan span) override;
     void arbitration(int renderer, CycleSpan span) override;
     void lost_slot(int renderer, CycleSpan span) override;

@@ -83,9 +83,11 @@ void BusCoverage::take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& 
     ++burst_beats_;
     burst_pixels_ += beat.count;
     burst_left_ = beat.remaining;
-    const int longest_without_refresh = scenario_.memory.page_miss_cycles + cycles_per_beat(scenario_.bus);
-    goals_.burst.refresh_in_mid_burst.hit_if(scenario_.memory.refreshes() && burst_beats_ > 1 &&
-                                             clocks_since_pixels_ > longest_without_refresh);
+    const MemoryConfig& memory = scenario_.memory;
+    const int longest_alone = memory.page_miss_cycles + cycles_per_beat(scenario_.bus);
+    const bool waited = burst_beats_ > 1 && clocks_since_pixels_ > longest_alone;
+    goals_.burst.refresh_in_mid_burst.hit_if(waited && memory.refreshes() && !memory.shared());
+    goals_.burst.write_in_mid_burst.hit_if(waited && memory.shared() && !memory.refreshes());
     if (page != open_page_) {
         ++burst_pages_;
         if (burst_beats_ > 1) {

@@ -47,6 +47,7 @@ struct BurstGoals : CoverGroup {
     Bin miss_before = bin("page miss before it");
     Bin miss_in_mid_burst = bin("page miss in mid burst");
     Bin refresh_in_mid_burst = bin("refresh in mid burst");
+    Bin write_in_mid_burst = bin("link's words written in mid burst");
     Bin page_open_before = bin("page open before it");
     Bin right_behind_another = bin("right behind another");
     Bin whole_segment = bin("carries the whole segment");

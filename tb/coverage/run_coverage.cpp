@@ -150,11 +150,33 @@ class RunCoverage {
         beat.bus_limits.hit_if(bus_pixels >= 1 && bus_pixels < memory.words_per_cycle);
         beat.bus_equals_memory.hit_if(bus_pixels >= 1 && bus_pixels == memory.words_per_cycle);
         beat.memory_limits.hit_if(bus_pixels > memory.words_per_cycle);
+        cover_ports();
         goals_.delay.latency(memory.read_latency_cycles).hit();
         goals_.delay.stages(bus.register_stages).hit();
         goals_.delay.both.hit_if(memory.read_latency_cycles > 0 && bus.register_stages > 0);
         goals_.delay.beats_of_several_clocks.hit_if(bus_loop_cycles(bus, memory) > 0 &&
                                                     cycles_per_beat(bus) > 1);
+    }
+
+    void cover_ports() {
+        const MemoryConfig& memory = scenario_.memory;
+        if (!memory.shared()) return;
+        const MemoryPortGoals& goals = goals_.ports;
+        goals.banks(memory.banks).hit();
+        goals.refreshed.hit_if(memory.refreshes());
+        goals.read_latency.hit_if(memory.read_latency_cycles > 0);
+        goals.block_of_one_clock.hit_if(memory.write_cycles(memory.write_block_words) == 1);
+        goals.block_is_page.hit_if(memory.write_block_words == memory.page_words);
+        for (std::size_t r = 0; r < scenario_.renderers.size(); ++r) {
+            const Renderer& renderer = scenario_.renderers[r];
+            const RendererCounters& counters = report_.renderers.at(r);
+            const int words = renderer.image_width_pixels * renderer.image_height_pixels;
+            goals.short_last_block.hit_if(words % memory.write_block_words != 0);
+            goals.bursts_wait.hit_if(counters.bus.write_cycles > 0);
+            goals.no_burst_waits.hit_if(counters.bus.bursts > 0 && counters.bus.write_cycles == 0);
+            goals.broken_off_frame.hit_if(
+                counters.rejected_frames[static_cast<std::size_t>(RejectCause::kGeometry)] > 0);
+        }
     }
 
     void cover_buffers() {

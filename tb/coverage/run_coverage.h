@@ -79,6 +79,20 @@ struct MemoryWordGoals : CoverGroup {
     Cross<int> words{*this, numbers(limits::kWordsPerCycle.low, limits::kWordsPerCycle.high)};
 };
 
+struct MemoryPortGoals : CoverGroup {
+    explicit MemoryPortGoals(Coverage& coverage)
+        : CoverGroup(coverage, {"memory/ports", "a memory whose data pins link and bus share"}) {}
+    Bin bursts_wait = bin("bursts wait for the link's words");
+    Bin no_burst_waits = bin("no burst waits for them");
+    Cross<int> banks{*this, numbers(limits::kMemoryBanks, " banks")};
+    Bin refreshed = bin("refreshed");
+    Bin read_latency = bin("with read latency");
+    Bin short_last_block = bin("the image's last block is shorter");
+    Bin block_of_one_clock = bin("a block takes one clock");
+    Bin block_is_page = bin("a block is a page");
+    Bin broken_off_frame = bin("a frame is broken off within a block");
+};
+
 struct BusDelayGoals : CoverGroup {
     explicit BusDelayGoals(Coverage& coverage)
         : CoverGroup(coverage, {"bus/delay", "clocks of the memory's reads and of registers on the bus"}) {}
@@ -237,6 +251,7 @@ struct RunGoals : GoalSet {
     MemoryWordGoals words{coverage};
     PageSizeGoals page{coverage};
     BeatLimitGoals beat{coverage};
+    MemoryPortGoals ports{coverage};
     BusDelayGoals delay{coverage};
     BufferSizeGoals buffer{coverage};
     StarvationModeGoals starvation{coverage};

@@ -36,6 +36,10 @@ class BankedMemory final : public sc_core::sc_module {
 
     void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
         auto& access = tlm::content_of<tlm::MemoryAccess>(payload);
+        if (access.write) {  // the link has ports of its own here
+            payload.set_response_status(::tlm::TLM_OK_RESPONSE);
+            return;
+        }
         const auto address = static_cast<std::int64_t>(payload.get_address() / tlm::kBytesPerWord);
         const std::int64_t wanted = payload.get_data_length() / tlm::kBytesPerWord;
         if (access.new_frame) {

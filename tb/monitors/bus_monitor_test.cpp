@@ -683,3 +683,34 @@ TEST_CASE("bus monitor: one report of a rule for a frame", "[monitors]") {
     bench.violations.check_only("bus/remaining", "BUS_1", 17, 0);
     CHECK(bench.monitor.unreported() == 1);
 }
+
+// ---- shared ports ----
+
+/// What a beat waits for does not show on the bus; the longest wait is 3 + 3 * (3 + 2 + 3) clocks.
+struct SharedPortsBus : BusBench {
+    SharedPortsBus() : BusBench(shared()) { put_table(); }
+
+    static Scenario shared() {
+        Scenario scenario = bus_scenario();
+        scenario.memory.ports = MemoryPorts::kShared;
+        scenario.memory.write_block_words = 4;
+        return scenario;
+    }
+};
+
+TEST_CASE("bus monitor: with shared ports a beat may come later, for the link's words were written",
+          "[monitors]") {
+    SharedPortsBus bench;
+    bench.put(16, 1, 0, 4);
+    bench.put(23, 1, 2, 2);
+    bench.put(23 + 27 + 1, 1, 4, 0);
+    bench.run();
+    bench.violations.check_none();
+}
+
+TEST_CASE("bus monitor: with shared ports, too, a beat comes within the longest wait", "[monitors]") {
+    SharedPortsBus bench;
+    bench.put(16, 1, 0, 4);
+    bench.run();
+    bench.violations.check_only("bus/pace", "BUS_1", 16 + 27 + 1, 0);
+}

@@ -44,6 +44,7 @@ struct MemoryMonitorBench {
     sc_core::sc_signal<bool> front{"front", false};
     sc_core::sc_signal<rtl::MemoryCommand> command;
     sc_core::sc_signal<rtl::MemoryData> data;
+    sc_core::sc_signal<rtl::MemoryData> write_data;
     monitors::MemoryMonitor monitor;
 
     explicit MemoryMonitorBench(Scenario with = memory_scenario())
@@ -55,6 +56,7 @@ struct MemoryMonitorBench {
         monitor.front_i(front);
         monitor.command_i(command);
         monitor.data_i(data);
+        for (auto& port : monitor.write_data_i) port(write_data);
         // The link fills device 1, which the bus reads from clock 9 on.
         for (int word = 0; word < 8; ++word) store(word, 1, word, 100 + static_cast<unsigned>(word));
         bench.core.drive(front, 9, true);
@@ -96,6 +98,40 @@ struct MemoryMonitorBench {
         read(25, 1, {0}, {0});
     }
     void run() { bench.run_through(kEnd); }
+};
+
+/// A memory with shared ports, of which the link has brought eight words of device 1, two blocks: words 32 to 39.
+struct SharedMemoryBench : MemoryMonitorBench {
+    SharedMemoryBench() : MemoryMonitorBench(shared()) {}
+    static Scenario shared() {
+        Scenario scenario = memory_scenario();
+        scenario.memory.ports = MemoryPorts::kShared;
+        scenario.memory.write_block_words = 4;
+        return scenario;
+    }
+    void write_words(int clock, int page, const std::vector<int>& columns,
+                     const std::vector<std::uint64_t>& words, std::uint8_t mask = 0xFF) {
+        rtl::MemoryCommand sent;
+        rtl::MemoryData brought;
+        sent.kind = Kind::kWrite;
+        sent.row = static_cast<std::uint32_t>(page);
+        sent.bank = static_cast<std::uint8_t>(page % 2);
+        sent.byte_mask = mask;
+        for (const int column : columns) sent.columns[sent.count++] = static_cast<std::uint32_t>(column);
+        for (const std::uint64_t word : words) brought.words[brought.count++] = word;
+        bench.core.drive(write_data, clock, brought);
+        bench.core.drive(command, clock, sent);
+        bench.core.drive(command, clock + 1, rtl::MemoryCommand{});
+    }
+    /// By the rules: both blocks are written, and their page is read.
+    void put_blocks() {
+        send(10, Kind::kActivate, 4);
+        write_words(13, 4, {0, 1}, {100, 101});
+        write_words(14, 4, {2, 3}, {102, 103});
+        write_words(15, 4, {4, 5}, {104, 105});
+        write_words(16, 4, {6, 7}, {106, 107});
+        read(17, 4, {2, 7}, {102, 107});
+    }
 };
 
 }  // namespace
@@ -191,4 +227,73 @@ TEST_CASE("memory monitor: a command while a refresh lasts", "[monitors]") {
     bench.send(50, Kind::kRefresh);
     bench.run();
     bench.violations.check_only("memory/refresh", "frame_memory_1.command", 28, -1);
+}
+
+TEST_CASE("memory monitor: with shared ports, blocks that are written as the link brought them break no rule",
+          "[monitors]") {
+    SharedMemoryBench bench;
+    bench.put_blocks();
+    // A frame that is broken off in its second block, and the first block of the next one.
+    for (int word = 0; word < 6; ++word) bench.store(20 + word, 0, word, 200U + static_cast<unsigned>(word));
+    for (int word = 0; word < 4; ++word) bench.store(30 + word, 0, word, 300U + static_cast<unsigned>(word));
+    bench.send(30, Kind::kActivate, 1);  // another bank: page 0's is closed first
+    bench.send(31, Kind::kPrecharge, 4);
+    bench.send(33, Kind::kActivate, 0);
+    bench.write_words(40, 0, {0, 1}, {200, 201});
+    bench.write_words(41, 0, {2, 3}, {202, 203});
+    bench.write_words(42, 0, {0, 1}, {300, 301});
+    bench.write_words(43, 0, {2, 3}, {302, 303});
+    bench.run();
+    bench.violations.check_none();
+}
+
+TEST_CASE("memory monitor: words of the link that are written before their block is whole", "[monitors]") {
+    SharedMemoryBench bench;
+    bench.put_blocks();
+    for (int word = 0; word < 3; ++word) bench.store(20 + word, 0, word, 0);
+    bench.write_words(30, 4, {0}, {0});
+    bench.run();
+    bench.violations.check_only("memory/write", "frame_memory_1.command", 30, -1);
+}
+
+TEST_CASE("memory monitor: words of the link that are left out", "[monitors]") {
+    SharedMemoryBench bench;
+    bench.put_blocks();
+    for (int word = 0; word < 4; ++word) bench.store(20 + word, 0, word, 0);
+    bench.send(31, Kind::kPrecharge, 4);
+    bench.send(33, Kind::kActivate, 0);
+    bench.write_words(40, 0, {1}, {0});
+    bench.run();
+    bench.violations.check_only("memory/write", "frame_memory_1.command", 40, -1);
+}
+
+TEST_CASE("memory monitor: words of the link that are written with another mask", "[monitors]") {
+    SharedMemoryBench bench;
+    bench.send(10, Kind::kActivate, 4);
+    bench.write_words(13, 4, {0}, {100}, rtl::MemoryWrite::kColourBytes);
+    bench.run();
+    bench.violations.check_only("memory/write", "frame_memory_1.command", 13, -1);
+}
+
+TEST_CASE("memory monitor: words of the link that are written as others", "[monitors]") {
+    SharedMemoryBench bench;
+    bench.send(10, Kind::kActivate, 4);
+    bench.write_words(13, 4, {0, 1}, {100, 102});
+    bench.run();
+    bench.violations.check_only("memory/write", "frame_memory_1.write_data", 13, -1);
+}
+
+TEST_CASE("memory monitor: a word of the link that is written to a page that is not open", "[monitors]") {
+    SharedMemoryBench bench;
+    bench.write_words(13, 4, {0}, {100});
+    bench.run();
+    bench.violations.check_only("memory/open", "frame_memory_1.command", 13, -1);
+}
+
+TEST_CASE("memory monitor: a third block that comes before the first is written", "[monitors]") {
+    SharedMemoryBench bench;
+    // The bus reads device 1 by then: the link brings the other one's image.
+    for (int word = 0; word < 4; ++word) bench.store(20 + word, 0, word, 0);
+    bench.run();
+    bench.violations.check_only("memory/write", "frame_memory_1.write", 23, -1);
 }

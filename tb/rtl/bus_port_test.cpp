@@ -7,6 +7,7 @@
 
 #include "clocked_testbench.h"
 #include "rtl/wires.h"
+#include "rtl/write_buffer.h"
 #include "support/images.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
@@ -37,6 +38,10 @@ struct PortBench {
     sc_core::sc_signal<std::uint16_t> recovered;
     sc_core::sc_signal<MemoryCommand> command;
     sc_core::sc_signal<MemoryData> data;
+    sc_core::sc_signal<bool> front, drain;
+    rtl::SignalBank<bool> write_full{rtl::WriteBuffer::kHalves, rtl::Wires::name_of("write_full")};
+    rtl::SignalBank<rtl::WriteBlock> write_block{rtl::WriteBuffer::kHalves,
+                                                 rtl::Wires::name_of("write_block")};
     std::vector<bool> starts;  ///< fresh or not
     BusCounters counters;
     BusPort dut;
@@ -84,6 +89,12 @@ struct PortBench {
         dut.recovered_i(recovered);
         dut.command_o(command);
         dut.data_i(data);
+        for (auto& port : dut.front_i) port(front);
+        for (auto& port : dut.drain_o) port(drain);
+        for (std::size_t half = 0; half < dut.write_full_i.size(); ++half) {
+            dut.write_full_i[half](write_full[half]);
+            dut.write_block_i[half](write_block[half]);
+        }
         for (std::size_t line = 0; line < kDisplays; ++line) {
             dut.busready_i[line](busready[line]);
             dut.tableready_i[line](tableready[line]);
@@ -295,6 +306,144 @@ TEST_CASE("bus port: a grant in a refresh is taken at once and waits") {
     CHECK(dut.clocks_of(Command::kActivate, 22) == Clocks{18});
     CHECK(dut.counters.page_misses == 1);
     CHECK(dut.counters.page_miss_cycles == 3);
+}
+
+// ---- shared ports ----
+
+/// The image takes pages 0 to 3, the other one's are 4 to 7. Three clocks to open a page; two words a clock.
+struct SharedPortBench : PortBench {
+    const Recording<bool>& drains;
+
+    explicit SharedPortBench(ClockedTestbench& bench, int banks = 1, int refresh_interval = 0)
+        : PortBench(bench, shared(banks, refresh_interval)), drains(core.record(drain)) {}
+    static Scenario shared(int banks, int refresh_interval) {
+        Scenario scenario =
+            make(Arbitration::kRoundRobin, 3, 128, banks, 0, refresh_interval, refresh_interval > 0 ? 4 : 0);
+        scenario.memory.ports = MemoryPorts::kShared;
+        scenario.memory.write_block_words = 16;
+        return scenario;
+    }
+    /// A block whose first command may go out at edge `clock`: its half is seen to be full at the edge before.
+    void fill(int clock, std::size_t half, int address, int words, bool full = true) {
+        core.drive(write_block[half], clock - 2,
+                   rtl::WriteBlock{static_cast<std::uint64_t>(address), static_cast<std::uint32_t>(words),
+                                   rtl::MemoryWrite::kColourBytes});
+        core.drive(write_full[half], clock - 2, full);
+    }
+    Clocks clocks_of(Command kind, int last) const {
+        Clocks clocks;
+        for (int clock = 0; clock <= last; ++clock) {
+            if (commands.at(clock).kind == kind) clocks.push_back(clock);
+        }
+        return clocks;
+    }
+};
+
+TEST_CASE("bus port: a full half is written at once while no burst is under way, words_per_cycle a clock") {
+    ClockedTestbench bench;
+    SharedPortBench dut(bench);
+    dut.fill(10, 0, 32 * 5 + 16, 5);
+    bench.run_through(20);  // it waits for its first pair
+    CHECK(dut.clocks_of(Command::kActivate, 20) == Clocks{10});
+    CHECK(dut.commands.at(10).row == 5);
+    CHECK(dut.clocks_of(Command::kWrite, 20) == Clocks{13, 14, 15});
+    CHECK(dut.commands.at(13).row == 5);
+    CHECK(dut.commands.at(13).byte_mask == rtl::MemoryWrite::kColourBytes);
+    CHECK(dut.columns_at(13) == Columns{16, 17});
+    CHECK(dut.columns_at(14) == Columns{18, 19});
+    CHECK(dut.columns_at(15) == Columns{20});
+    CHECK(dut.drains.rises() == Clocks{15});
+    CHECK(dut.counters.write_cycles == 0);
+    CHECK(dut.counters.idle_cycles == 21 + 2);
+}
+
+TEST_CASE("bus port: halves are written in turn, and the second block finds the first one's page open") {
+    ClockedTestbench bench;
+    SharedPortBench dut(bench);
+    dut.fill(10, 0, 128, 4);
+    dut.fill(11, 1, 132, 4);
+    dut.fill(20, 0, 160, 2, false);  // the change, not the level, says that it is full
+    bench.run_through(28);
+    CHECK(dut.clocks_of(Command::kActivate, 28) == Clocks{10, 20});
+    CHECK(dut.clocks_of(Command::kWrite, 28) == Clocks{13, 14, 15, 16, 23});
+    CHECK(dut.columns_at(15) == Columns{4, 5});
+    CHECK(dut.drains.rises() == Clocks{14, 23});
+    CHECK(dut.drains.falls() == Clocks{16});
+}
+
+TEST_CASE("bus port: a burst waits while a block is written, and opens its page again if it was closed") {
+    ClockedTestbench bench;
+    SharedPortBench dut(bench);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 1);              // page 2: opened from clock 10 on, read from 13
+    dut.fill(PortBench::kSend + 4, 0, 128, 4);  // page 4, in the one bank there is
+    bench.run_through(PortBench::kSend + 14);
+    CHECK(dut.clocks_of(Command::kRead, 24) == Clocks{13, 22, 23, 24});
+    CHECK(dut.clocks_of(Command::kWrite, 24) == Clocks{17, 18});
+    CHECK(dut.clocks_of(Command::kActivate, 24) == Clocks{10, 14, 19});
+    CHECK(dut.columns_at(22) == Columns{2, 3});
+    CHECK(dut.counters.write_cycles == 3 + 2);
+    CHECK(dut.counters.page_misses == 2);
+    CHECK(dut.counters.page_miss_cycles == 3 + 3);
+}
+
+TEST_CASE("bus port: a block of another bank leaves the burst's page open") {
+    ClockedTestbench bench;
+    SharedPortBench dut(bench, 2);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 1);              // page 2, in bank 0
+    dut.fill(PortBench::kSend + 4, 0, 160, 4);  // page 5, in bank 1
+    bench.run_through(PortBench::kSend + 14);
+    CHECK(dut.clocks_of(Command::kRead, 24) == Clocks{13, 19, 20, 21, 22, 23, 24});
+    CHECK(dut.commands.at(14).bank == 1);
+    CHECK(dut.counters.write_cycles == 3 + 2);
+    CHECK(dut.counters.page_misses == 1);
+}
+
+TEST_CASE("bus port: a block waits for a page that is being opened") {
+    ClockedTestbench bench;
+    SharedPortBench dut(bench, 2);
+    dut.begin(two_rows());
+    dut.give(PortBench::kSend, 1);
+    dut.fill(PortBench::kSend + 1, 0, 160, 4);
+    bench.run_through(PortBench::kSend + 10);
+    CHECK(dut.clocks_of(Command::kActivate, 20) == Clocks{10, 13});
+    CHECK(dut.clocks_of(Command::kWrite, 20) == Clocks{16, 17});
+    CHECK(dut.clocks_of(Command::kRead, 20) == Clocks{18, 19, 20});
+}
+
+TEST_CASE("bus port: a block that would not be done before a refresh is written behind it") {
+    ClockedTestbench bench;
+    SharedPortBench dut(bench, 1, 40);
+    dut.fill(34, 0, 128, 8);  // 3 + 4 clocks: 34 to 40
+    bench.run_through(52);
+    CHECK(dut.clocks_of(Command::kRefresh, 52) == Clocks{40});
+    CHECK(dut.clocks_of(Command::kActivate, 52) == Clocks{44});
+    CHECK(dut.clocks_of(Command::kWrite, 52) == Clocks{47, 48, 49, 50});
+}
+
+TEST_CASE("bus port: a block that is just done before a refresh is written before it") {
+    ClockedTestbench bench;
+    SharedPortBench dut(bench, 1, 40);
+    dut.fill(33, 0, 128, 8);
+    bench.run_through(42);
+    CHECK(dut.clocks_of(Command::kWrite, 42) == Clocks{36, 37, 38, 39});
+    CHECK(dut.clocks_of(Command::kRefresh, 42) == Clocks{40});
+}
+
+TEST_CASE("bus port: the front image's words are read, and its pages stay open from frame to frame") {
+    ClockedTestbench bench;
+    SharedPortBench dut(bench);
+    dut.core.drive(dut.front, 1, true);
+    dut.begin({table_row(2, {0, 4}, {2, 1}, {0, 0})});
+    dut.give(PortBench::kSend - 1, 1);
+    dut.give(PortBench::kSend - 1, 0);
+    bench.run_through(PortBench::kSend + 8);
+    CHECK(dut.clocks_of(Command::kActivate, 18) == Clocks{9});
+    CHECK(dut.commands.at(9).row == 4 + 2);
+    CHECK(dut.clocks_of(Command::kRead, 18) == Clocks{12});
+    CHECK(dut.commands.at(12).row == 4 + 2);
+    CHECK(dut.clocks_of(Command::kPrechargeAll, 18).empty());
 }
 
 TEST_CASE("bus port: without a page miss to wait for a grant is read in its own clock") {

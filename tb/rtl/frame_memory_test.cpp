@@ -35,6 +35,7 @@ struct MemoryBench {
     sc_core::sc_signal<bool> front;
     sc_core::sc_signal<MemoryCommand> command;
     sc_core::sc_signal<MemoryData> data;
+    sc_core::sc_signal<MemoryData> write_data;
     FrameMemory dut;
     const Recording<MemoryData>& sampled;  ///< what each core edge samples
 
@@ -51,6 +52,7 @@ struct MemoryBench {
         dut.front_i(front);
         dut.command_i(command);
         dut.data_o(data);
+        for (auto& port : dut.write_data_i) port(write_data);
         bench.trace(dut);
     }
     /// Link edge `clock` stores a word, or half of it.
@@ -74,6 +76,19 @@ struct MemoryBench {
             what.columns[what.count++] =
                 static_cast<std::uint32_t>(address - static_cast<int>(what.row) * config.page_words);
         }
+        send(clock, what);
+    }
+    /// Words of the link for one page, behind each other, of which the mask's bytes are stored.
+    void write_words(int clock, int address, const std::vector<std::uint64_t>& words,
+                     std::uint8_t byte_mask = 0xFF) {
+        MemoryCommand what = make(Kind::kWrite, address / config.page_words);
+        MemoryData brought;
+        what.byte_mask = byte_mask;
+        for (const std::uint64_t word : words) {
+            what.columns[what.count++] = static_cast<std::uint32_t>(address++ % config.page_words);
+            brought.words[brought.count++] = word;
+        }
+        core.drive(write_data, clock, brought);
         send(clock, what);
     }
     std::vector<std::uint64_t> words_at(int clock) const {
@@ -523,6 +538,76 @@ TEST_CASE("frame memory: reset takes words on their way out away") {
     dut.core.drive(bench.reset, 19, false);
     bench.run_through(30);
     CHECK(dut.sampled.clocks_where([](const MemoryData& put_out) { return put_out.count > 0; }).empty());
+}
+
+// ---- shared ports ----
+
+MemoryConfig shared_pages_of(int words) {
+    MemoryConfig config = pages_of(words, 6, 2);
+    config.ports = MemoryPorts::kShared;
+    return config;
+}
+
+TEST_CASE("frame memory: with shared ports a write stores words of the link, half by half, for later reads") {
+    ClockedTestbench bench;
+    MemoryBench dut(bench, shared_pages_of(16));
+    dut.activate(2, 1);
+    dut.write_words(8, 16, {0x1122334455667788U, 5});
+    dut.write_words(9, 17, {0xFFFFFFFFFFFFFFFFU}, MemoryWrite::kDepthBytes);
+    dut.read(10, {16, 17});
+    dut.write_words(11, 16, {0}, MemoryWrite::kColourBytes);
+    dut.read(12, {16});
+    bench.run_through(14);
+    CHECK(dut.words_at(10) == Words{0x1122334455667788U, 0xFFFFFFFFFF000005U});
+    CHECK(dut.words_at(11).empty());
+    CHECK(dut.words_at(12) == Words{0x1122334455000000U});
+}
+
+TEST_CASE(
+    "frame memory: with shared ports it has room for two images, and front and link's wires say nothing") {
+    ClockedTestbench bench;
+    MemoryBench dut(bench, shared_pages_of(16));
+    dut.store(1, 0, 3, 77);
+    dut.activate(2, 4);  // the second image's first page: word 64
+    dut.write_words(8, 64, {9, 10});
+    dut.core.drive(dut.front, 9, true);
+    dut.read(10, {64, 65});
+    dut.core.drive(dut.front, 11, false);
+    dut.read(12, {64, 65});
+    dut.activate(14, 0);
+    dut.read(20, {3});
+    bench.run_through(22);
+    CHECK(dut.words_at(10) == Words{9, 10});
+    CHECK(dut.words_at(12) == Words{9, 10});
+    CHECK(dut.words_at(20) == Words{0});
+}
+
+TEST_CASE("frame memory: a write needs its page open, fits the pins, and stays within the memory") {
+    ExpectedReport page("/metabuffer/frame_memory/page");
+    ExpectedReport width("/metabuffer/frame_memory/width");
+    ExpectedReport address("/metabuffer/frame_memory/address");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, shared_pages_of(16));
+    dut.write_words(2, 0, {1});
+    dut.write_words(4, 1, {1, 2});  // which that one has opened, for the model goes on
+    bench.run_through(5);
+    CHECK(page.count() == 1);
+    dut.write_words(8, 2, {1, 2, 3});
+    bench.run_through(10);
+    CHECK(width.count() == 1);
+    CHECK(page.count() == 1);
+    CHECK(address.count() == 0);
+}
+
+TEST_CASE("frame memory: without shared ports no write comes from the bus's side") {
+    ExpectedReport report("/metabuffer/frame_memory/ports");
+    ClockedTestbench bench;
+    MemoryConfig config = pages_of(16, 0);
+    MemoryBench dut(bench, config);
+    MemoryCommand write = dut.make(Kind::kWrite, 0);
+    dut.send(3, write);
+    bench.run_through(5);
+    CHECK(report.count() == 1);
 }
 
 }  // namespace

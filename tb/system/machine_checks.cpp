@@ -123,8 +123,8 @@ std::int64_t segment_pixels(const MachineRun& run, std::size_t renderer) {
 }
 
 std::int64_t cycles_accounted_for(const BusCounters& bus) {
-    return bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.refresh_cycles + bus.grant_cycles +
-           bus.poll_cycles + bus.lost_cycles + bus.idle_cycles;
+    return bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.refresh_cycles + bus.write_cycles +
+           bus.grant_cycles + bus.poll_cycles + bus.lost_cycles + bus.idle_cycles;
 }
 
 /// Every core clock of a bus is accounted for, no pixel is lost or sent twice, and none faster than bus and

@@ -14,6 +14,7 @@
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
+#include "scenario/scenario_rules.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 
@@ -281,6 +282,27 @@ void choose_refresh(std::uint64_t seed, MemoryConfig& memory) {
         least + (random.one_in(4) ? random.between(0, 12) : random.between(0, 500));
 }
 
+/// Likewise. With a block that the memory has written in time, if there is one.
+void choose_ports(std::uint64_t seed, Scenario& scenario) {
+    constexpr std::uint64_t kOwnSequence = 0x506F7274;
+    Random random(seed ^ kOwnSequence);
+    if (!random.one_in(3)) return;
+    const MemoryConfig given = scenario.memory;
+    MemoryConfig& memory = scenario.memory;
+    memory.ports = MemoryPorts::kShared;
+    memory.words_per_cycle = random.between(1, 8);
+    // From the smallest block that will do, or a larger one.
+    const int larger = random.between(0, 2);
+    int found = 0;
+    for (int words = 1; words <= 256 && found <= larger; words += words < 16 ? 1 : words / 8) {
+        memory.write_block_words = words;
+        memory.page_words = words * (1 + given.page_words / words);
+        if (settings_violation(scenario) || renderers_violation(scenario)) continue;
+        ++found;
+    }
+    if (settings_violation(scenario) || renderers_violation(scenario)) memory = given;
+}
+
 /// Likewise. A buffer that would not hold what can be in flight grows by as much.
 void choose_bus_delay(std::uint64_t seed, Scenario& scenario) {
     constexpr std::uint64_t kOwnSequence = 0x44656C61;
@@ -368,6 +390,7 @@ Scenario random_scenario(std::uint64_t seed) {
     choose_arbiter(seed, scenario.bus);
     choose_slots(seed, scenario);
     choose_bus_delay(seed, scenario);
+    choose_ports(seed, scenario);
     check_scenario(scenario);
     return scenario;
 }
@@ -405,7 +428,8 @@ Scenario random_long_scenario(std::uint64_t seed) {
         }
     }
     if (random.one_in(3)) {
-        scenario.memory.page_words = random.between(1, 3);
+        const int words = random.between(1, 3);
+        scenario.memory.page_words = scenario.memory.shared() ? scenario.memory.write_block_words : words;
     }
     check_scenario(scenario);
     return scenario;
@@ -453,9 +477,12 @@ std::string describe(const Scenario& scenario) {
          << scenario.bus.width_bits << " bits, bursts of " << scenario.bus.burst_pixels << ", memory "
          << scenario.memory.words_per_cycle << " words a cycle, pages of " << scenario.memory.page_words
          << ", miss " << scenario.memory.page_miss_cycles << ", refresh " << scenario.memory.refresh_cycles
-         << " every " << scenario.memory.refresh_interval_cycles << ", read latency "
-         << scenario.memory.read_latency_cycles << ", register stages " << scenario.bus.register_stages
-         << ", buffer " << scenario.composer.buffer_pixels << ", ready space "
+         << " every " << scenario.memory.refresh_interval_cycles << ", "
+         << (scenario.memory.shared()
+                 ? "shared ports, " + std::to_string(scenario.memory.write_block_words) + " words a write, "
+                 : "")
+         << "read latency " << scenario.memory.read_latency_cycles << ", register stages "
+         << scenario.bus.register_stages << ", buffer " << scenario.composer.buffer_pixels << ", ready space "
          << scenario.composer.ready_space_pixels << ", timeout " << scenario.link_timeout_pairs;
     for (const Renderer& renderer : scenario.renderers) {
         text << "; " << renderer.name << " " << renderer.image_width_pixels << "x"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <deque>
 #include <utility>
 #include <vector>
 
@@ -272,6 +273,206 @@ TEST_CASE("frame memory: what a wait over a refresh leaves that is broken off ha
 TEST_CASE("frame memory: an access without its extension is an error of the model") {
     FrameMemoryBench dut(16, 6);
     CHECK(report_of_empty_payload(dut.user.initiator) == kExtensionReport);
+}
+
+// ---- shared ports ----
+
+/// Written apart: a memory with shared ports that goes clock by clock.
+class SteppedSharedMemory {
+  public:
+    SteppedSharedMemory(const MemoryConfig& config, std::int64_t first_cycle)
+        : config_(config), first_cycle_(first_cycle), pages_(static_cast<std::size_t>(config.banks), -1) {}
+
+    struct Waits {
+        int refresh = 0, write = 0, opening = 0, misses = 0;
+        friend bool operator==(const Waits& a, const Waits& b) {
+            return a.refresh == b.refresh && a.write == b.write && a.opening == b.opening &&
+                   a.misses == b.misses;
+        }
+    };
+    void bring_block(std::int64_t cycle, std::int64_t page, int words) {
+        blocks_.push_back({cycle, page, (words + config_.words_per_cycle - 1) / config_.words_per_cycle});
+    }
+    /// A word is wanted from a clock on, which is not before the present one.
+    Waits access(std::int64_t cycle, std::int64_t page) {
+        while (clock_ < cycle) step(nullptr, -1);
+        Waits waits;
+        while (!step(&waits, page)) {
+        }
+        return waits;
+    }
+    /// The first clock from the present one on in which it does something else than read, if no page is opened.
+    std::int64_t next_interruption() const {
+        SteppedSharedMemory ahead = *this;
+        const std::int64_t end = clock_ + 10'000;
+        while (!ahead.busy() && ahead.clock_ < end) ahead.step(nullptr, -1);
+        return ahead.clock_ < end ? ahead.clock_ : tlm::kUnknownCycle;
+    }
+    std::int64_t clock() const { return clock_; }
+
+  private:
+    struct Block {
+        std::int64_t ready, page;
+        int cycles;
+    };
+    std::int64_t& open(std::int64_t page) { return pages_[static_cast<std::size_t>(page % config_.banks)]; }
+    int opening(std::int64_t page) {
+        if (open(page) == page) return 0;
+        return config_.activate_cycles() + (open(page) == -1 ? 0 : config_.precharge_cycles);
+    }
+    std::int64_t to_refresh() const {
+        const std::int64_t interval = config_.refresh_interval_cycles;
+        const std::int64_t since = clock_ - first_cycle_;
+        return interval == 0 ? 1'000'000 : since == 0 ? interval : (interval - since % interval) % interval;
+    }
+    bool refreshing() const {
+        const std::int64_t since = clock_ - first_cycle_;
+        return config_.refreshes() && since >= config_.refresh_interval_cycles &&
+               since % config_.refresh_interval_cycles < config_.refresh_cycles;
+    }
+    bool busy() {
+        if (refreshing() || writing_ > 0) return true;
+        if (opening_ > 0 || blocks_.empty() || blocks_.front().ready > clock_) return false;
+        return opening(blocks_.front().page) + blocks_.front().cycles <= to_refresh();
+    }
+    /// One clock. True, and no clock passes, if the page can be read in it.
+    bool step(Waits* waits, std::int64_t page) {
+        if (refreshing()) {
+            std::fill(pages_.begin(), pages_.end(), -1);
+            opening_ = 0;
+            if (waits != nullptr) ++waits->refresh;
+        } else if (busy()) {
+            if (writing_ == 0) {
+                const Block block = blocks_.front();
+                blocks_.pop_front();
+                writing_ = opening(block.page) + block.cycles;
+                open(block.page) = block.page;
+            }
+            --writing_;
+            if (waits != nullptr) ++waits->write;
+        } else if (waits != nullptr) {
+            if (opening_ == 0) {
+                opening_ = opening(page);
+                if (open(page) != page) ++waits->misses;
+                open(page) = page;
+                if (opening_ == 0) return true;
+            }
+            --opening_;
+            ++waits->opening;
+        }
+        ++clock_;
+        return false;
+    }
+
+    MemoryConfig config_;
+    std::int64_t first_cycle_;
+    std::int64_t clock_ = 0;
+    std::vector<std::int64_t> pages_;
+    std::deque<Block> blocks_;
+    int writing_ = 0;
+    int opening_ = 0;
+};
+
+/// Sums the phases of a wait.
+SteppedSharedMemory::Waits waits_of(MemoryUser& user, std::int64_t& cycle, std::int64_t word,
+                                    std::int64_t& beats_before) {
+    SteppedSharedMemory::Waits waits;
+    for (;;) {
+        const tlm::MemoryAccess answer = user.access_at(cycle, word, 1);
+        const int opening =
+            answer.wait_cycles - answer.broken_cycles - answer.refresh_cycles - answer.write_cycles;
+        waits.refresh += answer.refresh_cycles;
+        waits.write += answer.write_cycles;
+        waits.opening += answer.broken_cycles + opening;
+        waits.misses += (answer.broken_cycles > 0 ? 1 : 0) + (answer.page_miss ? 1 : 0);
+        cycle += answer.wait_cycles;
+        beats_before = answer.beats_before;
+        if (answer.words > 0) return waits;
+        REQUIRE(answer.wait_cycles > 0);
+    }
+}
+
+void check_shared_memory(const MemoryConfig& config, std::uint64_t seed) {
+    Random random(seed);
+    constexpr int kFirstCycle = 5;
+    FrameMemoryBench dut(config, kFirstCycle);
+    SteppedSharedMemory reference(config, kFirstCycle);
+    std::int64_t cycle = kFirstCycle;
+    std::int64_t brought = kFirstCycle;
+    SteppedSharedMemory::Waits sum;
+    for (int i = 0; i < 5'000; ++i) {
+        INFO("access " << i << " at clock " << cycle);
+        while (brought <= cycle + 400) {
+            brought += random.one_in(4) ? random.between(1, 20) : random.between(30, 120);
+            const int page = random.between(0, 9);
+            const int words = random.between(1, config.page_words);
+            dut.user.bring_block(brought, std::int64_t{page} * config.page_words, words);
+            reference.bring_block(brought, page, words);
+        }
+        const int word = random.between(0, 10 * config.page_words - 1);
+        std::int64_t beats_before = 0;
+        const SteppedSharedMemory::Waits waits = waits_of(dut.user, cycle, word, beats_before);
+        const SteppedSharedMemory::Waits expected =
+            reference.access(cycle - waits.refresh - waits.write - waits.opening, word / config.page_words);
+        REQUIRE(waits == expected);
+        REQUIRE(reference.clock() == cycle);
+        REQUIRE(beats_before == reference.next_interruption());
+        sum.refresh += waits.refresh;
+        sum.write += waits.write;
+        sum.misses += waits.misses > 1 ? 1 : 0;
+        // A word is read, and others of it until the next interruption.
+        cycle += 1 + (random.one_in(3) ? random.between(0, 90) : 0);
+    }
+    CHECK(sum.write > 1'000);
+    CHECK(sum.misses > 100);
+    CHECK((sum.refresh > 100 || !config.refreshes()));
+    CHECK(dut.user.all_ok);
+}
+
+TEST_CASE("frame memory: shared ports under random use are those of a memory that goes clock by clock") {
+    const auto seed = random_seed(581);
+    INFO("METABUFFER_SEED=" << seed);
+    MemoryConfig config = memory_config(8, 7, 2, 2);
+    config.words_per_cycle = 2;
+    config.ports = MemoryPorts::kShared;
+    check_shared_memory(config, seed);
+}
+
+TEST_CASE("frame memory: shared ports with refreshes are those of a memory that goes clock by clock") {
+    const auto seed = random_seed(582);
+    INFO("METABUFFER_SEED=" << seed);
+    MemoryConfig config = memory_config(8, 7, 4, 2);
+    config.words_per_cycle = 3;
+    config.ports = MemoryPorts::kShared;
+    config.refresh_cycles = 9;
+    config.refresh_interval_cycles = 61;
+    check_shared_memory(config, seed);
+}
+
+TEST_CASE("frame memory: with shared ports a page is open from frame to frame") {
+    MemoryConfig config = memory_config(16, 6);
+    config.ports = MemoryPorts::kShared;
+    FrameMemoryBench dut(config);
+    CHECK(dut.user.access(0, 1, true) == Access{true, 6, 1});
+    CHECK(dut.user.access_at(20, 1, 1, true).wait_cycles == 0);
+}
+
+TEST_CASE("frame memory: a block may be written where an opening is broken off") {
+    MemoryConfig config = memory_config(16, 6, 1, 2);
+    config.ports = MemoryPorts::kShared;
+    FrameMemoryBench dut(config);
+    dut.user.bring_block(101, 32, 4);
+    dut.user.bring_block(500, 48, 4);
+    CHECK(dut.user.access_at(10, 0, 1).wait_cycles == 4);
+    CHECK(dut.user.access_at(100, 16, 1).wait_cycles == 6);
+    dut.user.break_off(16, 1);  // half open: closed once more, opened, 4 words
+    CHECK(dut.user.access_at(102, 32, 1).write_cycles == 101 + 6 + 4 - 102);
+    CHECK(dut.user.access_at(111, 32, 1).wait_cycles == 0);
+    // What is broken off where its opening is over stays open.
+    CHECK(dut.user.access_at(120, 0, 1).wait_cycles == 6);
+    dut.user.break_off(0, 6);
+    CHECK(dut.user.access_at(140, 1, 1).wait_cycles == 0);
+    CHECK(dut.user.all_ok);
 }
 
 }  // namespace

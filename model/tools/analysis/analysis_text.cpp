@@ -156,6 +156,7 @@ std::string buffer_lines(const Analysis& analysis) {
             unproved = "a bus with read latency or registers";
         }
         if (analysis.memory.refreshes()) unproved = "a memory that is refreshed";
+        if (analysis.memory.shared()) unproved = "a memory with shared ports";
         if (analysis.bus.arbiter_takes_time()) unproved = "an arbiter that takes clocks";
         reason = "nothing is proved of " + unproved;
     }
@@ -220,6 +221,12 @@ std::string analysis_text(const Analysis& analysis) {
     if (analysis.memory.refreshes()) {
         text += "the clocks of refreshes, " + std::to_string(analysis.memory.refresh_cycles) + " in every " +
                 std::to_string(analysis.memory.refresh_interval_cycles) + ", are not counted\n";
+    }
+    if (analysis.memory.shared()) {
+        const int words = analysis.memory.write_block_words;
+        text += "the clocks in which the link's words are written, " +
+                std::to_string(analysis.memory.write_cycles(words)) + " for every " + std::to_string(words) +
+                " of them and those to open their page, are not counted\n";
     }
     if (analysis.bus.slot_table == SlotTableMaker::kBuilt) {
         text += "the clocks in which the arbiter makes a slot table, one a slot and frame, are not counted\n";

@@ -17,7 +17,7 @@ MachineFigures::MachineFigures(const Scenario& scenario, const ArbitrationRow& p
       page_miss_cycles(scenario.memory.page_miss_cycles),
       lost_slot_cycles(metabuffer::lost_slot_cycles(scenario)),
       policy(policy) {
-    if (scenario.bus.arbiter_takes_time() || scenario.memory.refreshes() ||
+    if (scenario.bus.arbiter_takes_time() || scenario.memory.refreshes() || scenario.memory.shared() ||
         bus_loop_cycles(scenario.bus, scenario.memory) > 0)
         this->policy.proof = BufferProof::kNone;
 }

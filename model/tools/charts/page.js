@@ -641,9 +641,11 @@
     }
 
     const clockKinds = [["busy", "busy_cycles"], ["page misses", "page_miss_cycles"], ["refreshes", "refresh_cycles"],
+                        ["link's writes", "write_cycles"],
                         ["table", "table_cycles"], ["arbiter", "grant_cycles"], ["polls", "poll_cycles"],
                         ["lost", "lost_cycles"], ["idle", "idle_cycles"]];
-    const clockColours = ["#0072b2", "#d55e00", "#56b4e9", "#cc79a7", "#009e73", "#e69f00", "#7a3b00", "#9aa3ad"];
+    const clockColours = ["#0072b2", "#d55e00", "#56b4e9", "#f0e442", "#cc79a7", "#009e73", "#e69f00", "#7a3b00",
+                          "#9aa3ad"];
 
     /// What the report says of each bus, drawn: where its clocks went.
     function busesOf(report) {

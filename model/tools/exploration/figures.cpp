@@ -57,7 +57,8 @@ Value latency_cycles(const Sums& sums) {
 Value pixels_per_cycle(const Sums& sums) {
     const BusCounters& bus = sums.bus;
     return ratio(bus.pixels_sent, bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles +
-                                      bus.refresh_cycles + bus.grant_cycles + bus.lost_cycles);
+                                      bus.refresh_cycles + bus.write_cycles + bus.grant_cycles +
+                                      bus.lost_cycles);
 }
 
 Value demand_pixels_per_cycle(const Sums& sums) {
@@ -129,10 +130,8 @@ std::vector<Figure> make_figures() {
         {{{"utilization", "", "share of the clocks with something to send in which pixels moved, all buses"},
           [](const Sums& s) -> Value { return s.bus.utilization(); }},
          {{"pixels_per_cycle", "pixels/clock",
-           "pixels sent over the clocks in which buses worked (busy, table, page miss, refresh, grant, "
-           "lost): what a "
-           "bus "
-           "sustained"},
+           "pixels sent over the clocks in which buses worked (busy, table, page miss, refresh, write, "
+           "grant, lost): what a bus sustained"},
           pixels_per_cycle},
          {{"demand_pixels_per_cycle", "pixels/clock",
            "pixels sent on the busiest bus over the clocks from the first pixel composited to the last"},

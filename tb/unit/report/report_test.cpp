@@ -36,7 +36,7 @@ RunReport troubled_run() {
     report.renderers.resize(2);
     RendererCounters& ball = report.renderers[0];
     ball.name = "ball";
-    ball.bus = {6000, 10, 990, 40, 60, 2400, 500, 20000, 165, 5990, 200, 7};
+    ball.bus = {6000, 10, 990, 40, 25, 35, 2400, 500, 20000, 165, 5990, 200, 7};
     ball.rejected_frames = {0, 1, 0, 0, 2, 0};
     ball.rejected_rows[static_cast<std::size_t>(RowDefect::kDisplay)] = 3;
     ball.rejected_row_messages = {"pair 0, row 2: display 9 is not 1..2",
@@ -44,7 +44,7 @@ RunReport troubled_run() {
     ball.repeated_frames = 1;
     RendererCounters& cube = report.renderers[1];
     cube.name = "a renderer with a long name";
-    cube.bus = {3000, 10, 0, 0, 0, 0, 0, 26990, 0, 3000, 94, 0};
+    cube.bus = {3000, 10, 0, 0, 0, 0, 0, 0, 26990, 0, 3000, 94, 0};
     cube.rejected_rows[static_cast<std::size_t>(RowDefect::kBuffer)] = 1;
     cube.dropped_frames = 4;
 
@@ -175,7 +175,8 @@ TEST_CASE("totals over the run", "[report]") {
     CHECK(bus.table_cycles == 20);
     CHECK(bus.page_miss_cycles == 990);
     CHECK(bus.refresh_cycles == 40);
-    CHECK(bus.grant_cycles == 60);
+    CHECK(bus.write_cycles == 25);
+    CHECK(bus.grant_cycles == 35);
     CHECK(bus.poll_cycles == 2400);
     CHECK(bus.lost_cycles == 500);
     CHECK(bus.idle_cycles == 46990);
@@ -214,7 +215,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(ball["name"] == "ball");
     CHECK(ball["bus"].dump() ==
           R"({"busy_cycles":6000,"table_cycles":10,"page_miss_cycles":990,"refresh_cycles":40,)"
-          R"("grant_cycles":60,"poll_cycles":2400,)"
+          R"("write_cycles":25,"grant_cycles":35,"poll_cycles":2400,)"
           R"("lost_cycles":500,"idle_cycles":20000,"page_misses":165,"pixels_sent":5990,"bursts":200,)"
           R"("recovered_slots":7,"utilization":0.6})");
     CHECK(ball["rejected_frames"].dump() ==

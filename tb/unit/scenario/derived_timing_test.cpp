@@ -66,6 +66,22 @@ TEST_CASE("derived timing: within a burst a page miss, a refresh and the page's 
     CHECK(longest_beat_gap_cycles(scenario) == 9 + 30 + 7 + 4);
 }
 
+TEST_CASE("derived timing: a block of the link's words waits for two registers, a page and a refresh") {
+    Scenario scenario;
+    scenario.memory.page_miss_cycles = 9;
+    scenario.memory.words_per_cycle = 4;
+    scenario.memory.write_block_words = 30;
+    scenario.memory.ports = MemoryPorts::kShared;
+    CHECK(longest_write_cycles(scenario.memory, 30) == 9 + 8);
+    CHECK(longest_write_cycles(scenario.memory, 1) == 9 + 1);
+    CHECK(longest_write_delay_cycles(scenario.memory) == 3 + 9 + 17);
+    CHECK(longest_word_wait_cycles(scenario) == 9 + 3 * (17 + 9));
+    scenario.memory.refresh_cycles = 30;
+    scenario.memory.refresh_interval_cycles = 500;
+    CHECK(longest_write_delay_cycles(scenario.memory) == 3 + 9 + 17 + 30 + 17);
+    CHECK(longest_word_wait_cycles(scenario) == 9 + 30 + 9 + 3 * (17 + 9));
+}
+
 TEST_CASE(
     "derived timing: what can be in flight grows by the beats that fit the way to a composer and back") {
     Scenario scenario;

@@ -104,6 +104,35 @@ TEST_CASE("rules: settings") {
           "memory.refresh_interval_cycles: 11 leaves no cycle for a beat beside refresh_cycles and "
           "page_miss_cycles; use 12 or more");
     CHECK(error_after(refreshed(12)).empty());
+    // An image of one line is judged a line after it, 100 clocks or so.
+    const auto shared = [](int block_words, int refresh_interval) {
+        return [block_words, refresh_interval](Scenario& s) {
+            s.clocks = {100.0, 50.0, 50.0};
+            s.memory.page_words = 64;
+            s.memory.page_miss_cycles = 6;
+            s.memory.words_per_cycle = 2;
+            s.memory.ports = MemoryPorts::kShared;
+            s.memory.write_block_words = block_words;
+            s.memory.refresh_interval_cycles = refresh_interval;
+            s.memory.refresh_cycles = refresh_interval > 0 ? 5 : 0;
+        };
+    };
+    CHECK(error_after(shared(48, 0)) ==
+          "memory.write_block_words: 48 does not divide page_words, 64; use a divisor of it");
+    // Three clocks to cross, a page that is being opened, 6 + 4 to write, and the page again.
+    CHECK(
+        error_after(shared(8, 0)) ==
+        "memory.write_block_words: 8 words of a link come in 16 core cycles, and to write them may take 25; "
+        "use larger blocks, more words_per_cycle or a faster core_mhz");
+    CHECK(error_after(shared(16, 0)).empty());
+    CHECK(
+        error_after(shared(16, 100)) ==
+        "memory.write_block_words: 16 words of a link come in 32 core cycles, and to write them may take 48; "
+        "use larger blocks, more words_per_cycle or a faster core_mhz");
+    CHECK(error_after(shared(32, 33)) ==
+          "memory.refresh_interval_cycles: 33 leaves no cycle for a beat beside refresh_cycles, "
+          "page_miss_cycles and the writing of a block; use 34 or more");
+    CHECK(error_after(shared(32, 34)).empty());
     CHECK(error_after([](Scenario& s) { s.memory.words_per_cycle = 9; }) ==
           "memory.words_per_cycle: 9 is out of range; use 1 to 8");
     CHECK(error_after([](Scenario& s) { s.bus.width_bits = 48; }) ==

@@ -339,8 +339,8 @@ TEST_CASE("scenario: a map that is none") {
                 "slot_table and register_stages");
     check_error(fixture, "memory", "[512]",
                 "is a list; use a map with the keys page_words, banks, precharge_cycles, activate_cycles, "
-                "page_miss_cycles, words_per_cycle, read_latency_cycles, refresh_interval_cycles "
-                "and refresh_cycles");
+                "page_miss_cycles, words_per_cycle, read_latency_cycles, refresh_interval_cycles, "
+                "refresh_cycles, ports and write_block_words");
     check_error(fixture, "clocks", "100",
                 "is '100'; use a map with the keys core_mhz, dvi_in_mhz and dvi_out_mhz");
     check_error(fixture, "composer", "100",

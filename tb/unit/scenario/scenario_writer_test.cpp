@@ -48,7 +48,7 @@ Scenario unusual_scenario(DepthFormat format) {
     scenario.depth_near = -0.1;
     scenario.depth_far = 1e25;
     scenario.clocks = {66.6, 1.0 / 3.0, 10000.0};
-    scenario.memory = {17, 8, 2, 11, 3, 5, 400, 20, std::nullopt};
+    scenario.memory = {17, 8, 2, 11, 3, 5, 400, 20, MemoryPorts::kShared, 17, std::nullopt};
     scenario.bus = {256, 65535, Arbitration::kEdf, 3, SlotTableMaker::kBuilt, 2};
     scenario.composer = {1 << 24, 41, StarvationMode::kStall};
     scenario.pacing = Pacing::kFreeRunning;

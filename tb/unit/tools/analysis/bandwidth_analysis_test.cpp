@@ -234,6 +234,23 @@ TEST_CASE("of a memory that is refreshed nothing is proved, and its refreshes ar
     CHECK(analysis_text(analyze(paper_case(4))).find("refresh") == std::string::npos);
 }
 
+TEST_CASE("of a memory with shared ports nothing is proved, and the link's words are not counted",
+          "[analysis]") {
+    Scenario scenario = paper_case(4);
+    scenario.memory.ports = MemoryPorts::kShared;
+    scenario.memory.words_per_cycle = 4;
+    scenario.memory.write_block_words = 130;
+    const Analysis analysis = analyze(scenario);
+    CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
+    CHECK_FALSE(analysis.scenario_is_safe);
+    const std::string text = analysis_text(analysis);
+    CHECK(text.find("no bound  nothing is proved of a memory with shared ports\n") != std::string::npos);
+    CHECK(text.find(
+              "the clocks in which the link's words are written, 33 for every 130 of them and those to open "
+              "their page, are not counted\n") != std::string::npos);
+    CHECK(analysis_text(analyze(paper_case(4))).find("link's words") == std::string::npos);
+}
+
 TEST_CASE("of a bus with read latency or registers nothing is proved", "[analysis]") {
     for (const bool registers : {false, true}) {
         Scenario scenario = paper_case(4);

@@ -34,6 +34,8 @@ RunReport small_report() {
     bus.table_cycles = 2;
     bus.page_miss_cycles = 3;
     bus.refresh_cycles = 17;
+    bus.write_cycles = 19;
+    bus.grant_cycles = 23;
     bus.poll_cycles = 4;
     bus.lost_cycles = 5;
     bus.idle_cycles = 6;
@@ -111,7 +113,7 @@ TEST_CASE("figures: those of report.json's totals are the same") {
         }
         ++compared;
     }
-    CHECK(compared == 27);
+    CHECK(compared == 28);
 }
 
 TEST_CASE("figures: those that are not in the report are what their meaning says") {
@@ -129,7 +131,7 @@ TEST_CASE("figures: those that are not in the report are what their meaning says
     CHECK(whole("latency_cycles") == 70);
     CHECK(whole("rejected_frames") == 10);
     CHECK(whole("rejected_rows") == 11);
-    CHECK(number("pixels_per_cycle") == Approx(2800.0 / (101 + 4 + 6 + 34 + 10)));
+    CHECK(number("pixels_per_cycle") == Approx(2800.0 / (101 + 4 + 6 + 34 + 38 + 46 + 10)));
     CHECK(number("demand_pixels_per_cycle") == Approx(2000.0 / 4000.0));
     CHECK(whole("lost_tables") == 60 + 61 + 62 + 63 + 64 + 65);
     CHECK(whole("injected_faults") == 31);

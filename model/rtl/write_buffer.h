@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "rtl/block.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// Collects what the link writes into blocks, for a frame memory whose data pins link and bus share (`memory.ports:
+/// shared`; sections 4 and 5.2 of the paper). It has two halves of write_block_words words: one fills in DVI input clocks
+/// while bus_port has the other one written to the memory in core clocks.
+///
+/// A half is full with the last word of an aligned block, or of the image. Then its full_o changes, which crosses to the
+/// core clock through two registers of who receives it, and block_o says where its words belong. Both stand still until
+/// the other half is full too and this one fills again; write_block_words is such that it has been written by then. A
+/// block that is begun anew, because its frame was broken off, replaces what was there.
+///
+/// In core clocks it puts out the words that a write command names, of the half that drain_i names, in the same clock.
+class WriteBuffer final : public Block {
+  public:
+    static constexpr std::size_t kHalves = 2;
+
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<MemoryWrite> write_i{"write_i"};
+    sc_core::sc_vector<sc_core::sc_out<bool>> full_o{"full_o", kHalves};  ///< change with each block
+    sc_core::sc_vector<sc_core::sc_out<WriteBlock>> block_o{"block_o", kHalves};
+    sc_core::sc_in<MemoryCommand> command_i{"command_i"};  ///< core clock
+    sc_core::sc_in<bool> drain_i{"drain_i"};               ///< core clock: the half that is written
+    sc_core::sc_out<MemoryData> data_o{"data_o"};
+
+    /// words: pixels of one image.
+    WriteBuffer(const sc_core::sc_module_name& name, const MemoryConfig& config, std::int64_t words);
+    SC_HAS_PROCESS(WriteBuffer);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+
+  private:
+    struct Half {
+        explicit Half(RegisterSet& set, const std::string& name)
+            : full(set, name + "_full"), block(set, name + "_block") {}
+        Register<bool> full;
+        Register<WriteBlock> block;
+        std::vector<std::uint64_t> words;
+    };
+
+    void link_edge();
+    void take(const MemoryWrite& write);
+    void put_out();
+
+    std::uint32_t block_words_;
+    std::int64_t image_words_;
+    std::int64_t device_words_;
+    int words_per_cycle_;
+
+    ClockGate gate_{ClockGating::kOn};
+    sc_core::sc_event_or_list wake_events_;
+    RegisterSet registers_;
+    Register<bool> filling_{registers_, "filling"};  ///< the half that the link fills
+    std::array<std::unique_ptr<Half>, kHalves> halves_;
+    MemoryData data_;
+
+    void end_of_elaboration() override;
+};
+
+}  // namespace metabuffer::rtl
