@@ -92,7 +92,7 @@ void BusCoverage::take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& 
         ++burst_pages_;
         if (burst_beats_ > 1) {
             goals_.burst.over_page_end.hit();
-            goals_.burst.miss_in_mid_burst.hit_if(scenario_.memory.page_miss_cycles > 0);
+            goals_.burst.miss_in_mid_burst.hit_if(pages_show() && memory.page_miss_cycles > 0);
         }
         goals_.page.burst_in_three_pages.hit_if(burst_pages_ > 2);
     }
@@ -115,12 +115,15 @@ void BusCoverage::take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& 
     }
 }
 
+/// The page that is open is that of the beat before: the bus shows every access.
+bool BusCoverage::pages_show() const { return scenario_.memory.banks == 1 && !scenario_.memory.shared(); }
+
 void BusCoverage::start_burst(const rtl::BusBeat& beat, std::int64_t page) {
     const BurstGoals& goals = goals_.burst;
     goals_.grants.same_composer_again(scenario_.bus.arbitration).hit_if(burst_display_ == beat.destination);
     goals.right_behind_another.hit_if(burst_display_ != 0 &&
                                       clocks_since_pixels_ == cycles_per_beat(scenario_.bus));
-    (page == open_page_ ? goals.page_open_before : goals.miss_before).hit();
+    (page == open_page_ ? goals.page_open_before : goals.miss_before).hit_if(pages_show());
     burst_display_ = beat.destination;
     burst_first_ = beat.first;
     burst_pixels_ = 0;

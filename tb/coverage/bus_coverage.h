@@ -104,6 +104,7 @@ class BusCoverage {
     void take_table_beat(const rtl::BusBeat& beat);
     void end_table();
     void take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& destination);
+    bool pages_show() const;
     void start_burst(const rtl::BusBeat& beat, std::int64_t page);
     void end_burst(const ViewportRow& row, const rtl::BusBeat& beat);
     std::int64_t address_of(const ViewportRow& row, std::int64_t k) const;
