@@ -14,7 +14,6 @@ namespace metabuffer {
 namespace limits {
 
 constexpr IntegerRange kGridDisplays{1, 64};
-constexpr IntegerRange kRasterPixels{1, std::numeric_limits<std::int16_t>::max()};  ///< dx, dy are int16
 constexpr IntegerRange kWordsPerCycle{1, 8};
 constexpr std::array<int, 4> kMemoryBanks{1, 2, 4, 8};
 /// All banks close between two frames, in the clocks that lie between the question for the next pair and the first

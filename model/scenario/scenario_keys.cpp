@@ -18,6 +18,9 @@ using object_key::row;
 using object_key::whole_number;
 
 constexpr IntegerRange kDisplayPixels{1, 4096};
+constexpr std::array<int, 3> kSupersamples{1, 2, 4};
+static_assert(kDisplayPixels.high * kSupersamples.back() <= std::numeric_limits<std::int16_t>::max(),
+              "a row's place on the raster, dx and dy, is an int16");
 constexpr IntegerRange kViewportPosition{-1'000'000'000, 1'000'000'000};
 constexpr NumberRange kClockMhz{0.001, 10000.0};
 constexpr NumberRange kDepth{-1e30, 1e30};
@@ -145,9 +148,9 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
             "displays.width", "pixels", "width of one display", kDisplayPixels)),
         required(whole_number<&Scenario::displays, &DisplayConfig::height_pixels>(
             "displays.height", "pixels", "height of one display", kDisplayPixels)),
-        one_of<&Scenario::displays, &DisplayConfig::supersample>("displays.supersample", "",
-                                                                 "raster pixels per display pixel and axis",
-                                                                 {1, 2, 4}, "a supersampling"),
+        one_of<&Scenario::displays, &DisplayConfig::supersample>(
+            "displays.supersample", "", "raster pixels per display pixel and axis",
+            {kSupersamples.begin(), kSupersamples.end()}, "a supersampling"),
         row<&Scenario::displays, &DisplayConfig::background>(
             numbers("displays.background", "a list of three whole numbers 0 to 255, [R, G, B]", 3)),
         {{"displays.background[]", KeyShape::kScalar, "one of R, G, B", ValueRule::whole_numbers({0, 255})}},

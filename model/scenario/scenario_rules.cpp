@@ -116,9 +116,6 @@ void check_last_block(RuleCheck& check, const Scenario& scenario, const Renderer
 /// The rules between keys.
 void check_machine(RuleCheck& check, const Scenario& scenario) {
     if (check.failed()) return;
-    const DisplayConfig& displays = scenario.displays;
-    check.integer("displays.width", displays.raster_width_pixels(), limits::kRasterPixels);
-    check.integer("displays.height", displays.raster_height_pixels(), limits::kRasterPixels);
     const ValueRule& depth = scenario_schema().find("depth_range[]")->rule;
     for (const double end : {scenario.depth_near, scenario.depth_far}) {
         const std::string complaint = depth.complaint(end);

@@ -181,5 +181,18 @@ TEST_CASE("link port: a reset leaves what power-up leaves, whatever was under wa
     }
 }
 
+TEST_CASE("link port: behind a reset the front device holds no pair") {
+    ClockedTestbench bench;
+    LinkBench dut(bench);
+    dut.colour_start(2, 0);
+    dut.pair_good(10, 0);
+    dut.link.drive(dut.request, 20, true);
+    bench.run_through(24);
+    REQUIRE(dut.dut.front_source().pair == 0);
+    bench.core.pulse(bench.reset, 26);
+    bench.run_through(30);
+    CHECK(dut.dut.front_source().pair == FrameSource{}.pair);
+}
+
 }  // namespace
 }  // namespace metabuffer::test

@@ -164,6 +164,15 @@ TEST_CASE("a difference is one line however the renderer is called", "[report]")
           Lines{"renderers[two lines].dropped_frames: rtl 0, tlm 1", "totals.dropped_frames: rtl 0, tlm 1"});
 }
 
+TEST_CASE("a renderer without a name goes by its number, from 1", "[report]") {
+    RunReport left = some_report();
+    for (RendererCounters& renderer : left.renderers) renderer.name.clear();
+    RunReport right = left;
+    right.renderers[1].dropped_frames = 1;
+    CHECK(differences(left, right) ==
+          Lines{"renderers[2].dropped_frames: rtl 0, tlm 1", "totals.dropped_frames: rtl 0, tlm 1"});
+}
+
 TEST_CASE("the runs go by the names they are given", "[report]") {
     const ComparedNames names{"before", "after"};
     CHECK(compare_reports(R"({"a": 1})", R"({"a": 2})", names).differences == Lines{"a: before 1, after 2"});

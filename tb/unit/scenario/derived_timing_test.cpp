@@ -34,6 +34,8 @@ TEST_CASE("derived timing: a reset lasts two of the slowest clock, and the watch
     CHECK(least_reset_cycles({100.0, 25.0, 400.0}) == 8);
     CHECK(least_reset_cycles({100.0, 400.0, 30.0}) == 7);
     CHECK(least_reset_cycles({25.0, 100.0, 50.0}) == 2);
+    // Periods of 101 and 152 ps: two of the slower are one picosecond more than three of the core's.
+    CHECK(least_reset_cycles({1e6 / 101, 1e6 / 152, 1e6 / 101}) == 4);
 
     const Scenario without = machine_of(32, 24, 2);
     Scenario with = without;
@@ -122,6 +124,10 @@ TEST_CASE("derived timing: the watchdog's default is twice the sum of the silenc
         const std::int64_t slots = 256 + scenario.displays.count();
         CHECK(watchdog_interval_picoseconds(scenario) ==
               2 * (link + display) + core + 2 * slots * lost_slot_cycles(scenario) * 10'000);
+    }
+    SECTION("an arbiter that takes clocks for its answer is waited for") {
+        scenario.bus.grant_cycles = 100;
+        CHECK(watchdog_interval_picoseconds(scenario) == 2 * (link + display) + core + 2 * 100 * 10'000);
     }
     SECTION("each renderer adds a clock") {
         scenario.renderers.push_back(scenario.renderers.front());

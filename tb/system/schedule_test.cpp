@@ -1,0 +1,169 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "random_scenario.h"
+#include "report/report.h"
+#include "support/scenarios.h"
+#include "tlm/run.h"
+#include "tlm/schedule_observer.h"
+
+// What level tlm tells an observer of its time is what its report counts, bus by bus and column by column.
+namespace metabuffer::test {
+namespace {
+
+using tlm::CycleSpan;
+
+class Tally final : public tlm::ScheduleObserver {
+  public:
+    struct Bus {
+        std::int64_t table = 0, busy = 0, page_miss = 0, refresh = 0, write = 0, poll = 0, grant = 0,
+                     lost = 0;
+        std::int64_t pixels = 0, recovered_slots = 0;
+        std::int64_t last_cycle = -1;
+        bool in_order = true;
+    };
+    std::map<int, Bus> buses;                            ///< by renderer
+    std::map<std::pair<int, int>, std::int64_t> levels;  ///< the highest, by renderer and display
+    std::map<int, std::vector<int>> composited_frames;   ///< by display
+    std::map<int, std::vector<int>> shown_frames;
+    std::map<int, std::int64_t> stalled;
+    bool destinations_good = true;
+
+    void table(int renderer, int /*frame*/, CycleSpan span) override { add(renderer, &Bus::table, span); }
+    void beats(int renderer, int display, int /*frame*/, std::int64_t /*first_pixel*/, int pixels,
+               int recovered_slots, CycleSpan span) override {
+        add(renderer, &Bus::busy, span);
+        buses[renderer].pixels += pixels;
+        buses[renderer].recovered_slots += recovered_slots;
+        destinations_good = destinations_good && display >= 1;
+    }
+    void page_miss(int renderer, int display, std::int64_t /*word_address*/, CycleSpan span) override {
+        add(renderer, &Bus::page_miss, span);
+        destinations_good = destinations_good && display >= 1;
+    }
+    void refresh(int renderer, CycleSpan span) override { add(renderer, &Bus::refresh, span); }
+    void memory_write(int renderer, CycleSpan span) override { add(renderer, &Bus::write, span); }
+    void poll(int renderer, CycleSpan span) override { add(renderer, &Bus::poll, span); }
+    void arbitration(int renderer, CycleSpan span) override { add(renderer, &Bus::grant, span); }
+    void lost_slot(int renderer, CycleSpan span) override { add(renderer, &Bus::lost, span); }
+    void buffer_level(int renderer, int display, std::int64_t /*cycle*/, int held_pixels) override {
+        std::int64_t& highest = levels[{renderer, display}];
+        highest = std::max<std::int64_t>(highest, held_pixels);
+    }
+    void composited(int display, int frame, CycleSpan /*span*/) override {
+        composited_frames[display].push_back(frame);
+    }
+    void column_stall(int display, int /*frame*/, CycleSpan span) override {
+        stalled[display] += span.cycles();
+    }
+    void shown(int display, int frame, CycleSpan /*span*/) override {
+        shown_frames[display].push_back(frame);
+    }
+
+  private:
+    void add(int renderer, std::int64_t Bus::*kind, CycleSpan span) {
+        Bus& bus = buses[renderer];
+        bus.*kind += span.cycles();
+        bus.in_order = bus.in_order && span.first > bus.last_cycle;
+        bus.last_cycle = std::max(bus.last_cycle, span.last);
+    }
+};
+
+void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& report) {
+    REQUIRE(tally.buses.size() == report.renderers.size());
+    for (std::size_t r = 0; r < report.renderers.size(); ++r) {
+        INFO("renderer " << r + 1);
+        const Tally::Bus& told = tally.buses.at(static_cast<int>(r) + 1);
+        const BusCounters& counted = report.renderers[r].bus;
+        CHECK(told.table == counted.table_cycles);
+        CHECK(told.busy == counted.busy_cycles);
+        CHECK(told.page_miss == counted.page_miss_cycles);
+        CHECK(told.refresh == counted.refresh_cycles);
+        CHECK(told.write == counted.write_cycles);
+        CHECK(told.poll == counted.poll_cycles);
+        CHECK(told.grant == counted.grant_cycles);
+        CHECK(told.lost == counted.lost_cycles);
+        CHECK(told.pixels == counted.pixels_sent);
+        CHECK(told.recovered_slots == counted.recovered_slots);
+        CHECK(told.in_order);
+    }
+    CHECK(tally.destinations_good);
+    for (const ComposerCounters& composer : report.composers) {
+        const auto level = tally.levels.find({composer.renderer, composer.display});
+        const std::int64_t highest = level == tally.levels.end() ? 0 : level->second;
+        CHECK(highest == composer.buffer_high_water);
+    }
+    std::vector<int> frames(static_cast<std::size_t>(scenario.frames));
+    for (int frame = 0; frame < scenario.frames; ++frame) frames[static_cast<std::size_t>(frame)] = frame;
+    for (std::size_t d = 0; d < report.displays.size(); ++d) {
+        INFO("display " << d + 1);
+        const int display = static_cast<int>(d) + 1;
+        CHECK(tally.composited_frames.at(display) == frames);
+        CHECK(tally.shown_frames.at(display) == frames);
+        const auto stalled = tally.stalled.find(display);
+        CHECK((stalled == tally.stalled.end() ? 0 : stalled->second) == report.displays[d].stalled_cycles);
+    }
+}
+
+void check_machine(const Scenario& scenario) {
+    INFO(describe(scenario));
+    Tally tally;
+    tlm::RunOptions options;
+    options.observer = &tally;
+    const tlm::RunResult result = tlm::run(scenario, options);
+    check_tally(tally, scenario, result.report);
+}
+
+}  // namespace
+
+namespace {
+
+/// The first random machine from a seed on that has something.
+template <typename Wanted>
+Scenario machine_with(std::uint64_t seed, Wanted wanted) {
+    for (;; ++seed) {
+        Scenario scenario = random_scenario(seed);
+        if (scenario.faults.empty() && scenario.displays.count() > 1 && scenario.renderers.size() > 1 &&
+            wanted(scenario)) {
+            return scenario;
+        }
+    }
+}
+
+}  // namespace
+
+TEST_CASE("schedule: what a machine tells of its time is what it counts", "[system][schedule]") {
+    check_machine(machine_with(100, [](const Scenario& scenario) { return scenario.frames > 1; }));
+}
+
+TEST_CASE("schedule: so it is with refreshes and an arbiter that takes clocks", "[system][schedule]") {
+    check_machine(machine_with(200, [](const Scenario& scenario) {
+        return scenario.memory.refreshes() && scenario.bus.grant_cycles > 0 &&
+               scenario.bus.slot_table == SlotTableMaker::kBuilt;
+    }));
+}
+
+TEST_CASE("schedule: so it is with lost slots", "[system][schedule]") {
+    check_machine(machine_with(300, [](const Scenario& scenario) {
+        return scenario.bus.arbitration == Arbitration::kSlotAllocation;
+    }));
+}
+
+TEST_CASE("schedule: so it is with columns that stall", "[system][schedule]") {
+    Scenario scenario = machine_with(400, [](const Scenario& of) {
+        return of.composer.on_starvation == StarvationMode::kStall && of.memory.page_miss_cycles > 6;
+    });
+    check_machine(scenario);
+}
+
+TEST_CASE("schedule: so it is with shared ports", "[system][schedule]") {
+    check_machine(machine_with(
+        500, [](const Scenario& scenario) { return scenario.memory.shared() && scenario.frames > 1; }));
+}
+
+}  // namespace metabuffer::test
