@@ -244,6 +244,19 @@ TEST_CASE("bus port: a page whose opening was broken off in its precharge is not
     CHECK(dut.columns_at(PortBench::kSend + 22) == Columns{0, 1});
 }
 
+TEST_CASE("bus port: no row asks for the bus behind a reset") {
+    ClockedTestbench bench;
+    PortBench dut(bench);
+    dut.begin(two_rows());
+    bench.core.pulse(bench.reset, PortBench::kSend + 4);
+    bench.run_through(PortBench::kSend + 8);
+    for (const Recording<bool>* pending : dut.pendings) {
+        CHECK_FALSE(pending->at(2));  // power-up, and nothing yet
+        CHECK(pending->at(PortBench::kSend + 2));
+        CHECK_FALSE(pending->at(PortBench::kSend + 6));
+    }
+}
+
 /// A memory that is refreshed every 14 clocks, for four of them.
 struct RefreshedPortBench : PortBench {
     explicit RefreshedPortBench(ClockedTestbench& bench)

@@ -28,6 +28,7 @@ TEST_CASE("waits: the link's side in words") {
     pairs.end_control_scanline(good_scanline(FrameKind::kDepth, 4'000'000'000), event);
     pairs.end_frame(true, event);
     CHECK(waits::for_link_frame(pairs) == "waits for the next colour frame");
+    CHECK_FALSE(pairs.in_frame());
 }
 
 TEST_CASE("waits: the bus in words") {
