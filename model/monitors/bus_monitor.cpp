@@ -352,7 +352,8 @@ std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, st
         if (!in_time) {
             violate("bus/pace", edge,
                     "the burst's next beat " + std::to_string(edge - beat_edge_) +
-                        " clocks behind the one before, not " + (waits_are_known_ ? "" : "more than ") +
+                        " clocks behind the one before, not " +
+                        (waits_are_known_ ? "" : std::to_string(cycles_per_beat_) + " to ") +
                         std::to_string(due_ - beat_edge_));
         }
         ++beats_;

@@ -1,6 +1,7 @@
 #include "monitors/memory_monitor.h"
 
 #include <algorithm>
+#include <numeric>
 #include <sstream>
 
 namespace metabuffer::monitors {
@@ -82,17 +83,17 @@ void MemoryMonitor::write_edge() {
 /// A frame that begins anew leaves what was not a whole block of the one before.
 void MemoryMonitor::await_word(const rtl::MemoryWrite& write) {
     const auto block_words = static_cast<std::uint32_t>(config_.write_block_words);
-    if (write.address == 0) {
-        awaited_.resize(whole_);
+    if (write.address % block_words == 0) {
+        awaited_.resize(std::accumulate(whole_blocks_.begin(), whole_blocks_.end(), std::size_t{0}));
+        if (whole_blocks_.size() > 1) {
+            violate("memory/write", "write", rtl::clock_edge_number(core_period_picoseconds_),
+                    "a block begins with word " + std::to_string(write.address) +
+                        " while two wait to be written");
+        }
     }
     awaited_.push_back({write.device * device_words_ + write.address, write.byte_mask, write.data});
     if ((write.address + 1) % block_words == 0 || write.address + 1 == devices_[0].size()) {
-        whole_ = awaited_.size();
-    }
-    if (whole_ > 2 * static_cast<std::size_t>(block_words)) {
-        violate("memory/write", "write", rtl::clock_edge_number(core_period_picoseconds_),
-                std::to_string(whole_) + " words wait to be written, and there is room for two blocks of " +
-                    std::to_string(block_words));
+        whole_blocks_.push_back(write.address % block_words + 1);
     }
 }
 
@@ -100,7 +101,7 @@ void MemoryMonitor::await_word(const rtl::MemoryWrite& write) {
 
 void MemoryMonitor::restart() {
     awaited_.clear();
-    whole_ = 0;
+    whole_blocks_.clear();
     std::fill(banks_.begin(), banks_.end(), Bank{});
     std::fill(due_.begin(), due_.end(), rtl::MemoryData{});
     first_edge_ = refreshed_until_ = kNone;
@@ -237,13 +238,16 @@ void MemoryMonitor::check_write(const rtl::MemoryCommand& command, std::int64_t 
     for (std::size_t word = 0; word < command.count; ++word) {
         const std::int64_t address = std::int64_t{command.row} * config_.page_words + command.columns[word];
         const std::string what = "word " + std::to_string(address) + " is written, ";
-        if (whole_ == 0) {
+        if ((address >= device_words_) == front_i.read()) {
+            violate("memory/write", "command", edge, what + "in the image that is read");
+        }
+        if (whole_blocks_.empty()) {
             violate("memory/write", "command", edge, what + "and no whole block waits");
             return;
         }
         const Awaited next = awaited_.front();
         awaited_.pop_front();
-        --whole_;
+        if (--whole_blocks_.front() == 0) whole_blocks_.pop_front();
         if (address != next.address || command.byte_mask != next.byte_mask) {
             violate("memory/write", "command", edge,
                     what + "where word " + std::to_string(next.address) + " is next");

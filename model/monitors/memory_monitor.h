@@ -24,7 +24,7 @@ namespace metabuffer::monitors {
 /// - memory/open: a read or write is of the page that its bank has open, by an activation or, where that takes no clock,
 ///   by itself
 /// - memory/write: with shared ports each word of the link's whole blocks is written once, in order, as the link brought
-///   it, and no more than two blocks wait; without, no write comes from the bus port
+///   it, into the image that is not read, and no third block begins while two wait
 /// - memory/activate: a page is opened in a closed bank that was closed precharge_cycles before, and of the bank that it
 ///   lies in
 /// - memory/refresh: a refresh comes every refresh_interval_cycles and no other, and no command in its refresh_cycles
@@ -93,7 +93,7 @@ class MemoryMonitor final : public sc_core::sc_module {
         std::uint64_t data = 0;
     };
     std::deque<Awaited> awaited_;
-    std::size_t whole_ = 0;  ///< of them, first: words of whole blocks
+    std::deque<std::size_t> whole_blocks_;  ///< of them, first: words of each whole block
     std::vector<Bank> banks_;
     std::deque<rtl::MemoryData> due_;       ///< words of the reads on their way, one a clock
     std::int64_t first_edge_ = kNone;       ///< without reset

@@ -222,7 +222,7 @@ void BusPort::sample_writes() {
     }
 }
 
-/// Behind what the burst does with the clock: one that was stopped in it has left its bank as the block finds it.
+/// After the burst's part of the clock: a burst that it stops has left its bank as the block finds it.
 void BusPort::write_clock() {
     if (!plan_.writes) {
         return;

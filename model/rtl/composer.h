@@ -119,7 +119,7 @@ class Composer final : public Block, public ComposerRecord {
     int pixels_per_beat_;
     int in_flight_pixels_;  ///< that may come from BUSREADY's fall in a burst on, with the beat that it falls at
     int cut_cycles_;        ///< in which they come
-    int longest_gap_cycles_;  ///< from a beat of a burst to the next one: a page miss and the beat
+    int longest_gap_cycles_;  ///< longest_beat_gap_cycles()
     std::int64_t core_period_picoseconds_;
 
     ClockGate gate_;

@@ -16,7 +16,7 @@ namespace metabuffer::rtl {
 /// The 64-bit page-mode memory of an input framebuffer (sections 4 and 5.2 of the paper), of one pixel a word; colour
 /// half and depth half of a word are written on their own. It has two devices: the link writes one, and the bus reads the
 /// other, front_i. They are devices of their own, so the two never disturb each other. Or, with `memory.ports: shared`, it
-/// is one device with room for both images and one set of data pins, behind which the link's words wait in write_buffer.
+/// is one device with room for both images and one set of data pins; the link's words wait in write_buffer until they are free.
 ///
 /// The link's side stores a write at the clock of the link that samples it, unless ports are shared. The bus's side takes
 /// one command in a core clock. Page p lies in bank p mod banks, and each bank has a page open or none:

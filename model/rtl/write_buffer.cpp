@@ -1,5 +1,6 @@
 #include "rtl/write_buffer.h"
 
+#include <algorithm>
 #include <string>
 
 namespace metabuffer::rtl {
@@ -12,7 +13,7 @@ WriteBuffer::WriteBuffer(const sc_core::sc_module_name& name, const MemoryConfig
       words_per_cycle_(config.words_per_cycle) {
     for (std::size_t half = 0; half < kHalves; ++half) {
         halves_[half] = std::make_unique<Half>(registers_, "half_" + std::to_string(half));
-        halves_[half]->words.resize(block_words_);
+        halves_[half]->words.resize(static_cast<std::size_t>(std::min(words, std::int64_t{block_words_})));
     }
     SC_METHOD(link_edge);
     sensitive << clk_i.pos();

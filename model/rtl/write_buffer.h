@@ -17,8 +17,9 @@ namespace metabuffer::rtl {
 ///
 /// A half is full with the last word of an aligned block, or of the image. Then its full_o changes, which crosses to the
 /// core clock through two registers of who receives it, and block_o says where its words belong. Both stand still until
-/// the other half is full too and this one fills again; write_block_words is such that it has been written by then. A
-/// block that is begun anew, because its frame was broken off, replaces what was there.
+/// the other half is full too and this one fills again. It has been written by then: a scenario in which it might not is
+/// refused (check_write_blocks), so nothing is raised here. A block that is begun anew, because its frame was broken off,
+/// replaces what was there.
 ///
 /// In core clocks it puts out the words that a write command names, of the half that drain_i names, in the same clock.
 class WriteBuffer final : public Block {

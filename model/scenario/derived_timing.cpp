@@ -33,6 +33,27 @@ int longest_write_delay_cycles(const MemoryConfig& memory) {
     return kSynchronizerCycles + memory.page_miss_cycles + refresh + writing;
 }
 
+int least_block_cycles(const MemoryConfig& memory) {
+    return longest_write_delay_cycles(memory) + memory.page_miss_cycles;
+}
+
+std::int64_t least_refresh_interval_cycles(const MemoryConfig& memory) {
+    const std::int64_t beat = std::int64_t{memory.refresh_cycles} + memory.page_miss_cycles + 1;
+    if (!memory.shared()) return beat;
+    return beat + memory.page_miss_cycles + 2 * longest_write_cycles(memory, memory.write_block_words);
+}
+
+std::int64_t shortest_link_period_picoseconds(const Scenario& scenario, std::size_t renderer) {
+    constexpr std::int64_t kMillion = 1'000'000;
+    std::int64_t fastest_ppm = 0;
+    for (const Fault& fault : scenario.faults) {
+        if (fault.kind == FaultKind::kDrift && static_cast<std::size_t>(fault.renderer) == renderer) {
+            fastest_ppm = std::max<std::int64_t>(fastest_ppm, fault.ppm);
+        }
+    }
+    return clock_period_picoseconds(scenario.clocks.dvi_in_mhz) * kMillion / (kMillion + fastest_ppm);
+}
+
 int longest_word_wait_cycles(const Scenario& scenario) {
     const MemoryConfig& memory = scenario.memory;
     const int refresh = memory.refreshes() ? memory.refresh_cycles + memory.activate_cycles() : 0;

@@ -21,9 +21,21 @@ int lost_slot_cycles(const Scenario& scenario);
 /// another opened, and the words follow. words: of the block.
 int longest_write_cycles(const MemoryConfig& memory, int words);
 
-/// Core clocks from a block's last word to the end of its writing, at the most: two registers of the core clock, a page
-/// that is being opened, a refresh that leaves no room before it, and the writing.
+/// Core clocks from a block's last word to the end of its writing, at the most: two registers of the core clock and the
+/// clock that begins, a page that is being opened, a refresh that leaves no room before it, and the writing.
 int longest_write_delay_cycles(const MemoryConfig& memory);
+
+/// Core clocks that a block of the link's words must take to come, at the least: it is written before the next one is
+/// full, and the bus has its page open again before that.
+int least_block_cycles(const MemoryConfig& memory);
+
+/// Core clocks from one refresh to the next, at the least: in between a page can be opened and a beat read, or the bus
+/// would never go on. With shared ports two blocks of the link's words may come before that, and each may close the page,
+/// so that no wait for a word meets two refreshes.
+std::int64_t least_refresh_interval_cycles(const MemoryConfig& memory);
+
+/// Of a renderer's link, where its drift makes it fastest.
+std::int64_t shortest_link_period_picoseconds(const Scenario& scenario, std::size_t renderer);
 
 /// Core clocks that a burst waits for its next word, at the most: a page miss, or one with a refresh within it and the
 /// page's opening anew. With shared ports blocks of the link's words may come between, three at the most, and each may

@@ -142,7 +142,7 @@ struct MemoryConfig {
     constexpr int activate_cycles() const { return page_miss_cycles - precharge_cycles; }
     constexpr bool refreshes() const { return refresh_cycles > 0; }
     constexpr bool shared() const { return ports == MemoryPorts::kShared; }
-    /// With shared ports: words of the pages that an image takes. Behind them the other one's pages begin.
+    /// With shared ports: words of the pages that an image takes. After them the other one's pages begin.
     constexpr std::int64_t device_words(std::int64_t image_words) const {
         return (image_words + page_words - 1) / page_words * page_words;
     }

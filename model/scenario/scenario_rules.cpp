@@ -53,7 +53,7 @@ void check_keys(RuleCheck& check, const Scenario& scenario) {
     }
 }
 
-/// Between two refreshes a page can be opened and a beat read, or the bus would never go on.
+/// Between two refreshes the bus gets on.
 void check_refresh(RuleCheck& check, const MemoryConfig& memory) {
     const std::int64_t interval = memory.refresh_interval_cycles;
     if (!memory.refreshes()) {
@@ -64,52 +64,43 @@ void check_refresh(RuleCheck& check, const MemoryConfig& memory) {
     check.require(
         interval > 0, "memory.refresh_cycles",
         std::to_string(memory.refresh_cycles) + " without refresh_interval_cycles; use both, or neither");
-    const int write = memory.shared() ? longest_write_cycles(memory, memory.write_block_words) : 0;
-    const std::int64_t least = std::int64_t{memory.refresh_cycles} + memory.page_miss_cycles + write + 1;
-    check.require(
-        interval >= least, "memory.refresh_interval_cycles",
-        std::to_string(interval) +
-            (write > 0 ? " leaves no cycle for a beat beside refresh_cycles, page_miss_cycles and the "
-                         "writing of a block; use "
-                       : " leaves no cycle for a beat beside refresh_cycles and page_miss_cycles; use ") +
-            std::to_string(least) + " or more");
+    const std::int64_t least = least_refresh_interval_cycles(memory);
+    check.require(interval >= least, "memory.refresh_interval_cycles",
+                  std::to_string(interval) + " leaves no cycle for a beat beside refresh_cycles" +
+                      (memory.shared() ? ", page_miss_cycles and two blocks of the link's words"
+                                       : " and page_miss_cycles") +
+                      "; use " + std::to_string(least) + " or more");
 }
 
-std::int64_t core_cycles_of_link_clocks(const ClockConfig& clocks, std::int64_t link_clocks) {
-    return link_clocks * clock_period_picoseconds(clocks.dvi_in_mhz) /
-           clock_period_picoseconds(clocks.core_mhz);
-}
-
-/// With shared ports each block of the link's words is written before the next one is there, so that none is lost.
-void check_write_blocks(RuleCheck& check, const Scenario& scenario) {
+/// With shared ports each block of the link's words is written before the next one is there, so that none is lost, and a
+/// pair's last ones before its verdict, so that none is read too early; however fast a fault makes the link.
+void check_write_blocks(RuleCheck& check, const Scenario& scenario, std::size_t index,
+                        const std::string& path) {
     const MemoryConfig& memory = scenario.memory;
     if (!memory.shared() || check.failed()) return;
+    const Renderer& renderer = scenario.renderers[index];
+    const std::int64_t core_period = clock_period_picoseconds(scenario.clocks.core_mhz);
+    const std::int64_t link_period = shortest_link_period_picoseconds(scenario, index);
+    const bool drifts = link_period < clock_period_picoseconds(scenario.clocks.dvi_in_mhz);
+    const std::string of_link = path + (drifts ? ", with the drift of its link," : "");
     const int words = memory.write_block_words;
-    check.require(memory.page_words % words == 0, "memory.write_block_words",
-                  std::to_string(words) + " does not divide page_words, " +
-                      std::to_string(memory.page_words) + "; use a divisor of it");
-    const std::int64_t delay = longest_write_delay_cycles(memory) + std::int64_t{memory.page_miss_cycles};
-    const std::int64_t block = core_cycles_of_link_clocks(scenario.clocks, words);
-    check.require(block >= delay, "memory.write_block_words",
-                  std::to_string(words) + " words of a link come in " + std::to_string(block) +
-                      " core cycles, and to write them may take " + std::to_string(delay) +
-                      "; use larger blocks, more words_per_cycle or a faster core_mhz");
-}
-
-/// And a pair's last ones are written before its verdict, so that none is read too early.
-void check_last_block(RuleCheck& check, const Scenario& scenario, const Renderer& renderer,
-                      const std::string& path) {
-    const MemoryConfig& memory = scenario.memory;
-    if (!memory.shared() || check.failed()) return;
+    const std::int64_t comes = words * link_period / core_period;
+    const int least = least_block_cycles(memory);
+    check.require(comes >= least, "memory.write_block_words",
+                  std::to_string(words) + " words of " + of_link + " come in " + std::to_string(comes) +
+                      " core cycles, and until they are written and the bus has its page open again " +
+                      std::to_string(least) +
+                      " may pass; use more words_per_cycle, a faster core_mhz or larger blocks");
     const std::int64_t pixels = std::int64_t{renderer.image_width_pixels} * renderer.image_height_pixels;
-    const auto last = static_cast<int>(std::min<std::int64_t>(memory.write_block_words, pixels));
-    const std::int64_t ends = longest_write_delay_cycles(memory) + longest_write_cycles(memory, last);
-    const std::int64_t verdict = core_cycles_of_link_clocks(
-        scenario.clocks, std::int64_t{DviTiming::kVerticalFrontLines} * renderer.timing().line_clocks());
+    const auto last = static_cast<int>(std::min<std::int64_t>(words, pixels));
+    const std::int64_t ends =
+        std::int64_t{longest_write_delay_cycles(memory)} + longest_write_cycles(memory, last);
+    const std::int64_t verdict = std::int64_t{DviTiming::kVerticalFrontLines} *
+                                 renderer.timing().line_clocks() * link_period / core_period;
     check.require(verdict >= ends, "memory.write_block_words",
-                  std::to_string(memory.write_block_words) + " words may be written as late as " +
-                      std::to_string(ends) + " core cycles after the last pixel of " + path +
-                      ", whose pair is judged after " + std::to_string(verdict) +
+                  std::to_string(words) + " words may be written as late as " + std::to_string(ends) +
+                      " core cycles after the last pixel of " + of_link + " whose pair is judged after " +
+                      std::to_string(verdict) +
                       "; use smaller blocks, more words_per_cycle or a faster core_mhz");
 }
 
@@ -136,6 +127,10 @@ void check_machine(RuleCheck& check, const Scenario& scenario) {
                           " is not precharge_cycles + activate_cycles, " + std::to_string(sum) +
                           "; leave it out, or activate_cycles");
     }
+    check.require(!memory.shared() || memory.page_words % memory.write_block_words == 0,
+                  "memory.write_block_words",
+                  std::to_string(memory.write_block_words) + " does not divide page_words, " +
+                      std::to_string(memory.page_words) + "; use a divisor of it");
     check_refresh(check, memory);
     const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
     check.require(scenario.composer.ready_space_pixels >= in_flight, "composer.ready_space_pixels",
@@ -371,7 +366,6 @@ std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
     RuleCheck check;
     check_keys(check, scenario);
     check_machine(check, scenario);
-    check_write_blocks(check, scenario);
     check_names(check, scenario);
     check_faults(check, scenario);
     return std::move(check).result();
@@ -386,7 +380,7 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
         const std::string path = "renderers[" + std::to_string(i) + "]";
         check.integer(path + ".frames", renderer.image_width_pixels, kImageSidePixels);
         check.integer(path + ".frames", renderer.image_height_pixels, kImageSidePixels);
-        check_last_block(check, scenario, renderer, path);
+        check_write_blocks(check, scenario, i, path);
         std::set<std::size_t> seen;
         for (std::size_t j = 0; j < renderer.frames.size(); ++j) {
             const RendererFrame& frame = renderer.frames[j];

@@ -18,7 +18,7 @@ std::int64_t FrameMemory::refreshes_by(std::int64_t cycle) const {
     return config_.refreshes() ? (cycle - first_cycle_) / config_.refresh_interval_cycles : 0;
 }
 
-/// Between two refreshes there is time to open a page, so no wait meets two of them.
+/// Between two refreshes there is time to open a page, and no port is shared, so no wait meets two of them.
 void FrameMemory::wait_for_page(MemoryAccess& access, std::int64_t open_page) const {
     int opening = access.page_miss ? config_.opening_cycles(open_page != kNoPage) : 0;
     access.broken_cycles = access.refresh_cycles = 0;
@@ -149,6 +149,7 @@ void FrameMemory::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_t
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     Bank& bank = bank_of(page);
     if (access.write) {
+        write_blocks(access.settled_before - 1);
         blocks_.push_back({access.cycle, page, config_.write_cycles(wanted)});
         return;
     }

@@ -79,7 +79,7 @@ class FrameMemory final : public sc_core::sc_module {
     };
     Opening opening_;
     std::deque<Block> blocks_;        ///< to be written
-    std::int64_t free_from_ = 0;      ///< no page is opened and no block written from this clock on
+    std::int64_t free_from_ = 0;      ///< the first clock in which no opening and no writing is under way
     bool opening_under_way_ = false;  ///< until free_from_
 };
 

@@ -739,6 +739,8 @@ void InputFramebuffer::write_block() {
                         kBytesPerWord);
     payload.set_data_length(static_cast<unsigned>(words) * kBytesPerWord);
     message->write = true;
+    // A burst that waits for an answer goes on where it was.
+    message->settled_before = state_ == State::kRecheck ? at_cycle_ : core_.edge_at(now_picoseconds());
     message->cycle = newest_block_cycle_ = next_block_cycle();
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
     memory_socket->b_transport(payload, delay);

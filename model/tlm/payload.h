@@ -133,11 +133,12 @@ struct MemoryAccess : Extension<MemoryAccess> {
     /// No access, with shared ports: the words are a block of the link's, which may be written from `cycle` on. Blocks come
     /// in order, each before any access of its cycle or a later one, and one more than that.
     bool write = false;
-    std::int64_t cycle = 0;  ///< core clock in which the first word is wanted
+    std::int64_t settled_before = 0;  ///< with write: no access of an earlier clock is to come
+    std::int64_t cycle = 0;           ///< core clock in which the first word is wanted
     // What the memory answers.
     // The wait is for what is being opened when a refresh begins, if it is broken off, for the refresh, for blocks of the
     // link's words, and for the page. A memory that cannot see that far ahead answers no words: it wants to be asked again
-    // behind the wait.
+    // after the wait.
     bool page_miss = false;   ///< a page must be opened
     bool other_page = false;  ///< than the last access's that was no peek: no beat runs over this point
     int wait_cycles = 0;      ///< clocks without data before the first word

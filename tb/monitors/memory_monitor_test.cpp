@@ -102,7 +102,11 @@ struct MemoryMonitorBench {
 
 /// A memory with shared ports, of which the link has brought eight words of device 1, two blocks: words 32 to 39.
 struct SharedMemoryBench : MemoryMonitorBench {
-    SharedMemoryBench() : MemoryMonitorBench(shared()) {}
+    SharedMemoryBench() : MemoryMonitorBench(shared()) {
+        // Written by clock 16, and read after that.
+        bench.core.drive(front, 9, false);
+        bench.core.drive(front, 17, true);
+    }
     static Scenario shared() {
         Scenario scenario = memory_scenario();
         scenario.memory.ports = MemoryPorts::kShared;
@@ -295,5 +299,17 @@ TEST_CASE("memory monitor: a third block that comes before the first is written"
     // The bus reads device 1 by then: the link brings the other one's image.
     for (int word = 0; word < 4; ++word) bench.store(20 + word, 0, word, 0);
     bench.run();
-    bench.violations.check_only("memory/write", "frame_memory_1.write", 23, -1);
+    bench.violations.check_only("memory/write", "frame_memory_1.write", 20, -1);
+}
+
+TEST_CASE("memory monitor: words of the link that are written into the image that is read", "[monitors]") {
+    SharedMemoryBench bench;
+    bench.bench.core.drive(bench.front, 24, false);
+    bench.put_blocks();
+    for (int word = 0; word < 4; ++word) bench.store(20 + word, 0, word, 0);
+    bench.send(31, Kind::kPrecharge, 4);
+    bench.send(33, Kind::kActivate, 0);
+    bench.write_words(40, 0, {0}, {0});
+    bench.run();
+    bench.violations.check_only("memory/write", "frame_memory_1.command", 40, -1);
 }

@@ -9,6 +9,7 @@
 
 #include "formats/control_scanline.h"
 #include "formats/slot_payload.h"
+#include "scenario/derived_timing.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
 #include "scenario/limits.h"
@@ -277,9 +278,8 @@ void choose_refresh(std::uint64_t seed, MemoryConfig& memory) {
     Random random(seed ^ kOwnSequence);
     if (!random.one_in(3)) return;
     memory.refresh_cycles = random.one_in(8) ? random.between(1, 200) : random.between(1, 20);
-    const int least = memory.refresh_cycles + memory.page_miss_cycles + 1;
-    memory.refresh_interval_cycles =
-        least + (random.one_in(4) ? random.between(0, 12) : random.between(0, 500));
+    memory.refresh_interval_cycles = static_cast<int>(least_refresh_interval_cycles(memory)) +
+                                     (random.one_in(4) ? random.between(0, 12) : random.between(0, 500));
 }
 
 /// Likewise. With a block that the memory has written in time, if there is one.
@@ -297,6 +297,12 @@ void choose_ports(std::uint64_t seed, Scenario& scenario) {
     for (int words = 1; words <= 256 && found <= larger; words += words < 16 ? 1 : words / 8) {
         memory.write_block_words = words;
         memory.page_words = words * (1 + given.page_words / words);
+        if (memory.refreshes()) {
+            // As close to the least as it was.
+            memory.refresh_interval_cycles =
+                static_cast<int>(given.refresh_interval_cycles - least_refresh_interval_cycles(given) +
+                                 least_refresh_interval_cycles(memory));
+        }
         if (settings_violation(scenario) || renderers_violation(scenario)) continue;
         ++found;
     }

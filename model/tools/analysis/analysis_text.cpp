@@ -224,9 +224,9 @@ std::string analysis_text(const Analysis& analysis) {
     }
     if (analysis.memory.shared()) {
         const int words = analysis.memory.write_block_words;
-        text += "the clocks in which the link's words are written, " +
-                std::to_string(analysis.memory.write_cycles(words)) + " for every " + std::to_string(words) +
-                " of them and those to open their page, are not counted\n";
+        text +=
+            "the link's writes are not counted: " + counted(analysis.memory.write_cycles(words), "clock") +
+            " for every " + std::to_string(words) + " words, and those to open their page\n";
     }
     if (analysis.bus.slot_table == SlotTableMaker::kBuilt) {
         text += "the clocks in which the arbiter makes a slot table, one a slot and frame, are not counted\n";

@@ -82,6 +82,26 @@ TEST_CASE("derived timing: a block of the link's words waits for two registers, 
     scenario.memory.refresh_interval_cycles = 500;
     CHECK(longest_write_delay_cycles(scenario.memory) == 3 + 9 + 17 + 30 + 17);
     CHECK(longest_word_wait_cycles(scenario) == 9 + 30 + 9 + 3 * (17 + 9));
+    CHECK(least_block_cycles(scenario.memory) == 3 + 9 + 17 + 30 + 17 + 9);
+    CHECK(least_refresh_interval_cycles(scenario.memory) == 30 + 2 * 9 + 2 * 17 + 1);
+    scenario.memory.ports = MemoryPorts::kDual;
+    CHECK(least_refresh_interval_cycles(scenario.memory) == 30 + 9 + 1);
+}
+
+TEST_CASE("derived timing: a link is at its fastest where its drift is") {
+    Scenario scenario = machine_of(32, 24, 1);
+    scenario.renderers.push_back(scenario.renderers.front());
+    scenario.clocks.dvi_in_mhz = 100.0;
+    CHECK(shortest_link_period_picoseconds(scenario, 1) == 10'000);
+    for (const int ppm : {-50'000, 20'000, 100'000, 3}) {
+        Fault drift;
+        drift.kind = FaultKind::kDrift;
+        drift.renderer = 1;
+        drift.ppm = ppm;
+        scenario.faults.push_back(drift);
+    }
+    CHECK(shortest_link_period_picoseconds(scenario, 1) == 9'090);
+    CHECK(shortest_link_period_picoseconds(scenario, 0) == 10'000);
 }
 
 TEST_CASE(
