@@ -522,8 +522,10 @@ void InputFramebuffer::break_off_opening(std::int64_t cycle) {
 void InputFramebuffer::wait_for_page(const MemoryAccess& access, std::int64_t end) {
     const auto before_end = [this, end](std::int64_t clocks) { return std::min(clocks, end - at_cycle_); };
     open_page(before_end(access.broken_cycles), access.broken_cycles > 0);
-    wait_for_refresh(before_end(access.refresh_cycles));
-    wait_for_writes(before_end(access.write_cycles));
+    wait_for_memory(before_end(access.refresh_cycles),
+                    {SpanKind::kRefresh, &BusCounters::refresh_cycles, &ScheduleObserver::refresh});
+    wait_for_memory(before_end(access.write_cycles),
+                    {SpanKind::kWrite, &BusCounters::write_cycles, &ScheduleObserver::memory_write});
     if (at_cycle_ < end) {
         open_page(before_end(access.wait_cycles - access.broken_cycles - access.refresh_cycles -
                              access.write_cycles),
@@ -547,25 +549,15 @@ void InputFramebuffer::open_page(std::int64_t clocks, bool counts) {
     at_cycle_ += clocks;
 }
 
-void InputFramebuffer::wait_for_refresh(std::int64_t clocks) {
+/// Clocks that are counted, and told of, as of one cause.
+void InputFramebuffer::wait_for_memory(std::int64_t clocks, const MemoryWait& wait) {
     if (clocks == 0) {
         return;
     }
-    counters_.bus.refresh_cycles += clocks;
+    counters_.bus.*wait.counter += clocks;
     const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
-    note_span(SpanKind::kRefresh, span, 0);
-    if (settings_.observer != nullptr) settings_.observer->refresh(settings_.renderer + 1, span);
-    at_cycle_ += clocks;
-}
-
-void InputFramebuffer::wait_for_writes(std::int64_t clocks) {
-    if (clocks == 0) {
-        return;
-    }
-    counters_.bus.write_cycles += clocks;
-    const CycleSpan span{at_cycle_, at_cycle_ + clocks - 1};
-    note_span(SpanKind::kWrite, span, 0);
-    if (settings_.observer != nullptr) settings_.observer->memory_write(settings_.renderer + 1, span);
+    note_span(wait.kind, span, 0);
+    if (settings_.observer != nullptr) (settings_.observer->*wait.tell)(settings_.renderer + 1, span);
     at_cycle_ += clocks;
 }
 

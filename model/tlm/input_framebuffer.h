@@ -116,8 +116,13 @@ class InputFramebuffer final : public sc_core::sc_module {
     void break_off_opening(std::int64_t cycle);
     void wait_for_page(const MemoryAccess& access, std::int64_t end);
     void open_page(std::int64_t clocks, bool counts);
-    void wait_for_refresh(std::int64_t clocks);
-    void wait_for_writes(std::int64_t clocks);
+    /// What a burst waits for while its memory is busy with something else.
+    struct MemoryWait {
+        SpanKind kind;
+        std::int64_t BusCounters::*counter;
+        void (ScheduleObserver::*tell)(int renderer, CycleSpan span);
+    };
+    void wait_for_memory(std::int64_t clocks, const MemoryWait& wait);
     int pixels_on_page(const Row& row, int first_words, std::int64_t cycle, std::int64_t beats_before);
     int pixels_before(std::int64_t cycle, int pixels) const;
     void send_beats(int pixels);
