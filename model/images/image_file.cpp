@@ -24,9 +24,9 @@ using namespace std::string_view_literals;
 constexpr std::size_t kLookedAtBytes = 30;
 
 struct ImageFormat {
-    const char* reader;  ///< OpenImageIO's name
-    const char* name;
-    bool (*is_begun_by)(std::string_view bytes);
+    const char* reader = nullptr;  ///< OpenImageIO's name
+    const char* name = nullptr;
+    bool (*is_begun_by)(std::string_view bytes) = nullptr;
     /// Refuses what OpenImageIO would take and should not; may be null.
     void (*check)(const std::filesystem::path& file, std::string_view bytes) = nullptr;
 };

@@ -40,7 +40,8 @@ int least_block_cycles(const MemoryConfig& memory) {
 std::int64_t least_refresh_interval_cycles(const MemoryConfig& memory) {
     const std::int64_t beat = std::int64_t{memory.refresh_cycles} + memory.page_miss_cycles + 1;
     if (!memory.shared()) return beat;
-    return beat + memory.page_miss_cycles + 2 * longest_write_cycles(memory, memory.write_block_words);
+    return beat + memory.page_miss_cycles +
+           std::int64_t{2} * longest_write_cycles(memory, memory.write_block_words);
 }
 
 std::int64_t shortest_link_period_picoseconds(const Scenario& scenario, std::size_t renderer) {
