@@ -28,7 +28,7 @@ MemoryMonitor::MemoryMonitor(const sc_core::sc_module_name& name, const Scenario
       banks_(static_cast<std::size_t>(scenario.memory.banks)),
       due_(static_cast<std::size_t>(scenario.memory.read_latency_cycles)) {
     const Renderer& source = scenario.renderers[static_cast<std::size_t>(renderer)];
-    const std::int64_t words = std::int64_t{source.image_width_pixels} * source.image_height_pixels;
+    const std::int64_t words = source.image_words();
     for (std::vector<std::uint64_t>& device : devices_) {
         device.resize(static_cast<std::size_t>(words));
     }

@@ -14,22 +14,18 @@ namespace {
 
 int divide_up(int value, int divisor) { return (value + divisor - 1) / divisor; }
 
-std::int64_t words_of(const Renderer& renderer) {
-    return std::int64_t{renderer.image_width_pixels} * renderer.image_height_pixels;
-}
-
-/// That an address must reach.
-std::int64_t words_of(const MemoryConfig& memory, const Renderer& renderer) {
-    return memory.shared() ? 2 * memory.device_words(words_of(renderer)) : words_of(renderer);
-}
-
 }  // namespace
 
 BusPort::Row::Row(RegisterSet& set, const std::string& name, const Renderer& renderer,
                   std::int64_t memory_words)
-    : left(set, name + "_left", bits_for(words_of(renderer))),
+    : left(set, name + "_left", bits_for(renderer.image_words())),
       address(set, name + "_address", bits_for(memory_words)),
       column(set, name + "_column", bits_for(renderer.image_width_pixels)) {}
+
+BusPort::Writes::Half::Half(RegisterSet& set, std::size_t number)
+    : full(set, numbered("write_full", number)),
+      seen(set, numbered("write_full", number) + "_seen"),
+      waiting(set, numbered("write_waiting", number)) {}
 
 BusPort::Writes::Writes(RegisterSet& set, const MemoryConfig& memory)
     : drain(set, "drain"),
@@ -37,8 +33,7 @@ BusPort::Writes::Writes(RegisterSet& set, const MemoryConfig& memory)
       page_wait(set, "write_page_wait", bits_for(memory.page_miss_cycles)),
       precharging(set, "write_precharging") {
     for (std::size_t half = 0; half < WriteBuffer::kHalves; ++half) {
-        halves.push_back(std::make_unique<Half>(set, numbered("write_full", half)));
-        waiting.push_back(std::make_unique<Register<bool>>(set, numbered("write_waiting", half)));
+        halves.push_back(std::make_unique<Half>(set, half));
     }
 }
 
@@ -69,7 +64,7 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
       frames_started_(registers_, "frames_started", bits_for(scenario.frames)),
-      pixels_left_(registers_, "pixels_left", bits_for(words_of(renderer) * scenario.displays.count())),
+      pixels_left_(registers_, "pixels_left", bits_for(renderer.image_words() * scenario.displays.count())),
       row_count_(registers_, "row_count", bits_for(scenario.displays.count())),
       table_row_(registers_, "table_row", bits_for(scenario.displays.count())),
       table_wait_(registers_, "table_wait", bits_for(cycles_per_table_row_)),
@@ -87,7 +82,7 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
                       scenario.memory.refresh_interval_cycles),
       refresh_left_(registers_, "refresh_left", bits_for(scenario.memory.refresh_cycles)),
       leaving_(registers_, "leaving", scenario.memory.read_latency_cycles) {
-    const std::int64_t memory_words = words_of(scenario.memory, renderer);
+    const std::int64_t memory_words = scenario.memory.memory_words(renderer.image_words());
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
         rows_.push_back(std::make_unique<Row>(registers_, numbered("row", line), renderer, memory_words));
         uncounted_.push_back(std::make_unique<Register<int>>(registers_, numbered("uncounted", line),
@@ -217,7 +212,7 @@ void BusPort::sample_writes() {
         const bool full = of_half.full.sample(write_full_i[half].read());
         if (full != of_half.seen) {
             of_half.seen = full;
-            *writes_->waiting[half] = true;
+            of_half.waiting = true;
         }
     }
 }
@@ -230,14 +225,10 @@ void BusPort::write_clock() {
     Writes& writes = *writes_;
     const MemoryCommand& command = plan_.command;
     if (writes.words_left == 0) {
-        writes.words_left = static_cast<int>(write_block_i[writes.half()].read().words);
+        writes.words_left = static_cast<int>(write_block_i[writes.turn()].read().words);
         writes.page_wait = plan_.opening.cycles;
         writes.precharging = command.kind == MemoryCommand::Kind::kPrecharge;
-        const std::int64_t page = write_page();
-        Bank& bank = bank_of(page);
-        bank.open = true;
-        bank.half_open = false;
-        bank.page = page;
+        note_open(write_page());
     }
     if (writes.page_wait > 0) {
         --writes.page_wait;
@@ -246,7 +237,7 @@ void BusPort::write_clock() {
     }
     writes.words_left -= command.count;
     if (writes.words_left == 0) {
-        *writes.waiting[writes.half()] = false;
+        writes.half().waiting = false;
         writes.drain = !writes.drain;
         drain_o[0].write(writes.drain);
     }
@@ -292,6 +283,14 @@ void BusPort::close_banks() {
     }
 }
 
+/// As the memory's bank will have it when it has obeyed.
+void BusPort::note_open(std::int64_t page) {
+    Bank& bank = bank_of(page);
+    bank.open = true;
+    bank.half_open = false;
+    bank.page = page;
+}
+
 void BusPort::ask_for_frame() {
     if (frames_started_ == scenario_.frames) {
         state_ = State::kDone;
@@ -312,7 +311,7 @@ void BusPort::start_frame(bool fresh) {
     const FrontTable& table = table_i.read();
     const bool second_image = writes_ != nullptr && front_i[0].read();
     const std::int64_t first_word =
-        second_image ? scenario_.memory.device_words(words_of(renderer_)) : std::int64_t{0};
+        second_image ? scenario_.memory.device_words(renderer_.image_words()) : std::int64_t{0};
     row_count_ = static_cast<int>(table.rows.size());
     pixels_left_ = 0;
     for (int index = 0; index < row_count_; ++index) {
@@ -465,12 +464,8 @@ bool BusPort::page_ready(const Plan& plan) {
     if (!plan.opening.opens) {
         return true;
     }
-    const std::int64_t page = page_of(row(burst_row_));
-    Bank& bank = bank_of(page);
     precharging_ = plan.command.kind == MemoryCommand::Kind::kPrecharge;
-    bank.open = true;
-    bank.half_open = false;
-    bank.page = page;
+    note_open(page_of(row(burst_row_)));
     ++bus_.page_misses;
     if (plan.opening.cycles == 0) {
         return true;
@@ -678,7 +673,7 @@ bool BusPort::plan_writes(const Plan& plan) const {
         return false;  // a page is being opened
     }
     const MemoryConfig& memory = scenario_.memory;
-    const int words = static_cast<int>(write_block_i[writes_->half()].read().words);
+    const int words = static_cast<int>(write_block_i[writes_->turn()].read().words);
     return !memory.refreshes() ||
            opening_of(write_page(), plan.stop).cycles + memory.write_cycles(words) <= refresh_due_in_;
 }
@@ -686,7 +681,7 @@ bool BusPort::plan_writes(const Plan& plan) const {
 /// The next words of the block, or the page that must be opened for them.
 void BusPort::plan_write_command(Plan& plan) const {
     const Writes& writes = *writes_;
-    const WriteBlock& block = write_block_i[writes.half()].read();
+    const WriteBlock& block = write_block_i[writes.turn()].read();
     const std::int64_t page = write_page();
     const bool begins = writes.words_left == 0;
     plan.opening = begins ? opening_of(page, plan.stop) : Opening{};

@@ -119,19 +119,21 @@ class BusPort final : public Block {
     struct Writes {
         Writes(RegisterSet& set, const MemoryConfig& memory);
         struct Half {
-            Half(RegisterSet& set, const std::string& name) : full(set, name), seen(set, name + "_seen") {}
+            Half(RegisterSet& set, std::size_t number);
             Synchronizer full;
-            Register<bool> seen;
+            Register<bool> seen;     ///< of full
+            Register<bool> waiting;  ///< its block is to be written
         };
         std::vector<std::unique_ptr<Half>> halves;
-        std::vector<std::unique_ptr<Register<bool>>> waiting;  ///< the half's block is to be written
-        Register<bool> drain;                                  ///< the half whose turn it is
-        Register<int> words_left;                              ///< of the block that is written; 0: none is
-        Register<int> page_wait;                               ///< clocks until its page is open
+        Register<bool> drain;      ///< the half whose turn it is
+        Register<int> words_left;  ///< of the block that is written; 0: none is
+        Register<int> page_wait;   ///< clocks until its page is open
         Register<bool> precharging;
 
-        std::size_t half() const { return drain ? 1 : 0; }
-        bool any() const { return words_left > 0 || *waiting[half()]; }
+        std::size_t turn() const { return drain ? 1 : 0; }
+        Half& half() { return *halves[turn()]; }
+        const Half& half() const { return *halves[turn()]; }
+        bool any() const { return words_left > 0 || half().waiting; }
     };
 
     /// What it takes to open a page.
@@ -174,6 +176,7 @@ class BusPort final : public Block {
     void stop_burst();
     void refresh_clock();
     void close_banks();
+    void note_open(std::int64_t page);
     void sample_writes();
     void write_clock();
     bool page_ready(const Plan& plan);
@@ -192,7 +195,7 @@ class BusPort final : public Block {
     Opening opening_of(std::int64_t page, bool stop) const;
     MemoryCommand opening_command(const Opening& opening, std::int64_t page) const;
     std::int64_t write_page() const {
-        return static_cast<std::int64_t>(write_block_i[writes_->half()].read().address) /
+        return static_cast<std::int64_t>(write_block_i[writes_->turn()].read().address) /
                scenario_.memory.page_words;
     }
     std::int64_t page_of(const Row& of_row) const { return of_row.address / scenario_.memory.page_words; }

@@ -26,7 +26,7 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
       refresh_due_in_(registers_, "refresh_due_in", bits_for(config.refresh_interval_cycles),
                       config.refresh_interval_cycles),
       reads_(registers_, "read", config.read_latency_cycles) {
-    const std::int64_t device_words = config.shared() ? config.device_words(words) + words : words;
+    const std::int64_t device_words = config.memory_words(words);
     for (int bank = 0; bank < config.banks; ++bank) {
         banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
                                                 bits_for((device_words - 1) / config.page_words)));

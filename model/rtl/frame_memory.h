@@ -16,7 +16,8 @@ namespace metabuffer::rtl {
 /// The 64-bit page-mode memory of an input framebuffer (sections 4 and 5.2 of the paper), of one pixel a word; colour
 /// half and depth half of a word are written on their own. It has two devices: the link writes one, and the bus reads the
 /// other, front_i. They are devices of their own, so the two never disturb each other. Or, with `memory.ports: shared`, it
-/// is one device with room for both images and one set of data pins; the link's words wait in write_buffer until they are free.
+/// is one device with room for both images and one set of data pins; the link's words wait in write_buffer until they
+/// are free.
 ///
 /// The link's side stores a write at the clock of the link that samples it, unless ports are shared. The bus's side takes
 /// one command in a core clock. Page p lies in bank p mod banks, and each bank has a page open or none:
@@ -33,10 +34,10 @@ namespace metabuffer::rtl {
 /// activate_cycles a read or write opens its page itself.
 ///
 /// Raises /metabuffer/frame_memory/page for a read or write of a page that is not open and for an activate in a bank that
-/// is not closed, /metabuffer/frame_memory/ports for a write without shared ports, /metabuffer/frame_memory/refresh for a command while a refresh lasts, for a refresh that comes later than
-/// refresh_interval_cycles behind the one before, and for one that it does not need, /metabuffer/frame_memory/address for
-/// a page of another bank and a word that the device does not have, and /metabuffer/frame_memory/width for more words than
-/// it gives in a clock.
+/// is not closed, /metabuffer/frame_memory/ports for a write without shared ports, /metabuffer/frame_memory/refresh for a
+/// command while a refresh lasts, for a refresh that comes later than refresh_interval_cycles behind the one before, and
+/// for one that it does not need, /metabuffer/frame_memory/address for a page of another bank and a word that the device
+/// does not have, and /metabuffer/frame_memory/width for more words than it has in a clock.
 class FrameMemory final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock

@@ -34,8 +34,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
                   },
                   [this](int pairs) { counters_.dropped_frames += pairs; }}),
       table_unit_("table_unit", scenario.bus, scenario.limits(renderer_)),
-      frame_memory_("frame_memory", scenario.memory,
-                    std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels),
+      frame_memory_("frame_memory", scenario.memory, renderer_.image_words()),
       bus_arbiter_("bus_arbiter", scenario.bus, scenario.displays.count()),
       bus_port_(
           "bus_port", scenario, renderer_, [this](bool fresh) { start_frame(fresh); }, counters_.bus,
@@ -44,9 +43,8 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
     bind_bus_side();
     bind_arbiter();
     if (scenario.memory.shared()) {
-        write_buffer_ = std::make_unique<WriteBuffer>(
-            "write_buffer", scenario.memory,
-            std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels);
+        write_buffer_ =
+            std::make_unique<WriteBuffer>("write_buffer", scenario.memory, renderer_.image_words());
         bind_write_buffer();
     }
 }

@@ -146,6 +146,10 @@ struct MemoryConfig {
     constexpr std::int64_t device_words(std::int64_t image_words) const {
         return (image_words + page_words - 1) / page_words * page_words;
     }
+    /// Words from the first one to the last that an image may have.
+    constexpr std::int64_t memory_words(std::int64_t image_words) const {
+        return shared() ? device_words(image_words) + image_words : image_words;
+    }
     /// Clocks that so many words of the link take on the data pins.
     constexpr int write_cycles(int words) const { return (words + words_per_cycle - 1) / words_per_cycle; }
     /// Clocks until a page that is not open can be read.
@@ -239,6 +243,8 @@ struct Renderer {
         return frames[std::min<std::size_t>(pair, frames.size() - 1)];
     }
     const PixelImage& image_of_pair(std::uint32_t pair) const { return *images[frame_of_pair(pair).image]; }
+    /// A pixel a word.
+    std::int64_t image_words() const { return std::int64_t{image_width_pixels} * image_height_pixels; }
     DviTiming timing() const { return renderer_dvi_timing(image_width_pixels, image_height_pixels); }
 };
 

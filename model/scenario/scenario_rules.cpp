@@ -91,8 +91,7 @@ void check_write_blocks(RuleCheck& check, const Scenario& scenario, std::size_t 
                       " core cycles, and until they are written and the bus has its page open again " +
                       std::to_string(least) +
                       " may pass; use more words_per_cycle, a faster core_mhz or larger blocks");
-    const std::int64_t pixels = std::int64_t{renderer.image_width_pixels} * renderer.image_height_pixels;
-    const auto last = static_cast<int>(std::min<std::int64_t>(words, pixels));
+    const auto last = static_cast<int>(std::min<std::int64_t>(words, renderer.image_words()));
     const std::int64_t ends =
         std::int64_t{longest_write_delay_cycles(memory)} + longest_write_cycles(memory, last);
     const std::int64_t verdict = std::int64_t{DviTiming::kVerticalFrontLines} *

@@ -26,7 +26,7 @@ void FrameMemory::wait_for_page(MemoryAccess& access, std::int64_t open_page) co
     if (config_.refreshes()) {
         const std::int64_t begun = refreshes_by(access.cycle);
         const std::int64_t next = refresh_begins(begun + 1);
-        const std::int64_t end_of_last = refresh_begins(begun) + config_.refresh_cycles;
+        const std::int64_t end_of_last = refresh_ends(begun);
         access.beats_before = next;
         if (begun > 0 && access.cycle < end_of_last) {
             access.refresh_cycles = static_cast<int>(end_of_last - access.cycle);
@@ -62,7 +62,7 @@ CycleSpan FrameMemory::writing_of(const Block& block) const {
     for (;;) {
         const std::int64_t begun = refreshes_by(span.first);
         if (begun > 0) {
-            span.first = std::max(span.first, refresh_begins(begun) + config_.refresh_cycles);
+            span.first = std::max(span.first, refresh_ends(begun));
         }
         const std::int64_t open = open_page(bank_of(block.page), span.first);
         const int opening = open != block.page ? config_.opening_cycles(open != kNoPage) : 0;
@@ -105,8 +105,8 @@ void FrameMemory::answer_shared(MemoryAccess& access, std::int64_t page) {
         return;
     }
     const std::int64_t begun = refreshes_by(access.cycle);
-    if (begun > 0 && access.cycle < refresh_begins(begun) + config_.refresh_cycles) {
-        wait(access, refresh_begins(begun) + config_.refresh_cycles, &MemoryAccess::refresh_cycles);
+    if (begun > 0 && access.cycle < refresh_ends(begun)) {
+        wait(access, refresh_ends(begun), &MemoryAccess::refresh_cycles);
         return;
     }
     if (config_.refreshes()) {

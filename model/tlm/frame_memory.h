@@ -44,6 +44,9 @@ class FrameMemory final : public sc_core::sc_module {
     std::int64_t refresh_begins(std::int64_t number) const {
         return first_cycle_ + number * config_.refresh_interval_cycles;
     }
+    std::int64_t refresh_ends(std::int64_t number) const {
+        return refresh_begins(number) + config_.refresh_cycles;
+    }
     Bank broken_off(std::int64_t cycle) const;
     void wait_for_page(MemoryAccess& access, std::int64_t open_page) const;
     std::int64_t open_page(const Bank& bank, std::int64_t cycle) const {

@@ -412,17 +412,17 @@ void InputFramebuffer::continue_burst() {
             if (stops) {
                 break;
             }
-            wait_for_busready(at_cycle_);
+            go_on_at(at_cycle_);
             return;
         }
         const std::int64_t known_before = writes_known_before();
         if (at_cycle_ >= known_before) {
-            wait_for_busready(at_cycle_);
+            go_on_at(at_cycle_);
             return;
         }
         const int words = std::min(burst_left_, row.segment.row().sdx - row.column);
         if (limit != kUnknownCycle && !stops && ends_at(access_memory(row, words, at_cycle_, true), limit)) {
-            wait_for_busready(limit);
+            go_on_at(limit);
             return;
         }
         const MemoryAccess& access = access_memory(row, words, at_cycle_, false);
@@ -462,7 +462,7 @@ std::int64_t InputFramebuffer::judge_beats() {
     return stop_cycle_;
 }
 
-void InputFramebuffer::wait_for_busready(std::int64_t cycle) {
+void InputFramebuffer::go_on_at(std::int64_t cycle) {
     state_ = State::kRecheck;
     next_cycle_ = cycle;
 }
@@ -704,12 +704,13 @@ void InputFramebuffer::ask_for_slot(Row& row) {
 
 std::int64_t InputFramebuffer::next_block_words() const {
     const LinkWrites& writes = link_writes_;
-    return std::min<std::int64_t>(scenario_.memory.write_block_words, image_words() - writes.next_word);
+    return std::min<std::int64_t>(scenario_.memory.write_block_words,
+                                  renderer_.image_words() - writes.next_word);
 }
 
 /// A frame that is broken off leaves its last block unwritten.
 bool InputFramebuffer::has_next_block() const {
-    return link_writes_.next_word < image_words() &&
+    return link_writes_.next_word < renderer_.image_words() &&
            link_writes_.next_word + next_block_words() <= newest_link_frame_.pixels;
 }
 
@@ -757,9 +758,9 @@ std::int64_t InputFramebuffer::writes_known_before() const {
     // The next frame is told of in its first clock.
     const DviTiming timing = renderer_.timing();
     constexpr int kLinesBeforePixels = DviTiming::kVerticalBackLines + 1;
-    const std::int64_t edge = dvi_.edge_at(now_picoseconds()) +
-                              std::int64_t{kLinesBeforePixels} * timing.line_clocks() +
-                              std::min<std::int64_t>(scenario_.memory.write_block_words, image_words());
+    const std::int64_t edge =
+        dvi_.edge_at(now_picoseconds()) + std::int64_t{kLinesBeforePixels} * timing.line_clocks() +
+        std::min<std::int64_t>(scenario_.memory.write_block_words, renderer_.image_words());
     return core_.edge_seeing(dvi_.picoseconds_of(edge)) + 1;
 }
 

@@ -127,7 +127,7 @@ class InputFramebuffer final : public sc_core::sc_module {
     int pixels_before(std::int64_t cycle, int pixels) const;
     void send_beats(int pixels);
     std::int64_t judge_beats();
-    void wait_for_busready(std::int64_t cycle);
+    void go_on_at(std::int64_t cycle);
     bool ends_at(const MemoryAccess& access, std::int64_t limit) const;
     void end_burst(bool whole);
     void ask_for_slot(Row& row);
@@ -146,11 +146,8 @@ class InputFramebuffer final : public sc_core::sc_module {
         std::int64_t next_word = 0;   ///< of the next block, in the image
         std::int64_t first_word = 0;  ///< of the image, in the memory
     };
-    std::int64_t image_words() const {
-        return std::int64_t{renderer_.image_width_pixels} * renderer_.image_height_pixels;
-    }
     std::int64_t first_word_of(bool device) const {
-        return device ? scenario_.memory.device_words(image_words()) : std::int64_t{0};
+        return device ? scenario_.memory.device_words(renderer_.image_words()) : std::int64_t{0};
     }
     std::int64_t next_block_words() const;
     bool has_next_block() const;

@@ -142,6 +142,13 @@ struct PortBench {
         }
         core.drive(grant_valid, clock, row >= 0);
     }
+    std::vector<int> clocks_of(Command kind, int last) const {
+        std::vector<int> clocks;
+        for (int clock = 0; clock <= last; ++clock) {
+            if (commands.at(clock).kind == kind) clocks.push_back(clock);
+        }
+        return clocks;
+    }
     std::vector<std::uint32_t> columns_at(int clock) const {
         const MemoryCommand& sent = commands.at(clock);
         return {sent.columns.begin(), sent.columns.begin() + sent.count};
@@ -261,13 +268,6 @@ TEST_CASE("bus port: no row asks for the bus behind a reset") {
 struct RefreshedPortBench : PortBench {
     explicit RefreshedPortBench(ClockedTestbench& bench)
         : PortBench(bench, Arbitration::kRoundRobin, 3, 128, 1, 0, 14, 4) {}
-    std::vector<int> clocks_of(Command kind, int last) const {
-        std::vector<int> clocks;
-        for (int clock = 0; clock <= last; ++clock) {
-            if (commands.at(clock).kind == kind) clocks.push_back(clock);
-        }
-        return clocks;
-    }
 };
 
 using Clocks = std::vector<int>;
@@ -342,13 +342,6 @@ struct SharedPortBench : PortBench {
                    rtl::WriteBlock{static_cast<std::uint64_t>(address), static_cast<std::uint32_t>(words),
                                    rtl::MemoryWrite::kColourBytes});
         core.drive(write_full[half], clock - 2, full);
-    }
-    Clocks clocks_of(Command kind, int last) const {
-        Clocks clocks;
-        for (int clock = 0; clock <= last; ++clock) {
-            if (commands.at(clock).kind == kind) clocks.push_back(clock);
-        }
-        return clocks;
     }
 };
 
