@@ -6,6 +6,7 @@
 
 #include "formats/depth_format.h"
 #include "formats/image.h"
+#include "formats/image_files.h"
 
 namespace metabuffer {
 
@@ -23,12 +24,10 @@ class ImageCodec {
     ImageCodec& operator=(const ImageCodec&) = delete;
     virtual ~ImageCodec() = default;
 
-    /// Reads a renderer's image: channels R G B, A and Z where it has them (A = 255 and Z = 0 where it has not), or Z
-    /// from a one-channel file of its own. image_file.h tells the formats. Throws InputError naming the file and what
-    /// it lacks.
-    virtual PixelImage load(const std::filesystem::path& colour_file,
-                            const std::optional<std::filesystem::path>& depth_file, DepthFormat format,
-                            const DepthRange& range) const = 0;
+    /// Reads a renderer's image: channels R G B, A where it has one (else 255), and Z, unless that is given for all of the
+    /// image or comes from a one-channel file of its own. image_file.h tells the formats. Throws InputError naming the
+    /// file and what it lacks.
+    virtual PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const = 0;
 
     /// The bytes of an 8-bit RGB PNG file: the same for the same picture. `file` is what an error names. Throws
     /// OutputError.

@@ -45,11 +45,9 @@ class QuietLibraries {
 
 class OpenImageIoCodec final : public ImageCodec {
   public:
-    PixelImage load(const std::filesystem::path& colour_file,
-                    const std::optional<std::filesystem::path>& depth_file, DepthFormat format,
-                    const DepthRange& range) const override {
+    PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const override {
         const QuietLibraries quiet;
-        return load_image(colour_file, depth_file, format, range);
+        return load_image(files, format, range);
     }
     std::string png(const ColourImage& image, const std::filesystem::path& file) const override {
         const QuietLibraries quiet;

@@ -235,20 +235,24 @@ std::vector<std::uint32_t> depth_of_file(const std::filesystem::path& file, int 
 
 }  // namespace
 
-PixelImage load_image(const std::filesystem::path& colour_file,
-                      const std::optional<std::filesystem::path>& depth_file, DepthFormat format,
-                      const DepthRange& range) {
-    NativeImage image(colour_file);
+PixelImage load_image(const ImageFiles& files, DepthFormat format, const DepthRange& range) {
+    NativeImage image(files.image);
     const int red = image.find_channel("R");
     const int green = image.find_channel("G");
     const int blue = image.find_channel("B");
     if (red == kNoChannel || green == kNoChannel || blue == kNoChannel) {
-        fail_image(colour_file,
+        fail_image(files.image,
                    "has the channels " + image.channel_list() + "; use R, G and B, and A and Z if need be");
     }
     // Without alpha on the link, every receiver takes a pixel as opaque.
     const int alpha = layout_of(format).has_alpha() ? image.find_channel("A") : kNoChannel;
-    const int depth = depth_file.has_value() ? kNoChannel : image.find_channel("Z");
+    const bool own_depth = !files.depth.has_value() && !files.z.has_value();
+    const int depth = own_depth ? image.find_channel("Z") : kNoChannel;
+    // As the nearest of all, it would hide every other image.
+    if (own_depth && depth == kNoChannel) {
+        fail_image(files.image, "has the channels " + image.channel_list() +
+                                    " and no Z; use depth, a file of Z, or z, one depth for all of it");
+    }
 
     int first = std::min({red, green, blue});
     if (alpha != kNoChannel) first = std::min(first, alpha);
@@ -263,8 +267,11 @@ PixelImage load_image(const std::filesystem::path& colour_file,
                                             ? colour_channel(image, alpha)
                                             : std::vector<std::uint8_t>(pixels.values.size(), 255);
     std::vector<std::uint32_t> z(pixels.values.size(), 0);
-    if (depth_file.has_value()) {
-        z = depth_of_file(*depth_file, image.width(), image.height(), format, range);
+    if (files.depth.has_value()) {
+        z = depth_of_file(*files.depth, image.width(), image.height(), format, range);
+    } else if (files.z.has_value()) {
+        std::fill(z.begin(), z.end(),
+                  scaled((*files.z - range.near) / (range.far - range.near), far_z(format)));
     } else if (depth != kNoChannel) {
         z = depth_channel(image, depth, format, range);
     }

@@ -16,6 +16,7 @@
 #include "formats/control_scanline.h"
 #include "formats/dvi_timing.h"
 #include "formats/image.h"
+#include "formats/image_files.h"
 #include "formats/pixel.h"
 #include "formats/viewport_splitter.h"
 #include "formats/viewport_table.h"
@@ -246,12 +247,6 @@ struct Renderer {
     /// A pixel a word.
     std::int64_t image_words() const { return std::int64_t{image_width_pixels} * image_height_pixels; }
     DviTiming timing() const { return renderer_dvi_timing(image_width_pixels, image_height_pixels); }
-};
-
-/// Where an image came from.
-struct ImageFiles {
-    std::filesystem::path image;
-    std::optional<std::filesystem::path> depth;
 };
 
 /// A scenario with every default filled in, every key checked and every image read. Levels are built from it.

@@ -78,6 +78,8 @@ std::vector<SchemaKey> renderer_keys() {
         {"renderers[].frames[]", KeyShape::kMap, "a map"},
         scalar("renderers[].frames[].image", "a file name"),
         scalar("renderers[].frames[].depth", "a file name", ValueRule::Type::kText, "Z of the image"),
+        {"renderers[].frames[].z", KeyShape::kScalar, "one depth for all of the image, within depth_range",
+         ValueRule::numbers(kDepth), "", "Z of the image"},
         {"renderers[].frames[].viewport", KeyShape::kMap, "a map"}};
     for (const ObjectKey<Viewport>& key : viewport_rows()) keys.push_back(key.schema);
     keys.push_back({"renderers[].frames[].table", KeyShape::kList,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -22,8 +23,7 @@ namespace {
 /// One entry of a renderer's list as the file has it, before images are read.
 struct FrameSource {
     Entry entry;
-    std::filesystem::path image;
-    std::optional<std::filesystem::path> depth;
+    ImageFiles files;
     RendererFrame frame;
 };
 
@@ -70,9 +70,15 @@ ViewportRow read_row(const Entry& entry) {
     return row;
 }
 
-FrameSource read_frame(const Entry& entry, const std::filesystem::path& base) {
-    FrameSource source{entry, base / entry.child("image").name(), std::nullopt, {}};
-    if (const Entry depth = entry.child("depth"); depth.present()) source.depth = base / depth.name();
+/// depths: that a frame's z may have.
+FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, const NumberRange& depths) {
+    FrameSource source{entry, {base / entry.child("image").name()}, {}};
+    const Entry depth = entry.child("depth");
+    if (depth.present()) source.files.depth = base / depth.name();
+    if (const Entry z = entry.child("z"); z.present()) {
+        if (depth.present()) z.fail("stands beside a depth; use one of the two");
+        source.files.z = z.number(depths);
+    }
 
     const Entry viewport = entry.child("viewport");
     const Entry table = entry.child("table");
@@ -99,7 +105,8 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base) {
     return source;
 }
 
-std::vector<RendererSource> read_renderers(const Entry& entry, const std::filesystem::path& base) {
+std::vector<RendererSource> read_renderers(const Entry& entry, const std::filesystem::path& base,
+                                           const NumberRange& depths) {
     if (!entry.present()) entry.fail("is missing; use a list of at least one renderer");
     std::vector<RendererSource> renderers;
     for (const Entry& item : entry.items()) {
@@ -108,7 +115,7 @@ std::vector<RendererSource> read_renderers(const Entry& entry, const std::filesy
         if (const Entry copies = item.child("copies"); copies.present()) renderer.copies = copies.integer();
         const Entry frames = item.child("frames");
         if (!frames.present()) frames.fail("is missing; use a list of at least one frame");
-        for (const Entry& frame : frames.items()) renderer.frames.push_back(read_frame(frame, base));
+        for (const Entry& frame : frames.items()) renderer.frames.push_back(read_frame(frame, base, depths));
         renderers.push_back(std::move(renderer));
     }
     return renderers;
@@ -184,13 +191,14 @@ std::vector<Fault> read_faults(const Entry& entry, const std::vector<Renderer>& 
 
 PixelImage load(const FrameSource& source, const Scenario& scenario) {
     try {
-        return image_codec().load(source.image, source.depth, scenario.depth_format,
+        return image_codec().load(source.files, scenario.depth_format,
                                   {scenario.depth_near, scenario.depth_far});
     } catch (const InputError& error) {
         // The message starts with the file's name, which tells the two keys apart.
         const std::string message = error.what();
-        const bool is_depth = source.depth.has_value() && source.depth != source.image &&
-                              message.rfind(text::one_line(source.depth->string()) + ": ", 0) == 0;
+        const std::optional<std::filesystem::path>& depth = source.files.depth;
+        const bool is_depth = depth.has_value() && depth != source.files.image &&
+                              message.rfind(text::one_line(depth->string()) + ": ", 0) == 0;
         source.entry.child(is_depth ? "depth" : "image").fail(message);
     }
 }
@@ -212,15 +220,14 @@ void read_images(const RendererSource& source, Scenario& scenario, ImageShelf& s
     for (std::size_t i = 0; i < source.frames.size(); ++i) {
         const FrameSource& frame_source = source.frames[i];
         RendererFrame& frame = renderer.frames[i];
-        const ImageShelf::Key key{frame_source.image, frame_source.depth, scenario.depth_format,
-                                  scenario.depth_near, scenario.depth_far};
+        const ImageShelf::Key key{frame_source.files, scenario.depth_format, scenario.depth_near,
+                                  scenario.depth_far};
         const std::shared_ptr<const PixelImage>& image =
             shelf.image_of(key, [&] { return load(frame_source, scenario); });
         const auto [known, is_new] = indices.try_emplace(image.get(), renderer.images.size());
         if (is_new) {
             renderer.images.push_back(image);
-            scenario.image_files.insert_or_assign(image.get(),
-                                                  ImageFiles{frame_source.image, frame_source.depth});
+            scenario.image_files.insert_or_assign(image.get(), frame_source.files);
         }
         frame.image = known->second;
         const PixelImage& first = *renderer.images.front();
@@ -262,6 +269,13 @@ void throw_if(const std::optional<RuleViolation>& violation, const Draft& draft,
         text::one_line(find_place(tree, path).describe() + ": " + path + ": " + violation->message));
 }
 
+/// That images may have. A range that is none is for the rules to refuse, which come later.
+NumberRange depths_of(const Scenario& scenario) {
+    using Limits = std::numeric_limits<double>;
+    return scenario.depth_near < scenario.depth_far ? NumberRange{scenario.depth_near, scenario.depth_far}
+                                                    : NumberRange{Limits::lowest(), Limits::max()};
+}
+
 Draft read_draft(const Value& tree, const std::string& default_name, const std::filesystem::path& base) {
     check_structure(tree, scenario_schema());
     const Entry root(tree, scenario_schema());
@@ -273,7 +287,7 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
     scenario.name = default_name;
     read_keys(root, setting_rows(), 0, scenario);
 
-    draft.sources = read_renderers(root.child("renderers"), base);
+    draft.sources = read_renderers(root.child("renderers"), base, depths_of(scenario));
     make_renderers(draft);
     scenario.faults = read_faults(root.child("faults"), scenario.renderers);
     if (!root.child("frames").present()) {

@@ -17,9 +17,8 @@ namespace metabuffer::input {
 /// Images by their files, each read once however many renderers and scenarios show it.
 class ImageShelf {
   public:
-    /// What a pixel depends on: image file, depth file, and how depths become Z (format, near, far).
-    using Key =
-        std::tuple<std::filesystem::path, std::optional<std::filesystem::path>, DepthFormat, double, double>;
+    /// What a pixel depends on: the files, and how depths become Z (format, near, far).
+    using Key = std::tuple<ImageFiles, DepthFormat, double, double>;
 
     /// The image, made by `load` if it is not there yet. Stays where it is for as long as the shelf lives.
     template <typename Load>

@@ -50,7 +50,7 @@ class WrittenImages final : public ImageNames {
     ImageFiles files_of(const PixelImage& image) override {
         const auto [known, is_new] = numbers_.try_emplace(&image, images_.size() + 1);
         if (is_new) images_.push_back(&image);
-        return {colour_file(known->second), depth_file(known->second)};
+        return {colour_file(known->second), depth_file(known->second), std::nullopt};
     }
 
     /// Writes all that files_of was asked for.
@@ -80,7 +80,8 @@ class ReadImages final : public ImageNames {
 
     ImageFiles files_of(const PixelImage& image) override {
         const ImageFiles& files = scenario_.image_files.at(&image);
-        return {relative(files.image), files.depth ? std::optional(relative(*files.depth)) : std::nullopt};
+        return {relative(files.image), files.depth ? std::optional(relative(*files.depth)) : std::nullopt,
+                files.z};
     }
 
   private:
@@ -166,6 +167,7 @@ void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWa
         if (files.depth) {
             members.push_back("depth: " + name("renderers.frames.depth", files.depth->string()));
         }
+        if (files.z) members.push_back("z: " + text::number(*files.z));
         if (is_split_of_viewport(frame, renderer, wall)) {
             const std::string path = "renderers[].frames[].viewport";
             members.push_back("viewport: " + flow_map(members_of(viewport_rows(), path, *frame.viewport)));

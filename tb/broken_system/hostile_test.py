@@ -31,7 +31,7 @@ LONG_SCENARIO = """name: long
 frames: 200000
 displays: {width: 64, height: 48}
 renderers:
-  - frames: [{image: large.ppm, viewport: {x: 0, y: 0}}]
+  - frames: [{image: large.ppm, z: 0, viewport: {x: 0, y: 0}}]
 """
 
 

@@ -141,12 +141,11 @@ struct Outcome {
     std::string complaint;
 };
 
-Outcome load(const std::filesystem::path& colour, const std::optional<std::filesystem::path>& depth,
-             DepthFormat format) {
+Outcome load(const ImageFiles& files, DepthFormat format) {
     Outcome outcome;
     OutputCapture capture;
     try {
-        outcome.image = load_image(colour, depth, format, {0.0, 100.0});
+        outcome.image = load_image(files, format, {0.0, 100.0});
     } catch (const InputError& error) {
         outcome.complaint = error.what();
     }
@@ -178,9 +177,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         OutputCapture library_words_are_looked_at_below;
         if (is_large(file)) return 0;
     }
-    const Outcome outcome = load(file, std::nullopt, DepthFormat::kA8Z16);
+    ImageFiles files{file};
+    Outcome outcome = load(files, DepthFormat::kA8Z16);
+    if (outcome.complaint.find("and no Z") != std::string::npos) {
+        files.z = 50.0;
+        outcome = load(files, DepthFormat::kA8Z16);
+    }
     if (outcome.image.has_value()) {
-        load(file, std::nullopt, DepthFormat::kZ24);
+        load(files, DepthFormat::kZ24);
         return 0;
     }
     if (outcome.complaint.find("has the channels") == std::string::npos) return 0;
@@ -188,8 +192,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     constexpr int kSeedWidth = 4;
     constexpr int kSeedHeight = 3;
     static const std::filesystem::path colour = colour_for_depth(kSeedWidth, kSeedHeight);
-    load(colour, file, DepthFormat::kA8Z16);
-    load(colour, file, DepthFormat::kZ24);
+    load({colour, file}, DepthFormat::kA8Z16);
+    load({colour, file}, DepthFormat::kZ24);
     return 0;
 }
 

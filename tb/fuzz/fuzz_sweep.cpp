@@ -20,7 +20,7 @@ class ScenarioFolder {
     ScenarioFolder() {
         const std::string rest =
             "displays: {width: 16, height: 8}\n"
-            "renderers: [{frames: [{image: a.ppm, viewport: {x: 0, y: 0}}]}]\n";
+            "renderers: [{frames: [{image: a.ppm, z: 0, viewport: {x: 0, y: 0}}]}]\n";
         scratch_.write("case.yaml", rest);
         scratch_.write("wide.yaml", "bus: {width_bits: 128}\n" + rest);
     }

@@ -20,7 +20,7 @@ SCENARIO = """displays: {width: 12, height: 4}
 composer: {ready_space_pixels: 2}
 bus: {burst_pixels: 2}
 renderers:
-  - frames: [{image: view.ppm, viewport: {x: 0, y: 0}}]
+  - frames: [{image: view.ppm, z: 0, viewport: {x: 0, y: 0}}]
 """
 # What to give each option that takes a value. One that is not here fails the test of all options.
 VALUES = {"--set": "bus.width_bits=64", "--frames": "1", "--level": "rtl", "--out": "elsewhere", "--trace": "mine.vcd",

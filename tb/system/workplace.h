@@ -15,7 +15,7 @@ namespace metabuffer::test {
 constexpr int kImageWidth = 40;
 constexpr int kImageHeight = 20;
 
-/// Two renderers on two displays. The image files are colour only: A = 255, Z = 0.
+/// Two renderers on two displays. The image files are colour only.
 constexpr const char* kScenario = R"(name: small
 displays: {columns: 2, rows: 1, width: 24, height: 16}
 memory: {words_per_cycle: 4}
@@ -23,14 +23,14 @@ bus: {width_bits: 256}
 renderers:
   - name: left
     frames:
-      - image: a.png
-        viewport: {x: 3, y: 2, multiple: 1}
-      - image: b.png
-        viewport: {x: 5, y: 1, multiple: 1}
+      - {image: a.png, z: 0,
+        viewport: {x: 3, y: 2, multiple: 1}}
+      - {image: b.png, z: 0,
+        viewport: {x: 5, y: 1, multiple: 1}}
   - name: right
     frames:
-      - image: b.png
-        viewport: {x: 0, y: 0, multiple: 2}
+      - {image: b.png, z: 0,
+        viewport: {x: 0, y: 0, multiple: 2}}
 )";
 
 /// Overrides with which the scenario starves and bursts are cut short: a bus and buffers that are too small.

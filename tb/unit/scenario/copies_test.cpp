@@ -13,15 +13,15 @@ namespace {
 std::string with_copies(const std::string& copies) {
     return "displays: {width: 16, height: 8}\n"
            "renderers:\n"
-           "  - {name: ball, frames: [{image: image.png, viewport: {x: 0, y: 0}}]}\n"
+           "  - {name: ball, frames: [{image: image.exr, viewport: {x: 0, y: 0}}]}\n"
            "  - name: cube\n"
            "    copies: " +
            copies +
            "\n"
            "    frames:\n"
-           "      - {image: image.png, viewport: {x: 3, y: 0}}\n"
-           "      - {image: image.png, table: [[1, 0, 0, 16, 8, 0, 0, 1]]}\n"
-           "  - {frames: [{image: image.png, viewport: {x: 0, y: 1}}]}\n";
+           "      - {image: image.exr, viewport: {x: 3, y: 0}}\n"
+           "      - {image: image.exr, table: [[1, 0, 0, 16, 8, 0, 0, 1]]}\n"
+           "  - {frames: [{image: image.exr, viewport: {x: 0, y: 1}}]}\n";
 }
 
 std::vector<std::string> names_of(const Scenario& scenario) {
@@ -92,8 +92,8 @@ TEST_CASE("copies: what is wrong is told at the entry that makes them") {
           "name of its own");
     CHECK(fixture.error(with_copies("3"), {"renderers.0.name=cube_2"}) ==
           "test.yaml:4: renderers[1].name: 'cube_2' is taken by an earlier renderer; use a name of its own");
-    write_black(fixture.directory() / "large.png", 16, 9);
-    CHECK(fixture.error(with_copies("3"), {"renderers.1.frames.1.image=large.png"})
+    write_black(fixture.directory() / "large.exr", 16, 9);
+    CHECK(fixture.error(with_copies("3"), {"renderers.1.frames.1.image=large.exr"})
               .find(": renderers[1].frames[1].image: the image has 16 x 9 pixels, ") != std::string::npos);
 }
 

@@ -26,28 +26,77 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 const std::vector<std::string> kRgba{"R", "G", "B", "A"};
 const std::vector<std::string> kRgbaz{"R", "G", "B", "A", "Z"};
 
+bool lacks_z(const std::string& complaint) { return complaint.find("and no Z; use") != std::string::npos; }
+
+/// With Z of the near plane if it has none.
 PixelImage load(const std::filesystem::path& file, DepthFormat format = DepthFormat::kA8Z16,
                 const DepthRange& range = {}) {
-    return image_codec().load(file, std::nullopt, format, range);
+    ImageFiles files{file};
+    try {
+        return image_codec().load(files, format, range);
+    } catch (const InputError& error) {
+        if (!lacks_z(error.what())) throw;
+    }
+    files.z = range.near;
+    return image_codec().load(files, format, range);
 }
 
+std::string error_of(const ImageFiles& files, DepthFormat format = DepthFormat::kA8Z16,
+                     const DepthRange& range = {}) {
+    return input_error_of([&] { image_codec().load(files, format, range); });
+}
+
+/// What is wrong with it but that it may have no Z.
 std::string error_of(const std::filesystem::path& file,
                      const std::optional<std::filesystem::path>& depth = std::nullopt,
                      DepthFormat format = DepthFormat::kA8Z16) {
-    return input_error_of([&] { image_codec().load(file, depth, format, {}); });
+    ImageFiles files{file, depth};
+    const std::string complaint = error_of(files, format);
+    if (!lacks_z(complaint)) return complaint;
+    files.z = 0.0;
+    return error_of(files, format);
 }
 
 /// The Z values of an image with `depth` as its depth file, all in one row.
 std::vector<std::uint32_t> depths(const ScratchDirectory& directory, const std::string& depth, int width,
                                   DepthFormat format, const DepthRange& range) {
     write_black(directory / "colour.png", width, 1);
-    const PixelImage image = image_codec().load(directory / "colour.png", directory / depth, format, range);
+    const PixelImage image = image_codec().load({directory / "colour.png", directory / depth}, format, range);
     std::vector<std::uint32_t> z;
     for (const Pixel& pixel : image.values) z.push_back(pixel.z());
     return z;
 }
 
 }  // namespace
+
+TEST_CASE("image: one without Z is refused, for it would hide all others, unless it is given one depth") {
+    const ScratchDirectory directory;
+    write_picture<std::uint8_t>(directory / "a.png", 2, 1, {}, {0, 1, 2, 3, 4, 5});
+    const ImageFiles none{directory / "a.png"};
+    CHECK(error_of(none) ==
+          (directory / "a.png").string() +
+              ": has the channels R, G and B and no Z; use depth, a file of Z, or z, one depth for all "
+              "of it");
+    const auto z_at = [&](double depth, DepthFormat format) {
+        ImageFiles files = none;
+        files.z = depth;
+        const PixelImage image = image_codec().load(files, format, {-10.0, 30.0});
+        CHECK(image.at(0, 0).z() == image.at(1, 0).z());
+        return image.at(1, 0).z();
+    };
+    CHECK(z_at(-10.0, DepthFormat::kA8Z16) == 0);
+    CHECK(z_at(0.0, DepthFormat::kA8Z16) == 16384);  // 16383.75
+    CHECK(z_at(30.0, DepthFormat::kZ24) == 0xFF'FFFF);
+}
+
+TEST_CASE("image: one depth for all of it takes the place of its own Z") {
+    const ScratchDirectory directory;
+    write_picture<float>(directory / "a.exr", 1, 1, {kRgbaz}, {0, 0, 0, 1, 0.75F});
+    CHECK(image_codec().load({directory / "a.exr"}, DepthFormat::kA8Z16, {0.0, 1.0}).at(0, 0).z() == 49151);
+    ImageFiles files{directory / "a.exr"};
+    files.z = 1.0;
+    CHECK(image_codec().load(files, DepthFormat::kA8Z16, {0.0, 1.0}).at(0, 0).z() == 65535);
+}
 
 TEST_CASE("image: 8-bit integers as they are, A and Z by default") {
     const ScratchDirectory directory;
@@ -209,7 +258,7 @@ TEST_CASE("image: float Z over the depth range") {
     write_picture<double>(directory / "d.tif", 1, 2, {{"Z"}, TypeDesc::DOUBLE}, {0.1, 2.0 / 3.0});
     write_black(directory / "colour.png", 1, 2);
     const PixelImage image =
-        image_codec().load(directory / "colour.png", directory / "d.tif", DepthFormat::kZ24, {0.0, 1.0});
+        image_codec().load({directory / "colour.png", directory / "d.tif"}, DepthFormat::kZ24, {0.0, 1.0});
     CHECK(image.at(0, 0).z() == 1677722);  // 1677721.5 and a little
     CHECK(image.at(0, 1).z() == 11184810);
 }
@@ -245,14 +294,15 @@ TEST_CASE("image: a Z of the image and a depth file of its own") {
     write_picture<std::uint16_t>(directory / "z.png", 2, 1, {{"Y"}, TypeDesc::UINT16}, {11, 22});
     // The file of its own counts, the image's own Z is not even looked at.
     const PixelImage image =
-        image_codec().load(directory / "a.exr", directory / "z.png", DepthFormat::kA8Z16, {});
+        image_codec().load({directory / "a.exr", directory / "z.png"}, DepthFormat::kA8Z16, {});
     CHECK(image.values == std::vector<Pixel>{Pixel(255, 255, 255, 255, 11), Pixel(255, 255, 255, 255, 22)});
     // Several channels: the one named Z.
     write_picture<float>(directory / "z.exr", 2, 1, {{"R", "Z", "N"}, TypeDesc::FLOAT},
                          {kNan, 0.5F, kNan, kNan, 1.0F, kNan});
-    CHECK(
-        image_codec().load(directory / "a.exr", directory / "z.exr", DepthFormat::kA8Z16, {}).at(0, 0).z() ==
-        32768);
+    CHECK(image_codec()
+              .load({directory / "a.exr", directory / "z.exr"}, DepthFormat::kA8Z16, {})
+              .at(0, 0)
+              .z() == 32768);
     write_picture<std::uint8_t>(directory / "rgb.png", 2, 1, {}, {1, 2, 3, 4, 5, 6});
     CHECK(error_of(directory / "a.exr", directory / "rgb.png") ==
           (directory / "rgb.png").string() +

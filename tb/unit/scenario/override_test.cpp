@@ -13,8 +13,8 @@ constexpr const char* kTwoFrames =
     "renderers:\n"
     "  - name: ball\n"
     "    frames:\n"
-    "      - {image: image.png, viewport: {x: 0, y: 0}}\n"
-    "      - {image: image.png, table: [[1, 0, 0, 16, 8, 0, 0, 1]]}\n"
+    "      - {image: image.exr, viewport: {x: 0, y: 0}}\n"
+    "      - {image: image.exr, table: [[1, 0, 0, 16, 8, 0, 0, 1]]}\n"
     "faults:\n"
     "  - {renderer: ball, pair: 0, kind: crc}\n";
 
@@ -65,7 +65,7 @@ TEST_CASE("override: values are YAML") {
     const ScenarioFixture fixture;
     const Scenario scenario = fixture.parse(
         kTwoFrames, {"bus={width_bits: 128, arbitration: edf}", "name='12'", "displays.background=[9, 8, 7]",
-                     "renderers.0.frames.1={image: image.png, viewport: {x: 1, y: 1}}", "faults=[]"});
+                     "renderers.0.frames.1={image: image.exr, viewport: {x: 1, y: 1}}", "faults=[]"});
     CHECK(scenario.bus.width_bits == 128);
     CHECK(scenario.bus.arbitration == Arbitration::kEdf);
     CHECK(scenario.name == "12");

@@ -16,7 +16,7 @@ std::string with_frame(const std::string& lines) {
 
 /// A frame whose table stands on line 5, its rows on line 6 and following.
 std::string with_rows(const std::vector<std::string>& rows) {
-    std::string text = with_frame("      - image: image.png\n        table:\n");
+    std::string text = with_frame("      - image: image.exr\n        table:\n");
     for (const std::string& row : rows) text += "          - " + row + "\n";
     return text;
 }
@@ -25,8 +25,8 @@ std::string with_faults(const std::vector<std::string>& faults) {
     std::string text =
         "displays: {width: 16, height: 8}\n"
         "renderers:\n"
-        "  - {name: ball, frames: [{image: image.png, viewport: {x: 0, y: 0}}]}\n"
-        "  - {name: cube, frames: [{image: image.png, viewport: {x: 0, y: 0}}]}\n"
+        "  - {name: ball, frames: [{image: image.exr, viewport: {x: 0, y: 0}}]}\n"
+        "  - {name: cube, frames: [{image: image.exr, viewport: {x: 0, y: 0}}]}\n"
         "faults:\n";
     for (const std::string& fault : faults) text += "  - " + fault + "\n";
     return text;
@@ -36,7 +36,7 @@ std::string with_faults(const std::vector<std::string>& faults) {
 
 TEST_CASE("renderers: names are unique, the default counts from 1") {
     const ScenarioFixture fixture;
-    const std::string frames = "frames: [{image: image.png, viewport: {x: 0, y: 0}}]";
+    const std::string frames = "frames: [{image: image.exr, viewport: {x: 0, y: 0}}]";
     const std::string head = std::string(ScenarioFixture::kDisplays) + "renderers:\n";
     const Scenario scenario = fixture.parse(head + "  - {" + frames + "}\n  - {name: ball, " + frames +
                                             "}\n  - {" + frames + "}\n");
@@ -62,15 +62,15 @@ TEST_CASE("renderers: each has frames, each frame an image and a viewport or a t
           "test.yaml:4: renderers[0].frames: has no entries; use at least one frame");
     CHECK(fixture.error(head + "  - ball\n") ==
           "test.yaml:3: renderers[0]: is 'ball'; use a map with the keys name, copies and frames");
-    CHECK(fixture.error(head + "  - name: ball\n    frames: {image: image.png}\n") ==
+    CHECK(fixture.error(head + "  - name: ball\n    frames: {image: image.exr}\n") ==
           "test.yaml:4: renderers[0].frames: is a map; use a list of frames, each with an image and a "
           "viewport or "
           "a table");
     CHECK(fixture.error(with_frame("      - viewport: {x: 0, y: 0}\n")) ==
           "test.yaml:4: renderers[0].frames[0].image: is missing; use a file name, on one line");
-    CHECK(fixture.error(with_frame("      - image: image.png\n")) ==
+    CHECK(fixture.error(with_frame("      - image: image.exr\n")) ==
           "test.yaml:4: renderers[0].frames[0]: has neither a viewport nor a table; use one of the two");
-    CHECK(fixture.error(with_frame("      - image: image.png\n"
+    CHECK(fixture.error(with_frame("      - image: image.exr\n"
                                    "        viewport: {x: 0, y: 0}\n"
                                    "        table: []\n")) ==
           "test.yaml:6: renderers[0].frames[0].table: stands beside a viewport; use one of the two");
@@ -79,7 +79,7 @@ TEST_CASE("renderers: each has frames, each frame an image and a viewport or a t
 TEST_CASE("renderers: viewports") {
     const ScenarioFixture fixture;
     const auto error = [&fixture](const std::string& viewport) {
-        return fixture.error(with_frame("      - image: image.png\n        viewport:\n" + viewport));
+        return fixture.error(with_frame("      - image: image.exr\n        viewport:\n" + viewport));
     };
     const std::string path = "renderers[0].frames[0].viewport";
     CHECK(error("          y: 0\n") ==
@@ -101,7 +101,7 @@ TEST_CASE("renderers: viewports") {
     }
     // Wholly outside the wall is no error: the renderer shows nothing.
     const Scenario scenario = fixture.parse(
-        with_frame("      - {image: image.png, viewport: {x: -1000000000, y: 1000000000, multiple: 255}}\n"));
+        with_frame("      - {image: image.exr, viewport: {x: -1000000000, y: 1000000000, multiple: 255}}\n"));
     CHECK(scenario.renderers[0].frames[0].table.empty());
 }
 
@@ -115,7 +115,7 @@ TEST_CASE("renderers: tables are taken as they are") {
     CHECK(table({"[65535, 65535, 65535, 65535, 65535, 32767, 32767, 65535]"}) ==
           ViewportTable{{65535, 65535, 65535, 65535, 65535, 32767, 32767, 65535}});
     CHECK(table({"[0, 0, 0, 0, 0, -32768, -32768, 0]"}) == ViewportTable{{0, 0, 0, 0, 0, -32768, -32768, 0}});
-    const Scenario none = fixture.parse(with_frame("      - {image: image.png, table: []}\n"));
+    const Scenario none = fixture.parse(with_frame("      - {image: image.exr, table: []}\n"));
     CHECK(none.renderers[0].frames[0].table.empty());
     CHECK_FALSE(none.renderers[0].frames[0].viewport.has_value());
     CHECK(fixture.parse(with_rows({"[1, 0, 0, 16, 8, 0, 0, 1]"})).renderers[0].frames[0].table_line == 5);
@@ -133,7 +133,7 @@ TEST_CASE("renderers: a table's fields must fit") {
           "test.yaml:7: " + path +
               "[1]: is '3'; use a row of eight whole numbers, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, "
               "Dy, Dmultiple]");
-    CHECK(fixture.error(with_frame("      - {image: image.png, table: all}\n")) ==
+    CHECK(fixture.error(with_frame("      - {image: image.exr, table: all}\n")) ==
           "test.yaml:4: " + path +
               ": is 'all'; use a list of rows, each [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]");
     const std::vector<std::string> good{"1", "0", "0", "16", "8", "0", "0", "1"};
@@ -165,7 +165,7 @@ TEST_CASE("renderers: a frame may give the host's slot table, by display") {
     const ScenarioFixture fixture;
     const std::string table = "table: [[1, 0, 0, 8, 8, 0, 0, 1]]";
     const auto slots = [&](const std::string& keys) {
-        return fixture.parse(with_frame("      - {image: image.png, " + keys + "}\n"))
+        return fixture.parse(with_frame("      - {image: image.exr, " + keys + "}\n"))
             .renderers[0]
             .frames[0]
             .slots;
@@ -176,7 +176,7 @@ TEST_CASE("renderers: a frame may give the host's slot table, by display") {
     CHECK(slots("viewport: {x: 0, y: 0}, slots: [1]") == std::vector<int>{1});
 
     const auto error_of = [&](const std::string& keys) {
-        return fixture.error(with_frame("      - {image: image.png, " + keys + "}\n"));
+        return fixture.error(with_frame("      - {image: image.exr, " + keys + "}\n"));
     };
     const std::string path = "test.yaml:4: renderers[0].frames[0].slots";
     CHECK(error_of(table + ", slots: [1, 2]") == path + ": display 2 has no row; use displays that have one");
@@ -201,14 +201,14 @@ TEST_CASE("renderers: a table must fit the control scanline") {
           "an image 16 pixels wide has 48; use fewer rows or an image at least 17 pixels wide");
     const std::string wall = "displays: {width: 16, height: 8, columns: 2}\n";
     CHECK(fixture.error(
-              wall + "renderers:\n  - frames:\n      - image: image.png\n        viewport: {x: 8, y: 0}\n") ==
+              wall + "renderers:\n  - frames:\n      - image: image.exr\n        viewport: {x: 8, y: 0}\n") ==
           "test.yaml:5: renderers[0].frames[0].viewport: the table of 2 rows needs 50 bytes and the control "
           "scanline "
           "of an image 16 pixels wide has 48; use fewer rows or an image at least 17 pixels wide");
-    write_black(fixture.directory() / "narrow.png", 6, 2);
-    CHECK(fixture.error(with_frame("      - {image: narrow.png, table: []}\n")).empty());
-    write_black(fixture.directory() / "narrow.png", 5, 2);
-    CHECK(fixture.error(with_frame("      - {image: narrow.png, table: []}\n")) ==
+    write_black(fixture.directory() / "narrow.exr", 6, 2);
+    CHECK(fixture.error(with_frame("      - {image: narrow.exr, table: []}\n")).empty());
+    write_black(fixture.directory() / "narrow.exr", 5, 2);
+    CHECK(fixture.error(with_frame("      - {image: narrow.exr, table: []}\n")) ==
           "test.yaml:4: renderers[0].frames[0].table: the table of 0 rows needs 18 bytes and the control "
           "scanline of "
           "an image 5 pixels wide has 15; use fewer rows or an image at least 6 pixels wide");
@@ -218,7 +218,7 @@ TEST_CASE("renderers: a table must fit the control scanline") {
 
 TEST_CASE("renderers: frames default to the longest list") {
     const ScenarioFixture fixture;
-    const std::string frame = "{image: image.png, viewport: {x: 0, y: 0}}";
+    const std::string frame = "{image: image.exr, viewport: {x: 0, y: 0}}";
     const std::string text = std::string(ScenarioFixture::kDisplays) + "renderers:\n  - frames: [" + frame +
                              "]\n  - frames: [" + frame + ", " + frame + ", " + frame + "]\n  - frames: [" +
                              frame + ", " + frame + "]\n";
@@ -229,15 +229,15 @@ TEST_CASE("renderers: frames default to the longest list") {
 
 TEST_CASE("renderers: each different pair of files is read once") {
     const ScenarioFixture fixture;
-    write_black(fixture.directory() / "other.png", 16, 8);
+    write_black(fixture.directory() / "other.exr", 16, 8);
     write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
                   std::vector<std::uint16_t>(std::size_t{16} * 8, 700));
     const std::string viewport = "viewport: {x: 0, y: 0}}\n";
     const Scenario scenario = fixture.parse(with_frame(
-        "      - {image: image.png, " + viewport + "      - {image: other.png, " + viewport +
-        "      - {image: image.png, " + viewport + "      - {image: image.png, depth: depth.png, " +
-        viewport + "      - {image: other.png, depth: depth.png, " + viewport +
-        "      - {image: image.png, depth: depth.png, " + viewport));
+        "      - {image: image.exr, " + viewport + "      - {image: other.exr, " + viewport +
+        "      - {image: image.exr, " + viewport + "      - {image: image.exr, depth: depth.png, " +
+        viewport + "      - {image: other.exr, depth: depth.png, " + viewport +
+        "      - {image: image.exr, depth: depth.png, " + viewport));
     const Renderer& renderer = scenario.renderers[0];
     CHECK(renderer.images.size() == 4);
     std::vector<std::size_t> indices;
@@ -249,10 +249,10 @@ TEST_CASE("renderers: each different pair of files is read once") {
 
 TEST_CASE("renderers: renderers that name the same files share their image") {
     const ScenarioFixture fixture;
-    write_black(fixture.directory() / "other.png", 16, 8);
+    write_black(fixture.directory() / "other.exr", 16, 8);
     const std::string viewport = "viewport: {x: 0, y: 0}}\n";
-    const std::string image = "      - {image: image.png, " + viewport;
-    const std::string other = "      - {image: other.png, " + viewport;
+    const std::string image = "      - {image: image.exr, " + viewport;
+    const std::string other = "      - {image: other.exr, " + viewport;
     const std::string next = "  - frames:\n";
     const Scenario scenario = fixture.parse(with_frame(image + next + other + image + next + image));
     REQUIRE(scenario.renderers.size() == 3);
@@ -267,13 +267,13 @@ TEST_CASE("renderers: renderers that name the same files share their image") {
 TEST_CASE("renderers: images of one size, and what is wrong with one, have their line") {
     const ScenarioFixture fixture;
     const std::string folder = fixture.directory().path().string();
-    write_black(fixture.directory() / "wide.png", 17, 8);
+    write_black(fixture.directory() / "wide.exr", 17, 8);
     write_picture(fixture.directory() / "depth.png", 16, 7, {{"Y"}, OIIO::TypeDesc::UINT16},
                   std::vector<std::uint16_t>(std::size_t{16} * 7));
     const std::string first =
-        "      - image: image.png\n"
+        "      - image: image.exr\n"
         "        viewport: {x: 0, y: 0}\n";
-    CHECK(fixture.error(with_frame(first + "      - viewport: {x: 0, y: 0}\n        image: wide.png\n")) ==
+    CHECK(fixture.error(with_frame(first + "      - viewport: {x: 0, y: 0}\n        image: wide.exr\n")) ==
           "test.yaml:7: renderers[0].frames[1].image: the image has 17 x 8 pixels, and the renderer's first "
           "16 x 8 "
           "pixels; use images of one size, the renderer's DVI mode");
@@ -286,21 +286,53 @@ TEST_CASE("renderers: images of one size, and what is wrong with one, have their
     CHECK(fixture.error(with_frame(first + "        depth: absent.png\n")) ==
           "test.yaml:6: renderers[0].frames[0].depth: " + folder +
               "/absent.png: cannot be read: No such file or directory");
-    CHECK(fixture.error(with_frame(first + "        depth: image.png\n")).rfind("test.yaml:", 0) == 0);
+    write_black(fixture.directory() / "colours.png", 16, 8);
+    CHECK(fixture.error(with_frame(first + "        depth: colours.png\n")).rfind("test.yaml:6: ", 0) == 0);
+}
+
+TEST_CASE("renderers: an image without Z is given one depth for all of it") {
+    const ScenarioFixture fixture;
+    write_black(fixture.directory() / "colours.png", 16, 8);
+    const auto frame = [](const std::string& depth) {
+        return with_frame("      - {image: colours.png" + depth + ", viewport: {x: 0, y: 0}}\n");
+    };
+    const std::string place = "test.yaml:4: renderers[0].frames[0].";
+    CHECK(fixture.error(frame("")) ==
+          place + "image: " + (fixture.directory() / "colours.png").string() +
+              ": has the channels R, G and B and no Z; use depth, a file of Z, or z, "
+              "one depth for all of it");
+    CHECK(fixture.error(frame(", z: 100.5")) == place + "z: 100.5 is out of range; use 0 to 100");
+    CHECK(fixture.error(frame(", z: -1"), {"depth_range=[-0.5, 7]"}) ==
+          place + "z: -1 is out of range; use -0.5 to 7");
+    CHECK(fixture.error(frame(", z: 1, depth: colours.png")) ==
+          place + "z: stands beside a depth; use one of the two");
+    const Scenario scenario = fixture.parse(frame(", z: 25"));
+    CHECK(scenario.renderers[0].images[0]->at(15, 7).z() == 16384);  // 65535 / 4, rounded
+    CHECK(scenario.image_files.at(scenario.renderers[0].images[0].get()).z == 25.0);
+}
+
+TEST_CASE("renderers: frames that differ in their depth have images of their own") {
+    const ScenarioFixture fixture;
+    const Scenario scenario =
+        fixture.parse(with_frame("      - {image: image.exr, viewport: {x: 0, y: 0}}\n"
+                                 "      - {image: image.exr, z: 1, viewport: {x: 0, y: 0}}\n"
+                                 "      - {image: image.exr, z: 1.0, viewport: {x: 3, y: 0}}\n"));
+    CHECK(scenario.renderers[0].images.size() == 2);
+    CHECK(scenario.renderers[0].frames[2].image == scenario.renderers[0].frames[1].image);
 }
 
 TEST_CASE("renderers: image files are relative to the scenario, or absolute") {
     const ScenarioFixture fixture;
     std::filesystem::create_directories(fixture.directory() / "images");
-    write_black(fixture.directory() / "images/small.png", 12, 3);
+    write_black(fixture.directory() / "images/small.exr", 12, 3);
     fixture.directory().write("images/scenario.yaml",
-                              with_frame("      - {image: ../image.png, viewport: {x: 0, y: 0}}\n"));
+                              with_frame("      - {image: ../image.exr, viewport: {x: 0, y: 0}}\n"));
     CHECK(load_scenario(fixture.directory() / "images/scenario.yaml").renderers[0].image_width_pixels == 16);
-    CHECK(fixture.parse(with_frame("      - {image: images/small.png, viewport: {x: 0, y: 0}}\n"))
+    CHECK(fixture.parse(with_frame("      - {image: images/small.exr, viewport: {x: 0, y: 0}}\n"))
               .renderers[0]
               .image_width_pixels == 12);
     const Scenario absolute =
-        parse_scenario(with_frame("      - {image: " + (fixture.directory() / "image.png").string() +
+        parse_scenario(with_frame("      - {image: " + (fixture.directory() / "image.exr").string() +
                                   ", viewport: {x: 0, y: 0}}\n"),
                        "test.yaml", "/nowhere");
     CHECK(absolute.renderers[0].image_height_pixels == 8);

@@ -11,7 +11,7 @@
 
 namespace metabuffer::test {
 
-/// A black 8-bit RGB image.
+/// A black image: with a Z of 0 in an EXR file, without Z in others.
 void write_black(const std::filesystem::path& file, int width, int height);
 
 /// The message of the InputError that the call throws; empty if it throws none.
@@ -27,7 +27,7 @@ std::string input_error_of(Call call) {
     return "";
 }
 
-/// A directory with `image.png`, 16 x 8 pixels: wide enough for a table of one row (34 of 48 bytes), too
+/// A directory with `image.exr`, 16 x 8 pixels: wide enough for a table of one row (34 of 48 bytes), too
 /// narrow for two (50).
 class ScenarioFixture {
   public:
@@ -35,10 +35,10 @@ class ScenarioFixture {
     static constexpr const char* kRenderers =
         "renderers:\n"
         "  - frames:\n"
-        "      - image: image.png\n"
+        "      - image: image.exr\n"
         "        viewport: {x: 0, y: 0}\n";
 
-    ScenarioFixture() { write_black(directory_ / "image.png", 16, 8); }
+    ScenarioFixture() { write_black(directory_ / "image.exr", 16, 8); }
 
     const ScratchDirectory& directory() const { return directory_; }
 

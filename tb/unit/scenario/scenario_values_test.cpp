@@ -387,7 +387,7 @@ TEST_CASE("scenario: aliases are written out, endless ones are told") {
         "displays: {width: &side 16, height: *side}\n"
         "renderers:\n"
         "  - &one\n"
-        "    frames: [{image: image.png, viewport: {x: 0, y: 0}}]\n"
+        "    frames: [{image: image.exr, viewport: {x: 0, y: 0}}]\n"
         "  - *one\n");
     CHECK(scenario.displays.height_pixels == 16);
     CHECK(scenario.renderers.size() == 2);
@@ -424,7 +424,7 @@ TEST_CASE("scenario: files") {
     CHECK(scenario.frames == 3);
     fixture.directory().write("windows.yaml",
                               "displays: {width: 16, height: 8}\r\nrenderers:\r\n"
-                              "  - frames:\r\n      - image: image.png\r\n"
+                              "  - frames:\r\n      - image: image.exr\r\n"
                               "        viewport: {x: 0, y: 0}\r\n");
     CHECK(error("windows.yaml").empty());
     fixture.directory().write("zeros.yaml", std::string(100, '\0'));

@@ -34,7 +34,7 @@ displays: {width: 12, height: 4}
 composer: {ready_space_pixels: 2}
 bus: {burst_pixels: 2}
 renderers:
-  - frames: [{image: view.ppm, viewport: {x: 0, y: 0}}]
+  - frames: [{image: view.ppm, z: 0, viewport: {x: 0, y: 0}}]
 )";
 
 struct Place {

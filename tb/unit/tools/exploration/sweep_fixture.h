@@ -32,8 +32,8 @@ class SweepFixture {
             "displays: {width: 16, height: 8}\n"
             "renderers:\n"
             "  - frames:\n"
-            "      - {image: none.png, viewport: {x: 0, y: 0}}\n"
-            "      - {image: none.png, viewport: {x: 0, y: 0}}\n";
+            "      - {image: none.png, z: 0, viewport: {x: 0, y: 0}}\n"
+            "      - {image: none.png, z: 0, viewport: {x: 0, y: 0}}\n";
         directory_.write("case.yaml", rest);
         directory_.write("wide.yaml", "bus: {width_bits: 128}\n" + rest);
     }
