@@ -278,7 +278,7 @@ void MachineMonitors::bind_fifo(std::size_t r, std::size_t d) {
 void MachineMonitors::bind_output(std::size_t d) {
     DviMonitor::Link link;
     link.kind = DviMonitor::Kind::kOutput;
-    link.timing = {scenario_.displays.width_pixels, scenario_.displays.height_pixels};
+    link.timing = scenario_.displays.timing();
     link.signal = rtl::numbered("DVI_OUT", d);
     link.clock = "dvi_out";
     link.next_frame = [this] { return DviMonitor::Frame{swap_lock_->frame(), false}; };

@@ -16,7 +16,7 @@ bool high(const sc_core::sc_in<bool>& wire) { return wire.read(); }
 
 const char* level(bool high) { return high ? "high" : "low"; }
 
-std::int64_t now_picoseconds() { return static_cast<std::int64_t>(sc_core::sc_time_stamp().value()); }
+using rtl::now_picoseconds;
 
 }  // namespace
 
@@ -26,7 +26,7 @@ SwapLockMonitor::SwapLockMonitor(const sc_core::sc_module_name& name, const Scen
       framedone_i("framedone_i", static_cast<std::size_t>(scenario.displays.count())),
       framebad_i("framebad_i", static_cast<std::size_t>(scenario.displays.count())),
       link_i("link_i", static_cast<std::size_t>(scenario.displays.count())),
-      timing_{scenario.displays.width_pixels, scenario.displays.height_pixels},
+      timing_(scenario.displays.timing()),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       dvi_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
       log_(log) {

@@ -30,6 +30,7 @@ MachineReport::MachineReport(const Scenario& scenario, const std::string& level,
     report_.level = level;
     report_.core_mhz = scenario.clocks.core_mhz;
     report_.core_cycles = core_cycles;
+    report_.rate_limits = rate_limits(scenario);
     report_.buffer_pixels = scenario.composer.buffer_pixels;
     report_.frames.resize(newest_pixel_picoseconds_.size());
     for (std::size_t f = 0; f < report_.frames.size(); ++f) {
@@ -66,6 +67,12 @@ void MachineReport::add_composition(int frame, std::int64_t first_cycle, std::in
     FrameRecord& record = report_.frames[static_cast<std::size_t>(frame)];
     record.start_cycle = std::min(record.start_cycle, first_cycle);
     record.end_cycle = std::max(record.end_cycle, last_cycle);
+}
+
+void MachineReport::add_swap(int frame, const Swap& swap) {
+    FrameRecord& record = report_.frames[static_cast<std::size_t>(frame)];
+    record.swap_cycle = swap.picoseconds / clock_period_picoseconds(scenario_.clocks.core_mhz);
+    record.kept = swap.kept;
 }
 
 RunReport MachineReport::finish(std::vector<std::string> watchdog_findings) {

@@ -18,6 +18,12 @@ struct FrameSource {
     std::int64_t last_pixel_picoseconds = 0;  ///< when the pair's last pixel was on the link
 };
 
+/// The switch of the displays to a composited frame.
+struct Swap {
+    std::int64_t picoseconds = 0;
+    bool kept = false;  ///< pixels of the frame were lost, and the displays kept the picture before
+};
+
 /// Raster pixels of all displays in all frames of a run.
 std::int64_t raster_pixels_of_run(const Scenario& scenario);
 
@@ -45,6 +51,7 @@ class ShownFrames {
 ///                        for each display: report.add_composer(counters);
 ///     for each display:  report.add_display(counters);
 ///                        for each frame that all have shown: report.add_composition(frame, first, last);
+///     for each of these frames: report.add_swap(frame, swap);
 ///     report.finish(watchdog_findings);
 ///
 /// Names and numbers of renderers and displays, and the frames shown, are filled in here. Scenario and shown frames
@@ -60,6 +67,7 @@ class MachineReport {
     void add_display(DisplayCounters counters);
     /// The core cycles of a frame's first and last pixel composited in a column.
     void add_composition(int frame, std::int64_t first_cycle, std::int64_t last_cycle);
+    void add_swap(int frame, const Swap& swap);
     RunReport finish(std::vector<std::string> watchdog_findings);
 
   private:

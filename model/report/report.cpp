@@ -126,10 +126,55 @@ std::int64_t RunReport::composition_cycles() const {
     return frames.empty() ? 0 : frames.back().end_cycle - frames.front().start_cycle + 1;
 }
 
-std::optional<double> RunReport::frames_per_second() const {
-    const std::int64_t clocks = composition_cycles();
-    if (clocks <= 0) return std::nullopt;
-    return core_mhz * 1.0e6 * static_cast<double>(frames.size()) / static_cast<double>(clocks);
+std::optional<double> FrameRates::held_hz() const {
+    if (!composition_hz || !slowest_interval || !display_hz) return std::nullopt;
+    return std::min({*composition_hz, slowest_interval->hz, *display_hz});
+}
+
+namespace {
+
+SlowestInterval slowest_interval(const std::vector<FrameRecord>& frames, double core_hz) {
+    SlowestInterval slowest;
+    for (std::size_t f = 1; f < frames.size(); ++f) {
+        const std::int64_t cycles = frames[f].start_cycle - frames[f - 1].start_cycle;
+        if (cycles > slowest.cycles)
+            slowest = {cycles, frames[f].index, core_hz / static_cast<double>(cycles)};
+    }
+    return slowest;
+}
+
+/// Frames from the third on that show pairs which the picture before did not, while the displays took them.
+std::int64_t different_frames_shown(const std::vector<FrameRecord>& frames) {
+    std::int64_t count = 0;
+    const FrameRecord* shown = nullptr;
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+        if (frames[f].kept) continue;
+        const bool is_new = shown == nullptr || frames[f].pairs != shown->pairs;
+        if (is_new && f >= 2) ++count;
+        shown = &frames[f];
+    }
+    return count;
+}
+
+}  // namespace
+
+FrameRates RunReport::frame_rates() const {
+    FrameRates rates;
+    if (!rate_limits || frames.size() < 2) return rates;
+    const auto per_second = [core_hz = rate_limits->core_hz](std::int64_t count, std::int64_t cycles) {
+        return core_hz * static_cast<double>(count) / static_cast<double>(cycles);
+    };
+    const auto intervals = static_cast<std::int64_t>(frames.size()) - 1;
+    rates.composition_hz =
+        std::min(rate_limits->composition_hz(),
+                 per_second(intervals, frames.back().start_cycle - frames.front().start_cycle));
+    rates.slowest_interval = slowest_interval(frames, rate_limits->core_hz);
+    if (intervals >= 2) {
+        rates.display_hz = std::min(
+            rate_limits->different_hz(),
+            per_second(different_frames_shown(frames), frames.back().swap_cycle - frames[1].swap_cycle));
+    }
+    return rates;
 }
 
 }  // namespace metabuffer

@@ -8,6 +8,7 @@
 
 #include "datapath/link/reject_cause.h"
 #include "formats/viewport_table.h"
+#include "scenario/rate_limits.h"
 
 namespace metabuffer {
 
@@ -115,8 +116,33 @@ struct FrameRecord {
     int index = 0;
     std::int64_t start_cycle = 0;                ///< core cycle of the first pixel composited in any column
     std::int64_t end_cycle = 0;                  ///< core cycle of the last pixel composited in any column
+    std::int64_t swap_cycle = 0;                 ///< core cycle in which the displays switched to it
+    bool kept = false;                           ///< they did not: pixels or tables of it were lost
     std::optional<std::int64_t> latency_cycles;  ///< from the pairs' last DVI pixel; none if no pair is new
     std::vector<int> pairs;                      ///< the pair each renderer contributed, -1: none
+};
+
+/// The longest time between the starts of two frames that follow each other.
+struct SlowestInterval {
+    std::int64_t cycles = 0;
+    int frame = 0;  ///< the one that begins at its end
+    double hz = 0.0;
+};
+
+/// Frames that a run must have for all of FrameRates.
+constexpr int kFramesForRates = 3;
+
+/// How fast frames came in a run. None is more than displays, links and raster allow, though few frames may begin closer
+/// together than many can: a frame that no display has to be waited for does not wait.
+struct FrameRates {
+    std::optional<double>
+        composition_hz;  ///< from the first frame's start to the last one's; with two frames or more
+    std::optional<SlowestInterval> slowest_interval;
+    std::optional<double>
+        display_hz;  ///< different frames shown, from the second swap to the last; with three or more
+
+    /// The least of the three, if all are there: a goal of so many frames a second is met by no less.
+    std::optional<double> held_hz() const;
 };
 
 /// What checks of a run have found.
@@ -140,6 +166,7 @@ struct RunReport {
     std::string level;
     double core_mhz = 0.0;
     std::int64_t core_cycles = 0;
+    std::optional<RateLimits> rate_limits;  ///< none of a level that has no clock
     std::vector<FrameRecord> frames;
     std::vector<RendererCounters> renderers;
     std::vector<ComposerCounters> composers;
@@ -165,8 +192,7 @@ struct RunReport {
     std::int64_t frames_shown() const;
     /// Clocks from the first pixel composited to the last, both included; 0 if no frame was composited.
     std::int64_t composition_cycles() const;
-    /// Composited frames over those clocks; none if there are none.
-    std::optional<double> frames_per_second() const;
+    FrameRates frame_rates() const;
 };
 
 /// The report as JSON text, keys in a fixed order.

@@ -54,6 +54,8 @@ Json frame_json(const FrameRecord& frame) {
     return {{"index", frame.index},
             {"start_cycle", frame.start_cycle},
             {"end_cycle", frame.end_cycle},
+            {"swap_cycle", frame.swap_cycle},
+            {"kept", frame.kept},
             {"latency_cycles", frame.latency_cycles ? Json(*frame.latency_cycles) : Json(nullptr)},
             {"pairs", frame.pairs}};
 }
@@ -98,6 +100,30 @@ Json display_json(int display, const DisplayCounters& counters) {
     return json;
 }
 
+Json number_or_null(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
+
+/// Frames a second, with what the machine allows.
+Json rates_json(const RunReport& report) {
+    const FrameRates rates = report.frame_rates();
+    Json json{{"frames_per_second", number_or_null(rates.held_hz())},
+              {"composition_hz", number_or_null(rates.composition_hz)},
+              {"slowest_interval_cycles", nullptr},
+              {"slowest_interval_frame", nullptr},
+              {"display_hz", number_or_null(rates.display_hz)}};
+    if (rates.slowest_interval) {
+        json["slowest_interval_cycles"] = rates.slowest_interval->cycles;
+        json["slowest_interval_frame"] = rates.slowest_interval->frame;
+    }
+    const auto limit = [&report](double (*of)(const RateLimits&)) {
+        return report.rate_limits ? Json(of(*report.rate_limits)) : Json(nullptr);
+    };
+    json["raster_hz"] = limit([](const RateLimits& limits) { return limits.raster_hz; });
+    json["refresh_hz"] = limit([](const RateLimits& limits) { return limits.refresh_hz; });
+    json["pairs_per_second"] =
+        report.rate_limits ? Json(report.rate_limits->pairs_per_second) : Json::array();
+    return json;
+}
+
 Json totals_json(const RunReport& report) {
     const RendererCounters renderers = report.total_renderer();
     Json json{{"bus", bus_json(report.total_bus())},
@@ -129,6 +155,7 @@ std::string report_json(const RunReport& report) {
     json["core_cycles"] = report.core_cycles;
     json["core_mhz"] = report.core_mhz;
     json["buffer_pixels"] = report.buffer_pixels;
+    json["rates"] = rates_json(report);
     json["frames"] = std::move(frames);
     json["renderers"] = std::move(renderers);
     json["composers"] = std::move(composers);

@@ -62,6 +62,33 @@ std::string machine(const RunReport& report) {
            counted(static_cast<std::int64_t>(report.displays.size()), "display");
 }
 
+/// Each figure with what it goes by.
+std::string rate_lines(const RunReport& report) {
+    const std::string indent(12, ' ');
+    const auto hz = [](double rate) { return decimal(rate, 2); };
+    const FrameRates rates = report.frame_rates();
+    std::string text = "frame rate  ";
+    if (!rates.composition_hz) {
+        text += "none: a single frame has no interval\n";
+    } else {
+        const SlowestInterval& slowest = *rates.slowest_interval;
+        text += hz(*rates.composition_hz) +
+                " frames/s composited, start of the first to start of the last\n" + indent + hz(slowest.hz) +
+                " at the slowest, " + counted(slowest.cycles, "clock") + " up to the start of frame " +
+                std::to_string(slowest.frame) + "\n" + indent +
+                (rates.display_hz
+                     ? hz(*rates.display_hz) + " frames/s shown, each new picture once, second swap to last"
+                     : std::string("none shown: two frames have one swap behind the first")) +
+                "\n";
+    }
+    if (!report.rate_limits) return text;
+    const RateLimits& limits = *report.rate_limits;
+    const bool one_link = limits.pairs_per_second.size() == 1;
+    return text + "limits      displays " + hz(limits.refresh_hz) + " Hz, " +
+           (one_link ? "link " : "slowest link ") + hz(limits.slowest_pairs_per_second()) +
+           " pairs/s, raster " + hz(limits.raster_hz) + " frames/s\n";
+}
+
 std::string timing_lines(const RunReport& report) {
     const std::string mhz = plain(report.core_mhz) + " MHz";
     std::string text = "frames      " + std::to_string(report.frames_shown()) + " shown on every display, " +
@@ -69,11 +96,7 @@ std::string timing_lines(const RunReport& report) {
                        std::to_string(report.core_cycles) + " core clocks at " + mhz + "\n";
     if (report.frames.empty()) return text;
 
-    if (const auto rate = report.frames_per_second()) {
-        text += "frame rate  " + decimal(*rate, 2) +
-                " frames/s: " + counted(static_cast<std::int64_t>(report.frames.size()), "frame") + " in " +
-                counted(report.composition_cycles(), "clock") + ", first pixel to last\n";
-    }
+    text += rate_lines(report);
 
     std::vector<std::int64_t> latencies;
     for (const FrameRecord& frame : report.frames) {

@@ -14,6 +14,8 @@ inline sc_core::sc_time picoseconds(std::int64_t count) {
     return sc_core::sc_time(static_cast<double>(count), sc_core::SC_PS);
 }
 
+inline std::int64_t now_picoseconds() { return static_cast<std::int64_t>(sc_core::sc_time_stamp().value()); }
+
 /// What every block of the machine is: a SystemC module that can put its signals into a waveform and say what
 /// it waits for when nothing moves.
 class Block : public sc_core::sc_module {

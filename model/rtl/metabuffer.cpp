@@ -355,6 +355,10 @@ RunReport Metabuffer::report() const {
                                    composer(renderers() - 1, d).frame_spans()[f].end_cycle);
         }
     }
+    // All displays swap together.
+    for (int frame = 0; frame < shown_.on_all_displays(); ++frame) {
+        report.add_swap(frame, output_framebuffers_.front()->swaps()[static_cast<std::size_t>(frame)]);
+    }
     return report.finish(watchdog_findings_);
 }
 

@@ -8,7 +8,7 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
                                      ClockGating gating)
     : Block(name),
       display_(scenario.displays),
-      timing_{display_.width_pixels, display_.height_pixels},
+      timing_(display_.timing()),
       may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
       raster_pixels_(std::int64_t{display_.raster_width_pixels()} * display_.raster_height_pixels()),
       gate_(gating),
@@ -132,6 +132,7 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
 
 void OutputFramebuffer::dvi_reset() {
     dvi_registers_.reset();
+    swaps_.clear();
     swapped_.write(false);
     link_o.write(link_);
 }
@@ -142,6 +143,7 @@ void OutputFramebuffer::start_dvi_frame() {
         return;
     }
     swap_pending_ = false;
+    swaps_.push_back({now_picoseconds(), swap_skipped_});
     if (swap_skipped_) {
         ++kept_frames_;
     } else {

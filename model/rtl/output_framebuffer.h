@@ -7,6 +7,7 @@
 #include "datapath/averaging.h"
 #include "formats/dvi_timing.h"
 #include "formats/image.h"
+#include "report/machine_report.h"
 #include "rtl/block.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
@@ -50,6 +51,8 @@ class OutputFramebuffer final : public Block {
 
     /// Number of the composited frame that is on the display, -1: none yet.
     int front_frame() const { return front_frame_; }
+    /// The swap to each frame since the last reset.
+    const std::vector<Swap>& swaps() const { return swaps_; }
     std::int64_t stalled_cycles() const { return stalled_cycles_; }
     /// Frames that were not shown since pixels of theirs were lost.
     std::int64_t kept_frames() const { return kept_frames_; }
@@ -114,6 +117,7 @@ class OutputFramebuffer final : public Block {
     std::int64_t stalled_cycles_ = 0;
     std::int64_t pixels_taken_ = 0;
     std::int64_t kept_frames_ = 0;
+    std::vector<Swap> swaps_;
 };
 
 }  // namespace metabuffer::rtl

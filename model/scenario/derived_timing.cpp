@@ -95,7 +95,7 @@ std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
             quiet =
                 std::max(quiet, static_cast<double>(link_timeout_clocks(scenario, renderer)) * dvi_in_period);
         }
-        const DviTiming out{scenario.displays.width_pixels, scenario.displays.height_pixels};
+        const DviTiming out = scenario.displays.timing();
         quiet += 2.0 * static_cast<double>(out.frame_clocks()) * dvi_out_period;
         double bus_cycles =
             longest_word_wait_cycles(scenario) + bus_loop_cycles(scenario.bus, scenario.memory) +

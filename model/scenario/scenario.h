@@ -110,6 +110,8 @@ struct DisplayConfig {
     int count() const { return columns * rows; }
     int raster_width_pixels() const { return width_pixels * supersample; }
     int raster_height_pixels() const { return height_pixels * supersample; }
+    /// The mode of each display.
+    DviTiming timing() const { return {width_pixels, height_pixels}; }
     DisplayWall wall() const { return {columns, rows, raster_width_pixels(), raster_height_pixels()}; }
 };
 
@@ -117,7 +119,18 @@ struct ClockConfig {
     double core_mhz = 100.0;
     double dvi_in_mhz = 100.0;
     double dvi_out_mhz = 100.0;
+    /// As the scenario gives them, beside or instead of dvi_in_mhz and dvi_out_mhz.
+    std::optional<double> given_dvi_in_refresh_hz = std::nullopt;
+    std::optional<double> given_dvi_out_refresh_hz = std::nullopt;
+
+    /// Not until images are read, if it is by a refresh rate.
+    bool dvi_in_is_known() const { return !given_dvi_in_refresh_hz || dvi_in_mhz > 0.0; }
 };
+
+/// The pixel clock at which a mode has so many frames a second.
+constexpr double mhz_of_refresh(double refresh_hz, const DviTiming& timing) {
+    return refresh_hz * static_cast<double>(timing.frame_clocks()) / 1.0e6;
+}
 
 /// A clock's period in whole picoseconds, rounded to nearest: the one place where MHz become time.
 constexpr std::int64_t clock_period_picoseconds(double mhz) {

@@ -23,6 +23,7 @@ static_assert(kDisplayPixels.high * kSupersamples.back() <= std::numeric_limits<
               "a row's place on the raster, dx and dy, is an int16");
 constexpr IntegerRange kViewportPosition{-1'000'000'000, 1'000'000'000};
 constexpr NumberRange kClockMhz{0.001, 10000.0};
+constexpr NumberRange kRefreshHz{0.001, 1e9};
 constexpr NumberRange kDepth{-1e30, 1e30};
 
 ObjectKey<Scenario> map(const char* path) { return {{path, KeyShape::kMap, "a map"}}; }
@@ -115,6 +116,21 @@ std::vector<SchemaKey> all_keys() {
 
 constexpr IntegerRange kPageMissCycles{0, 1'000'000};
 
+/// By a refresh rate it is known when the images are, whose size is the mode's (scenario_reader).
+ObjectKey<Scenario> dvi_in_mhz() {
+    ObjectKey<Scenario> key = otherwise(
+        number<&Scenario::clocks, &ClockConfig::dvi_in_mhz>("clocks.dvi_in_mhz", "MHz",
+                                                            "pixel clock of the renderers' links", kClockMhz),
+        "by dvi_in_refresh_hz if that is given, else 100", +[](const Scenario& scenario) -> KeyValue {
+            return scenario.clocks.given_dvi_in_refresh_hz ? 0.0 : ClockConfig().dvi_in_mhz;
+        });
+    key.value = [](const Scenario& scenario) {
+        const ClockConfig& clocks = scenario.clocks;
+        return clocks.dvi_in_is_known() ? std::optional<KeyValue>(clocks.dvi_in_mhz) : std::nullopt;
+    };
+    return key;
+}
+
 /// Kept as what page_miss_cycles leaves: one of the two may be given, or both if they agree (scenario_rules).
 ObjectKey<Scenario> activate_cycles() {
     ObjectKey<Scenario> key;
@@ -163,10 +179,25 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
         map("clocks"),
         number<&Scenario::clocks, &ClockConfig::core_mhz>("clocks.core_mhz", "MHz",
                                                           "clock of buses and composers", kClockMhz),
-        number<&Scenario::clocks, &ClockConfig::dvi_in_mhz>("clocks.dvi_in_mhz", "MHz",
-                                                            "pixel clock of the renderers' links", kClockMhz),
-        number<&Scenario::clocks, &ClockConfig::dvi_out_mhz>("clocks.dvi_out_mhz", "MHz",
-                                                             "pixel clock of the displays", kClockMhz),
+        otherwise(
+            number<&Scenario::clocks, &ClockConfig::given_dvi_in_refresh_hz>(
+                "clocks.dvi_in_refresh_hz", "Hz",
+                "frames a second on the renderers' links, two a pair; instead of dvi_in_mhz", kRefreshHz),
+            "by dvi_in_mhz"),
+        dvi_in_mhz(),
+        otherwise(number<&Scenario::clocks, &ClockConfig::given_dvi_out_refresh_hz>(
+                      "clocks.dvi_out_refresh_hz", "Hz",
+                      "frames a second of the displays; instead of dvi_out_mhz", kRefreshHz),
+                  "by dvi_out_mhz"),
+        otherwise(
+            number<&Scenario::clocks, &ClockConfig::dvi_out_mhz>("clocks.dvi_out_mhz", "MHz",
+                                                                 "pixel clock of the displays", kClockMhz),
+            "by dvi_out_refresh_hz if that is given, else 100",
+            +[](const Scenario& scenario) -> KeyValue {
+                const std::optional<double>& refresh_hz = scenario.clocks.given_dvi_out_refresh_hz;
+                return refresh_hz ? mhz_of_refresh(*refresh_hz, scenario.displays.timing())
+                                  : ClockConfig().dvi_out_mhz;
+            }),
         map("memory"),
         whole_number<&Scenario::memory, &MemoryConfig::page_words>(
             "memory.page_words", "words", "words of an open page", limits::kPageWords),

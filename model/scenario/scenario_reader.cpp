@@ -310,6 +310,11 @@ Scenario read_scenario(const Value& tree, const std::string& default_name, const
     // Reading images takes longest: everything else is checked first.
     Draft draft = read_draft(tree, default_name, base);
     read_images(draft, shelf);
+    ClockConfig& clocks = draft.scenario.clocks;
+    if (!clocks.dvi_in_is_known()) {
+        clocks.dvi_in_mhz =
+            mhz_of_refresh(*clocks.given_dvi_in_refresh_hz, draft.scenario.renderers.front().timing());
+    }
     throw_if(renderers_violation(draft.scenario), draft, tree);
     return std::move(draft.scenario);
 }

@@ -1,6 +1,7 @@
 #include "scenario/scenario_rules.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <set>
 #include <vector>
@@ -51,6 +52,36 @@ void check_keys(RuleCheck& check, const Scenario& scenario) {
     for (const ObjectKey<Scenario>& key : setting_rows()) {
         if (key.value != nullptr) check.key(key.schema.pattern, key, key.schema.rule, scenario);
     }
+}
+
+/// A clock by a refresh rate: one of the two, or both if they agree.
+void check_refresh_rate(RuleCheck& check, const std::string& clock, double refresh_hz, const DviTiming& mode,
+                        double mhz) {
+    constexpr double kRounding = 1e-9;
+    const double needed_mhz = mhz_of_refresh(refresh_hz, mode);
+    const std::string path = "clocks." + clock;
+    const ValueRule& rule = scenario_schema().find(path + "_mhz")->rule;
+    check.require(rule.complaint(needed_mhz).empty(), path + "_refresh_hz",
+                  text::number(refresh_hz) + " frames of " + std::to_string(mode.frame_clocks()) +
+                      " clocks need " + text::number(needed_mhz) + " MHz; use a rate for which " + clock +
+                      "_mhz is " + text::range(rule.number));
+    check.require(std::abs(mhz - needed_mhz) <= kRounding * needed_mhz, path + "_mhz",
+                  text::number(mhz) + " is not what " + clock + "_refresh_hz needs, " +
+                      text::number(needed_mhz) + "; use one of the two");
+}
+
+/// The links' clock is the same for all, so by a refresh rate their modes must be.
+void check_link_refresh_rate(RuleCheck& check, const Scenario& scenario) {
+    const std::optional<double>& refresh_hz = scenario.clocks.given_dvi_in_refresh_hz;
+    if (!refresh_hz || check.failed()) return;
+    const DviTiming first = scenario.renderers.front().timing();
+    for (const Renderer& renderer : scenario.renderers) {
+        const DviTiming mode = renderer.timing();
+        check.require(mode.frame_clocks() == first.frame_clocks(), "clocks.dvi_in_refresh_hz",
+                      "needs images of one size, and " + text::quoted(renderer.name) + " and " +
+                          text::quoted(scenario.renderers.front().name) + " differ; use dvi_in_mhz");
+    }
+    check_refresh_rate(check, "dvi_in", *refresh_hz, first, scenario.clocks.dvi_in_mhz);
 }
 
 /// Between two refreshes the bus gets on.
@@ -261,7 +292,6 @@ void check_faults(RuleCheck& check, const Scenario& scenario) {
             check.integer(path + ".display", fault.display, {1, scenario.displays.count()});
         }
         check_number(check, scenario, i);
-        if (fault.kind == FaultKind::kReset && !check.failed()) check_reset(check, scenario, fault, path);
         if (!is_on_link(fault.kind)) continue;
         for (std::size_t j = 0; j < i; ++j) {
             const Fault& earlier = scenario.faults[j];
@@ -275,7 +305,7 @@ void check_faults(RuleCheck& check, const Scenario& scenario) {
     }
 }
 
-/// What a fault's place in the frame must be, now that the size of its image is known.
+/// What a fault's place in the frame must be, now that the size of its image is known, and with it the link's clock.
 void check_fault_places(RuleCheck& check, const Scenario& scenario) {
     for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
         const Fault& fault = scenario.faults[i];
@@ -292,6 +322,7 @@ void check_fault_places(RuleCheck& check, const Scenario& scenario) {
                "the bytes of the control scanline");
         within("x", fault.x, {0, width - 1}, "the columns of the image");
         within("y", fault.y, {0, height - 1}, "the rows of the image");
+        if (fault.kind == FaultKind::kReset) check_reset(check, scenario, fault, fault_path(i));
     }
 }
 
@@ -363,6 +394,11 @@ void check_slots(RuleCheck& check, const Renderer& renderer, const RendererFrame
 
 std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
     RuleCheck check;
+    const ClockConfig& clocks = scenario.clocks;
+    if (clocks.given_dvi_out_refresh_hz) {
+        check_refresh_rate(check, "dvi_out", *clocks.given_dvi_out_refresh_hz, scenario.displays.timing(),
+                           clocks.dvi_out_mhz);
+    }
     check_keys(check, scenario);
     check_machine(check, scenario);
     check_names(check, scenario);
@@ -372,6 +408,7 @@ std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
 
 std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
     RuleCheck check;
+    check_link_refresh_rate(check, scenario);
     // Many renderers may share an image, and its pixels take longest to look at.
     std::set<const PixelImage*> known;
     for (std::size_t i = 0; i < scenario.renderers.size(); ++i) {

@@ -124,7 +124,8 @@ std::vector<std::string> members_of(const std::vector<ObjectKey<Object>>& keys, 
         const std::size_t dot = path.rfind('.');
         const bool is_inside = dot != std::string::npos && path.compare(0, dot, map) == 0;
         if (key.value == nullptr || !is_inside) continue;
-        members.push_back(path.substr(dot + 1) + ": " + value_in_file(key.schema, *key.value(object)));
+        const std::optional<KeyValue> value = key.value(object);
+        if (value) members.push_back(path.substr(dot + 1) + ": " + value_in_file(key.schema, *value));
     }
     return members;
 }
@@ -210,9 +211,9 @@ std::string scenario_text(const Scenario& scenario, ImageNames& images) {
 std::map<std::string, std::string> scenario_settings(const Scenario& scenario) {
     std::map<std::string, std::string> settings;
     for (const ObjectKey<Scenario>& key : setting_rows()) {
-        if (key.schema.shape == KeyShape::kScalar && key.value != nullptr) {
-            settings.emplace(key.schema.pattern, value_text(*key.value(scenario)));
-        }
+        if (key.schema.shape != KeyShape::kScalar || key.value == nullptr) continue;
+        const std::optional<KeyValue> value = key.value(scenario);
+        if (value) settings.emplace(key.schema.pattern, value_text(*value));
     }
     return settings;
 }

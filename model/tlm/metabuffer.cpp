@@ -278,6 +278,9 @@ RunReport Metabuffer::make_report() {
                                    columns_[d]->last_pixel_cycle(frame));
         }
     }
+    for (int frame = 0; frame < shown_.on_all_displays(); ++frame) {
+        report.add_swap(frame, swap_lock_->swap_to(frame));
+    }
     return report.finish(std::move(findings));
 }
 

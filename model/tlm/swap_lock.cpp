@@ -12,7 +12,7 @@ SwapLock::SwapLock(const sc_core::sc_module_name& name, const Scenario& scenario
       scenario_(scenario),
       core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       dvi_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
-      timing_{scenario.displays.width_pixels, scenario.displays.height_pixels},
+      timing_(scenario.displays.timing()),
       // The first frame is preceded by its vertical sync.
       first_frame_edge_(first_edge + std::int64_t{DviTiming::kVerticalSyncLines} * timing_.line_clocks()),
       pipeready_cycle_(pipeready_cycle),

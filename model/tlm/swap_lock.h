@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/dvi_timing.h"
+#include "report/machine_report.h"
 #include "scenario/scenario.h"
 #include "tlm/cycle.h"
 #include "tlm/schedule_observer.h"
@@ -44,6 +45,8 @@ class SwapLock final : public sc_core::sc_module {
 
     /// Swaps before a time, of all displays together.
     std::int64_t swaps_before(std::int64_t picoseconds) const;
+    /// The swap to a frame, if its time is known.
+    Swap swap_to(int frame) const { return {swap_picoseconds_[static_cast<std::size_t>(frame)], false}; }
     /// Swaps whose time is known.
     int swaps() const { return static_cast<int>(swap_picoseconds_.size()); }
     /// The core clock in which the output framebuffers learn of the last of them, or come out of reset.

@@ -32,7 +32,7 @@ GRID = f"""\
 name: grid & <b>
 scenario: SCENARIOS/paper-figure-small.yaml
 pictures: true
-set: {{bus.burst_pixels: 16, composer.ready_space_pixels: 16}}
+set: {{bus.burst_pixels: 16, composer.ready_space_pixels: 16, frames: 3}}
 axes:
   - {{key: bus.width_bits, values: [{", ".join(map(str, WIDTHS))}, 48]}}
   - {{key: composer.buffer_pixels, values: [{", ".join(map(str, DEPTHS))}]}}
@@ -44,6 +44,7 @@ DONE = len(WIDTHS) * INVALID
 
 SEARCH = """\
 name: smallest
+set: {frames: 3}
 axes:
   - {key: scenario, values: [SCENARIOS/case-1.yaml, SCENARIOS/case-2.yaml]}
   - {key: bus.width_bits, values: [64, 128]}

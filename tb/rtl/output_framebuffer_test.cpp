@@ -88,7 +88,7 @@ struct OutputBench {
     }
 
     monitors::DviMonitor::Link monitored_link() const {
-        const DviTiming timing{scenario.displays.width_pixels, scenario.displays.height_pixels};
+        const DviTiming timing = scenario.displays.timing();
         return {monitors::DviMonitor::Kind::kOutput, timing, "link", "dvi_out",
                 [] { return monitors::DviMonitor::Frame{}; }};
     }

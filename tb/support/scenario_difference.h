@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -42,13 +43,17 @@ inline bool same_pixels(const PixelImage& left, const PixelImage& right, DepthFo
     return true;
 }
 
+inline std::string text_of(const std::optional<KeyValue>& value) {
+    return value ? value_text(*value) : std::string("none");
+}
+
 /// What makes two scenarios different machines or different input of one, empty if nothing does. Where in a file
 /// a table stands does not count, nor do images that no frame uses.
 inline std::string scenario_difference(const Scenario& left, const Scenario& right) {
     FirstDifference first;
     for (const ObjectKey<Scenario>& key : setting_rows()) {
         if (key.value == nullptr) continue;
-        first.compare(key.schema.pattern, value_text(*key.value(left)), value_text(*key.value(right)));
+        first.compare(key.schema.pattern, text_of(key.value(left)), text_of(key.value(right)));
     }
     first.compare("renderers", left.renderers.size(), right.renderers.size());
     first.compare("faults", left.faults.size(), right.faults.size());

@@ -326,6 +326,23 @@ TEST_CASE("size: the smallest value is the one that trying all of them finds", "
     CHECK(found_values > 0);  // the narrower buses starve with any of these buffers
 }
 
+/// The displays, whatever the machine could do: the first frame waits for none of them, so that two frames follow each
+/// other sooner than displays are refreshed.
+TEST_CASE("size: a frame rate is met up to the displays' own and never beyond it", "[program][size]") {
+    const Workplace place;
+    const auto answer = [&place](const std::string& frame_rate_hz) {
+        const ProgramResult result =
+            run_program(place, {"size", "scenario.yaml", "--minimize", "composer.buffer_pixels=200..400",
+                                "--frames", "4", "--set", "clocks.dvi_out_refresh_hz=1000", "--quiet",
+                                "--checks", "0", "--frame-rate-hz", frame_rate_hz});
+        INFO(result.err);
+        CHECK(result.status == kExitDone);
+        return result.out;
+    };
+    CHECK_THAT(answer("1000"), !Contains("unmet"));
+    CHECK_THAT(answer("1002"), Contains("unmet"));
+}
+
 TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[program][size][repeat]") {
     const Workplace place;
     const std::vector<std::string> files = visible_names(place);
@@ -341,6 +358,10 @@ TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[progra
          "--goal starved: 'starved' is not known"},
         {{"--minimize", "composer.buffer_pixels", "--goal", "starved_pixels ="}, "--goal starved_pixels ="},
         {{"--minimize", "composer.buffer_pixels", "-o", "scenario.yaml"}, "scenario.yaml"},
+        {{"--minimize", "composer.buffer_pixels", "--frame-rate-hz", "60"},
+         "--frame-rate-hz: a run of 2 frames tells no rate; use --frames 3 or more"},
+        {{"--minimize", "composer.buffer_pixels", "--frame-rate-hz", "60", "--over", "frames=3,1"},
+         "--frame-rate-hz: a run of 1 frame tells no rate"},
     };
     for (const auto& [arguments, message] : mistakes) {
         const ProgramResult result =

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <numeric>
 
 #include "datapath/arbitration/arbitration_table.h"
 #include "functional/functional_compositor.h"
 #include "naive_pipeline.h"
+#include "scenario/derived_timing.h"
 
 namespace metabuffer::test {
 namespace {
@@ -181,6 +183,47 @@ void check_frame_spans(const MachineRun& run) {
     }
 }
 
+/// A frame begins behind the swap to the one before; from one swap to the next goes a whole number of the displays'
+/// frames; and no rate is more than displays, links and raster allow.
+void check_rates(const MachineRun& run) {
+    const Scenario& scenario = run.scenario();
+    const DisplayConfig& displays = scenario.displays;
+    const auto core_period = static_cast<double>(clock_period_picoseconds(scenario.clocks.core_mhz));
+    // Blanking is 80 clocks a line and 15 lines a frame.
+    const double refresh = static_cast<double>(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)) *
+                           (displays.width_pixels + 80) * (displays.height_pixels + 15);
+    const FrameRecord* previous = nullptr;
+    for (const FrameRecord& frame : run.report().frames) {
+        INFO("frame " << frame.index);
+        CHECK(frame.swap_cycle >= frame.end_cycle);
+        if (previous != nullptr) {
+            CHECK(frame.start_cycle > previous->swap_cycle);
+            const double refreshes =
+                static_cast<double>(frame.swap_cycle - previous->swap_cycle) * core_period / refresh;
+            CHECK(std::abs(refreshes - std::max(1.0, std::round(refreshes))) * refresh <= core_period);
+        }
+        previous = &frame;
+    }
+    const FrameRates rates = run.report().frame_rates();
+    CHECK(rates.composition_hz.has_value() == (scenario.frames >= 2));
+    CHECK(rates.held_hz().has_value() == (scenario.frames >= 3));
+    const double second = 1.000001e12;  // rounding
+    CHECK(rates.composition_hz.value_or(0.0) <= second / refresh);
+    CHECK(rates.composition_hz.value_or(0.0) <=
+          second / core_period / displays.raster_width_pixels() / displays.raster_height_pixels());
+    CHECK(rates.display_hz.value_or(0.0) <= second / refresh);
+    CHECK(rates.held_hz().value_or(0.0) <= rates.display_hz.value_or(0.0));
+    double links = 0.0;
+    for (std::size_t r = 0; r < scenario.renderers.size(); ++r) {
+        const Renderer& renderer = scenario.renderers[r];
+        const double pair = static_cast<double>(shortest_link_period_picoseconds(scenario, r)) * 2.0 *
+                            (renderer.image_width_pixels + 80) * (renderer.image_height_pixels + 16);
+        links += second / pair;
+        if (lockstep(scenario)) CHECK(rates.composition_hz.value_or(0.0) <= second / pair);
+    }
+    CHECK(rates.display_hz.value_or(0.0) <= links);
+}
+
 /// Lockstep without faults: each pair is taken once, so its table is judged once.
 void check_rejections(const MachineRun& run) {
     const Scenario& scenario = run.scenario();
@@ -223,6 +266,7 @@ void check_run(const MachineRun& run) {
     check_column_stalls(run);
     check_buses(run);
     check_frame_spans(run);
+    check_rates(run);
     check_rejections(run);
 }
 

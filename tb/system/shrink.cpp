@@ -320,9 +320,9 @@ class Reducer {
                 path == "depth_format" || path == "depth_range") {
                 continue;
             }
-            const KeyValue usual = *key.value(Scenario());
-            if (*key.value(scenario_) == usual) continue;
-            attempt(path + " as by default", [&](Scenario& s) { key.set(s, usual); });
+            const std::optional<KeyValue> usual = key.value(Scenario());
+            if (!usual || key.value(scenario_) == usual) continue;
+            attempt(path + " as by default", [&](Scenario& s) { key.set(s, *usual); });
         }
         if (scenario_.depth_format != DepthFormat::kA8Z16) {
             attempt("depth_format as by default", [](Scenario& s) {

@@ -171,31 +171,63 @@ std::string buffer_lines(const Analysis& analysis) {
     return text;
 }
 
+std::string displays_remark(const RateLimits& limits) {
+    const std::int64_t refreshes = limits.refreshes_per_frame();
+    return decimal(limits.refresh_hz, 2) + " Hz" +
+           (refreshes == 1 ? ", a new frame each time"
+                           : ", a new frame every " + std::to_string(refreshes) +
+                                 " times: the raster takes longer than a refresh");
+}
+
+std::string links_remark(const RateLimits& limits) {
+    if (limits.pairs_per_second.size() == 1) return "pairs a second";
+    return limits.pacing == Pacing::kLockstep ? "pairs a second of the slowest"
+                                              : "pairs a second of all together";
+}
+
+/// What cannot keep up with that rate.
+std::string too_slow_for(const Analysis& analysis, double frame_rate_hz) {
+    const RateLimits& limits = analysis.limits;
+    std::vector<std::string> names;
+    if (limits.raster_hz < frame_rate_hz) {
+        names.emplace_back("the raster");
+    } else if (analysis.best_frame_rate_hz < frame_rate_hz) {
+        names.emplace_back("a bus");
+    }
+    if (limits.displays_hz() < frame_rate_hz) names.emplace_back("the displays");
+    if (limits.links_hz() < frame_rate_hz) names.emplace_back("the links");
+    return text::joined(names, "and");
+}
+
+std::string rate_verdict(const Analysis& analysis) {
+    const double asked = *analysis.asked_frame_rate_hz * (1.0 - kRateTolerance);
+    if (asked > analysis.most_frame_rate_hz()) {
+        return "  the rate asked for cannot be held with any buffer: too slow for it: " +
+               too_slow_for(analysis, asked) + "\n";
+    }
+    if (asked > analysis.sustained_frame_rate_hz) {
+        return "  whether the rate asked for can be held is for the page misses to say: run it\n";
+    }
+    return "  the rate asked for can be carried\n";
+}
+
 std::string rate_lines(const Analysis& analysis) {
-    const double raster_hz =
-        analysis.core_mhz * 1e6 /
-        (static_cast<double>(analysis.raster_width_pixels) * analysis.raster_height_pixels);
+    const RateLimits& limits = analysis.limits;
     std::string text = "frame rate, in frames/s:\n";
     if (analysis.asked_frame_rate_hz) text += figure("asked for", decimal(*analysis.asked_frame_rate_hz, 2));
-    text += figure("raster, back to back", decimal(raster_hz, 2));
+    text += figure("raster, back to back", decimal(limits.raster_hz, 2));
     const bool whole = analysis.composer.ready_space_pixels >= analysis.bus.burst_pixels;
     const std::string certain = whole ? "for certain" : "if no burst is cut short";
-    const bool bus_is_slower = analysis.sustained_frame_rate_hz < raster_hz;
+    const bool bus_is_slower = analysis.sustained_frame_rate_hz < limits.raster_hz;
     text += figure(
         "buses can carry", decimal(analysis.sustained_frame_rate_hz, 2),
         bus_is_slower ? certain : std::string("all that the raster takes") + (whole ? "" : ", " + certain));
     if (bus_is_slower)
         text += figure("at best", decimal(analysis.best_frame_rate_hz, 2), "each page opened once");
-    if (analysis.asked_frame_rate_hz) {
-        const double asked = *analysis.asked_frame_rate_hz;
-        if (asked <= analysis.sustained_frame_rate_hz) {
-            text += "  the rate asked for can be carried\n";
-        } else if (asked > analysis.best_frame_rate_hz) {
-            text += "  the rate asked for cannot be held with any buffer\n";
-        } else {
-            text += "  whether the rate asked for can be held is for the page misses to say: run it\n";
-        }
-    }
+    text += figure("displays can show", decimal(limits.displays_hz(), 2), displays_remark(limits));
+    text += figure("links can bring", decimal(limits.links_hz(), 2), links_remark(limits));
+    text += figure("together, at most", decimal(analysis.most_frame_rate_hz(), 2));
+    if (analysis.asked_frame_rate_hz) text += rate_verdict(analysis);
     return text;
 }
 

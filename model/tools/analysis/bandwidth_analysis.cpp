@@ -226,7 +226,6 @@ double TableAnalysis::least_pixels_short(double period_cycles) const {
 }
 
 Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
-    constexpr double kHertzPerMegahertz = 1e6;
     Analysis analysis;
     analysis.scenario = scenario.name;
     analysis.renderers = static_cast<int>(scenario.renderers.size());
@@ -243,7 +242,8 @@ Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
         add_tables(scenario, bound, renderer, options, analysis.tables);
     }
 
-    const double core_hz = scenario.clocks.core_mhz * kHertzPerMegahertz;
+    analysis.limits = rate_limits(scenario);
+    const double core_hz = analysis.limits.core_hz;
     const double raster_cycles =
         as_double(std::int64_t{analysis.raster_width_pixels} * analysis.raster_height_pixels);
     analysis.asked_frame_rate_hz = options.frame_rate_hz;

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "formats/viewport_table.h"
+#include "scenario/rate_limits.h"
 #include "scenario/scenario.h"
 #include "tools/analysis/task_table.h"
 
@@ -92,6 +94,10 @@ struct Analysis {
     /// Frames a second that every bus can carry, and no more than the raster can take: for certain, and at best.
     double sustained_frame_rate_hz = 0.0;
     double best_frame_rate_hz = 0.0;
+    RateLimits limits;  ///< what displays, links and raster allow
+
+    /// Different frames a second that the displays can show, if buffers do not get in the way: at best.
+    double most_frame_rate_hz() const { return std::min(best_frame_rate_hz, limits.different_hz()); }
 
     std::int64_t least_buffer_pixels = 0;  ///< the smallest with which no row is rejected
     std::int64_t whole_buffer_pixels = 0;  ///< the smallest that holds every segment

@@ -407,7 +407,7 @@
         const all = simulations.length ? simulations : points;
         const costs = ["buffer_bits", "bus_wires"].map(figureNamed).filter(field => field && isVaried(field, all));
         if (!costs.length || !rateField || !hasValues(rateField, all)) {
-            leftOut.push("Cost against frame rate: " + (costs.length ? "no point has a frame rate." :
+            leftOut.push("Cost against frame rate: " + (costs.length ? "no point has a frame rate, for which a run needs three frames." :
                 "neither the bits of the buffers nor the wires of the buses differ between points."));
             return;
         }
@@ -484,7 +484,7 @@
 
     // ----------------------------------------------------------------------------------------------------------- table
 
-    const usualFigures = ["frames_per_second", "starved_pixels", "stalled_cycles", "latency_cycles", "utilization",
+    const usualFigures = ["frames_per_second", "frame_cycles", "starved_pixels", "stalled_cycles", "latency_cycles", "utilization",
                           "page_misses", "recovered_slots", "buffer_bits", "bus_wires"];
     const table = {sort: null, descending: false, status: "", allFigures: false, rows: mostRowsAtOnce, order: []};
 

@@ -24,6 +24,7 @@ using exploration::Value;
 
 constexpr const char* kArbitration = "bus.arbitration";
 constexpr const char* kFrameRate = "frames_per_second";
+constexpr const char* kFrameCycles = "frame_cycles";
 constexpr const char* kStarved = "starved_pixels";
 /// What was rejected starves nothing, and shows nothing.
 constexpr const char* kIsRejected = "rejected_frames > 0 or rejected_rows > 0 or frames_shown < frames_asked";
@@ -71,11 +72,19 @@ std::vector<VariedAxis> varied_axes(const ResultsReader& reader, const std::stri
     return axes;
 }
 
+bool has_values(const ResultsReader& reader, const std::string& expression, const std::string& condition) {
+    const ResultsReader::Table table = reader.results({expression}, condition);
+    return std::any_of(table.rows.begin(), table.rows.end(),
+                       [](const std::vector<Value>& row) { return row.front() != Value(); });
+}
+
 /// Fills in what a request leaves open, by what the results vary.
 class Defaults {
   public:
     Defaults(const ResultsReader& reader, const PlotRequest& request)
-        : is_search_(!reader.identity().search_key.empty()), axes_(varied_axes(reader, request.condition)) {}
+        : is_search_(!reader.identity().search_key.empty()),
+          has_rates_(has_values(reader, kFrameRate, request.condition)),
+          axes_(varied_axes(reader, request.condition)) {}
 
     PlotRequest completed(PlotRequest request) const {
         switch (request.chart) {
@@ -92,6 +101,12 @@ class Defaults {
                 break;
             case ChartKind::kPareto:
                 complete(request.x, kBufferBits);
+                if (request.y.empty() && !has_rates_) {
+                    throw InputError(
+                        "--y: no point has a frame rate, for which a run needs three frames; name an "
+                        "expression of which "
+                        "more is better");
+                }
                 complete(request.y, {kFrameRate});
                 break;
             case ChartKind::kPolicy:
@@ -103,7 +118,7 @@ class Defaults {
                 break;
             case ChartKind::kScatter:
                 complete(request.x, kBufferBits);
-                complete(request.y, {kFrameRate});
+                complete(request.y, {rate()});
                 complete(request.colour, first_text());
                 break;
         }
@@ -123,7 +138,9 @@ class Defaults {
         if (texts.empty()) texts = otherwise;
     }
 
-    std::string figure() const { return is_search_ ? kSmallest : kFrameRate; }
+    /// Runs of one or two frames have no rate.
+    std::string rate() const { return has_rates_ ? kFrameRate : kFrameCycles; }
+    std::string figure() const { return is_search_ ? kSmallest : rate(); }
 
     std::string first_text() const {
         const auto axis =
@@ -169,6 +186,7 @@ class Defaults {
     }
 
     bool is_search_;
+    bool has_rates_;
     std::vector<VariedAxis> axes_;
 };
 

@@ -23,6 +23,8 @@ struct Sums {
           renderer(report_in.total_renderer()),
           composer(report_in.total_composer()),
           display(report_in.total_display()),
+          rates(report_in.frame_rates()),
+          limits(rate_limits(scenario_in)),
           composers(static_cast<std::int64_t>(scenario_in.renderers.size()) * scenario_in.displays.count()) {}
 
     const RunReport& report;
@@ -31,6 +33,8 @@ struct Sums {
     RendererCounters renderer;
     ComposerCounters composer;
     DisplayCounters display;
+    FrameRates rates;
+    RateLimits limits;
     std::int64_t composers;
 };
 
@@ -43,9 +47,11 @@ Value frame_cycles(const Sums& sums) {
     return ratio(sums.report.composition_cycles(), static_cast<std::int64_t>(sums.report.frames.size()));
 }
 
-Value frames_per_second(const Sums& sums) {
-    const std::optional<double> rate = sums.report.frames_per_second();
-    return rate ? Value(*rate) : Value();
+Value optional_value(const std::optional<double>& number) { return number ? Value(*number) : Value(); }
+
+Value slowest_interval(const Sums& sums, std::int64_t (*of)(const SlowestInterval&)) {
+    const std::optional<SlowestInterval>& slowest = sums.rates.slowest_interval;
+    return slowest ? Value(of(*slowest)) : Value();
 }
 
 Value latency_cycles(const Sums& sums) {
@@ -111,8 +117,34 @@ std::vector<Figure> make_figures() {
          {{"frame_cycles", "clocks", "mean core clocks a frame, from the first pixel composited to the last"},
           frame_cycles},
          {{"frames_per_second", "frames/s",
-           "composited frames over the same clocks, at the core clock's rate"},
-          frames_per_second},
+           "what a goal of so many frames a second asks for: the least of composition_hz, display_hz and one "
+           "frame in "
+           "slowest_interval_cycles; with three frames or more"},
+          [](const Sums& s) { return optional_value(s.rates.held_hz()); }},
+         {{"composition_hz", "frames/s",
+           "frames behind the first over the clocks from the first one's start to the last one's; with two "
+           "frames or more"},
+          [](const Sums& s) { return optional_value(s.rates.composition_hz); }},
+         {{"slowest_interval_cycles", "clocks",
+           "the longest from the start of a frame to the start of the next"},
+          [](const Sums& s) {
+              return slowest_interval(s, [](const SlowestInterval& slowest) { return slowest.cycles; });
+          }},
+         {{"slowest_interval_frame", "", "the frame that begins at its end, from 0"},
+          [](const Sums& s) {
+              return slowest_interval(
+                  s, [](const SlowestInterval& slowest) { return std::int64_t{slowest.frame}; });
+          }},
+         {{"display_hz", "frames/s",
+           "different frames that the displays showed, from the second swap to the last; with three frames "
+           "or more"},
+          [](const Sums& s) { return optional_value(s.rates.display_hz); }},
+         {{"raster_hz", "frames/s", "what the raster allows: frames back to back through the pipelines"},
+          [](const Sums& s) -> Value { return s.limits.raster_hz; }},
+         {{"refresh_hz", "Hz", "what the displays allow: their frames a second"},
+          [](const Sums& s) -> Value { return s.limits.refresh_hz; }},
+         {{"pairs_per_second", "pairs/s", "what the links allow: pairs a second on the slowest"},
+          [](const Sums& s) -> Value { return s.limits.slowest_pairs_per_second(); }},
          {{"latency_cycles", "clocks",
            "the longest of the frames' latencies, last DVI pixel to last composited pixel"},
           latency_cycles}});

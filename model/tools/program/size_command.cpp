@@ -7,6 +7,9 @@
 #include <utility>
 
 #include "host/text.h"
+#include "report/report.h"
+#include "scenario/rate_limits.h"
+#include "scenario/scenario_template.h"
 #include "tools/program/number_option.h"
 
 namespace metabuffer {
@@ -85,8 +88,10 @@ SizeCommand::SizeCommand(CLI::App& program)
     command().add_option("--goal", goal_,
                          "When a value is good (default: " + exploration::default_goal() + ")");
     command()
-        .add_option("--frame-rate-hz", frame_rate_hz_,
-                    "And the machine composites that many frames a second (give it a few frames to tell)")
+        .add_option(
+            "--frame-rate-hz", frame_rate_hz_,
+            "And the machine composites and shows that many frames a second, none of them later; asks for "
+            "3 frames or more, see --frames")
         ->check(number_within(kFrameRatesHz));
     command()
         .add_option("--checks", checks_, "Further values looked at to see whether the goal is monotonic")
@@ -117,14 +122,36 @@ exploration::SweepDescription SizeCommand::description() const {
         description.search->where = "--goal " + goal_;
     }
     if (frame_rate_hz_) {
-        description.search->goal =
-            "(" + description.search->goal + ") and frames_per_second >= " + text::number(*frame_rate_hz_);
+        // A rate that the clocks' rounding alone keeps from the one asked for is that rate.
+        description.search->goal = "(" + description.search->goal +
+                                   ") and frames_per_second >= " + text::number(1.0 - kRateTolerance) +
+                                   " * " + text::number(*frame_rate_hz_);
     }
     return description;
 }
 
+/// A rate is between frames, and the first swap tells nothing: with fewer no machine meets the goal.
+void SizeCommand::check_frames(const exploration::SweepPlan& plan) const {
+    if (!frame_rate_hz_) return;
+    const ScenarioTemplate scenario(scenario_.file());
+    for (const exploration::Point& point : plan.points) {
+        int frames = kFramesForRates;
+        try {
+            frames = std::stoi(scenario.settings(plan.overrides_of(point.settings)).at("frames"));
+        } catch (const InputError&) {
+            continue;  // running the point tells what is wrong with it
+        }
+        if (frames < kFramesForRates) {
+            throw InputError("--frame-rate-hz: a run of " + text::counted(frames, "frame") +
+                             " tells no rate; use --frames " + std::to_string(kFramesForRates) + " or more");
+        }
+        if (exploration::find_setting(point.settings, "frames") == nullptr) return;  // the same for all
+    }
+}
+
 ExitStatus SizeCommand::execute() {
     const exploration::SweepPlan plan = make_plan(description());
+    check_frames(plan);
     const exploration::Exploration exploration = run_exploration(
         plan, results_file_.empty() ? std::nullopt : std::optional<std::filesystem::path>(results_file_),
         processes_, quiet_);

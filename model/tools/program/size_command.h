@@ -20,6 +20,7 @@ class SizeCommand final : public Command {
 
   private:
     exploration::SweepDescription description() const;
+    void check_frames(const exploration::SweepPlan& plan) const;
 
     ScenarioOptions scenario_;
     std::string minimize_;

@@ -68,6 +68,8 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
         made.add_composition(0, 20 - d, 60 + d);
         made.add_composition(1, 100 + d, 160 - d);
     }
+    made.add_swap(0, {75'123, false});
+    made.add_swap(1, {180'000, true});
     const RunReport report = made.finish({"composer_1_1 waits"});
     CHECK(report.scenario == "small");
     CHECK(report.level == "rtl");
@@ -79,6 +81,12 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     CHECK(report.frames[0].index == 0);
     CHECK(report.frames[0].start_cycle == 18);
     CHECK(report.frames[0].end_cycle == 62);
+    CHECK(report.frames[0].swap_cycle == 7);  // the core clock that has begun
+    CHECK_FALSE(report.frames[0].kept);
+    CHECK(report.frames[1].swap_cycle == 18);
+    CHECK(report.frames[1].kept);
+    REQUIRE(report.rate_limits.has_value());
+    CHECK(report.rate_limits->raster_hz == Approx(100e6 / 32));
     CHECK(report.frames[0].latency_cycles == 62 - 4);
     CHECK(report.frames[0].pairs == std::vector<int>{0, 0});
     CHECK(report.frames[1].index == 1);

@@ -23,7 +23,8 @@ RunReport some_report() {
     report.core_mhz = 133.3;
     report.core_cycles = 5000;
     report.buffer_pixels = 64;
-    report.frames = {{0, 100, 900, 800, {0, -1}}, {1, 1000, 1900, std::nullopt, {1, 0}}};
+    report.frames = {{0, 100, 900, 950, false, 800, {0, -1}},
+                     {1, 1000, 1900, 2000, false, std::nullopt, {1, 0}}};
     std::int64_t next = 1;
     for (const char* name : {"ball", "sea"}) {
         RendererCounters& renderer = report.renderers.emplace_back();

@@ -31,7 +31,10 @@ RunReport troubled_run() {
     report.frames[1].start_cycle = 12000;
     report.frames[1].end_cycle = 20999;
     report.frames[1].pairs = {0, -1};
-    report.frames.push_back({2, 21000, 29999, 9100, {2, 0}});
+    report.frames.push_back({2, 21000, 29999, 30000, false, 9100, {2, 0}});
+    report.frames[0].swap_cycle = 11000;
+    report.frames[1].swap_cycle = 21000;
+    report.rate_limits = RateLimits{50e6, 6000.0, 6000.0, {7000.0, 8000.0}};
 
     report.renderers.resize(2);
     RendererCounters& ball = report.renderers[0];
@@ -64,6 +67,7 @@ RunReport clean_run() {
     report.scenario = "clean";
     report.level = "rtl";
     report.core_mhz = 100.0;
+    report.rate_limits = RateLimits{100e6, 50000.0, 60000.0, {70000.0}};
     report.core_cycles = 5000;
     report.buffer_pixels = 512;
     report.frames.resize(1);
@@ -194,7 +198,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(text.substr(0, 29) == "{\n  \"scenario\": \"troubled\",\n ");
     CHECK(text.back() == '\n');
     CHECK(keys(json) == std::vector<std::string>{"scenario", "level", "core_cycles", "core_mhz",
-                                                 "buffer_pixels", "frames", "renderers", "composers",
+                                                 "buffer_pixels", "rates", "frames", "renderers", "composers",
                                                  "displays", "totals", "watchdog"});
     CHECK(json["scenario"] == "troubled");
     CHECK(json["level"] == "rtl");
@@ -204,7 +208,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
 
     REQUIRE(json["frames"].size() == 3);
     CHECK(json["frames"][0].dump() ==
-          R"({"index":0,"start_cycle":1000,"end_cycle":10999,"latency_cycles":10500,"pairs":[0,-1]})");
+          R"({"index":0,"start_cycle":1000,"end_cycle":10999,"swap_cycle":11000,"kept":false,"latency_cycles":10500,"pairs":[0,-1]})");
     CHECK(json["frames"][1]["latency_cycles"].is_null());
 
     REQUIRE(json["renderers"].size() == 2);
@@ -311,7 +315,10 @@ TEST_CASE("the summary of a troubled run", "[report]") {
     const std::string expected = R"(troubled (rtl: 2 renderers, 2 displays)
 frames      3 shown on every display, 3 composited
 clocks      30000 core clocks at 50 MHz
-frame rate  5172.41 frames/s: 3 frames in 29000 clocks, first pixel to last
+frame rate  5000.00 frames/s composited, start of the first to start of the last
+            4545.45 at the slowest, 11000 clocks up to the start of frame 1
+            5555.56 frames/s shown, each new picture once, second swap to last
+limits      displays 6000.00 Hz, slowest link 7000.00 pairs/s, raster 6000.00 frames/s
 latency     9100 to 10500 clocks (182.00 to 210.00 us), last DVI pixel to last composited pixel
 
 buses, in % of the clocks with something to send:
@@ -354,7 +361,8 @@ TEST_CASE("the summary of a clean run of one frame", "[report]") {
     const std::string expected = R"(clean (rtl: 1 renderer, 1 display)
 frames      1 shown on every display, 1 composited
 clocks      5000 core clocks at 100 MHz
-frame rate  50000.00 frames/s: 1 frame in 2000 clocks, first pixel to last
+frame rate  none: a single frame has no interval
+limits      displays 60000.00 Hz, link 70000.00 pairs/s, raster 50000.00 frames/s
 latency     2050 clocks (20.50 us), last DVI pixel to last composited pixel
 
 buses, in % of the clocks with something to send:

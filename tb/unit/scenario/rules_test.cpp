@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "host/text.h"
 #include "scenario/fault_keys.h"
 #include "scenario/names.h"
 #include "support/scenarios.h"
@@ -70,6 +71,22 @@ TEST_CASE("rules: settings") {
           "clocks.dvi_in_mhz: -1 is out of range; use 0.001 to 10000");
     CHECK(error_after([](Scenario& s) { s.clocks.dvi_out_mhz = 1e5; }) ==
           "clocks.dvi_out_mhz: 1e+05 is out of range; use 0.001 to 10000");
+    const auto shown_at = [](double refresh_hz, double mhz) {
+        return [refresh_hz, mhz](Scenario& s) {
+            s.clocks.given_dvi_out_refresh_hz = refresh_hz;
+            s.clocks.dvi_out_mhz = mhz;
+        };
+    };
+    const double mode_clocks = static_cast<double>(built().displays.timing().frame_clocks());
+    CHECK(error_after(shown_at(1000.0, mode_clocks / 1000.0)).empty());
+    CHECK(error_after(shown_at(1000.0, 3.5)) ==
+          "clocks.dvi_out_mhz: 3.5 is not what dvi_out_refresh_hz needs, " +
+              text::number(mode_clocks / 1000.0) + "; use one of the two");
+    CHECK(error_after(shown_at(1e8, 100.0)).rfind("clocks.dvi_out_refresh_hz: 1e+08 frames of ", 0) == 0);
+    CHECK(error_after([](Scenario& s) {
+              s.clocks.given_dvi_in_refresh_hz = 100.0;
+              s.clocks.dvi_in_mhz = 50.0;
+          }).rfind("clocks.dvi_in_mhz: 50 is not what dvi_in_refresh_hz needs, ", 0) == 0);
     CHECK(error_after([](Scenario& s) { s.memory.page_words = 0; }) ==
           "memory.page_words: 0 is out of range; use 1 to 16777216");
     CHECK(error_after([](Scenario& s) { s.memory.page_miss_cycles = -1; }) ==

@@ -108,10 +108,20 @@ TEST_CASE("scenario template: settings have every single value outside of lists 
         if (key.shape == KeyShape::kScalar && !in_list) keys.push_back(pattern);
     }
     CHECK(setting_keys() == keys);
-    CHECK(settings.size() == keys.size());
     std::vector<ScenarioOverride> all;
-    for (const std::string& key : keys) all.push_back({key, settings.at(key)});
+    for (const std::string& key : keys) {
+        // These stand for a clock, which is there.
+        const bool is_refresh_rate = key == "clocks.dvi_in_refresh_hz" || key == "clocks.dvi_out_refresh_hz";
+        CHECK((settings.count(key) == 0) == is_refresh_rate);
+        if (!is_refresh_rate) all.push_back({key, settings.at(key)});
+    }
+    CHECK(settings.size() == all.size());
     CHECK(scenarios.settings(all) == settings);
+    const auto at_60_hz =
+        scenarios.settings({{"clocks.dvi_out_refresh_hz", "60"}, {"clocks.dvi_in_refresh_hz", "60"}});
+    CHECK(at_60_hz.at("clocks.dvi_out_refresh_hz") == "60");
+    CHECK(at_60_hz.at("clocks.dvi_out_mhz") != settings.at("clocks.dvi_out_mhz"));
+    CHECK(at_60_hz.count("clocks.dvi_in_mhz") == 0);  // not before the images are read
 }
 
 TEST_CASE("scenario template: errors are those of the loader") {

@@ -342,7 +342,8 @@ TEST_CASE("scenario: a map that is none") {
                 "page_miss_cycles, words_per_cycle, read_latency_cycles, refresh_interval_cycles, "
                 "refresh_cycles, ports and write_block_words");
     check_error(fixture, "clocks", "100",
-                "is '100'; use a map with the keys core_mhz, dvi_in_mhz and dvi_out_mhz");
+                "is '100'; use a map with the keys core_mhz, dvi_in_refresh_hz, dvi_in_mhz, "
+                "dvi_out_refresh_hz and dvi_out_mhz");
     check_error(fixture, "composer", "100",
                 "is '100'; use a map with the keys buffer_pixels, ready_space_pixels and on_starvation");
     CHECK(fixture.parse(scenario_with("bus", "{}")).bus.width_bits == 64);

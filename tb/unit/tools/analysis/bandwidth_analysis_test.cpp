@@ -132,6 +132,38 @@ TEST_CASE("a bus that is too slow is short by what a frame has too many", "[anal
     CHECK(analysis_text(analysis).find("the rate asked for cannot be held") != std::string::npos);
 }
 
+TEST_CASE("displays, links and raster that are too slow for a frame rate are named", "[analysis]") {
+    Scenario scenario = paper_case(1);  // displays of 100 x 100, a raster of 10,000 clocks
+    scenario.bus.width_bits = 512;
+    scenario.memory.words_per_cycle = 8;
+    scenario.memory.page_miss_cycles = 0;
+    const auto verdict = [&scenario](double frame_rate_hz) {
+        const std::string text = analysis_text(analyze(scenario, {std::nullopt, frame_rate_hz}));
+        const std::size_t at = text.find("the rate asked for");
+        return text.substr(at, text.find('\n', at) - at);
+    };
+    const std::string cannot = "the rate asked for cannot be held with any buffer: too slow for it: ";
+    scenario.clocks.dvi_in_mhz = 10'000.0;
+    CHECK(analyze(scenario).limits.refresh_hz == Approx(100e6 / (180 * 115)));  // 4,831
+    CHECK(verdict(4830.0) == "the rate asked for can be carried");
+    CHECK(verdict(4833.0) == "the rate asked for can be carried");  // within a thousandth
+    CHECK(verdict(4900.0) == cannot + "the displays");
+    CHECK(verdict(10'100.0) == cannot + "the raster and the displays");
+    scenario.clocks.dvi_out_mhz = 10'000.0;
+    CHECK(analyze(scenario).limits.refreshes_per_frame() == 49);
+    CHECK(verdict(9'800.0) == "the rate asked for can be carried");
+    scenario.clocks.dvi_in_mhz = 25.0;
+    const double pairs = analyze(scenario).limits.slowest_pairs_per_second();
+    CHECK(verdict(pairs) == "the rate asked for can be carried");
+    CHECK(verdict(pairs * 1.01) == cannot + "the links");
+    CHECK(analyze(scenario).most_frame_rate_hz() == Approx(pairs));
+    const std::string text = analysis_text(analyze(scenario));
+    CHECK(text.find(", a new frame every 49 times: the raster takes longer than a refresh\n") !=
+          std::string::npos);
+    CHECK(text.find(" pairs a second\n") != std::string::npos);
+    CHECK(analysis_json(analyze(scenario)).find("\"pairs_per_second\": [") != std::string::npos);
+}
+
 TEST_CASE("what a frame lacks lies between each page opened once and every miss counted", "[analysis]") {
     Scenario scenario = paper_case(3);  // a pixel a clock, 20 pages of 512 words
     scenario.memory.words_per_cycle = 1;

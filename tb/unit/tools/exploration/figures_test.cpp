@@ -27,7 +27,13 @@ RunReport small_report() {
     report.level = "tlm";
     report.core_mhz = 50.0;
     report.core_cycles = 9000;
-    report.frames = {{0, 1000, 1999, 40, {}}, {1, 2000, 2999, std::nullopt, {}}, {2, 3500, 4999, 70, {}}};
+    report.frames = {{0, 1000, 1999, 2400, false, 40, {0}},
+                     {1, 2000, 2999, 3000, false, std::nullopt, {1}},
+                     {2, 3500, 4999, 5500, false, 70, {2}}};
+    report.rate_limits = rate_limits(small_machine());
+    report.rate_limits->core_hz = 50e6;
+    report.rate_limits->pairs_per_second = {1e6};
+    report.rate_limits->refresh_hz = report.rate_limits->raster_hz = 1e6;
     report.renderers.resize(2);
     BusCounters& bus = report.renderers[0].bus;
     bus.busy_cycles = 1;
@@ -127,7 +133,14 @@ TEST_CASE("figures: those that are not in the report are what their meaning says
     CHECK(whole("frames_asked") == 5);
     CHECK(whole("core_cycles") == 9000);
     CHECK(number("frame_cycles") == Approx(4000.0 / 3.0));
-    CHECK(number("frames_per_second") == Approx(3.0 * 50e6 / 4000.0));
+    CHECK(number("composition_hz") == Approx(2.0 * 50e6 / 2500.0));
+    CHECK(whole("slowest_interval_cycles") == 1500);
+    CHECK(whole("slowest_interval_frame") == 2);
+    CHECK(number("display_hz") == Approx(1.0 * 50e6 / 2500.0));
+    CHECK(number("frames_per_second") == Approx(1.0 * 50e6 / 2500.0));
+    CHECK(number("raster_hz") == Approx(100e6 / 800));
+    CHECK(number("refresh_hz") == Approx(100e6 / (100 * 25)));
+    CHECK(number("pairs_per_second") == Approx(100e6 / (2 * 80 * 16)));
     CHECK(whole("latency_cycles") == 70);
     CHECK(whole("rejected_frames") == 10);
     CHECK(whole("rejected_rows") == 11);
@@ -150,7 +163,8 @@ TEST_CASE("figures: a run that came to no frame has no rates and no latency") {
     RunReport report = small_report();
     report.frames.clear();
     for (const char* name :
-         {"frame_cycles", "frames_per_second", "latency_cycles", "demand_pixels_per_cycle"}) {
+         {"frame_cycles", "frames_per_second", "composition_hz", "slowest_interval_cycles",
+          "slowest_interval_frame", "display_hz", "latency_cycles", "demand_pixels_per_cycle"}) {
         CAPTURE(name);
         // The mean and the rate of no frames are nothing and not zero.
         CHECK(std::holds_alternative<std::monostate>(figure(report, small_machine(), name)));

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "scenario/scenario.h"
+
+namespace metabuffer {
+
+/// What a rate that is asked for is allowed to lack: clocks have whole picoseconds, and a frame begins at a core clock.
+constexpr double kRateTolerance = 0.001;
+
+/// What displays, links and raster allow, in frames a second. Clocks have whole picoseconds, so that these are the rates
+/// of the model's clocks, which may differ from the scenario's in the fifth digit.
+struct RateLimits {
+    double core_hz = 0.0;                  ///< clocks a second
+    double raster_hz = 0.0;                ///< frames through the pipelines back to back
+    double refresh_hz = 0.0;               ///< of the displays; all swap at the start of one of their frames
+    std::vector<double> pairs_per_second;  ///< of each renderer's link, where a drift makes it fastest
+    Pacing pacing = Pacing::kLockstep;
+
+    double slowest_pairs_per_second() const;
+    /// How many of its frames a display shows each composited one for, at the least: the next one is composited behind
+    /// the swap, and a swap is at the start of a frame of the display.
+    std::int64_t refreshes_per_frame() const;
+
+    /// Composited frames that displays and raster can take.
+    double displays_hz() const;
+    /// Different frames that the links can bring: in lockstep, where a frame has a new pair of every renderer, no more
+    /// than the slowest brings; in free-running pacing no more than all together.
+    double links_hz() const;
+    /// Frames that can be composited. In free-running pacing pairs may be shown again.
+    double composition_hz() const { return pacing == Pacing::kLockstep ? different_hz() : displays_hz(); }
+    /// Different frames that can be composited and shown.
+    double different_hz() const { return std::min(displays_hz(), links_hz()); }
+};
+
+/// Takes a scenario with its images' sizes.
+RateLimits rate_limits(const Scenario& scenario);
+
+}  // namespace metabuffer
