@@ -82,6 +82,18 @@ std::string listed(const std::vector<std::string>& items) {
     return list;
 }
 
+std::string number_runs(const std::vector<int>& numbers) {
+    std::vector<std::string> runs;
+    for (std::size_t i = 0; i < numbers.size();) {
+        std::size_t last = i;
+        while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
+        runs.push_back(std::to_string(numbers[i]));
+        if (last > i) runs.back() += " to " + std::to_string(numbers[last]);
+        i = last + 1;
+    }
+    return listed(runs);
+}
+
 std::string joined(const std::vector<std::string>& items, std::string_view conjunction) {
     std::string list;
     for (std::size_t i = 0; i < items.size(); ++i) {

@@ -35,6 +35,9 @@ std::string located(std::string_view where, std::string_view message);
 /// "a, b, c".
 std::string listed(const std::vector<std::string>& items);
 
+/// "0 to 3, 5" of 0, 1, 2, 3 and 5, which ascend.
+std::string number_runs(const std::vector<int>& numbers);
+
 /// "a, b or c"; conjunction is "or" or "and".
 std::string joined(const std::vector<std::string>& items, std::string_view conjunction);
 

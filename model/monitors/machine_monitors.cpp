@@ -357,6 +357,9 @@ void MachineMonitors::finish_composer(std::size_t i, const ComposerCounters& cou
         compare(counter.name, counters.*counter.member, seen.*counter.member);
     }
     compare("starved_run_count", counters.starved_run_count, seen.starved_run_count);
+    if (counters.starved_by_frame != seen.starved_by_frame) {
+        differs("the report's starved pixels are not those of the frames in which the wires showed them");
+    }
     if (!(counters.starved_runs == seen.starved_runs)) {
         differs("the report's starved_runs are not those that the wires showed");
     }

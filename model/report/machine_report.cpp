@@ -36,6 +36,7 @@ MachineReport::MachineReport(const Scenario& scenario, const std::string& level,
     for (std::size_t f = 0; f < report_.frames.size(); ++f) {
         report_.frames[f].index = static_cast<int>(f);
         report_.frames[f].start_cycle = std::numeric_limits<std::int64_t>::max();
+        report_.frames[f].starved_pixels.resize(static_cast<std::size_t>(scenario.displays.count()));
     }
 }
 
@@ -55,6 +56,10 @@ void MachineReport::add_composer(ComposerCounters counters) {
     const auto before = static_cast<int>(report_.composers.size());
     counters.renderer = before / scenario_.displays.count() + 1;
     counters.display = before % scenario_.displays.count() + 1;
+    for (FrameRecord& frame : report_.frames) {
+        frame.starved_pixels[static_cast<std::size_t>(counters.display) - 1] +=
+            counters.starved_pixels_of(frame.index);
+    }
     report_.composers.push_back(std::move(counters));
 }
 
@@ -81,6 +86,11 @@ RunReport MachineReport::finish(std::vector<std::string> watchdog_findings) {
         if (const std::optional<std::int64_t> newest = newest_pixel_picoseconds_[f]) {
             report_.frames[f].latency_cycles = report_.frames[f].end_cycle - *newest / period;
         }
+    }
+    for (FrameRecord& frame : report_.frames) {
+        const bool starved = std::any_of(frame.starved_pixels.begin(), frame.starved_pixels.end(),
+                                         [](std::int64_t pixels) { return pixels > 0; });
+        if (!starved) frame.wrong_pixels = std::vector<std::int64_t>(frame.starved_pixels.size(), 0);
     }
     report_.watchdog = std::move(watchdog_findings);
     return std::move(report_);

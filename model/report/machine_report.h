@@ -54,7 +54,8 @@ class ShownFrames {
 ///     for each of these frames: report.add_swap(frame, swap);
 ///     report.finish(watchdog_findings);
 ///
-/// Names and numbers of renderers and displays, and the frames shown, are filled in here. Scenario and shown frames
+/// Names and numbers of renderers and displays, the frames shown and what starved in each are filled in here. What of that
+/// is seen is for whoever has the pictures to say. Scenario and shown frames
 /// must outlive it.
 class MachineReport {
   public:

@@ -59,7 +59,8 @@ void RendererCounters::add_rejected_rows(std::uint32_t pair, const ValidatedTabl
 }
 
 void ComposerCounters::add_glitch(const Glitch& glitch) {
-    if (starved_pixels++ == 0) first_glitch = glitch;
+    if (starved_pixels == 0) first_glitch = glitch;
+    add_starved_pixels(glitch.frame, 1);
     const bool goes_on = last_glitch && last_glitch->frame == glitch.frame && last_glitch->y == glitch.y &&
                          last_glitch->x + 1 == glitch.x;
     last_glitch = glitch;
@@ -73,8 +74,15 @@ void ComposerCounters::add_glitch(const Glitch& glitch) {
     }
 }
 
+void ComposerCounters::add_starved_pixels(int frame, std::int64_t pixels) {
+    starved_pixels += pixels;
+    const auto f = static_cast<std::size_t>(frame);
+    if (f >= starved_by_frame.size()) starved_by_frame.resize(f + 1);
+    starved_by_frame[f] += pixels;
+}
+
 void ComposerCounters::add_starved_run(const StarvedRun& run) {
-    starved_pixels += run.x_last - run.x_first + 1;
+    add_starved_pixels(run.frame, run.x_last - run.x_first + 1);
     if (!first_glitch) first_glitch = Glitch{run.frame, run.x_first, run.y};
     last_glitch = Glitch{run.frame, run.x_last, run.y};
     ++starved_run_count;
@@ -110,6 +118,33 @@ DisplayCounters RunReport::total_display() const {
     DisplayCounters total;
     for (const DisplayCounters& display : displays) add_counters(total, display);
     return total;
+}
+
+std::optional<std::int64_t> RunReport::wrong_pixels_of_display(std::size_t display) const {
+    std::int64_t sum = 0;
+    for (const FrameRecord& frame : frames) {
+        if (!frame.wrong_pixels) return std::nullopt;
+        sum += (*frame.wrong_pixels)[display];
+    }
+    return sum;
+}
+
+std::int64_t RunReport::starved_pixels_of_display(std::size_t display) const {
+    std::int64_t sum = 0;
+    for (const ComposerCounters& composer : composers) {
+        if (static_cast<std::size_t>(composer.display) == display + 1) sum += composer.starved_pixels;
+    }
+    return sum;
+}
+
+std::optional<std::int64_t> RunReport::total_wrong_pixels() const {
+    std::int64_t sum = 0;
+    for (std::size_t display = 0; display < displays.size(); ++display) {
+        const std::optional<std::int64_t> pixels = wrong_pixels_of_display(display);
+        if (!pixels) return std::nullopt;
+        sum += *pixels;
+    }
+    return sum;
 }
 
 std::int64_t RunReport::frames_shown() const {

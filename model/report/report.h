@@ -98,12 +98,20 @@ struct ComposerCounters {
     std::optional<Glitch> first_glitch;
     std::optional<Glitch> last_glitch;
     std::int64_t starved_run_count = 0;
-    std::vector<StarvedRun> starved_runs;  ///< the first kStarvedRunsKept
+    std::vector<StarvedRun> starved_runs;          ///< the first kStarvedRunsKept
+    std::vector<std::int64_t> starved_by_frame{};  ///< pixels, up to the last frame that has any
 
+    std::int64_t starved_pixels_of(int frame) const {
+        const auto f = static_cast<std::size_t>(frame);
+        return f < starved_by_frame.size() ? starved_by_frame[f] : 0;
+    }
     /// Counts a starved raster pixel and where it lies. Pixels come in raster order.
     void add_glitch(const Glitch& glitch);
     /// The same for a run of them that no other touches.
     void add_starved_run(const StarvedRun& run);
+
+  private:
+    void add_starved_pixels(int frame, std::int64_t pixels);
 };
 
 struct DisplayCounters {
@@ -120,6 +128,9 @@ struct FrameRecord {
     bool kept = false;                           ///< they did not: pixels or tables of it were lost
     std::optional<std::int64_t> latency_cycles;  ///< from the pairs' last DVI pixel; none if no pair is new
     std::vector<int> pairs;                      ///< the pair each renderer contributed, -1: none
+    std::vector<std::int64_t> starved_pixels{};  ///< by display: of its raster, over its composers
+    /// By display: shown pixels that differ from those of a machine in which nothing starves. None if nobody has looked.
+    std::optional<std::vector<std::int64_t>> wrong_pixels = std::nullopt;
 };
 
 /// The longest time between the starts of two frames that follow each other.
@@ -181,6 +192,10 @@ struct RunReport {
     ComposerCounters total_composer() const;
     DisplayCounters total_display() const;
     std::int64_t total_starved_pixels() const { return total_composer().starved_pixels; }
+    /// None if nobody has looked at a frame in which pixels starved.
+    std::optional<std::int64_t> total_wrong_pixels() const;
+    std::optional<std::int64_t> wrong_pixels_of_display(std::size_t display) const;  ///< index
+    std::int64_t starved_pixels_of_display(std::size_t display) const;
     std::int64_t total_stalled_cycles() const {
         return total_composer().stalled_cycles;
     }  ///< of all composers

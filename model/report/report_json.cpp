@@ -57,7 +57,9 @@ Json frame_json(const FrameRecord& frame) {
             {"swap_cycle", frame.swap_cycle},
             {"kept", frame.kept},
             {"latency_cycles", frame.latency_cycles ? Json(*frame.latency_cycles) : Json(nullptr)},
-            {"pairs", frame.pairs}};
+            {"pairs", frame.pairs},
+            {"starved_pixels", frame.starved_pixels},
+            {"wrong_pixels", frame.wrong_pixels ? Json(*frame.wrong_pixels) : Json(nullptr)}};
 }
 
 Json renderer_json(const RendererCounters& renderer) {
@@ -91,12 +93,20 @@ Json composer_json(const ComposerCounters& composer) {
     json["first_glitch"] = glitch_json(composer.first_glitch);
     json["starved_run_count"] = composer.starved_run_count;
     json["starved_runs"] = starved_runs_json(composer.starved_runs);
+    json["starved_runs_left_out"] =
+        composer.starved_run_count - static_cast<std::int64_t>(composer.starved_runs.size());
     return json;
 }
 
-Json display_json(int display, const DisplayCounters& counters) {
-    Json json{{"display", display}};
-    put_counters(json, counters);
+Json wrong_pixels_json(const std::optional<std::int64_t>& pixels) {
+    return pixels ? Json(*pixels) : Json(nullptr);
+}
+
+Json display_json(const RunReport& report, std::size_t index) {
+    Json json{{"display", index + 1}};
+    put_counters(json, report.displays[index]);
+    json["starved_pixels"] = report.starved_pixels_of_display(index);
+    json["wrong_pixels"] = wrong_pixels_json(report.wrong_pixels_of_display(index));
     return json;
 }
 
@@ -132,6 +142,7 @@ Json totals_json(const RunReport& report) {
     put_counters(json, renderers, true);
     put_counters(json, report.total_composer(), true);
     put_counters(json, report.total_display(), true);
+    json["wrong_pixels"] = wrong_pixels_json(report.total_wrong_pixels());
     return json;
 }
 
@@ -145,8 +156,8 @@ std::string report_json(const RunReport& report) {
     Json composers = Json::array();
     for (const ComposerCounters& composer : report.composers) composers.push_back(composer_json(composer));
     Json displays = Json::array();
-    for (const DisplayCounters& display : report.displays) {
-        displays.push_back(display_json(static_cast<int>(displays.size()) + 1, display));
+    for (std::size_t index = 0; index < report.displays.size(); ++index) {
+        displays.push_back(display_json(report, index));
     }
 
     Json json;

@@ -226,9 +226,48 @@ std::string starved_list(const RunReport& report) {
             line += ", first in frame " + std::to_string(glitch.frame) + " at x " + std::to_string(glitch.x) +
                     ", y " + std::to_string(glitch.y);
         }
+        const auto kept = static_cast<std::int64_t>(composer->starved_runs.size());
+        if (composer->starved_run_count > kept && kept > 0) {
+            line += "; the report lists the first " + std::to_string(kept) + " of " +
+                    std::to_string(composer->starved_run_count) + " runs, up to frame " +
+                    std::to_string(composer->starved_runs.back().frame);
+        }
         lines.push_back(std::move(line));
     }
     return lines.empty() ? "" : "\nstarved:\n" + listed(lines);
+}
+
+/// The frames that a display (index) showed wrong pixels of.
+std::vector<int> wrong_frames(const RunReport& report, std::size_t display) {
+    std::vector<int> frames;
+    for (const FrameRecord& frame : report.frames) {
+        if (frame.wrong_pixels && (*frame.wrong_pixels)[display] > 0) frames.push_back(frame.index);
+    }
+    return frames;
+}
+
+std::string in_frames(const std::vector<int>& frames) {
+    constexpr std::size_t kMostCharacters = 60;
+    const std::string runs = text::number_runs(frames);
+    return std::string(frames.size() == 1 ? "in frame " : "in frames ") +
+           (runs.size() <= kMostCharacters
+                ? runs
+                : std::to_string(frames.front()) + " to " + std::to_string(frames.back()) + ", " +
+                      std::to_string(frames.size()) + " of them");
+}
+
+/// What is seen of what starved.
+std::string wrong_list(const RunReport& report) {
+    if (report.total_starved_pixels() == 0) return "";
+    if (!report.total_wrong_pixels()) return "\nshown wrong: only pictures tell\n";
+    std::vector<std::string> lines;
+    for (std::size_t display = 0; display < report.displays.size(); ++display) {
+        const std::int64_t pixels = *report.wrong_pixels_of_display(display);
+        if (pixels == 0) continue;
+        lines.push_back("display " + std::to_string(display + 1) + ": " + counted(pixels, "pixel") + " " +
+                        in_frames(wrong_frames(report, display)));
+    }
+    return lines.empty() ? "" : "\nshown wrong:\n" + listed(lines);
 }
 
 std::string stalled_list(const RunReport& report) {
@@ -280,7 +319,8 @@ std::string starved_verdict(const RunReport& report) {
     const std::size_t shown = std::min(displays.size(), kListedLines);
     for (std::size_t n = 0; n < shown; ++n) text += (n == 0 ? "" : ", ") + std::to_string(displays[n]);
     if (shown < displays.size()) text += " and " + std::to_string(displays.size() - shown) + " more";
-    return text;
+    const std::optional<std::int64_t> wrong = report.total_wrong_pixels();
+    return wrong ? text + ", " + counted(*wrong, "pixel") + " shown wrong" : text;
 }
 
 std::string stalled_verdict(const RunReport& report) {
@@ -341,8 +381,8 @@ std::string functional_summary(const RunReport& report) {
 std::string report_summary(const RunReport& report) {
     if (report.level == "functional") return functional_summary(report);
     return report.scenario + " (" + report.level + ": " + machine(report) + ")\n" + timing_lines(report) +
-           bus_table(report) + high_water(report) + starved_list(report) + stalled_list(report) +
-           rejected_lists(report) + "\n" +
+           bus_table(report) + high_water(report) + starved_list(report) + wrong_list(report) +
+           stalled_list(report) + rejected_lists(report) + "\n" +
            joined({starved_verdict(report), stalled_verdict(report), rejected_verdict(report),
                    lost_verdict(report), kept_verdict(report), faults_verdict(report)}) +
            "\n";

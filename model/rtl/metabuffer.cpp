@@ -264,7 +264,15 @@ void Metabuffer::frame_captured(std::size_t display, const ColourImage& image) {
     }
     const bool on_all_displays = shown_.add(display, frame);
     if (on_frame_shown_) {
-        on_frame_shown_(frame, static_cast<int>(display) + 1, image);
+        const auto f = static_cast<std::size_t>(frame);
+        std::vector<int> pairs;
+        std::int64_t starved_pixels = 0;
+        for (std::size_t r = 0; r < renderers(); ++r) {
+            pairs.push_back(input_framebuffers_[r]->frame_sources()[f].pair);
+            starved_pixels += composer(r, display).counters().starved_pixels_of(frame);
+        }
+        on_frame_shown_({frame, static_cast<int>(display) + 1, image, pairs, starved_pixels,
+                         output_framebuffers_[display]->swaps()[f].kept});
     }
     if (on_all_displays && shown_.on_all_displays() == scenario_.frames) {
         // In a delta cycle of its own: every block has then done the clock that is being executed.

@@ -194,9 +194,8 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
             "--trace-modules: no block matches; blocks are named like input_framebuffer_1, composer_1_2 or "
             "output_framebuffer_1");
     }
-    machine.on_frame_shown([&simulation](int frame, int display, const ColourImage& image) {
-        simulation.frame_shown(frame, display, image);
-    });
+    machine.on_frame_shown(
+        [&simulation](const DisplayedFrame& displayed) { simulation.frame_shown(displayed); });
     if (options.on_built) options.on_built(machine);
     machine.on_finished([&] {
         result.report = machine.report();

@@ -2,11 +2,11 @@
 
 namespace metabuffer {
 
-void SimulationRun::frame_shown(int frame, int display, const ColourImage& image) {
+void SimulationRun::frame_shown(const DisplayedFrame& displayed) {
     in_kernel_ += Clock::now() - entered_;
     if (on_frame_shown_ && !error_) {
         try {
-            on_frame_shown_(frame, display, image);
+            on_frame_shown_(displayed);
         } catch (...) {
             error_ = std::current_exception();
             sc_core::sc_pause();

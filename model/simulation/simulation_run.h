@@ -17,7 +17,7 @@ class SimulationRun {
     explicit SimulationRun(FrameShown on_frame_shown) : on_frame_shown_(std::move(on_frame_shown)) {}
 
     /// For the machine to call within the kernel. After the first exception the callback is left alone.
-    void frame_shown(int frame, int display, const ColourImage& image);
+    void frame_shown(const DisplayedFrame& displayed);
     /// Lets that much time pass, or less if the machine pauses. Throws what the callback has thrown.
     void advance(const sc_core::sc_time& time);
     /// Wall time in the kernel so far.

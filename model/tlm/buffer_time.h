@@ -108,6 +108,8 @@ class BufferTime {
     void on_level(std::function<void(std::int64_t cycle, int held_pixels)> callback) {
         on_level_ = std::move(callback);
     }
+    /// What has been counted so far: of starved pixels, those of frames that are closed.
+    const ComposerCounters& counters() const { return counters_; }
     /// Counts all that has happened up to a clock, the present; once.
     const ComposerCounters& finish(std::int64_t through_cycle, std::int64_t stalled_cycles);
 

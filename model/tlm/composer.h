@@ -39,6 +39,8 @@ class Composer final : public sc_core::sc_module {
              ColumnRelays& relays, const Settings& settings);
     SC_HAS_PROCESS(Composer);
 
+    /// Of a frame that has been composited.
+    std::int64_t starved_pixels_of(int frame) const { return buffer_.counters().starved_pixels_of(frame); }
     /// Counts up to a core clock, the present; once.
     const ComposerCounters& finish(std::int64_t through_cycle);
     std::string waiting_for(std::int64_t through_cycle) const;

@@ -160,7 +160,13 @@ std::int64_t Metabuffer::run_limit() const {
 void Metabuffer::frame_shown(std::size_t display, int frame, const ColourImage* image) {
     const bool on_all_displays = shown_.add(display, frame);
     if (image != nullptr && on_frame_shown_) {
-        on_frame_shown_(frame, static_cast<int>(display) + 1, *image);
+        std::vector<int> pairs;
+        std::int64_t starved_pixels = 0;
+        for (std::size_t r = 0; r < renderers(); ++r) {
+            pairs.push_back(input_framebuffers_[r]->frame_sources()[static_cast<std::size_t>(frame)].pair);
+            starved_pixels += composer(r, display).starved_pixels_of(frame);
+        }
+        on_frame_shown_({frame, static_cast<int>(display) + 1, *image, pairs, starved_pixels, false});
     }
     if (on_all_displays) {
         if (options_.observer != nullptr) {

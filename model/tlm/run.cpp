@@ -14,9 +14,8 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     machine_options.observer = options.observer;
     Metabuffer machine("metabuffer", scenario, machine_options);
     SimulationRun simulation(options.on_frame_shown);
-    machine.on_frame_shown([&simulation](int frame, int display, const ColourImage& image) {
-        simulation.frame_shown(frame, display, image);
-    });
+    machine.on_frame_shown(
+        [&simulation](const DisplayedFrame& displayed) { simulation.frame_shown(displayed); });
     machine.on_finished([] { sc_core::sc_pause(); });
     const std::int64_t chunk_picoseconds = kChunkCycles * clock_period_picoseconds(scenario.clocks.core_mhz);
     const auto chunk = sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(chunk_picoseconds));

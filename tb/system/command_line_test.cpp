@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "images/image_codec.h"
 #include "program_run.h"
 #include "tools/program/exit_status.h"
 #include "workplace.h"
@@ -273,6 +274,46 @@ TEST_CASE("what is no trace window is refused, and what would be one is named", 
         check_refused(place, result, {"--trace-window", "first-busready-drop", "cycles:A-B"});
         CHECK_FALSE(place.exists("t.vcd"));
         std::filesystem::remove_all(place / "out");
+    }
+}
+
+/// Against what the functional level shows of the same frames, in which nothing starves.
+TEST_CASE("wrong pixels are those of the pictures that starvation has changed", "[program]") {
+    const Workplace place;
+    REQUIRE(run_program(place, {"run", "scenario.yaml", "--level", "functional", "--out", "right"}).status ==
+            kExitDone);
+    const auto picture = [&place](const std::string& folder, int display, int frame) {
+        const std::string file =
+            "/display_" + std::to_string(display) + ".000" + std::to_string(frame) + ".png";
+        return image_codec().load({place / (folder + file), std::nullopt, 0.0}, DepthFormat::kA8Z16,
+                                  {0.0, 100.0});
+    };
+    for (const std::string level : {"tlm", "rtl"}) {
+        INFO(level);
+        REQUIRE(place.run(kNarrow + std::vector<std::string>{"--level", level}).status == kExitDone);
+        const json report = json::parse(text_of(place / "out/report.json"));
+        std::int64_t wrong = 0;
+        for (int frame = 0; frame < 2; ++frame) {
+            for (int display = 1; display <= 2; ++display) {
+                const PixelImage shown = picture("out", display, frame);
+                const PixelImage right = picture("right", display, frame);
+                std::int64_t differing = 0;
+                for (std::size_t i = 0; i < shown.values.size(); ++i) {
+                    if (!(shown.values[i] == right.values[i])) ++differing;
+                }
+                CHECK(report["frames"][frame]["wrong_pixels"][display - 1] == differing);
+                CHECK(report["frames"][frame]["starved_pixels"][display - 1].get<std::int64_t>() >=
+                      differing);
+                wrong += differing;
+            }
+        }
+        CHECK(wrong > 0);
+        CHECK(report["totals"]["wrong_pixels"] == wrong);
+        CHECK(report["totals"]["starved_pixels"].get<std::int64_t>() > wrong);
+        const ProgramResult without =
+            place.run(kNarrow + std::vector<std::string>{"--level", level, "--no-images"});
+        CHECK_THAT(without.out, Contains("shown wrong: only pictures tell"));
+        CHECK(json::parse(text_of(place / "out/report.json"))["totals"]["wrong_pixels"].is_null());
     }
 }
 

@@ -44,9 +44,11 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     if (fault == "exception") throw std::runtime_error("told to throw");
     rtl::RunOptions rtl_options;
     if (options.images) {
-        rtl_options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
-            const auto shown = spoilt(fault, frame, display, image);
-            if (shown) options.on_frame_shown(frame, display, *shown);
+        rtl_options.on_frame_shown = [&](const DisplayedFrame& displayed) {
+            const auto shown = spoilt(fault, displayed.frame, displayed.display, displayed.picture);
+            if (!shown) return;
+            options.on_frame_shown({displayed.frame, displayed.display, *shown, displayed.pairs,
+                                    displayed.starved_pixels, displayed.kept});
         };
     }
     rtl::RunResult rtl = rtl::run(scenario, rtl_options);

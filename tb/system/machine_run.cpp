@@ -20,8 +20,9 @@ MachineRun::MachineRun(const std::string& name, Scenario scenario, rtl::ClockGat
       glitches_(scenario_.renderers.size() * static_cast<std::size_t>(scenario_.displays.count())),
       located_(glitches_.size()),
       coverage_(*machine_, scenario_) {
-    machine_->on_frame_shown(
-        [this](int frame, int display, const ColourImage& image) { shown_.take(frame, display, image); });
+    machine_->on_frame_shown([this](const DisplayedFrame& displayed) {
+        shown_.take(displayed.frame, displayed.display, displayed.picture);
+    });
     machine_->on_glitch(
         [this](int renderer, int display, const Glitch& glitch) { take_glitch(renderer, display, glitch); });
     machine_->on_finished([this] {

@@ -38,8 +38,9 @@ TlmRun::TlmRun(const std::string& name, Scenario scenario, bool images)
     tlm::Metabuffer::Options options;
     options.images = images;
     machine_ = std::make_unique<tlm::Metabuffer>(name.c_str(), scenario_, options);
-    machine_->on_frame_shown(
-        [this](int frame, int display, const ColourImage& image) { shown_.take(frame, display, image); });
+    machine_->on_frame_shown([this](const DisplayedFrame& displayed) {
+        shown_.take(displayed.frame, displayed.display, displayed.picture);
+    });
     machine_->on_finished([this] { report_ = machine_->report(); });
 }
 

@@ -24,17 +24,8 @@ std::string list_of(const std::vector<int>& numbers) {
     return text;
 }
 
-/// Frame 0, frames 0 to 3 5 7.
 std::string frames_text(const std::vector<int>& frames) {
-    std::string text;
-    for (std::size_t i = 0; i < frames.size();) {
-        std::size_t last = i;
-        while (last + 1 < frames.size() && frames[last + 1] == frames[last] + 1) ++last;
-        text += " " + std::to_string(frames[i]);
-        if (last > i) text += " to " + std::to_string(frames[last]);
-        i = last + 1;
-    }
-    return (frames.size() == 1 ? "frame" : "frames") + text;
+    return (frames.size() == 1 ? "frame " : "frames ") + text::number_runs(frames);
 }
 
 std::string percent_of(double part, double whole) { return decimal(kPercent * part / whole, 1) + " %"; }

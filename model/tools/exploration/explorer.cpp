@@ -110,6 +110,7 @@ class Explorer::Session {
     ResultsDatabase* results_;
     const ExploreOptions& options_;
     std::optional<Expression> goal_;
+    bool wants_wrong_pixels_ = false;  ///< the goal names them
     Clock::time_point started_ = Clock::now();
     std::size_t next_point_ = 0;
     std::int64_t next_run_ = 1;  ///< without results
@@ -131,6 +132,8 @@ Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, c
     progress_.points = plan().points.size();
     if (!plan().search) return;
     goal_.emplace(plan().search->goal, goal_names(plan().keys, plan().search->key), plan().search->where);
+    const std::vector<std::string>& used = goal_->names();
+    wants_wrong_pixels_ = std::find(used.begin(), used.end(), kWrongPixels) != used.end();
 }
 
 Exploration Explorer::Session::explore() {
@@ -211,7 +214,7 @@ void Explorer::Session::begin(Task task) {
         }
     }
     RunRequest request{explorer_.template_of(settings), plan().overrides_of(settings), settings,
-                       plan().pictures};
+                       plan().pictures, wants_wrong_pixels_};
     try {
         active_.push_back({task, std::make_unique<RunProcess>(explorer_.simulate_, std::move(request))});
     } catch (const InputError&) {

@@ -148,6 +148,14 @@ std::vector<Figure> make_figures() {
          {{"latency_cycles", "clocks",
            "the longest of the frames' latencies, last DVI pixel to last composited pixel"},
           latency_cycles}});
+    add_figures(figures, {{{kWrongPixels, "pixels",
+                            "pixels shown that differ from those of a machine in which nothing starves; if "
+                            "pixels starved, only of runs "
+                            "whose pictures are kept, or whose goal asks for them"},
+                           [](const Sums& s) {
+                               const std::optional<std::int64_t> pixels = s.report.total_wrong_pixels();
+                               return pixels ? Value(*pixels) : Value();
+                           }}});
     add_totals<ComposerCounters>(figures,
                                  [](const Sums& s) -> const ComposerCounters& { return s.composer; });
     add_figures(figures, {{{"rejected_frames", "frames", "frames rejected at the links, for whatever cause"},

@@ -18,6 +18,9 @@ struct FigureKind {
     std::string meaning;  ///< one line for --help and documentation
 };
 
+/// The figure that takes pictures.
+constexpr const char* kWrongPixels = "wrong_pixels";
+
 /// Every figure, in the order of the results' columns: what a run is asked for and its rates, the totals of every
 /// counter (report/counters.h), and the cost of the machine.
 const std::vector<FigureKind>& figure_kinds();

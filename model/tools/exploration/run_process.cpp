@@ -28,7 +28,7 @@ Value value_from(const Json& json) {
 RunRecord simulated(const Simulate& simulate, const RunRequest& request) {
     RunRecord record;
     const Scenario scenario = request.scenario->scenario(request.overrides);
-    const Simulation simulation = simulate(scenario, request.pictures);
+    const Simulation simulation = simulate(scenario, request.pictures || request.wrong_pixels);
     const RunReport& report = simulation.report;
     if (!report.watchdog.empty()) {
         record.status = RunStatus::kWatchdog;
@@ -36,6 +36,7 @@ RunRecord simulated(const Simulate& simulate, const RunRequest& request) {
     }
     record.figures = figures_of(report, scenario);
     record.report = report_json(report);
+    if (!request.pictures) return record;
     for (std::size_t display = 0; display < simulation.pictures.size(); ++display) {
         const ColourImage& picture = simulation.pictures[display];
         if (picture.values.empty()) continue;  // the run ended before it was shown

@@ -28,6 +28,7 @@ struct RunRequest {
     std::vector<ScenarioOverride> overrides;
     std::vector<Setting> settings;  ///< go to the record
     bool pictures = false;
+    bool wrong_pixels = false;  ///< are asked for, which takes pictures too
 };
 
 /// One simulation in a process of its own, scenario and all, so that whatever happens there comes back as a record.

@@ -73,8 +73,8 @@ class Sender {
 template <typename Options, typename Run>
 void run_level(const Scenario& scenario, Options options, bool images, const Sender& sender, Run run) {
     if (images) {
-        options.on_frame_shown = [&sender](int frame, int display, const ColourImage& image) {
-            sender.send_picture(frame, display, image);
+        options.on_frame_shown = [&sender](const DisplayedFrame& displayed) {
+            sender.send_picture(displayed.frame, displayed.display, displayed.picture);
         };
     }
     options.on_progress = [&sender](std::int64_t /*core_cycles*/, double share) {

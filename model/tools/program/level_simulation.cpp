@@ -6,6 +6,7 @@
 #include "rtl/run.h"
 #include "tlm/run.h"
 #include "tools/program/failure.h"
+#include "tools/program/wrong_pixel_record.h"
 
 namespace metabuffer {
 namespace {
@@ -16,14 +17,17 @@ using exploration::Simulation;
 template <typename Options, typename Run>
 Simulation simulate(const Scenario& scenario, Options options, bool pictures, Run run) {
     Simulation simulation;
+    WrongPixelRecord wrong_pixels(scenario);
     if (pictures) {
         simulation.pictures.resize(static_cast<std::size_t>(scenario.displays.count()));
-        options.on_frame_shown = [&simulation](int /*frame*/, int display, const ColourImage& image) {
-            simulation.pictures[static_cast<std::size_t>(display) - 1] = image;
+        options.on_frame_shown = [&](const DisplayedFrame& displayed) {
+            simulation.pictures[static_cast<std::size_t>(displayed.display) - 1] = displayed.picture;
+            wrong_pixels.take(displayed);
         };
     }
     try {
         simulation.report = run(scenario, options).report;
+        if (pictures) wrong_pixels.put_into(simulation.report);
     } catch (const InputError&) {
         throw;
     } catch (...) {

@@ -23,6 +23,7 @@
 #include "tools/program/picture_check.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/result_folder.h"
+#include "tools/program/wrong_pixel_record.h"
 
 namespace metabuffer {
 namespace {
@@ -248,13 +249,16 @@ RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& p
         options.trace = rtl::TraceRequest{trace_file_, window, trace_blocks_, waveform_header(scenario)};
     }
     const ProgressLine progress(!quiet_);
+    WrongPixelRecord wrong_pixels(scenario);
     if (!no_images_) {
-        options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
-            pictures.take(frame, display, image);
+        options.on_frame_shown = [&](const DisplayedFrame& displayed) {
+            pictures.take(displayed.frame, displayed.display, displayed.picture);
+            wrong_pixels.take(displayed);
         };
     }
     options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
     rtl::RunResult result = rtl::run(scenario, options);
+    if (!no_images_) wrong_pixels.put_into(result.report);
     Outcome outcome{std::move(result.report), result.simulation_seconds, "", result.trace_note, "", ""};
     if (result.traced) {
         outcome.trace_line = "waveform " + trace_file_ + ": core clocks " +
@@ -273,12 +277,15 @@ RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& p
     const ProgressLine progress(!quiet_);
     std::optional<PictureCheck> check;
     if (check_) check.emplace(scenario);
-    options.on_frame_shown = [&](int frame, int display, const ColourImage& image) {
-        pictures.take(frame, display, image);
-        if (check) check->take(frame, display, image);
+    WrongPixelRecord wrong_pixels(scenario);
+    options.on_frame_shown = [&](const DisplayedFrame& displayed) {
+        pictures.take(displayed.frame, displayed.display, displayed.picture);
+        if (check) check->take(displayed.frame, displayed.display, displayed.picture);
+        wrong_pixels.take(displayed);
     };
     options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
     tlm::RunResult result = tlm::run(scenario, options);
+    if (!no_images_) wrong_pixels.put_into(result.report);
     Outcome outcome{std::move(result.report), result.simulation_seconds, "", "", "", ""};
     if (check) {
         check->finish(outcome.report);

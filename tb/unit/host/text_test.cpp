@@ -61,6 +61,9 @@ TEST_CASE("text: a message says where if that is known") {
 }
 
 TEST_CASE("text: lists read as sentences") {
+    CHECK(number_runs({}).empty());
+    CHECK(number_runs({4}) == "4");
+    CHECK(number_runs({0, 1, 2, 3, 5, 7, 8}) == "0 to 3, 5, 7 to 8");
     CHECK(listed({}).empty());
     CHECK(listed({"a", "b", "c"}) == "a, b, c");
     CHECK(joined({}, "or").empty());

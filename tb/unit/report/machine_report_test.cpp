@@ -58,6 +58,8 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
         for (int d = 0; d < 3; ++d) {
             ComposerCounters composer;
             composer.late_pixels = 10 * r + d;
+            if (d == 1) composer.add_starved_run({1, 0, 0, r});
+            composer.add_starved_run({2, 3, 0, 6});
             made.add_composer(composer);
         }
     }
@@ -85,6 +87,10 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     CHECK_FALSE(report.frames[0].kept);
     CHECK(report.frames[1].swap_cycle == 18);
     CHECK(report.frames[1].kept);
+    CHECK(report.frames[0].starved_pixels == std::vector<std::int64_t>{0, 0, 0});
+    CHECK(report.frames[0].wrong_pixels == std::vector<std::int64_t>{0, 0, 0});
+    CHECK(report.frames[1].starved_pixels == std::vector<std::int64_t>{0, 3, 0});
+    CHECK_FALSE(report.frames[1].wrong_pixels);  // only pictures tell
     REQUIRE(report.rate_limits.has_value());
     CHECK(report.rate_limits->raster_hz == Approx(100e6 / 32));
     CHECK(report.frames[0].latency_cycles == 62 - 4);

@@ -106,7 +106,8 @@ TEST_CASE("a difference is told by its key path with names", "[report]") {
     CHECK(differences_of([](RunReport& report) { report.core_mhz = 133.25; }) ==
           Lines{"core_mhz: rtl 133.3, tlm 133.25"});
     CHECK(differences_of([](RunReport& report) { report.composers[1].starved_pixels = 13; }) ==
-          Lines{"composers[renderer ball, display 2].starved_pixels: rtl 0, tlm 13"});
+          Lines{"composers[renderer ball, display 2].starved_pixels: rtl 0, tlm 13",
+                "displays[2].starved_pixels: rtl 0, tlm 13"});
     CHECK(differences_of([](RunReport& report) { report.renderers[1].bus.idle_cycles += 2; }) ==
           Lines{"renderers[sea].bus.idle_cycles: rtl 16, tlm 18"});
     CHECK(differences_of([](RunReport& report) { report.displays[1].frames_shown = 3; }) ==

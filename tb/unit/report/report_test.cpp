@@ -33,6 +33,7 @@ RunReport troubled_run() {
     report.frames[1].pairs = {0, -1};
     report.frames.push_back({2, 21000, 29999, 30000, false, 9100, {2, 0}});
     report.frames[0].swap_cycle = 11000;
+    report.frames[0].starved_pixels = {0, 1204};
     report.frames[1].swap_cycle = 21000;
     report.rate_limits = RateLimits{50e6, 6000.0, 6000.0, {7000.0, 8000.0}};
 
@@ -207,8 +208,10 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(json["buffer_pixels"] == 1024);
 
     REQUIRE(json["frames"].size() == 3);
-    CHECK(json["frames"][0].dump() ==
-          R"({"index":0,"start_cycle":1000,"end_cycle":10999,"swap_cycle":11000,"kept":false,"latency_cycles":10500,"pairs":[0,-1]})");
+    CHECK(
+        json["frames"][0].dump() ==
+        R"({"index":0,"start_cycle":1000,"end_cycle":10999,"swap_cycle":11000,"kept":false,"latency_cycles":10500,"pairs":[0,-1],)"
+        R"("starved_pixels":[0,1204],"wrong_pixels":null})");
     CHECK(json["frames"][1]["latency_cycles"].is_null());
 
     REQUIRE(json["renderers"].size() == 2);
@@ -235,12 +238,15 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(json["composers"][1].dump() ==
           R"({"renderer":1,"display":2,"starved_pixels":30,"stalled_cycles":0,"buffer_high_water":992,)"
           R"("busready_drops":3,"late_pixels":5,"replayed_pixels":6000,"lost_pixels":0,"lost_tables":0,)"
-          R"("first_glitch":{"frame":1,"x":12,"y":40},"starved_run_count":0,"starved_runs":[]})");
+          R"("first_glitch":{"frame":1,"x":12,"y":40},"starved_run_count":0,"starved_runs":[],)"
+          R"("starved_runs_left_out":0})");
     CHECK(json["composers"][2]["stalled_cycles"] == 25);
     CHECK(json["composers"][2]["first_glitch"].is_null());
 
-    CHECK(json["displays"].dump() == R"([{"display":1,"frames_shown":3,"stalled_cycles":25,"kept_frames":0},)"
-                                     R"({"display":2,"frames_shown":3,"stalled_cycles":0,"kept_frames":0}])");
+    CHECK(json["displays"].dump() == R"([{"display":1,"frames_shown":3,"stalled_cycles":25,"kept_frames":0,)"
+                                     R"("starved_pixels":0,"wrong_pixels":null},)"
+                                     R"({"display":2,"frames_shown":3,"stalled_cycles":0,"kept_frames":0,)"
+                                     R"("starved_pixels":1234,"wrong_pixels":null}])");
 
     const ordered_json& totals = json["totals"];
     CHECK(keys(totals) ==
@@ -248,7 +254,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
                                    "dropped_frames", "rejected_slot_tables", "injected_faults",
                                    "starved_pixels", "stalled_cycles", "buffer_high_water", "busready_drops",
                                    "late_pixels", "replayed_pixels", "lost_pixels", "lost_tables",
-                                   "frames_shown", "display_stalled_cycles", "kept_frames"});
+                                   "frames_shown", "display_stalled_cycles", "kept_frames", "wrong_pixels"});
     CHECK(totals["bus"]["busy_cycles"] == 9000);
     CHECK(totals["bus"]["utilization"].get<double>() == Approx(9000.0 / 13010.0));
     CHECK(totals["rejected_frames"]["crc"] == 2);
@@ -336,6 +342,8 @@ starved:
   a renderer with a long name on display 2: 1204 pixels, first in frame 0 at x 3, y 4
   ball on display 2: 30 pixels, first in frame 1 at x 12, y 40
 
+shown wrong: only pictures tell
+
 stalled their column:
   a renderer with a long name on display 1: 25 clocks
 
@@ -355,6 +363,39 @@ rejected table rows:
     without_slots.renderers[0].rejected_slot_tables = 1;
     CHECK_THAT(report_summary(without_slots),
                Catch::Contains("3 frames, 4 table rows and 1 slot table rejected\n"));
+}
+
+TEST_CASE("the summary says what is seen of what starved, where and in which frames", "[report]") {
+    RunReport report = troubled_run();
+    report.frames[0].wrong_pixels = {0, 0};
+    report.frames[1].wrong_pixels = {0, 0};
+    report.frames[2].wrong_pixels = {0, 0};
+    CHECK(contains(report_summary(report), "1234 pixels starved on display 2, 0 pixels shown wrong;"));
+    CHECK_FALSE(contains(report_summary(report), "shown wrong:"));
+    report.frames[0].wrong_pixels = {0, 700};
+    report.frames[2].wrong_pixels = {1, 20};
+    const std::string text = report_summary(report);
+    CHECK(contains(
+        text, "\nshown wrong:\n  display 1: 1 pixel in frame 2\n  display 2: 720 pixels in frames 0, 2\n"));
+    CHECK(contains(text, "1234 pixels starved on display 2, 721 pixels shown wrong;"));
+    const ordered_json json = ordered_json::parse(report_json(report));
+    CHECK(json["totals"]["wrong_pixels"] == 721);
+    CHECK(json["displays"][1]["wrong_pixels"] == 720);
+    CHECK(json["frames"][2]["wrong_pixels"].dump() == "[1,20]");
+}
+
+TEST_CASE("a list of starved runs that is cut says so, and where", "[report]") {
+    RunReport report = troubled_run();
+    ComposerCounters& composer = report.composers[3];
+    for (int n = 0; n < 2000; ++n) composer.add_starved_run({n / 1000, n % 1000, 0, 4});
+    CHECK(
+        contains(report_summary(report), "; the report lists the first 1024 of 2000 runs, up to frame 1\n"));
+    const ordered_json json = ordered_json::parse(report_json(report));
+    CHECK(json["composers"][3]["starved_runs"].size() == 1024);
+    CHECK(json["composers"][3]["starved_runs_left_out"] == 976);
+    CHECK(composer.starved_by_frame == std::vector<std::int64_t>{5000, 5000});
+    CHECK(composer.starved_pixels_of(1) == 5000);
+    CHECK(composer.starved_pixels_of(2) == 0);
 }
 
 TEST_CASE("the summary of a clean run of one frame", "[report]") {

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "functional/wrong_pixels.h"
+#include "report/report.h"
+#include "scenario/scenario.h"
+#include "simulation/frame_shown.h"
+
+namespace metabuffer {
+
+/// The wrong pixels of a run, for its report, by the pictures that it shows. Only pictures in which something starved
+/// are looked at, so that a run without starvation takes no longer.
+class WrongPixelRecord {
+  public:
+    /// The scenario must outlive it.
+    explicit WrongPixelRecord(const Scenario& scenario)
+        : wrong_pixels_(scenario), displays_(static_cast<std::size_t>(scenario.displays.count())) {}
+
+    void take(const DisplayedFrame& displayed);
+    /// Into the frames that are in the report, once every picture has been taken.
+    void put_into(RunReport& report) const;
+
+  private:
+    functional::WrongPixels wrong_pixels_;
+    std::size_t displays_;
+    std::map<int, std::vector<std::int64_t>> counts_;  ///< by frame, then by display
+};
+
+}  // namespace metabuffer
