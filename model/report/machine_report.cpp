@@ -31,6 +31,9 @@ MachineReport::MachineReport(const Scenario& scenario, const std::string& level,
     report_.core_mhz = scenario.clocks.core_mhz;
     report_.core_cycles = core_cycles;
     report_.rate_limits = rate_limits(scenario);
+    report_.raster_pixels =
+        std::int64_t{scenario.displays.raster_width_pixels()} * scenario.displays.raster_height_pixels();
+    report_.memory_is_narrower = scenario.memory.words_per_cycle * kPixelBits < scenario.bus.width_bits;
     report_.buffer_pixels = scenario.composer.buffer_pixels;
     report_.frames.resize(newest_pixel_picoseconds_.size());
     for (std::size_t f = 0; f < report_.frames.size(); ++f) {

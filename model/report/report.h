@@ -178,6 +178,8 @@ struct RunReport {
     double core_mhz = 0.0;
     std::int64_t core_cycles = 0;
     std::optional<RateLimits> rate_limits;  ///< none of a level that has no clock
+    std::int64_t raster_pixels = 0;         ///< of one display
+    bool memory_is_narrower = false;        ///< reads fewer words a clock than the bus carries
     std::vector<FrameRecord> frames;
     std::vector<RendererCounters> renderers;
     std::vector<ComposerCounters> composers;

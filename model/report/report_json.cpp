@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "report/bottleneck.h"
 #include "report/counters.h"
 #include "report/report.h"
 
@@ -134,6 +135,19 @@ Json rates_json(const RunReport& report) {
     return json;
 }
 
+/// What the run waited for, and for how long.
+Json bottleneck_json(const RunReport& report) {
+    const std::optional<Bottleneck> found = find_bottleneck(report);
+    if (!found) return nullptr;
+    Json cycles = Json::object();
+    for (std::size_t resource = 0; resource < kResourceCount; ++resource) {
+        cycles[resource_name(static_cast<Resource>(resource))] = found->cycles[resource];
+    }
+    return {{"resource", resource_name(found->what())}, {"share", found->share()},
+            {"pixels_starve", found->starves},          {"cycles", std::move(cycles)},
+            {"worst_renderer", found->supply_renderer}, {"bus_load", found->bus_load}};
+}
+
 Json totals_json(const RunReport& report) {
     const RendererCounters renderers = report.total_renderer();
     Json json{{"bus", bus_json(report.total_bus())},
@@ -167,6 +181,7 @@ std::string report_json(const RunReport& report) {
     json["core_mhz"] = report.core_mhz;
     json["buffer_pixels"] = report.buffer_pixels;
     json["rates"] = rates_json(report);
+    json["bottleneck"] = bottleneck_json(report);
     json["frames"] = std::move(frames);
     json["renderers"] = std::move(renderers);
     json["composers"] = std::move(composers);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/text.h"
+#include "report/bottleneck.h"
 #include "report/report.h"
 #include "report/text_table.h"
 
@@ -89,6 +90,28 @@ std::string rate_lines(const RunReport& report) {
            " pairs/s, raster " + hz(limits.raster_hz) + " frames/s\n";
 }
 
+/// What the run waited for most.
+std::string bottleneck_line(const RunReport& report) {
+    const std::optional<Bottleneck> found = find_bottleneck(report);
+    if (!found) return "";
+    const auto percent = [](double share) { return decimal(kPercent * share, 1) + " %"; };
+    std::string text = std::string("bottleneck  ") + resource_name(found->what());
+    if (found->starves) {
+        return text + ": pixels starve; the bus of " + shortened(found->supply_renderer) + " works " +
+               percent(found->bus_load) + " of the raster's clocks\n";
+    }
+    text += ": " + percent(found->share()) + " of the clocks from first pixel to last";
+    for (std::size_t n = 0; n < kResourceCount; ++n) {
+        const auto resource = static_cast<Resource>(n);
+        constexpr double kLeastShown = 0.0005;
+        const double share =
+            static_cast<double>(found->cycles[n]) / static_cast<double>(found->total_cycles());
+        if (resource == found->what() || share < kLeastShown) continue;
+        text += std::string(", ") + resource_name(resource) + " " + percent(share);
+    }
+    return text + "\n";
+}
+
 std::string timing_lines(const RunReport& report) {
     const std::string mhz = plain(report.core_mhz) + " MHz";
     std::string text = "frames      " + std::to_string(report.frames_shown()) + " shown on every display, " +
@@ -96,7 +119,7 @@ std::string timing_lines(const RunReport& report) {
                        std::to_string(report.core_cycles) + " core clocks at " + mhz + "\n";
     if (report.frames.empty()) return text;
 
-    text += rate_lines(report);
+    text += rate_lines(report) + bottleneck_line(report);
 
     std::vector<std::int64_t> latencies;
     for (const FrameRecord& frame : report.frames) {

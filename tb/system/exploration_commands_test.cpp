@@ -326,6 +326,88 @@ TEST_CASE("size: the smallest value is the one that trying all of them finds", "
     CHECK(found_values > 0);  // the narrower buses starve with any of these buffers
 }
 
+/// By trying all of a grid: what no other machine undercuts in both keys.
+TEST_CASE("size: two keys give the front that trying all of them gives", "[program][size][repeat]") {
+    const Workplace place;
+    const std::string sweep =
+        "scenario: scenario.yaml\nset: {memory.words_per_cycle: 1, composer.ready_space_pixels: 16, "
+        "bus.burst_pixels: 16}\naxes:\n  - {key: bus.width_bits, values: [16, 32, 64]}\n"
+        "  - {key: composer.buffer_pixels, range: {from: 20, to: 400, step: 4}}\n";
+    place.write("grid.yaml", sweep);
+    REQUIRE(run_program(place, {"sweep", "grid.yaml", "-o", "grid.db", "--quiet"}).status == kExitDone);
+    std::map<std::int64_t, std::int64_t> smallest;  // buffer by width
+    for (const auto& row :
+         ResultsReader(place / "grid.db")
+             .results({"bus.width_bits", "min(composer.buffer_pixels, 100000)"}, exploration::default_goal())
+             .rows) {
+        const auto width = std::get<std::int64_t>(row[0]);
+        const auto pixels = std::get<std::int64_t>(row[1]);
+        const auto known = smallest.find(width);
+        if (known == smallest.end() || pixels < known->second) smallest[width] = pixels;
+    }
+    std::string expected;
+    std::int64_t least = std::numeric_limits<std::int64_t>::max();
+    for (const auto& [width, pixels] : smallest) {
+        if (pixels >= least) continue;
+        least = pixels;
+        expected += std::to_string(width) + " " + std::to_string(pixels) + ";";
+    }
+    REQUIRE(!expected.empty());
+    const ProgramResult result =
+        run_program(place, {"size", "scenario.yaml", "--set", "memory.words_per_cycle=1", "--set",
+                            "composer.ready_space_pixels=16", "--set", "bus.burst_pixels=16", "--minimize",
+                            "bus.width_bits=16..64", "--minimize",
+                            "composer.buffer_pixels=" +
+                                [] {
+                                    std::string values;
+                                    for (int pixels = 20; pixels <= 400; pixels += 4)
+                                        values += (values.empty() ? "" : ",") + std::to_string(pixels);
+                                    return values;
+                                }(),
+                            "--checks", "400", "--quiet"});
+    INFO(result.out << result.err);
+    REQUIRE(result.status == kExitDone);
+    std::string front;
+    const std::vector<std::string> lines = lines_of(result.out);
+    for (std::size_t n = 2; n < lines.size(); ++n) {
+        std::istringstream words(lines[n]);
+        std::string width;
+        std::string pixels;
+        words >> width >> pixels;
+        front += width + " " + pixels + ";";
+    }
+    CHECK(front == expected);
+}
+
+TEST_CASE("size: what arithmetic knows is not run, and stalling columns are told", "[program][size]") {
+    const Workplace place;
+    const std::vector<std::string> search{"size",       "scenario.yaml",
+                                          "--minimize", "composer.buffer_pixels",
+                                          "--frames",   "4",
+                                          "--set",      "clocks.dvi_out_refresh_hz=1000"};
+    const ProgramResult hopeless =
+        run_program(place, search + std::vector<std::string>{"--frame-rate-hz", "1100"});
+    CHECK_THAT(hopeless.out,
+               Contains("no composer.buffer_pixels brings 1100 frames/s: too slow for it: the displays"));
+    CHECK_THAT(hopeless.out, Contains(", 0 simulations"));
+    const ProgramResult met = run_program(place, search);
+    CHECK_THAT(met.out, Contains("cannot do and more than"));
+    CHECK_THAT(met.out, Contains("with on_starvation: stall, whole pictures and at the same rate:\n"));
+    CHECK_THAT(met.out, Contains("bottleneck") && Contains("stalled clocks"));
+    const ProgramResult quiet = run_program(place, search + std::vector<std::string>{"--quiet"});
+    CHECK_THAT(quiet.out, !Contains("stall"));
+    const ProgramResult clock = run_program(
+        place, {"size", "scenario.yaml", "--minimize", "clocks.core_mhz=0.5..100+0.5", "--frames", "4",
+                "--set", "clocks.dvi_out_refresh_hz=5000", "--frame-rate-hz", "5000", "--quiet"});
+    INFO(clock.out);
+    std::istringstream words(lines_of(clock.out).at(1));
+    double mhz = 0.0;
+    words >> mhz;
+    CHECK(mhz > 0.5);
+    CHECK(mhz < 100.0);
+    CHECK(mhz * 2 == std::floor(mhz * 2));
+}
+
 /// The displays, whatever the machine could do: the first frame waits for none of them, so that two frames follow each
 /// other sooner than displays are refreshed.
 TEST_CASE("size: a frame rate is met up to the displays' own and never beyond it", "[program][size]") {
@@ -349,8 +431,15 @@ TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[progra
     const std::vector<std::pair<std::vector<std::string>, std::string>> mistakes{
         {{"--minimize", "composer.bufer_pixels"}, "the nearest is composer.buffer_pixels"},
         {{"--minimize", "composer.buffer_pixels=9..3"}, "use from at most to"},
-        {{"--minimize", "composer.buffer_pixels=few"}, "is not a whole number"},
-        {{"--minimize", "clocks.core_mhz"}, "does not hold a whole number"},
+        {{"--minimize", "composer.buffer_pixels=few"}, "is not a number"},
+        {{"--minimize", "composer.buffer_pixels=1.5..9"}, "1.5 is not a whole number"},
+        {{"--minimize", "clocks.core_mhz=60,70"}, "use FROM..TO+STEP"},
+        {{"--minimize", "composer.buffer_pixels", "--minimize", "composer.buffer_pixels"}, "is given twice"},
+        {{"--minimize", "composer.buffer_pixels", "--minimize", "bus.width_bits", "-o", "front.db"},
+         "-o: the front of two keys"},
+        {{"--minimize", "bus.width_bits", "--minimize", "bus.burst_pixels", "--minimize", "frames"},
+         "3 keys"},
+        {{"--minimize", "bus.arbitration"}, "does not hold a number"},
         {{"--minimize", "composer.buffer_pixels", "--over", "bus.width_bits"}, "has no values"},
         {{"--minimize", "composer.buffer_pixels", "--over", "bus.widht_bits=64"},
          "the nearest is bus.width_bits"},

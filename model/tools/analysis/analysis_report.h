@@ -7,7 +7,12 @@
 namespace metabuffer::analysis {
 
 /// What `metabuffer analyze` prints.
-std::string analysis_text(const Analysis& analysis);
+/// details: all of each table, too.
+std::string analysis_text(const Analysis& analysis, bool details);
+
+/// What cannot keep up with that rate, whatever the buffers: "the raster and the displays"; empty if all can. buses: these
+/// count too.
+std::string too_slow_for(const Analysis& analysis, double frame_rate_hz, bool buses = true);
 
 /// The same as JSON, keys in a fixed order, units in the keys' names.
 std::string analysis_json(const Analysis& analysis);

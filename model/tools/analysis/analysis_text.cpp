@@ -74,6 +74,15 @@ std::string rejected_lines(const TableAnalysis& table) {
     return text;
 }
 
+/// What of the two sets the pace, and what a wider one of the other would change: nothing.
+std::string raw_remark(const Analysis& analysis) {
+    const double bus = static_cast<double>(analysis.bus.width_bits) / kPixelBits;
+    const int memory = analysis.memory.words_per_cycle;
+    if (bus == memory) return "bus and memory alike";
+    return bus < memory ? "of the bus; its memory could read " + std::to_string(memory)
+                        : "of the memory (memory.words_per_cycle); its bus could carry " + decimal(bus, 0);
+}
+
 std::string demand_lines(const TableAnalysis& table, const Analysis& analysis) {
     const Demand& demand = table.demand;
     const Supply& supply = table.supply;
@@ -84,7 +93,7 @@ std::string demand_lines(const TableAnalysis& table, const Analysis& analysis) {
         figure("busiest raster row", rate(demand.busiest_row), "source rows that begin in one raster row");
     text += figure("mean of the frame", rate(demand.mean), counted(demand.pixels, "pixel"));
     text += "carried, in pixels a clock:\n";
-    text += figure("raw", rate(supply.raw), "the lesser of bus and memory");
+    text += figure("raw", rate(supply.raw), raw_remark(analysis));
     text += figure("sustained", rate(supply.sustained),
                    std::to_string(supply.page_misses) +
                        (supply.page_misses == 1 ? " page miss" : " page misses") + " and " +
@@ -154,6 +163,8 @@ std::string buffer_lines(const Analysis& analysis) {
     text += figure("never starves with",
                    has_bound ? std::to_string(*analysis.safe_buffer_pixels) : "no bound", reason);
     text += figure("holds every segment", std::to_string(analysis.whole_buffer_pixels));
+    text += figure("with on_starvation: stall", std::to_string(analysis.least_buffer_pixels),
+                   "or more show the whole picture: columns wait for late pixels, which costs frame rate");
     const std::string not_safe = has_bound ? "may starve: the bound does not cover it" : "may starve";
     text += figure("this scenario", std::to_string(analysis.composer.buffer_pixels),
                    analysis.scenario_is_safe ? "never starves" : not_safe);
@@ -174,20 +185,6 @@ std::string links_remark(const RateLimits& limits) {
     if (limits.pairs_per_second.size() == 1) return "pairs a second";
     return limits.pacing == Pacing::kLockstep ? "pairs a second of the slowest"
                                               : "pairs a second of all together";
-}
-
-/// What cannot keep up with that rate.
-std::string too_slow_for(const Analysis& analysis, double frame_rate_hz) {
-    const RateLimits& limits = analysis.limits;
-    std::vector<std::string> names;
-    if (limits.raster_hz < frame_rate_hz) {
-        names.emplace_back("the raster");
-    } else if (analysis.best_frame_rate_hz < frame_rate_hz) {
-        names.emplace_back("a bus");
-    }
-    if (limits.displays_hz() < frame_rate_hz) names.emplace_back("the displays");
-    if (limits.links_hz() < frame_rate_hz) names.emplace_back("the links");
-    return text::joined(names, "and");
 }
 
 std::string rate_verdict(const Analysis& analysis) {
@@ -218,13 +215,63 @@ std::string rate_lines(const Analysis& analysis) {
     text += figure("displays can show", decimal(limits.displays_hz(), 2), displays_remark(limits));
     text += figure("links can bring", decimal(limits.links_hz(), 2), links_remark(limits));
     text += figure("together, at most", decimal(analysis.most_frame_rate_hz(), 2));
+    const std::vector<RateOfPart> parts = rates_of_parts(analysis);
+    text += figure("bottleneck", parts[0].part,
+                   decimal(parts[0].frames_per_second, 2) + "; then " + parts[1].part + ", " +
+                       decimal(parts[1].frames_per_second, 2));
     if (analysis.asked_frame_rate_hz) text += rate_verdict(analysis);
     return text;
 }
 
+/// A line for each table, and what is wrong with its rows.
+std::string table_lines(const Analysis& analysis) {
+    constexpr std::size_t kMostTables = 24;
+    TextTable lines({0, 1});
+    lines.add({"renderer", "of", "pixels a frame", "bus clocks", "load", "at its busiest", "page misses"});
+    std::string rejected;
+    for (std::size_t n = 0; n < analysis.tables.size(); ++n) {
+        const TableAnalysis& table = analysis.tables[n];
+        if (!table.rejected.empty()) {
+            rejected += table.renderer_name + ", " + frames_text(table.frames) + "\n" + rejected_lines(table);
+        }
+        if (n >= kMostTables) continue;
+        const auto clocks = static_cast<double>(table.supply.frame_cycles());
+        lines.add({table.renderer_name, frames_text(table.frames), std::to_string(table.demand.pixels),
+                   std::to_string(table.supply.frame_cycles()), percent_of(clocks, analysis.period_cycles),
+                   decimal(kPercent * table.load, 1) + " %", std::to_string(table.supply.page_misses)});
+    }
+    std::string text =
+        "buses, in % of a frame's " + decimal(analysis.period_cycles, 0) + " clocks:\n" + lines.text();
+    if (analysis.tables.size() > kMostTables) {
+        text +=
+            "  ... and " + std::to_string(analysis.tables.size() - kMostTables) + " more, see --details\n";
+    }
+    return text + rejected;
+}
+
+std::string table_details(const TableAnalysis& table, const Analysis& analysis) {
+    const std::string title = "renderer " + table.renderer_name + ", " + frames_text(table.frames) + "\n";
+    if (table.composers.empty()) return title + rejected_lines(table) + "  sends nothing\n";
+    return title + rejected_lines(table) + task_lines(table) + demand_lines(table, analysis) +
+           slot_lines(table) + composer_lines(table);
+}
+
 }  // namespace
 
-std::string analysis_text(const Analysis& analysis) {
+std::string too_slow_for(const Analysis& analysis, double frame_rate_hz, bool buses) {
+    const RateLimits& limits = analysis.limits;
+    std::vector<std::string> names;
+    if (limits.raster_hz < frame_rate_hz) {
+        names.emplace_back("the raster");
+    } else if (buses && analysis.best_frame_rate_hz < frame_rate_hz) {
+        names.emplace_back("a bus");
+    }
+    if (limits.displays_hz() < frame_rate_hz) names.emplace_back("the displays");
+    if (limits.links_hz() < frame_rate_hz) names.emplace_back("the links");
+    return text::joined(names, "and");
+}
+
+std::string analysis_text(const Analysis& analysis, bool details) {
     std::string text = analysis.scenario + ": " + counted(analysis.renderers, "renderer") + ", " +
                        std::to_string(analysis.display_columns) + "x" +
                        std::to_string(analysis.display_rows) + " displays, raster " +
@@ -254,16 +301,10 @@ std::string analysis_text(const Analysis& analysis) {
     if (analysis.bus.slot_table == SlotTableMaker::kBuilt) {
         text += "the clocks in which the arbiter makes a slot table, one a slot and frame, are not counted\n";
     }
-    for (const TableAnalysis& table : analysis.tables) {
-        text += "\nrenderer " + table.renderer_name + ", " + frames_text(table.frames) + "\n";
-        text += rejected_lines(table);
-        if (table.composers.empty()) {
-            text += "  sends nothing\n";
-            continue;
-        }
-        text += task_lines(table) + demand_lines(table, analysis) + slot_lines(table) + composer_lines(table);
-    }
-    return text + "\n" + buffer_lines(analysis) + rate_lines(analysis);
+    text += "\n" + rate_lines(analysis) + buffer_lines(analysis) + table_lines(analysis);
+    if (!details) return text + "(--details has tasks, supply, slot tables and composers of each)\n";
+    for (const TableAnalysis& table : analysis.tables) text += "\n" + table_details(table, analysis);
+    return text;
 }
 
 }  // namespace metabuffer::analysis

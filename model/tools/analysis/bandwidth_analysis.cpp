@@ -225,6 +225,20 @@ double TableAnalysis::least_pixels_short(double period_cycles) const {
     return pixels_short(demand.pixels, supply.table_cycles, supply.least_burst_cycles, period_cycles);
 }
 
+std::vector<RateOfPart> rates_of_parts(const Analysis& analysis) {
+    const RateLimits& limits = analysis.limits;
+    std::vector<RateOfPart> parts{
+        {"raster", limits.raster_hz}, {"displays", limits.displays_hz()}, {"links", limits.links_hz()}};
+    if (analysis.supply_hz > 0.0) {
+        parts.push_back(
+            {analysis.memory_alone_hz < analysis.bus_alone_hz ? "memory" : "bus", analysis.supply_hz});
+    }
+    std::stable_sort(parts.begin(), parts.end(), [](const RateOfPart& a, const RateOfPart& b) {
+        return a.frames_per_second < b.frames_per_second;
+    });
+    return parts;
+}
+
 Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
     Analysis analysis;
     analysis.scenario = scenario.name;
@@ -248,11 +262,25 @@ Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
         as_double(std::int64_t{analysis.raster_width_pixels} * analysis.raster_height_pixels);
     analysis.asked_frame_rate_hz = options.frame_rate_hz;
     analysis.period_cycles = options.frame_rate_hz ? core_hz / *options.frame_rate_hz : raster_cycles;
+    const TableAnalysis* longest = nullptr;
     double longest_cycles = raster_cycles;
     double least_cycles = raster_cycles;
     for (const TableAnalysis& table : analysis.tables) {
         longest_cycles = std::max(longest_cycles, as_double(table.supply.frame_cycles()));
         least_cycles = std::max(least_cycles, as_double(table.supply.least_frame_cycles()));
+        if (longest == nullptr || table.supply.frame_cycles() > longest->supply.frame_cycles())
+            longest = &table;
+    }
+    if (longest != nullptr && longest->supply.frame_cycles() > 0) {
+        const Supply& supply = longest->supply;
+        const double pixels = as_double(longest->demand.pixels);
+        const double bus_pixels = as_double(scenario.bus.width_bits) / kPixelBits;
+        const double beat_cycles = as_double(supply.beats * cycles_per_beat(scenario.bus));
+        const double opening_cycles = as_double(supply.burst_cycles) - beat_cycles;
+        analysis.supply_hz = core_hz / as_double(supply.frame_cycles());
+        analysis.bus_alone_hz = core_hz / (as_double(supply.table_cycles) + pixels / bus_pixels);
+        analysis.memory_alone_hz =
+            core_hz / std::max(1.0, pixels / scenario.memory.words_per_cycle + opening_cycles);
     }
     analysis.sustained_frame_rate_hz = core_hz / longest_cycles;
     analysis.best_frame_rate_hz = core_hz / least_cycles;

@@ -94,6 +94,11 @@ struct Analysis {
     /// Frames a second that every bus can carry, and no more than the raster can take: for certain, and at best.
     double sustained_frame_rate_hz = 0.0;
     double best_frame_rate_hz = 0.0;
+    /// Frames a second if the bus were all there is, however fast the raster; without what the memory costs, and without
+    /// what the bus costs. The last two are of the bus that has most to do.
+    double supply_hz = 0.0;
+    double bus_alone_hz = 0.0;
+    double memory_alone_hz = 0.0;
     RateLimits limits;  ///< what displays, links and raster allow
 
     /// Different frames a second that the displays can show, if buffers do not get in the way: at best.
@@ -108,6 +113,14 @@ struct Analysis {
     std::optional<int> deciding_display;       ///< from 1
     bool scenario_is_safe = false;             ///< the scenario's own buffers are known to do
 };
+
+/// What of a machine takes so many frames a second and no more, as far as arithmetic tells.
+struct RateOfPart {
+    std::string part;  ///< "raster", "displays", "links", "memory" or "bus"
+    double frames_per_second = 0.0;
+};
+/// The slowest first: the bottleneck.
+std::vector<RateOfPart> rates_of_parts(const Analysis& analysis);
 
 struct AnalysisOptions {
     /// Only the tables that renderers have in this frame (from 0); none: every different table of the run. The buffer's

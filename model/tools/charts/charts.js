@@ -2,8 +2,9 @@
 //
 // A request:
 //   chart       "lines", "scatter", "heatmap", "pareto", "policy" or "histogram"
-//   rows        [{x, y, c, f, glitch, rejected, id, tip}]: place, colour and panel of a row; whether its picture is less
-//               than whole (pareto), since something was rejected (heatmap); what the page shows for it. x, y and c are numbers or texts, or null.
+//   rows        [{x, y, c, f, glitch, rejected, label, id, tip}]: place, colour and panel of a row; whether its picture is
+//               less than whole (pareto), since something was rejected (heatmap); its name on the front (pareto); what the
+//               page shows for it. x, y and c are numbers or texts, or null.
 //   x, y, colour, facet: {title, log, percent}; log: true, false, or undefined to let the values decide
 //   ownScales   whether each panel has a vertical axis of its own; their order is then that of the rows
 //   references  [{value, label}]: lines across, on the axis that has the figure
@@ -90,7 +91,7 @@ const metabufferCharts = (() => {
     function formatNumber(value) {
         if (value === 0) return "0";
         const size = Math.abs(value);
-        if (Number.isInteger(value) && size < 1e7) return vega.format(",d")(value);
+        if (Number.isInteger(value) && size < 1e12) return vega.format(",d")(value);  // a value that was searched for counts to the last digit
         if (size >= 1e7) return vega.format(".4~s")(value);
         if (size < 1e-3) return vega.format(".3~e")(value);
         return vega.format(size >= 1000 ? ",.1~f" : ".4~g")(value);
@@ -433,15 +434,26 @@ const metabufferCharts = (() => {
             drawnRows.some(row => Boolean(row.glitch) === (kind === badName)));
         const clean = drawnRows.some(row => !row.glitch);
         if (!clean && drawnRows.length) notes.push("no point is free of glitches: the front is drawn through those with");
+        let leftOut = 0;
         const x = horizontal({...request, x: {...request.x, log: request.x.log === undefined
             ? spansDecades(drawnRows.map(row => row.x)) : request.x.log}}, place, drawnRows);
         const y = vertical(request, place, drawnRows.map(row => row.y));
         const isBad = `datum.kind == '${badName}'`;
-        return {panels: panels.map(panelRows => {
+        const coloured = rows.some(row => isThere(row.c));
+        const series = coloured ? seriesScales(request, theme, seriesNamesOf(rows), "square") : {scales: [], legends: [], notes: []};
+        notes.push(...series.notes);
+        const placeOfLabel = {  // above the front and before it there is never a point
+            x: {scale: "x", field: "x"}, y: {scale: "y", field: "y"},
+            align: {signal: `scale('x', datum.x) > ${place.mostWidth * 0.3} ? 'right' : 'left'`},
+            dx: {signal: `scale('x', datum.x) > ${place.mostWidth * 0.3} ? -7 : 0`}, dy: {value: -8}};
+        const drawnPanels = panels.map(panelRows => {
             const drawn = panelRows.filter(row => isNumber(row.x) && isNumber(row.y));
             const free = drawn.filter(row => !row.glitch);
             const front = frontOf(free.length ? free : drawn);
             const onFront = new Set(front);
+            const named = front.filter(row => isThere(row.label));
+            const labels = thinned(named, Math.max(2, Math.floor(place.mostHeight / 26)));
+            leftOut += named.length - labels.length;
             const references = referenceMarks(request, place, theme, false);
             const most = extent(drawn.map(row => row.x))[1];
             // On to the right: what costs more gives at least that.
@@ -453,6 +465,7 @@ const metabufferCharts = (() => {
                        {name: "rows", values: drawn.map(row => ({
                            ...markRow(row), kind: row.glitch ? badName : "no glitch", front: onFront.has(row)}))
                            .sort((a, b) => a.front - b.front)},
+                       {name: "labels", values: labels.map(row => ({x: row.x, y: row.y, text: String(row.label)}))},
                        ...references.data],
                 marks: [
                     {type: "line", name: "front", from: {data: "steps"}, interactive: false, encode: {update: {
@@ -461,21 +474,27 @@ const metabufferCharts = (() => {
                     ...references.marks,
                     symbols("rows", theme, {
                         size: drawn.length > 400 ? 30 : 56,
-                        enter: {shape: {scale: "kindShape", field: "kind"}, fill: {scale: "kindColour", field: "kind"}},
+                        enter: {shape: {scale: "kindShape", field: "kind"},
+                                fill: coloured ? {scale: "colour", field: "s"} : {scale: "kindColour", field: "kind"}},
                         update: {fillOpacity: {signal: isBad + " ? 0.35 : datum.front ? 1 : 0.6"},
                                  stroke: {signal: `datum.front ? '${theme.text}' : ${isBad} ? '${theme.bad}' : ` +
                                                   `'${theme.background}'`},
                                  strokeWidth: {signal: "datum.front ? 1.5 : 0.8"}}}),
+                    {type: "text", name: "names", from: {data: "labels"}, interactive: false, encode: {update: {
+                        ...placeOfLabel, text: {field: "text"}, limit: {value: place.mostWidth * 0.55}, fill: {value: theme.text}}}},
                 ],
             };
-        }), scales: [
+        });
+        return {panels: drawnPanels, scales: [
+            ...series.scales,
             {name: "kindColour", type: "ordinal", domain: kinds,
              range: kinds.map(kind => kind === badName ? theme.bad : theme.good)},
             {name: "kindShape", type: "ordinal", domain: kinds,
              range: kinds.map(kind => kind === badName ? "triangle-up" : "circle")},
-        ], legends: kinds.length ? [{fill: "kindColour", shape: "kindShape", title: null,
-                                     ...legendPlace(request, 2)}] : [],
-        notes: drawnRows.length ? ["line: the front, the cheapest of each frame rate", ...notes] : notes};
+        ], legends: [...(kinds.length ? [{...(coloured ? {} : {fill: "kindColour"}), shape: "kindShape", title: null,
+                                          ...legendPlace(request, 2)}] : []), ...series.legends],
+        notes: drawnRows.length ? ["line: the front, the cheapest of each value", ...notes,
+                                   ...(leftOut > 0 ? [`${plural(leftOut, "name")} of the front left out`] : [])] : notes};
     };
 
     builders.heatmap = (request, place, theme, rows, panels) => {
@@ -502,7 +521,7 @@ const metabufferCharts = (() => {
                 const isRejected = mean !== null && group.some(row => row.rejected);
                 rejected = rejected || isRejected;
                 const label = mean === null ? "×" : request.colour.percent
-                    ? vega.format(".3~%")(mean) : formatNumber(Number(mean.toPrecision(4)));
+                    ? vega.format(".3~%")(mean) : formatNumber(Number.isInteger(mean) ? mean : Number(mean.toPrecision(4)));
                 return {x: group[0].x, y: group[0].y, v: mean, text: label + (isRejected ? "†" : ""), id: only && only.id !== undefined ? only.id : null,
                         tip: only ? only.tip || null : `${plural(group.length, "point")}: mean ${label}` +
                             (values.length ? `, ${formatNumber(extent(values)[0])} to ${formatNumber(extent(values)[1])}` : "") +
@@ -685,7 +704,7 @@ const metabufferCharts = (() => {
     function withShortNames(rows) {
         const short = text => text.replace(/(?:[^\s,]*\/)?([^\s,/]+)\.ya?ml(?=$|,)/g, "$1");
         let result = rows;
-        for (const field of ["x", "y", "c", "f"]) {
+        for (const field of ["x", "y", "c", "f", "label"]) {
             const texts = distinct(rows.map(row => row[field]).filter(value => typeof value === "string"));
             const names = new Map(texts.map(text => [text, short(text)]));
             if (texts.every(text => names.get(text) === text) || distinct([...names.values()]).length < texts.length) continue;

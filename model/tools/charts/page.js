@@ -108,13 +108,19 @@
         representative.set(field, twin || field);
     }
     const ownAxes = variedAxes.filter(field => representative.get(field) === field);
+    // Charts draw numbers; the tables have the figures that are words, too.
+    const isDrawable = (field, items) => hasValues(field, items) &&
+        items.every(item => typeof field.get(item) !== "string");
     const offeredFigures = (smallestField ? [smallestField] : []).concat(
-        figureFields.filter(field => hasValues(field, points)));
+        figureFields.filter(field => isDrawable(field, points)));
 
     function titleOf(item) {
         const what = item.isPoint ? `Point ${item.id}` : `Simulation ${item.id}`;
         return severalSources ? `${what} of ${sourceNames[item.source]}` : what;
     }
+    /// Short, for a chart: the values of what differs between points.
+    const nameOf = item => [...variedAxes.map(field => field.get(item)), ...(smallestField && !item.isPoint ? [item.looked] : [])]
+        .filter(isThere).map(formatValue).join(", ");
     function settingsOf(item) {
         const settings = data.axes.map((key, n) => [key, item.axes[n]]).filter(([, value]) => isThere(value));
         const key = data.sources[item.source].search_key;
@@ -350,7 +356,7 @@
 
     function addSearch() {
         if (!lookedField || !simulations.length) return;
-        const figures = figureFields.filter(field => hasValues(field, simulations));
+        const figures = figureFields.filter(field => isDrawable(field, simulations));
         if (!figures.length) return;
         const state = {x: lookedField, y: figures.includes(starvedField) ? starvedField : figures[0], panels: usualPanels(null),
                        colour: allOthers, log: false};
@@ -415,7 +421,7 @@
         const chart = new Chart("pareto", "Cost against frame rate, with the front of the cheapest", () => ({
             chart: "pareto", x: axisTitle(state.cost), y: axisTitle(rateField), fields: [state.cost, rateField],
             rows: rowsOf(simulations.length ? shownSimulations : shownPoints,
-                         {x: state.cost, y: rateField, more: item => ({glitch: isGlitched(item)})})}), 380);
+                         {x: state.cost, y: rateField, more: item => ({glitch: isGlitched(item), label: nameOf(item)})})}), 380);
         section("pareto", "Cost against frame rate", simulations.length ? "Every simulation of the searches." : "",
                 costs.length > 1 ? [choice("cost", optionsOf(costs), state.cost, field => {
                     state.cost = field;
@@ -484,7 +490,7 @@
 
     // ----------------------------------------------------------------------------------------------------------- table
 
-    const usualFigures = ["frames_per_second", "frame_cycles", "starved_pixels", "stalled_cycles", "latency_cycles", "utilization",
+    const usualFigures = ["frames_per_second", "frame_cycles", "bottleneck", "starved_pixels", "stalled_cycles", "latency_cycles", "utilization",
                           "page_misses", "recovered_slots", "buffer_bits", "bus_wires"];
     const table = {sort: null, descending: false, status: "", allFigures: false, rows: mostRowsAtOnce, order: []};
 

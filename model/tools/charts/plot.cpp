@@ -108,6 +108,7 @@ class Defaults {
                         "more is better");
                 }
                 complete(request.y, {kFrameRate});
+                complete(request.label, names());
                 break;
             case ChartKind::kPolicy:
                 complete(request.x, policy());
@@ -175,6 +176,13 @@ class Defaults {
         return !text.empty() ? text : first_but({});
     }
 
+    /// What tells points apart, and of a search what was found.
+    std::string names() const {
+        std::string expression = others({});
+        if (is_search_) expression += (expression.empty() ? "" : " || ', ' || ") + std::string(kSmallest);
+        return expression;
+    }
+
     /// The axes that are not drawn otherwise, as one text: a colour for each combination.
     std::string others(const std::set<std::string>& taken) const {
         std::string expression;
@@ -227,6 +235,7 @@ class RowReader {
         for (const std::string& y : request.y) y_.push_back(add(reader, y, "--y").value());
         colour_ = add(reader, request.colour, "--colour");
         facet_ = add(reader, request.facet, "--facet");
+        label_ = add(reader, request.label, "--label");
         starved_ = add(reader, kStarved, "");
         rejected_ = add(reader, kIsRejected, "");
         table_ = reader.results(expressions_, request.condition);
@@ -249,6 +258,7 @@ class RowReader {
                 Json item = {{"x", at(row, x_)}, {"y", y_.empty() ? Json() : at(row, y_[n])}};
                 item["c"] = colour;
                 item["f"] = facet;
+                item["label"] = at(row, label_);
                 if (has_panels_by_y) item["axis"] = {{"percent", is_share(request.y[n])}};
                 const bool is_rejected = is_above_zero(at(row, rejected_));
                 item["rejected"] = is_rejected;
@@ -281,6 +291,7 @@ class RowReader {
     std::vector<std::size_t> y_;
     Place colour_;
     Place facet_;
+    Place label_;
     Place starved_;
     Place rejected_;
     ResultsReader::Table table_;
@@ -333,7 +344,34 @@ ChartKind chart_of(const std::string& name) {
     return static_cast<ChartKind>(std::distance(chart_names().begin(), found));
 }
 
+namespace {
+
+/// What this chart has no use for is refused, so that nobody believes it had an effect.
+void check_options(const PlotRequest& request) {
+    const std::string& chart = chart_names()[static_cast<std::size_t>(request.chart)];
+    const auto refuse_if = [&chart](bool given, const char* option, const std::string& why) {
+        if (given) throw InputError(std::string(option) + ": " + chart + " " + why + "; leave it out");
+    };
+    const ChartKind kind = request.chart;
+    const bool has_bands = kind == ChartKind::kHeatmap || kind == ChartKind::kPolicy;
+    refuse_if(request.log_x && has_bands, "--log-x", "has its values side by side along that axis");
+    refuse_if(request.log_y && kind == ChartKind::kHeatmap, "--log-y",
+              "has its values side by side along that axis");
+    refuse_if(!request.references.empty() && kind == ChartKind::kHeatmap, "--reference",
+              "has no axis with the figure");
+    refuse_if(!request.y.empty() && kind == ChartKind::kHistogram, "--y", "counts points along that axis");
+    refuse_if(request.y.size() > 1 && kind == ChartKind::kHeatmap, "--y",
+              "has one axis there and takes one expression");
+    refuse_if(!request.label.empty() && kind != ChartKind::kPareto, "--label",
+              "has no front whose points to name");
+    refuse_if(!request.facet_title.empty() && request.facet.empty(), "--facet-title",
+              "has no panels without --facet");
+}
+
+}  // namespace
+
 std::string plot_svg(const std::filesystem::path& results, const PlotRequest& open_request) {
+    check_options(open_request);
     const ResultsReader reader(results);
     if (!open_request.condition.empty()) {
         exploration::sql_expression(open_request.condition, reader.columns(), "--where");

@@ -25,6 +25,7 @@ struct PlotRequest {
     std::vector<std::string> y;
     std::string colour;
     std::string facet;      ///< a panel for each of its values
+    std::string label;      ///< names of points on a front
     std::string condition;  ///< empty: all points
     std::string title;
     std::string x_title;  ///< empty: what the expression is called

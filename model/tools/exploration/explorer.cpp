@@ -41,8 +41,22 @@ bool may_change_images(const std::string& key) {
 /// was missing may be there now.
 bool is_final(RunStatus status) { return status != RunStatus::kCrashed && status != RunStatus::kInvalid; }
 
-std::string described(const std::string& key, std::int64_t value) {
-    return key + "=" + std::to_string(value);
+/// Looks at nothing below what can meet the goal, and at nothing above what is sure to. Says so; empty if nothing is known.
+std::string narrow(SearchDescription& search, const KnownAnswer& known) {
+    std::vector<std::string> why;
+    if (known.least && search.from < *known.least && *known.least <= search.to) {
+        search.from = *known.least;
+        why.push_back("less than " + search.text_of(search.from) + " cannot do");
+    }
+    if (known.enough && *known.enough < search.to && *known.enough >= search.from) {
+        search.to = *known.enough;
+        why.push_back("more than " + search.text_of(search.to) + " is never needed");
+    }
+    return text::joined(why, "and");
+}
+
+std::string described(const SearchDescription& search, std::int64_t value) {
+    return search.key + "=" + search.text_of(value);
 }
 
 }  // namespace
@@ -71,9 +85,11 @@ class Explorer::Session {
         int runs = 0;
         int under_way = 0;
         bool all_invalid = true;
-        std::map<std::int64_t, std::int64_t> run_ids;  ///< of a search, by value
+        std::map<std::int64_t, std::int64_t> run_ids;        ///< of a search, by value
+        std::map<std::int64_t, std::vector<Value>> figures;  ///< of its runs
         std::optional<PointRecord> failure;  ///< of a search: a run that tells nothing about the goal
         RunRecord largest;                   ///< of a search: the run with the largest value
+        std::string bounds;                  ///< of a search: what is looked at only, and why
     };
     using Jobs = std::list<Job>;
 
@@ -99,6 +115,8 @@ class Explorer::Session {
     void queue_wanted(Jobs::iterator job);
     PointRecord outcome_of(const Job& job) const;
     void end_search(Jobs::iterator job);
+    void add_figures(PointRecord& point) const;
+    std::optional<PointRecord> begin_search(Job& job) const;
     void ended(std::size_t point, PointRecord record);
     bool meets_goal(const RunRecord& record) const;
     std::string why_unmet(const Job& job) const;
@@ -172,6 +190,7 @@ bool Explorer::Session::begin_point() {
         std::optional<PointRecord> known = results_->find_point(plan().points[point].settings);
         if (known && is_final(known->status)) {
             ++progress_.points_reused;
+            add_figures(*known);
             ended(point, std::move(*known));
             return true;
         }
@@ -179,7 +198,13 @@ bool Explorer::Session::begin_point() {
     const auto job = jobs_.emplace(jobs_.end());
     job->point = point;
     if (plan().search) {
-        job->search.emplace(*plan().search);
+        const std::optional<PointRecord> answer = begin_search(*job);
+        if (answer) {
+            if (results_ != nullptr) results_->add_point(*answer);
+            ended(point, *answer);
+            jobs_.erase(job);
+            return true;
+        }
         queue_wanted(job);
     } else {
         queue_.push_back({job, std::nullopt});
@@ -196,7 +221,7 @@ void Explorer::Session::queue_wanted(Jobs::iterator job) {
 
 std::vector<Setting> Explorer::Session::settings_of(const Task& task) const {
     std::vector<Setting> settings = plan().points[task.job->point].settings;
-    if (task.value) settings.push_back({plan().search->key, std::to_string(*task.value)});
+    if (task.value) settings.push_back({plan().search->key, plan().search->text_of(*task.value)});
     return settings;
 }
 
@@ -223,6 +248,42 @@ void Explorer::Session::begin(Task task) {
         processes_ = static_cast<int>(active_.size());
         queue_.push_front(task);
     }
+}
+
+/// Leaves out what is known without a run. Gives the answer if that is all there is to know.
+std::optional<PointRecord> Explorer::Session::begin_search(Job& job) const {
+    SearchDescription search = *plan().search;
+    const std::vector<Setting>& settings = plan().points[job.point].settings;
+    if (options_.known) {
+        try {
+            const KnownAnswer known =
+                options_.known(explorer_.template_of(settings)->scenario(plan().overrides_of(settings)));
+            if (!known.hopeless.empty()) {
+                PointRecord point;
+                point.settings = settings;
+                point.status = RunStatus::kUnmet;
+                point.reason = known.hopeless;
+                point.runs = 0;
+                return point;
+            }
+            job.bounds = narrow(search, known);
+        } catch (const InputError&) {
+            // The runs tell what is wrong with the point.
+        }
+    }
+    job.search.emplace(search);
+    return std::nullopt;
+}
+
+/// To a point that the results have: those of the run that shows it.
+void Explorer::Session::add_figures(PointRecord& point) const {
+    std::vector<Setting> settings = point.settings;
+    if (plan().search) {
+        if (!point.smallest) return;
+        settings.push_back({plan().search->key, text::number(*point.smallest)});
+    }
+    auto run = results_->find_run(settings);
+    if (run) point.figures = std::move(run->second.figures);
 }
 
 /// How long to wait for something to happen before the time limits are looked at.
@@ -279,6 +340,7 @@ void Explorer::Session::take(const Task& task, const RunRecord& record,
     point.status = record.status;
     point.reason = record.reason;
     point.run = known_run;
+    point.figures = record.figures;
     if (results_ != nullptr) {
         if (known_run) {
             results_->add_point(point);
@@ -304,13 +366,14 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
     Job& job = *task.job;
     --job.under_way;
     job.run_ids[*task.value] = run;
+    job.figures[*task.value] = record.figures;
     job.all_invalid = job.all_invalid && record.status == RunStatus::kInvalid;
     if (job.run_ids.rbegin()->first == *task.value) job.largest = record;
     if (record.status == RunStatus::kFailed || record.status == RunStatus::kCrashed) {
         // It says nothing about the goal, so neither can the search.
         PointRecord failure;
         failure.status = record.status;
-        failure.reason = described(plan().search->key, *task.value) + ": " + record.reason;
+        failure.reason = described(*plan().search, *task.value) + ": " + record.reason;
         failure.run = run;
         job.failure = std::move(failure);
     } else {
@@ -327,12 +390,13 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
 std::string Explorer::Session::why_unmet(const Job& job) const {
     const std::int64_t lowest = job.run_ids.begin()->first;
     const std::int64_t largest = job.run_ids.rbegin()->first;
-    const std::string range = std::to_string(lowest) + " to " + std::to_string(largest);
+    const SearchDescription& search = *plan().search;
+    const std::string range = search.text_of(lowest) + " to " + search.text_of(largest);
     const std::string what = job.search->exhaustive()
                                  ? "no value of " + range + " meets the goal"
                                  : "none of " + std::to_string(job.run_ids.size()) + " values looked at, " +
                                        range + ", meets the goal";
-    const std::string at = "; " + described(plan().search->key, largest);
+    const std::string at = "; " + described(*plan().search, largest);
     if (!job.largest.reason.empty()) return what + at + ": " + job.largest.reason;
     std::string figures;
     const std::vector<FigureKind>& kinds = figure_kinds();
@@ -348,14 +412,17 @@ std::string Explorer::Session::why_unmet(const Job& job) const {
 PointRecord Explorer::Session::outcome_of(const Job& job) const {
     if (job.failure) return *job.failure;
     PointRecord point;
-    point.smallest = job.search->smallest();
-    if (point.smallest) {
-        point.run = job.run_ids.at(*point.smallest);
+    point.bounds = job.bounds;
+    if (const std::optional<std::int64_t> smallest = job.search->smallest()) {
+        point.smallest = plan().search->number_of(*smallest);
+        point.run = job.run_ids.at(*smallest);
+        point.figures = job.figures.at(*smallest);
         point.monotonic = job.search->monotonic();
         point.note = job.search->note();
         return point;
     }
     point.run = job.run_ids.rbegin()->second;
+    point.figures = job.figures.rbegin()->second;
     point.status = job.all_invalid ? RunStatus::kInvalid : RunStatus::kUnmet;
     point.reason = job.all_invalid ? job.largest.reason : why_unmet(job);
     return point;
@@ -439,6 +506,7 @@ ResultsIdentity Explorer::identity(const std::string& program_version, const std
         const SearchDescription& search = *plan_->search;
         identity.fingerprint += "; from " + std::to_string(search.from) + " to " + std::to_string(search.to) +
                                 ", checks " + std::to_string(search.checks);
+        if (search.step > 0.0) identity.fingerprint += ", step " + text::number(search.step);
         for (const std::int64_t value : search.candidates)
             identity.fingerprint += " " + std::to_string(value);
         identity.search_key = search.key;

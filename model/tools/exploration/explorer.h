@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -29,6 +30,14 @@ struct Progress {
     std::optional<double> seconds_to_go() const;
 };
 
+/// What is known of a search's point before anything is run.
+struct KnownAnswer {
+    std::optional<std::int64_t> least;  ///< a smaller value cannot meet the goal
+    std::optional<std::int64_t>
+        enough;            ///< this one is sure to meet it, or a larger one would change nothing
+    std::string hopeless;  ///< why no value can meet it; empty: one may
+};
+
 struct ExploreOptions {
     int processes = 1;                ///< simulations at once, >= 1
     double time_limit_seconds = 0.0;  ///< for one simulation, in real time; 0: none
@@ -36,6 +45,8 @@ struct ExploreOptions {
     std::function<void(const Progress&)> on_progress;
     /// Becomes readable when the exploration is to stop, leaving runs under way unfinished; -1: never.
     int stop_descriptor = -1;
+    /// Of the scenario of a search's point, whose own value of the key does not matter. May be empty.
+    std::function<KnownAnswer(const Scenario&)> known;
 };
 
 /// What came of an exploration.

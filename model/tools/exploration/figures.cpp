@@ -8,6 +8,7 @@
 
 #include "formats/bus_side_band.h"
 #include "formats/pixel.h"
+#include "report/bottleneck.h"
 #include "report/counters.h"
 
 namespace metabuffer::exploration {
@@ -25,6 +26,7 @@ struct Sums {
           display(report_in.total_display()),
           rates(report_in.frame_rates()),
           limits(rate_limits(scenario_in)),
+          bottleneck(find_bottleneck(report_in)),
           composers(static_cast<std::int64_t>(scenario_in.renderers.size()) * scenario_in.displays.count()) {}
 
     const RunReport& report;
@@ -35,6 +37,7 @@ struct Sums {
     DisplayCounters display;
     FrameRates rates;
     RateLimits limits;
+    std::optional<Bottleneck> bottleneck;
     std::int64_t composers;
 };
 
@@ -148,6 +151,19 @@ std::vector<Figure> make_figures() {
          {{"latency_cycles", "clocks",
            "the longest of the frames' latencies, last DVI pixel to last composited pixel"},
           latency_cycles}});
+    add_figures(
+        figures,
+        {{{"bottleneck", "", "what the run waited for most: raster, displays, links, memory, bus or buffers"},
+          [](const Sums& s) {
+              return s.bottleneck ? Value(std::string(resource_name(s.bottleneck->what()))) : Value();
+          }},
+         {{"bottleneck_share", "",
+           "share of the clocks that the bottleneck is to blame for; while pixels starve, clocks that the "
+           "worst "
+           "bus works over those of the raster"},
+          [](const Sums& s) { return s.bottleneck ? Value(s.bottleneck->share()) : Value(); }},
+         {{"bus_load", "", "clocks that the worst or busiest bus works over those of the raster"},
+          [](const Sums& s) { return s.bottleneck ? Value(s.bottleneck->bus_load) : Value(); }}});
     add_figures(figures, {{{kWrongPixels, "pixels",
                             "pixels shown that differ from those of a machine in which nothing starves; if "
                             "pixels starved, only of runs "

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstddef>
 #include <system_error>
 #include <variant>
@@ -165,6 +166,11 @@ void bind_bytes(SQLite::Statement& statement, int parameter, const std::string& 
     statement.bindNoCopy(parameter, static_cast<const void*>(bytes.data()), static_cast<int>(bytes.size()));
 }
 
+/// A whole number where it is one.
+Value number_value(double number) {
+    return number == std::floor(number) ? Value(static_cast<std::int64_t>(number)) : Value(number);
+}
+
 std::optional<std::int64_t> whole_of(const SQLite::Column& column) {
     if (column.isNull()) return std::nullopt;
     return column.getInt64();
@@ -283,7 +289,7 @@ struct ResultsDatabase::Content {
         insert.bind(++parameter, std::string(to_string(point.status)));
         insert.bind(++parameter, point.reason);
         bind_optional(insert, ++parameter, point.run);
-        bind_optional(insert, ++parameter, point.smallest);
+        bind_value(insert, ++parameter, point.smallest ? number_value(*point.smallest) : Value());
         bind_optional(insert, ++parameter, point.monotonic);
         insert.bind(++parameter, point.runs);
         insert.bind(++parameter, point.note);
@@ -347,7 +353,8 @@ std::optional<PointRecord> ResultsDatabase::find_point(const std::vector<Setting
         point.status = content_->status_of(find.getColumn(column++).getString());
         point.reason = find.getColumn(column++).getString();
         point.run = whole_of(find.getColumn(column++));
-        point.smallest = whole_of(find.getColumn(column++));
+        const SQLite::Column smallest = find.getColumn(column++);
+        if (!smallest.isNull()) point.smallest = smallest.getDouble();
         const std::optional<std::int64_t> monotonic = whole_of(find.getColumn(column++));
         if (monotonic) point.monotonic = *monotonic != 0;
         point.runs = find.getColumn(column++).getInt();

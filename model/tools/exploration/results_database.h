@@ -44,10 +44,13 @@ struct PointRecord {
     RunStatus status = RunStatus::kDone;
     std::string reason;
     std::optional<std::int64_t> run;  ///< the run that shows it: its own; of a search the smallest that does
-    std::optional<std::int64_t> smallest;  ///< of a search
-    std::optional<bool> monotonic;         ///< of a search: whether every value looked at agrees with that
-    std::string note;                      ///< of a search: what does not agree
-    int runs = 1;                          ///< simulations that it took
+    std::optional<double> smallest;   ///< of a search
+    std::optional<bool> monotonic;    ///< of a search: whether every value looked at agrees with that
+    std::string note;                 ///< of a search: what does not agree
+    int runs = 1;                     ///< simulations that it took
+    /// Of that run, as figure_kinds() has them; empty if it came to no report. A file has them with its runs.
+    std::vector<Value> figures{};
+    std::string bounds;  ///< of a search: what was looked at only, and why; a file does not have it
 };
 
 /// The level that simulates if nothing else is said, and that results without one were made by.

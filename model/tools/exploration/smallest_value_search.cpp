@@ -12,10 +12,10 @@ namespace {
 /// Values that a note names on each side.
 constexpr std::size_t kNamedValues = 4;
 
-std::string listed(const std::vector<std::int64_t>& values) {
+std::string listed(const std::vector<std::int64_t>& values, const SearchDescription& search) {
     std::string text;
     for (std::size_t n = 0; n < std::min(values.size(), kNamedValues); ++n) {
-        text += (n == 0 ? "" : ", ") + std::to_string(values[n]);
+        text += (n == 0 ? "" : ", ") + search.text_of(values[n]);
     }
     return values.size() > kNamedValues
                ? text + " and " + std::to_string(values.size() - kNamedValues) + " more"
@@ -211,11 +211,11 @@ std::string SmallestValueSearch::note() const {
         misses.push_back(value_at(index));
         last_miss = index;
     }
-    std::string text = "not monotonic: " + std::to_string(value_at(first)) + " meets the goal, " +
-                       listed(misses) + (misses.size() == 1 ? " does not" : " do not");
+    std::string text = "not monotonic: " + description_.text_of(value_at(first)) + " meets the goal, " +
+                       listed(misses, description_) + (misses.size() == 1 ? " does not" : " do not");
     const auto settled = seen_.upper_bound(last_miss);
     return settled == seen_.end() ? text + ", nor does any larger value that was looked at"
-                                  : text + "; from " + std::to_string(value_at(settled->first)) +
+                                  : text + "; from " + description_.text_of(value_at(settled->first)) +
                                         " on every value looked at does";
 }
 

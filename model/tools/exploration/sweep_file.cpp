@@ -35,52 +35,54 @@ const Schema& sweep_schema() {
     constexpr KeyShape kList = KeyShape::kList;
     constexpr KeyShape kFreeMap = KeyShape::kFreeMap;
     constexpr KeyShape kAny = KeyShape::kAny;
-    static const Schema schema{"the sweep is empty; use at least the keys scenario and axes",
-                               {
-                                   {"", kMap, "a map"},
-                                   {"name", kScalar, "the sweep's name"},
-                                   {"scenario", kScalar, "a scenario file"},
-                                   {"set", kFreeMap, "a map from scenario keys to values"},
-                                   {"set[]", kAny, "a value"},
-                                   {"pictures", kScalar, "true or false"},
-                                   {"axes", kList, "a list of axes"},
-                                   {"axes[]", kMap, "a map"},
-                                   {"axes[].key", kScalar, "a scenario key"},
-                                   {"axes[].values", kList, kValuesMeaning},
-                                   {"axes[].values[]", kAny, "a value"},
-                                   {"axes[].range", kMap, kRangeMeaning},
-                                   {"axes[].range.from", kScalar, "a number"},
-                                   {"axes[].range.to", kScalar, "a number"},
-                                   {"axes[].range.step", kScalar, "what is added each time"},
-                                   {"axes[].range.factor", kScalar, "what is multiplied by each time"},
-                                   {"axes[].random", kMap, kRangeMeaning},
-                                   {"axes[].random.from", kScalar, "a number"},
-                                   {"axes[].random.to", kScalar, "a number"},
-                                   {"axes[].random.count", kScalar, "how many numbers"},
-                                   {"axes[].random.seed", kScalar, "a whole number"},
-                                   {"axes[].zip", kList, kZipMeaning},
-                                   {"axes[].zip[]", kMap, "a map"},
-                                   {"axes[].zip[].key", kScalar, "a scenario key"},
-                                   {"axes[].zip[].values", kList, kValuesMeaning},
-                                   {"axes[].zip[].values[]", kAny, "a value"},
-                                   {"axes[].zip[].range", kMap, kRangeMeaning},
-                                   {"axes[].zip[].range.from", kScalar, "a number"},
-                                   {"axes[].zip[].range.to", kScalar, "a number"},
-                                   {"axes[].zip[].range.step", kScalar, "what is added each time"},
-                                   {"axes[].zip[].range.factor", kScalar, "what is multiplied by each time"},
-                                   {"axes[].zip[].random", kMap, kRangeMeaning},
-                                   {"axes[].zip[].random.from", kScalar, "a number"},
-                                   {"axes[].zip[].random.to", kScalar, "a number"},
-                                   {"axes[].zip[].random.count", kScalar, "how many numbers"},
-                                   {"axes[].zip[].random.seed", kScalar, "a whole number"},
-                                   {"filter", kScalar, "an expression over scenario keys"},
-                                   {"minimize", kMap, "a map"},
-                                   {"minimize.key", kScalar, "a scenario key that holds a whole number"},
-                                   {"minimize.from", kScalar, "the smallest value to look at"},
-                                   {"minimize.to", kScalar, "the largest value to look at"},
-                                   {"minimize.goal", kScalar, "an expression over figures"},
-                                   {"minimize.checks", kScalar, "how many further values to look at"},
-                               }};
+    static const Schema schema{
+        "the sweep is empty; use at least the keys scenario and axes",
+        {
+            {"", kMap, "a map"},
+            {"name", kScalar, "the sweep's name"},
+            {"scenario", kScalar, "a scenario file"},
+            {"set", kFreeMap, "a map from scenario keys to values"},
+            {"set[]", kAny, "a value"},
+            {"pictures", kScalar, "true or false"},
+            {"axes", kList, "a list of axes"},
+            {"axes[]", kMap, "a map"},
+            {"axes[].key", kScalar, "a scenario key"},
+            {"axes[].values", kList, kValuesMeaning},
+            {"axes[].values[]", kAny, "a value"},
+            {"axes[].range", kMap, kRangeMeaning},
+            {"axes[].range.from", kScalar, "a number"},
+            {"axes[].range.to", kScalar, "a number"},
+            {"axes[].range.step", kScalar, "what is added each time"},
+            {"axes[].range.factor", kScalar, "what is multiplied by each time"},
+            {"axes[].random", kMap, kRangeMeaning},
+            {"axes[].random.from", kScalar, "a number"},
+            {"axes[].random.to", kScalar, "a number"},
+            {"axes[].random.count", kScalar, "how many numbers"},
+            {"axes[].random.seed", kScalar, "a whole number"},
+            {"axes[].zip", kList, kZipMeaning},
+            {"axes[].zip[]", kMap, "a map"},
+            {"axes[].zip[].key", kScalar, "a scenario key"},
+            {"axes[].zip[].values", kList, kValuesMeaning},
+            {"axes[].zip[].values[]", kAny, "a value"},
+            {"axes[].zip[].range", kMap, kRangeMeaning},
+            {"axes[].zip[].range.from", kScalar, "a number"},
+            {"axes[].zip[].range.to", kScalar, "a number"},
+            {"axes[].zip[].range.step", kScalar, "what is added each time"},
+            {"axes[].zip[].range.factor", kScalar, "what is multiplied by each time"},
+            {"axes[].zip[].random", kMap, kRangeMeaning},
+            {"axes[].zip[].random.from", kScalar, "a number"},
+            {"axes[].zip[].random.to", kScalar, "a number"},
+            {"axes[].zip[].random.count", kScalar, "how many numbers"},
+            {"axes[].zip[].random.seed", kScalar, "a whole number"},
+            {"filter", kScalar, "an expression over scenario keys"},
+            {"minimize", kMap, "a map"},
+            {"minimize.key", kScalar, "a scenario key that holds a number"},
+            {"minimize.from", kScalar, "the smallest value to look at"},
+            {"minimize.to", kScalar, "the largest value to look at"},
+            {"minimize.step", kScalar, "of a key that takes fractions: what the values are multiples of"},
+            {"minimize.goal", kScalar, "an expression over figures"},
+            {"minimize.checks", kScalar, "how many further values to look at"},
+        }};
     return schema;
 }
 
@@ -196,16 +198,21 @@ std::vector<ScenarioOverride> read_fixed(const Entry& entry) {
     return fixed;
 }
 
+constexpr NumberRange kSteps{1e-6, 1e6};
+
 SearchDescription read_search(const Entry& entry) {
     const Entry key = entry.child("key");
     const std::string path = key.name();
-    const SearchDescription whole = describe_search(path, std::nullopt, std::nullopt, key.where());
-    const IntegerRange range{whole.from, whole.to};
-    std::optional<std::int64_t> from;
-    std::optional<std::int64_t> to;
-    if (entry.child("from").present()) from = entry.child("from").integer(range);
-    if (entry.child("to").present()) to = entry.child("to").integer(range);
-    SearchDescription search = describe_search(path, from, to, entry.where());
+    const SearchDescription all = describe_search(path, std::nullopt, std::nullopt, key.where());
+    const auto end_of = [&](const char* name) -> std::optional<double> {
+        const Entry end = entry.child(name);
+        if (!end.present()) return std::nullopt;
+        return all.step > 0.0 ? end.number({all.number_of(all.from), all.number_of(all.to)})
+                              : static_cast<double>(end.integer({all.from, all.to}));
+    };
+    std::optional<double> step;
+    if (const Entry given = entry.child("step"); given.present()) step = given.number(kSteps);
+    SearchDescription search = describe_search(path, end_of("from"), end_of("to"), entry.where(), step);
     search.where = key.where();
     if (const Entry goal = entry.child("goal"); goal.present()) {
         search.goal = goal.line();

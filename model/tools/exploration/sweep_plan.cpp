@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <utility>
@@ -335,39 +336,90 @@ std::vector<std::string> goal_names(const std::vector<std::string>& axis_keys,
     return names;
 }
 
-SearchDescription describe_search(const std::string& key, std::optional<std::int64_t> from,
-                                  std::optional<std::int64_t> to, const std::string& where) {
+double SearchDescription::number_of(std::int64_t candidate) const {
+    constexpr double kDigits = 1e9;  // so that 665 steps of 0.1 are 66.5 and not 66.50000000000001
+    return step > 0.0 ? std::round(static_cast<double>(candidate) * step * kDigits) / kDigits
+                      : static_cast<double>(candidate);
+}
+
+std::string SearchDescription::text_of(std::int64_t candidate) const {
+    return step > 0.0 ? text::number(number_of(candidate)) : std::to_string(candidate);
+}
+
+namespace {
+
+/// Counted in steps, inwards.
+void set_fractions(SearchDescription& search, const NumberRange& range, const std::string& where) {
+    constexpr double kRounding = 1e-9;
+    const double first = std::ceil(range.low / search.step - kRounding);
+    const double last = std::floor(range.high / search.step + kRounding);
+    constexpr double kMostSteps = 1e15;
+    if (first > last || last > kMostSteps) {
+        fail(where, search.key + ": no multiple of " + text::number(search.step) + " lies from " +
+                        text::number(range.low) + " to " + text::number(range.high) +
+                        "; use a smaller step or a wider range");
+    }
+    search.from = static_cast<std::int64_t>(first);
+    search.to = static_cast<std::int64_t>(last);
+}
+
+void set_whole_numbers(SearchDescription& search, const ValueRule& rule, const NumberRange& range) {
+    search.from = static_cast<std::int64_t>(range.low);
+    search.to = static_cast<std::int64_t>(range.high);
+    for (const std::int64_t value : rule.only) {
+        if (search.from <= value && value <= search.to) search.candidates.push_back(value);
+    }
+    if (rule.only.empty() || !search.candidates.empty()) return;
+    std::vector<std::string> all;
+    for (const std::int64_t value : rule.only) all.push_back(std::to_string(value));
+    fail(search.where, search.key + ": none of its values is from " + std::to_string(search.from) + " to " +
+                           std::to_string(search.to) + "; use a range that has one of " +
+                           text::joined(all, "and"));
+}
+
+}  // namespace
+
+SearchDescription describe_search(const std::string& key, std::optional<double> from,
+                                  std::optional<double> to, const std::string& where,
+                                  std::optional<double> step) {
     const std::string pattern =
         key == kScenarioAxis ? std::string() : input::find_key_path(scenario_schema(), key, where).pattern;
-    const SchemaKey* const schema_key = scenario_schema().find(pattern);
-    if (schema_key->rule.type != ValueRule::Type::kWholeNumber) {
+    const ValueRule& rule = scenario_schema().find(pattern)->rule;
+    const bool whole = rule.type == ValueRule::Type::kWholeNumber;
+    if (!whole && rule.type != ValueRule::Type::kNumber) {
         fail(where, key +
-                        " does not hold a whole number, and only those can be minimized; use a key like "
+                        " does not hold a number, and only those can be minimized; use a key like "
                         "composer.buffer_pixels");
     }
-    const ValueRule& numbers = schema_key->rule;
+    if (whole && step) fail(where, key + ": takes whole numbers, and no step; leave it out");
     SearchDescription search;
     search.key = key;
     search.goal = default_goal();
     search.where = where;
-    search.from = from.value_or(numbers.whole.low);
-    search.to = to.value_or(numbers.whole.high);
-    for (const std::int64_t end : {search.from, search.to}) {
-        if (!numbers.whole.contains(end)) fail(where, key + ": " + text::out_of_range(end, numbers.whole));
+    if (!whole) search.step = step.value_or(kUsualStep);
+    if (!whole && !(search.step > 0.0))
+        fail(where, key + ": a step of " + text::number(search.step) + " goes nowhere; use one above 0");
+    const NumberRange legal =
+        whole ? NumberRange{static_cast<double>(rule.whole.low), static_cast<double>(rule.whole.high)}
+              : rule.number;
+    const NumberRange range{from.value_or(legal.low), to.value_or(legal.high)};
+    for (const double end : {range.low, range.high}) {
+        if (whole && end != std::floor(end)) {
+            fail(where, key + ": " + text::number(end) + " is not a whole number; use one");
+        }
+        const std::string complaint =
+            whole ? rule.complaint(static_cast<std::int64_t>(end)) : rule.complaint(end);
+        const bool is_end_of_list = !rule.only.empty() && rule.whole.contains(static_cast<std::int64_t>(end));
+        if (!complaint.empty() && !is_end_of_list) fail(where, key + ": " + complaint);
     }
-    if (search.from > search.to) {
-        fail(where, key + ": from " + std::to_string(search.from) + " is above to " +
-                        std::to_string(search.to) + "; use from at most to");
+    if (range.low > range.high) {
+        fail(where, key + ": from " + text::number(range.low) + " is above to " + text::number(range.high) +
+                        "; use from at most to");
     }
-    for (const std::int64_t value : numbers.only) {
-        if (search.from <= value && value <= search.to) search.candidates.push_back(value);
-    }
-    if (!numbers.only.empty() && search.candidates.empty()) {
-        std::vector<std::string> all;
-        for (const std::int64_t value : numbers.only) all.push_back(std::to_string(value));
-        fail(where, key + ": none of its values is from " + std::to_string(search.from) + " to " +
-                        std::to_string(search.to) + "; use a range that has one of " +
-                        text::joined(all, "and"));
+    if (whole) {
+        set_whole_numbers(search, rule, range);
+    } else {
+        set_fractions(search, range, where);
     }
     return search;
 }

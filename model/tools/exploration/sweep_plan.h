@@ -45,21 +45,33 @@ struct Axis {
     std::vector<std::string> where;
 };
 
-/// Looking for the smallest value of a whole-number key at which a goal is met, at each point.
+/// Looking for the smallest value of a key at which a goal is met, at each point.
 struct SearchDescription {
-    std::string key;                       ///< "composer.buffer_pixels"
+    std::string key;  ///< "composer.buffer_pixels"
+    /// Of a key that takes fractions ("clocks.core_mhz"): candidates, from and to count steps of that size. 0: of one that
+    /// takes whole numbers, and they are its values.
+    double step = 0.0;
     std::vector<std::int64_t> candidates;  ///< ascending, if the key takes only these; else empty, and
     std::int64_t from = 0;                 ///< the range that is searched, both ends included
     std::int64_t to = 0;
     std::string goal;   ///< an Expression over figures and settings
     int checks = 16;    ///< further values looked at to see whether the goal is monotonic
     std::string where;  ///< begins messages about it; may be empty
+
+    /// A candidate as the key has it.
+    double number_of(std::int64_t candidate) const;
+    std::string text_of(std::int64_t candidate) const;
 };
 
+/// Of keys that take fractions, if a search names none.
+constexpr double kUsualStep = 0.1;
+
 /// What a search for that key looks at with the default goal: all that the key takes, or what of it lies in from..to.
-/// Throws InputError, which begins with `where`: unknown keys, keys that do not take whole numbers only, an empty range.
-SearchDescription describe_search(const std::string& key, std::optional<std::int64_t> from,
-                                  std::optional<std::int64_t> to, const std::string& where);
+/// Of a key that takes fractions it looks at whole multiples of a step. Throws InputError, which begins with `where`:
+/// unknown keys, keys that take no numbers, an empty range, a step for whole numbers or none.
+SearchDescription describe_search(const std::string& key, std::optional<double> from,
+                                  std::optional<double> to, const std::string& where,
+                                  std::optional<double> step = std::nullopt);
 
 /// The goal if none is given: nothing starved, stalled or rejected.
 std::string default_goal();

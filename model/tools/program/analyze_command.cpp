@@ -12,13 +12,15 @@ namespace metabuffer {
 namespace {
 
 constexpr const char* kAnalyzeFooter =
-    "For each renderer and each different table of the run: the tasks of the paper's section 5.1 (C pixels "
-    "in each\n"
-    "T clocks, by D), what they need in sum and what the bus carries, page misses included, the slot table, "
-    "and\n"
-    "each composer's share. Then the buffer with which no pixel starves in any frame: a bound that is "
-    "always\n"
-    "enough, though less may be. docs/analysis.md derives it.\n"
+    "First the answers: the frame rate that displays, links, raster and buses allow, the bottleneck, and the "
+    "buffer with\n"
+    "which no pixel starves in any frame: a bound that is always enough, though less may be "
+    "(docs/analysis.md derives it).\n"
+    "Then a line for each renderer and each different table of the run; with --details the tasks of the "
+    "paper's section\n"
+    "5.1 (C pixels in each T clocks, by D), what they need and what the bus carries, the slot table, and "
+    "each "
+    "composer.\n"
     "Examples:\n"
     "  metabuffer analyze scenarios/case-4.yaml\n"
     "  metabuffer analyze scenarios/paper-figure.yaml --set bus.width_bits=64 --frame-rate-hz 60 --json\n"
@@ -37,7 +39,9 @@ AnalyzeCommand::AnalyzeCommand(CLI::App& program)
         .add_option("--frame-rate-hz", frame_rate_hz_,
                     "Frames a second to be carried (default: as fast as the raster goes)")
         ->check(number_within(kFrameRatesHz));
-    command().add_flag("--json", json_, "Print JSON");
+    command().add_flag("--details", details_,
+                       "Each table in full, too: tasks, supply, slot table, composers");
+    command().add_flag("--json", json_, "Print JSON, with all details");
     command().footer(kAnalyzeFooter);
 }
 
@@ -49,7 +53,7 @@ ExitStatus AnalyzeCommand::execute() {
                          ", counted from 0; use less, or --frames");
     }
     const analysis::Analysis result = analysis::analyze(scenario, {frame_, frame_rate_hz_});
-    std::cout << (json_ ? analysis_json(result) : analysis_text(result)) << std::flush;
+    std::cout << (json_ ? analysis_json(result) : analysis_text(result, details_)) << std::flush;
     if (!std::cout) throw OutputError("metabuffer: standard output cannot be written");
     return kExitDone;
 }

@@ -19,6 +19,7 @@ class AnalyzeCommand final : public Command {
     ScenarioOptions scenario_;
     std::optional<int> frame_;
     std::optional<double> frame_rate_hz_;
+    bool details_ = false;
     bool json_ = false;
 };
 

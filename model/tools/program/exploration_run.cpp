@@ -15,6 +15,7 @@
 
 #include "host/text.h"
 #include "report/text_table.h"
+#include "tools/exploration/figures.h"
 #include "tools/program/level_simulation.h"
 #include "tools/program/number_option.h"
 #include "tools/program/progress_line.h"
@@ -28,6 +29,7 @@ using exploration::PointRecord;
 using exploration::Progress;
 using exploration::RunStatus;
 using exploration::Setting;
+using exploration::Value;
 
 /// Failed points whose reasons are printed.
 constexpr std::size_t kListedFailures = 8;
@@ -71,6 +73,39 @@ std::string described(const std::vector<Setting>& settings) {
     return text;
 }
 
+const Value* figure_of(const PointRecord& point, const std::string& figure) {
+    const std::size_t index = exploration::figure_index(figure).value();
+    return index < point.figures.size() ? &point.figures[index] : nullptr;
+}
+
+/// What the point's run waited for most: "displays 75 %".
+std::string bottleneck(const PointRecord& point) {
+    const Value* const share = figure_of(point, "bottleneck_share");
+    const auto* const part = share != nullptr ? std::get_if<double>(share) : nullptr;
+    if (part == nullptr) return "";
+    constexpr double kPercent = 100.0;
+    return figure_text(point, "bottleneck") + fmt::format(" {:.0f} %", kPercent * *part);
+}
+
+/// What the last column says: what does not agree, why there is none, or what was looked at.
+std::string remark(const PointRecord& point) {
+    if (!point.smallest) return point.reason;
+    return point.note.empty() ? point.bounds : point.note;
+}
+
+/// How many points wait for what.
+void print_bottlenecks(const Exploration& exploration) {
+    const std::size_t what = exploration::figure_index("bottleneck").value();
+    std::map<std::string, std::int64_t> counts;
+    for (const PointRecord& point : exploration.points) {
+        if (point.figures.size() <= what) continue;
+        if (const auto* const name = std::get_if<std::string>(&point.figures[what])) ++counts[*name];
+    }
+    std::vector<std::string> parts;
+    for (const auto& [name, count] : counts) parts.push_back(name + " of " + text::counted(count, "point"));
+    if (!parts.empty()) std::cout << "  bottleneck: " << text::listed(parts) << '\n';
+}
+
 }  // namespace
 
 void add_options(CLI::App& command, ProcessOptions& options) {
@@ -91,7 +126,8 @@ void add_options(CLI::App& command, ProcessOptions& options) {
 
 Exploration run_exploration(const exploration::SweepPlan& plan,
                             const std::optional<std::filesystem::path>& results,
-                            const ProcessOptions& processes, bool quiet) {
+                            const ProcessOptions& processes, bool quiet,
+                            std::function<exploration::KnownAnswer(const Scenario&)> known) {
     const exploration::Explorer explorer(plan, simulation_at(processes.level));
     std::optional<exploration::ResultsDatabase> database;
     if (results) {
@@ -108,6 +144,7 @@ Exploration run_exploration(const exploration::SweepPlan& plan,
     options.on_progress = [&line](const Progress& progress) { show(line, progress); };
     const StopSignals signals;
     options.stop_descriptor = signals.descriptor();
+    options.known = std::move(known);
     return explorer.run(database ? &*database : nullptr, options);
 }
 
@@ -120,19 +157,27 @@ void print_pace(const Exploration& exploration) {
     std::fflush(stdout);
 }
 
+std::string figure_text(const PointRecord& point, const std::string& figure, int digits) {
+    const Value* const value = figure_of(point, figure);
+    if (value == nullptr) return "";
+    const auto* const number = std::get_if<double>(value);
+    return number != nullptr ? text::decimal(*number, digits) : exploration::text_of(*value);
+}
+
 void print_smallest(const exploration::SweepPlan& plan, const Exploration& exploration) {
     const std::size_t keys = plan.keys.size();
     // Behind the settings: the value, the runs it took, and what is to be said.
-    TextTable table({keys + 2});
+    TextTable table({keys + 2, keys + 3});
     std::vector<std::string> heading = plan.keys;
-    heading.insert(heading.end(), {"smallest " + plan.search->key, "runs", ""});
+    heading.insert(heading.end(), {"smallest " + plan.search->key, "runs", "bottleneck", ""});
     table.add(heading);
     for (const PointRecord& point : exploration.points) {
         std::vector<std::string> cells;
         for (const Setting& setting : point.settings) cells.push_back(setting.value);
-        cells.push_back(point.smallest ? std::to_string(*point.smallest) : to_string(point.status));
+        cells.push_back(point.smallest ? text::number(*point.smallest) : to_string(point.status));
         cells.push_back(std::to_string(point.runs));
-        cells.push_back(point.smallest ? point.note : point.reason);
+        cells.push_back(bottleneck(point));
+        cells.push_back(remark(point));
         table.add(std::move(cells));
     }
     std::cout << table.text();
@@ -154,6 +199,7 @@ void print_outcomes(const Exploration& exploration) {
     if (not_monotonic > 0) {
         std::cout << "  of " << not_monotonic << " points the goal is not monotonic: see column note\n";
     }
+    print_bottlenecks(exploration);
     for (std::size_t n = 0; n < std::min(failed.size(), kListedFailures); ++n) {
         std::cout << to_string(failed[n]->status) << ": " << described(failed[n]->settings) << ": "
                   << shortened(failed[n]->reason) << '\n';

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
 
 #include "tools/exploration/explorer.h"
 #include "tools/exploration/sweep_plan.h"
@@ -24,16 +26,18 @@ struct ProcessOptions {
 void add_options(CLI::App& command, ProcessOptions& options);
 
 /// Runs a plan with a progress line, Ctrl-C ending it in order; what sweep and size have in common.
-/// `results`: where to keep it; none: nowhere. Throws InputError and
-/// OutputError.
+/// `results`: where to keep it; none: nowhere. known: as ExploreOptions has it. Throws InputError and OutputError.
 exploration::Exploration run_exploration(const exploration::SweepPlan& plan,
                                          const std::optional<std::filesystem::path>& results,
-                                         const ProcessOptions& processes, bool quiet);
+                                         const ProcessOptions& processes, bool quiet,
+                                         std::function<exploration::KnownAnswer(const Scenario&)> known = {});
 
 /// How many points took how long.
 void print_pace(const exploration::Exploration& exploration);
 /// Of a search: each point's settings, its smallest value and what is to be said about it.
 void print_smallest(const exploration::SweepPlan& plan, const exploration::Exploration& exploration);
+/// A figure of a point's run as text, rounded to a number of digits; empty if there is none.
+std::string figure_text(const exploration::PointRecord& point, const std::string& figure, int digits = 2);
 /// How the points ended, with the reasons of the first that failed.
 void print_outcomes(const exploration::Exploration& exploration);
 /// What the caller is told, with a line on stderr if it was stopped or if no point makes a scenario.

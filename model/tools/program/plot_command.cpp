@@ -69,6 +69,8 @@ void PlotCommand::add_chart_options() {
     command().add_option("--y", y_, "EXPR[,EXPR] along the vertical axis; of a heat map the other axis");
     command().add_option("--colour", request_.colour, "EXPR told apart by colour; of a heat map the figure");
     command().add_option("--facet", request_.facet, "EXPR: a panel for each of its values");
+    command().add_option("--label", request_.label,
+                         "EXPR: names of the points on a front (default: the settings that vary)");
     command().add_option("--where", request_.condition, "Only the points for which this expression is true");
     command().add_option("--title", request_.title, "Above the chart");
     command().add_option("--x-title", request_.x_title, "Below the horizontal axis");

@@ -19,6 +19,7 @@ RunReport troubled_run() {
     report.level = "rtl";
     report.core_mhz = 50.0;
     report.core_cycles = 30000;
+    report.raster_pixels = 9000;
     report.buffer_pixels = 1024;
 
     report.frames.resize(2);
@@ -70,6 +71,7 @@ RunReport clean_run() {
     report.core_mhz = 100.0;
     report.rate_limits = RateLimits{100e6, 50000.0, 60000.0, {70000.0}};
     report.core_cycles = 5000;
+    report.raster_pixels = 2000;
     report.buffer_pixels = 512;
     report.frames.resize(1);
     report.frames[0].start_cycle = 100;
@@ -199,8 +201,8 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(text.substr(0, 29) == "{\n  \"scenario\": \"troubled\",\n ");
     CHECK(text.back() == '\n');
     CHECK(keys(json) == std::vector<std::string>{"scenario", "level", "core_cycles", "core_mhz",
-                                                 "buffer_pixels", "rates", "frames", "renderers", "composers",
-                                                 "displays", "totals", "watchdog"});
+                                                 "buffer_pixels", "rates", "bottleneck", "frames",
+                                                 "renderers", "composers", "displays", "totals", "watchdog"});
     CHECK(json["scenario"] == "troubled");
     CHECK(json["level"] == "rtl");
     CHECK(json["core_cycles"] == 30000);
@@ -325,6 +327,7 @@ frame rate  5000.00 frames/s composited, start of the first to start of the last
             4545.45 at the slowest, 11000 clocks up to the start of frame 1
             5555.56 frames/s shown, each new picture once, second swap to last
 limits      displays 6000.00 Hz, slowest link 7000.00 pairs/s, raster 6000.00 frames/s
+bottleneck  buffers: pixels starve; the bus of a renderer wi... works 11.1 % of the raster's clocks
 latency     9100 to 10500 clocks (182.00 to 210.00 us), last DVI pixel to last composited pixel
 
 buses, in % of the clocks with something to send:
@@ -404,6 +407,7 @@ frames      1 shown on every display, 1 composited
 clocks      5000 core clocks at 100 MHz
 frame rate  none: a single frame has no interval
 limits      displays 60000.00 Hz, link 70000.00 pairs/s, raster 50000.00 frames/s
+bottleneck  raster: 100.0 % of the clocks from first pixel to last
 latency     2050 clocks (20.50 us), last DVI pixel to last composited pixel
 
 buses, in % of the clocks with something to send:

@@ -120,16 +120,62 @@ TEST_CASE("a bus that is too slow is short by what a frame has too many", "[anal
     CHECK(table.least_pixels_short(analysis.period_cycles) == Approx(table.most_pixels_short(10'000)));
     CHECK(table.load == Approx(2.0).epsilon(0.01));
     CHECK(analysis.sustained_frame_rate_hz == Approx(100e6 / 20'017));
-    const std::string text = analysis_text(analysis);
+    const std::string text = analysis_text(analysis, true);
     CHECK(text.find("with no buffer can the bus carry them") != std::string::npos);
     CHECK(text.find("5009  pixels or more") != std::string::npos);
 
     analysis = analyze(scenario, {std::nullopt, 1000.0});
     CHECK(analysis.period_cycles == Approx(100'000.0));
     CHECK(analysis.tables.front().most_pixels_short(analysis.period_cycles) == 0.0);
-    CHECK(analysis_text(analysis).find("the rate asked for can be carried") != std::string::npos);
+    CHECK(analysis_text(analysis, true).find("the rate asked for can be carried") != std::string::npos);
     analysis = analyze(scenario, {std::nullopt, 6000.0});
-    CHECK(analysis_text(analysis).find("the rate asked for cannot be held") != std::string::npos);
+    CHECK(analysis_text(analysis, true).find("the rate asked for cannot be held") != std::string::npos);
+}
+
+TEST_CASE("the answer comes first, and the tables in full only if asked for", "[analysis]") {
+    const Analysis analysis = analyze(paper_case(4));
+    const std::string text = analysis_text(analysis, false);
+    const std::size_t rates = text.find("frame rate, in frames/s:\n");
+    const std::size_t buffers = text.find("composer buffers, of all renderers, in pixels:\n");
+    const std::size_t buses = text.find("buses, in % of a frame's 10000 clocks:\n");
+    REQUIRE(buses != std::string::npos);
+    CHECK(rates < buffers);
+    CHECK(buffers < buses);
+    CHECK(text.find("slot table") == text.rfind("slot table"));  // in the line that says where it is
+    CHECK(analysis_text(analysis, true).rfind(text.substr(0, text.rfind("(--details")), 0) == 0);
+    CHECK(text.find("  with on_starvation: stall ") != std::string::npos);
+}
+
+TEST_CASE("the bottleneck is the slowest part, and the memory rather than the bus if it is slower alone",
+          "[analysis]") {
+    Scenario scenario = paper_case(3);
+    scenario.clocks.dvi_in_mhz = scenario.clocks.dvi_out_mhz = 10'000.0;
+    scenario.memory.page_miss_cycles = 0;
+    const auto slowest = [&scenario] { return rates_of_parts(analyze(scenario)).front(); };
+    const auto raw = [&scenario] {
+        const std::string text = analysis_text(analyze(scenario), true);
+        const std::size_t at = text.find("  raw ");
+        return text.substr(at, text.find('\n', at) - at);
+    };
+    scenario.bus.width_bits = 32;
+    scenario.memory.words_per_cycle = 1;
+    CHECK(slowest().part == "bus");
+    CHECK(slowest().frames_per_second == Approx(100e6 / 20'017));
+    CHECK(raw() == "  raw                            0.500  of the bus; its memory could read 1");
+    scenario.bus.width_bits = 256;
+    CHECK(raw() ==
+          "  raw                            1.000  of the memory (memory.words_per_cycle); its bus could "
+          "carry 4");
+    scenario.memory.page_miss_cycles = 6;
+    CHECK(slowest().part == "memory");
+    scenario.memory.words_per_cycle = 8;
+    scenario.bus.width_bits = 512;
+    scenario.clocks.core_mhz = 1'000.0;
+    scenario.clocks.dvi_out_mhz = 100.0;
+    CHECK(slowest().part == "displays");
+    scenario.clocks.dvi_in_mhz = 50.0;
+    CHECK(slowest().part == "links");
+    CHECK(raw() == "  raw                            8.000  bus and memory alike");
 }
 
 TEST_CASE("displays, links and raster that are too slow for a frame rate are named", "[analysis]") {
@@ -138,7 +184,7 @@ TEST_CASE("displays, links and raster that are too slow for a frame rate are nam
     scenario.memory.words_per_cycle = 8;
     scenario.memory.page_miss_cycles = 0;
     const auto verdict = [&scenario](double frame_rate_hz) {
-        const std::string text = analysis_text(analyze(scenario, {std::nullopt, frame_rate_hz}));
+        const std::string text = analysis_text(analyze(scenario, {std::nullopt, frame_rate_hz}), true);
         const std::size_t at = text.find("the rate asked for");
         return text.substr(at, text.find('\n', at) - at);
     };
@@ -157,7 +203,7 @@ TEST_CASE("displays, links and raster that are too slow for a frame rate are nam
     CHECK(verdict(pairs) == "the rate asked for can be carried");
     CHECK(verdict(pairs * 1.01) == cannot + "the links");
     CHECK(analyze(scenario).most_frame_rate_hz() == Approx(pairs));
-    const std::string text = analysis_text(analyze(scenario));
+    const std::string text = analysis_text(analyze(scenario), true);
     CHECK(text.find(", a new frame every 49 times: the raster takes longer than a refresh\n") !=
           std::string::npos);
     CHECK(text.find(" pairs a second\n") != std::string::npos);
@@ -192,7 +238,7 @@ TEST_CASE("each different table of the run stands once with its frames and rejec
     CHECK(all.tables[1].frames == std::vector<int>{1});
     REQUIRE(all.tables[1].rejected.size() == 1);
     CHECK(all.tables[1].rejected.front().defect == RowDefect::kDisplay);
-    CHECK(analysis_text(all).find("row 1 rejected (display): Dcomp 9") != std::string::npos);
+    CHECK(analysis_text(all, true).find("row 1 rejected (display): Dcomp 9") != std::string::npos);
 
     const Analysis second = analyze(scenario, {1, std::nullopt});
     REQUIRE(second.tables.size() == 1);
@@ -239,11 +285,11 @@ TEST_CASE("without slots there is no slot table", "[analysis]") {
 
 TEST_CASE("without a bound a line says so, and the JSON has none", "[analysis]") {
     Analysis analysis = analyze(paper_case(4));
-    CHECK(analysis_text(analysis).find("no bound") == std::string::npos);
+    CHECK(analysis_text(analysis, true).find("no bound") == std::string::npos);
     analysis.safe_buffer_pixels.reset();
     analysis.safe_buffer_is_legal.reset();
     analysis.scenario_is_safe = false;
-    const std::string text = analysis_text(analysis);
+    const std::string text = analysis_text(analysis, true);
     CHECK(text.find("  never starves with          no bound  nothing is proved of irsa\n") !=
           std::string::npos);
     CHECK(text.find("  this scenario                   1024  may starve\n") != std::string::npos);
@@ -260,10 +306,10 @@ TEST_CASE("of a memory that is refreshed nothing is proved, and its refreshes ar
     const Analysis analysis = analyze(scenario);
     CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
     CHECK_FALSE(analysis.scenario_is_safe);
-    const std::string text = analysis_text(analysis);
+    const std::string text = analysis_text(analysis, true);
     CHECK(text.find("no bound  nothing is proved of a memory that is refreshed\n") != std::string::npos);
     CHECK(text.find("the clocks of refreshes, 30 in every 780, are not counted\n") != std::string::npos);
-    CHECK(analysis_text(analyze(paper_case(4))).find("refresh") == std::string::npos);
+    CHECK(analysis_text(analyze(paper_case(4)), true).find("refresh") == std::string::npos);
 }
 
 TEST_CASE("of a memory with shared ports nothing is proved, and the link's words are not counted",
@@ -275,11 +321,11 @@ TEST_CASE("of a memory with shared ports nothing is proved, and the link's words
     const Analysis analysis = analyze(scenario);
     CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
     CHECK_FALSE(analysis.scenario_is_safe);
-    const std::string text = analysis_text(analysis);
+    const std::string text = analysis_text(analysis, true);
     CHECK(text.find("no bound  nothing is proved of a memory with shared ports\n") != std::string::npos);
     CHECK(text.find("the link's writes are not counted: 33 clocks for every 130 words, and those to open "
                     "their page\n") != std::string::npos);
-    CHECK(analysis_text(analyze(paper_case(4))).find("link's writes") == std::string::npos);
+    CHECK(analysis_text(analyze(paper_case(4)), true).find("link's writes") == std::string::npos);
 }
 
 TEST_CASE("of a bus with read latency or registers nothing is proved", "[analysis]") {
@@ -288,8 +334,9 @@ TEST_CASE("of a bus with read latency or registers nothing is proved", "[analysi
         (registers ? scenario.bus.register_stages : scenario.memory.read_latency_cycles) = 1;
         const Analysis analysis = analyze(scenario);
         CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
-        CHECK(analysis_text(analysis).find("nothing is proved of a bus with read latency or registers") !=
-              std::string::npos);
+        CHECK(
+            analysis_text(analysis, true).find("nothing is proved of a bus with read latency or registers") !=
+            std::string::npos);
     }
 }
 
@@ -299,7 +346,7 @@ TEST_CASE("JSON has the figures of the text", "[analysis]") {
     CHECK(json.find("\"task\": \"3b\"") != std::string::npos);
     CHECK(json.find("\"safe_pixels\": " + std::to_string(*analysis.safe_buffer_pixels)) != std::string::npos);
     CHECK(json.find("\"asked_frame_rate_hz\": null") != std::string::npos);
-    const std::string text = analysis_text(analysis);
+    const std::string text = analysis_text(analysis, true);
     CHECK(text.find("3b          20       200       200  6") != std::string::npos);
     CHECK(text.find(std::to_string(*analysis.safe_buffer_pixels)) != std::string::npos);
 }

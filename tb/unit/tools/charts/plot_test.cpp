@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
+#include <functional>
 #include <string>
 
 #include "host/errors.h"
@@ -172,6 +173,98 @@ TEST_CASE("The front leaves out what costs as much and gives less", "[charts]") 
     const std::string path = svg.substr(svg.find(" d=\"", line), 400);
     CHECK(count(path.substr(0, path.find('"', 5)), "L") == 4);
     CHECK(count(svg, "stroke-width=\"1.5\"") == 3);
+}
+
+TEST_CASE("Points on the front have names, and a colour is drawn where it is asked for", "[charts]") {
+    const ScratchDirectory scratch;
+    const auto file = sample_results(scratch);
+    const std::string usual = plot_svg(file, request_of(ChartKind::kPareto));
+    CHECK(count(usual, "class=\"mark-text role-mark names\"") == 1);
+    CHECK_THAT(usual, Contains(">64, irsa</text>"));
+    PlotRequest request = request_of(ChartKind::kPareto);
+    request.label = "'width ' || bus.width_bits";
+    request.colour = "bus.arbitration";
+    const std::string svg = plot_svg(file, request);
+    CHECK_THAT(svg, Contains(">width 64</text>") && !Contains(">64, irsa</text>"));
+    CHECK_THAT(svg,
+               Contains(">irsa</text>") && Contains(">edf</text>") && Contains(">bus.arbitration</text>"));
+    CHECK(svg != usual);
+}
+
+TEST_CASE("A heat map shows whole numbers to the last digit", "[charts]") {
+    const ScratchDirectory scratch;
+    {
+        exploration::ResultsIdentity identity;
+        identity.keys = {"bus.width_bits", "bus.burst_pixels"};
+        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
+        for (const char* width : {"32", "64"}) {
+            const auto run =
+                done_run({{"bus.width_bits", width}, {"bus.burst_pixels", "8"}},
+                         {{"core_cycles", std::int64_t{std::string(width) == "32" ? 37'792 : 56'521'604}}});
+            database.add_point(point_of(run), run);
+        }
+    }
+    PlotRequest request = request_of(ChartKind::kHeatmap);
+    request.x = "bus.width_bits";
+    request.y = {"bus.burst_pixels"};
+    request.colour = "core_cycles";
+    const std::string svg = plot_svg(scratch / "results.db", request);
+    CHECK_THAT(svg, Contains(">37,792</text>") && Contains(">56,521,604</text>"));
+}
+
+TEST_CASE("An option that a chart has no use for is refused", "[charts]") {
+    const ScratchDirectory scratch;
+    const auto file = sample_results(scratch);
+    const auto error = [&file](ChartKind chart, const std::function<void(PlotRequest&)>& ask) {
+        PlotRequest request = request_of(chart);
+        ask(request);
+        std::string message;
+        try {
+            plot_svg(file, request);
+        } catch (const InputError& refused) {
+            message = refused.what();
+        }
+        return message;
+    };
+    CHECK(error(ChartKind::kHeatmap, [](PlotRequest& r) { r.log_x = true; }) ==
+          "--log-x: heatmap has its values side by side along that axis; leave it out");
+    CHECK(error(ChartKind::kPolicy, [](PlotRequest& r) { r.log_x = true; }).rfind("--log-x: policy has", 0) ==
+          0);
+    CHECK(error(ChartKind::kHeatmap, [](PlotRequest& r) { r.log_y = true; }).rfind("--log-y: heatmap", 0) ==
+          0);
+    CHECK(error(ChartKind::kHeatmap, [](PlotRequest& r) {
+              r.references = {{1.0, ""}};
+          }) == "--reference: heatmap has no axis with the figure; leave it out");
+    CHECK(error(ChartKind::kHeatmap, [](PlotRequest& r) {
+              r.y = {"bus.arbitration", "starved_pixels"};
+          }) == "--y: heatmap has one axis there and takes one expression; leave it out");
+    CHECK(error(ChartKind::kHistogram, [](PlotRequest& r) { r.y = {"starved_pixels"}; }) ==
+          "--y: histogram counts points along that axis; leave it out");
+    CHECK(error(ChartKind::kLines, [](PlotRequest& r) { r.label = "point"; }) ==
+          "--label: lines has no front whose points to name; leave it out");
+    CHECK(error(ChartKind::kLines, [](PlotRequest& r) { r.facet_title = "of"; }) ==
+          "--facet-title: lines has no panels without --facet; leave it out");
+    CHECK(error(ChartKind::kScatter, [](PlotRequest& r) { r.log_x = r.log_y = true; }).empty());
+}
+
+TEST_CASE("Without a frame rate the front says what it needs, and other charts take clocks a frame",
+          "[charts]") {
+    const ScratchDirectory scratch;
+    {
+        exploration::ResultsIdentity identity;
+        identity.keys = {"bus.width_bits"};
+        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
+        for (const char* width : {"32", "64"}) {
+            const auto run =
+                done_run({{"bus.width_bits", width}},
+                         {{"frames_per_second", exploration::Value()}, {"frame_cycles", 1000.0}});
+            database.add_point(point_of(run), run);
+        }
+    }
+    CHECK_THROWS_WITH(plot_svg(scratch / "results.db", request_of(ChartKind::kPareto)),
+                      Contains("no point has a frame rate, for which a run needs three frames"));
+    CHECK_THAT(plot_svg(scratch / "results.db", {}), Contains(">frame cycles"));
+    CHECK_THAT(plot_svg(scratch / "results.db", request_of(ChartKind::kScatter)), Contains(">frame cycles"));
 }
 
 TEST_CASE("Expressions and titles and panels are as asked for", "[charts]") {

@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -10,6 +11,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -110,7 +112,7 @@ void abort_quietly() {
 }
 
 SearchDescription buffer_search(std::int64_t to) {
-    return describe_search("composer.buffer_pixels", 1, to, "test");
+    return describe_search("composer.buffer_pixels", 1, static_cast<double>(to), "test");
 }
 
 }  // namespace
@@ -285,6 +287,66 @@ TEST_CASE("explorer: a search finds the smallest value and keeps every simulatio
     const Exploration again = explorer.run(&results, with_processes(4));
     CHECK(again.progress.runs == 0);
     CHECK(again.points[0].smallest == 100);
+}
+
+TEST_CASE("explorer: what is known of a search without a run is not run") {
+    const Place place;
+    SweepPlan plan = place.plan("watchdog_cycles", {"100", "57", "3"});
+    plan.search = buffer_search(60'000);
+    const Explorer explorer(plan, starving);
+    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    ExploreOptions options = with_processes(2);
+    options.known = [](const Scenario& scenario) {
+        KnownAnswer known;
+        known.least = 40;
+        known.enough = 500;
+        if (scenario.watchdog_cycles == 3) known.hopeless = "nothing helps";
+        return known;
+    };
+    const Exploration exploration = explorer.run(&results, options);
+    REQUIRE(exploration.points.size() == 3);
+    CHECK(exploration.points[0].smallest == 100);
+    CHECK(exploration.points[0].bounds == "less than 40 cannot do and more than 500 is never needed");
+    CHECK(exploration.points[1].smallest == 57);
+    CHECK(exploration.points[2].status == RunStatus::kUnmet);
+    CHECK(exploration.points[2].reason == "nothing helps");
+    CHECK(exploration.points[2].runs == 0);
+    const ResultsReader::Table runs = ResultsReader(place.directory / "r.db").runs();
+    const auto settings =
+        std::find(runs.columns.begin(), runs.columns.end(), "settings") - runs.columns.begin();
+    CHECK(!runs.rows.empty());
+    for (const std::vector<Value>& row : runs.rows) {
+        const auto text = std::get<std::string>(row[static_cast<std::size_t>(settings)]);
+        const int pixels =
+            std::stoi(nlohmann::json::parse(text).at("composer.buffer_pixels").get<std::string>());
+        CHECK(pixels >= 40);
+        CHECK(pixels <= 500);
+    }
+    // Of an answer that the results have, figures are there, too.
+    const Exploration again = explorer.run(&results, options);
+    CHECK(again.progress.runs == 0);
+    CHECK(figure_index("starved_pixels").value() < again.points[0].figures.size());
+    CHECK(again.points[2].reason == "nothing helps");
+}
+
+TEST_CASE("explorer: a clock is searched in fractions of a megahertz") {
+    const Place place;
+    SweepPlan plan = place.plan("watchdog_cycles", {"41"});
+    plan.search = describe_search("clocks.core_mhz", 1, 100, "test", 0.25);
+    const Explorer explorer(plan, [](const Scenario& scenario, bool /*pictures*/) {
+        Simulation simulation = simulation_of(scenario, 1);
+        const bool starves = scenario.clocks.core_mhz < 10.5;
+        simulation.report.composers[0].starved_pixels = starves ? 7 : 0;
+        return simulation;
+    });
+    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    CHECK(explorer.run(&results, with_processes(2)).points[0].smallest == 10.5);
+    const Exploration again = explorer.run(&results, with_processes(2));
+    CHECK(again.progress.runs == 0);
+    CHECK(again.points[0].smallest == 10.5);
+    CHECK_FALSE(again.points[0].figures.empty());
+    const auto table = ResultsReader(place.directory / "r.db").results({"smallest"}, "");
+    CHECK(table.rows[0][0] == Value(10.5));
 }
 
 TEST_CASE("explorer: a search that meets a crash is a failed point and not a guess") {

@@ -31,6 +31,7 @@ RunReport small_report() {
                      {1, 2000, 2999, 3000, false, std::nullopt, {1}},
                      {2, 3500, 4999, 5500, false, 70, {2}}};
     for (FrameRecord& frame : report.frames) frame.wrong_pixels = {5, 0, frame.index};
+    report.raster_pixels = 800;
     report.rate_limits = rate_limits(small_machine());
     report.rate_limits->core_hz = 50e6;
     report.rate_limits->pairs_per_second = {1e6};
@@ -65,6 +66,8 @@ RunReport small_report() {
     report.renderers[1].injected_faults = 16;
     for (int n = 0; n < 6; ++n) {
         ComposerCounters composer;
+        composer.renderer = 1 + n / 3;
+        composer.display = 1 + n % 3;
         composer.starved_pixels = 1 + n;
         composer.stalled_cycles = 10 + n;
         composer.buffer_high_water = n == 2 ? 99 : 50;
@@ -142,6 +145,10 @@ TEST_CASE("figures: those that are not in the report are what their meaning says
     CHECK(number("raster_hz") == Approx(100e6 / 800));
     CHECK(number("refresh_hz") == Approx(100e6 / (100 * 25)));
     CHECK(number("pairs_per_second") == Approx(100e6 / (2 * 80 * 16)));
+    // The second renderer is worse off; its bus works 169 clocks, with 800 of the raster a frame.
+    CHECK(figure(report, scenario, "bottleneck") == Value(std::string("buffers")));
+    CHECK(number("bottleneck_share") == Approx(169.0 / 2400));
+    CHECK(number("bus_load") == Approx(169.0 / 2400));
     CHECK(whole("latency_cycles") == 70);
     CHECK(whole("rejected_frames") == 10);
     CHECK(whole("rejected_rows") == 11);

@@ -254,13 +254,14 @@ TEST_CASE("sweep file: every mistake is told in one line with its line") {
          "test.yaml:3: filter: 'frames > 2' lets none of the 2 points through; use a wider filter"},
 
         {with_key("minimize: frames\n"),
-         "test.yaml:3: minimize: is 'frames'; use a map with the keys key, from, to, goal and checks"},
+         "test.yaml:3: minimize: is 'frames'; use a map with the keys key, from, to, step, goal and "
+         "checks"},
         {with_key("minimize:\n  from: 3\n"),
-         "test.yaml:3: minimize.key: is missing; use a scenario key that holds a whole number, on one line"},
+         "test.yaml:3: minimize.key: is missing; use a scenario key that holds a number, on one line"},
         {with_key("minimize:\n  key: frames\n"),
          "test.yaml:4: minimize.key: frames is an axis already; use each key once"},
         {with_key("minimize:\n  key: bus.arbitration\n"),
-         "test.yaml:4: minimize.key: bus.arbitration does not hold a whole number, and only those can be "
+         "test.yaml:4: minimize.key: bus.arbitration does not hold a number, and only those can be "
          "minimized; use a key like composer.buffer_pixels"},
         {with_key("minimize:\n  key: composer.bufer_pixels\n"),
          "test.yaml:4: minimize.key: composer.bufer_pixels: is not a known key; the nearest is "

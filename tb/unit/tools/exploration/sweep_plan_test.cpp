@@ -399,17 +399,45 @@ TEST_CASE("search: what a key takes is what is searched") {
     CHECK(describe_search("renderers[0].copies", {}, {}, "").to == 65536);
 }
 
-TEST_CASE("search: only whole-number keys and what they take") {
-    const auto error = [](const std::string& key, std::optional<std::int64_t> from,
-                          std::optional<std::int64_t> to) {
+TEST_CASE("search: a key that takes fractions is searched in steps") {
+    const SearchDescription clock = describe_search("clocks.core_mhz", 50, 100.25, "--minimize", 0.5);
+    CHECK(clock.step == 0.5);
+    CHECK(clock.from == 100);
+    CHECK(clock.to == 200);
+    CHECK(clock.text_of(133) == "66.5");
+    CHECK(clock.number_of(133) == 66.5);
+    const SearchDescription usual = describe_search("clocks.core_mhz", {}, {}, "--minimize");
+    CHECK(usual.step == 0.1);
+    CHECK(usual.from == 1);  // 0.001 is no multiple
+    CHECK(usual.to == 100'000);
+    CHECK(usual.text_of(3) == "0.3");  // and not 0.30000000000000004
+    CHECK(usual.text_of(666) == "66.6");
+    CHECK(describe_search("composer.buffer_pixels", {}, {}, "").text_of(64) == "64");
+    CHECK(describe_search("composer.buffer_pixels", {}, {}, "").number_of(64) == 64.0);
+    const auto error = [](std::optional<double> from, std::optional<double> to, double step) {
+        return sweep_error_of([&] { describe_search("clocks.core_mhz", from, to, "where", step); });
+    };
+    CHECK(error(10.1, 10.4, 0.5) ==
+          "where: clocks.core_mhz: no multiple of 0.5 lies from 10.1 to 10.4; use a smaller step or a wider "
+          "range");
+    CHECK(error(1.0, 2.0, 0.0) == "where: clocks.core_mhz: a step of 0 goes nowhere; use one above 0");
+    CHECK(error(1.0, 20'000.0, 1.0) == "where: clocks.core_mhz: 20000 is out of range; use 0.001 to 10000");
+    CHECK(sweep_error_of([&] { describe_search("composer.buffer_pixels", {}, {}, "where", 0.5); }) ==
+          "where: composer.buffer_pixels: takes whole numbers, and no step; leave it out");
+    CHECK(sweep_error_of([&] { describe_search("composer.buffer_pixels", 1.5, {}, "where"); }) ==
+          "where: composer.buffer_pixels: 1.5 is not a whole number; use one");
+}
+
+TEST_CASE("search: only keys that take numbers and what they take") {
+    const auto error = [](const std::string& key, std::optional<double> from, std::optional<double> to) {
         return sweep_error_of([&] { describe_search(key, from, to, "--minimize"); });
     };
-    for (const std::string key : {"clocks.core_mhz", "bus.arbitration", "bus", "name", "scenario",
-                                  "renderers", "renderers.0.frames.0.table.0.1"}) {
+    for (const std::string key :
+         {"bus.arbitration", "bus", "name", "scenario", "renderers", "renderers.0.frames.0.table.0.1"}) {
         CHECK(error(key, {}, {}) ==
               "--minimize: " + key +
-                  " does not hold a whole number, and only those can be minimized; use a "
-                  "key like composer.buffer_pixels");
+                  " does not hold a number, and only those can be minimized; use a key like "
+                  "composer.buffer_pixels");
     }
     CHECK(error("composer.bufer_pixels", {}, {}) ==
           "--minimize: composer.bufer_pixels: is not a known key; the nearest is composer.buffer_pixels");

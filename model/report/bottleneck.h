@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "report/report.h"
+
+namespace metabuffer {
+
+/// What a machine may have to wait for.
+enum class Resource : std::uint8_t { kRaster, kDisplays, kLinks, kMemory, kBus, kBuffers };
+constexpr std::size_t kResourceCount = 6;
+
+/// "raster", "displays", "links", "memory", "bus", "buffers".
+const char* resource_name(Resource resource);
+
+/// What holds a run up. Each clock from the first frame's start to the last frame's end is put to one resource:
+///
+/// - raster: the pixels of a frame go through the pipelines;
+/// - displays: a frame has been composited, and the next one waits for the swap;
+/// - links: the swap is over, and a pair of the next frame has not come yet;
+/// - supply: all has come, and composers are not prefetched yet, or a column stands still for want of pixels.
+///
+/// Supply is the memory's, the bus's or the buffers' fault, by the renderer that is worst off: the one whose pixels starve
+/// or stall most, else the one whose bus works most. If its bus works for less than the raster's clocks in each frame, on
+/// the average, it could keep pace, and deeper buffers would do. Otherwise it is the memory if more of the work is to open
+/// pages, refresh, write, or to read fewer words a clock than the bus could carry; else the bus.
+struct Bottleneck {
+    std::array<std::int64_t, kResourceCount> cycles{};  ///< by Resource
+    Resource supply = Resource::kBus;                   ///< whose fault it is if pixels do not come in time
+    std::string supply_renderer;                        ///< worst off
+    double bus_load = 0.0;  ///< of its bus: clocks of work over clocks of the raster
+    bool starves = false;   ///< pixels starved, so that supply is the bottleneck
+
+    std::int64_t total_cycles() const;
+    /// The supply if pixels starve, else what most of the clocks are put to.
+    Resource what() const;
+    /// Of the clocks; of supply while pixels starve, the bus's load.
+    double share() const;
+};
+
+/// None of a run that has composited nothing, or of a level without clocks.
+std::optional<Bottleneck> find_bottleneck(const RunReport& report);
+
+}  // namespace metabuffer
