@@ -7,9 +7,10 @@ namespace metabuffer::functional {
 
 std::int64_t WrongPixels::count(int frame, int display, const ColourImage& picture,
                                 const std::vector<int>& pairs) {
-    if (frame_ != frame) {
+    if (frame_ != frame || pairs_ != pairs) {
         compositor_.begin_frame(contributions_of(scenario_, pairs));
         frame_ = frame;
+        pairs_ = pairs;
     }
     const ColourImage right = compositor_.picture(display);
     return std::transform_reduce(

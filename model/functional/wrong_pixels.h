@@ -23,7 +23,8 @@ class WrongPixels {
   private:
     const Scenario& scenario_;
     Compositor compositor_;
-    std::optional<int> frame_;  ///< of the compositor
+    std::optional<int> frame_;  ///< of the compositor, and the pairs that it is made of
+    std::vector<int> pairs_;
 };
 
 }  // namespace metabuffer::functional

@@ -44,6 +44,7 @@ void ComposerObserver::reset(bool pipemaster) {
     tables_ = x_ = y_ = 0;
     next_row_ = 0;
     frame_ = -1;
+    counters_.starved_by_frame.clear();  // frames begin at 0 again
     announced_ = silent_edges_ = 0;
     dropped_edges_ = 0;
     ended_short_ = table_lost_ = running_ = false;

@@ -81,7 +81,9 @@ double Bottleneck::share() const {
 }
 
 std::optional<Bottleneck> find_bottleneck(const RunReport& report) {
-    if (report.frames.empty() || report.renderers.empty() || !report.rate_limits) return std::nullopt;
+    const bool has_frames = !report.frames.empty() && !report.renderers.empty() && report.rate_limits;
+    // Buses have worked for frames that nobody saw.
+    if (!has_frames || report.begins_anew || !report.watchdog.empty()) return std::nullopt;
     Bottleneck found;
     const RendererCounters& worst = report.renderers[worst_off(report)];
     found.supply_renderer = worst.name;

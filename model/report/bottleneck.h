@@ -20,9 +20,11 @@ const char* resource_name(Resource resource);
 /// What holds a run up. Each clock from the first frame's start to the last frame's end is put to one resource:
 ///
 /// - raster: the pixels of a frame go through the pipelines;
-/// - displays: a frame has been composited, and the next one waits for the swap;
-/// - links: the swap is over, and a pair of the next frame has not come yet;
-/// - supply: all has come, and composers are not prefetched yet, or a column stands still for want of pixels.
+/// - displays: between two frames, if the next one begins as soon as the swap allows;
+/// - links: between two frames otherwise, until the newest pair of the next one has come;
+/// - supply: the rest of that time, and the clocks that a column stands still for want of pixels.
+///
+/// So between frames the last thing that was waited for is to blame, since to have the others sooner would not help.
 ///
 /// Supply is the memory's, the bus's or the buffers' fault, by the renderer that is worst off: the one whose pixels starve
 /// or stall most, else the one whose bus works most. If its bus works for less than the raster's clocks in each frame, on
@@ -42,7 +44,7 @@ struct Bottleneck {
     double share() const;
 };
 
-/// None of a run that has composited nothing, or of a level without clocks.
+/// None of a run that has composited nothing, that was reset or ended by the watchdog, or of a level without clocks.
 std::optional<Bottleneck> find_bottleneck(const RunReport& report);
 
 }  // namespace metabuffer

@@ -27,7 +27,10 @@ class ComposerRecord {
     /// One for each frame that has started.
     const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }
     /// A reset is over: the next frame is number 0.
-    void forget_frames() { frame_spans_.clear(); }
+    void forget_frames() {
+        frame_spans_.clear();
+        counters_.starved_by_frame.clear();
+    }
     /// Core cycle of the first BUSREADY drop in a burst, and of the first starved pixel or stalled clock.
     std::int64_t first_busready_drop_cycle() const { return first_busready_drop_cycle_; }
     std::int64_t first_starved_cycle() const { return first_starved_cycle_; }

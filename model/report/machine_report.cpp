@@ -33,6 +33,9 @@ MachineReport::MachineReport(const Scenario& scenario, const std::string& level,
     report_.rate_limits = rate_limits(scenario);
     report_.raster_pixels =
         std::int64_t{scenario.displays.raster_width_pixels()} * scenario.displays.raster_height_pixels();
+    report_.cost = machine_cost(scenario);
+    report_.begins_anew = std::any_of(scenario.faults.begin(), scenario.faults.end(),
+                                      [](const Fault& fault) { return fault.kind == FaultKind::kReset; });
     report_.memory_is_narrower = scenario.memory.words_per_cycle * kPixelBits < scenario.bus.width_bits;
     report_.buffer_pixels = scenario.composer.buffer_pixels;
     report_.frames.resize(newest_pixel_picoseconds_.size());

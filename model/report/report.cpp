@@ -168,12 +168,13 @@ std::optional<double> FrameRates::held_hz() const {
 
 namespace {
 
-SlowestInterval slowest_interval(const std::vector<FrameRecord>& frames, double core_hz) {
+/// most_hz: that can be composited.
+SlowestInterval slowest_interval(const std::vector<FrameRecord>& frames, double core_hz, double most_hz) {
     SlowestInterval slowest;
     for (std::size_t f = 1; f < frames.size(); ++f) {
         const std::int64_t cycles = frames[f].start_cycle - frames[f - 1].start_cycle;
         if (cycles > slowest.cycles)
-            slowest = {cycles, frames[f].index, core_hz / static_cast<double>(cycles)};
+            slowest = {cycles, frames[f].index, std::min(most_hz, core_hz / static_cast<double>(cycles))};
     }
     return slowest;
 }
@@ -203,7 +204,7 @@ FrameRates RunReport::frame_rates() const {
     rates.composition_hz =
         std::min(rate_limits->composition_hz(),
                  per_second(intervals, frames.back().start_cycle - frames.front().start_cycle));
-    rates.slowest_interval = slowest_interval(frames, rate_limits->core_hz);
+    rates.slowest_interval = slowest_interval(frames, rate_limits->core_hz, rate_limits->composition_hz());
     if (intervals >= 2) {
         rates.display_hz = std::min(
             rate_limits->different_hz(),

@@ -8,6 +8,7 @@
 
 #include "datapath/link/reject_cause.h"
 #include "formats/viewport_table.h"
+#include "report/machine_cost.h"
 #include "scenario/rate_limits.h"
 
 namespace metabuffer {
@@ -136,8 +137,8 @@ struct FrameRecord {
 /// The longest time between the starts of two frames that follow each other.
 struct SlowestInterval {
     std::int64_t cycles = 0;
-    int frame = 0;  ///< the one that begins at its end
-    double hz = 0.0;
+    int frame = 0;    ///< the one that begins at its end
+    double hz = 0.0;  ///< no more than displays, links and raster allow
 };
 
 /// Frames that a run must have for all of FrameRates.
@@ -180,6 +181,8 @@ struct RunReport {
     std::optional<RateLimits> rate_limits;  ///< none of a level that has no clock
     std::int64_t raster_pixels = 0;         ///< of one display
     bool memory_is_narrower = false;        ///< reads fewer words a clock than the bus carries
+    bool begins_anew = false;               ///< a fault resets the machine: counters go on, frames begin at 0
+    std::optional<MachineCost> cost;        ///< none of a report that is not of a machine
     std::vector<FrameRecord> frames;
     std::vector<RendererCounters> renderers;
     std::vector<ComposerCounters> composers;

@@ -148,6 +148,16 @@ Json bottleneck_json(const RunReport& report) {
             {"worst_renderer", found->supply_renderer}, {"bus_load", found->bus_load}};
 }
 
+Json cost_json(const RunReport& report) {
+    if (!report.cost) return nullptr;
+    Json json{{"cost", report.cost->weighted()}};
+    for (const CostItem& item : cost_items()) {
+        const double value = item.value(*report.cost);
+        json[item.name] = item.is_whole ? Json(static_cast<std::int64_t>(value)) : Json(value);
+    }
+    return json;
+}
+
 Json totals_json(const RunReport& report) {
     const RendererCounters renderers = report.total_renderer();
     Json json{{"bus", bus_json(report.total_bus())},
@@ -182,6 +192,7 @@ std::string report_json(const RunReport& report) {
     json["buffer_pixels"] = report.buffer_pixels;
     json["rates"] = rates_json(report);
     json["bottleneck"] = bottleneck_json(report);
+    json["cost"] = cost_json(report);
     json["frames"] = std::move(frames);
     json["renderers"] = std::move(renderers);
     json["composers"] = std::move(composers);

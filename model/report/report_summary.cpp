@@ -73,10 +73,12 @@ std::string rate_lines(const RunReport& report) {
         text += "none: a single frame has no interval\n";
     } else {
         const SlowestInterval& slowest = *rates.slowest_interval;
-        text += hz(*rates.composition_hz) +
-                " frames/s composited, start of the first to start of the last\n" + indent + hz(slowest.hz) +
-                " at the slowest, " + counted(slowest.cycles, "clock") + " up to the start of frame " +
-                std::to_string(slowest.frame) + "\n" + indent +
+        const bool is_limit = *rates.composition_hz >= report.rate_limits->composition_hz();
+        text += hz(*rates.composition_hz) + " frames/s composited, " +
+                (is_limit ? "no more than displays, links and raster allow"
+                          : "start of the first to start of the last") +
+                "\n" + indent + hz(slowest.hz) + " at the slowest, " + counted(slowest.cycles, "clock") +
+                " up to the start of frame " + std::to_string(slowest.frame) + "\n" + indent +
                 (rates.display_hz
                      ? hz(*rates.display_hz) + " frames/s shown, each new picture once, second swap to last"
                      : std::string("none shown: two frames have one swap behind the first")) +
@@ -85,7 +87,9 @@ std::string rate_lines(const RunReport& report) {
     if (!report.rate_limits) return text;
     const RateLimits& limits = *report.rate_limits;
     const bool one_link = limits.pairs_per_second.size() == 1;
-    return text + "limits      displays " + hz(limits.refresh_hz) + " Hz, " +
+    const std::int64_t refreshes = limits.refreshes_per_frame();
+    return text + "limits      displays " + hz(limits.refresh_hz) + " Hz" +
+           (refreshes == 1 ? "" : ", " + std::to_string(refreshes) + " a frame") + ", " +
            (one_link ? "link " : "slowest link ") + hz(limits.slowest_pairs_per_second()) +
            " pairs/s, raster " + hz(limits.raster_hz) + " frames/s\n";
 }
@@ -110,6 +114,25 @@ std::string bottleneck_line(const RunReport& report) {
         text += std::string(", ") + resource_name(resource) + " " + percent(share);
     }
     return text + "\n";
+}
+
+/// What the machine takes, and whether its clock is within reach.
+std::string cost_lines(const RunReport& report) {
+    if (!report.cost) return "";
+    const MachineCost& cost = *report.cost;
+    const auto megabits = [](std::int64_t bits) { return decimal(static_cast<double>(bits) / 1e6, 2); };
+    std::string text = "cost        " + decimal(cost.weighted(), 0) +
+                       " by the usual weights: " + megabits(cost.buffer_bits) + " Mbit of FIFOs, " +
+                       megabits(cost.input_framebuffer_bits + cost.output_framebuffer_bits) +
+                       " of framebuffers, " + counted(cost.memory_devices, "memory device") + "\n";
+    const bool arbiter_is_slower = cost.arbiter_mhz < cost.composer_mhz;
+    const double reached_mhz = std::min(cost.arbiter_mhz, cost.composer_mhz);
+    if (report.core_mhz > reached_mhz) {
+        text +=
+            "clock       " + plain(report.core_mhz) + " MHz asked for; in cells of 0.18 um, without wires, " +
+            (arbiter_is_slower ? "an arbiter" : "a composer") + " reaches " + decimal(reached_mhz, 0) + "\n";
+    }
+    return text;
 }
 
 std::string timing_lines(const RunReport& report) {
@@ -404,8 +427,8 @@ std::string functional_summary(const RunReport& report) {
 std::string report_summary(const RunReport& report) {
     if (report.level == "functional") return functional_summary(report);
     return report.scenario + " (" + report.level + ": " + machine(report) + ")\n" + timing_lines(report) +
-           bus_table(report) + high_water(report) + starved_list(report) + wrong_list(report) +
-           stalled_list(report) + rejected_lists(report) + "\n" +
+           cost_lines(report) + bus_table(report) + high_water(report) + starved_list(report) +
+           wrong_list(report) + stalled_list(report) + rejected_lists(report) + "\n" +
            joined({starved_verdict(report), stalled_verdict(report), rejected_verdict(report),
                    lost_verdict(report), kept_verdict(report), faults_verdict(report)}) +
            "\n";

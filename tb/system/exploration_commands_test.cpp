@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -369,7 +370,7 @@ TEST_CASE("size: two keys give the front that trying all of them gives", "[progr
     REQUIRE(result.status == kExitDone);
     std::string front;
     const std::vector<std::string> lines = lines_of(result.out);
-    for (std::size_t n = 2; n < lines.size(); ++n) {
+    for (std::size_t n = 1; n < lines.size(); ++n) {
         std::istringstream words(lines[n]);
         std::string width;
         std::string pixels;
@@ -377,6 +378,44 @@ TEST_CASE("size: two keys give the front that trying all of them gives", "[progr
         front += width + " " + pixels + ";";
     }
     CHECK(front == expected);
+}
+
+/// Whichever key comes first: each corner is found from both sides.
+TEST_CASE("size: the front of two keys is the same in either order, and a setting without one has a line",
+          "[program][size][repeat]") {
+    const Workplace place;
+    const std::string scenario = std::string(METABUFFER_SOURCE_DIRECTORY) + "/scenarios/case-4.yaml";
+    const auto front = [&](const std::string& first, const std::string& second) {
+        const ProgramResult result = run_program(
+            place, {"size", scenario, "--minimize", first, "--minimize", second, "--checks", "4", "--quiet"});
+        CHECK(result.status == kExitDone);
+        std::set<std::pair<int, int>> corners;
+        for (const std::string& line : lines_of(result.out)) {
+            std::istringstream words(line);
+            int one = 0;
+            int other = 0;
+            if (words >> one >> other) corners.insert({one, other});
+        }
+        return corners;
+    };
+    const auto forth = front("bus.burst_pixels=1..64", "composer.buffer_pixels");
+    std::set<std::pair<int, int>> turned;
+    for (const auto& [one, other] : front("composer.buffer_pixels", "bus.burst_pixels=1..64")) {
+        turned.insert({other, one});
+    }
+    CHECK(forth.size() > 5);
+    CHECK((forth == turned));
+
+    const ProgramResult slow =
+        run_program(place, {"size", scenario, "--minimize", "bus.burst_pixels=8..16", "--minimize",
+                            "composer.buffer_pixels", "--over", "clocks.dvi_out_mhz=5,100", "--frames", "3",
+                            "--frame-rate-hz", "300", "--quiet"});
+    INFO(slow.out << slow.err);
+    CHECK(slow.status == kExitDone);
+    const std::vector<std::string> lines = lines_of(slow.out);
+    REQUIRE(lines.size() >= 3);
+    CHECK_THAT(lines[1], Contains(" 5 ") && Contains("unmet") && Contains("too slow for it: the displays"));
+    CHECK_THAT(lines[2], Contains(" 100 ") && !Contains("unmet"));
 }
 
 TEST_CASE("size: what arithmetic knows is not run, and stalling columns are told", "[program][size]") {

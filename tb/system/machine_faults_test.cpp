@@ -1109,6 +1109,34 @@ TEST_CASE("a reset at any moment: the run begins anew and goes as it does from p
     CHECK(runs.back()->report().renderers[0].bus.pixels_sent > undisturbed.renderers[0].bus.pixels_sent);
 }
 
+TEST_CASE("behind a reset the starved pixels of a frame are its own, and composers go on counting",
+          "[system][faults]") {
+    const auto starving = [](std::int64_t reset_cycle) {
+        Scenario scenario = three_renderers({});
+        scenario.clocks = {100.0, 100.0, 100.0};
+        scenario.bus.width_bits = 16;
+        scenario.composer.buffer_pixels = 24;
+        scenario.composer.on_starvation = StarvationMode::kGlitch;
+        if (reset_cycle > 0) scenario.faults.push_back(reset_at(reset_cycle, 2));
+        check_scenario(scenario);
+        return scenario;
+    };
+    MachineRuns runs;
+    runs.push_back(std::make_unique<MachineRun>("undisturbed", starving(0)));
+    runs.push_back(std::make_unique<MachineRun>("reset", starving(14'000)));
+    run_traced(runs);
+    const RunReport& undisturbed = runs[0]->report();
+    const RunReport& again = runs[1]->report();
+    REQUIRE(undisturbed.frames.front().end_cycle < 14'000);
+    CHECK(undisturbed.total_rejected_rows() == 0);
+    REQUIRE(undisturbed.total_starved_pixels() > 0);
+    REQUIRE(again.frames.size() == undisturbed.frames.size());
+    for (std::size_t f = 0; f < again.frames.size(); ++f) {
+        CHECK(again.frames[f].starved_pixels == undisturbed.frames[f].starved_pixels);
+    }
+    CHECK(again.total_starved_pixels() > undisturbed.total_starved_pixels());
+}
+
 TEST_CASE("resets that overlap are one, and several are each counted", "[system][faults]") {
     MachineRuns runs;
     for (const auto& resets : std::vector<std::vector<Fault>>{{reset_at(600, 30)},

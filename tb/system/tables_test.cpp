@@ -107,6 +107,8 @@ TEST_CASE("counters: every counter of a report and every figure is listed") {
     REQUIRE(run_program(place, {"run", "scenario.yaml", "--no-images", "--quiet", "--out", "out"}).status ==
             kExitDone);
     const json report = json::parse(text_of(place / "out/report.json"));
+    for (const json& item : tables.at("costs"))
+        CHECK(report.at("cost").contains(item.at("name").get<std::string>()));
     for (const json& counter : tables.at("counters")) {
         INFO(counter.dump());
         const std::string name = counter.at("name");

@@ -411,10 +411,11 @@
 
     function addPareto() {
         const all = simulations.length ? simulations : points;
-        const costs = ["buffer_bits", "bus_wires"].map(figureNamed).filter(field => field && isVaried(field, all));
+        const isCost = field => field.name === "cost" || (field.meaning || "").startsWith("cost: ");
+        const costs = figureFields.filter(field => isCost(field) && isVaried(field, all) && isDrawable(field, all));
         if (!costs.length || !rateField || !hasValues(rateField, all)) {
             leftOut.push("Cost against frame rate: " + (costs.length ? "no point has a frame rate, for which a run needs three frames." :
-                "neither the bits of the buffers nor the wires of the buses differ between points."));
+                "all points cost the same."));
             return;
         }
         const state = {cost: costs[0]};
@@ -491,7 +492,7 @@
     // ----------------------------------------------------------------------------------------------------------- table
 
     const usualFigures = ["frames_per_second", "frame_cycles", "bottleneck", "starved_pixels", "stalled_cycles", "latency_cycles", "utilization",
-                          "page_misses", "recovered_slots", "buffer_bits", "bus_wires"];
+                          "page_misses", "recovered_slots", "cost", "buffer_bits", "bus_wires"];
     const table = {sort: null, descending: false, status: "", allFigures: false, rows: mostRowsAtOnce, order: []};
 
     function tableColumns() {

@@ -13,6 +13,7 @@
 #include "tools/charts/embedded_files.h"
 #include "tools/charts/value_json.h"
 #include "tools/exploration/expression.h"
+#include "tools/exploration/figures.h"
 #include "tools/exploration/results_database.h"
 
 namespace metabuffer::charts {
@@ -26,9 +27,9 @@ constexpr const char* kArbitration = "bus.arbitration";
 constexpr const char* kFrameRate = "frames_per_second";
 constexpr const char* kFrameCycles = "frame_cycles";
 constexpr const char* kStarved = "starved_pixels";
+constexpr const char* kBufferBits = "buffer_bits";
 /// What was rejected starves nothing, and shows nothing.
 constexpr const char* kIsRejected = "rejected_frames > 0 or rejected_rows > 0 or frames_shown < frames_asked";
-constexpr const char* kBufferBits = "buffer_bits";
 constexpr const char* kSmallest = "smallest";
 
 /// An axis of the results that has more than one value among the points drawn.
@@ -72,6 +73,11 @@ std::vector<VariedAxis> varied_axes(const ResultsReader& reader, const std::stri
     return axes;
 }
 
+bool has_column(const ResultsReader& reader, const std::string& name) {
+    const std::vector<std::string>& columns = reader.columns();
+    return std::find(columns.begin(), columns.end(), name) != columns.end();
+}
+
 bool has_values(const ResultsReader& reader, const std::string& expression, const std::string& condition) {
     const ResultsReader::Table table = reader.results({expression}, condition);
     return std::any_of(table.rows.begin(), table.rows.end(),
@@ -83,6 +89,7 @@ class Defaults {
   public:
     Defaults(const ResultsReader& reader, const PlotRequest& request)
         : is_search_(!reader.identity().search_key.empty()),
+          cost_(has_column(reader, exploration::kCost) ? exploration::kCost : kBufferBits),
           has_rates_(has_values(reader, kFrameRate, request.condition)),
           axes_(varied_axes(reader, request.condition)) {}
 
@@ -100,7 +107,7 @@ class Defaults {
                 complete(request.colour, is_search_ ? kSmallest : kStarved);
                 break;
             case ChartKind::kPareto:
-                complete(request.x, kBufferBits);
+                complete(request.x, cost_);
                 if (request.y.empty() && !has_rates_) {
                     throw InputError(
                         "--y: no point has a frame rate, for which a run needs three frames; name an "
@@ -118,7 +125,7 @@ class Defaults {
                 complete(request.x, figure());
                 break;
             case ChartKind::kScatter:
-                complete(request.x, kBufferBits);
+                complete(request.x, cost_);
                 complete(request.y, {rate()});
                 complete(request.colour, first_text());
                 break;
@@ -194,6 +201,7 @@ class Defaults {
     }
 
     bool is_search_;
+    std::string cost_;  ///< results of older versions have the bits of the buffers only
     bool has_rates_;
     std::vector<VariedAxis> axes_;
 };
@@ -364,6 +372,10 @@ void check_options(const PlotRequest& request) {
               "has one axis there and takes one expression");
     refuse_if(!request.label.empty() && kind != ChartKind::kPareto, "--label",
               "has no front whose points to name");
+    const bool has_usual_colour =
+        kind == ChartKind::kLines || kind == ChartKind::kHeatmap || kind == ChartKind::kScatter;
+    refuse_if(!request.colour_title.empty() && request.colour.empty() && !has_usual_colour, "--colour-title",
+              "has no colours without --colour");
     refuse_if(!request.facet_title.empty() && request.facet.empty(), "--facet-title",
               "has no panels without --facet");
 }

@@ -119,6 +119,7 @@ class Explorer::Session {
     std::optional<PointRecord> begin_search(Job& job) const;
     void ended(std::size_t point, PointRecord record);
     bool meets_goal(const RunRecord& record) const;
+    void put_cost(RunRecord& record) const;
     std::string why_unmet(const Job& job) const;
     void report_progress();
 
@@ -128,7 +129,8 @@ class Explorer::Session {
     ResultsDatabase* results_;
     const ExploreOptions& options_;
     std::optional<Expression> goal_;
-    bool wants_wrong_pixels_ = false;  ///< the goal names them
+    std::optional<Expression> cost_;
+    bool wants_wrong_pixels_ = false;  ///< goal or cost names them
     Clock::time_point started_ = Clock::now();
     std::size_t next_point_ = 0;
     std::int64_t next_run_ = 1;  ///< without results
@@ -141,6 +143,15 @@ class Explorer::Session {
     bool stopped_ = false;
 };
 
+namespace {
+
+bool uses_wrong_pixels(const Expression& expression) {
+    const std::vector<std::string>& used = expression.names();
+    return std::find(used.begin(), used.end(), kWrongPixels) != used.end();
+}
+
+}  // namespace
+
 Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, const ExploreOptions& options)
     : explorer_(explorer),
       results_(results),
@@ -148,10 +159,14 @@ Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, c
       processes_(options.processes),
       records_(plan().points.size()) {
     progress_.points = plan().points.size();
+    if (!plan().cost.empty()) {
+        const std::string search_key = plan().search ? plan().search->key : std::string();
+        cost_.emplace(plan().cost, cost_names(plan().keys, search_key), "cost");
+        wants_wrong_pixels_ = uses_wrong_pixels(*cost_);
+    }
     if (!plan().search) return;
     goal_.emplace(plan().search->goal, goal_names(plan().keys, plan().search->key), plan().search->where);
-    const std::vector<std::string>& used = goal_->names();
-    wants_wrong_pixels_ = std::find(used.begin(), used.end(), kWrongPixels) != used.end();
+    wants_wrong_pixels_ = wants_wrong_pixels_ || uses_wrong_pixels(*goal_);
 }
 
 Exploration Explorer::Session::explore() {
@@ -322,7 +337,9 @@ void Explorer::Session::wait() {
                   active_.end());
     for (const Active& active : finished) {
         ++progress_.runs;
-        take(active.task, active.process->record(), std::nullopt);
+        RunRecord record = active.process->record();
+        put_cost(record);
+        take(active.task, record, std::nullopt);
     }
 }
 
@@ -352,14 +369,33 @@ void Explorer::Session::take(const Task& task, const RunRecord& record,
     jobs_.erase(task.job);
 }
 
-bool Explorer::Session::meets_goal(const RunRecord& record) const {
-    if (record.status != RunStatus::kDone) return false;
-    return goal_->holds([&record](const std::string& name) -> Value {
+namespace {
+
+/// What an expression's names are in a run: figures, then settings.
+std::function<Value(const std::string&)> names_of(const RunRecord& record) {
+    return [&record](const std::string& name) -> Value {
         const std::optional<std::size_t> figure = figure_index(name);
         if (figure && *figure < record.figures.size()) return record.figures[*figure];
         const Setting* const setting = find_setting(record.settings, name);
         return setting == nullptr ? Value() : value_of_setting(setting->value);
-    });
+    };
+}
+
+}  // namespace
+
+bool Explorer::Session::meets_goal(const RunRecord& record) const {
+    return record.status == RunStatus::kDone && goal_->holds(names_of(record));
+}
+
+/// As the sweep defines it, instead of the usual weights.
+void Explorer::Session::put_cost(RunRecord& record) const {
+    const std::size_t cost = figure_index(kCost).value();
+    if (!cost_ || cost >= record.figures.size()) return;
+    try {
+        record.figures[cost] = cost_->evaluate(names_of(record));
+    } catch (const InputError&) {
+        record.figures[cost] = Value();  // it has none for this run
+    }
 }
 
 void Explorer::Session::take_searched(const Task& task, const RunRecord& record, std::int64_t run) {
@@ -497,6 +533,7 @@ ResultsIdentity Explorer::identity(const std::string& program_version, const std
         identity.fixed.push_back({setting.path, setting.value});
     identity.level = level;
     identity.fingerprint = "version " + program_version + (plan_->pictures ? "; pictures" : "");
+    if (!plan_->cost.empty()) identity.fingerprint += "; cost " + plan_->cost;
     std::vector<std::string> fixed;
     for (const ScenarioOverride& setting : plan_->fixed) fixed.push_back(setting.path + "=" + setting.value);
     std::sort(fixed.begin(), fixed.end());

@@ -6,10 +6,9 @@
 #include <initializer_list>
 #include <optional>
 
-#include "formats/bus_side_band.h"
-#include "formats/pixel.h"
 #include "report/bottleneck.h"
 #include "report/counters.h"
+#include "report/machine_cost.h"
 
 namespace metabuffer::exploration {
 
@@ -27,6 +26,7 @@ struct Sums {
           rates(report_in.frame_rates()),
           limits(rate_limits(scenario_in)),
           bottleneck(find_bottleneck(report_in)),
+          cost(machine_cost(scenario_in)),
           composers(static_cast<std::int64_t>(scenario_in.renderers.size()) * scenario_in.displays.count()) {}
 
     const RunReport& report;
@@ -38,6 +38,7 @@ struct Sums {
     FrameRates rates;
     RateLimits limits;
     std::optional<Bottleneck> bottleneck;
+    MachineCost cost;
     std::int64_t composers;
 };
 
@@ -104,7 +105,19 @@ void add_totals(std::vector<Figure>& figures, const Owner& (*total)(const Sums&)
     }
 }
 
-static_assert(BusSideBand::kAllBits == 103, "the meaning of bus_wires says so");
+void add_costs(std::vector<Figure>& figures) {
+    add_figures(
+        figures,
+        {{{kCost, "", "in one number: the items below by their weights, or what the sweep's `cost` says"},
+          [](const Sums& s) -> Value { return s.cost.weighted(); }}});
+    for (const CostItem& item : cost_items()) {
+        figures.push_back({{item.name, item.unit, std::string("cost: ") + item.meaning},
+                           [value = item.value, whole = item.is_whole](const Sums& s) -> Value {
+                               const double amount = value(s.cost);
+                               return whole ? Value(static_cast<std::int64_t>(amount)) : Value(amount);
+                           }});
+    }
+}
 
 // The order is that of the results' columns.
 std::vector<Figure> make_figures() {
@@ -167,7 +180,7 @@ std::vector<Figure> make_figures() {
     add_figures(figures, {{{kWrongPixels, "pixels",
                             "pixels shown that differ from those of a machine in which nothing starves; if "
                             "pixels starved, only of runs "
-                            "whose pictures are kept, or whose goal asks for them"},
+                            "whose pictures are kept, or whose goal or cost names them"},
                            [](const Sums& s) {
                                const std::optional<std::int64_t> pixels = s.report.total_wrong_pixels();
                                return pixels ? Value(*pixels) : Value();
@@ -205,18 +218,8 @@ std::vector<Figure> make_figures() {
           [](const Sums& s) -> Value {
               return std::int64_t{s.scenario.displays.raster_width_pixels()} *
                      s.scenario.displays.raster_height_pixels();
-          }},
-         {{"buffer_bits", "bits", "cost: composers times composer.buffer_pixels times 64"},
-          [](const Sums& s) -> Value {
-              return s.composers * s.scenario.composer.buffer_pixels * kPixelBits;
-          }},
-         {{"bus_wires", "wires",
-           "cost: renderers times bus.width_bits, 103 wires beside the data and two handshakes a display"},
-          [](const Sums& s) -> Value {
-              return static_cast<std::int64_t>(s.scenario.renderers.size()) *
-                     (s.scenario.bus.width_bits + BusSideBand::kAllBits +
-                      BusSideBand::kHandshakesPerComposer * s.scenario.displays.count());
           }}});
+    add_costs(figures);
     return figures;
 }
 

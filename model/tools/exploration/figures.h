@@ -18,6 +18,8 @@ struct FigureKind {
     std::string meaning;  ///< one line for --help and documentation
 };
 
+/// The machine's cost in one number, which a sweep may define otherwise.
+constexpr const char* kCost = "cost";
 /// The figure that takes pictures.
 constexpr const char* kWrongPixels = "wrong_pixels";
 

@@ -10,6 +10,7 @@
 #include "scenario/schema.h"
 #include "scenario/yaml_reader.h"
 #include "tools/exploration/axis_values.h"
+#include "tools/exploration/expression.h"
 #include "tools/exploration/sweep_plan.h"
 
 namespace metabuffer::exploration {
@@ -44,6 +45,9 @@ const Schema& sweep_schema() {
             {"set", kFreeMap, "a map from scenario keys to values"},
             {"set[]", kAny, "a value"},
             {"pictures", kScalar, "true or false"},
+            {"cost", kScalar, "an expression over figures"},
+            {"weights", kFreeMap, "a map from figures to what one of each costs"},
+            {"weights[]", kScalar, "a number"},
             {"axes", kList, "a list of axes"},
             {"axes[]", kMap, "a map"},
             {"axes[].key", kScalar, "a scenario key"},
@@ -200,15 +204,35 @@ std::vector<ScenarioOverride> read_fixed(const Entry& entry) {
 
 constexpr NumberRange kSteps{1e-6, 1e6};
 
+/// Weights are a sum of products.
+void read_cost(const Entry& root, SweepDescription& sweep) {
+    constexpr NumberRange kWeights{-1e12, 1e12};
+    const Entry cost = root.child("cost");
+    const Entry weights = root.child("weights");
+    if (cost.present() && weights.present()) weights.fail("stands beside a cost; use one of the two");
+    if (cost.present()) {
+        sweep.cost = cost.line();
+        sweep.cost_where = cost.where();
+    }
+    if (!weights.present()) return;
+    sweep.cost_where = weights.where();
+    for (const auto& [figure, weight] : weights.members()) {
+        sweep.cost += (sweep.cost.empty() ? "" : " + ") + text::number(weight.number(kWeights)) + " * " +
+                      quoted_name(figure);
+    }
+    if (sweep.cost.empty()) weights.fail("has no entries; use figures and what one of each costs");
+}
+
 SearchDescription read_search(const Entry& entry) {
     const Entry key = entry.child("key");
     const std::string path = key.name();
     const SearchDescription all = describe_search(path, std::nullopt, std::nullopt, key.where());
+    const NumberRange legal =
+        scenario_schema().find(input::find_key_path(scenario_schema(), path, "").pattern)->rule.number;
     const auto end_of = [&](const char* name) -> std::optional<double> {
         const Entry end = entry.child(name);
         if (!end.present()) return std::nullopt;
-        return all.step > 0.0 ? end.number({all.number_of(all.from), all.number_of(all.to)})
-                              : static_cast<double>(end.integer({all.from, all.to}));
+        return all.step > 0.0 ? end.number(legal) : static_cast<double>(end.integer({all.from, all.to}));
     };
     std::optional<double> step;
     if (const Entry given = entry.child("step"); given.present()) step = given.number(kSteps);
@@ -252,6 +276,7 @@ SweepDescription parse_sweep(const std::string& text, const std::string& origin,
     if (const Entry pictures = root.child("pictures"); pictures.present()) {
         sweep.pictures = pictures.boolean();
     }
+    read_cost(root, sweep);
     const Entry axes = root.child("axes");
     sweep.axes_where = axes.where();
     AxesReader reader;

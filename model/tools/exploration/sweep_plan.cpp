@@ -216,6 +216,7 @@ class Filter {
   public:
     Filter(const SweepPlan& plan, const SweepDescription& description, const Scenarios& scenarios)
         : plan_(plan), scenarios_(scenarios) {
+        where_ = description.filter_where;
         if (description.filter.empty()) return;
         std::vector<std::string> names = setting_keys();
         names.insert(names.end(), plan.keys.begin(), plan.keys.end());
@@ -243,7 +244,11 @@ class Filter {
                 return value_of_setting(setting->value);
             }
             const auto found = values.find(name);
-            return found == values.end() ? Value() : value_of_setting(found->second);
+            if (found != values.end()) return value_of_setting(found->second);
+            if (name == kLinkClock && values.count(kLinkRefresh) != 0) {
+                fail(where_, name + " is not known before the images are read; use " + kLinkRefresh);
+            }
+            return Value();
         });
     }
 
@@ -252,6 +257,9 @@ class Filter {
     const Scenarios& scenarios_;
     std::optional<Expression> expression_;
     bool needs_scenario_ = false;  ///< for names that are not in the settings
+    std::string where_;
+    static constexpr const char* kLinkClock = "clocks.dvi_in_mhz";
+    static constexpr const char* kLinkRefresh = "clocks.dvi_in_refresh_hz";
 };
 
 /// "64..4096*2" or "16..128+16" or "1..5". Nothing if it is a value and no range.
@@ -326,6 +334,15 @@ std::string canonical_text(const std::vector<Setting>& settings) {
 std::string default_goal() {
     return "starved_pixels = 0 and stalled_cycles = 0 and rejected_rows = 0 and rejected_frames = 0 and "
            "rejected_slot_tables = 0";
+}
+
+std::vector<std::string> cost_names(const std::vector<std::string>& axis_keys,
+                                    const std::string& search_key) {
+    std::vector<std::string> names = goal_names(axis_keys, search_key);
+    names.erase(std::remove_if(names.begin(), names.end(),
+                               [](const std::string& name) { return name.empty() || name == kCost; }),
+                names.end());
+    return names;
 }
 
 std::vector<std::string> goal_names(const std::vector<std::string>& axis_keys,
@@ -403,14 +420,15 @@ SearchDescription describe_search(const std::string& key, std::optional<double> 
         whole ? NumberRange{static_cast<double>(rule.whole.low), static_cast<double>(rule.whole.high)}
               : rule.number;
     const NumberRange range{from.value_or(legal.low), to.value_or(legal.high)};
+    const std::string prefix = key + ": ";
     for (const double end : {range.low, range.high}) {
         if (whole && end != std::floor(end)) {
-            fail(where, key + ": " + text::number(end) + " is not a whole number; use one");
+            fail(where, prefix + text::number(end) + " is not a whole number; use one");
         }
         const std::string complaint =
             whole ? rule.complaint(static_cast<std::int64_t>(end)) : rule.complaint(end);
         const bool is_end_of_list = !rule.only.empty() && rule.whole.contains(static_cast<std::int64_t>(end));
-        if (!complaint.empty() && !is_end_of_list) fail(where, key + ": " + complaint);
+        if (!complaint.empty() && !is_end_of_list) fail(where, prefix + complaint);
     }
     if (range.low > range.high) {
         fail(where, key + ": from " + text::number(range.low) + " is above to " + text::number(range.high) +
@@ -452,6 +470,11 @@ SweepPlan make_plan(const SweepDescription& description) {
     plan.keys = keys_of(description.axes);
     plan.pictures = description.pictures;
     plan.search = description.search;
+    plan.cost = description.cost;
+    if (!plan.cost.empty()) {
+        const std::string search_key = plan.search ? plan.search->key : std::string();
+        Expression(plan.cost, cost_names(plan.keys, search_key), description.cost_where);
+    }
     if (plan.search) check_goal(plan);
     const Scenarios scenarios(plan, description);
     const Filter filter(plan, description, scenarios);

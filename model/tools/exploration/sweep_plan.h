@@ -79,6 +79,9 @@ std::string default_goal();
 /// What a goal may name: the figures, and the settings that a run has.
 std::vector<std::string> goal_names(const std::vector<std::string>& axis_keys, const std::string& search_key);
 
+/// What a sweep's cost may name: the same, but itself.
+std::vector<std::string> cost_names(const std::vector<std::string>& axis_keys, const std::string& search_key);
+
 /// One machine to be run, or searched.
 struct Point {
     std::vector<Setting> settings;  ///< of the axes, in their order
@@ -94,6 +97,8 @@ struct SweepPlan {
     std::vector<Point> points;            ///< those that the filter lets through
     std::size_t filtered_points = 0;      ///< those that it does not
     bool pictures = false;                ///< keep each display's last picture of every point
+    std::string
+        cost;  ///< an Expression over figures and settings, for figure `cost`; empty: the usual weights
     std::optional<SearchDescription> search;
 
     /// The file of the scenario that a point is of.
@@ -113,6 +118,8 @@ struct SweepDescription {
     std::string filter;        ///< an Expression over scenario keys; empty: every point
     std::string filter_where;  ///< begins the message if it is none
     bool pictures = false;
+    std::string cost;
+    std::string cost_where;  ///< begins the message if it is none
     std::optional<SearchDescription> search;
 };
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "report/counters.h"
+#include "report/machine_cost.h"
 #include "report/text_table.h"
 #include "tools/exploration/figures.h"
 
@@ -61,7 +62,14 @@ ExitStatus CountersCommand::execute() {
         for (const exploration::FigureKind& kind : exploration::figure_kinds()) {
             figures.push_back({{"name", kind.name}, {"unit", kind.unit}, {"meaning", kind.meaning}});
         }
-        std::cout << Json{{"counters", counters}, {"figures", figures}}.dump(2) << '\n';
+        Json costs = Json::array();
+        for (const CostItem& item : cost_items()) {
+            costs.push_back({{"name", item.name},
+                             {"unit", item.unit},
+                             {"meaning", item.meaning},
+                             {"weight", item.weight}});
+        }
+        std::cout << Json{{"counters", counters}, {"figures", figures}, {"costs", costs}}.dump(2) << '\n';
         return kExitDone;
     }
     TextTable counters({0, 1, 2, 3});

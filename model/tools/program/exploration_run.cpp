@@ -102,6 +102,7 @@ void print_bottlenecks(const Exploration& exploration) {
         if (const auto* const name = std::get_if<std::string>(&point.figures[what])) ++counts[*name];
     }
     std::vector<std::string> parts;
+    parts.reserve(counts.size());
     for (const auto& [name, count] : counts) parts.push_back(name + " of " + text::counted(count, "point"));
     if (!parts.empty()) std::cout << "  bottleneck: " << text::listed(parts) << '\n';
 }

@@ -27,6 +27,9 @@ using exploration::SearchDescription;
 /// Further values looked at on both sides of the one that was found.
 constexpr int kDefaultChecks = 16;
 constexpr const char* kBufferKey = "composer.buffer_pixels";
+constexpr const char* kCoreClockKey = "clocks.core_mhz";
+/// Of a front, beyond which no more are looked for between them.
+constexpr std::size_t kMostCorners = 24;
 
 constexpr const char* kSizeFooter =
     "The value is doubled until the goal is met, then the gap below is halved; --checks further values on "
@@ -114,42 +117,107 @@ bool leaves_limits(const std::string& key) {
     return begins("composer.") || begins("bus.") || begins("memory.");
 }
 
-/// The points of a search that no other one with the same settings of --over undercuts: with less of the key that was
-/// looked for first, the last setting, and no more of the other.
-void print_front(const exploration::SweepPlan& plan, const exploration::Exploration& exploration) {
-    using exploration::PointRecord;
-    const auto overs_of = [](const PointRecord& point) {
-        return std::vector<exploration::Setting>(point.settings.begin(), point.settings.end() - 1);
-    };
-    const auto second_of = [](const PointRecord& point) { return std::stod(point.settings.back().value); };
-    TextTable table({plan.keys.size() + 2});
-    std::vector<std::string> heading(plan.keys.begin(), plan.keys.end() - 1);
-    heading.insert(heading.end(),
-                   {plan.search->key, plan.keys.back(), "frames/s", "buffer bits", "bus wires"});
-    table.add(heading);
-    std::vector<PointRecord> points = exploration.points;
-    std::stable_sort(points.begin(), points.end(), [&overs_of](const PointRecord& a, const PointRecord& b) {
-        return std::pair(exploration::canonical_text(overs_of(a)), a.smallest) <
-               std::pair(exploration::canonical_text(overs_of(b)), b.smallest);
-    });
-    for (const PointRecord& point : points) {
-        if (!point.smallest) continue;
-        const bool undercut =
-            std::any_of(exploration.points.begin(), exploration.points.end(), [&](const PointRecord& other) {
-                return other.smallest && overs_of(other) == overs_of(point) &&
-                       *other.smallest <= *point.smallest && second_of(other) < second_of(point);
-            });
-        if (undercut) continue;
-        std::vector<std::string> cells;
-        for (const exploration::Setting& setting : overs_of(point)) cells.push_back(setting.value);
-        cells.push_back(text::number(*point.smallest));
-        cells.push_back(point.settings.back().value);
-        for (const char* figure : {"frames_per_second", "buffer_bits", "bus_wires"}) {
-            cells.push_back(figure_text(point, figure));
+/// A machine that meets the goal, or settings for which none does.
+struct Corner {
+    std::vector<std::string> overs;  ///< values of --over
+    std::string first;               ///< of the keys to be minimized
+    std::string second;              ///< empty: none meets the goal
+    exploration::PointRecord record;
+};
+
+/// Those that no other one with the same values of --over undercuts in both keys; in the order in which these values come,
+/// the first key ascending.
+std::vector<Corner> front_of(const std::vector<Corner>& corners) {
+    std::vector<std::vector<std::string>> order;
+    std::vector<Corner> front;
+    for (const Corner& corner : corners) {
+        if (std::find(order.begin(), order.end(), corner.overs) == order.end()) order.push_back(corner.overs);
+        if (corner.second.empty()) continue;
+        const double first = std::stod(corner.first);
+        const double second = std::stod(corner.second);
+        const bool undercut = std::any_of(corners.begin(), corners.end(), [&](const Corner& other) {
+            if (other.second.empty() || other.overs != corner.overs) return false;
+            const double other_first = std::stod(other.first);
+            const double other_second = std::stod(other.second);
+            return other_first <= first && other_second <= second &&
+                   (other_first < first || other_second < second);
+        });
+        const bool known = std::any_of(front.begin(), front.end(), [&corner](const Corner& other) {
+            return other.overs == corner.overs && other.first == corner.first &&
+                   other.second == corner.second;
+        });
+        if (!undercut && !known) front.push_back(corner);
+    }
+    // Settings with which nothing meets the goal have a line as well.
+    for (const std::vector<std::string>& overs : order) {
+        const auto is_of = [&overs](const Corner& corner) { return corner.overs == overs; };
+        if (std::none_of(front.begin(), front.end(), is_of)) {
+            // With the largest value of the first key.
+            front.push_back(*std::find_if(corners.rbegin(), corners.rend(), is_of));
         }
+    }
+    const auto place_of = [&order](const Corner& corner) {
+        return std::find(order.begin(), order.end(), corner.overs) - order.begin();
+    };
+    std::stable_sort(front.begin(), front.end(), [&place_of](const Corner& a, const Corner& b) {
+        const auto first = [](const Corner& corner) {
+            return corner.second.empty() ? 0.0 : std::stod(corner.first);
+        };
+        return std::pair(place_of(a), first(a)) < std::pair(place_of(b), first(b));
+    });
+    return front;
+}
+
+/// The largest value below that one that a search may look at; empty if there is none.
+std::string value_below(const SearchDescription& search, double value) {
+    std::optional<std::int64_t> below;
+    const auto is_below = [&](std::int64_t candidate) { return search.number_of(candidate) < value; };
+    for (const std::int64_t candidate : search.candidates) {
+        if (is_below(candidate)) below = candidate;
+    }
+    if (search.candidates.empty()) {
+        const double steps = search.step > 0.0 ? std::round(value / search.step) : value;
+        const auto candidate = static_cast<std::int64_t>(steps) - 1;
+        if (candidate >= search.from && is_below(candidate)) below = candidate;
+    }
+    return below ? search.text_of(*below) : std::string();
+}
+
+/// For each corner and the next one, a value of the second key between them, with the values of --over.
+std::set<std::vector<std::string>> gaps_of(const std::vector<Corner>& corners,
+                                           const SearchDescription& second) {
+    std::set<std::vector<std::string>> gaps;
+    const std::vector<Corner> front = front_of(corners);
+    for (std::size_t n = 0; n + 1 < front.size(); ++n) {
+        const bool both = !front[n].second.empty() && !front[n + 1].second.empty();
+        if (!both || front[n].overs != front[n + 1].overs) continue;
+        const std::string below = value_below(second, std::stod(front[n].second));
+        if (below.empty() || std::stod(below) <= std::stod(front[n + 1].second)) continue;
+        std::vector<std::string> values = front[n].overs;
+        values.push_back(below);
+        gaps.insert(std::move(values));
+    }
+    return gaps;
+}
+
+void print_front(const std::vector<std::string>& over_keys, const std::string& first,
+                 const std::string& second, const std::vector<Corner>& corners) {
+    TextTable table({over_keys.size() + 5});
+    std::vector<std::string> heading = over_keys;
+    heading.insert(heading.end(), {first, second, "frames/s", "cost", "bottleneck", ""});
+    table.add(heading);
+    for (const Corner& corner : front_of(corners)) {
+        std::vector<std::string> cells = corner.overs;
+        const bool met = !corner.second.empty();
+        cells.push_back(met ? corner.first : "");
+        cells.push_back(met ? corner.second : to_string(corner.record.status));
+        cells.push_back(figure_text(corner.record, "frames_per_second"));
+        cells.push_back(figure_text(corner.record, "cost", 0));
+        cells.push_back(figure_text(corner.record, "bottleneck"));
+        cells.push_back(met ? corner.record.note : corner.record.reason);
         table.add(std::move(cells));
     }
-    std::cout << "the front: less of one takes more of the other\n" << table.text();
+    std::cout << table.text();
 }
 
 }  // namespace
@@ -242,6 +310,16 @@ exploration::KnownAnswer SizeCommand::known_of(const Scenario& scenario,
                                                const SearchDescription& search) const {
     exploration::KnownAnswer known;
     const bool of_buffers = search.key == kBufferKey;
+    if (frame_rate_hz_ && search.key == kCoreClockKey) {
+        // It changes the raster's rate, and neither links nor how often displays are refreshed.
+        const RateLimits limits = rate_limits(scenario);
+        const double asked = *frame_rate_hz_ * (1.0 - kRateTolerance);
+        if (std::min(limits.refresh_hz, limits.links_hz()) < asked) {
+            known.hopeless =
+                "no " + search.key + " brings " + text::number(*frame_rate_hz_) +
+                " frames/s: too slow for it: " + (limits.refresh_hz < asked ? "the displays" : "the links");
+        }
+    }
     if (!leaves_limits(search.key)) return known;
     if (frame_rate_hz_) {
         const analysis::Analysis analysis = analysis::analyze(scenario, {std::nullopt, *frame_rate_hz_});
@@ -276,11 +354,13 @@ exploration::Exploration SizeCommand::run(const exploration::SweepPlan& plan,
     });
 }
 
-/// With columns that may stall, a smaller buffer shows the whole picture, too, later. What it takes for the same rate.
-void SizeCommand::print_stalling(const exploration::SweepDescription& asked,
-                                 const exploration::Exploration& exploration) const {
+/// With columns that may stall, a smaller buffer shows the whole picture, too, later. What it takes for the same rate. True
+/// if it was stopped.
+bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
+                                 const exploration::Exploration& exploration,
+                                 std::size_t& simulations) const {
     constexpr std::size_t kMostPoints = 16;
-    if (asked.search->key != kBufferKey || !goal_.empty()) return;
+    if (asked.search->key != kBufferKey || !goal_.empty()) return false;
     TextTable table({asked.axes.size() + 4});
     std::vector<std::string> heading;
     for (const Axis& axis : asked.axes) heading.push_back(axis.keys.front());
@@ -288,10 +368,22 @@ void SizeCommand::print_stalling(const exploration::SweepDescription& asked,
                    {"smallest " + asked.search->key, "runs", "frames/s", "stalled clocks", ""});
     table.add(heading);
     std::size_t lines = 0;
+    std::size_t left_out = 0;
+    bool stopped = false;
     for (const exploration::PointRecord& point : exploration.points) {
-        if (!point.smallest || lines == kMostPoints) continue;
+        if (!point.smallest) continue;
+        if (lines == kMostPoints) {
+            ++left_out;
+            continue;
+        }
         exploration::SweepDescription stalling = asked;
         stalling.axes.clear();
+        // The first answer does not stall, so it meets this goal, too.
+        SearchDescription& search = *stalling.search;
+        const auto most = static_cast<std::int64_t>(*point.smallest);
+        search.to = std::min(search.to, most);
+        search.candidates.erase(std::upper_bound(search.candidates.begin(), search.candidates.end(), most),
+                                search.candidates.end());
         for (const exploration::Setting& setting : point.settings)
             stalling.fixed.push_back({setting.key, setting.value});
         stalling.fixed.push_back({"composer.on_starvation", "stall"});
@@ -304,7 +396,11 @@ void SizeCommand::print_stalling(const exploration::SweepDescription& asked,
                           : "frames_per_second >= " + text::number(1.0 - kRateTolerance) + " * " + rate);
         const exploration::SweepPlan plan = make_plan(stalling);
         const exploration::Exploration found = run(plan, std::nullopt);
-        if (found.stopped || found.points.empty()) return;
+        simulations += found.progress.runs;
+        if (found.stopped || found.points.empty()) {
+            stopped = true;
+            break;
+        }
         const exploration::PointRecord& answer = found.points.front();
         std::vector<std::string> cells;
         for (const exploration::Setting& setting : point.settings) cells.push_back(setting.value);
@@ -316,10 +412,12 @@ void SizeCommand::print_stalling(const exploration::SweepDescription& asked,
         table.add(std::move(cells));
         ++lines;
     }
-    if (lines == 0) return;
+    if (lines == 0) return stopped;
     std::cout << "with on_starvation: stall, whole pictures " << (frame_rate_hz_ ? "" : "and ")
               << "at the same rate:\n"
               << table.text();
+    if (left_out > 0) std::cout << "  ... and " << left_out << " points more, not looked at\n";
+    return stopped;
 }
 
 ExitStatus SizeCommand::size_one() {
@@ -331,69 +429,106 @@ ExitStatus SizeCommand::size_one() {
     if (!quiet_) std::cout << "goal: " << plan.search->goal << '\n';
     print_smallest(plan, exploration);
     if (!quiet_) {
-        if (!exploration.stopped) print_stalling(asked, exploration);
+        std::size_t stalling_runs = 0;
+        const bool stopped = !exploration.stopped && print_stalling(asked, exploration, stalling_runs);
         print_pace(exploration);
+        if (stalling_runs > 0) std::cout << "and " << stalling_runs << " with on_starvation: stall\n";
+        if (stopped) {
+            std::cerr << "stopped in the comparison with stalling columns\n";
+            return kExitStopped;
+        }
         if (!results_file_.empty()) std::cout << "results in " << results_file_ << '\n';
     }
     return judge(exploration);
 }
 
-/// For each coarse value of the first key the smallest of the second; then, for each of these, the smallest of the first.
-/// What then costs more of one key and no less of the other is not on the front.
+/// The second key is minimized at values of the first, coarse ones to begin with; the first at each answer; the second at
+/// these values of the first again; and so on, until nothing new comes. Then it is looked between the corners.
 ExitStatus SizeCommand::size_front() {
     if (!results_file_.empty()) {
         throw InputError(
             "-o: the front of two keys takes searches of both, and a file holds one; leave it out");
     }
     const SearchDescription first = minimized(minimize_.front()).search;
-    exploration::SweepDescription forth = description();
-    if (first.key == forth.search->key) {
+    const exploration::SweepDescription asked = description();
+    const SearchDescription& second = *asked.search;
+    if (first.key == second.key) {
         throw InputError("--minimize: " + first.key + " is given twice; use two keys, or one");
     }
-    const std::vector<Axis> overs = forth.axes;
-    forth.axes.push_back(Axis{{first.key}, {coarse_values(first)}, {first.where}});
-    const exploration::SweepPlan plan = make_plan(forth);
-    check_frames(plan);
-    const exploration::Exploration seconds = run(plan, std::nullopt);
-    if (seconds.stopped) return judge(seconds);
+    std::vector<std::string> over_keys;
+    for (const Axis& over : asked.axes) over_keys.push_back(over.keys.front());
 
-    // Each answer once: the settings of --over, and the second key's value.
-    std::set<std::vector<std::string>> answers;
-    for (const exploration::PointRecord& point : seconds.points) {
-        if (!point.smallest) continue;
-        std::vector<std::string> answer;
-        for (std::size_t n = 0; n + 1 < point.settings.size(); ++n) answer.push_back(point.settings[n].value);
-        answer.push_back(text::number(*point.smallest));
-        answers.insert(std::move(answer));
-    }
+    exploration::SweepDescription coarse = asked;
+    coarse.axes.push_back(Axis{{first.key}, {coarse_values(first)}, {first.where}});
+    exploration::SweepPlan plan = make_plan(coarse);
+    check_frames(plan);
     if (!quiet_) std::cout << "goal: " << plan.search->goal << '\n';
-    if (answers.empty()) {
-        print_smallest(plan, seconds);
-        return judge(seconds);
+    std::vector<Corner> corners;
+    using Values = std::vector<std::string>;
+    std::set<Values> searched_firsts;
+    std::set<Values> searched_seconds;
+    exploration::Progress all;
+    bool of_second = true;
+    for (;;) {
+        const exploration::Exploration found = run(plan, std::nullopt);
+        all.runs += found.progress.runs;
+        all.seconds += found.progress.seconds;
+        std::set<Values> next;
+        for (const exploration::PointRecord& point : found.points) {
+            Corner corner;
+            for (std::size_t n = 0; n + 1 < point.settings.size(); ++n)
+                corner.overs.push_back(point.settings[n].value);
+            const std::string answer = point.smallest ? text::number(*point.smallest) : std::string();
+            corner.first = of_second ? point.settings.back().value : answer;
+            corner.second = of_second || answer.empty() ? answer : point.settings.back().value;
+            corner.record = point;
+            Values looked_at = corner.overs;
+            looked_at.push_back(point.settings.back().value);
+            (of_second ? searched_firsts : searched_seconds).insert(looked_at);
+            if (of_second || !answer.empty()) corners.push_back(corner);
+            if (answer.empty()) continue;
+            looked_at.back() = answer;
+            if ((of_second ? searched_seconds : searched_firsts).count(looked_at) == 0)
+                next.insert(looked_at);
+        }
+        if (found.stopped) {
+            print_front(over_keys, first.key, second.key, corners);
+            std::cerr << "stopped: the front is not whole\n";
+            return kExitStopped;
+        }
+        if (next.empty()) {
+            // Between two corners there may be more: with a little less of the second key than the first of them has.
+            next = gaps_of(corners, second);
+            for (const Values& values : searched_seconds) next.erase(values);
+            if (next.empty() || front_of(corners).size() > kMostCorners) break;
+            of_second = true;  // the first key is minimized next
+        }
+        exploration::SweepDescription more = asked;
+        Axis looked_at;
+        looked_at.keys = over_keys;
+        looked_at.keys.push_back(of_second ? second.key : first.key);
+        looked_at.values.resize(looked_at.keys.size());
+        looked_at.where.resize(looked_at.keys.size());
+        for (const Values& values : next) {
+            for (std::size_t n = 0; n < values.size(); ++n) looked_at.values[n].push_back(values[n]);
+        }
+        more.axes = {std::move(looked_at)};
+        if (of_second) {
+            more.search = first;
+            more.search->goal = second.goal;
+            more.search->checks = checks_;
+        }
+        plan = make_plan(more);
+        of_second = !of_second;
     }
-    exploration::SweepDescription back = forth;
-    back.axes.clear();
-    Axis corners;
-    for (const Axis& over : overs) corners.keys.push_back(over.keys.front());
-    corners.keys.push_back(forth.search->key);
-    corners.values.resize(corners.keys.size());
-    corners.where.resize(corners.keys.size());
-    for (const std::vector<std::string>& answer : answers) {
-        for (std::size_t n = 0; n < answer.size(); ++n) corners.values[n].push_back(answer[n]);
-    }
-    back.axes.push_back(std::move(corners));
-    const std::string goal = forth.search->goal;
-    back.search = first;
-    back.search->goal = goal;
-    back.search->checks = checks_;
-    const exploration::SweepPlan back_plan = make_plan(back);
-    const exploration::Exploration firsts = run(back_plan, std::nullopt);
-    print_front(back_plan, firsts);
-    if (!quiet_) {
-        print_pace(seconds);
-        print_pace(firsts);
-    }
-    return judge(firsts);
+    print_front(over_keys, first.key, second.key, corners);
+    if (!quiet_) std::cout << all.runs << " simulations in " << text::decimal(all.seconds, 1) << " s\n";
+    const bool all_invalid = std::all_of(corners.begin(), corners.end(), [](const Corner& corner) {
+        return corner.record.status == exploration::RunStatus::kInvalid;
+    });
+    if (!all_invalid || corners.empty()) return kExitDone;
+    std::cerr << text::message(corners.front().record.reason) << '\n';
+    return kExitBadInput;
 }
 
 ExitStatus SizeCommand::execute() {

@@ -27,8 +27,8 @@ class SizeCommand final : public Command {
                                       const exploration::SearchDescription& search) const;
     ExitStatus size_one();
     ExitStatus size_front();
-    void print_stalling(const exploration::SweepDescription& asked,
-                        const exploration::Exploration& exploration) const;
+    bool print_stalling(const exploration::SweepDescription& asked,
+                        const exploration::Exploration& exploration, std::size_t& simulations) const;
 
     ScenarioOptions scenario_;
     std::vector<std::string> minimize_;

@@ -4,10 +4,15 @@ namespace metabuffer {
 
 void WrongPixelRecord::take(const DisplayedFrame& displayed) {
     // What was kept off is not shown, starved or not.
-    if (displayed.starved_pixels == 0 || displayed.kept) return;
+    const bool may_be_wrong = displayed.starved_pixels > 0 && !displayed.kept;
+    const auto known = counts_.find(displayed.frame);
+    if (!may_be_wrong && known == counts_.end()) return;
     std::vector<std::int64_t>& counts = counts_.try_emplace(displayed.frame, displays_).first->second;
+    // Behind a reset a frame may come again, and counts anew.
     counts[static_cast<std::size_t>(displayed.display) - 1] =
-        wrong_pixels_.count(displayed.frame, displayed.display, displayed.picture, displayed.pairs);
+        may_be_wrong
+            ? wrong_pixels_.count(displayed.frame, displayed.display, displayed.picture, displayed.pairs)
+            : 0;
 }
 
 void WrongPixelRecord::put_into(RunReport& report) const {

@@ -120,6 +120,13 @@ TEST_CASE("bottleneck: none without frames or clocks") {
     report = run();
     report.frames.clear();
     CHECK_FALSE(find_bottleneck(report));
+    // Buses have worked for frames that are not in the report.
+    report = run();
+    report.watchdog = {"composer_1_1 waits"};
+    CHECK_FALSE(find_bottleneck(report));
+    report = run();
+    report.begins_anew = true;
+    CHECK_FALSE(find_bottleneck(report));
 }
 
 TEST_CASE("bottleneck: report and summary say it, with what else took its time") {

@@ -65,7 +65,12 @@ TEST_CASE("frame rates: the first frame waits for no display, and no rate is mor
         run_of({frame(4'000, 10'000, 0), frame(10'000, 20'000, 1), frame(20'000, 30'000, 2)}).frame_rates();
     CHECK(rates.composition_hz == 100.0);  // and not 125
     CHECK(rates.display_hz == 100.0);
+    CHECK(rates.slowest_interval->cycles == 10'000);
     CHECK(rates.held_hz() == 100.0);
+    const FrameRates two = run_of({frame(4'000, 10'000, 0), frame(10'000, 20'000, 1)}).frame_rates();
+    CHECK(two.composition_hz == 100.0);
+    CHECK(two.slowest_interval->cycles == 6'000);
+    CHECK(two.slowest_interval->hz == 100.0);
 }
 
 TEST_CASE("frame rates: a picture counts once, and one that was kept off the displays never") {

@@ -201,7 +201,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(text.substr(0, 29) == "{\n  \"scenario\": \"troubled\",\n ");
     CHECK(text.back() == '\n');
     CHECK(keys(json) == std::vector<std::string>{"scenario", "level", "core_cycles", "core_mhz",
-                                                 "buffer_pixels", "rates", "bottleneck", "frames",
+                                                 "buffer_pixels", "rates", "bottleneck", "cost", "frames",
                                                  "renderers", "composers", "displays", "totals", "watchdog"});
     CHECK(json["scenario"] == "troubled");
     CHECK(json["level"] == "rtl");
@@ -406,7 +406,7 @@ TEST_CASE("the summary of a clean run of one frame", "[report]") {
 frames      1 shown on every display, 1 composited
 clocks      5000 core clocks at 100 MHz
 frame rate  none: a single frame has no interval
-limits      displays 60000.00 Hz, link 70000.00 pairs/s, raster 50000.00 frames/s
+limits      displays 60000.00 Hz, 2 a frame, link 70000.00 pairs/s, raster 50000.00 frames/s
 bottleneck  raster: 100.0 % of the clocks from first pixel to last
 latency     2050 clocks (20.50 us), last DVI pixel to last composited pixel
 

@@ -159,7 +159,7 @@ TEST_CASE("The front leaves out what costs as much and gives less", "[charts]") 
         for (const Machine& machine : {Machine{100, 10.0, 0}, Machine{200, 30.0, 0}, Machine{200, 20.0, 0},
                                        Machine{300, 25.0, 0}, Machine{400, 40.0, 0}, Machine{150, 90.0, 5}}) {
             const auto run = done_run({{"bus.width_bits", std::to_string(++width)}},
-                                      {{"buffer_bits", machine.bits},
+                                      {{"cost", machine.bits},
                                        {"frames_per_second", machine.rate},
                                        {"starved_pixels", machine.starved}});
             database.add_point(point_of(run), run);

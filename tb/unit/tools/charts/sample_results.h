@@ -62,7 +62,7 @@ inline std::filesystem::path sample_results(const ScratchDirectory& scratch,
             exploration::RunRecord run = done_run({{"bus.width_bits", width}, {"bus.arbitration", policy}},
                                                   {{"starved_pixels", std::int64_t{is_narrow ? 700 : 0}},
                                                    {"frames_per_second", is_narrow ? 400.5 : 900.25},
-                                                   {"buffer_bits", std::int64_t{is_narrow ? 1000 : 2000}},
+                                                   {"cost", std::int64_t{is_narrow ? 1000 : 2000}},
                                                    {"utilization", 0.5}});
             if (is_last) {
                 run.status = exploration::RunStatus::kInvalid;

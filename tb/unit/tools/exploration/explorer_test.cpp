@@ -329,6 +329,29 @@ TEST_CASE("explorer: what is known of a search without a run is not run") {
     CHECK(again.points[2].reason == "nothing helps");
 }
 
+TEST_CASE("explorer: the cost is what the sweep says it is") {
+    const Place place;
+    SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 12));
+    plan.cost = "3 * composer.buffer_pixels + 0.5 * buffer_bits";
+    const Explorer explorer(
+        plan, [](const Scenario& scenario, bool /*pictures*/) { return simulation_of(scenario, getpid()); });
+    ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", explorer.identity("1"));
+    explorer.run(&results, with_processes(2));
+    const auto table = ResultsReader(place.directory / "r.db")
+                           .results({"composer.buffer_pixels", "cost", "buffer_bits"}, "");
+    REQUIRE(table.rows.size() == 3);
+    for (const std::vector<Value>& row : table.rows) {
+        const auto pixels = static_cast<double>(std::get<std::int64_t>(row[0]));
+        const auto bits = static_cast<double>(std::get<std::int64_t>(row[2]));
+        CHECK(row[1] == Value(3.0 * pixels + 0.5 * bits));
+    }
+    // Results of another cost are others.
+    SweepPlan other = plan;
+    other.cost.clear();
+    CHECK_THROWS_AS(ResultsDatabase::open(place.directory / "r.db", Explorer(other, starving).identity("1")),
+                    InputError);
+}
+
 TEST_CASE("explorer: a clock is searched in fractions of a megahertz") {
     const Place place;
     SweepPlan plan = place.plan("watchdog_cycles", {"41"});

@@ -163,6 +163,9 @@ TEST_CASE("figures: those that are not in the report are what their meaning says
     CHECK(whole("composers") == 6);
     CHECK(whole("raster_pixels") == 800);
     CHECK(whole("buffer_bits") == 38400);
+    CHECK(number("cost") == Approx(machine_cost(scenario).weighted()));
+    CHECK(whole("memory_devices") == 4);
+    CHECK(number("composer_mhz") == Approx(machine_cost(scenario).composer_mhz));
     // Two renderers of 128-bit buses, each with the pins beside the data, to composers of three displays.
     CHECK(whole("bus_wires") == 2 * (128 + 103 + 3 * 2));
 }

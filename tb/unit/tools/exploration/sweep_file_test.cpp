@@ -23,6 +23,7 @@ constexpr const char* kEverything =
     "name: buffer-width\n"
     "set: {composer.on_starvation: glitch, displays.background: [1, 2, 3], name: 'a b'}\n"
     "pictures: true\n"
+    "cost: buffer_bits / 1000 + 2 * bus.width_bits\n"
     "axes:\n"
     "  - {key: bus.width_bits, values: [32, 64, 128]}\n"
     "  - {key: composer.buffer_pixels, range: {from: 64, to: 256, factor: 2}}\n"
@@ -45,6 +46,7 @@ TEST_CASE("sweep file: everything that one may hold") {
     CHECK(sweep.scenario.empty());
     CHECK(sweep.base == fixture.directory().path());
     CHECK(sweep.pictures);
+    CHECK(sweep.cost == "buffer_bits / 1000 + 2 * bus.width_bits");
     REQUIRE(sweep.fixed.size() == 3);
     CHECK(sweep.fixed[0].path == "composer.on_starvation");
     CHECK(sweep.fixed[0].value == "glitch");
@@ -61,6 +63,7 @@ TEST_CASE("sweep file: everything that one may hold") {
     CHECK(sweep.search->goal == "starved_pixels = 0");
     CHECK(sweep.search->checks == 8);
     const SweepPlan plan = make_plan(sweep);
+    CHECK(plan.cost == sweep.cost);
     CHECK(plan.filtered_points == 3 * 3 * 2 * 2 * 2 - 30);
     CHECK(plan.points.size() ==
           30);  // of the nine widths and depths, bursts of 8 go with all and of 16 with six
@@ -149,7 +152,9 @@ TEST_CASE("sweep file: every mistake is told in one line with its line") {
     const std::vector<Case> cases{
         {"", "test.yaml:1: the sweep is empty; use at least the keys scenario and axes"},
         {"- a\n",
-         "test.yaml:1: is a list; use a map with the keys name, scenario, set, pictures, axes, filter and "
+         "test.yaml:1: is a list; use a map with the keys name, scenario, set, pictures, cost, weights, "
+         "axes, "
+         "filter and "
          "minimize"},
         {"scenario: [\n", "test.yaml:2: not valid YAML: "},
         {"scenario: case.yaml\nscenario: case.yaml\n",
@@ -253,6 +258,15 @@ TEST_CASE("sweep file: every mistake is told in one line with its line") {
         {with_key("filter: frames > 2\n"),
          "test.yaml:3: filter: 'frames > 2' lets none of the 2 points through; use a wider filter"},
 
+        {with_key("cost: buffer_bits +\n"), "test.yaml:3: cost: "},
+        {with_key("cost: bufer_bits\n"), "test.yaml:3: cost: 'bufer_bits' is not known; the nearest is "},
+        {with_key("cost: 2 * cost\n"), "test.yaml:3: cost: 'cost' is not known; the nearest is "},
+        {with_key("weights: {bus_wires: 1}\ncost: bus_wires\n"),
+         "test.yaml:3: weights: stands beside a cost; use one of the two"},
+        {with_key("weights: {bus_wires: many}\n"), "test.yaml:3: weights.bus_wires: "},
+        {with_key("weights: {wires: 1}\n"), "test.yaml:3: weights: "},
+        {with_key("weights: {}\n"),
+         "test.yaml:3: weights: has no entries; use figures and what one of each costs"},
         {with_key("minimize: frames\n"),
          "test.yaml:3: minimize: is 'frames'; use a map with the keys key, from, to, step, goal and "
          "checks"},
@@ -283,6 +297,13 @@ TEST_CASE("sweep file: every mistake is told in one line with its line") {
         CHECK((cut ? error.substr(0, one.error.size()) : error) == one.error);
         CHECK(error.size() >= one.error.size());
     }
+}
+
+TEST_CASE("sweep file: weights are a cost") {
+    const SweepFixture fixture;
+    CHECK(fixture.parse(with_key("weights: {buffer_bits: 0.001, memory_devices: 40}\n")).cost ==
+          "0.001 * \"buffer_bits\" + 40 * \"memory_devices\"");
+    CHECK(fixture.plan(with_key("weights: {buffer_bits: 0.001, memory_devices: 40}\n")).points.size() == 2);
 }
 
 TEST_CASE("sweep file: the documentation's list of keys") {
