@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -223,28 +224,37 @@ std::string rate_lines(const Analysis& analysis) {
     return text;
 }
 
-/// A line for each table, and what is wrong with its rows.
+/// A line for each renderer, of the table that gives its bus most to do, and what is wrong with the rows of any.
 std::string table_lines(const Analysis& analysis) {
-    constexpr std::size_t kMostTables = 24;
+    constexpr std::size_t kMostRenderers = 24;
+    std::string rejected;
+    std::map<int, std::vector<const TableAnalysis*>> by_renderer;
+    for (const TableAnalysis& table : analysis.tables) {
+        by_renderer[table.renderer].push_back(&table);
+        if (table.rejected.empty()) continue;
+        rejected += table.renderer_name + ", " + frames_text(table.frames) + "\n" + rejected_lines(table);
+    }
     TextTable lines({0, 1});
     lines.add({"renderer", "of", "pixels a frame", "bus clocks", "load", "at its busiest", "page misses"});
-    std::string rejected;
-    for (std::size_t n = 0; n < analysis.tables.size(); ++n) {
-        const TableAnalysis& table = analysis.tables[n];
-        if (!table.rejected.empty()) {
-            rejected += table.renderer_name + ", " + frames_text(table.frames) + "\n" + rejected_lines(table);
-        }
-        if (n >= kMostTables) continue;
-        const auto clocks = static_cast<double>(table.supply.frame_cycles());
-        lines.add({table.renderer_name, frames_text(table.frames), std::to_string(table.demand.pixels),
-                   std::to_string(table.supply.frame_cycles()), percent_of(clocks, analysis.period_cycles),
+    std::size_t shown = 0;
+    for (const auto& [renderer, tables] : by_renderer) {
+        if (shown++ == kMostRenderers) break;
+        const TableAnalysis& table = **std::max_element(
+            tables.begin(), tables.end(), [](const TableAnalysis* a, const TableAnalysis* b) {
+                return a->supply.frame_cycles() < b->supply.frame_cycles();
+            });
+        const std::string others =
+            tables.size() == 1 ? "" : ", the most of " + std::to_string(tables.size()) + " tables";
+        lines.add({table.renderer_name, frames_text(table.frames) + others,
+                   std::to_string(table.demand.pixels), std::to_string(table.supply.frame_cycles()),
+                   percent_of(static_cast<double>(table.supply.frame_cycles()), analysis.period_cycles),
                    decimal(kPercent * table.load, 1) + " %", std::to_string(table.supply.page_misses)});
     }
     std::string text =
         "buses, in % of a frame's " + decimal(analysis.period_cycles, 0) + " clocks:\n" + lines.text();
-    if (analysis.tables.size() > kMostTables) {
-        text +=
-            "  ... and " + std::to_string(analysis.tables.size() - kMostTables) + " more, see --details\n";
+    if (by_renderer.size() > kMostRenderers) {
+        text += "  ... and " + std::to_string(by_renderer.size() - kMostRenderers) +
+                " renderers more, see --details\n";
     }
     return text + rejected;
 }

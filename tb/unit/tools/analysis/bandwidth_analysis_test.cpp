@@ -239,6 +239,10 @@ TEST_CASE("each different table of the run stands once with its frames and rejec
     REQUIRE(all.tables[1].rejected.size() == 1);
     CHECK(all.tables[1].rejected.front().defect == RowDefect::kDisplay);
     CHECK(analysis_text(all, true).find("row 1 rejected (display): Dcomp 9") != std::string::npos);
+    // Without details a line for the renderer, of the table of most work; what is rejected is told in any case.
+    const std::string answer = analysis_text(all, false);
+    CHECK(answer.find("frames 0, 2, the most of 2 tables") != std::string::npos);
+    CHECK(answer.find("row 1 rejected (display): Dcomp 9") != std::string::npos);
 
     const Analysis second = analyze(scenario, {1, std::nullopt});
     REQUIRE(second.tables.size() == 1);
