@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "datapath/slot_table.h"
 #include "formats/bus_side_band.h"
 #include "report/synthesis_table.h"
 
@@ -25,7 +26,6 @@ constexpr int kDviSidePins = 4;
 constexpr int kBlockRamBits = 32 * 1024;  ///< of 36 Kbit without parity
 constexpr int kFifoBanks = 8;             ///< of the composer in SystemVerilog: each a block RAM or more
 constexpr int kSmallestMemoryPixels = 64;
-constexpr int kMostSlots = 256;
 
 std::int64_t bits_of(std::int64_t values) {
     std::int64_t bits = 1;
@@ -75,11 +75,11 @@ BlockCells composer_cells(const Scenario& scenario) {
     return cells;
 }
 
-double arbiter_lines(const Scenario& scenario) { return std::max(2, scenario.displays.count()); }
+int arbiter_lines(const Scenario& scenario) { return std::max(2, scenario.displays.count()); }
 
 BlockCells arbiter_cells(const Scenario& scenario) {
     const double lines = arbiter_lines(scenario);
-    const double slot_bits = (kMostSlots + lines) * std::ceil(std::log2(lines));
+    const double slot_bits = most_slots(arbiter_lines(scenario)) * std::ceil(std::log2(lines));
     BlockCells cells;
     cells.lookup_tables = std::llround(value_of(synthesis::kArbiterLookupTables, {1.0, lines, slot_bits}));
     cells.registers = std::llround(value_of(synthesis::kArbiterRegisters, {1.0, lines, slot_bits}));
@@ -137,7 +137,8 @@ MachineCost machine_cost(const Scenario& scenario) {
         value_of(synthesis::kComposerPeriod,
                  {1.0, doublings(static_cast<double>(memory_pixels(scenario)), kSmallestMemoryPixels),
                   doublings(scenario.bus.width_bits, kPixelBits)}));
-    cost.arbiter_mhz = mhz_of_period(value_of(synthesis::kArbiterPeriod, {1.0, arbiter_lines(scenario)}));
+    cost.arbiter_mhz = mhz_of_period(
+        value_of(synthesis::kArbiterPeriod, {1.0, static_cast<double>(arbiter_lines(scenario))}));
     return cost;
 }
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,11 @@ void put_counters(Json& json, const Owner& owner, bool among_totals = false) {
     for (const Counter<Owner>& counter : Counters<Owner>::kTable) {
         json[among_totals ? counter.name_in_totals() : counter.name] = owner.*counter.member;
     }
+}
+
+template <typename Value>
+Json optional_json(const std::optional<Value>& value) {
+    return value ? Json(*value) : Json(nullptr);
 }
 
 Json bus_json(const BusCounters& bus) {
@@ -57,10 +63,10 @@ Json frame_json(const FrameRecord& frame) {
             {"end_cycle", frame.end_cycle},
             {"swap_cycle", frame.swap_cycle},
             {"kept", frame.kept},
-            {"latency_cycles", frame.latency_cycles ? Json(*frame.latency_cycles) : Json(nullptr)},
+            {"latency_cycles", optional_json(frame.latency_cycles)},
             {"pairs", frame.pairs},
             {"starved_pixels", frame.starved_pixels},
-            {"wrong_pixels", frame.wrong_pixels ? Json(*frame.wrong_pixels) : Json(nullptr)}};
+            {"wrong_pixels", optional_json(frame.wrong_pixels)}};
 }
 
 Json renderer_json(const RendererCounters& renderer) {
@@ -99,28 +105,22 @@ Json composer_json(const ComposerCounters& composer) {
     return json;
 }
 
-Json wrong_pixels_json(const std::optional<std::int64_t>& pixels) {
-    return pixels ? Json(*pixels) : Json(nullptr);
-}
-
 Json display_json(const RunReport& report, std::size_t index) {
     Json json{{"display", index + 1}};
     put_counters(json, report.displays[index]);
     json["starved_pixels"] = report.starved_pixels_of_display(index);
-    json["wrong_pixels"] = wrong_pixels_json(report.wrong_pixels_of_display(index));
+    json["wrong_pixels"] = optional_json(report.wrong_pixels_of_display(index));
     return json;
 }
-
-Json number_or_null(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
 
 /// Frames a second, with what the machine allows.
 Json rates_json(const RunReport& report) {
     const FrameRates rates = report.frame_rates();
-    Json json{{"frames_per_second", number_or_null(rates.held_hz())},
-              {"composition_hz", number_or_null(rates.composition_hz)},
+    Json json{{"frames_per_second", optional_json(rates.held_hz())},
+              {"composition_hz", optional_json(rates.composition_hz)},
               {"slowest_interval_cycles", nullptr},
               {"slowest_interval_frame", nullptr},
-              {"display_hz", number_or_null(rates.display_hz)}};
+              {"display_hz", optional_json(rates.display_hz)}};
     if (rates.slowest_interval) {
         json["slowest_interval_cycles"] = rates.slowest_interval->cycles;
         json["slowest_interval_frame"] = rates.slowest_interval->frame;
@@ -166,7 +166,7 @@ Json totals_json(const RunReport& report) {
     put_counters(json, renderers, true);
     put_counters(json, report.total_composer(), true);
     put_counters(json, report.total_display(), true);
-    json["wrong_pixels"] = wrong_pixels_json(report.total_wrong_pixels());
+    json["wrong_pixels"] = optional_json(report.total_wrong_pixels());
     return json;
 }
 

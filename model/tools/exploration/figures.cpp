@@ -134,8 +134,7 @@ std::vector<Figure> make_figures() {
           frame_cycles},
          {{"frames_per_second", "frames/s",
            "what a goal of so many frames a second asks for: the least of composition_hz, display_hz and one "
-           "frame in "
-           "slowest_interval_cycles; with three frames or more"},
+           "frame in slowest_interval_cycles; with three frames or more"},
           [](const Sums& s) { return optional_value(s.rates.held_hz()); }},
          {{"composition_hz", "frames/s",
            "frames behind the first over the clocks from the first one's start to the last one's; with two "
@@ -172,8 +171,7 @@ std::vector<Figure> make_figures() {
           }},
          {{"bottleneck_share", "",
            "share of the clocks that the bottleneck is to blame for; while pixels starve, clocks that the "
-           "worst "
-           "bus works over those of the raster"},
+           "worst bus works over those of the raster"},
           [](const Sums& s) { return s.bottleneck ? Value(s.bottleneck->share()) : Value(); }},
          {{"bus_load", "", "clocks that the worst or busiest bus works over those of the raster"},
           [](const Sums& s) { return s.bottleneck ? Value(s.bottleneck->bus_load) : Value(); }}});

@@ -95,11 +95,11 @@ std::string remark(const PointRecord& point) {
 
 /// How many points wait for what.
 void print_bottlenecks(const Exploration& exploration) {
-    const std::size_t what = exploration::figure_index("bottleneck").value();
     std::map<std::string, std::int64_t> counts;
     for (const PointRecord& point : exploration.points) {
-        if (point.figures.size() <= what) continue;
-        if (const auto* const name = std::get_if<std::string>(&point.figures[what])) ++counts[*name];
+        const Value* const what = figure_of(point, "bottleneck");
+        const auto* const name = what != nullptr ? std::get_if<std::string>(what) : nullptr;
+        if (name != nullptr) ++counts[*name];
     }
     std::vector<std::string> parts;
     parts.reserve(counts.size());

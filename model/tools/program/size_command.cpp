@@ -64,24 +64,18 @@ double number_in(const std::string& text, const std::string& where) {
 }
 
 /// --minimize's KEY, KEY=FROM..TO, KEY=FROM..TO+STEP or KEY=A,B,C.
-struct Minimized {
-    SearchDescription search;
-    bool has_range = false;  ///< the user's
-};
-
-Minimized minimized(const std::string& minimize) {
+SearchDescription minimized(const std::string& minimize) {
     const std::string where = "--minimize " + minimize;
     const auto [key, range] = split_assignment(minimize);
-    if (range.empty()) return {exploration::describe_search(key, std::nullopt, std::nullopt, where)};
+    if (range.empty()) return exploration::describe_search(key, std::nullopt, std::nullopt, where);
     const std::size_t dots = range.find("..");
     if (dots != std::string::npos) {
         const std::string rest = range.substr(dots + 2);
         const std::size_t plus = rest.find('+', 1);
         std::optional<double> step;
         if (plus != std::string::npos) step = number_in(rest.substr(plus + 1), where);
-        return {exploration::describe_search(key, number_in(range.substr(0, dots), where),
-                                             number_in(rest.substr(0, plus), where), where, step),
-                true};
+        return exploration::describe_search(key, number_in(range.substr(0, dots), where),
+                                            number_in(rest.substr(0, plus), where), where, step);
     }
     SearchDescription search = exploration::describe_search(key, std::nullopt, std::nullopt, where);
     if (search.step > 0.0) throw InputError(where + ": takes fractions; use FROM..TO+STEP, like 60..100+0.5");
@@ -95,7 +89,7 @@ Minimized minimized(const std::string& minimize) {
     }
     std::sort(candidates.begin(), candidates.end());
     candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
-    return {std::move(search), true};
+    return search;
 }
 
 /// The values that are tried of the first of two keys: all candidates, or the range in doubling steps, both ends among
@@ -271,7 +265,7 @@ exploration::SweepDescription SizeCommand::description() const {
             throw InputError(where + ": has no values; use KEY=VALUES, like bus.width_bits=32,64");
         description.axes.push_back(Axis{{key}, {exploration::parse_values(values, where)}, {where}});
     }
-    description.search = minimized(minimize_.back()).search;
+    description.search = minimized(minimize_.back());
     description.search->checks = checks_;
     if (!goal_.empty()) {
         description.search->goal = goal_;
@@ -310,32 +304,29 @@ exploration::KnownAnswer SizeCommand::known_of(const Scenario& scenario,
                                                const SearchDescription& search) const {
     exploration::KnownAnswer known;
     const bool of_buffers = search.key == kBufferKey;
-    if (frame_rate_hz_ && search.key == kCoreClockKey) {
+    const bool of_core_clock = search.key == kCoreClockKey;
+    if (!of_core_clock && !leaves_limits(search.key)) return known;
+    const double asked = frame_rate_hz_.value_or(0.0) * (1.0 - kRateTolerance);
+    analysis::Analysis analysis;
+    std::string too_slow;
+    if (of_core_clock) {
         // It changes the raster's rate, and neither links nor how often displays are refreshed.
         const RateLimits limits = rate_limits(scenario);
-        const double asked = *frame_rate_hz_ * (1.0 - kRateTolerance);
-        if (std::min(limits.refresh_hz, limits.links_hz()) < asked) {
-            known.hopeless =
-                "no " + search.key + " brings " + text::number(*frame_rate_hz_) +
-                " frames/s: too slow for it: " + (limits.refresh_hz < asked ? "the displays" : "the links");
-        }
+        if (limits.links_hz() < asked) too_slow = "the links";
+        if (limits.refresh_hz < asked) too_slow = "the displays";
+    } else {
+        analysis = analysis::analyze(scenario, {std::nullopt, frame_rate_hz_});
+        if (frame_rate_hz_) too_slow = analysis::too_slow_for(analysis, asked, of_buffers);
     }
-    if (!leaves_limits(search.key)) return known;
-    if (frame_rate_hz_) {
-        const analysis::Analysis analysis = analysis::analyze(scenario, {std::nullopt, *frame_rate_hz_});
-        const double asked = *frame_rate_hz_ * (1.0 - kRateTolerance);
-        const std::string too_slow = analysis::too_slow_for(analysis, asked, of_buffers);
-        if (!too_slow.empty()) {
-            known.hopeless = "no " + search.key + " brings " + text::number(*frame_rate_hz_) +
-                             " frames/s: too slow for it: " + too_slow;
-            return known;
-        }
+    if (!too_slow.empty()) {
+        known.hopeless = "no " + search.key + " brings " + text::number(*frame_rate_hz_) +
+                         " frames/s: too slow for it: " + too_slow;
+        return known;
     }
     const bool has_range =
         std::any_of(minimize_.begin(), minimize_.end(),
                     [&search](const std::string& text) { return text.rfind(search.key + "=", 0) == 0; });
     if (!of_buffers || has_range || !goal_.empty()) return known;
-    const analysis::Analysis analysis = analysis::analyze(scenario);
     known.least = analysis.least_buffer_pixels;
     const std::int64_t whole = analysis.whole_buffer_pixels;
     if (frame_rate_hz_) {
@@ -389,7 +380,7 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
         stalling.fixed.push_back({"composer.on_starvation", "stall"});
         const std::string rate = figure_text(point, "frames_per_second", 6);
         const std::string cycles = figure_text(point, "frame_cycles", 3);
-        stalling.search->goal =
+        search.goal =
             "starved_pixels = 0 and rejected_rows = 0 and rejected_frames = 0 and rejected_slot_tables = 0 "
             "and " +
             (rate.empty() ? "frame_cycles <= " + text::number(1.0 + kRateTolerance) + " * " + cycles
@@ -449,7 +440,7 @@ ExitStatus SizeCommand::size_front() {
         throw InputError(
             "-o: the front of two keys takes searches of both, and a file holds one; leave it out");
     }
-    const SearchDescription first = minimized(minimize_.front()).search;
+    const SearchDescription first = minimized(minimize_.front());
     const exploration::SweepDescription asked = description();
     const SearchDescription& second = *asked.search;
     if (first.key == second.key) {
@@ -467,12 +458,13 @@ ExitStatus SizeCommand::size_front() {
     using Values = std::vector<std::string>;
     std::set<Values> searched_firsts;
     std::set<Values> searched_seconds;
-    exploration::Progress all;
+    exploration::Exploration all;
     bool of_second = true;
     for (;;) {
         const exploration::Exploration found = run(plan, std::nullopt);
-        all.runs += found.progress.runs;
-        all.seconds += found.progress.seconds;
+        all.progress.runs += found.progress.runs;
+        all.progress.seconds += found.progress.seconds;
+        all.points.insert(all.points.end(), found.points.begin(), found.points.end());
         std::set<Values> next;
         for (const exploration::PointRecord& point : found.points) {
             Corner corner;
@@ -522,13 +514,10 @@ ExitStatus SizeCommand::size_front() {
         of_second = !of_second;
     }
     print_front(over_keys, first.key, second.key, corners);
-    if (!quiet_) std::cout << all.runs << " simulations in " << text::decimal(all.seconds, 1) << " s\n";
-    const bool all_invalid = std::all_of(corners.begin(), corners.end(), [](const Corner& corner) {
-        return corner.record.status == exploration::RunStatus::kInvalid;
-    });
-    if (!all_invalid || corners.empty()) return kExitDone;
-    std::cerr << text::message(corners.front().record.reason) << '\n';
-    return kExitBadInput;
+    if (!quiet_)
+        std::cout << all.progress.runs << " simulations in " << text::decimal(all.progress.seconds, 1)
+                  << " s\n";
+    return judge(all);
 }
 
 ExitStatus SizeCommand::execute() {
