@@ -237,6 +237,11 @@ void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& 
     if (band.first_row == 0) {
         buffer_.close_frame(band.frame, column_.raster_pixels(), now());
         next_starved_ = 0;
+        if (settings_.observer != nullptr && buffer_.segment(band.frame) != nullptr) {
+            for (const StarvedRun& run : buffer_.starved(band.frame)) {
+                settings_.observer->starved(settings_.renderer + 1, settings_.display, run);
+            }
+        }
     }
     if (band.raster != nullptr) {
         composite(band);

@@ -41,6 +41,7 @@ void DviDecoder::learnt(LinkEvent event, std::int64_t edge) {
 void DviDecoder::decode(const DviFrame& frame) {
     DecodedFrame& decoded = *decoded_;
     decoded.events.clear();
+    decoded.kind.reset();
     newest_moments_.assign(1, {0, pairs_});
     const std::int64_t first_line = frame.first_edge +
                                     std::int64_t{DviTiming::kVerticalBackLines} * timing_.line_clocks() +
@@ -103,6 +104,10 @@ void DviDecoder::decode(const DviFrame& frame) {
 
 void DviDecoder::end_control_scanline(const DviFrame& frame, std::int64_t edge) {
     DecodedScanline scanline = decode_control_scanline(frame.control);
+    if (scanline.defect == ScanlineDefect::kNone) {
+        decoded_->kind = scanline.content.kind;
+        decoded_->number = scanline.content.frame_number;
+    }
     LinkEvent event;
     pairs_.end_control_scanline(scanline, event);
     if (event.colour_start) {

@@ -70,10 +70,31 @@ void InputFramebuffer::take_frame(::tlm::tlm_generic_payload& payload, sc_core::
     newest_link_frame_.line_pixels = frame.line_pixels;
     newest_link_frame_.line_clocks = frame.line_clocks;
     link_events_.insert(link_events_.end(), frame.events.begin(), frame.events.end());
+    if (settings_.observer != nullptr) tell_link_frame(frame);
     payload.set_response_status(::tlm::TLM_OK_RESPONSE);
     if (!link_events_.empty()) {
         wake_link(link_events_.front().edge);
     }
+}
+
+void InputFramebuffer::tell_link_frame(const DecodedFrame& frame) const {
+    LinkFrameSeen seen;
+    seen.kind = frame.kind;
+    seen.pair = frame.number;
+    for (const LinkEvent& event : frame.events) {
+        seen.taken = seen.taken || event.colour_start || event.pair_good;
+        // What a colour frame's beginning rejects is the pair before it.
+        if (event.rejected && !event.colour_start) {
+            seen.taken = false;
+            seen.cause = event.cause;
+        }
+    }
+    const std::int64_t last = std::max<std::int64_t>(0, frame.pixels - 1);
+    const std::int64_t last_edge =
+        frame.first_pixel_edge + last / frame.line_pixels * frame.line_clocks + last % frame.line_pixels;
+    seen.span = {core_.edge_at(dvi_.picoseconds_of(frame.first_pixel_edge)),
+                 core_.edge_at(dvi_.picoseconds_of(last_edge))};
+    settings_.observer->link_frame(settings_.renderer + 1, seen);
 }
 
 void InputFramebuffer::wake_link(std::int64_t edge) {

@@ -63,6 +63,7 @@ class InputFramebuffer final : public sc_core::sc_module {
   private:
     // ---- the link's side (DVI input clock) ----
     void take_frame(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
+    void tell_link_frame(const DecodedFrame& frame) const;
     void link_process();
     void take_event(const LinkEvent& event, std::int64_t edge);
     void answer(bool fresh, std::int64_t edge);

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <tlm>
 #include <vector>
@@ -115,6 +116,8 @@ struct LinkEvent : PairEvent {
 /// dvi_decoder to input_framebuffer: a frame and what becomes of it.
 struct DecodedFrame : Extension<DecodedFrame> {
     std::vector<LinkEvent> events;      ///< in order of time
+    std::optional<FrameKind> kind;      ///< none: the control scanline cannot be read
+    std::uint32_t number = 0;           ///< with kind
     std::int64_t first_pixel_edge = 0;  ///< DVI input clock in which the first pixel reaches the framebuffer
     std::int64_t pixels = 0;            ///< pixels that reach it, line by line
     int line_pixels = 0;

@@ -1,6 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+
+#include "datapath/link/reject_cause.h"
+#include "formats/control_scanline.h"
+#include "report/report.h"
 
 namespace metabuffer::tlm {
 
@@ -9,6 +14,15 @@ struct CycleSpan {
     std::int64_t first = 0;
     std::int64_t last = -1;
     std::int64_t cycles() const { return last - first + 1; }
+};
+
+/// A frame of a link, as the decoder has understood it.
+struct LinkFrameSeen {
+    CycleSpan span;                 ///< from its first pixel to its last, in the input framebuffer
+    std::optional<FrameKind> kind;  ///< none: its control scanline cannot be read
+    std::uint32_t pair = 0;         ///< with kind
+    bool taken = false;             ///< it is half of a pair, as far as it can tell
+    std::optional<RejectCause> cause = std::nullopt;  ///< why it was rejected; none: it was passed over
 };
 
 /// Listens to what the transaction-level machine does with its time. Renderers and displays count from 1,
@@ -48,6 +62,12 @@ class ScheduleObserver {
     virtual void column_stall(int display, int frame, CycleSpan span) = 0;
     /// A frame on the display's screen: from the swap to the clock in which it has been shown in full once.
     virtual void shown(int display, int frame, CycleSpan span) = 0;
+
+    // For those who want to know.
+    /// A frame of a renderer's link; its span may end behind the run.
+    virtual void link_frame(int /*renderer*/, const LinkFrameSeen& /*frame*/) {}
+    /// Raster pixels of a frame that a composer went without. Once the frame has been composited, in raster order.
+    virtual void starved(int /*renderer*/, int /*display*/, const StarvedRun& /*run*/) {}
 };
 
 }  // namespace metabuffer::tlm

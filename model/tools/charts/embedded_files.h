@@ -9,10 +9,20 @@ namespace metabuffer::charts::embedded {
 std::string_view vega_bundle();
 /// From rows of results to Vega's specifications: `metabufferCharts`.
 std::string_view charts_js();
+/// What the pages have in common: `metabufferElements`.
+std::string_view elements_js();
 std::string_view page_js();
 std::string_view page_css();
 /// With @NAME@ where the page's parts go.
 std::string_view page_html();
+/// The page about one run: its data (`metabufferRun`), the displays, the time line, and what holds them together.
+std::string_view run_data_js();
+std::string_view run_wall_js();
+std::string_view run_time_js();
+std::string_view run_page_js();
+/// Behind page_css().
+std::string_view run_page_css();
+std::string_view run_page_html();
 /// `metabufferPlot`, for node.
 std::string_view plot_js();
 

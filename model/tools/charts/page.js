@@ -2,6 +2,7 @@
 (() => {
     "use strict";
     const {build, kindOf, inOrder, formatValue, isNumber, isThere} = metabufferCharts;
+    const {element, shellWord, inflatedText, busesOf, saveButton, copyButton} = metabufferElements;
     const data = JSON.parse(document.getElementById("data").textContent);
     const byId = id => document.getElementById(id);
 
@@ -13,18 +14,6 @@
     const mostFields = 150;         // of a heat map in one direction
     const mostFilterValues = 60;
 
-    /// An element with text or other elements inside.
-    function element(name, attributes, ...content) {
-        const made = document.createElement(name);
-        for (const [key, value] of Object.entries(attributes || {})) {
-            if (value === undefined || value === null || value === false) continue;
-            if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
-            else if (key === "class") made.className = value;
-            else made.setAttribute(key, value === true ? "" : value);
-        }
-        made.append(...content.filter(part => part !== null && part !== undefined));
-        return made;
-    }
     const counted = (count, thing) => `${formatValue(count)} ${thing}${count === 1 ? "" : "s"}`;
 
     // ---------------------------------------------------------------------------------------------- points and fields
@@ -595,8 +584,6 @@
     const panel = byId("panel");
     let opened = null;
 
-    const shellWord = word => /^[\w.,:\/=+@%-]+$/.test(word) ? word : "'" + word.replace(/'/g, "'\\''") + "'";
-
     /// A value as --set reads it: what YAML would take for something else than a text is quoted.
     function yamlValue(value) {
         if (isNumber(value)) return String(value);
@@ -635,43 +622,10 @@
                 `    --out out/${item.isPoint ? "point" : "simulation"}-${item.id}`].join(" \\\n");
     }
 
-    async function inflated(text) {
-        const bytes = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
-        const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-        return new Response(stream).text();
-    }
-
     function pairs(rows) {
         return element("table", {}, element("tbody", {}, ...rows.map(([name, value, meaning]) =>
             element("tr", {title: meaning || null}, element("th", {scope: "row"}, name),
                     element("td", {class: "number"}, formatValue(value))))));
-    }
-
-    const clockKinds = [["busy", "busy_cycles"], ["page misses", "page_miss_cycles"], ["refreshes", "refresh_cycles"],
-                        ["link's writes", "write_cycles"],
-                        ["table", "table_cycles"], ["arbiter", "grant_cycles"], ["polls", "poll_cycles"],
-                        ["lost", "lost_cycles"], ["idle", "idle_cycles"]];
-    const clockColours = ["#0072b2", "#d55e00", "#56b4e9", "#f0e442", "#cc79a7", "#009e73", "#e69f00", "#7a3b00",
-                          "#9aa3ad"];
-
-    /// What the report says of each bus, drawn: where its clocks went.
-    function busesOf(report) {
-        const renderers = Array.isArray(report.renderers) ? report.renderers.slice(0, 32) : [];
-        if (!renderers.length || !renderers[0].bus) return [];
-        const key = element("div", {class: "key"}, ...clockKinds.map(([name], n) =>
-            element("span", {}, element("i", {style: "background:" + clockColours[n]}), name)));
-        const rows = renderers.map(renderer => {
-            const clocks = clockKinds.map(([, counter]) => Number(renderer.bus[counter]) || 0);
-            const all = clocks.reduce((sum, count) => sum + count, 0) || 1;
-            const words = clockKinds.map(([name], n) => `${name} ${vega.format(".1%")(clocks[n] / all)}`).join(", ");
-            return element("tr", {}, element("th", {scope: "row"}, String(renderer.name)), element("td", {},
-                element("div", {class: "bar", role: "img", "aria-label": words, title: words}, ...clocks.map((count, n) =>
-                    element("span", {style: `width:${100 * count / all}%;background:${clockColours[n]}`})))));
-        });
-        const more = report.renderers.length - renderers.length;
-        return [element("h3", {}, "Where the clocks of each bus went"), key,
-                element("table", {}, element("tbody", {}, ...rows)),
-                more > 0 ? element("p", {class: "what"}, `and ${counted(more, "bus")} more`) : null];
     }
 
     function reportPart(item) {
@@ -687,16 +641,12 @@
             return box;
         }
         box.append(element("p", {class: "what"}, "…"));
-        inflated(embedded.report).then(text => {
+        inflatedText(embedded.report).then(text => {
             const pre = element("pre", {class: "report", tabindex: "0"});
             const details = element("details", {}, element("summary", {}, "report.json, in full"), pre);
             // Only when it is asked for: it may be megabytes of text to lay out.
             details.addEventListener("toggle", () => { if (details.open && !pre.firstChild) pre.textContent = text; });
-            const save = element("button", {type: "button", onclick: () => {
-                const link = element("a", {href: "data:application/json;charset=utf-8," + encodeURIComponent(text),
-                                           download: "report.json"});
-                link.click();
-            }}, "Save report.json");
+            const save = saveButton("Save report.json", "report.json", text);
             let buses = [];
             try {
                 buses = busesOf(JSON.parse(text));
@@ -721,15 +671,7 @@
     function commandPart(item) {
         const command = commandOf(item);
         const needsScenario = !data.sources[item.source].scenario && !data.axes.includes("scenario");
-        const copy = element("button", {type: "button", onclick: () => {
-            const done = () => { copy.textContent = "Copied"; };
-            navigator.clipboard.writeText(command).then(done, () => {
-                const range = document.createRange();
-                range.selectNodeContents(byId("command"));
-                getSelection().removeAllRanges();
-                getSelection().addRange(range);
-            });
-        }}, "Copy");
+        const copy = copyButton(command, () => byId("command"));
         return [element("h3", {}, "Run by hand, with pictures"), element("pre", {id: "command"}, command),
                 needsScenario ? element("p", {class: "what"}, "SCENARIO: the scenario that the sweep was made from.") : null,
                 element("p", {}, copy)];

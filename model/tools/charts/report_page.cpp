@@ -1,7 +1,5 @@
 #include "tools/charts/report_page.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
@@ -17,6 +15,7 @@
 #include "tools/charts/base64.h"
 #include "tools/charts/column_title.h"
 #include "tools/charts/embedded_files.h"
+#include "tools/charts/page_template.h"
 #include "tools/charts/value_json.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
@@ -49,17 +48,6 @@ class Columns {
   private:
     std::map<std::string, std::size_t> places_;
 };
-
-std::string deflated(const std::string& text) {
-    uLongf size = compressBound(text.size());
-    std::string result(size, '\0');
-    const int status =
-        compress2(reinterpret_cast<Bytef*>(result.data()), &size, reinterpret_cast<const Bytef*>(text.data()),
-                  text.size(), Z_DEFAULT_COMPRESSION);
-    if (status != Z_OK) throw std::runtime_error("zlib cannot deflate a report");
-    result.resize(size);
-    return result;
-}
 
 /// One file, the points of it that the page shows, and where they are in the page.
 struct Source {
@@ -280,52 +268,6 @@ class PageData {
     std::size_t pictures_left_out_ = 0;
 };
 
-std::string html_text(const std::string& text) {
-    std::string result;
-    for (const char character : text) {
-        switch (character) {
-            case '&':
-                result += "&amp;";
-                break;
-            case '<':
-                result += "&lt;";
-                break;
-            case '>':
-                result += "&gt;";
-                break;
-            case '"':
-                result += "&quot;";
-                break;
-            default:
-                result += character;
-        }
-    }
-    return result;
-}
-
-/// The template with each @NAME@ replaced. What is put in is not looked at again.
-std::string filled(std::string_view page, const std::map<std::string, std::string_view>& parts) {
-    std::string result;
-    std::size_t at = 0;
-    while (true) {
-        const std::size_t begin = page.find('@', at);
-        if (begin == std::string_view::npos) break;
-        const std::size_t end = page.find('@', begin + 1);
-        const auto part = end == std::string_view::npos
-                              ? parts.end()
-                              : parts.find(std::string(page.substr(begin + 1, end - begin - 1)));
-        result += page.substr(at, begin - at);
-        if (part == parts.end()) {
-            result += '@';
-            at = begin + 1;
-        } else {
-            result += part->second;
-            at = end + 1;
-        }
-    }
-    return result + std::string(page.substr(at));
-}
-
 std::string default_title(const std::vector<Source>& sources) {
     std::string title;
     for (const Source& source : sources) {
@@ -349,6 +291,7 @@ std::string report_page(const std::vector<std::filesystem::path>& files, const P
                                           {"DATA", data_text},
                                           {"VEGA", embedded::vega_bundle()},
                                           {"CHARTS", embedded::charts_js()},
+                                          {"ELEMENTS", embedded::elements_js()},
                                           {"PAGE", embedded::page_js()}});
 }
 

@@ -24,6 +24,7 @@
 #include "tools/program/run_command.h"
 #include "tools/program/size_command.h"
 #include "tools/program/sweep_command.h"
+#include "tools/program/view_command.h"
 
 namespace {
 
@@ -70,6 +71,7 @@ metabuffer::ExitStatus run_command_line(int argc, char** argv) {
     program.set_version_flag("--version", METABUFFER_VERSION);
     Commands commands;
     commands.push_back(std::make_unique<metabuffer::RunCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::ViewCommand>(program));
     commands.push_back(std::make_unique<metabuffer::CompareCommand>(program));
     commands.push_back(std::make_unique<metabuffer::SweepCommand>(program));
     commands.push_back(std::make_unique<metabuffer::SizeCommand>(program));

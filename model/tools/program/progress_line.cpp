@@ -1,5 +1,6 @@
 #include "tools/program/progress_line.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -14,6 +15,10 @@ ProgressLine::~ProgressLine() {
 
 void ProgressLine::show(const std::string& text) const {
     if (shown_) std::fprintf(stderr, "\r%s\033[K", text.c_str());
+}
+
+void ProgressLine::show_run(std::int64_t core_cycles, double share) const {
+    show(fmt::format("{} core clocks, {:3.0f} % of the pixels composited", core_cycles, 100.0 * share));
 }
 
 }  // namespace metabuffer

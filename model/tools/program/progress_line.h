@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace metabuffer {
@@ -14,6 +15,8 @@ class ProgressLine {
     ~ProgressLine();
 
     void show(const std::string& text) const;
+    /// How far a run has come: core clocks done, and the share of its raster pixels composited.
+    void show_run(std::int64_t core_cycles, double share) const;
 
   private:
     bool shown_;

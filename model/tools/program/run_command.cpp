@@ -1,7 +1,5 @@
 #include "tools/program/run_command.h"
 
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <array>
 #include <cstdio>
@@ -44,10 +42,6 @@ constexpr const char* kRunFooter =
     "      --trace-window first-starved-pixel --trace-modules 'composer_*,input_framebuffer_3'\n"
     "Exit status: 0 done; 1 the model failed; 2 bad input; 3 --strict and something starved or was\n"
     "rejected; 4 the watchdog: nothing moved any more; 5 --check and the model broke a rule.";
-
-void show_progress(const ProgressLine& line, std::int64_t core_cycles, double share) {
-    line.show(fmt::format("{} core clocks, {:3.0f} % of the pixels composited", core_cycles, 100.0 * share));
-}
 
 /// What made a waveform: program, scenario and every key that is a single value.
 std::string waveform_header(const Scenario& scenario) {
@@ -256,7 +250,7 @@ RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& p
             wrong_pixels.take(displayed);
         };
     }
-    options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
+    options.on_progress = [&](std::int64_t cycles, double share) { progress.show_run(cycles, share); };
     rtl::RunResult result = rtl::run(scenario, options);
     if (!no_images_) wrong_pixels.put_into(result.report);
     Outcome outcome{std::move(result.report), result.simulation_seconds, "", result.trace_note, "", ""};
@@ -283,7 +277,7 @@ RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& p
         if (check) check->take(displayed.frame, displayed.display, displayed.picture);
         wrong_pixels.take(displayed);
     };
-    options.on_progress = [&](std::int64_t cycles, double share) { show_progress(progress, cycles, share); };
+    options.on_progress = [&](std::int64_t cycles, double share) { progress.show_run(cycles, share); };
     tlm::RunResult result = tlm::run(scenario, options);
     if (!no_images_) wrong_pixels.put_into(result.report);
     Outcome outcome{std::move(result.report), result.simulation_seconds, "", "", "", ""};

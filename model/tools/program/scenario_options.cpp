@@ -21,6 +21,13 @@ std::vector<ScenarioOverride> ScenarioOptions::overrides() const {
     return overrides;
 }
 
+std::vector<std::string> ScenarioOptions::words() const {
+    std::vector<std::string> words{file_};
+    for (const std::string& text : overrides_) words.insert(words.end(), {"--set", text});
+    if (frames_) words.insert(words.end(), {"--frames", std::to_string(*frames_)});
+    return words;
+}
+
 Scenario ScenarioOptions::load() const { return load_scenario(file_, overrides()); }
 
 }  // namespace metabuffer

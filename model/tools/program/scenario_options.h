@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/errors.h"
@@ -22,6 +23,10 @@ class ScenarioOptions {
     ScenarioOptions& operator=(const ScenarioOptions&) = delete;
 
     const std::string& file() const { return file_; }
+    /// Where the argument names a scenario in another way than by its file.
+    void set_file(std::string file) { file_ = std::move(file); }
+    /// The words that name the scenario and its changes again, on another command line.
+    std::vector<std::string> words() const;
     /// What --set and --frames ask for. Throws InputError.
     std::vector<ScenarioOverride> overrides() const;
     /// Throws InputError.

@@ -1,0 +1,462 @@
+// What the page knows of its run: tracks of clocks, unpacked when they are first drawn, and what happened to each pixel.
+// Clocks are core clocks, frames count from 0, renderers and displays from 0 in here and from 1 for the reader.
+const metabufferRun = (() => {
+    "use strict";
+    const {inflated} = metabufferElements;
+    const data = JSON.parse(document.getElementById("data").textContent);
+    const {machine, record, report} = data;
+    const renderers = machine.renderers.length;
+    const displays = machine.columns * machine.rows;
+    const sub = machine.supersample;
+    const rasterWidth = machine.width * sub, rasterHeight = machine.height * sub;
+    const cycles = report.core_cycles;
+    const uses = 8;             // kinds of spans of a bus, in the order of the report's counters; no span: idle
+    const useNames = ["pixels", "table", "page miss", "refresh", "link writes", "arbitration", "poll", "lost slot"];
+    const blockLength = 64;     // spans, or points, between two kept sums
+    const farZ = 2 ** machine.depth.z_bits - 1;
+
+    /// Reads back what NumberLog has written.
+    class NumberReader {
+        constructor(buffer) { this.bytes = new Uint8Array(buffer); this.at = 0; }
+        next() {
+            let number = 0, scale = 1;
+            for (;;) {
+                const byte = this.bytes[this.at++];
+                number += (byte & 127) * scale;
+                if (byte < 128) return number;
+                scale *= 128;
+            }
+        }
+        nextSigned() {
+            const number = this.next();
+            return number % 2 ? -(number + 1) / 2 : number / 2;
+        }
+    }
+
+    /// The last place whose value is not above `value`, -1 if there is none.
+    function lastAtOrBefore(sorted, value, count = sorted.length) {
+        let low = 0, high = count;
+        while (low < high) {
+            const middle = (low + high) >> 1;
+            if (sorted[middle] <= value) low = middle + 1; else high = middle;
+        }
+        return low - 1;
+    }
+
+    /// What is unpacked later: get() is null until then, and `whenReady` is called once.
+    class Later {
+        constructor(make) { this.make = make; this.value = null; this.promise = null; }
+        load() {
+            if (!this.promise) this.promise = this.make().then(value => { this.value = value; return value; });
+            return this.promise;
+        }
+        get(whenReady) {
+            if (this.value === null && !this.promise) this.load().then(whenReady);
+            return this.value;
+        }
+    }
+
+    // ------------------------------------------------------------------------------------------------------------ buses
+
+    class BusTrack {
+        constructor(track, spans, bins) {
+            const count = track.count;
+            this.known = track.left_out ? track.known_cycles : Infinity;  // single spans up to here
+            this.starts = new Float64Array(count);
+            this.lengths = new Float64Array(count);
+            this.kinds = new Uint8Array(count);
+            this.numbers = new Uint32Array(count);    // a display, from 1; of a table its frame
+            this.pixels = new Uint32Array(count);
+            this.recovered = new Uint32Array(count);
+            this.sums = [];                           // before each block: clocks by use
+            const reader = new NumberReader(spans), sum = new Float64Array(uses);
+            let end = 0;
+            for (let n = 0; n < count; ++n) {
+                if (n % blockLength === 0) this.sums.push(sum.slice());
+                const kind = this.kinds[n] = reader.next();
+                this.starts[n] = end + reader.nextSigned();
+                this.lengths[n] = reader.next();
+                end = this.starts[n] + this.lengths[n];
+                sum[kind] += this.lengths[n];
+                if (kind === 0 || kind === 1 || kind === 2) this.numbers[n] = reader.next();
+                if (kind === 0) {
+                    this.pixels[n] = reader.next();
+                    this.recovered[n] = reader.next();
+                }
+            }
+            this.binCycles = track.bin_cycles;
+            const binReader = new NumberReader(bins);
+            this.binSums = [new Float64Array(uses)];
+            while (binReader.at < binReader.bytes.length) {
+                const next = this.binSums[this.binSums.length - 1].slice();
+                for (let use = 0; use < uses; ++use) next[use] += binReader.next();
+                this.binSums.push(next);
+            }
+        }
+        /// Clocks by use before a clock.
+        before(clock, into) {
+            if (clock > this.known) {
+                const place = clock / this.binCycles, bin = Math.min(Math.floor(place), this.binSums.length - 1);
+                const next = Math.min(bin + 1, this.binSums.length - 1), share = Math.min(1, place - bin);
+                for (let use = 0; use < uses; ++use) {
+                    into[use] = this.binSums[bin][use] + share * (this.binSums[next][use] - this.binSums[bin][use]);
+                }
+                return into;
+            }
+            const last = lastAtOrBefore(this.starts, clock);
+            if (last < 0) return into.fill(0);
+            const block = Math.floor(last / blockLength);
+            into.set(this.sums[block]);
+            for (let n = block * blockLength; n < last; ++n) into[this.kinds[n]] += this.lengths[n];
+            into[this.kinds[last]] += Math.min(this.lengths[last], clock - this.starts[last]);
+            return into;
+        }
+        /// The span that has a clock, -1: none.
+        at(clock) {
+            const last = lastAtOrBefore(this.starts, clock);
+            return last >= 0 && clock < this.starts[last] + this.lengths[last] ? last : -1;
+        }
+        describe(n) {
+            const kind = this.kinds[n], clocks = `clocks ${this.starts[n]} to ${this.starts[n] + this.lengths[n] - 1}`;
+            if (kind === 0) {
+                return `${this.pixels[n]} pixels for display ${this.numbers[n]}` +
+                    (this.recovered[n] ? `, ${this.recovered[n]} slots recovered` : "") + `, ${clocks}`;
+            }
+            if (kind === 1) return `table of frame ${this.numbers[n]}, ${clocks}`;
+            return `${useNames[kind]}${kind === 2 ? ` for display ${this.numbers[n]}` : ""}, ${clocks}`;
+        }
+    }
+    const buses = record.buses.map(track => new Later(async () =>
+        new BusTrack(track, await inflated(track.spans), await inflated(track.bins))));
+
+    // ---------------------------------------------------------------------------------------------------------- buffers
+
+    class LevelTrack {
+        constructor(track, points, bins) {
+            this.known = track.left_out ? track.known_cycles : Infinity;
+            this.clocks = new Float64Array(track.count);
+            this.levels = new Int32Array(track.count);
+            this.least = [];
+            this.most = [];
+            const reader = new NumberReader(points);
+            let clock = 0, level = 0;
+            for (let n = 0; n < track.count; ++n) {
+                clock += reader.nextSigned();
+                level += reader.nextSigned();
+                this.clocks[n] = n ? Math.max(clock, this.clocks[n - 1]) : clock;
+                this.levels[n] = level;
+                const block = Math.floor(n / blockLength);
+                this.least[block] = n % blockLength ? Math.min(this.least[block], level) : level;
+                this.most[block] = n % blockLength ? Math.max(this.most[block], level) : level;
+            }
+            this.binCycles = track.bin_cycles;
+            const binReader = new NumberReader(bins);
+            this.bins = [];
+            while (binReader.at < binReader.bytes.length) this.bins.push([binReader.next(), binReader.next()]);
+        }
+        /// What is held at a clock: between two points it changes evenly.
+        at(clock) {
+            if (clock > this.known) {
+                const bin = this.bins[Math.floor(clock / this.binCycles)];
+                return bin ? bin[1] : 0;
+            }
+            const n = lastAtOrBefore(this.clocks, clock);
+            if (n < 0) return 0;
+            if (n + 1 === this.clocks.length || this.clocks[n + 1] === this.clocks[n]) return this.levels[n];
+            const share = (clock - this.clocks[n]) / (this.clocks[n + 1] - this.clocks[n]);
+            return Math.round(this.levels[n] + share * (this.levels[n + 1] - this.levels[n]));
+        }
+        /// The least and the most in clocks from..to.
+        range(from, to) {
+            if (to > this.known) {
+                let least = Infinity, most = 0;
+                const last = Math.min(this.bins.length - 1, Math.floor(to / this.binCycles));
+                for (let n = Math.max(0, Math.floor(from / this.binCycles)); n <= last; ++n) {
+                    least = Math.min(least, this.bins[n][0]);
+                    most = Math.max(most, this.bins[n][1]);
+                }
+                return least <= most ? [least, most] : [0, 0];
+            }
+            let least = this.at(from), most = least;
+            const take = level => { least = Math.min(least, level); most = Math.max(most, level); };
+            take(this.at(to));
+            let n = lastAtOrBefore(this.clocks, from) + 1;
+            const end = lastAtOrBefore(this.clocks, to);
+            while (n <= end) {
+                if (n % blockLength === 0 && n + blockLength - 1 <= end) {
+                    take(this.least[n / blockLength]);
+                    take(this.most[n / blockLength]);
+                    n += blockLength;
+                } else {
+                    take(this.levels[n++]);
+                }
+            }
+            return [least, most];
+        }
+    }
+    const levels = record.levels.map(track => new Later(async () =>
+        new LevelTrack(track, await inflated(track.points), await inflated(track.bins))));
+    const composerOf = (renderer, display) => renderer * displays + display;
+
+    // ------------------------------------------------------------------------------------------ starved pixels and clocks
+
+    const stalls = record.stalls.map(() => new Map());   // of each display by frame: [start, clocks]
+    const starved = record.starved.map(() => new Map()); // of each composer by frame: [y, first x, last x]
+
+    async function unpackStalls(display) {
+        const track = record.stalls[display], reader = new NumberReader(await inflated(track.spans));
+        let end = 0;
+        for (let n = 0; n < track.count; ++n) {
+            const start = end + reader.nextSigned(), length = reader.next(), frame = reader.next();
+            end = start + length;
+            if (!stalls[display].has(frame)) stalls[display].set(frame, []);
+            stalls[display].get(frame).push([start, length]);
+        }
+    }
+    async function unpackStarved(composer) {
+        const track = record.starved[composer], reader = new NumberReader(await inflated(track.runs));
+        let frame = 0, y = 0, first = 0;
+        for (let n = 0; n < track.count; ++n) {
+            frame += reader.nextSigned();
+            y += reader.nextSigned();
+            first += reader.nextSigned();
+            const run = [y, first, first + reader.next()];
+            if (!starved[composer].has(frame)) starved[composer].set(frame, []);
+            starved[composer].get(frame).push(run);
+        }
+    }
+
+    /// A column moves a raster position a clock and stands still in stalls; a composer is a clock behind the one above.
+    function clockOf(frame, display, renderer, x, y) {
+        const spans = record.composited[frame];
+        if (!spans || spans[display][1] < spans[display][0]) return null;
+        let clock = spans[display][0] + renderer + y * rasterWidth + x;
+        for (const [start, length] of stalls[display].get(frame) || []) {
+            if (start > clock) break;
+            clock += length;
+        }
+        return clock;
+    }
+    /// What the top composer of a display composites at a clock: {frame, x, y}, or null.
+    function beamAt(clock, display) {
+        let frame = frameAt(clock, display);
+        if (frame < 0) return null;
+        let position = clock - record.composited[frame][display][0];
+        for (const [start, length] of stalls[display].get(frame) || []) {
+            if (start > clock) break;
+            position -= Math.min(length, clock - start + 1);
+        }
+        position = Math.max(0, position);
+        if (position >= rasterWidth * rasterHeight) return null;
+        return {frame, x: position % rasterWidth, y: Math.floor(position / rasterWidth)};
+    }
+    const starts = [...Array(displays).keys()].map(display => record.composited.map(spans => spans[display][0]));
+    /// The frame that a display's column composites at a clock, -1: none.
+    function frameAt(clock, display) {
+        const frame = lastAtOrBefore(starts[display], clock);
+        return frame >= 0 && clock <= record.composited[frame][display][1] ? frame : -1;
+    }
+
+    /// Every run of starved pixels of a display, in the order of clocks: {clock, end, renderer, frame, y, first, last}.
+    const glitches = [...Array(displays).keys()].map(() => null);
+    /// None until all is unpacked.
+    function glitchesOf(display) {
+        if (!isUnpacked) return [];
+        if (glitches[display]) return glitches[display];
+        const list = [];
+        for (let renderer = 0; renderer < renderers; ++renderer) {
+            for (const [frame, runs] of starved[composerOf(renderer, display)]) {
+                for (const [y, first, last] of runs) {
+                    const clock = clockOf(frame, display, renderer, first, y);
+                    if (clock === null) continue;
+                    list.push({clock, end: clock + last - first, display, renderer, frame, y, first, last});
+                }
+            }
+        }
+        list.sort((a, b) => a.clock - b.clock);
+        return glitches[display] = list;
+    }
+
+    /// Whether a raster pixel of a composer starved.
+    function isStarved(renderer, display, frame, x, y) {
+        const runs = starved[composerOf(renderer, display)].get(frame);
+        if (!runs) return false;
+        let low = 0, high = runs.length;
+        while (low < high) {
+            const middle = (low + high) >> 1, [row, , last] = runs[middle];
+            if (row < y || (row === y && last < x)) low = middle + 1; else high = middle;
+        }
+        return low < runs.length && runs[low][0] === y && runs[low][1] <= x;
+    }
+
+    // --------------------------------------------------------------------------------------------------------- pictures
+
+    const pngOf = number => Uint8Array.from(atob(document.getElementById("picture-" + number).textContent),
+                                            letter => letter.charCodeAt(0));
+    const bitmapOf = number => createImageBitmap(new Blob([pngOf(number)], {type: "image/png"}),
+                                                 {colorSpaceConversion: "none", premultiplyAlpha: "none"});
+    function pixelsOf(bitmap) {
+        const canvas = document.createElement("canvas");
+        canvas.width = bitmap.width;
+        canvas.height = bitmap.height;
+        const context = canvas.getContext("2d", {willReadFrequently: true});
+        context.drawImage(bitmap, 0, 0);
+        const bytes = context.getImageData(0, 0, bitmap.width, bitmap.height).data;
+        const pixels = new Uint32Array(bitmap.width * bitmap.height);
+        for (let n = 0; n < pixels.length; ++n) pixels[n] = bytes[4 * n] * 65536 + bytes[4 * n + 1] * 256 + bytes[4 * n + 2];
+        return pixels;
+    }
+    const shownBitmaps = new Map(), shownPixels = new Map();
+    const mostBitmaps = 96;     // the browser's memory is not for the whole run
+    async function remembered(map, key, make) {
+        if (!map.has(key)) map.set(key, make());
+        const value = map.get(key);
+        map.delete(key);
+        map.set(key, value);    // the newest stand last
+        if (map.size > mostBitmaps) map.delete(map.keys().next().value);
+        return value;
+    }
+    const shownBitmap = number => remembered(shownBitmaps, number, () => bitmapOf(number));
+    const shownPixelsOf = number => remembered(shownPixels, number, async () => pixelsOf(await shownBitmap(number)));
+
+    const isKnownImage = number => data.images[number].colour !== undefined;
+    const images = data.images.map((image, number) => new Later(async () => isKnownImage(number)
+        ? {...image, colours: pixelsOf(await bitmapOf(image.colour)), depths: pixelsOf(await bitmapOf(image.depth))} : image));
+
+    /// The images of a frame's contributions, unpacked; false if one is not in the page.
+    async function loadImages(entry) {
+        if (!entry.contributions) return false;
+        const numbers = entry.contributions.filter(one => one).map(one => one.image);
+        await Promise.all(numbers.map(number => images[number].load()));
+        return numbers.every(isKnownImage);
+    }
+
+    const alphaMask = 2 ** machine.depth.alpha_bits - 1;
+    const alphaOf = bits => machine.depth.alpha_bits ? (bits >>> machine.depth.alpha_shift) & alphaMask : 255;
+    const zOf = bits => ((bits >>> machine.depth.z_shift) & farZ) >>> 0;
+
+    /// The row of a renderer's table for a display, if it has one.
+    function rowOf(entry, renderer, display) {
+        const one = entry.contributions[renderer];
+        return one ? data.tables[one.table].find(row => row[0] === display + 1) : undefined;
+    }
+    /// What a renderer has for a raster pixel, or null: its segment does not cover it.
+    function localPixel(entry, renderer, display, x, y) {
+        const row = rowOf(entry, renderer, display);
+        if (!row) return null;
+        const [, sx, sy, sdx, sdy, dx, dy, multiple] = row;
+        const i = Math.floor((x - dx) / multiple), j = Math.floor((y - dy) / multiple);
+        if (i < 0 || j < 0 || i >= sdx || j >= sdy) return null;
+        const number = entry.contributions[renderer].image, image = images[number].value;
+        const pixel = {renderer, sourceX: sx + i, sourceY: sy + j, image: number,
+                       starved: isStarved(renderer, display, entry.frame, x, y)};
+        if (image && image.colours) {
+            const place = pixel.sourceY * image.width + pixel.sourceX;
+            pixel.colour = image.colours[place];
+            pixel.alpha = alphaOf(image.depths[place]);
+            pixel.z = zOf(image.depths[place]);
+        }
+        return pixel;
+    }
+
+    const divided = t => (t + 128 + ((t + 128) >> 8)) >> 8;
+    function blended(front, back) {
+        const over = (f, b) => Math.min(255, f + divided(b * (255 - front.alpha)));
+        const channel = shift => over((front.colour >>> shift) & 255, (back.colour >>> shift) & 255) * 2 ** shift;
+        return {colour: channel(16) + channel(8) + channel(0), alpha: over(front.alpha, back.alpha), z: front.z};
+    }
+    /// A pixel on its way down the pipeline: colour, alpha and Z, and who won it last (-1: the background).
+    const background = {colour: machine.background[0] * 65536 + machine.background[1] * 256 + machine.background[2],
+                        alpha: 0, z: farZ, winner: -1};
+    function composed(local, upstream) {
+        const isNearer = local.z < upstream.z;
+        if (machine.composition === "over") {
+            const result = isNearer ? blended(local, upstream) : blended(upstream, local);
+            return {...result, winner: isNearer ? local.renderer : upstream.winner};
+        }
+        if (!isNearer || (machine.composition === "z-alpha-key" && local.alpha === 0)) return upstream;
+        return {colour: local.colour, alpha: local.alpha, z: local.z, winner: local.renderer};
+    }
+    /// What became of a raster pixel: what each renderer had for it, and the pixel that left the pipeline. With
+    /// `nothingStarves` as if every local pixel had come in time.
+    function rasterPixel(entry, display, x, y, nothingStarves = false) {
+        const locals = [];
+        let pixel = background, isWhole = true;
+        for (let renderer = 0; renderer < renderers; ++renderer) {
+            const local = localPixel(entry, renderer, display, x, y);
+            if (!local) continue;
+            locals.push(local);
+            if (local.colour === undefined) isWhole = false;
+            else if (nothingStarves || !local.starved) pixel = composed(local, pixel);
+        }
+        return {locals, pixel, isWhole};
+    }
+    /// The mean of a shown pixel's raster pixels.
+    function shownColour(entry, display, column, row, nothingStarves) {
+        const sums = [0, 0, 0];
+        for (let y = row * sub; y < (row + 1) * sub; ++y) {
+            for (let x = column * sub; x < (column + 1) * sub; ++x) {
+                const {colour} = rasterPixel(entry, display, x, y, nothingStarves).pixel;
+                for (let n = 0; n < 3; ++n) sums[n] += (colour >>> (16 - 8 * n)) & 255;
+            }
+        }
+        const [red, green, blue] = sums.map(sum => Math.floor((sum + Math.floor(sub * sub / 2)) / (sub * sub)));
+        return red * 65536 + green * 256 + blue;
+    }
+
+    /// Who won each shown pixel of a display: of its top left raster pixel. The images must have been loaded.
+    function winners(entry, display) {
+        const {width, height} = machine, map = new Int32Array(width * height).fill(-1);
+        if (machine.composition === "over") {
+            for (let n = 0; n < map.length; ++n) {
+                map[n] = rasterPixel(entry, display, n % width * sub, Math.floor(n / width) * sub).pixel.winner;
+            }
+            return map;
+        }
+        const nearest = new Uint32Array(width * height).fill(farZ), keyed = machine.composition === "z-alpha-key";
+        for (let renderer = 0; renderer < renderers; ++renderer) {
+            const row = rowOf(entry, renderer, display);
+            if (!row) continue;
+            const [, sx, sy, sdx, sdy, dx, dy, multiple] = row, image = images[entry.contributions[renderer].image].value;
+            const hasStarved = starved[composerOf(renderer, display)].has(entry.frame);
+            const right = Math.min(width, Math.ceil((dx + sdx * multiple) / sub));
+            const bottom = Math.min(height, Math.ceil((dy + sdy * multiple) / sub));
+            for (let v = Math.max(0, Math.ceil(dy / sub)); v < bottom; ++v) {
+                const line = (sy + Math.floor((v * sub - dy) / multiple)) * image.width + sx;
+                for (let u = Math.max(0, Math.ceil(dx / sub)); u < right; ++u) {
+                    const bits = image.depths[line + Math.floor((u * sub - dx) / multiple)], z = zOf(bits), n = v * width + u;
+                    if (z >= nearest[n] || (keyed && alphaOf(bits) === 0)) continue;
+                    if (hasStarved && isStarved(renderer, display, entry.frame, u * sub, v * sub)) continue;
+                    nearest[n] = z;
+                    map[n] = renderer;
+                }
+            }
+        }
+        return map;
+    }
+
+    /// Shown pixels in which a raster pixel starved: 1, and those that the display therefore shows wrong: 2.
+    async function starvedMap(entry, display) {
+        const {width, height} = machine, map = new Uint8Array(width * height);
+        for (let renderer = 0; renderer < renderers; ++renderer) {
+            for (const [y, first, last] of starved[composerOf(renderer, display)].get(entry.frame) || []) {
+                const start = Math.floor(y / sub) * width;
+                map.fill(1, start + Math.floor(first / sub), start + Math.floor(last / sub) + 1);
+            }
+        }
+        if (!map.includes(1) || !entry.contributions || entry.pictures[display] === null || !await loadImages(entry)) return map;
+        const shown = await shownPixelsOf(entry.pictures[display]);
+        for (let n = 0; n < map.length; ++n) {
+            if (map[n] && shownColour(entry, display, n % width, Math.floor(n / width), true) !== shown[n]) map[n] = 2;
+        }
+        return map;
+    }
+
+    let isUnpacked = false;
+    const ready = Promise.all([...record.stalls.map((track, n) => unpackStalls(n)),
+                               ...record.starved.map((track, n) => unpackStarved(n))])
+        .then(() => { isUnpacked = true; });
+    return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, useNames, farZ, ready,
+            buses, levels, composerOf, stalls, starved, clockOf, beamAt, frameAt, glitchesOf, isStarved, lastAtOrBefore,
+            shownBitmap, shownPixelsOf, loadImages, isKnownImage, rasterPixel, shownColour, winners, starvedMap};
+})();

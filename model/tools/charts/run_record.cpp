@@ -1,0 +1,263 @@
+#include "tools/charts/run_record.h"
+
+#include <algorithm>
+#include <string>
+
+#include "tools/charts/base64.h"
+#include "tools/charts/page_template.h"
+
+namespace metabuffer::charts {
+namespace {
+
+std::string packed(const NumberLog& log) { return base64(deflated(log.bytes())); }
+
+std::size_t share_of(std::size_t most, std::size_t owners) {
+    return std::max<std::size_t>(1, most / std::max<std::size_t>(1, owners));
+}
+
+Json span_json(const tlm::CycleSpan& span) { return Json::array({span.first, span.last}); }
+
+}  // namespace
+
+// ---- bins ----
+
+void ClockBins::add(std::size_t use, tlm::CycleSpan span) {
+    while (span.last / width_cycles_ >= static_cast<std::int64_t>(kMost)) {
+        for (std::size_t n = 0; n < bins_.size(); ++n) {
+            const std::array<std::int64_t, kBusUses> from = std::exchange(bins_[n], {});
+            for (std::size_t u = 0; u < kBusUses; ++u) bins_[n / 2][u] += from[u];
+        }
+        bins_.resize((bins_.size() + 1) / 2);
+        width_cycles_ *= 2;
+    }
+    const auto last_bin = static_cast<std::size_t>(span.last / width_cycles_);
+    if (bins_.size() <= last_bin) bins_.resize(last_bin + 1);
+    for (std::int64_t cycle = span.first; cycle <= span.last;) {
+        const std::int64_t bin = cycle / width_cycles_;
+        const std::int64_t next = std::min(span.last + 1, (bin + 1) * width_cycles_);
+        bins_[static_cast<std::size_t>(bin)][use] += next - cycle;
+        cycle = next;
+    }
+}
+
+void LevelBins::widen(std::int64_t cycle) {
+    while (cycle / width_cycles_ >= static_cast<std::int64_t>(ClockBins::kMost)) {
+        for (std::size_t n = 0; n < bins_.size(); n += 2) {
+            const std::pair<int, int> other = n + 1 < bins_.size() ? bins_[n + 1] : bins_[n];
+            bins_[n / 2] = {std::min(bins_[n].first, other.first), std::max(bins_[n].second, other.second)};
+        }
+        bins_.resize((bins_.size() + 1) / 2);
+        width_cycles_ *= 2;
+    }
+}
+
+/// Between two points what is held changes evenly.
+void LevelBins::add(std::int64_t cycle, int level) {
+    const std::int64_t from = std::min(last_cycle_, cycle);
+    widen(cycle);
+    const auto last_bin = static_cast<std::size_t>(cycle / width_cycles_);
+    const auto level_at = [&](std::int64_t at) {
+        const double share =
+            cycle == from ? 1.0 : static_cast<double>(at - from) / static_cast<double>(cycle - from);
+        return static_cast<int>(last_level_ + share * (level - last_level_));
+    };
+    for (auto bin = static_cast<std::size_t>(from / width_cycles_); bin <= last_bin; ++bin) {
+        const auto first = static_cast<std::int64_t>(bin) * width_cycles_;
+        const int begin = level_at(std::max(first, from));
+        const int end = level_at(std::min(first + width_cycles_ - 1, cycle));
+        const auto [least, most] = std::minmax(begin, end);
+        if (bin < bins_.size()) {
+            bins_[bin] = {std::min(bins_[bin].first, least), std::max(bins_[bin].second, most)};
+        } else {
+            bins_.resize(bin, {begin, begin});
+            bins_.emplace_back(least, most);
+        }
+    }
+    last_cycle_ = cycle;
+    last_level_ = level;
+}
+
+// ---- what is told ----
+
+RunRecord::RunRecord(const Scenario& scenario, const RecordLimits& limits)
+    : displays_(static_cast<std::size_t>(scenario.displays.count())) {
+    const std::size_t renderers = scenario.renderers.size();
+    most_spans_ = share_of(limits.bus_spans, renderers);
+    most_points_ = share_of(limits.level_points, renderers * displays_);
+    most_runs_ = share_of(limits.starved_runs, renderers * displays_);
+    most_stalls_ = share_of(limits.stalls, displays_);
+    most_link_frames_ = share_of(limits.link_frames, renderers);
+    buses_.resize(renderers);
+    links_.resize(renderers);
+    levels_.resize(renderers * displays_);
+    starved_.resize(renderers * displays_);
+    stalls_.resize(displays_);
+}
+
+/// Where the rest of the span is to be written; null if it is left out.
+NumberLog* RunRecord::note(int renderer, BusUse use, tlm::CycleSpan span) {
+    if (span.cycles() <= 0) return nullptr;
+    BusTrack& track = buses_[static_cast<std::size_t>(renderer - 1)];
+    track.bins.add(static_cast<std::size_t>(use), span);
+    if (track.count >= most_spans_) {
+        ++track.left_out;
+        return nullptr;
+    }
+    ++track.count;
+    track.spans.add(static_cast<std::uint64_t>(use));
+    track.spans.add_signed(span.first - track.end);
+    track.spans.add(static_cast<std::uint64_t>(span.cycles()));
+    track.end = track.known = span.last + 1;
+    return &track.spans;
+}
+
+void RunRecord::table(int renderer, int frame, tlm::CycleSpan span) {
+    NumberLog* const log = note(renderer, BusUse::kTable, span);
+    if (log != nullptr) log->add(static_cast<std::uint64_t>(frame));
+}
+
+void RunRecord::beats(int renderer, int display, int /*frame*/, std::int64_t /*first_pixel*/, int pixels,
+                      int recovered_slots, tlm::CycleSpan span) {
+    NumberLog* const log = note(renderer, BusUse::kBusy, span);
+    if (log == nullptr) return;
+    log->add(static_cast<std::uint64_t>(display));
+    log->add(static_cast<std::uint64_t>(pixels));
+    log->add(static_cast<std::uint64_t>(recovered_slots));
+}
+
+void RunRecord::page_miss(int renderer, int display, std::int64_t /*word_address*/, tlm::CycleSpan span) {
+    NumberLog* const log = note(renderer, BusUse::kPageMiss, span);
+    if (log != nullptr) log->add(static_cast<std::uint64_t>(display));
+}
+
+void RunRecord::refresh(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kRefresh, span); }
+void RunRecord::memory_write(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kWrite, span); }
+void RunRecord::poll(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kPoll, span); }
+void RunRecord::arbitration(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kGrant, span); }
+void RunRecord::lost_slot(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kLost, span); }
+
+void RunRecord::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
+    LevelTrack& track = levels_[composer(renderer, display)];
+    track.bins.add(cycle, held_pixels);
+    if (track.count >= most_points_) {
+        ++track.left_out;
+        return;
+    }
+    ++track.count;
+    track.points.add_signed(cycle - track.cycle);
+    track.points.add_signed(held_pixels - track.level);
+    track.cycle = track.known = cycle;
+    track.level = held_pixels;
+}
+
+void RunRecord::composited(int display, int frame, tlm::CycleSpan span) {
+    const auto f = static_cast<std::size_t>(frame);
+    if (composited_.size() <= f) composited_.resize(f + 1, std::vector<tlm::CycleSpan>(displays_));
+    composited_[f][static_cast<std::size_t>(display - 1)] = span;
+}
+
+void RunRecord::column_stall(int display, int frame, tlm::CycleSpan span) {
+    if (span.cycles() <= 0) return;
+    StallTrack& track = stalls_[static_cast<std::size_t>(display - 1)];
+    if (track.count >= most_stalls_) {
+        ++track.left_out;
+        return;
+    }
+    ++track.count;
+    track.spans.add_signed(span.first - track.end);
+    track.spans.add(static_cast<std::uint64_t>(span.cycles()));
+    track.spans.add(static_cast<std::uint64_t>(frame));
+    track.end = span.last + 1;
+}
+
+void RunRecord::shown(int /*display*/, int frame, tlm::CycleSpan span) {
+    const auto f = static_cast<std::size_t>(frame);
+    if (shown_.size() <= f) shown_.resize(f + 1);
+    shown_[f] = span;
+}
+
+void RunRecord::link_frame(int renderer, const tlm::LinkFrameSeen& frame) {
+    LinkTrack& track = links_[static_cast<std::size_t>(renderer - 1)];
+    if (track.frames.size() >= most_link_frames_) {
+        ++track.left_out;
+        return;
+    }
+    const char* const kind = !frame.kind                         ? "unreadable"
+                             : *frame.kind == FrameKind::kColour ? "colour"
+                                                                 : "depth";
+    track.frames.push_back(
+        Json::array({frame.span.first, frame.span.last, kind, frame.kind ? Json(frame.pair) : Json(),
+                     frame.taken, frame.cause ? Json(reject_cause_key(*frame.cause)) : Json()}));
+}
+
+void RunRecord::starved(int renderer, int display, const StarvedRun& run) {
+    RunTrack& track = starved_[composer(renderer, display)];
+    if (track.count >= most_runs_) {
+        ++track.left_out;
+        return;
+    }
+    ++track.count;
+    track.runs.add_signed(run.frame - track.last.frame);
+    track.runs.add_signed(run.y - track.last.y);
+    track.runs.add_signed(run.x_first - track.last.x_first);
+    track.runs.add(static_cast<std::uint64_t>(run.x_last - run.x_first));
+    track.last = run;
+}
+
+// ---- what the page reads ----
+
+Json RunRecord::json() const {
+    Json json;
+    json["buses"] = Json::array();
+    for (const BusTrack& track : buses_) {
+        NumberLog bins;
+        for (const auto& bin : track.bins.bins()) {
+            for (const std::int64_t cycles : bin) bins.add(static_cast<std::uint64_t>(cycles));
+        }
+        json["buses"].push_back({{"count", track.count},
+                                 {"spans", packed(track.spans)},
+                                 {"left_out", track.left_out},
+                                 {"known_cycles", track.known},
+                                 {"bin_cycles", track.bins.width_cycles()},
+                                 {"bins", packed(bins)}});
+    }
+    json["levels"] = Json::array();
+    for (const LevelTrack& track : levels_) {
+        NumberLog bins;
+        for (const auto& [least, most] : track.bins.bins()) {
+            bins.add(static_cast<std::uint64_t>(std::max(0, least)));
+            bins.add(static_cast<std::uint64_t>(std::max(0, most)));
+        }
+        json["levels"].push_back({{"count", track.count},
+                                  {"points", packed(track.points)},
+                                  {"left_out", track.left_out},
+                                  {"known_cycles", track.known},
+                                  {"bin_cycles", track.bins.width_cycles()},
+                                  {"bins", packed(bins)}});
+    }
+    json["starved"] = Json::array();
+    for (const RunTrack& track : starved_) {
+        json["starved"].push_back(
+            {{"count", track.count}, {"runs", packed(track.runs)}, {"left_out", track.left_out}});
+    }
+    json["stalls"] = Json::array();
+    for (const StallTrack& track : stalls_) {
+        json["stalls"].push_back(
+            {{"count", track.count}, {"spans", packed(track.spans)}, {"left_out", track.left_out}});
+    }
+    json["links"] = Json::array();
+    for (const LinkTrack& track : links_) {
+        json["links"].push_back({{"frames", track.frames}, {"left_out", track.left_out}});
+    }
+    json["composited"] = Json::array();
+    for (const auto& frame : composited_) {
+        Json spans = Json::array();
+        for (const tlm::CycleSpan& span : frame) spans.push_back(span_json(span));
+        json["composited"].push_back(std::move(spans));
+    }
+    json["shown"] = Json::array();
+    for (const tlm::CycleSpan& span : shown_) json["shown"].push_back(span_json(span));
+    return json;
+}
+
+}  // namespace metabuffer::charts

@@ -1,0 +1,141 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "report/report.h"
+#include "scenario/scenario.h"
+#include "tlm/schedule_observer.h"
+#include "tools/charts/number_log.h"
+#include "tools/charts/value_json.h"
+
+namespace metabuffer::charts {
+
+/// How much of a run a page shows in detail. What goes beyond is drawn from sums over bins of clocks, or is left out and
+/// counted.
+struct RecordLimits {
+    std::size_t bus_spans = 2'000'000;     ///< of all buses
+    std::size_t level_points = 2'000'000;  ///< of all composers' buffers
+    std::size_t starved_runs = 500'000;    ///< of all composers
+    std::size_t stalls = 200'000;          ///< of all columns
+    std::size_t link_frames = 100'000;     ///< of all links
+};
+
+/// What a bus may do in a clock, in the order of the page's colours; each is a counter of BusCounters.
+enum class BusUse : std::uint8_t { kBusy, kTable, kPageMiss, kRefresh, kWrite, kGrant, kPoll, kLost };
+constexpr std::size_t kBusUses = 8;
+
+/// Sums over stretches of clocks that are all as wide, and become twice as wide whenever there would be too many.
+class ClockBins {
+  public:
+    static constexpr std::size_t kMost = 2048;
+
+    void add(std::size_t use, tlm::CycleSpan span);
+    std::int64_t width_cycles() const { return width_cycles_; }
+    const std::vector<std::array<std::int64_t, kBusUses>>& bins() const { return bins_; }
+
+  private:
+    std::int64_t width_cycles_ = 1;
+    std::vector<std::array<std::int64_t, kBusUses>> bins_;
+};
+
+/// The least and the most that a buffer holds in such stretches of clocks.
+class LevelBins {
+  public:
+    void add(std::int64_t cycle, int level);
+    std::int64_t width_cycles() const { return width_cycles_; }
+    const std::vector<std::pair<int, int>>& bins() const { return bins_; }
+
+  private:
+    void widen(std::int64_t cycle);
+
+    std::int64_t width_cycles_ = 1;
+    std::int64_t last_cycle_ = 0;
+    int last_level_ = 0;
+    std::vector<std::pair<int, int>> bins_;
+};
+
+/// Listens to a run of level tlm for a page. Memory is bounded by the limits, whatever the run's length.
+class RunRecord final : public tlm::ScheduleObserver {
+  public:
+    explicit RunRecord(const Scenario& scenario, const RecordLimits& limits = {});
+
+    void table(int renderer, int frame, tlm::CycleSpan span) override;
+    void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
+               int recovered_slots, tlm::CycleSpan span) override;
+    void page_miss(int renderer, int display, std::int64_t word_address, tlm::CycleSpan span) override;
+    void refresh(int renderer, tlm::CycleSpan span) override;
+    void memory_write(int renderer, tlm::CycleSpan span) override;
+    void poll(int renderer, tlm::CycleSpan span) override;
+    void arbitration(int renderer, tlm::CycleSpan span) override;
+    void lost_slot(int renderer, tlm::CycleSpan span) override;
+    void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
+    void composited(int display, int frame, tlm::CycleSpan span) override;
+    void column_stall(int display, int frame, tlm::CycleSpan span) override;
+    void shown(int display, int frame, tlm::CycleSpan span) override;
+    void link_frame(int renderer, const tlm::LinkFrameSeen& frame) override;
+    void starved(int renderer, int display, const StarvedRun& run) override;
+
+    /// What the page's script reads; long lists are bytes, deflated, as base64.
+    Json json() const;
+
+  private:
+    struct BusTrack {
+        NumberLog spans;
+        std::size_t count = 0;
+        std::int64_t end = 0;    ///< behind the last span told
+        std::int64_t known = 0;  ///< spans are told up to here
+        std::int64_t left_out = 0;
+        ClockBins bins;
+    };
+    struct LevelTrack {
+        NumberLog points;
+        std::size_t count = 0;
+        std::int64_t cycle = 0;
+        int level = 0;
+        std::int64_t known = 0;  ///< points are told up to here
+        std::int64_t left_out = 0;
+        LevelBins bins;
+    };
+    struct RunTrack {
+        NumberLog runs;
+        std::size_t count = 0;
+        StarvedRun last;
+        std::int64_t left_out = 0;
+    };
+    struct StallTrack {
+        NumberLog spans;
+        std::size_t count = 0;
+        std::int64_t end = 0;
+        std::int64_t left_out = 0;
+    };
+    struct LinkTrack {
+        Json frames = Json::array();
+        std::int64_t left_out = 0;
+    };
+
+    NumberLog* note(int renderer, BusUse use, tlm::CycleSpan span);
+    std::size_t composer(int renderer, int display) const {
+        return static_cast<std::size_t>(renderer - 1) * displays_ + static_cast<std::size_t>(display - 1);
+    }
+
+    std::size_t displays_;
+    std::size_t most_spans_;  ///< of each bus, composer, column and link
+    std::size_t most_points_;
+    std::size_t most_runs_;
+    std::size_t most_stalls_;
+    std::size_t most_link_frames_;
+    std::vector<BusTrack> buses_;
+    std::vector<LevelTrack> levels_;  ///< by renderer, then by display
+    std::vector<RunTrack> starved_;   ///< likewise
+    std::vector<StallTrack> stalls_;  ///< by display
+    std::vector<LinkTrack> links_;
+    std::vector<std::vector<tlm::CycleSpan>> composited_;  ///< by frame, then by display
+    std::vector<tlm::CycleSpan> shown_;                    ///< by frame: all displays swap together
+};
+
+}  // namespace metabuffer::charts
