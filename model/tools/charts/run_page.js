@@ -53,16 +53,15 @@
             remarks.push(`${counted(data.images_left_out, "image")} of renderers ${data.images_left_out === 1 ? "is" : "are"} not in the ` +
                 "page, so who won is not known in their frames; --embed-mib with more takes more of them.");
         }
-        const cut = (tracks, what) => {
+        const cut = (tracks, what, instead) => {
             const lost = tracks.reduce((sum, track) => sum + track.left_out, 0);
-            if (lost) remarks.push(`${counted(lost, what)} ${lost === 1 ? "is" : "are"} not in the page one by one. ` +
-                (tracks[0].bins !== undefined ? "Beyond, their sums over stretches of clocks are drawn; --frames with less has all." : ""));
+            if (lost) remarks.push(`Not in the page: ${number(lost)} ${what}; ${instead}. A run of fewer --frames has all.`);
         };
-        cut(run.record.buses, "span of buses");
-        cut(run.record.levels, "level of buffers");
-        cut(run.record.starved, "run of starved pixels");
-        cut(run.record.stalls, "stall");
-        cut(run.record.links, "frame of links");
+        cut(run.record.buses, "bursts, waits and other spans of buses", "behind the last one there, sums over stretches of clocks are drawn");
+        cut(run.record.levels, "levels of buffers", "behind the last one there, the least and the most in stretches of clocks are drawn");
+        cut(run.record.starved, "runs of starved pixels", "the later ones, which are counted but not shown");
+        cut(run.record.stalls, "stalls of columns", "the later ones, so that clocks of pixels behind them are too early");
+        cut(run.record.links, "frames of links", "the later ones");
         byId("remarks").append(...remarks.map(text => element("p", {class: "remark"}, text)));
     }
 

@@ -11,8 +11,11 @@ namespace {
 
 std::string packed(const NumberLog& log) { return base64(deflated(log.bytes())); }
 
-std::size_t share_of(std::size_t most, std::size_t owners) {
-    return std::max<std::size_t>(1, most / std::max<std::size_t>(1, owners));
+/// Takes one of what is left, if there is one.
+bool take_one(std::size_t& left) {
+    if (left == 0) return false;
+    --left;
+    return true;
 }
 
 Json span_json(const tlm::CycleSpan& span) { return Json::array({span.first, span.last}); }
@@ -80,13 +83,8 @@ void LevelBins::add(std::int64_t cycle, int level) {
 // ---- what is told ----
 
 RunRecord::RunRecord(const Scenario& scenario, const RecordLimits& limits)
-    : displays_(static_cast<std::size_t>(scenario.displays.count())) {
+    : displays_(static_cast<std::size_t>(scenario.displays.count())), room_(limits) {
     const std::size_t renderers = scenario.renderers.size();
-    most_spans_ = share_of(limits.bus_spans, renderers);
-    most_points_ = share_of(limits.level_points, renderers * displays_);
-    most_runs_ = share_of(limits.starved_runs, renderers * displays_);
-    most_stalls_ = share_of(limits.stalls, displays_);
-    most_link_frames_ = share_of(limits.link_frames, renderers);
     buses_.resize(renderers);
     links_.resize(renderers);
     levels_.resize(renderers * displays_);
@@ -99,7 +97,7 @@ NumberLog* RunRecord::note(int renderer, BusUse use, tlm::CycleSpan span) {
     if (span.cycles() <= 0) return nullptr;
     BusTrack& track = buses_[static_cast<std::size_t>(renderer - 1)];
     track.bins.add(static_cast<std::size_t>(use), span);
-    if (track.count >= most_spans_) {
+    if (!take_one(room_.bus_spans)) {
         ++track.left_out;
         return nullptr;
     }
@@ -139,7 +137,7 @@ void RunRecord::lost_slot(int renderer, tlm::CycleSpan span) { note(renderer, Bu
 void RunRecord::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
     LevelTrack& track = levels_[composer(renderer, display)];
     track.bins.add(cycle, held_pixels);
-    if (track.count >= most_points_) {
+    if (!take_one(room_.level_points)) {
         ++track.left_out;
         return;
     }
@@ -159,7 +157,7 @@ void RunRecord::composited(int display, int frame, tlm::CycleSpan span) {
 void RunRecord::column_stall(int display, int frame, tlm::CycleSpan span) {
     if (span.cycles() <= 0) return;
     StallTrack& track = stalls_[static_cast<std::size_t>(display - 1)];
-    if (track.count >= most_stalls_) {
+    if (!take_one(room_.stalls)) {
         ++track.left_out;
         return;
     }
@@ -178,7 +176,7 @@ void RunRecord::shown(int /*display*/, int frame, tlm::CycleSpan span) {
 
 void RunRecord::link_frame(int renderer, const tlm::LinkFrameSeen& frame) {
     LinkTrack& track = links_[static_cast<std::size_t>(renderer - 1)];
-    if (track.frames.size() >= most_link_frames_) {
+    if (!take_one(room_.link_frames)) {
         ++track.left_out;
         return;
     }
@@ -192,7 +190,7 @@ void RunRecord::link_frame(int renderer, const tlm::LinkFrameSeen& frame) {
 
 void RunRecord::starved(int renderer, int display, const StarvedRun& run) {
     RunTrack& track = starved_[composer(renderer, display)];
-    if (track.count >= most_runs_) {
+    if (!take_one(room_.starved_runs)) {
         ++track.left_out;
         return;
     }

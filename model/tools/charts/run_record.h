@@ -124,11 +124,7 @@ class RunRecord final : public tlm::ScheduleObserver {
     }
 
     std::size_t displays_;
-    std::size_t most_spans_;  ///< of each bus, composer, column and link
-    std::size_t most_points_;
-    std::size_t most_runs_;
-    std::size_t most_stalls_;
-    std::size_t most_link_frames_;
+    RecordLimits room_;  ///< what is left of it
     std::vector<BusTrack> buses_;
     std::vector<LevelTrack> levels_;  ///< by renderer, then by display
     std::vector<RunTrack> starved_;   ///< likewise

@@ -170,19 +170,19 @@ const metabufferTime = (() => {
             context.fillText("core clock", 2, 9);
         }
 
-        /// A span with its name, if there is room for it.
-        span(first, end, top, height, colour, text, light) {
+        /// A span with the first of its names that there is room for.
+        span(first, end, top, height, colour, texts, light) {
             const left = this.xOf(first), right = this.xOf(end), context = this.context;
             if (right < labelWidth || left > this.width) return;
             const width = Math.max(right - left, 0.6);
             context.fillStyle = colour;
             context.fillRect(left, top, width - (width > 4 ? 0.8 : 0), height);
-            if (text && width > 16 && height > 12) {
-                const from = Math.max(left, labelWidth) + 3, room = Math.min(right, this.width) - from - 3;
-                if (room < 12) return;
-                context.fillStyle = light ? "#10161c" : "#ffffff";
-                context.fillText(this.fitted(text, room), from, top + height / 2 + 0.5);
-            }
+            if (!texts || width < 10 || height < 12) return;
+            const from = Math.max(left, labelWidth) + 3, room = Math.min(right, this.width) - from - 3;
+            const text = texts.find(one => context.measureText(one).width <= room);
+            if (text === undefined) return;
+            context.fillStyle = light ? "#10161c" : "#ffffff";
+            context.fillText(text, from, top + height / 2 + 0.5);
         }
 
         // ------------------------------------------------------------------------------------------------------- links
@@ -191,7 +191,7 @@ const metabufferTime = (() => {
             for (const [first, last, kind, pair, taken] of record.links[renderer].frames) {
                 if (last < this.from || first > this.to) continue;
                 const colour = !taken ? "#c0392b" : kind === "colour" ? "#3b7ea1" : "#6f6a9c";
-                this.span(first, last + 1, top, height, colour, pair === null ? kind : `pair ${pair} ${kind}`);
+                this.span(first, last + 1, top, height, colour, pair === null ? [kind] : [`pair ${pair} ${kind}`, `${pair} ${kind}`, String(pair)]);
             }
         }
         tellLink(renderer, clock) {
@@ -212,9 +212,10 @@ const metabufferTime = (() => {
             if (this.to <= track.known && last - first < this.plotWidth / 2) {
                 for (let n = first; n <= last; ++n) {
                     const kind = track.kinds[n];
-                    const text = kind === 0 ? `${track.numbers[n]}: ${track.pixels[n]}${track.recovered[n] ? " recovered" : ""}`
-                        : kind === 1 ? `table ${track.numbers[n]}` : run.useNames[kind];
-                    this.span(track.starts[n], track.starts[n] + track.lengths[n], top, height, useColours[kind], text, kind === 3);
+                    const texts = kind === 0
+                        ? [`${track.pixels[n]} pixels for display ${track.numbers[n]}`, `display ${track.numbers[n]}`, String(track.numbers[n])]
+                        : kind === 1 ? [`table of frame ${track.numbers[n]}`, "table"] : [run.useNames[kind]];
+                    this.span(track.starts[n], track.starts[n] + track.lengths[n], top, height, useColours[kind], texts, kind === 3);
                     if (kind === 0 && track.recovered[n]) {
                         this.span(track.starts[n], track.starts[n] + track.lengths[n], top + height - 4, 4, "#2fc79a");
                     }
@@ -253,14 +254,14 @@ const metabufferTime = (() => {
             for (let frame = 0; frame < composited.length; ++frame) {
                 const [first, last] = composited[frame][display];
                 if (last < this.from || first > this.to || last < first) continue;
-                this.span(first, last + 1, top, height, "#3d7d5a", `composites frame ${frame}`);
+                this.span(first, last + 1, top, height, "#3d7d5a", [`composites frame ${frame}`, `frame ${frame}`, String(frame)]);
                 let drawn = -1;
                 for (const [start, length] of run.stalls[display].get(frame) || []) {
                     if (start + length < this.from || start > this.to) continue;
                     const right = this.xOf(start + length);
                     if (right < drawn + 0.4) continue;      // too thin to be seen beside the one before
                     drawn = right;
-                    this.span(start, start + length, top, height, "#c0392b", "stall");
+                    this.span(start, start + length, top, height, "#c0392b", ["stall"]);
                 }
             }
             const glitches = run.glitchesOf(display);
@@ -305,7 +306,7 @@ const metabufferTime = (() => {
             record.shown.forEach(([first], frame) => {
                 const next = record.shown[frame + 1];
                 const end = next && next[1] >= next[0] ? next[0] : run.cycles;
-                if (end >= this.from && first <= this.to) this.span(first, end, top, height, frame % 2 ? "#7d6b3d" : "#94803f", `frame ${frame}`);
+                if (end >= this.from && first <= this.to) this.span(first, end, top, height, frame % 2 ? "#7d6b3d" : "#94803f", [`frame ${frame}`, String(frame)]);
             });
         }
         tellShown(clock) {

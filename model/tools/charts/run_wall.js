@@ -174,7 +174,16 @@ const metabufferWall = (() => {
             return {display: row * machine.columns + column, x: Math.floor(inX * machine.supersample),
                     y: Math.floor(inY * machine.supersample)};
         }
-        zoomBy(factor, u = this.width / 2, v = this.height / 2) {
+        /// Where zooming keeps its place without a mouse: at the chosen pixel, else in the middle.
+        focus() {
+            const {width, height, scale, origin: [left, top]} = this;
+            if (!this.place) return [width / 2, height / 2];
+            const [column, row] = placeOf(this.place.display);
+            const u = (column + (this.place.x + 0.5) / machine.supersample) * scale + left;
+            const v = (row + (this.place.y + 0.5) / machine.supersample) * scale + top;
+            return u >= 0 && v >= 0 && u < width && v < height ? [u, v] : [width / 2, height / 2];
+        }
+        zoomBy(factor, [u, v] = this.focus()) {
             const scale = this.scale, [left, top] = this.origin, next = Math.min(mostZoom, scale * factor);
             const x = (u - left) / scale, y = (v - top) / scale;
             if (next <= this.fitting * 1.001) {
@@ -228,7 +237,7 @@ const metabufferWall = (() => {
             canvas.addEventListener("pointerleave", () => this.on.hover(null));
             canvas.addEventListener("wheel", event => {
                 event.preventDefault();
-                this.zoomBy(Math.exp(-event.deltaY * 0.0018), event.offsetX, event.offsetY);
+                this.zoomBy(Math.exp(-event.deltaY * 0.0018), [event.offsetX, event.offsetY]);
             }, {passive: false});
             canvas.addEventListener("keydown", event => {
                 const step = event.shiftKey ? 16 : 1;
