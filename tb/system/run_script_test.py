@@ -67,6 +67,21 @@ class Run(unittest.TestCase):
         report = json.loads((self.project / results / "report.json").read_text())
         self.assertEqual(report["scenario"], name)
 
+    def test_a_run_with_pictures_leaves_a_page_and_one_without_leaves_none(self):
+        page = self.project / "out/foveated/run.html"
+        done = self.run_script("scenarios/foveated.yaml")
+        self.assertIn(b"</html>", page.read_bytes())
+        self.assertIn("out/foveated/run.html, in a browser", done.stdout)
+        self.run_script("scenarios/foveated.yaml", "--no-images")
+        self.assertFalse(page.exists())
+
+    def test_a_fault_inside_the_machine_makes_no_page_and_a_line_says_why(self):
+        self.write("scenarios/foveated.yaml", SCENARIO + "faults: [{kind: reset, from_cycle: 100, cycles: 9}]\n")
+        done = self.run_script("scenarios/foveated.yaml", "--level", "rtl")
+        self.assertEqual((done.returncode, done.stderr), (DONE, ""))
+        self.assertRegex(done.stdout, r"no out/foveated/run\.html: .*reset")
+        self.assertFalse((self.project / "out/foveated/run.html").exists())
+
     def test_every_option_of_the_program_works_before_and_behind_the_scenario(self):
         options = options_of_run()
         self.assertGreaterEqual(set(options), {*VALUES, "--check", "--strict", "--quiet", "--no-images"})

@@ -32,6 +32,10 @@ class Tally final : public tlm::ScheduleObserver {
     std::map<int, std::vector<int>> composited_frames;   ///< by display
     std::map<int, std::vector<int>> shown_frames;
     std::map<int, std::int64_t> stalled;
+    std::map<std::pair<int, int>, std::map<int, std::int64_t>>
+        starved_pixels;                                               ///< by renderer, display; frame
+    std::map<std::pair<int, std::uint32_t>, CycleSpan> depth_frames;  ///< taken, by renderer, pair
+    std::map<int, std::int64_t> rejected_links;                       ///< by renderer
     bool destinations_good = true;
 
     void table(int renderer, int /*frame*/, CycleSpan span) override { add(renderer, &Bus::table, span); }
@@ -64,6 +68,13 @@ class Tally final : public tlm::ScheduleObserver {
     void shown(int display, int frame, CycleSpan /*span*/) override {
         shown_frames[display].push_back(frame);
     }
+    void link_frame(int renderer, const tlm::LinkFrameSeen& frame) override {
+        if (frame.cause) ++rejected_links[renderer];
+        if (frame.taken && frame.kind == FrameKind::kDepth) depth_frames[{renderer, frame.pair}] = frame.span;
+    }
+    void starved(int renderer, int display, const StarvedRun& run) override {
+        starved_pixels[{renderer, display}][run.frame] += run.x_last - run.x_first + 1;
+    }
 
   private:
     void add(int renderer, std::int64_t Bus::*kind, CycleSpan span) {
@@ -73,6 +84,29 @@ class Tally final : public tlm::ScheduleObserver {
         bus.last_cycle = std::max(bus.last_cycle, span.last);
     }
 };
+
+/// The latency of a frame is counted from the last pixel of its newest pair. The input framebuffer, whose clocks are told,
+/// has a pixel a link clock after that.
+void check_links(const Tally& tally, const Scenario& scenario, const RunReport& report) {
+    const std::int64_t link_clock = 1 + clock_period_picoseconds(scenario.clocks.dvi_in_mhz) /
+                                            clock_period_picoseconds(scenario.clocks.core_mhz);
+    std::vector<int> before(report.renderers.size(), -1);
+    for (const FrameRecord& frame : report.frames) {
+        std::int64_t newest = -1;
+        for (std::size_t r = 0; r < before.size(); ++r) {
+            if (frame.pairs[r] == before[r]) continue;
+            before[r] = frame.pairs[r];
+            const auto depth = tally.depth_frames.find(
+                {static_cast<int>(r) + 1, static_cast<std::uint32_t>(frame.pairs[r])});
+            REQUIRE(depth != tally.depth_frames.end());
+            newest = std::max(newest, depth->second.last);
+        }
+        if (!frame.latency_cycles || newest < 0) continue;
+        const std::int64_t last_pixel = frame.end_cycle - *frame.latency_cycles;
+        CHECK(last_pixel <= newest);
+        CHECK(newest <= last_pixel + link_clock);
+    }
+}
 
 void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& report) {
     REQUIRE(tally.buses.size() == report.renderers.size());
@@ -98,6 +132,18 @@ void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& 
         const std::int64_t highest = level == tally.levels.end() ? 0 : level->second;
         CHECK(highest == composer.buffer_high_water);
     }
+    for (const ComposerCounters& composer : report.composers) {
+        INFO("renderer " << composer.renderer << ", display " << composer.display);
+        const auto starved = tally.starved_pixels.find({composer.renderer, composer.display});
+        for (int frame = 0; frame < scenario.frames; ++frame) {
+            std::int64_t told = 0;
+            if (starved != tally.starved_pixels.end() && starved->second.count(frame) > 0) {
+                told = starved->second.at(frame);
+            }
+            CHECK(told == composer.starved_pixels_of(frame));
+        }
+    }
+    check_links(tally, scenario, report);
     std::vector<int> frames(static_cast<std::size_t>(scenario.frames));
     for (int frame = 0; frame < scenario.frames; ++frame) frames[static_cast<std::size_t>(frame)] = frame;
     for (std::size_t d = 0; d < report.displays.size(); ++d) {
@@ -139,6 +185,37 @@ Scenario machine_with(std::uint64_t seed, Wanted wanted) {
 
 TEST_CASE("schedule: what a machine tells of its time is what it counts", "[system][schedule]") {
     check_machine(machine_with(100, [](const Scenario& scenario) { return scenario.frames > 1; }));
+}
+
+TEST_CASE("schedule: so it is with pixels that starve", "[system][schedule]") {
+    Scenario scenario = machine_with(610, [](const Scenario& of) {
+        return of.composer.on_starvation == StarvationMode::kGlitch && of.frames > 1;
+    });
+    scenario.memory.page_miss_cycles = 60;
+    scenario.memory.precharge_cycles = 0;
+    scenario.memory.given_activate_cycles.reset();
+    Tally tally;
+    tlm::RunOptions options;
+    options.observer = &tally;
+    const RunReport report = tlm::run(scenario, options).report;
+    REQUIRE(report.total_starved_pixels() > 0);
+    check_tally(tally, scenario, report);
+}
+
+TEST_CASE("schedule: so it is with frames that the link rejects", "[system][schedule]") {
+    Scenario scenario = machine_with(700, [](const Scenario& of) { return of.frames > 2; });
+    Fault fault;
+    fault.kind = FaultKind::kCrc;
+    fault.pair = 1;
+    scenario.faults.push_back(fault);
+    Tally tally;
+    tlm::RunOptions options;
+    options.observer = &tally;
+    const RunReport report = tlm::run(scenario, options).report;
+    check_tally(tally, scenario, report);
+    CHECK(report.renderers[0].total_rejected_frames() == 1);
+    CHECK(tally.rejected_links.at(1) == 1);
+    CHECK(tally.depth_frames.count({1, 1}) == 0);
 }
 
 TEST_CASE("schedule: so it is with refreshes and an arbiter that takes clocks", "[system][schedule]") {

@@ -56,6 +56,9 @@ const metabufferRun = (() => {
         }
     }
 
+    /// Stand where single spans and points are left out.
+    const binsOf = async track => track.bins === undefined ? new ArrayBuffer(0) : inflated(track.bins);
+
     // ------------------------------------------------------------------------------------------------------------ buses
 
     class BusTrack {
@@ -127,7 +130,7 @@ const metabufferRun = (() => {
         }
     }
     const buses = record.buses.map(track => new Later(async () =>
-        new BusTrack(track, await inflated(track.spans), await inflated(track.bins))));
+        new BusTrack(track, await inflated(track.spans), await binsOf(track))));
 
     // ---------------------------------------------------------------------------------------------------------- buffers
 
@@ -195,13 +198,13 @@ const metabufferRun = (() => {
         }
     }
     const levels = record.levels.map(track => new Later(async () =>
-        new LevelTrack(track, await inflated(track.points), await inflated(track.bins))));
+        new LevelTrack(track, await inflated(track.points), await binsOf(track))));
     const composerOf = (renderer, display) => renderer * displays + display;
 
     // ------------------------------------------------------------------------------------------ starved pixels and clocks
 
     const stalls = record.stalls.map(() => new Map());   // of each display by frame: [start, clocks]
-    const starved = record.starved.map(() => new Map()); // of each composer by frame: [y, first x, last x]
+    const starved = record.starved.counts.map(() => new Map()); // of each composer by frame: [y, first x, last x]
 
     async function unpackStalls(display) {
         const track = record.stalls[display], reader = new NumberReader(await inflated(track.spans));
@@ -213,17 +216,19 @@ const metabufferRun = (() => {
             stalls[display].get(frame).push([start, length]);
         }
     }
-    async function unpackStarved(composer) {
-        const track = record.starved[composer], reader = new NumberReader(await inflated(track.runs));
-        let frame = 0, y = 0, first = 0;
-        for (let n = 0; n < track.count; ++n) {
-            frame += reader.nextSigned();
-            y += reader.nextSigned();
-            first += reader.nextSigned();
-            const run = [y, first, first + reader.next()];
-            if (!starved[composer].has(frame)) starved[composer].set(frame, []);
-            starved[composer].get(frame).push(run);
-        }
+    async function unpackStarved() {
+        const reader = new NumberReader(await inflated(record.starved.runs));
+        record.starved.counts.forEach((count, composer) => {
+            let frame = 0, y = 0, first = 0;
+            for (let n = 0; n < count; ++n) {
+                frame += reader.nextSigned();
+                y += reader.nextSigned();
+                first += reader.nextSigned();
+                const run = [y, first, first + reader.next()];
+                if (!starved[composer].has(frame)) starved[composer].set(frame, []);
+                starved[composer].get(frame).push(run);
+            }
+        });
     }
 
     /// A column moves a raster position a clock and stands still in stalls; a composer is a clock behind the one above.
@@ -453,8 +458,7 @@ const metabufferRun = (() => {
     }
 
     let isUnpacked = false;
-    const ready = Promise.all([...record.stalls.map((track, n) => unpackStalls(n)),
-                               ...record.starved.map((track, n) => unpackStarved(n))])
+    const ready = Promise.all([unpackStarved(), ...record.stalls.map((track, display) => unpackStalls(display))])
         .then(() => { isUnpacked = true; });
     return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, useNames, farZ, ready,
             buses, levels, composerOf, stalls, starved, clockOf, beamAt, frameAt, glitchesOf, isStarved, lastAtOrBefore,

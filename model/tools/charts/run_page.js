@@ -59,7 +59,7 @@
         };
         cut(run.record.buses, "bursts, waits and other spans of buses", "behind the last one there, sums over stretches of clocks are drawn");
         cut(run.record.levels, "levels of buffers", "behind the last one there, the least and the most in stretches of clocks are drawn");
-        cut(run.record.starved, "runs of starved pixels", "the later ones, which are counted but not shown");
+        cut([run.record.starved], "runs of starved pixels", "the later ones, which are counted but not shown");
         cut(run.record.stalls, "stalls of columns", "the later ones, so that clocks of pixels behind them are too early");
         cut(run.record.links, "frames of links", "the later ones");
         byId("remarks").append(...remarks.map(text => element("p", {class: "remark"}, text)));

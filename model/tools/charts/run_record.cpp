@@ -60,9 +60,8 @@ void LevelBins::add(std::int64_t cycle, int level) {
     widen(cycle);
     const auto last_bin = static_cast<std::size_t>(cycle / width_cycles_);
     const auto level_at = [&](std::int64_t at) {
-        const double share =
-            cycle == from ? 1.0 : static_cast<double>(at - from) / static_cast<double>(cycle - from);
-        return static_cast<int>(last_level_ + share * (level - last_level_));
+        if (cycle == from) return level;
+        return last_level_ + static_cast<int>((level - last_level_) * (at - from) / (cycle - from));
     };
     for (auto bin = static_cast<std::size_t>(from / width_cycles_); bin <= last_bin; ++bin) {
         const auto first = static_cast<std::int64_t>(bin) * width_cycles_;
@@ -206,38 +205,47 @@ void RunRecord::starved(int renderer, int display, const StarvedRun& run) {
 
 Json RunRecord::json() const {
     Json json;
+    // Bins are drawn where single spans and points are left out.
     json["buses"] = Json::array();
     for (const BusTrack& track : buses_) {
-        NumberLog bins;
-        for (const auto& bin : track.bins.bins()) {
-            for (const std::int64_t cycles : bin) bins.add(static_cast<std::uint64_t>(cycles));
+        Json bus = {{"count", track.count}, {"spans", packed(track.spans)}, {"left_out", track.left_out}};
+        if (track.left_out > 0) {
+            NumberLog bins;
+            for (const auto& bin : track.bins.bins()) {
+                for (const std::int64_t cycles : bin) bins.add(static_cast<std::uint64_t>(cycles));
+            }
+            bus["known_cycles"] = track.known;
+            bus["bin_cycles"] = track.bins.width_cycles();
+            bus["bins"] = packed(bins);
         }
-        json["buses"].push_back({{"count", track.count},
-                                 {"spans", packed(track.spans)},
-                                 {"left_out", track.left_out},
-                                 {"known_cycles", track.known},
-                                 {"bin_cycles", track.bins.width_cycles()},
-                                 {"bins", packed(bins)}});
+        json["buses"].push_back(std::move(bus));
     }
     json["levels"] = Json::array();
     for (const LevelTrack& track : levels_) {
-        NumberLog bins;
-        for (const auto& [least, most] : track.bins.bins()) {
-            bins.add(static_cast<std::uint64_t>(std::max(0, least)));
-            bins.add(static_cast<std::uint64_t>(std::max(0, most)));
+        Json level = {{"count", track.count}, {"points", packed(track.points)}, {"left_out", track.left_out}};
+        if (track.left_out > 0) {
+            NumberLog bins;
+            for (const auto& [least, most] : track.bins.bins()) {
+                bins.add(static_cast<std::uint64_t>(std::max(0, least)));
+                bins.add(static_cast<std::uint64_t>(std::max(0, most)));
+            }
+            level["known_cycles"] = track.known;
+            level["bin_cycles"] = track.bins.width_cycles();
+            level["bins"] = packed(bins);
         }
-        json["levels"].push_back({{"count", track.count},
-                                  {"points", packed(track.points)},
-                                  {"left_out", track.left_out},
-                                  {"known_cycles", track.known},
-                                  {"bin_cycles", track.bins.width_cycles()},
-                                  {"bins", packed(bins)}});
+        json["levels"].push_back(std::move(level));
     }
-    json["starved"] = Json::array();
+    // All of them are read when the page opens, so they are one text.
+    Json counts = Json::array();
+    std::string runs;
+    std::int64_t runs_left_out = 0;
     for (const RunTrack& track : starved_) {
-        json["starved"].push_back(
-            {{"count", track.count}, {"runs", packed(track.runs)}, {"left_out", track.left_out}});
+        counts.push_back(track.count);
+        runs += track.runs.bytes();
+        runs_left_out += track.left_out;
     }
+    json["starved"] = {
+        {"counts", std::move(counts)}, {"runs", base64(deflated(runs))}, {"left_out", runs_left_out}};
     json["stalls"] = Json::array();
     for (const StallTrack& track : stalls_) {
         json["stalls"].push_back(

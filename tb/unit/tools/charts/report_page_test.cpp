@@ -142,8 +142,8 @@ TEST_CASE("The page's elements nest and its parts are all filled in", "[charts]"
         CHECK_THAT(page, !Contains(part));
     }
     // Data, Vega, the charts, the page.
-    CHECK(count(markup, "<script") == 4);
-    CHECK(count(markup, "</script>") == 4);
+    CHECK(count(markup, "<script") == 5);
+    CHECK(count(markup, "</script>") == 5);
 }
 
 TEST_CASE("The page refers to nothing outside of itself", "[charts]") {
