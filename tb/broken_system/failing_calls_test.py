@@ -33,6 +33,7 @@ COMMANDS = {
     "waveform": ["run", "scenario.yaml", "--out", "out", "--quiet", "--trace", "t.vcd", "--trace-window", "startframe:0"],
     "schedule": ["run", "scenario.yaml", "--out", "out", "--quiet", "--trace", "t.json"],
     "check": ["run", "scenario.yaml", "--out", "out", "--quiet", "--check"],
+    "view": ["view", "scenario.yaml", "-o", "t.html", "--quiet"],
     "compare": ["compare", "scenario.yaml"],
     "size": [*SIZE, "--out", "r.db"],
     "export": ["export", "good.db", "-o", "t.csv"],

@@ -225,6 +225,8 @@ class Output(Hostile):
         before = self.snapshot()
         for words in (["run", "report.json", "--out", "."], ["run", "effective_scenario.yaml", "--out", "."],
                       ["run", "odd.yaml", "--out", "."], ["run", "odd.yaml", "--out", ".", "--no-images"],
+                      ["view", "scenario.yaml", "-o", "view.ppm"], ["view", ".", "-o", "report.json"],
+                      ["view", "scenario.yaml", "-o", "link.vcd"],
                       ["run", "scenario.yaml", "--trace", "link.vcd"], ["run", "scenario.yaml", "--trace", "hard.json"]):
             with self.subTest(" ".join(words)):
                 self.check_line(self.run_program(*words), "would replace")
@@ -320,7 +322,7 @@ class Resources(Hostile):
         environment = dict(os.environ, HOME=str(self.place))
         trace = ["--trace", "t.vcd", "--trace-window", "startframe:0"]
         commands = (["--version"], ["run", "scenario.yaml", "--quiet"], ["run", "scenario.yaml", *trace],
-                    ["compare", "scenario.yaml"])
+                    ["view", "scenario.yaml", "-o", "t.html"], ["compare", "scenario.yaml"])
         others = sum(1 for entry in pathlib.Path("/proc").iterdir()
                      if entry.name.isdigit() and entry.stat().st_uid == user.get("user", os.getuid()))
         for words in commands:
