@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "build_info/build_info.h"
 #include "host/errors.h"
 #include "host/text.h"
 #include "host/text_file.h"
@@ -195,7 +196,7 @@ void create_schema(SQLite::Database& database, const ResultsIdentity& identity) 
         insert_meta.reset();
     };
     add_meta("schema_version", std::to_string(kResultsSchemaVersion));
-    add_meta("program_version", METABUFFER_VERSION);
+    add_meta("program_version", build_version());
     add_meta("name", identity.name);
     add_meta("fingerprint", identity.fingerprint);
     add_meta("search_key", identity.search_key);

@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "build_info/build_info.h"
 #include "host/text.h"
 #include "report/text_table.h"
 #include "tools/exploration/figures.h"
@@ -134,7 +135,7 @@ Exploration run_exploration(const exploration::SweepPlan& plan,
     if (results) {
         make_folder_of(*results);
         database.emplace(exploration::ResultsDatabase::open(
-            *results, explorer.identity(METABUFFER_VERSION, to_string(processes.level))));
+            *results, explorer.identity(build_version(), to_string(processes.level))));
     }
     exploration::ExploreOptions options;
     options.processes = processes.processes > 0

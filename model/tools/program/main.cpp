@@ -10,6 +10,7 @@
 #include <systemc>
 #include <vector>
 
+#include "build_info/build_info.h"
 #include "host/errors.h"
 #include "host/text.h"
 #include "tools/program/analyze_command.h"
@@ -68,7 +69,7 @@ metabuffer::ExitStatus report_usage(const CLI::App& program, const Commands& com
 metabuffer::ExitStatus run_command_line(int argc, char** argv) {
     CLI::App program("The Metabuffer: an executable model of image-compositing hardware", "metabuffer");
     program.require_subcommand(1);
-    program.set_version_flag("--version", METABUFFER_VERSION);
+    program.set_version_flag("--version", metabuffer::build_description());
     Commands commands;
     commands.push_back(std::make_unique<metabuffer::RunCommand>(program));
     commands.push_back(std::make_unique<metabuffer::ViewCommand>(program));

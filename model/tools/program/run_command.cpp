@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "build_info/build_info.h"
 #include "functional/functional_compositor.h"
 #include "host/errors.h"
 #include "host/text.h"
@@ -45,7 +46,7 @@ constexpr const char* kRunFooter =
 
 /// What made a waveform: program, scenario and every key that is a single value.
 std::string waveform_header(const Scenario& scenario) {
-    std::string header = "metabuffer " METABUFFER_VERSION "\nscenario " + scenario.name + "\n";
+    std::string header = "metabuffer " + build_version() + "\nscenario " + scenario.name + "\n";
     for (const auto& [key, value] : scenario_settings(scenario)) {
         header += key;
         header += " = ";

@@ -1,0 +1,25 @@
+# metabuffer_replace(BLOCKS NAME... SOURCES FILE... [LIBRARIES TARGET...]): for the CMakeLists.txt of a folder of
+# METABUFFER_REPLACEMENT, or of metabuffer_levels_with() of the installed package. The blocks' own source files are left out
+# of level rtl's library, and these come into it.
+function(metabuffer_replace)
+    cmake_parse_arguments(ARG "" "" "BLOCKS;SOURCES;LIBRARIES" ${ARGN})
+    get_target_property(sources metabuffer_rtl SOURCES)
+    foreach(block IN LISTS ARG_BLOCKS)
+        set(own "${sources}")
+        list(FILTER own INCLUDE REGEX "(^|/)${block}\\.cpp$")
+        if(NOT own)
+            message(FATAL_ERROR "${CMAKE_CURRENT_SOURCE_DIR}: model/rtl has no block ${block}, or it is replaced twice")
+        endif()
+        if(NOT EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/rtl/${block}.h")
+            message(FATAL_ERROR "${CMAKE_CURRENT_SOURCE_DIR}: a replacement of ${block} needs a header rtl/${block}.h")
+        endif()
+        list(REMOVE_ITEM sources ${own})
+    endforeach()
+    set_target_properties(metabuffer_rtl PROPERTIES SOURCES "${sources}")
+    list(TRANSFORM ARG_SOURCES PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/")
+    target_sources(metabuffer_rtl PRIVATE ${ARG_SOURCES})
+    # A block of somebody else's says itself what it includes, and in which order.
+    set_source_files_properties(${ARG_SOURCES} TARGET_DIRECTORY metabuffer_rtl PROPERTIES
+                                SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
+    target_link_libraries(metabuffer_rtl PUBLIC ${ARG_LIBRARIES})
+endfunction()

@@ -1,0 +1,89 @@
+# What `cmake --install` puts in place, in two components: `program` (what people run, with its data) and `development`
+# (libraries, headers, what CMake and pkg-config need to find them, and the sources of what can be replaced).
+include(CMakePackageConfigHelpers)
+
+set(data "${CMAKE_INSTALL_DATADIR}/metabuffer")
+set(package "${CMAKE_INSTALL_LIBDIR}/cmake/Metabuffer")
+
+# ---- the program ----
+file(RELATIVE_PATH to_modules "/${CMAKE_INSTALL_BINDIR}" "/${METABUFFER_INSTALLED_MODULE_DIRECTORY}")
+set_target_properties(metabuffer PROPERTIES INSTALL_RPATH "$ORIGIN/${to_modules}")
+install(TARGETS metabuffer RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT program)
+install(TARGETS metabuffer_image_module LIBRARY DESTINATION "${METABUFFER_INSTALLED_MODULE_DIRECTORY}"
+        COMPONENT program)
+install(DIRECTORY scenarios waves DESTINATION "${data}" COMPONENT program)
+install(FILES README.md CHANGELOG.md LICENSE NOTICE CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}"
+        COMPONENT program)
+install(DIRECTORY docs/ DESTINATION "${CMAKE_INSTALL_DOCDIR}/docs" COMPONENT program)
+install(FILES scripts/completion/metabuffer DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions"
+        COMPONENT program)
+# The pages come from the program's own help, so they are made when there is a program.
+install(CODE "
+    set(pages \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}/man1\")
+    execute_process(COMMAND \"${CMAKE_SOURCE_DIR}/scripts/make-manual\" \"$<TARGET_FILE:metabuffer>\" \"\${pages}\"
+                    RESULT_VARIABLE status)
+    if(NOT status EQUAL 0)
+        message(FATAL_ERROR \"scripts/make-manual failed\")
+    endif()" COMPONENT program)
+
+# ---- the libraries ----
+set(libraries options host formats datapath images scenario report functional simulation rtl buffer_time tlm schedule
+    monitors)
+list(TRANSFORM libraries PREPEND metabuffer_ OUTPUT_VARIABLE targets)
+foreach(name IN LISTS libraries)
+    set_target_properties(metabuffer_${name} PROPERTIES EXPORT_NAME ${name})
+endforeach()
+# What reads images is loaded when the first one is asked for, from beside the libraries.
+target_link_options(metabuffer_images INTERFACE
+    "$<INSTALL_INTERFACE:-Wl,-rpath,$<INSTALL_PREFIX>/${METABUFFER_INSTALLED_MODULE_DIRECTORY}>")
+install(TARGETS ${targets} EXPORT MetabufferTargets ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
+install(EXPORT MetabufferTargets NAMESPACE Metabuffer:: DESTINATION "${package}" COMPONENT development)
+foreach(folder host formats datapath images scenario report functional simulation rtl tlm monitors)
+    install(DIRECTORY model/${folder} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/metabuffer" COMPONENT development
+            FILES_MATCHING PATTERN "*.h")
+endforeach()
+# A block that is replaced changes the machine around it: both levels of a replacement are built from source.
+install(DIRECTORY model/rtl model/monitors DESTINATION "${data}/source" COMPONENT development
+        FILES_MATCHING PATTERN "*.cpp")
+
+configure_package_config_file(scripts/cmake/MetabufferConfig.cmake.in "${CMAKE_BINARY_DIR}/MetabufferConfig.cmake"
+                              INSTALL_DESTINATION "${package}" PATH_VARS data)
+write_basic_package_version_file("${CMAKE_BINARY_DIR}/MetabufferConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
+install(FILES "${CMAKE_BINARY_DIR}/MetabufferConfig.cmake" "${CMAKE_BINARY_DIR}/MetabufferConfigVersion.cmake"
+              scripts/cmake/FindSystemC.cmake scripts/cmake/MetabufferReplacement.cmake
+        DESTINATION "${package}" COMPONENT development)
+
+# Libraries that use others stand before them, as a linker wants it.
+set(archives ${targets})
+list(REMOVE_ITEM archives metabuffer_options)
+list(REVERSE archives)
+list(TRANSFORM archives PREPEND -l)
+list(JOIN archives " " archives)
+file(RELATIVE_PATH to_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+configure_file(scripts/cmake/metabuffer.pc.in "${CMAKE_BINARY_DIR}/metabuffer.pc" @ONLY)
+install(FILES "${CMAKE_BINARY_DIR}/metabuffer.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT development)
+
+# ---- Debian packages ----
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME metabuffer)
+set(CPACK_PACKAGE_VENDOR "The Metabuffer model's authors")
+set(CPACK_PACKAGE_CONTACT "The Metabuffer model's authors <metabuffer@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "executable model of image-compositing hardware")
+set(CPACK_RESOURCE_FILE_LICENSE "${CMAKE_SOURCE_DIR}/LICENSE")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_ALL program development)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION electronics)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME metabuffer)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "nodejs, librsvg2-bin, gtkwave")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "The program metabuffer, its scenarios, and how GTKWave shows its waveforms.")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmetabuffer-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
+    "metabuffer (= ${PROJECT_VERSION}), libsystemc-dev, libfmt-dev, libyaml-cpp-dev, nlohmann-json3-dev, zlib1g-dev, pkg-config")
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Libraries of the Metabuffer's levels and monitors, for C++ and SystemC.")
+include(CPack)
