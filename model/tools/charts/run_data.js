@@ -12,6 +12,8 @@ const metabufferRun = (() => {
     const cycles = report.core_cycles;
     const uses = 8;             // kinds of spans of a bus, in the order of the report's counters; no span: idle
     const useNames = ["pixels", "table", "page miss", "refresh", "link writes", "arbitration", "poll", "lost slot"];
+    const useCounters = ["busy_cycles", "table_cycles", "page_miss_cycles", "refresh_cycles", "write_cycles", "grant_cycles",
+                         "poll_cycles", "lost_cycles"];
     const blockLength = 64;     // spans, or points, between two kept sums
     const farZ = 2 ** machine.depth.z_bits - 1;
 
@@ -59,7 +61,8 @@ const metabufferRun = (() => {
     // ------------------------------------------------------------------------------------------------------------ buses
 
     class BusTrack {
-        constructor(track, spans, bins) {
+        /// `counted`: clocks by use in the report, which ends with the run. The last span may go on behind it.
+        constructor(track, spans, bins, counted) {
             const count = track.count;
             this.known = track.left_out ? track.known_cycles : Infinity;  // single spans up to here
             this.starts = new Float64Array(count);
@@ -75,8 +78,9 @@ const metabufferRun = (() => {
                 if (n % blockLength === 0) this.sums.push(sum.slice());
                 const kind = this.kinds[n] = reader.next();
                 this.starts[n] = end + reader.nextSigned();
-                this.lengths[n] = reader.next();
-                end = this.starts[n] + this.lengths[n];
+                const length = reader.next();
+                end = this.starts[n] + length;
+                this.lengths[n] = Math.max(0, Math.min(end, cycles) - this.starts[n]);
                 sum[kind] += this.lengths[n];
                 if (kind === 0 || kind === 1 || kind === 2) this.numbers[n] = reader.next();
                 if (kind === 0) {
@@ -89,15 +93,16 @@ const metabufferRun = (() => {
             this.binSums = [new Float64Array(uses)];
             while (binReader.at < binReader.bytes.length) {
                 const next = this.binSums[this.binSums.length - 1].slice();
-                for (let use = 0; use < uses; ++use) next[use] += binReader.next();
+                for (let use = 0; use < uses; ++use) next[use] = Math.min(counted[use], next[use] + binReader.next());
                 this.binSums.push(next);
             }
         }
         /// Clocks by use before a clock.
         before(clock, into) {
             if (clock > this.known) {
-                const place = clock / this.binCycles, bin = Math.min(Math.floor(place), this.binSums.length - 1);
-                const next = Math.min(bin + 1, this.binSums.length - 1), share = Math.min(1, place - bin);
+                const bin = Math.min(Math.floor(clock / this.binCycles), this.binSums.length - 1);
+                const next = Math.min(bin + 1, this.binSums.length - 1), first = bin * this.binCycles;
+                const share = Math.min(1, (clock - first) / Math.max(1, Math.min(this.binCycles, cycles - first)));
                 for (let use = 0; use < uses; ++use) {
                     into[use] = this.binSums[bin][use] + share * (this.binSums[next][use] - this.binSums[bin][use]);
                 }
@@ -126,8 +131,9 @@ const metabufferRun = (() => {
             return `${useNames[kind]}${kind === 2 ? ` for display ${this.numbers[n]}` : ""}, ${clocks}`;
         }
     }
-    const buses = record.buses.map(track => new Later(async () =>
-        new BusTrack(track, await inflated(track.spans), await inflated(track.bins))));
+    const buses = record.buses.map((track, n) => new Later(async () =>
+        new BusTrack(track, await inflated(track.spans), await inflated(track.bins),
+                     useCounters.map(counter => report.renderers[n].bus[counter]))));
 
     // ---------------------------------------------------------------------------------------------------------- buffers
 
@@ -456,7 +462,7 @@ const metabufferRun = (() => {
     const ready = Promise.all([...record.stalls.map((track, n) => unpackStalls(n)),
                                ...record.starved.map((track, n) => unpackStarved(n))])
         .then(() => { isUnpacked = true; });
-    return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, useNames, farZ, ready,
+    return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, useNames, useCounters, farZ, ready,
             buses, levels, composerOf, stalls, starved, clockOf, beamAt, frameAt, glitchesOf, isStarved, lastAtOrBefore,
             shownBitmap, shownPixelsOf, loadImages, isKnownImage, rasterPixel, shownColour, winners, starvedMap};
 })();

@@ -223,8 +223,10 @@
         byId("group").value = "display " + display;
         time.setGroup({kind: "display", number: display});
     }
+    let shownGlitch = null;
     function showGlitch(glitch) {
         stop();
+        shownGlitch = glitch;
         const place = placeOfFrame(glitch.frame);
         if (place !== null && place !== frameAt) showFrame(place);
         showGroup(glitch.display);
@@ -239,18 +241,22 @@
         chooseClock(glitch.clock, true);
         showPixel();
     }
-    /// Glitches of all displays in the order of time, from the clock looked at.
+    /// Glitches in the order of time from the clock looked at; those of one clock in the order of displays.
     function stepGlitch(direction) {
         let best = null;
         const now = time.clock === null ? (direction > 0 ? -1 : run.cycles) : time.clock;
-        for (let display = 0; display < run.displays; ++display) {
-            const glitches = run.glitchesOf(display);
-            let low = 0, high = glitches.length;
+        const at = shownGlitch && shownGlitch.clock === time.clock ? shownGlitch : null;
+        const displays = [...Array(run.displays).keys()];
+        for (const display of direction > 0 ? displays : displays.reverse()) {
+            const glitches = run.glitchesOf(display), before = at && (display - at.display) * direction > 0 ? direction : 0;
+            let low = 0, high = glitches.length;     // the first behind the clock, or behind the one before it
             while (low < high) {
                 const middle = (low + high) >> 1;
-                if (direction > 0 ? glitches[middle].clock <= now : glitches[middle].clock < now) low = middle + 1; else high = middle;
+                if (glitches[middle].clock + before <= now - (direction < 0 ? 1 : 0)) low = middle + 1; else high = middle;
             }
-            const found = glitches[direction > 0 ? low : low - 1];
+            let place = direction > 0 ? low : low - 1;
+            if (at && display === at.display) place = glitches.indexOf(at) + direction;
+            const found = glitches[place];
             if (found && (!best || (found.clock - best.clock) * direction < 0)) best = found;
         }
         if (best) showGlitch(best);
@@ -301,9 +307,7 @@
             }),
             element("label", {}, "buffers", group));
         const used = report.totals.bus || {};
-        const counters = ["busy_cycles", "table_cycles", "page_miss_cycles", "refresh_cycles", "write_cycles", "grant_cycles", "poll_cycles",
-                          "lost_cycles"];
-        byId("time-key").append(...run.useNames.map((name, n) => used[counters[n]]
+        byId("time-key").append(...run.useNames.map((name, n) => used[run.useCounters[n]]
             ? element("span", {}, element("i", {style: "background:" + useColours[n]}), name) : null).filter(part => part),
             element("span", {}, element("i", {style: "background:#2fc79a"}), "slots recovered"),
             ...(report.totals.starved_pixels ? [element("span", {}, element("i", {style: "background:#ffd400"}), "starved pixels")] : []),
