@@ -24,10 +24,10 @@ HOSTILE_RENDERER = "<img src=x onerror='window.hostile = 2'>"
 options = argparse.Namespace()
 
 
-def run(*arguments, status=0):
+def run(*arguments):
     done = subprocess.run([str(options.program), *map(str, arguments)], text=True, stdout=subprocess.PIPE,
                           stderr=subprocess.PIPE)
-    if done.returncode != status:
+    if done.returncode:
         raise AssertionError(f"metabuffer {arguments[0]} ended with {done.returncode}: {done.stderr}")
     return done.stdout
 
