@@ -383,9 +383,8 @@ const metabufferRun = (() => {
         if (!isNearer || (machine.composition === "z-alpha-key" && local.alpha === 0)) return upstream;
         return {colour: local.colour, alpha: local.alpha, z: local.z, winner: local.renderer};
     }
-    /// What became of a raster pixel: what each renderer had for it, and the pixel that left the pipeline. With
-    /// `nothingStarves` as if every local pixel had come in time.
-    function rasterPixel(entry, display, x, y, nothingStarves = false) {
+    /// What became of a raster pixel: what each renderer had for it, and the pixel that left the pipeline.
+    function rasterPixel(entry, display, x, y) {
         const locals = [];
         let pixel = background, isWhole = true;
         for (let renderer = 0; renderer < renderers; ++renderer) {
@@ -393,16 +392,16 @@ const metabufferRun = (() => {
             if (!local) continue;
             locals.push(local);
             if (local.colour === undefined) isWhole = false;
-            else if (nothingStarves || !local.starved) pixel = composed(local, pixel);
+            else if (!local.starved) pixel = composed(local, pixel);
         }
         return {locals, pixel, isWhole};
     }
     /// The mean of a shown pixel's raster pixels.
-    function shownColour(entry, display, column, row, nothingStarves) {
+    function shownColour(entry, display, column, row) {
         const sums = [0, 0, 0];
         for (let y = row * sub; y < (row + 1) * sub; ++y) {
             for (let x = column * sub; x < (column + 1) * sub; ++x) {
-                const {colour} = rasterPixel(entry, display, x, y, nothingStarves).pixel;
+                const {colour} = rasterPixel(entry, display, x, y).pixel;
                 for (let n = 0; n < 3; ++n) sums[n] += (colour >>> (16 - 8 * n)) & 255;
             }
         }
@@ -441,19 +440,78 @@ const metabufferRun = (() => {
         return map;
     }
 
-    /// Shown pixels in which a raster pixel starved: 1, and those that the display therefore shows wrong: 2.
-    async function starvedMap(entry, display) {
-        const {width, height} = machine, map = new Uint8Array(width * height);
-        for (let renderer = 0; renderer < renderers; ++renderer) {
-            for (const [y, first, last] of starved[composerOf(renderer, display)].get(entry.frame) || []) {
-                const start = Math.floor(y / sub) * width;
-                map.fill(1, start + Math.floor(first / sub), start + Math.floor(last / sub) + 1);
+    /// Colours of one shown row of a display as if every local pixel had come in time, without an object for each pixel, of
+    /// which a wall that glitches has millions. The images must have been loaded.
+    const plane = {z: new Uint32Array(rasterWidth), alpha: new Uint8Array(rasterWidth), red: new Uint8Array(rasterWidth),
+                   green: new Uint8Array(rasterWidth), blue: new Uint8Array(rasterWidth)};
+    const rowSums = new Uint32Array(3 * machine.width), samples = sub * sub;
+    function idealRow(entry, display, v, colours) {
+        const {z, alpha, red, green, blue} = plane, isOver = machine.composition === "over";
+        const isKeyed = machine.composition === "z-alpha-key";
+        rowSums.fill(0);
+        for (let y = v * sub; y < (v + 1) * sub; ++y) {
+            z.fill(farZ);
+            alpha.fill(0);
+            [red, green, blue].forEach((channel, n) => channel.fill(machine.background[n]));
+            for (let renderer = 0; renderer < renderers; ++renderer) {
+                const row = rowOf(entry, renderer, display);
+                if (!row) continue;
+                const [, sx, sy, sdx, sdy, dx, dy, multiple] = row, j = Math.floor((y - dy) / multiple);
+                if (j < 0 || j >= sdy) continue;
+                const image = images[entry.contributions[renderer].image].value, line = (sy + j) * image.width + sx;
+                const end = Math.min(rasterWidth, dx + sdx * multiple);
+                for (let x = Math.max(0, dx); x < end; ++x) {
+                    const place = line + Math.floor((x - dx) / multiple), bits = image.depths[place], nearness = zOf(bits);
+                    const isNearer = nearness < z[x], localAlpha = alphaOf(bits);
+                    if (!isOver && (!isNearer || (isKeyed && localAlpha === 0))) continue;
+                    const colour = image.colours[place];
+                    const r = colour >>> 16, g = (colour >>> 8) & 255, b = colour & 255;
+                    if (isOver) {
+                        const through = 255 - (isNearer ? localAlpha : alpha[x]);
+                        const over = (mine, there) => isNearer ? Math.min(255, mine + divided(there * through))
+                            : Math.min(255, there + divided(mine * through));
+                        red[x] = over(r, red[x]);
+                        green[x] = over(g, green[x]);
+                        blue[x] = over(b, blue[x]);
+                        alpha[x] = over(localAlpha, alpha[x]);
+                    } else {
+                        red[x] = r;
+                        green[x] = g;
+                        blue[x] = b;
+                    }
+                    if (isNearer) z[x] = nearness;
+                }
+            }
+            for (let x = 0; x < rasterWidth; ++x) {
+                const n = 3 * Math.floor(x / sub);
+                rowSums[n] += red[x];
+                rowSums[n + 1] += green[x];
+                rowSums[n + 2] += blue[x];
             }
         }
-        if (!map.includes(1) || !entry.contributions || entry.pictures[display] === null || !await loadImages(entry)) return map;
-        const shown = await shownPixelsOf(entry.pictures[display]);
-        for (let n = 0; n < map.length; ++n) {
-            if (map[n] && shownColour(entry, display, n % width, Math.floor(n / width), true) !== shown[n]) map[n] = 2;
+        const mean = sum => Math.floor((sum + Math.floor(samples / 2)) / samples);
+        for (let u = 0; u < machine.width; ++u) {
+            colours[u] = mean(rowSums[3 * u]) * 65536 + mean(rowSums[3 * u + 1]) * 256 + mean(rowSums[3 * u + 2]);
+        }
+        return colours;
+    }
+
+    /// Shown pixels in which a raster pixel starved: 1, and those that the display therefore shows wrong: 2.
+    async function starvedMap(entry, display) {
+        const {width, height} = machine, map = new Uint8Array(width * height), isHurt = new Uint8Array(height);
+        for (let renderer = 0; renderer < renderers; ++renderer) {
+            for (const [y, first, last] of starved[composerOf(renderer, display)].get(entry.frame) || []) {
+                const row = Math.floor(y / sub);
+                map.fill(1, row * width + Math.floor(first / sub), row * width + Math.floor(last / sub) + 1);
+                isHurt[row] = 1;
+            }
+        }
+        if (!isHurt.includes(1) || !entry.contributions || entry.pictures[display] === null || !await loadImages(entry)) return map;
+        const shown = await shownPixelsOf(entry.pictures[display]), colours = new Uint32Array(width);
+        for (let v = 0; v < height; ++v) {
+            if (!isHurt[v]) continue;
+            idealRow(entry, display, v, colours);
+            for (let u = 0, n = v * width; u < width; ++u, ++n) if (map[n] && colours[u] !== shown[n]) map[n] = 2;
         }
         return map;
     }

@@ -78,14 +78,14 @@
         frameAt = Math.max(0, Math.min(data.frames.length - 1, place));
         const {frame} = entry(), record = report.frames[frame];
         byId("frame").value = frameAt;
-        byId("frame-name").textContent = `frame ${frame} of ${report.frames.length}`;
+        byId("frame-name").textContent = `frame ${frame} of 0 to ${report.frames.length - 1}`;
         const sum = list => Array.isArray(list) ? list.reduce((total, count) => total + count, 0) : 0;
         byId("wall-note").textContent = (record ? `Frame ${frame}: composited from clock ${number(record.start_cycle)} to ` +
             `${number(record.end_cycle)}, on the displays from ${number(record.swap_cycle)}; ` +
             `${counted(sum(record.starved_pixels), "raster pixel")} starved, ${counted(sum(record.wrong_pixels), "shown pixel")} wrong. ` : "") +
             "Wheel and drag zoom and move; a click, or the arrow keys, choose a pixel and show its clock below.";
         wall.beams = [];
-        wall.show(entry()).then(showPixel);
+        return wall.show(entry()).then(showPixel);
     }
     const placeOfFrame = frame => {
         const place = data.frames.findIndex(one => one.frame === frame);
@@ -179,12 +179,18 @@
     function start() {
         if (frameAt + 1 >= data.frames.length) showFrame(0);
         byId("play").textContent = "Stop";
-        playing = setInterval(() => {
-            if (frameAt + 1 < data.frames.length) showFrame(frameAt + 1); else stop();
-        }, 1000 / framesPerSecondWhilePlaying);
+        // A frame that takes long to draw is seen all the same: the next one waits for it.
+        const next = () => {
+            if (frameAt + 1 >= data.frames.length) return stop();
+            const due = performance.now() + 1000 / framesPerSecondWhilePlaying, mine = playing;
+            return showFrame(frameAt + 1).then(() => {
+                if (playing === mine) playing = setTimeout(next, due - performance.now());
+            });
+        };
+        playing = setTimeout(next, 1000 / framesPerSecondWhilePlaying);
     }
     function stop() {
-        clearInterval(playing);
+        clearTimeout(playing);
         playing = 0;
         byId("play").textContent = "Play";
     }

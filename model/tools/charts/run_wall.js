@@ -88,12 +88,13 @@ const metabufferWall = (() => {
             this.entry = entry;
             this.view = view;
             const generation = ++this.generation;
-            const layers = await Promise.all([...Array(run.displays).keys()].map(async display => {
-                const number = entry.pictures[display];
-                const bitmap = number === null ? null : await run.shownBitmap(number);
-                const glitches = await run.starvedMap(entry, display);
-                return {bitmap, glitches};
-            }));
+            const layers = [], bitmaps = entry.pictures.map(number => number === null ? null : run.shownBitmap(number));
+            for (let display = 0; display < run.displays; ++display) {
+                const bitmap = await bitmaps[display], glitches = await run.starvedMap(entry, display);
+                layers.push({bitmap, glitches});
+                await new Promise(next => setTimeout(next));    // so that hands are attended to in between
+                if (generation !== this.generation) return;
+            }
             const hasImages = entry.contributions ? await run.loadImages(entry) : false;
             if (generation !== this.generation) return;     // the reader has gone on
             this.layers = layers.map(({bitmap, glitches}, display) => ({
