@@ -279,10 +279,14 @@ class RunPage(PageTest):
     def scroll_to(self, selector):
         self.script("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", selector)
 
-    def hover_pixel(self, display, x, y):
+    def wait_for_facts(self, *words):
+        """They come a little later: images are unpacked when their frame is looked at."""
+        self.wait(lambda: all(word in self.pixel_facts()[1] for word in words), f"the pixel's facts have {words}")
+
+    def hover_pixel(self, display, x, y, *words):
         self.to_point("#wall", self.wall_point(display, x, y)).perform()
         self.wait(lambda: self.pixel_facts()[0] == (display + 1, x, y), f"pixel {x}, {y} of display {display + 1}")
-        return self.pixel_facts()[1]
+        self.wait_for_facts(*words)
 
     def wheel(self, canvas, point, by):
         self.to_point(canvas, point).perform()
@@ -400,11 +404,10 @@ class RunPage(PageTest):
             clock = first_starved_pixels_clock(self.scenarios[key])
             self.one("#next-glitch").click()
             self.assertEqual(clock, self.chosen_clock())
-            (display, x, y), text = self.pixel_facts()
+            self.wait_for_facts(", starved", f"{clock:,}")
+            (display, x, y), _ = self.pixel_facts()
             self.assertIn((0, display - 1, y, x), [(frame, at, row, first) for frame, at, _, row, first, _
                                                    in self.starved_runs(self.reports[key])])
-            self.assertIn(", starved", text)
-            self.assertIn(f"{clock:,}", text)
 
     def test_clocks_of_columns_that_stall(self):
         settings = ("--set", "composer.on_starvation=stall")
@@ -470,11 +473,10 @@ class RunPage(PageTest):
             pictures = [read_png(self.results["z", 1] / f"display_{display + 1}.{frame:04}.png")
                         for display in range(COLUMNS)]
             for display, x, y in ((0, 0, 0), (0, 17, 12), (1, 3, 29), (1, 39, 7), (0, 39, 20)):
-                text = self.hover_pixel(display, x, y)
                 colour = pictures[display][y * WIDTH + x]
                 winner = colour & 3
-                self.assertIn(f"#{colour:06x}", text)
-                self.assertIn(f"noise {winner} wins." if winner else "The background is shown.", text)
+                self.hover_pixel(display, x, y, f"pipeline: #{colour:06x}",
+                                 f"noise {winner} wins." if winner else "The background is shown.")
                 self.assertIsNone(self.chosen_clock())  # the mouse alone chooses none
         # A click pins the pixel, and shows its clock.
         pixel = (1, 20, 15)
@@ -511,6 +513,10 @@ class RunPage(PageTest):
         self.assertIsNone(self.chosen_clock())  # a drag is no click
         self.one("#whole-wall").click()
         self.hover_pixel(0, 26, 15)
+        # A wheel that cannot zoom out any further is the page's.
+        before = self.script("return window.scrollY")
+        self.wheel("#wall", point, 300)
+        self.wait(lambda: self.script("return window.scrollY") > before, "the page scrolls")
 
     def test_wheel_and_drag_on_the_time_line(self):
         self.open(self.starving_page)
@@ -546,12 +552,10 @@ class RunPage(PageTest):
             self.one("#whole-run").click()
             self.wait(self.yellow_marks, "they are drawn anew")
             self.to_point("#time", (x + 1, y + 1)).click().perform()
-            self.wait(lambda: self.pixel_facts()[0], "a pixel is told")
-            (display, column, row), text = self.pixel_facts()
-            self.assertIn(", starved", text)
+            self.wait_for_facts(", starved", f"{self.chosen_clock():,}")
+            (display, column, row), _ = self.pixel_facts()
             place = (self.frame_shown(), display - 1, row, column)
             self.assertIn(place, [(frame, at, line, first) for frame, at, _, line, first, _ in runs])
-            self.assertIn(f"{self.chosen_clock():,}", text)
             chosen.add(place)
         self.assertGreater(len(chosen), 1)
 
@@ -658,7 +662,7 @@ class RunPage(PageTest):
             self.press(key)
             x, y = (min(size - 1, max(0, at + by)) for size, at, by in zip((WIDTH, HEIGHT), place[1:], step))
             self.assertEqual((place[0], x, y), self.pixel_facts()[0])
-        self.assertIn(f"{self.chosen_clock():,}", self.pixel_facts()[1])
+        self.wait_for_facts(f"{self.chosen_clock():,}")
         self.press(Keys.ENTER)
         self.assertEqual("time", self.focused())
         clock = self.chosen_clock()
@@ -700,7 +704,7 @@ class RunPage(PageTest):
         self.one("#clock-details summary").click()
         for name in names:
             self.assertIn(name, self.text_of("#clock-details"))
-        self.assertIn(names[0], self.pixel_facts()[1])
+        self.wait_for_facts(names[0])
         words = shlex.split(self.text_of("#command"))
         self.assertIn(f"renderers.3.name={json.dumps(names[3])}", words)
         self.scroll_to("#time")
@@ -747,13 +751,11 @@ class RunPage(PageTest):
         self.assertIn("Pictures of every", remarks)
         self.assertRegex(remarks, r"\d+ images? of renderers (is|are) not in the page")
         self.scroll_to("#wall")
-        self.hover_pixel(0, 20, 15)
-        self.assertIn("Who won is not known.", self.pixel_facts()[1])
-        self.assertIn("not in the page", self.pixel_facts()[1])
+        self.hover_pixel(0, 20, 15, "Who won is not known.", "not in the page")
         Select(self.one("#view")).select_by_value("winner")
         self.one("#next-glitch").click()
         self.assertEqual(first_starved_pixels_clock(self.scenario), self.chosen_clock())
-        self.assertIn(", starved", self.pixel_facts()[1])
+        self.wait_for_facts(", starved")
         self.one("#whole-run").click()
         self.wait(self.yellow_marks, "yellow marks are drawn")
 

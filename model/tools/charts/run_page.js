@@ -365,9 +365,9 @@
     buildFigures();
     showPixel();
     showClock();
-    run.ready.then(() => {
-        if (data.frames.length) showFrame(0);
+    run.ready.then(async () => {
         time.draw();
+        if (data.frames.length) await showFrame(0);
         document.documentElement.dataset.ready = "yes";
     });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { wall.draw(); time.draw(); });

@@ -216,6 +216,7 @@ const metabufferWall = (() => {
             const canvas = this.canvas;
             let pressed = null;
             canvas.addEventListener("pointerdown", event => {
+                if (event.button !== 0) return;
                 pressed = {u: event.offsetX, v: event.offsetY, left: this.left, top: this.top, moved: false};
                 canvas.setPointerCapture(event.pointerId);
             });
@@ -235,8 +236,10 @@ const metabufferWall = (() => {
                 if (pressed && !pressed.moved) this.setPlace(this.placeAt(event.offsetX, event.offsetY), true);
                 pressed = null;
             });
+            canvas.addEventListener("pointercancel", () => { pressed = null; });
             canvas.addEventListener("pointerleave", () => this.on.hover(null));
             canvas.addEventListener("wheel", event => {
+                if (!this.zoom && event.deltaY > 0) return;     // nothing to zoom out of: the page scrolls
                 event.preventDefault();
                 this.zoomBy(Math.exp(-event.deltaY * 0.0018), [event.offsetX, event.offsetY]);
             }, {passive: false});
