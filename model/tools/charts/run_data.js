@@ -17,6 +17,8 @@ const metabufferRun = (() => {
     const blockLength = 64;     // spans, or points, between two kept sums
     const farZ = 2 ** machine.depth.z_bits - 1;
 
+    const clocksFromTo = (first, last) => `clocks ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
+
     /// Reads back what NumberLog has written.
     class NumberReader {
         constructor(buffer) { this.bytes = new Uint8Array(buffer); this.at = 0; }
@@ -122,10 +124,11 @@ const metabufferRun = (() => {
             return last >= 0 && clock < this.starts[last] + this.lengths[last] ? last : -1;
         }
         describe(n) {
-            const kind = this.kinds[n], clocks = `clocks ${this.starts[n]} to ${this.starts[n] + this.lengths[n] - 1}`;
+            const kind = this.kinds[n], clocks = clocksFromTo(this.starts[n], this.starts[n] + this.lengths[n] - 1);
             if (kind === 0) {
+                const slots = this.recovered[n];
                 return `${this.pixels[n]} pixels for display ${this.numbers[n]}` +
-                    (this.recovered[n] ? `, ${this.recovered[n]} slots recovered` : "") + `, ${clocks}`;
+                    (slots ? `, ${slots} slot${slots === 1 ? "" : "s"} recovered` : "") + `, ${clocks}`;
             }
             if (kind === 1) return `table of frame ${this.numbers[n]}, ${clocks}`;
             return `${useNames[kind]}${kind === 2 ? ` for display ${this.numbers[n]}` : ""}, ${clocks}`;
@@ -506,7 +509,7 @@ const metabufferRun = (() => {
                 isHurt[row] = 1;
             }
         }
-        if (!isHurt.includes(1) || !entry.contributions || entry.pictures[display] === null || !await loadImages(entry)) return map;
+        if (!isHurt.includes(1) || entry.pictures[display] === null || !await loadImages(entry)) return map;
         const shown = await shownPixelsOf(entry.pictures[display]), colours = new Uint32Array(width);
         for (let v = 0; v < height; ++v) {
             if (!isHurt[v]) continue;
@@ -520,7 +523,7 @@ const metabufferRun = (() => {
     const ready = Promise.all([...record.stalls.map((track, n) => unpackStalls(n)),
                                ...record.starved.map((track, n) => unpackStarved(n))])
         .then(() => { isUnpacked = true; });
-    return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, useNames, useCounters, farZ, ready,
-            buses, levels, composerOf, stalls, starved, clockOf, beamAt, frameAt, glitchesOf, isStarved, lastAtOrBefore,
+    return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, useNames, useCounters,
+            clocksFromTo, farZ, ready, buses, levels, composerOf, stalls, starved, clockOf, beamAt, frameAt, glitchesOf, isStarved, lastAtOrBefore,
             shownBitmap, shownPixelsOf, loadImages, isKnownImage, rasterPixel, shownColour, winners, starvedMap};
 })();

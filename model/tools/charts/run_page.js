@@ -268,11 +268,13 @@
         if (best) showGlitch(best);
     }
 
+    /// In a folder of its own: the scenario's may be the one that the page was made from, and keeps its results.
     function waveformCommand() {
         const whole = time.to - time.from <= widestWindow && (time.clock === null || (time.clock >= time.from && time.clock < time.to));
         const first = whole ? Math.max(0, Math.floor(time.from)) : Math.max(0, (time.clock ?? 0) - aroundClock);
         const last = whole ? Math.min(run.cycles - 1, Math.ceil(time.to)) : (time.clock ?? 0) + aroundClock;
-        return [data.command.map(shellWord).join(" "), `    --trace out/trace.vcd --trace-window cycles:${first}-${last}`].join(" \\\n");
+        return [data.command.map(shellWord).join(" "), "    --no-images --out out/waveform --trace out/waveform/trace.vcd",
+                `    --trace-window cycles:${first}-${last}`].join(" \\\n");
     }
     function showClock() {
         const box = byId("clock"), parts = [];

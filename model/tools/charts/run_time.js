@@ -199,7 +199,7 @@ const metabufferTime = (() => {
             if (!found) return "between frames";
             const [first, last, kind, pair, taken, cause] = found;
             return (pair === null ? "a frame whose control scanline cannot be read" : `${kind} frame of pair ${pair}`) +
-                (taken ? "" : cause ? `, rejected: ${cause}` : ", passed over") + `, clocks ${first} to ${last}`;
+                (taken ? "" : cause ? `, rejected: ${cause}` : ", passed over") + `, ${run.clocksFromTo(first, last)}`;
         }
 
         // ------------------------------------------------------------------------------------------------------- buses
@@ -311,7 +311,7 @@ const metabufferTime = (() => {
         }
         tellShown(clock) {
             const frame = run.lastAtOrBefore(record.shown.map(([first]) => first), clock);
-            return frame < 0 ? "no frame yet" : `frame ${frame}, since the swap at clock ${record.shown[frame][0]}`;
+            return frame < 0 ? "no frame yet" : `frame ${frame}, since the swap at clock ${record.shown[frame][0].toLocaleString("en")}`;
         }
 
         // ----------------------------------------------------------------------------------------------------- buffers
