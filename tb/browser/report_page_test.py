@@ -1,32 +1,23 @@
 #!/usr/bin/env python3
 """The report page as a reader meets it: made by the program from results of its own, shown by headless Chromium.
 
-Without a browser's window there is still a mouse, a keyboard and a network, which all are looked at. Needs Chromium,
-its driver and Selenium; --keep DIR leaves pages and screenshots there.
+Needs Chromium, its driver and Selenium; --keep DIR leaves pages and screenshots there.
 """
 
-import argparse
 import json
-import pathlib
 import shlex
 import shutil
 import sqlite3
 import subprocess
-import sys
-import tempfile
-import unittest
 
-from selenium import webdriver
-from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import Select, WebDriverWait
+from selenium.webdriver.support.ui import Select
 
-SECONDS_TO_WAIT = 60  # for what takes well under one; a busy machine is no failure
+from page_browser import HOSTILE, HOSTILE_RENDERER, PageTest, main, options, run
+
 WIDTHS, DEPTHS, POLICIES = (32, 64, 128), (64, 256), ("irsa", "edf")
-HOSTILE = "</script><script>window.hostile = 1</script>\"'&<b>"
-HOSTILE_RENDERER = "<img src=x onerror='window.hostile = 2'>"
 
 GRID = f"""\
 name: grid & <b>
@@ -51,16 +42,6 @@ axes:
 minimize: {key: composer.buffer_pixels, from: 8, to: 20000, checks: 2}
 """
 MANY = 10_000
-
-options = argparse.Namespace()
-
-
-def run(*arguments):
-    done = subprocess.run([str(options.program), *map(str, arguments)], text=True, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE)
-    if done.returncode:
-        raise AssertionError(f"metabuffer {arguments[0]} ended with {done.returncode}: {done.stderr}")
-    return done.stdout
 
 
 def sweep(folder, name, text):
@@ -96,11 +77,9 @@ def multiplied(results, target, count):
     return target
 
 
-class ReportPage(unittest.TestCase):
+class ReportPage(PageTest):
     @classmethod
-    def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="metabuffer-browser-"))
-        cls.addClassCleanup(cls.leave)
+    def make_pages(cls):
         grid = sweep(cls.folder, "grid", GRID)
         search = sweep(cls.folder, "search", SEARCH)
         cls.points = {point["point"]: point for point in json.loads(run("export", grid, "--format", "json"))}
@@ -109,67 +88,15 @@ class ReportPage(unittest.TestCase):
         cls.search_page = page_of(cls.folder, search)
         cls.many_page = page_of(cls.folder, multiplied(grid, cls.folder / "many.db", MANY))
 
-        arguments = webdriver.ChromeOptions()
-        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-                         "--disable-background-networking", "--disable-component-update", "--disable-sync",
-                         "--disable-dev-shm-usage", f"--user-data-dir={cls.folder / 'profile'}",
-                         "--window-size=1280,900"):
-            arguments.add_argument(argument)
-        arguments.binary_location = options.chromium
-        arguments.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-        cls.browser = webdriver.Chrome(service=Service(options.driver), options=arguments)
-        cls.addClassCleanup(cls.browser.quit)
-
-    @classmethod
-    def leave(cls):
-        if options.keep:
-            shutil.copytree(cls.folder, options.keep, dirs_exist_ok=True,
-                            ignore=shutil.ignore_patterns("profile"))
-        shutil.rmtree(cls.folder, ignore_errors=True)
-
-    def setUp(self):
-        self.resize(1280, 900)
-        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
-        self.page = None
-        self.browser.get("about:blank")
-        self.browser.get_log("performance")  # the browser's own first page
-
-    def tearDown(self):
-        if options.keep and self.page:
-            self.browser.save_screenshot(str(self.folder / (self.id().split(".")[-1] + ".png")))
-        self.assertEqual([], [entry["message"] for entry in self.browser.get_log("browser")], "on the console")
-        events = (json.loads(entry["message"])["message"] for entry in self.browser.get_log("performance"))
-        asked_for = [event["params"]["request"]["url"] for event in events
-                     if event["method"] == "Network.requestWillBeSent"]
-        self.assertEqual([], [url for url in asked_for
-                              if not url.startswith("data:") and self.page and url != self.page.as_uri()])
-        if self.page:
-            self.assertIn(self.page.as_uri(), asked_for)  # or the log would prove nothing
-
     # ------------------------------------------------------------------------------------------------- helpers
 
-    def resize(self, width, height):
-        self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
-            "width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
-
-    def wait(self, condition, what):
-        return WebDriverWait(self.browser, SECONDS_TO_WAIT, poll_frequency=0.05).until(lambda _: condition(), what)
-
-    def open(self, page):
-        self.page = page
-        self.browser.get(page.as_uri())
+    def wait_until_drawn(self):
         self.wait_for_charts()
 
     def wait_for_charts(self):
         self.wait(lambda: self.browser.execute_script(
             "const charts = [...document.querySelectorAll('.chart')];"
             "return charts.length > 0 && charts.every(chart => chart.dataset.drawn === 'yes');"), "charts are drawn")
-
-    def all(self, selector):
-        return self.browser.find_elements(By.CSS_SELECTOR, selector)
-
-    def one(self, selector):
-        return self.browser.find_element(By.CSS_SELECTOR, selector)
 
     def marks(self, chart, name):
         """The elements of a mark that Vega's specification calls so."""
@@ -383,8 +310,6 @@ class ReportPage(unittest.TestCase):
             self.assertLessEqual(self.browser.execute_script(
                 "return document.getElementById('panel').scrollWidth"), 390)
             self.one("#panel-close").click()
-            self.browser.get_log("performance")  # what the first page asked for is no concern of the second
-        self.page = None
 
     def test_dark_scheme(self):
         self.open(self.grid_page)
@@ -397,8 +322,7 @@ class ReportPage(unittest.TestCase):
         self.assertEqual("rgb(255, 255, 255)", page)
         self.assertEqual("rgb(255, 255, 255)", chart)
         self.browser.execute_script("document.querySelector('#chart-pareto').dataset.drawn = 'no'")
-        self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {
-            "features": [{"name": "prefers-color-scheme", "value": "dark"}]})
+        self.prefer("dark")
         self.wait_for_charts()
         page, chart = colours()
         self.assertEqual("rgb(23, 28, 34)", page)
@@ -424,19 +348,5 @@ class ReportPage(unittest.TestCase):
         self.wait(self.panel_is_open, "the panel opens")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", type=pathlib.Path, required=True, help="the metabuffer to test")
-    parser.add_argument("--scenarios", type=pathlib.Path, required=True)
-    parser.add_argument("--chromium", default="chromium")
-    parser.add_argument("--driver", default="chromedriver")
-    parser.add_argument("--keep", type=pathlib.Path, help="leave pages and screenshots in this folder")
-    parser.add_argument("tests", nargs="*")
-    parser.parse_args(namespace=options)
-    options.program = options.program.resolve()
-    options.scenarios = options.scenarios.resolve()
-    unittest.main(argv=[sys.argv[0], *[f"ReportPage.{test}" for test in options.tests]], verbosity=2)
-
-
 if __name__ == "__main__":
-    main()
+    main(ReportPage, __doc__)

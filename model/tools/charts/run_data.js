@@ -12,8 +12,12 @@ const metabufferRun = (() => {
     const cycles = report.core_cycles;
     const uses = 8;             // kinds of spans of a bus, in the order of the report's counters; no span: idle
     const useNames = ["pixels", "table", "page miss", "refresh", "link writes", "arbitration", "poll", "lost slot"];
+    const useCounters = ["busy_cycles", "table_cycles", "page_miss_cycles", "refresh_cycles", "write_cycles", "grant_cycles",
+                         "poll_cycles", "lost_cycles"];
     const blockLength = 64;     // spans, or points, between two kept sums
     const farZ = 2 ** machine.depth.z_bits - 1;
+
+    const clocksFromTo = (first, last) => `clocks ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
 
     /// Reads back what NumberLog has written.
     class NumberReader {
@@ -62,7 +66,8 @@ const metabufferRun = (() => {
     // ------------------------------------------------------------------------------------------------------------ buses
 
     class BusTrack {
-        constructor(track, spans, bins) {
+        /// `counted`: clocks by use in the report, which ends with the run. The last span may go on behind it.
+        constructor(track, spans, bins, counted) {
             const count = track.count;
             this.known = track.left_out ? track.known_cycles : Infinity;  // single spans up to here
             this.starts = new Float64Array(count);
@@ -78,8 +83,9 @@ const metabufferRun = (() => {
                 if (n % blockLength === 0) this.sums.push(sum.slice());
                 const kind = this.kinds[n] = reader.next();
                 this.starts[n] = end + reader.nextSigned();
-                this.lengths[n] = reader.next();
-                end = this.starts[n] + this.lengths[n];
+                const length = reader.next();
+                end = this.starts[n] + length;
+                this.lengths[n] = Math.max(0, Math.min(end, cycles) - this.starts[n]);
                 sum[kind] += this.lengths[n];
                 if (kind === 0 || kind === 1 || kind === 2) this.numbers[n] = reader.next();
                 if (kind === 0) {
@@ -92,15 +98,16 @@ const metabufferRun = (() => {
             this.binSums = [new Float64Array(uses)];
             while (binReader.at < binReader.bytes.length) {
                 const next = this.binSums[this.binSums.length - 1].slice();
-                for (let use = 0; use < uses; ++use) next[use] += binReader.next();
+                for (let use = 0; use < uses; ++use) next[use] = Math.min(counted[use], next[use] + binReader.next());
                 this.binSums.push(next);
             }
         }
         /// Clocks by use before a clock.
         before(clock, into) {
             if (clock > this.known) {
-                const place = clock / this.binCycles, bin = Math.min(Math.floor(place), this.binSums.length - 1);
-                const next = Math.min(bin + 1, this.binSums.length - 1), share = Math.min(1, place - bin);
+                const bin = Math.min(Math.floor(clock / this.binCycles), this.binSums.length - 1);
+                const next = Math.min(bin + 1, this.binSums.length - 1), first = bin * this.binCycles;
+                const share = Math.min(1, (clock - first) / Math.max(1, Math.min(this.binCycles, cycles - first)));
                 for (let use = 0; use < uses; ++use) {
                     into[use] = this.binSums[bin][use] + share * (this.binSums[next][use] - this.binSums[bin][use]);
                 }
@@ -120,17 +127,19 @@ const metabufferRun = (() => {
             return last >= 0 && clock < this.starts[last] + this.lengths[last] ? last : -1;
         }
         describe(n) {
-            const kind = this.kinds[n], clocks = `clocks ${this.starts[n]} to ${this.starts[n] + this.lengths[n] - 1}`;
+            const kind = this.kinds[n], clocks = clocksFromTo(this.starts[n], this.starts[n] + this.lengths[n] - 1);
             if (kind === 0) {
+                const slots = this.recovered[n];
                 return `${this.pixels[n]} pixels for display ${this.numbers[n]}` +
-                    (this.recovered[n] ? `, ${this.recovered[n]} slots recovered` : "") + `, ${clocks}`;
+                    (slots ? `, ${slots} slot${slots === 1 ? "" : "s"} recovered` : "") + `, ${clocks}`;
             }
             if (kind === 1) return `table of frame ${this.numbers[n]}, ${clocks}`;
             return `${useNames[kind]}${kind === 2 ? ` for display ${this.numbers[n]}` : ""}, ${clocks}`;
         }
     }
-    const buses = record.buses.map(track => new Later(async () =>
-        new BusTrack(track, await inflated(track.spans), await binsOf(track))));
+    const buses = record.buses.map((track, n) => new Later(async () =>
+        new BusTrack(track, await inflated(track.spans), await binsOf(track),
+                     useCounters.map(counter => report.renderers[n].bus[counter]))));
 
     // ---------------------------------------------------------------------------------------------------------- buffers
 
@@ -382,9 +391,8 @@ const metabufferRun = (() => {
         if (!isNearer || (machine.composition === "z-alpha-key" && local.alpha === 0)) return upstream;
         return {colour: local.colour, alpha: local.alpha, z: local.z, winner: local.renderer};
     }
-    /// What became of a raster pixel: what each renderer had for it, and the pixel that left the pipeline. With
-    /// `nothingStarves` as if every local pixel had come in time.
-    function rasterPixel(entry, display, x, y, nothingStarves = false) {
+    /// What became of a raster pixel: what each renderer had for it, and the pixel that left the pipeline.
+    function rasterPixel(entry, display, x, y) {
         const locals = [];
         let pixel = background, isWhole = true;
         for (let renderer = 0; renderer < renderers; ++renderer) {
@@ -392,16 +400,16 @@ const metabufferRun = (() => {
             if (!local) continue;
             locals.push(local);
             if (local.colour === undefined) isWhole = false;
-            else if (nothingStarves || !local.starved) pixel = composed(local, pixel);
+            else if (!local.starved) pixel = composed(local, pixel);
         }
         return {locals, pixel, isWhole};
     }
     /// The mean of a shown pixel's raster pixels.
-    function shownColour(entry, display, column, row, nothingStarves) {
+    function shownColour(entry, display, column, row) {
         const sums = [0, 0, 0];
         for (let y = row * sub; y < (row + 1) * sub; ++y) {
             for (let x = column * sub; x < (column + 1) * sub; ++x) {
-                const {colour} = rasterPixel(entry, display, x, y, nothingStarves).pixel;
+                const {colour} = rasterPixel(entry, display, x, y).pixel;
                 for (let n = 0; n < 3; ++n) sums[n] += (colour >>> (16 - 8 * n)) & 255;
             }
         }
@@ -440,19 +448,78 @@ const metabufferRun = (() => {
         return map;
     }
 
-    /// Shown pixels in which a raster pixel starved: 1, and those that the display therefore shows wrong: 2.
-    async function starvedMap(entry, display) {
-        const {width, height} = machine, map = new Uint8Array(width * height);
-        for (let renderer = 0; renderer < renderers; ++renderer) {
-            for (const [y, first, last] of starved[composerOf(renderer, display)].get(entry.frame) || []) {
-                const start = Math.floor(y / sub) * width;
-                map.fill(1, start + Math.floor(first / sub), start + Math.floor(last / sub) + 1);
+    /// Colours of one shown row of a display as if every local pixel had come in time, without an object for each pixel, of
+    /// which a wall that glitches has millions. The images must have been loaded.
+    const plane = {z: new Uint32Array(rasterWidth), alpha: new Uint8Array(rasterWidth), red: new Uint8Array(rasterWidth),
+                   green: new Uint8Array(rasterWidth), blue: new Uint8Array(rasterWidth)};
+    const rowSums = new Uint32Array(3 * machine.width), samples = sub * sub;
+    function idealRow(entry, display, v, colours) {
+        const {z, alpha, red, green, blue} = plane, isOver = machine.composition === "over";
+        const isKeyed = machine.composition === "z-alpha-key";
+        rowSums.fill(0);
+        for (let y = v * sub; y < (v + 1) * sub; ++y) {
+            z.fill(farZ);
+            alpha.fill(0);
+            [red, green, blue].forEach((channel, n) => channel.fill(machine.background[n]));
+            for (let renderer = 0; renderer < renderers; ++renderer) {
+                const row = rowOf(entry, renderer, display);
+                if (!row) continue;
+                const [, sx, sy, sdx, sdy, dx, dy, multiple] = row, j = Math.floor((y - dy) / multiple);
+                if (j < 0 || j >= sdy) continue;
+                const image = images[entry.contributions[renderer].image].value, line = (sy + j) * image.width + sx;
+                const end = Math.min(rasterWidth, dx + sdx * multiple);
+                for (let x = Math.max(0, dx); x < end; ++x) {
+                    const place = line + Math.floor((x - dx) / multiple), bits = image.depths[place], nearness = zOf(bits);
+                    const isNearer = nearness < z[x], localAlpha = alphaOf(bits);
+                    if (!isOver && (!isNearer || (isKeyed && localAlpha === 0))) continue;
+                    const colour = image.colours[place];
+                    const r = colour >>> 16, g = (colour >>> 8) & 255, b = colour & 255;
+                    if (isOver) {
+                        const through = 255 - (isNearer ? localAlpha : alpha[x]);
+                        const over = (mine, there) => isNearer ? Math.min(255, mine + divided(there * through))
+                            : Math.min(255, there + divided(mine * through));
+                        red[x] = over(r, red[x]);
+                        green[x] = over(g, green[x]);
+                        blue[x] = over(b, blue[x]);
+                        alpha[x] = over(localAlpha, alpha[x]);
+                    } else {
+                        red[x] = r;
+                        green[x] = g;
+                        blue[x] = b;
+                    }
+                    if (isNearer) z[x] = nearness;
+                }
+            }
+            for (let x = 0; x < rasterWidth; ++x) {
+                const n = 3 * Math.floor(x / sub);
+                rowSums[n] += red[x];
+                rowSums[n + 1] += green[x];
+                rowSums[n + 2] += blue[x];
             }
         }
-        if (!map.includes(1) || !entry.contributions || entry.pictures[display] === null || !await loadImages(entry)) return map;
-        const shown = await shownPixelsOf(entry.pictures[display]);
-        for (let n = 0; n < map.length; ++n) {
-            if (map[n] && shownColour(entry, display, n % width, Math.floor(n / width), true) !== shown[n]) map[n] = 2;
+        const mean = sum => Math.floor((sum + Math.floor(samples / 2)) / samples);
+        for (let u = 0; u < machine.width; ++u) {
+            colours[u] = mean(rowSums[3 * u]) * 65536 + mean(rowSums[3 * u + 1]) * 256 + mean(rowSums[3 * u + 2]);
+        }
+        return colours;
+    }
+
+    /// Shown pixels in which a raster pixel starved: 1, and those that the display therefore shows wrong: 2.
+    async function starvedMap(entry, display) {
+        const {width, height} = machine, map = new Uint8Array(width * height), isHurt = new Uint8Array(height);
+        for (let renderer = 0; renderer < renderers; ++renderer) {
+            for (const [y, first, last] of starved[composerOf(renderer, display)].get(entry.frame) || []) {
+                const row = Math.floor(y / sub);
+                map.fill(1, row * width + Math.floor(first / sub), row * width + Math.floor(last / sub) + 1);
+                isHurt[row] = 1;
+            }
+        }
+        if (!isHurt.includes(1) || entry.pictures[display] === null || !await loadImages(entry)) return map;
+        const shown = await shownPixelsOf(entry.pictures[display]), colours = new Uint32Array(width);
+        for (let v = 0; v < height; ++v) {
+            if (!isHurt[v]) continue;
+            idealRow(entry, display, v, colours);
+            for (let u = 0, n = v * width; u < width; ++u, ++n) if (map[n] && colours[u] !== shown[n]) map[n] = 2;
         }
         return map;
     }
@@ -460,7 +527,7 @@ const metabufferRun = (() => {
     let isUnpacked = false;
     const ready = Promise.all([unpackStarved(), ...record.stalls.map((track, display) => unpackStalls(display))])
         .then(() => { isUnpacked = true; });
-    return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, useNames, farZ, ready,
-            buses, levels, composerOf, stalls, starved, clockOf, beamAt, frameAt, glitchesOf, isStarved, lastAtOrBefore,
+    return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, useNames, useCounters,
+            clocksFromTo, farZ, ready, buses, levels, composerOf, stalls, starved, clockOf, beamAt, frameAt, glitchesOf, isStarved, lastAtOrBefore,
             shownBitmap, shownPixelsOf, loadImages, isKnownImage, rasterPixel, shownColour, winners, starvedMap};
 })();

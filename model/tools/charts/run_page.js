@@ -78,14 +78,14 @@
         frameAt = Math.max(0, Math.min(data.frames.length - 1, place));
         const {frame} = entry(), record = report.frames[frame];
         byId("frame").value = frameAt;
-        byId("frame-name").textContent = `frame ${frame} of ${report.frames.length}`;
+        byId("frame-name").textContent = `frame ${frame} of 0 to ${report.frames.length - 1}`;
         const sum = list => Array.isArray(list) ? list.reduce((total, count) => total + count, 0) : 0;
         byId("wall-note").textContent = (record ? `Frame ${frame}: composited from clock ${number(record.start_cycle)} to ` +
             `${number(record.end_cycle)}, on the displays from ${number(record.swap_cycle)}; ` +
             `${counted(sum(record.starved_pixels), "raster pixel")} starved, ${counted(sum(record.wrong_pixels), "shown pixel")} wrong. ` : "") +
             "Wheel and drag zoom and move; a click, or the arrow keys, choose a pixel and show its clock below.";
         wall.beams = [];
-        wall.show(entry()).then(showPixel);
+        return wall.show(entry()).then(showPixel);
     }
     const placeOfFrame = frame => {
         const place = data.frames.findIndex(one => one.frame === frame);
@@ -179,12 +179,18 @@
     function start() {
         if (frameAt + 1 >= data.frames.length) showFrame(0);
         byId("play").textContent = "Stop";
-        playing = setInterval(() => {
-            if (frameAt + 1 < data.frames.length) showFrame(frameAt + 1); else stop();
-        }, 1000 / framesPerSecondWhilePlaying);
+        // A frame that takes long to draw is seen all the same: the next one waits for it.
+        const next = () => {
+            if (frameAt + 1 >= data.frames.length) return stop();
+            const due = performance.now() + 1000 / framesPerSecondWhilePlaying, mine = playing;
+            return showFrame(frameAt + 1).then(() => {
+                if (playing === mine) playing = setTimeout(next, due - performance.now());
+            });
+        };
+        playing = setTimeout(next, 1000 / framesPerSecondWhilePlaying);
     }
     function stop() {
-        clearInterval(playing);
+        clearTimeout(playing);
         playing = 0;
         byId("play").textContent = "Play";
     }
@@ -223,8 +229,10 @@
         byId("group").value = "display " + display;
         time.setGroup({kind: "display", number: display});
     }
+    let shownGlitch = null;
     function showGlitch(glitch) {
         stop();
+        shownGlitch = glitch;
         const place = placeOfFrame(glitch.frame);
         if (place !== null && place !== frameAt) showFrame(place);
         showGroup(glitch.display);
@@ -239,28 +247,34 @@
         chooseClock(glitch.clock, true);
         showPixel();
     }
-    /// Glitches of all displays in the order of time, from the clock looked at.
+    /// Glitches in the order of time from the clock looked at; those of one clock in the order of displays.
     function stepGlitch(direction) {
         let best = null;
         const now = time.clock === null ? (direction > 0 ? -1 : run.cycles) : time.clock;
-        for (let display = 0; display < run.displays; ++display) {
-            const glitches = run.glitchesOf(display);
-            let low = 0, high = glitches.length;
+        const at = shownGlitch && shownGlitch.clock === time.clock ? shownGlitch : null;
+        const displays = [...Array(run.displays).keys()];
+        for (const display of direction > 0 ? displays : displays.reverse()) {
+            const glitches = run.glitchesOf(display), before = at && (display - at.display) * direction > 0 ? direction : 0;
+            let low = 0, high = glitches.length;     // the first behind the clock, or behind the one before it
             while (low < high) {
                 const middle = (low + high) >> 1;
-                if (direction > 0 ? glitches[middle].clock <= now : glitches[middle].clock < now) low = middle + 1; else high = middle;
+                if (glitches[middle].clock + before <= now - (direction < 0 ? 1 : 0)) low = middle + 1; else high = middle;
             }
-            const found = glitches[direction > 0 ? low : low - 1];
+            let place = direction > 0 ? low : low - 1;
+            if (at && display === at.display) place = glitches.indexOf(at) + direction;
+            const found = glitches[place];
             if (found && (!best || (found.clock - best.clock) * direction < 0)) best = found;
         }
         if (best) showGlitch(best);
     }
 
+    /// In a folder of its own: the scenario's may be the one that the page was made from, and keeps its results.
     function waveformCommand() {
         const whole = time.to - time.from <= widestWindow && (time.clock === null || (time.clock >= time.from && time.clock < time.to));
         const first = whole ? Math.max(0, Math.floor(time.from)) : Math.max(0, (time.clock ?? 0) - aroundClock);
         const last = whole ? Math.min(run.cycles - 1, Math.ceil(time.to)) : (time.clock ?? 0) + aroundClock;
-        return [data.command.map(shellWord).join(" "), `    --trace out/trace.vcd --trace-window cycles:${first}-${last}`].join(" \\\n");
+        return [data.command.map(shellWord).join(" "), "    --no-images --out out/waveform --trace out/waveform/trace.vcd",
+                `    --trace-window cycles:${first}-${last}`].join(" \\\n");
     }
     function showClock() {
         const box = byId("clock"), parts = [];
@@ -301,9 +315,7 @@
             }),
             element("label", {}, "buffers", group));
         const used = report.totals.bus || {};
-        const counters = ["busy_cycles", "table_cycles", "page_miss_cycles", "refresh_cycles", "write_cycles", "grant_cycles", "poll_cycles",
-                          "lost_cycles"];
-        byId("time-key").append(...run.useNames.map((name, n) => used[counters[n]]
+        byId("time-key").append(...run.useNames.map((name, n) => used[run.useCounters[n]]
             ? element("span", {}, element("i", {style: "background:" + useColours[n]}), name) : null).filter(part => part),
             element("span", {}, element("i", {style: "background:#2fc79a"}), "slots recovered"),
             ...(report.totals.starved_pixels ? [element("span", {}, element("i", {style: "background:#ffd400"}), "starved pixels")] : []),
@@ -355,9 +367,9 @@
     buildFigures();
     showPixel();
     showClock();
-    run.ready.then(() => {
-        if (data.frames.length) showFrame(0);
+    run.ready.then(async () => {
         time.draw();
+        if (data.frames.length) await showFrame(0);
         document.documentElement.dataset.ready = "yes";
     });
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { wall.draw(); time.draw(); });

@@ -199,7 +199,7 @@ const metabufferTime = (() => {
             if (!found) return "between frames";
             const [first, last, kind, pair, taken, cause] = found;
             return (pair === null ? "a frame whose control scanline cannot be read" : `${kind} frame of pair ${pair}`) +
-                (taken ? "" : cause ? `, rejected: ${cause}` : ", passed over") + `, clocks ${first} to ${last}`;
+                (taken ? "" : cause ? `, rejected: ${cause}` : ", passed over") + `, ${run.clocksFromTo(first, last)}`;
         }
 
         // ------------------------------------------------------------------------------------------------------- buses
@@ -311,7 +311,7 @@ const metabufferTime = (() => {
         }
         tellShown(clock) {
             const frame = run.lastAtOrBefore(record.shown.map(([first]) => first), clock);
-            return frame < 0 ? "no frame yet" : `frame ${frame}, since the swap at clock ${record.shown[frame][0]}`;
+            return frame < 0 ? "no frame yet" : `frame ${frame}, since the swap at clock ${record.shown[frame][0].toLocaleString("en")}`;
         }
 
         // ----------------------------------------------------------------------------------------------------- buffers
@@ -385,6 +385,7 @@ const metabufferTime = (() => {
             const canvas = this.canvas;
             let pressed = null;
             canvas.addEventListener("pointerdown", event => {
+                if (event.button !== 0) return;
                 pressed = {x: event.offsetX, y: event.offsetY, from: this.from, to: this.to, scroll: this.scroll, moved: false};
                 canvas.setPointerCapture(event.pointerId);
             });
@@ -408,6 +409,7 @@ const metabufferTime = (() => {
                 const glitch = number ? this.glitchNear(Number(number[1]) - 1, clock) : null;
                 if (glitch) this.on.glitch(glitch); else this.on.clock(Math.floor(clock));
             });
+            canvas.addEventListener("pointercancel", () => { pressed = null; });
             canvas.addEventListener("pointerleave", () => this.on.hover(null));
             canvas.addEventListener("wheel", event => {
                 if (event.shiftKey || event.offsetX < labelWidth) {
@@ -416,6 +418,8 @@ const metabufferTime = (() => {
                     this.draw();
                 } else if (Math.abs(event.deltaX) > Math.abs(event.deltaY)) {
                     this.moveBy(event.deltaX / this.plotWidth);
+                } else if (event.deltaY > 0 && this.to - this.from >= run.cycles) {
+                    return;     // nothing to zoom out of: the page scrolls
                 } else {
                     this.zoomBy(Math.exp(event.deltaY * 0.0022), this.clockAt(event.offsetX));
                 }

@@ -88,12 +88,13 @@ const metabufferWall = (() => {
             this.entry = entry;
             this.view = view;
             const generation = ++this.generation;
-            const layers = await Promise.all([...Array(run.displays).keys()].map(async display => {
-                const number = entry.pictures[display];
-                const bitmap = number === null ? null : await run.shownBitmap(number);
-                const glitches = await run.starvedMap(entry, display);
-                return {bitmap, glitches};
-            }));
+            const layers = [], bitmaps = entry.pictures.map(number => number === null ? null : run.shownBitmap(number));
+            for (let display = 0; display < run.displays; ++display) {
+                const bitmap = await bitmaps[display], glitches = await run.starvedMap(entry, display);
+                layers.push({bitmap, glitches});
+                await new Promise(next => setTimeout(next));    // so that hands are attended to in between
+                if (generation !== this.generation) return;
+            }
             const hasImages = entry.contributions ? await run.loadImages(entry) : false;
             if (generation !== this.generation) return;     // the reader has gone on
             this.layers = layers.map(({bitmap, glitches}, display) => ({
@@ -215,6 +216,7 @@ const metabufferWall = (() => {
             const canvas = this.canvas;
             let pressed = null;
             canvas.addEventListener("pointerdown", event => {
+                if (event.button !== 0) return;
                 pressed = {u: event.offsetX, v: event.offsetY, left: this.left, top: this.top, moved: false};
                 canvas.setPointerCapture(event.pointerId);
             });
@@ -234,8 +236,10 @@ const metabufferWall = (() => {
                 if (pressed && !pressed.moved) this.setPlace(this.placeAt(event.offsetX, event.offsetY), true);
                 pressed = null;
             });
+            canvas.addEventListener("pointercancel", () => { pressed = null; });
             canvas.addEventListener("pointerleave", () => this.on.hover(null));
             canvas.addEventListener("wheel", event => {
+                if (!this.zoom && event.deltaY > 0) return;     // nothing to zoom out of: the page scrolls
                 event.preventDefault();
                 this.zoomBy(Math.exp(-event.deltaY * 0.0018), [event.offsetX, event.offsetY]);
             }, {passive: false});
