@@ -112,6 +112,7 @@ BufferTime::Verdict BufferTime::busready_in_burst(const BurstBeat& beat, std::in
 void BufferTime::count_drop(std::int64_t cycle) {
     ++counters_.busready_drops;
     drop_cycle_ = cycle;
+    first_drop_cycle_ = std::min(first_drop_cycle_, cycle);
 }
 
 // ---- the pipeline side ----
@@ -215,6 +216,11 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
         }
     }
     starved.resize(kept);
+    if (kept > 0 && first_starved_cycle_ == kUnknownCycle) {
+        const std::int64_t position =
+            std::int64_t{starved[0].y} * config_.raster_width_pixels + starved[0].x_first;
+        first_starved_cycle_ = column_.frame(frame).start_cycle() + config_.renderer + 1 + position;
+    }
     std::int64_t replayed = replayed_positions(state.segment, limit);
     for (const StarvedRun& run : starved) {
         counters_.add_starved_run(run);

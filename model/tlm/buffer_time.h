@@ -103,6 +103,11 @@ class BufferTime {
 
     // ---- counting ----
 
+    /// The clock of the first BUSREADY drop in a burst, and (`glitch` mode) that of the first starved pixel of the
+    /// frames that are closed; kUnknownCycle if there is none.
+    std::int64_t first_drop_cycle() const { return first_drop_cycle_; }
+    std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
+
     /// Called with what is held before and behind each run of beats and as a frame runs out, in order of time,
     /// once that is settled.
     void on_level(std::function<void(std::int64_t cycle, int held_pixels)> callback) {
@@ -172,6 +177,8 @@ class BufferTime {
     std::vector<Run> runs_;  ///< not counted yet, in order of arrival
     std::int64_t newest_arrival_ = 0;
     std::int64_t drop_cycle_ = -1;
+    std::int64_t first_drop_cycle_ = kUnknownCycle;
+    std::int64_t first_starved_cycle_ = kUnknownCycle;
     std::function<void(std::int64_t, int)> on_level_;
     ComposerCounters counters_;
 };

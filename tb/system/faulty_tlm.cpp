@@ -35,6 +35,10 @@ void spoil(const std::string& fault, RunReport& report) {
 
 }  // namespace
 
+std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window) {
+    return rtl::find_window(scenario, window);
+}
+
 RunResult run(const Scenario& scenario, const RunOptions& options) {
     const std::string& fault = scenario.name;
     if (fault == "error") SC_REPORT_ERROR("metabuffer/test", "told to fail");

@@ -243,7 +243,7 @@ RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& p
         options.on_built = [check](rtl::Metabuffer& machine) { check->attach(machine); };
     }
     if (!trace_file_.empty()) {
-        rtl::TraceWindow window = rtl::parse_trace_window(trace_window_);
+        TraceWindow window = parse_trace_window(trace_window_);
         window.before_cycles = trace_before_cycles_.value_or(window.before_cycles);
         window.after_cycles = trace_after_cycles_.value_or(window.after_cycles);
         options.trace = rtl::TraceRequest{trace_file_, window, trace_blocks_, waveform_header(scenario)};
@@ -303,7 +303,7 @@ ExitStatus RunCommand::execute() {
     const std::string level = this->level();
     check_combination(level);
     // Before the scenario is read, which takes longer.
-    if (level == kRtl && !trace_file_.empty()) rtl::parse_trace_window(trace_window_);
+    if (level == kRtl && !trace_file_.empty()) parse_trace_window(trace_window_);
     const Scenario scenario = scenario_.load();
     const std::vector<std::filesystem::path> inputs = inputs_of(scenario_.file(), scenario);
     if (!trace_file_.empty()) refuse_to_replace(inputs, "--trace", trace_file_);
