@@ -195,9 +195,11 @@ std::optional<CycleSpan> ScheduleTrace::finish(std::int64_t core_cycles) {
     const CycleSpan run{0, core_cycles - 1};
     const CycleSpan shown = in_window(run);
     if (shown.cycles() > 0) {
+        // Nothing is told any more of a buffer that is not used again.
         for (int renderer = 1; renderer <= static_cast<int>(counter_names_.size()); ++renderer) {
             for (int display = 1; display <= displays_; ++display) {
-                begin_level(renderer, display, level(renderer, display).told_pixels);
+                const Level& last = level(renderer, display);
+                if (last.is_before) write_level(renderer, display, window_->first, last.told);
             }
         }
     }
@@ -287,35 +289,18 @@ void ScheduleTrace::lost_slot(int renderer, CycleSpan span) {
 }
 
 void ScheduleTrace::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
-    Level& told = level(renderer, display);
-    const bool is_before = window_ && cycle < window_->first;
-    if (!is_before && told.is_before) {
-        const std::int64_t rise = held_pixels - told.told_pixels;
-        const std::int64_t passed = window_->first - told.told_cycle;
-        begin_level(renderer, display,
-                    told.told_pixels + static_cast<int>(rise * passed / (cycle - told.told_cycle)));
-    }
-    told.is_before = is_before;
-    told.told_cycle = cycle;
-    told.told_pixels = held_pixels;
-    if (!is_before && (!window_ || cycle <= window_->last)) {
-        write_level(renderer, display, cycle, held_pixels);
-    }
-}
-
-/// At the window's first clock, if what was told last is of a clock before it.
-void ScheduleTrace::begin_level(int renderer, int display, int held_pixels) {
-    Level& told = level(renderer, display);
-    if (!told.is_before) return;
-    told.is_before = false;
-    write_level(renderer, display, window_->first, held_pixels);
+    Level& of_buffer = level(renderer, display);
+    of_buffer.is_before = window_ && cycle < window_->first;
+    of_buffer.told = held_pixels;
+    if (of_buffer.is_before || (window_ && cycle > window_->last)) return;
+    write_level(renderer, display, cycle, held_pixels);
 }
 
 void ScheduleTrace::write_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
-    Level& told = level(renderer, display);
-    if (told.written == held_pixels) return;
-    told.written = held_pixels;
-    is_empty_ = false;
+    Level& of_buffer = level(renderer, display);
+    if (of_buffer.written == held_pixels) return;
+    of_buffer.written = held_pixels;
+    if (!window_ || cycle > window_->first) is_empty_ = false;
     // No clock among the arguments: each of a counter's would be drawn.
     output_->write(kNextEvent, counter_names_[static_cast<std::size_t>(renderer - 1)], display, R"(","ts":)",
                    time_of(cycle, period_picoseconds_), R"(,"args":{"pixels":)", held_pixels, "}}");

@@ -23,7 +23,7 @@ namespace metabuffer::tlm {
 /// `first_cycle` among the arguments is the exact core clock.
 ///
 /// Of a window, what lies in it is written, and slices are cut at its edges; the whole slice's clocks are then among the
-/// arguments. Levels begin at its first clock, on an even line between the two that they are told of around it.
+/// arguments. Levels begin at its first clock.
 ///
 /// Events are written as they come: memory is a buffer and a few numbers for each composer. The file grows as
 /// FILE.part and takes its place when finish() has written it whole; without that it is removed.
@@ -55,6 +55,7 @@ class ScheduleTrace final : public ScheduleObserver {
     void arbitration(int renderer, CycleSpan span) override;
     void lost_slot(int renderer, CycleSpan span) override;
     /// Writes a level only if it is another than the composer's last one.
+    std::int64_t level_wanted_cycle() const override { return window_ ? window_->first : -1; }
     void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
     void composited(int display, int frame, CycleSpan span) override;
     void column_stall(int display, int frame, CycleSpan span) override;
@@ -74,10 +75,8 @@ class ScheduleTrace final : public ScheduleObserver {
     struct Level {
         int written = -1;        ///< the last in the file; -1: none
         bool is_before = false;  ///< the last told is of a clock before the window
-        std::int64_t told_cycle = 0;
-        int told_pixels = 0;
+        int told = 0;
     };
-    void begin_level(int renderer, int display, int held_pixels);
     void write_level(int renderer, int display, std::int64_t cycle, int held_pixels);
     Level& level(int renderer, int display) {
         return levels_[static_cast<std::size_t>((renderer - 1) * displays_ + display - 1)];
@@ -91,7 +90,7 @@ class ScheduleTrace final : public ScheduleObserver {
     std::vector<std::string> counter_names_;  ///< of each renderer's composers, up to the display's number
     std::vector<Level> levels_;               ///< by renderer and display
     std::optional<CycleSpan> window_;
-    bool is_empty_ = true;  ///< no event has been written
+    bool is_empty_ = true;  ///< nothing has been written but what the window begins with
 };
 
 }  // namespace metabuffer::tlm

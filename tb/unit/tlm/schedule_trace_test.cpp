@@ -404,7 +404,9 @@ TEST_CASE("a window begins with the level of every buffer", "[schedule]") {
         trace.show_only({100, 199});
         trace.buffer_level(1, 1, 0, 0);
         trace.buffer_level(1, 1, 80, 64);
-        trace.buffer_level(1, 1, 120, 24);  // 44 at the window's begin
+        CHECK(trace.level_wanted_cycle() == 100);
+        trace.buffer_level(1, 1, 100, 44);
+        trace.buffer_level(1, 1, 120, 24);
         trace.buffer_level(1, 2, 50, 7);
         trace.buffer_level(1, 2, 100, 9);
         trace.buffer_level(1, 2, 199, 8);
