@@ -3,15 +3,11 @@
 #include <sysc/tracing/sc_tracing_ids.h>
 
 #include <algorithm>
-#include <cstring>
-#include <exception>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "host/child_process.h"
 #include "host/errors.h"
 #include "rtl/block.h"
 #include "rtl/metabuffer.h"
@@ -23,7 +19,6 @@ namespace {
 
 /// Core clocks between two looks at the machine from outside.
 constexpr std::int64_t kChunkCycles = 20'000;
-constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
 
 sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
     return picoseconds(cycles * clock_period_picoseconds(scenario.clocks.core_mhz));
@@ -89,66 +84,16 @@ class Waveform {
     bool is_open_ = false;
 };
 
-/// The window as core cycles, if what it depends on has happened yet.
-std::optional<CycleRange> locate(const TraceWindow& window, const Metabuffer& machine) {
-    using Kind = TraceWindow::Kind;
-    std::int64_t first = Composer::kNever;
-    std::int64_t last = Composer::kNever;
-    switch (window.kind) {
-        case Kind::kAll:
-            return CycleRange{0, kForever};
-        case Kind::kCycles:
-            return CycleRange{window.first, window.last};
-        case Kind::kFrames:
-            first = machine.startframe_cycle(static_cast<int>(window.first));
-            last = machine.frame_end_cycle(static_cast<int>(window.last));
-            break;
-        case Kind::kStartFrame:
-            first = last = machine.startframe_cycle(static_cast<int>(window.first));
-            break;
-        case Kind::kFirstBusreadyDrop:
-            first = last = machine.first_busready_drop_cycle();
-            break;
-        case Kind::kFirstStarvedPixel:
-            first = last = machine.first_starved_cycle();
-            break;
-    }
-    if (first == Composer::kNever || last == Composer::kNever) {
-        return std::nullopt;
-    }
-    return CycleRange{std::max<std::int64_t>(0, first - window.before_cycles),
-                      last > kForever - window.after_cycles ? kForever : last + window.after_cycles};
-}
-
-/// Runs the machine in a process of its own until the window can be located: only the first clocks before an
-/// event can tell when to start a waveform that shows them, and a run is the same each time. The machine runs
-/// on for a chunk, so of several events the earliest is found.
-std::optional<CycleRange> scout(const Scenario& scenario, const TraceWindow& window) {
-    ChildProcess process([&scenario, &window](const ChildProcess::Sender& sender) {
-        CycleRange range{0, -1};
-        try {
-            Metabuffer machine("metabuffer", scenario);
-            std::optional<CycleRange> found;
-            machine.on_finished([] { sc_core::sc_pause(); });
-            while (!(found = locate(window, machine)) && !machine.finished()) {
-                sc_core::sc_start(cycles_to_time(scenario, kChunkCycles));
-            }
-            range = found.value_or(range);
-        } catch (const std::exception&) {
-            // The run proper meets the same error and reports it.
-        }
-        sender.send(&range, sizeof range);
-    });
-    std::string bytes;
-    while (!process.ended()) process.receive(bytes);
-    CycleRange range{0, -1};
-    if (!process.complaint().empty() || bytes.size() != sizeof range) {
-        throw InputError("--trace: the scouting run " +
-                         (process.complaint().empty() ? "sent no answer" : process.complaint()));
-    }
-    std::memcpy(&range, bytes.data(), sizeof range);
-    if (range.last < range.first) return std::nullopt;
-    return range;
+/// Where the window's event was at this level, if that is not where another level has found it; else empty.
+std::string misplaced(const TraceWindow& window, const std::optional<CycleRange>& found,
+                      const Metabuffer& machine) {
+    if (window.fixed_cycles()) return {};
+    const std::optional<CycleRange> event = event_of(window, machine);
+    if (!event) return found ? "what the waveform should show does not happen at level rtl" : "";
+    const CycleRange right = window.around(*event);
+    if (found && found->first == right.first && found->last == right.last) return {};
+    return "what the waveform should show is elsewhere at level rtl; use --trace-window cycles:" +
+           std::to_string(right.first) + "-" + std::to_string(right.last);
 }
 
 /// Once, at its end.
@@ -165,6 +110,19 @@ void check_trace_name(const std::filesystem::path& file) {
     }
 }
 
+/// The machine runs on for a chunk behind an event, so of several the earliest is found.
+std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window) {
+    return scout(window, [&scenario, &window] {
+        Metabuffer machine("metabuffer", scenario);
+        std::optional<CycleRange> event;
+        machine.on_finished([] { sc_core::sc_pause(); });
+        while (!(event = event_of(window, machine)) && !machine.finished()) {
+            sc_core::sc_start(cycles_to_time(scenario, kChunkCycles));
+        }
+        return event;
+    });
+}
+
 RunResult run(const Scenario& scenario, const RunOptions& options) {
     RunResult result;
     std::optional<CycleRange> window;
@@ -172,16 +130,13 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     if (options.trace) {
         check_trace_name(options.trace->file);
         waveform_file.emplace(options.trace->file, options.trace->header);
-        using Kind = TraceWindow::Kind;
         const TraceWindow& wanted = options.trace->window;
-        const bool needs_scout = wanted.kind != Kind::kAll && wanted.kind != Kind::kCycles;
-        window = needs_scout ? scout(scenario, wanted)
-                             : CycleRange{wanted.first, wanted.kind == Kind::kAll ? kForever : wanted.last};
+        window = wanted.fixed_cycles();
         if (!window) {
-            result.trace_note = "what the waveform should show does not happen in this run";
-        } else {
-            waveform_file->start();
+            window =
+                (options.trace->find_window ? options.trace->find_window : find_window)(scenario, wanted);
         }
+        if (window) waveform_file->start();
     }
 
     SimulationRun simulation(options.on_frame_shown);
@@ -239,8 +194,17 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         }
     }
     finish(waveform);
-    if (options.trace && !result.traced && result.trace_note.empty()) {
-        result.trace_note = "the run ended before the window began";
+    if (options.trace && options.trace->find_window) {
+        result.trace_warning = misplaced(options.trace->window, window, machine);
+    }
+    if (options.trace && !result.traced) {
+        if (window) {
+            result.trace_note = "the run ended before the window began";
+        } else if (result.trace_warning.empty()) {
+            result.trace_note = "what the waveform should show does not happen in this run";
+        } else {
+            result.trace_note = std::exchange(result.trace_warning, "");
+        }
     }
     result.simulation_seconds = simulation.seconds();
     return result;

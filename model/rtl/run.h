@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "report/report.h"
-#include "rtl/trace_window.h"
 #include "scenario/scenario.h"
 #include "simulation/frame_shown.h"
+#include "simulation/trace_window.h"
 
 namespace metabuffer::rtl {
 
@@ -22,6 +22,8 @@ struct TraceRequest {
     TraceWindow window;
     std::vector<std::string> blocks;  ///< shell patterns for block names such as composer_1_*; all if empty
     std::string header{};             ///< lines that say what made it; a comment in the file
+    /// Another level's, which knows the clocks of this one sooner; find_window() of this level if there is none.
+    FindWindow find_window{};
 };
 
 struct RunOptions {
@@ -40,11 +42,15 @@ struct RunResult {
     std::optional<CycleRange> traced;  ///< what the waveform holds, if one was written
     /// Wall time in the kernel, without start-up and without on_frame_shown.
     double simulation_seconds = 0.0;
-    std::string trace_note;  ///< why there is no waveform although one was asked for
+    std::string trace_note;     ///< why there is no waveform although one was asked for
+    std::string trace_warning;  ///< where the event is, if another level's FindWindow has it elsewhere
 };
 
 /// Throws InputError unless the file's name ends in .vcd or .fst.
 void check_trace_name(const std::filesystem::path& file);
+
+/// A FindWindow that runs this level's machine up to the event.
+std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window);
 
 /// Builds the machine and runs the scenario to its end, at level rtl. SystemC elaborates once in a process,
 /// so this can be called once. Throws InputError for a trace that cannot be made as asked, and lets the

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 namespace metabuffer::tlm {
 
@@ -112,6 +113,7 @@ BufferTime::Verdict BufferTime::busready_in_burst(const BurstBeat& beat, std::in
 void BufferTime::count_drop(std::int64_t cycle) {
     ++counters_.busready_drops;
     drop_cycle_ = cycle;
+    first_drop_cycle_ = std::min(first_drop_cycle_, cycle);
 }
 
 // ---- the pipeline side ----
@@ -215,6 +217,11 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
         }
     }
     starved.resize(kept);
+    if (kept > 0 && first_starved_cycle_ == kUnknownCycle) {
+        const std::int64_t position =
+            std::int64_t{starved[0].y} * config_.raster_width_pixels + starved[0].x_first;
+        first_starved_cycle_ = column_.frame(frame).start_cycle() + config_.renderer + 1 + position;
+    }
     std::int64_t replayed = replayed_positions(state.segment, limit);
     for (const StarvedRun& run : starved) {
         counters_.add_starved_run(run);
@@ -224,7 +231,7 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
 }
 
 /// Behind the segment's last pixel, if nothing of the next frame follows, no run of beats shows the level.
-void BufferTime::tell_decline(const Frame& frame, std::int64_t now) const {
+void BufferTime::tell_decline(const Frame& frame, std::int64_t now) {
     constexpr std::int64_t kPoints = 16;
     const std::int64_t end = std::min(frame_end_cycle(frame.number), now);
     bool next_follows = false;
@@ -234,10 +241,16 @@ void BufferTime::tell_decline(const Frame& frame, std::int64_t now) const {
     if (!on_level_ || next_follows || frame.planned < frame.pixels || newest_arrival_ >= end) {
         return;
     }
-    for (std::int64_t point = 1; point <= kPoints; ++point) {
-        const std::int64_t cycle = newest_arrival_ + (end - newest_arrival_) * point / kPoints;
+    const auto tell = [this, &frame](std::int64_t cycle) {
         on_level_(cycle, static_cast<int>(frame.pixels - released(frame, cycle) +
                                           held_of_previous(frame.number, cycle)));
+    };
+    for (std::int64_t point = 1; point <= kPoints; ++point) {
+        const std::int64_t cycle = newest_arrival_ + (end - newest_arrival_) * point / kPoints;
+        if (wanted_level_cycle_ > newest_arrival_ && wanted_level_cycle_ < cycle) {
+            tell(std::exchange(wanted_level_cycle_, -1));
+        }
+        tell(cycle);
     }
 }
 
@@ -334,10 +347,7 @@ void BufferTime::count_run(const Run& run) {
         throw std::logic_error("beats of a frame that is forgotten have not been counted");
     }
     count_high_water(run);
-    if (on_level_) {
-        on_level_(run.first_arrival - 1, held_with(run, 0, run.first_arrival - 1));
-        on_level_(last_arrival(run), held_with(run, run.pixels, last_arrival(run)));
-    }
+    if (on_level_) tell_levels(run);
     if (!column_.may_stall() && column_.started(run.frame)) {
         count_starved_and_late(run, true);
     }
@@ -354,6 +364,23 @@ void BufferTime::count_high_water(const Run& run) {
     for (int pixels = first; pixels <= run.pixels; ++pixels) {
         high_water = std::max<std::int64_t>(high_water, held_with(run, pixels, arrival(run, pixels - 1)));
     }
+}
+
+void BufferTime::tell_levels(const Run& run) {
+    const std::int64_t before = run.first_arrival - 1;
+    const std::int64_t last = last_arrival(run);
+    const auto tell = [this, &run](int pixels, std::int64_t cycle) {
+        on_level_(cycle, held_with(run, pixels, cycle));
+    };
+    // Of the earlier runs none goes so far.
+    const std::int64_t wanted = wanted_level_cycle_ < last ? std::exchange(wanted_level_cycle_, -1) : -1;
+    if (wanted >= 0 && wanted < before) tell(0, wanted);
+    tell(0, before);
+    if (wanted > before) {
+        const std::int64_t beats = (wanted - run.first_arrival) / config_.cycles_per_beat + 1;
+        tell(static_cast<int>(beats * config_.pixels_per_beat), wanted);
+    }
+    tell(run.pixels, last);
 }
 
 /// What is held at a clock with so many pixels of the run arrived and nothing behind it.

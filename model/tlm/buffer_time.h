@@ -103,10 +103,17 @@ class BufferTime {
 
     // ---- counting ----
 
+    /// The clock of the first BUSREADY drop in a burst, and (`glitch` mode) that of the first starved pixel of the
+    /// frames that are closed; kUnknownCycle if there is none.
+    std::int64_t first_drop_cycle() const { return first_drop_cycle_; }
+    std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
+
     /// Called with what is held before and behind each run of beats and as a frame runs out, in order of time,
-    /// once that is settled.
-    void on_level(std::function<void(std::int64_t cycle, int held_pixels)> callback) {
+    /// once that is settled; and at the clock `wanted_cycle`, unless that is -1.
+    void on_level(std::function<void(std::int64_t cycle, int held_pixels)> callback,
+                  std::int64_t wanted_cycle = -1) {
         on_level_ = std::move(callback);
+        wanted_level_cycle_ = wanted_cycle;
     }
     /// What has been counted so far: of starved pixels, those of frames that are closed.
     const ComposerCounters& counters() const { return counters_; }
@@ -156,7 +163,8 @@ class BufferTime {
     bool is_settled(const Run& run, std::int64_t now) const;
     void settle(std::int64_t through_cycle, std::int64_t now);
     void count_run(const Run& run);
-    void tell_decline(const Frame& frame, std::int64_t now) const;
+    void tell_levels(const Run& run);
+    void tell_decline(const Frame& frame, std::int64_t now);
     void count_high_water(const Run& run);
     int held_with(const Run& run, int pixels, std::int64_t cycle) const;
     void count_starved_and_late(const Run& run, bool count_late);
@@ -172,7 +180,10 @@ class BufferTime {
     std::vector<Run> runs_;  ///< not counted yet, in order of arrival
     std::int64_t newest_arrival_ = 0;
     std::int64_t drop_cycle_ = -1;
+    std::int64_t first_drop_cycle_ = kUnknownCycle;
+    std::int64_t first_starved_cycle_ = kUnknownCycle;
     std::function<void(std::int64_t, int)> on_level_;
+    std::int64_t wanted_level_cycle_ = -1;
     ComposerCounters counters_;
 };
 

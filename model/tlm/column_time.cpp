@@ -78,6 +78,7 @@ ColumnTime::ColumnTime(int renderers, std::int64_t raster_pixels, bool may_stall
 
 void ColumnTime::start(int frame, std::int64_t cycle) {
     newest_frame_ = frame;
+    start_cycles_.push_back(cycle);
     current().start(cycle);
     if (may_stall_) {
         // Step 0 is known, and what it does not need may follow.
@@ -102,6 +103,7 @@ void ColumnTime::advance(std::int64_t now) {
         const std::int64_t step_cycle = time.extrapolated_cycle(arrival.step);
         if (arrival.cycle > step_cycle) {
             count_stall(arrival.renderer, step_cycle + 1, arrival.cycle);
+            first_stall_cycle_ = std::min(first_stall_cycle_, step_cycle);
         }
         const std::int64_t next_cycle = time.extrapolated_cycle(arrival.step + 1);
         if (time.delay_step(arrival.step + 1, arrival.cycle + 1) > 0) {
@@ -178,6 +180,12 @@ void ColumnTime::note_composited() {
 
 std::int64_t ColumnTime::stalled_cycles(std::int64_t through_cycle) const {
     return stalled_cycles_for(-1, through_cycle);
+}
+
+std::int64_t ColumnTime::first_stall_cycle() const {
+    if (!may_stall_ || newest_frame_ < 0 || needed_steps_.minimum() == kNoStep) return first_stall_cycle_;
+    // The pixel may never come.
+    return std::min(first_stall_cycle_, current().extrapolated_cycle(needed_steps_.minimum()));
 }
 
 std::int64_t ColumnTime::stalled_cycles_for(int renderer, std::int64_t through_cycle) const {

@@ -115,16 +115,22 @@ class ColumnTime {
         on_stall_ = std::move(callback);
     }
 
+    /// The clock of a frame's step 0; the frame must have been started.
+    std::int64_t start_cycle(int frame) const { return start_cycles_[static_cast<std::size_t>(frame)]; }
     /// The clocks of a frame's first pixel in the top composer and of its last one in the bottom one; the frame
     /// must have been composited.
     std::int64_t first_pixel_cycle(int frame) const { return spans_[static_cast<std::size_t>(frame)].first; }
     std::int64_t last_pixel_cycle(int frame) const { return spans_[static_cast<std::size_t>(frame)].second; }
     /// The newest frame has been composited; its timing will be forgotten.
     void note_composited();
+    bool composited(int frame) const { return static_cast<std::size_t>(frame) < spans_.size(); }
 
     /// Clocks that the column stood still, and for whose sake, up to a clock at or behind `now`.
     std::int64_t stalled_cycles(std::int64_t through_cycle) const;
     std::int64_t stalled_cycles_for(int renderer, std::int64_t through_cycle) const;
+    /// The first clock in which a composer finds that the column must stand still in the next one, as far as is known;
+    /// kUnknownCycle if there is none.
+    std::int64_t first_stall_cycle() const;
 
   private:
     struct Arrival {
@@ -163,10 +169,12 @@ class ColumnTime {
     FrameTime frames_[kFramesKept];
     MinimumTree needed_steps_;
     std::priority_queue<Arrival, std::vector<Arrival>, std::greater<>> arrivals_;
+    std::vector<std::int64_t> start_cycles_;                    ///< by frame
     std::vector<std::pair<std::int64_t, std::int64_t>> spans_;  ///< by frame
     std::vector<Waiter> waiters_;                               ///< a heap, the earliest first
     std::function<void(int, std::int64_t, std::int64_t)> on_stall_;
     std::int64_t stalled_cycles_ = 0;
+    std::int64_t first_stall_cycle_ = kUnknownCycle;  ///< of those that are counted
     std::vector<std::int64_t> stalled_for_;
     std::size_t forget_at_ = 0;         ///< so many of them are worth a look
     std::vector<Stall> newest_stalls_;  ///< counted already, perhaps beyond the present

@@ -37,9 +37,10 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
     pipe_in_socket.register_nb_transport_fw(this, &Composer::take_startframe);
     pipe_out_socket.register_nb_transport_bw(this, &Composer::take_pipeready);
     if (settings.observer != nullptr) {
-        buffer_.on_level([this](std::int64_t cycle, int held_pixels) {
+        const auto tell = [this](std::int64_t cycle, int held_pixels) {
             settings_.observer->buffer_level(settings_.renderer + 1, settings_.display, cycle, held_pixels);
-        });
+        };
+        buffer_.on_level(tell, settings_.observer->level_wanted_cycle());
     }
     if (pipemaster()) {
         SC_METHOD(send_frame_down);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "report/composer_record.h"
 #include "scenario/derived_timing.h"
 #include "scenario/fault_keys.h"
 #include "simulation/numbered.h"
@@ -235,6 +236,54 @@ std::int64_t Metabuffer::raster_pixels_taken(std::int64_t through_cycle) const {
         count += framebuffer->pixels_taken(through_cycle);
     }
     return count;
+}
+
+/// All columns have composited the frame.
+std::int64_t Metabuffer::last_pixel_cycle(int frame) const {
+    std::int64_t cycle = 0;
+    for (const auto& column : columns_) cycle = std::max(cycle, column->last_pixel_cycle(frame));
+    return cycle;
+}
+
+/// Buses run ahead of each other, and what starves is counted when a frame has been composited. Behind the display of
+/// a frame nothing is told any more of clocks up to its last pixel; and what is told of clocks behind the run's end does
+/// not happen.
+std::int64_t Metabuffer::if_certain(std::int64_t cycle) const {
+    const int shown = shown_.on_all_displays();
+    std::int64_t through = -1;
+    if (finished_) {
+        through = report_.core_cycles - 1;
+    } else if (shown > 0) {
+        through = last_pixel_cycle(shown - 1);
+    }
+    return cycle <= through ? cycle : ComposerRecord::kNever;
+}
+
+std::int64_t Metabuffer::first_busready_drop_cycle() const {
+    std::int64_t cycle = kUnknownCycle;
+    for (const auto& composer : composers_) cycle = std::min(cycle, composer->first_busready_drop_cycle());
+    return if_certain(cycle);
+}
+
+std::int64_t Metabuffer::first_starved_cycle() const {
+    std::int64_t cycle = kUnknownCycle;
+    for (const auto& composer : composers_) cycle = std::min(cycle, composer->first_starved_cycle());
+    for (const auto& column : columns_) cycle = std::min(cycle, column->first_stall_cycle());
+    return if_certain(cycle);
+}
+
+std::int64_t Metabuffer::startframe_cycle(int frame) const {
+    std::int64_t cycle = kUnknownCycle;
+    for (const auto& column : columns_) {
+        if (column->started(frame)) cycle = std::min(cycle, column->start_cycle(frame));
+    }
+    return if_certain(cycle);
+}
+
+std::int64_t Metabuffer::frame_end_cycle(int frame) const {
+    const bool composited = std::all_of(columns_.begin(), columns_.end(),
+                                        [frame](const auto& column) { return column->composited(frame); });
+    return composited ? if_certain(last_pixel_cycle(frame)) : ComposerRecord::kNever;
 }
 
 std::vector<std::string> Metabuffer::who_waits() const {

@@ -64,6 +64,14 @@ class Metabuffer final : public sc_core::sc_module {
     /// The run from its start to its end; call it from on_finished or later.
     const RunReport& report() const { return report_; }
 
+    /// The events that a trace window can start at, as core cycles, those of level rtl. ComposerRecord::kNever if not
+    /// yet, as far as is certain: a later frame has been shown, or the run has finished.
+    std::int64_t first_busready_drop_cycle() const;
+    std::int64_t first_starved_cycle() const;
+    std::int64_t startframe_cycle(int frame) const;
+    /// Core cycle of a frame's last pixel in the last column to end it.
+    std::int64_t frame_end_cycle(int frame) const;
+
     std::int64_t core_cycle() const { return core_.edge_at(now_picoseconds()); }
     /// Raster pixels that have left the pipelines, of raster_pixels_to_take() in the whole run: for a progress
     /// display.
@@ -82,6 +90,8 @@ class Metabuffer final : public sc_core::sc_module {
     void make_composers();
     Memory make_memory(const char* name, int renderer) const;
     std::int64_t run_limit() const;
+    std::int64_t last_pixel_cycle(int frame) const;
+    std::int64_t if_certain(std::int64_t cycle) const;
     std::int64_t raster_pixels_taken(std::int64_t through_cycle) const;
     void look();
     std::int64_t progress(std::int64_t picoseconds) const;

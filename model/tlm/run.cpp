@@ -4,11 +4,33 @@
 #include "tlm/metabuffer.h"
 
 namespace metabuffer::tlm {
+namespace {
+
+/// Between two looks at the machine from outside: most frames take longer.
+constexpr std::int64_t kChunkCycles = 2'000'000;
+
+sc_core::sc_time chunk_of(const Scenario& scenario) {
+    const std::int64_t picoseconds = kChunkCycles * clock_period_picoseconds(scenario.clocks.core_mhz);
+    return sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(picoseconds));
+}
+
+}  // namespace
+
+std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window) {
+    return scout(window, [&scenario, &window] {
+        Metabuffer::Options options;
+        options.images = false;
+        Metabuffer machine("metabuffer", scenario, options);
+        machine.on_finished([] { sc_core::sc_pause(); });
+        std::optional<CycleRange> event;
+        while (!(event = event_of(window, machine)) && !machine.finished()) {
+            sc_core::sc_start(chunk_of(scenario));
+        }
+        return event;
+    });
+}
 
 RunResult run(const Scenario& scenario, const RunOptions& options) {
-    /// Between two looks at the machine from outside: most frames take longer.
-    constexpr std::int64_t kChunkCycles = 2'000'000;
-
     Metabuffer::Options machine_options;
     machine_options.images = options.images;
     machine_options.observer = options.observer;
@@ -17,8 +39,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     machine.on_frame_shown(
         [&simulation](const DisplayedFrame& displayed) { simulation.frame_shown(displayed); });
     machine.on_finished([] { sc_core::sc_pause(); });
-    const std::int64_t chunk_picoseconds = kChunkCycles * clock_period_picoseconds(scenario.clocks.core_mhz);
-    const auto chunk = sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(chunk_picoseconds));
+    const sc_core::sc_time chunk = chunk_of(scenario);
     // Elaboration is start-up, not simulation.
     sc_core::sc_start(sc_core::SC_ZERO_TIME);
     while (!machine.finished()) {

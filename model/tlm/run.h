@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 #include "report/report.h"
 #include "scenario/scenario.h"
 #include "simulation/frame_shown.h"
+#include "simulation/trace_window.h"
 #include "tlm/schedule_observer.h"
 
 namespace metabuffer::tlm {
@@ -26,6 +28,10 @@ struct RunResult {
     /// Wall time in the kernel, without start-up and without on_frame_shown.
     double simulation_seconds = 0.0;
 };
+
+/// A FindWindow that runs this level's machine without images up to a frame behind the event. The clocks are those of
+/// level rtl, if that has no faults of its own.
+std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window);
 
 /// Builds the machine and runs the scenario to its end, at level tlm: every counter and picture as at level
 /// rtl. SystemC elaborates once in a process, so this can be called once. Lets the blocks' sc_report errors

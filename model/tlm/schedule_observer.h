@@ -55,6 +55,8 @@ class ScheduleObserver {
     virtual void lost_slot(int renderer, CycleSpan span) = 0;
     /// What a composer's buffer holds at the end of a clock, at points where its slope may change.
     virtual void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) = 0;
+    /// A clock in which buffer_level is told of every buffer that is used; -1: none. Asked before the run.
+    virtual std::int64_t level_wanted_cycle() const { return -1; }
     /// A frame's composition in one column, from its first pixel in the top composer to its last in the
     /// bottom one.
     virtual void composited(int display, int frame, CycleSpan span) = 0;

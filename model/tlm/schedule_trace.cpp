@@ -1,10 +1,10 @@
 #include "tlm/schedule_trace.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string_view>
 
 #include "host/errors.h"
@@ -137,7 +137,7 @@ ScheduleTrace::ScheduleTrace(const std::filesystem::path& file, const Scenario& 
       core_mhz_(scenario.clocks.core_mhz),
       period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       displays_(scenario.displays.count()),
-      levels_(scenario.renderers.size() * static_cast<std::size_t>(displays_), -1) {
+      levels_(scenario.renderers.size() * static_cast<std::size_t>(displays_)) {
     check_name(file);
     output_ = std::make_unique<Output>(file);
     for (const Renderer& renderer : scenario.renderers) {
@@ -184,33 +184,64 @@ void ScheduleTrace::write_tracks(const Scenario& scenario) {
     }
 }
 
-void ScheduleTrace::finish(std::int64_t core_cycles) {
-    const Json facts = {{"scenario", scenario_name_},
-                        {"level", "tlm"},
-                        {"core_mhz", core_mhz_},
-                        {"core_period_ps", period_picoseconds_},
-                        {"core_cycles", core_cycles}};
+void ScheduleTrace::show_only(CycleSpan window) { window_ = window; }
+
+CycleSpan ScheduleTrace::in_window(CycleSpan span) const {
+    if (!window_) return span;
+    return {std::max(span.first, window_->first), std::min(span.last, window_->last)};
+}
+
+std::optional<CycleSpan> ScheduleTrace::finish(std::int64_t core_cycles) {
+    const CycleSpan run{0, core_cycles - 1};
+    const CycleSpan shown = in_window(run);
+    if (shown.cycles() > 0) {
+        // Nothing is told any more of a buffer that is not used again.
+        for (int renderer = 1; renderer <= static_cast<int>(counter_names_.size()); ++renderer) {
+            for (int display = 1; display <= displays_; ++display) {
+                const Level& last = level(renderer, display);
+                if (last.is_before) write_level(renderer, display, window_->first, last.told);
+            }
+        }
+    }
+    if (window_ && (shown.cycles() <= 0 || is_empty_)) return std::nullopt;
+    Json facts = {{"scenario", scenario_name_},
+                  {"level", "tlm"},
+                  {"core_mhz", core_mhz_},
+                  {"core_period_ps", period_picoseconds_},
+                  {"core_cycles", core_cycles}};
+    if (window_) {
+        facts["window_first_cycle"] = shown.first;
+        facts["window_last_cycle"] = shown.last;
+    }
     // No line end behind it: Perfetto gets a large file in pieces and refuses one that comes after the last
     // brace.
     output_->write(kLineEnd, R"(],"otherData":)", json_text(facts), "}");
     output_->put_in_place();
+    return shown;
 }
 
 /// A slice up to its name. Complete it with the name, open_arguments() and "}}".
-void ScheduleTrace::open_slice(int process, std::int64_t thread, CycleSpan span) {
-    const Nanoseconds start = time_of(span.first, period_picoseconds_);
-    const Nanoseconds end = time_of(span.last + 1, period_picoseconds_);
+bool ScheduleTrace::open_slice(int process, std::int64_t thread, CycleSpan span) {
+    const CycleSpan shown = in_window(span);
+    if (shown.cycles() <= 0) return false;
+    is_empty_ = false;
+    const Nanoseconds start = time_of(shown.first, period_picoseconds_);
+    const Nanoseconds end = time_of(shown.last + 1, period_picoseconds_);
     output_->write(kNextEvent, R"({"ph":"X","pid":)", process, R"(,"tid":)", thread, R"(,"ts":)", start,
                    R"(,"dur":)", end - start, R"(,"name":")");
+    return true;
 }
 
 void ScheduleTrace::open_arguments(CycleSpan span, std::string_view colour) {
-    output_->write("\",", colour, R"("args":{"first_cycle":)", span.first);
+    const CycleSpan shown = in_window(span);
+    output_->write("\",", colour, R"("args":{"first_cycle":)", shown.first);
+    if (shown.cycles() < span.cycles()) {
+        output_->write(R"(,"whole_first_cycle":)", span.first, R"(,"whole_last_cycle":)", span.last);
+    }
 }
 
 void ScheduleTrace::table(int renderer, int frame, CycleSpan span) {
-    if (span.cycles() <= 0) return;
-    open_slice(kBuses, bus_thread(renderer), span);
+    if (!open_slice(kBuses, bus_thread(renderer), span)) return;
     output_->write("table of frame ", frame);
     open_arguments(span, kAnyColour);
     output_->write(R"(,"frame":)", frame, "}}");
@@ -218,8 +249,7 @@ void ScheduleTrace::table(int renderer, int frame, CycleSpan span) {
 
 void ScheduleTrace::beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
                           int recovered_slots, CycleSpan span) {
-    if (span.cycles() <= 0) return;
-    open_slice(kBuses, bus_thread(renderer), span);
+    if (!open_slice(kBuses, bus_thread(renderer), span)) return;
     // How many stays out of the name, so that both names can be searched and counted.
     output_->write("display ", display, recovered_slots > 0 ? ", recovered" : "");
     open_arguments(span, recovered_slots > 0 ? kGood : kAnyColour);
@@ -228,8 +258,7 @@ void ScheduleTrace::beats(int renderer, int display, int frame, std::int64_t fir
 }
 
 void ScheduleTrace::page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) {
-    if (span.cycles() <= 0) return;
-    open_slice(kBuses, bus_thread(renderer), span);
+    if (!open_slice(kBuses, bus_thread(renderer), span)) return;
     output_->write("page miss");
     open_arguments(span, kBad);
     output_->write(R"(,"word_address":)", word_address, R"(,"display":)", display, "}}");
@@ -237,8 +266,7 @@ void ScheduleTrace::page_miss(int renderer, int display, std::int64_t word_addre
 
 void ScheduleTrace::wait_of_bus(int renderer, std::string_view what, std::string_view colour,
                                 CycleSpan span) {
-    if (span.cycles() <= 0) return;
-    open_slice(kBuses, bus_thread(renderer), span);
+    if (!open_slice(kBuses, bus_thread(renderer), span)) return;
     output_->write(what);
     open_arguments(span, colour);
     output_->write("}}");
@@ -261,34 +289,39 @@ void ScheduleTrace::lost_slot(int renderer, CycleSpan span) {
 }
 
 void ScheduleTrace::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
-    const auto row = static_cast<std::size_t>(renderer - 1);
-    int& level = levels_[row * static_cast<std::size_t>(displays_) + static_cast<std::size_t>(display - 1)];
-    if (level == held_pixels) return;
-    level = held_pixels;
+    Level& of_buffer = level(renderer, display);
+    of_buffer.is_before = window_ && cycle < window_->first;
+    of_buffer.told = held_pixels;
+    if (of_buffer.is_before || (window_ && cycle > window_->last)) return;
+    write_level(renderer, display, cycle, held_pixels);
+}
+
+void ScheduleTrace::write_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
+    Level& of_buffer = level(renderer, display);
+    if (of_buffer.written == held_pixels) return;
+    of_buffer.written = held_pixels;
+    if (!window_ || cycle > window_->first) is_empty_ = false;
     // No clock among the arguments: each of a counter's would be drawn.
-    output_->write(kNextEvent, counter_names_[row], display, R"(","ts":)",
+    output_->write(kNextEvent, counter_names_[static_cast<std::size_t>(renderer - 1)], display, R"(","ts":)",
                    time_of(cycle, period_picoseconds_), R"(,"args":{"pixels":)", held_pixels, "}}");
 }
 
 void ScheduleTrace::composited(int display, int frame, CycleSpan span) {
-    if (span.cycles() <= 0) return;
-    open_slice(kDisplays, pipeline_thread(display), span);
+    if (!open_slice(kDisplays, pipeline_thread(display), span)) return;
     output_->write("composite frame ", frame);
     open_arguments(span, kAnyColour);
     output_->write(R"(,"frame":)", frame, "}}");
 }
 
 void ScheduleTrace::column_stall(int display, int frame, CycleSpan span) {
-    if (span.cycles() <= 0) return;
-    open_slice(kDisplays, pipeline_thread(display), span);
+    if (!open_slice(kDisplays, pipeline_thread(display), span)) return;
     output_->write("stall");
     open_arguments(span, kTerrible);
     output_->write(R"(,"frame":)", frame, "}}");
 }
 
 void ScheduleTrace::shown(int display, int frame, CycleSpan span) {
-    if (span.cycles() <= 0) return;
-    open_slice(kDisplays, screen_thread(display), span);
+    if (!open_slice(kDisplays, screen_thread(display), span)) return;
     output_->write("shows frame ", frame);
     open_arguments(span, kAnyColour);
     output_->write(R"(,"frame":)", frame, "}}");

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +22,10 @@ namespace metabuffer::tlm {
 /// numbers neighbours would come to overlap by one, and it takes slices that overlap off their track.
 /// `first_cycle` among the arguments is the exact core clock.
 ///
-/// Events are written as they come: memory is a buffer and a number for each composer. The file grows as
+/// Of a window, what lies in it is written, and slices are cut at its edges; the whole slice's clocks are then among the
+/// arguments. Levels begin at its first clock.
+///
+/// Events are written as they come: memory is a buffer and a few numbers for each composer. The file grows as
 /// FILE.part and takes its place when finish() has written it whole; without that it is removed.
 class ScheduleTrace final : public ScheduleObserver {
   public:
@@ -32,9 +36,13 @@ class ScheduleTrace final : public ScheduleObserver {
     /// Throws InputError unless the file's name ends in .json.
     static void check_name(const std::filesystem::path& file);
 
-    /// Completes the file and puts it in place, once, behind all events. Throws OutputError, also for a write
-    /// that failed earlier: an event is never the place where a run fails.
-    void finish(std::int64_t core_cycles);
+    /// Only these clocks are shown. Before any event.
+    void show_only(CycleSpan window);
+
+    /// Completes the file and puts it in place, once, behind all events. Returns the clocks that it shows; with a window
+    /// in which nothing has happened there is none, and no file. Throws OutputError, also for a write that failed
+    /// earlier: an event is never the place where a run fails.
+    std::optional<CycleSpan> finish(std::int64_t core_cycles);
 
     // Spans without a clock are left out.
     void table(int renderer, int frame, CycleSpan span) override;
@@ -47,6 +55,7 @@ class ScheduleTrace final : public ScheduleObserver {
     void arbitration(int renderer, CycleSpan span) override;
     void lost_slot(int renderer, CycleSpan span) override;
     /// Writes a level only if it is another than the composer's last one.
+    std::int64_t level_wanted_cycle() const override { return window_ ? window_->first : -1; }
     void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
     void composited(int display, int frame, CycleSpan span) override;
     void column_stall(int display, int frame, CycleSpan span) override;
@@ -57,8 +66,21 @@ class ScheduleTrace final : public ScheduleObserver {
     class Output;
 
     void write_tracks(const Scenario& scenario);
-    void open_slice(int process, std::int64_t thread, CycleSpan span);
+    CycleSpan in_window(CycleSpan span) const;
+    /// False if it is not to be written.
+    [[nodiscard]] bool open_slice(int process, std::int64_t thread, CycleSpan span);
     void open_arguments(CycleSpan span, std::string_view colour);
+
+    /// What a composer's buffer has been told to hold.
+    struct Level {
+        int written = -1;        ///< the last in the file; -1: none
+        bool is_before = false;  ///< the last told is of a clock before the window
+        int told = 0;
+    };
+    void write_level(int renderer, int display, std::int64_t cycle, int held_pixels);
+    Level& level(int renderer, int display) {
+        return levels_[static_cast<std::size_t>((renderer - 1) * displays_ + display - 1)];
+    }
 
     std::unique_ptr<Output> output_;
     std::string scenario_name_;
@@ -66,7 +88,9 @@ class ScheduleTrace final : public ScheduleObserver {
     std::int64_t period_picoseconds_;
     int displays_;
     std::vector<std::string> counter_names_;  ///< of each renderer's composers, up to the display's number
-    std::vector<int> levels_;                 ///< the last written, by renderer and display
+    std::vector<Level> levels_;               ///< by renderer and display
+    std::optional<CycleSpan> window_;
+    bool is_empty_ = true;  ///< nothing has been written but what the window begins with
 };
 
 }  // namespace metabuffer::tlm

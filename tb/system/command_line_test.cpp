@@ -1,9 +1,14 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -17,6 +22,7 @@
 using namespace metabuffer;
 using namespace metabuffer::test;
 using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
 using nlohmann::json;
 
 namespace {
@@ -230,12 +236,13 @@ TEST_CASE("each kind of bad command line is refused in one line", "[program][bad
          {"--trace t.json", "--level tlm", ".vcd"}},
         {good + std::vector<std::string>{"--trace", "t.txt"}, {"t.txt", ".vcd", ".json"}},
         {good + std::vector<std::string>{"--trace", "t.txt", "--level", "rtl"}, {"t.txt", ".vcd", ".json"}},
-        {good + std::vector<std::string>{"--trace", "t.json", "--trace-window", "all"},
-         {"--trace-window", "waveform"}},
         {good + std::vector<std::string>{"--trace", "t.json", "--trace-before", "5"},
-         {"--trace-before", "waveform"}},
+         {"--trace-before", "whole run", "--trace-window startframe:0"}},
         {good + std::vector<std::string>{"--trace", "t.json", "--trace-after", "5"},
-         {"--trace-after", "waveform"}},
+         {"--trace-after", "whole run", "--trace-window startframe:0"}},
+        {good + std::vector<std::string>{"--trace", "t.json", "--trace-window", "startframe:0",
+                                         "--trace-after", "-1"},
+         {"--trace-after"}},
         {good + std::vector<std::string>{"--trace", "t.json", "--trace-modules", "composer_*"},
          {"--trace-modules", "waveform"}},
         {good + std::vector<std::string>{"--trace-window", "all"}, {"--trace-window", "--trace"}},
@@ -270,10 +277,12 @@ TEST_CASE("what is no trace window is refused, and what would be one is named", 
           "cycles:1-2-3", "startframe", "startframe:0-1", "startframe:x", "first-busready-drop:1",
           "first_starved_pixel", "all:1", "99999999999999999999"}) {
         INFO("--trace-window '" << window << "'");
-        const ProgramResult result = place.run({"--trace", "t.vcd", "--trace-window", window});
-        check_refused(place, result, {"--trace-window", "first-busready-drop", "cycles:A-B"});
-        CHECK_FALSE(place.exists("t.vcd"));
-        std::filesystem::remove_all(place / "out");
+        for (const char* trace : {"t.vcd", "t.json"}) {
+            const ProgramResult result = place.run({"--trace", trace, "--trace-window", window});
+            check_refused(place, result, {"--trace-window", "first-busready-drop", "cycles:A-B"});
+            CHECK_FALSE(place.exists(trace));
+            std::filesystem::remove_all(place / "out");
+        }
     }
 }
 
@@ -704,6 +713,37 @@ TEST_CASE("a window whose event does not happen leaves no waveform and says so",
     }
 }
 
+TEST_CASE("the clock of an event is found where a fault of level rtl moves it", "[program][trace]") {
+    const Workplace place;
+    const auto startframe = [&place](const std::vector<std::string>& more) {
+        const ProgramResult result = place.run(
+            std::vector<std::string>{"--trace", "t.vcd", "--trace-before", "0", "--trace-after", "0"} + more);
+        CHECK(result.status == kExitDone);
+        CHECK(result.err.empty());
+        const ShownCycles cycles = shown_cycles(result);
+        CHECK(cycles.first == cycles.last);
+        CHECK(place.report().at("frames")[0].at("start_cycle") == cycles.first + 1);
+        return cycles.first;
+    };
+    const std::int64_t undisturbed = startframe({});
+    const std::string until =
+        ", kind: pipeready_low, from_cycle: 0, cycles: " + std::to_string(undisturbed + 1000);
+    CHECK(startframe({"--set", "faults=[{renderer: left, display: 1" + until +
+                                   "}, {renderer: left, display: 2" + until + "}]"}) > undisturbed);
+}
+
+TEST_CASE("a waveform that misses its event since the levels differ comes with a line that says so",
+          "[program][trace]") {
+    const Workplace place;
+    const ProgramResult result =
+        run_program(METABUFFER_FAULTY_PROGRAM, place,
+                    {"run", "scenario.yaml", "--out", "out", "--set", "name=window", "--trace", "t.vcd"});
+    CHECK(result.status == kExitDone);
+    CHECK(result.complains_in_one_line());
+    CHECK_THAT(result.err, StartsWith("waveform: ") && Contains("--trace-window cycles:"));
+    CHECK(place.exists("t.vcd"));
+}
+
 TEST_CASE("option --trace-modules chooses the blocks that are traced", "[program][trace]") {
     const Workplace place;
     const std::vector<std::string> some{"--trace", "t.vcd", "--trace-modules", "composer_1_*,swap_lock"};
@@ -760,6 +800,219 @@ TEST_CASE("a .json trace is the schedule of the whole run and changes nothing in
         traces += entry.path().filename().string().rfind("t.", 0) == 0 ? 1 : 0;
     }
     CHECK(traces == 1);  // no half-written file beside it
+}
+
+namespace {
+
+/// A slice of a schedule, or (without an end) a buffer's level.
+struct ScheduleEvent {
+    std::string track;
+    std::string name;
+    std::int64_t first = 0;
+    std::int64_t last = 0;
+    json arguments;
+
+    bool operator==(const ScheduleEvent& other) const {
+        return track == other.track && name == other.name && first == other.first && last == other.last &&
+               arguments == other.arguments;
+    }
+};
+
+struct Schedule {
+    std::vector<ScheduleEvent> slices;
+    std::map<std::string, std::map<std::int64_t, int>> levels;  ///< by buffer and clock
+    json facts;
+};
+
+Schedule schedule_of(const Workplace& place) {
+    const json file = json::parse(text_of(place / "t.json"));
+    const auto cycle_of = [](double microseconds) {
+        return std::llround(microseconds * 1e6) / kPeriodPicoseconds;
+    };
+    Schedule schedule;
+    schedule.facts = file.at("otherData");
+    for (const json& event : file.at("traceEvents")) {
+        if (event.at("ph") == "C") {
+            schedule.levels[event.at("name")][cycle_of(event.at("ts"))] = event.at("args").at("pixels");
+        }
+        if (event.at("ph") != "X") continue;
+        ScheduleEvent slice{
+            event.at("pid").dump() + "/" + event.at("tid").dump(), event.at("name"), cycle_of(event.at("ts")),
+            cycle_of(event.at("ts").get<double>() + event.at("dur").get<double>()) - 1, event.at("args")};
+        CHECK(slice.arguments.at("first_cycle") == slice.first);
+        slice.arguments.erase("first_cycle");
+        schedule.slices.push_back(slice);
+    }
+    return schedule;
+}
+
+/// What blocks' numbers of that name are at the first clock of a waveform, by block.
+std::map<std::string, int> initial_values(const std::filesystem::path& waveform, const std::string& name) {
+    std::map<std::string, std::string> block_of;  // by identifier
+    std::map<std::string, int> values;
+    std::vector<std::string> scopes;
+    std::ifstream file(waveform);
+    for (std::string line; std::getline(file, line);) {
+        std::istringstream words(line);
+        std::string first, second, width, identifier, signal;
+        words >> first >> second;
+        if (first == "$scope") {
+            words >> second;
+            scopes.push_back(second);
+        }
+        if (first == "$upscope") scopes.pop_back();
+        if (first == "$var" && words >> width >> identifier >> signal && signal == name) {
+            block_of[identifier] = scopes.back();
+        }
+        const auto block = block_of.find(second);
+        if (first[0] == 'b' && block != block_of.end()) {
+            values.emplace(block->second, std::stoi(first.substr(1), nullptr, 2));
+        }
+    }
+    return values;
+}
+
+/// What a schedule of the whole run has of a window.
+std::vector<ScheduleEvent> cut(const std::vector<ScheduleEvent>& slices, std::int64_t first,
+                               std::int64_t last) {
+    std::vector<ScheduleEvent> cut_slices;
+    for (ScheduleEvent slice : slices) {
+        if (slice.last < first || slice.first > last) continue;
+        if (slice.first < first || slice.last > last) {
+            slice.arguments["whole_first_cycle"] = slice.first;
+            slice.arguments["whole_last_cycle"] = slice.last;
+        }
+        slice.first = std::max(slice.first, first);
+        slice.last = std::min(slice.last, last);
+        cut_slices.push_back(slice);
+    }
+    return cut_slices;
+}
+
+}  // namespace
+
+TEST_CASE("a schedule's window holds what the whole schedule has there", "[program][trace]") {
+    const Workplace place;
+    const std::vector<std::string> busy =
+        kNarrow + std::vector<std::string>{"--frames", "2", "--no-images", "--trace", "t.json"};
+    REQUIRE(place.run(busy).status == kExitDone);
+    const std::string whole_text = text_of(place / "t.json");
+    const Schedule whole = schedule_of(place);
+    CHECK_FALSE(whole.facts.contains("window_first_cycle"));
+    const auto frame = [report = place.report()](std::size_t index, const char* key) {
+        return report.at("frames").at(index).at(key).get<std::int64_t>();
+    };
+    const std::int64_t end = place.report().at("core_cycles").get<std::int64_t>() - 1;
+
+    CHECK(place.run(busy + std::vector<std::string>{"--trace-window", "all"}).status == kExitDone);
+    CHECK((text_of(place / "t.json") == whole_text));
+
+    struct Window {
+        std::vector<std::string> options;
+        std::int64_t first;
+        std::int64_t last;
+    };
+    const std::int64_t start = frame(0, "start_cycle");
+    const Window windows[] = {
+        {{"startframe:1"},
+         frame(1, "start_cycle") - 1 - 200,
+         std::min(end, frame(1, "start_cycle") - 1 + 2000)},
+        {{"frames:0", "--trace-before", "0", "--trace-after", "0"}, start - 1, frame(0, "end_cycle")},
+        {{"cycles:" + std::to_string(start) + "-" + std::to_string(start)}, start, start},
+        {{"cycles:" + std::to_string(start + 33) + "-" + std::to_string(start + 77)}, start + 33, start + 77},
+        {{"cycles:" + std::to_string(start) + "-1000000000000000"}, start, end},
+    };
+    for (const Window& window : windows) {
+        INFO(window.options.front());
+        const ProgramResult result =
+            place.run(busy + std::vector<std::string>{"--trace-window"} + window.options);
+        CHECK(result.status == kExitDone);
+        CHECK(result.err.empty());
+        CHECK_THAT(result.out, Contains("schedule t.json: core clocks " + std::to_string(window.first) +
+                                        " to " + std::to_string(window.last) + ", to be opened at"));
+        const Schedule shown = schedule_of(place);
+        CHECK(shown.facts.at("window_first_cycle") == window.first);
+        CHECK(shown.facts.at("window_last_cycle") == window.last);
+        CHECK((shown.slices == cut(whole.slices, window.first, window.last)));
+        CHECK_FALSE(shown.slices.empty());
+        for (const auto& [buffer, levels] : whole.levels) {
+            INFO(buffer);
+            std::map<std::int64_t, int> expected(levels.lower_bound(window.first),
+                                                 levels.upper_bound(window.last));
+            const auto from = shown.levels.find(buffer);
+            std::map<std::int64_t, int> found;
+            if (from != shown.levels.end()) found = from->second;
+            if (levels.begin()->first < window.first) REQUIRE(found.count(window.first) == 1);
+            if (found.count(window.first) == 1) expected[window.first] = found[window.first];
+            // What the window begins with need not be told again.
+            for (auto level = expected.begin(); level != expected.end();) {
+                const bool again = level != expected.begin() && std::prev(level)->second == level->second;
+                level = again ? expected.erase(level) : std::next(level);
+            }
+            CHECK((found == expected));
+        }
+    }
+}
+
+TEST_CASE("a schedule's window is put around the event that a waveform's is put around", "[program][trace]") {
+    const Workplace place;
+    for (const char* window : {"first-starved-pixel", "first-busready-drop"}) {
+        INFO(window);
+        const std::vector<std::string> options =
+            kNarrow + std::vector<std::string>{"--set",          "bus.width_bits=256",
+                                               "--trace-window", window,
+                                               "--trace-before", "20",
+                                               "--trace-after",  "30"};
+        const ProgramResult waveform = place.run(options + std::vector<std::string>{"--trace", "t.vcd"});
+        const ShownCycles cycles = shown_cycles(waveform);
+        REQUIRE(cycles.last == cycles.first + 50);
+        REQUIRE(place.run(options + std::vector<std::string>{"--trace", "t.json"}).status == kExitDone);
+        const Schedule schedule = schedule_of(place);
+        CHECK(schedule.facts.at("window_first_cycle") == cycles.first);
+        CHECK(schedule.facts.at("window_last_cycle") == cycles.last);
+    }
+}
+
+TEST_CASE("a schedule's window begins with what the buffers hold in a waveform", "[program][trace]") {
+    const Workplace place;
+    REQUIRE(place.run(kNarrow).status == kExitDone);
+    const auto start = place.report().at("frames")[0].at("start_cycle").get<std::int64_t>();
+    int held_pixels = 0;
+    for (const std::int64_t cycle : {start + 1, start + 100, start + 177}) {
+        INFO(cycle);
+        const std::vector<std::string> options =
+            kNarrow +
+            std::vector<std::string>{"--no-images", "--trace-window",
+                                     "cycles:" + std::to_string(cycle) + "-" + std::to_string(cycle + 50)};
+        REQUIRE(place.run(options + std::vector<std::string>{"--trace", "t.json"}).status == kExitDone);
+        REQUIRE(place.run(options + std::vector<std::string>{"--trace", "t.vcd"}).status == kExitDone);
+        const Schedule schedule = schedule_of(place);
+        const std::map<std::string, int> held = initial_values(place / "t.vcd", "buffer_held");
+        for (const auto& [buffer, composer] :
+             std::map<std::string, std::string>{{"renderer left, display 1", "composer_1_1"},
+                                                {"renderer left, display 2", "composer_1_2"},
+                                                {"renderer right, display 1", "composer_2_1"},
+                                                {"renderer right, display 2", "composer_2_2"}}) {
+            INFO(buffer);
+            CHECK(schedule.levels.at(buffer).at(cycle) == held.at(composer));
+            held_pixels += held.at(composer);
+        }
+    }
+    CHECK(held_pixels > 0);
+}
+
+TEST_CASE("a window in which nothing happens leaves no schedule and says so", "[program][trace]") {
+    const Workplace place;
+    for (const char* window :
+         {"first-starved-pixel", "startframe:7", "frames:1-2", "cycles:90000000-90000001", "cycles:0-5"}) {
+        INFO(window);
+        const ProgramResult result = place.run({"--trace", "t.json", "--trace-window", window});
+        CHECK(result.status == kExitDone);
+        CHECK(result.complains_in_one_line());
+        CHECK_THAT(result.err, StartsWith("no schedule: "));
+        CHECK_FALSE(place.exists("t.json"));
+        CHECK(place.exists("out/report.json"));
+    }
 }
 
 TEST_CASE("a run that the watchdog ends leaves its schedule", "[program][trace]") {

@@ -114,6 +114,47 @@ TEST_CASE("levels agree where the watchdog looks at the very clock of a link's l
     CHECK(went_on > 0);
 }
 
+/// One frame of a renderer, on two displays. The watchdog does not let it end if the bus stands for 6000 clocks.
+Scenario watched_frame() {
+    Scenario scenario = small_scenario(24, 16, 2);
+    const PixelImage image(48, 16, Pixel(10, 20, 30, 255, 5));
+    add_renderer(scenario, renderer_of({image}, {table_row(1, {0, 0}, {24, 16}, {0, 0}),
+                                                 table_row(2, {24, 0}, {24, 16}, {0, 0})}));
+    scenario.composer.buffer_pixels = 64;
+    scenario.composer.ready_space_pixels = 32;
+    scenario.bus.burst_pixels = 32;
+    scenario.bus.width_bits = 512;
+    scenario.memory.words_per_cycle = 8;
+    scenario.watchdog_cycles = 2'500;  // longer than a blanking
+    return scenario;
+}
+
+TEST_CASE("levels agree where the watchdog ends a run before a frame, or in a stall whose pixel has not come",
+          "[system]") {
+    // A refresh stops the bus as the frame is about to begin, or somewhere in it.
+    constexpr int kAboutToBegin = 8'190;
+    constexpr int kBegun = 8'230;
+    std::vector<LevelRuns> runs;
+    for (int interval = kAboutToBegin; interval < 8'500; interval += interval < kBegun ? 1 : 30) {
+        Scenario scenario = watched_frame();
+        scenario.composer.on_starvation = StarvationMode::kStall;
+        scenario.memory.refresh_interval_cycles = interval;
+        scenario.memory.refresh_cycles = 6'000;
+        runs.emplace_back("machine_" + std::to_string(interval), scenario);
+    }
+    compare_levels(runs);
+    int without_frame = 0;
+    int stalled = 0;
+    for (const LevelRuns& run : runs) {
+        CHECK_FALSE(run.rtl->report().watchdog.empty());
+        const WindowEvents& events = run.rtl->window_events();
+        without_frame += events.at("startframe:0") == "never" ? 1 : 0;
+        stalled += events.at("first-starved-pixel") != "never" ? 1 : 0;
+    }
+    CHECK(without_frame > 0);
+    CHECK(stalled > 0);
+}
+
 TEST_CASE("a fault lets one link's clock drift and no other's", "[system][faults]") {
     constexpr int kSlowPpm = -100'000;
     MachineRuns runs;

@@ -27,6 +27,7 @@ MachineRun::MachineRun(const std::string& name, Scenario scenario, rtl::ClockGat
         [this](int renderer, int display, const Glitch& glitch) { take_glitch(renderer, display, glitch); });
     machine_->on_finished([this] {
         report_ = machine_->report();
+        window_events_ = window_events_of(*machine_, scenario_.frames);
         coverage_.finished(report_);
         monitors_->finish(report_);
     });

@@ -11,6 +11,7 @@
 #include "rtl/metabuffer.h"
 #include "scenario/scenario.h"
 #include "shown_pictures.h"
+#include "window_events.h"
 
 namespace metabuffer::test {
 
@@ -31,6 +32,8 @@ class MachineRun {
 
     /// The report at the clock in which the run finished.
     const RunReport& report() const { return report_; }
+    /// What trace windows are put around, then.
+    const WindowEvents& window_events() const { return window_events_; }
     /// The report once the buses have sent what was left: in `glitch` mode the last frame may be shown before
     /// its late pixels have been sent.
     const RunReport& drained_report() const { return drained_report_; }
@@ -61,6 +64,7 @@ class MachineRun {
     std::vector<std::int64_t> located_;        ///< by composer
     bool glitches_malformed_ = false;
     RunReport report_;
+    WindowEvents window_events_;
     RunReport drained_report_;
     coverage::CoverageRecorder coverage_;
 };

@@ -37,6 +37,7 @@ class Tally final : public tlm::ScheduleObserver {
     std::map<std::pair<int, std::uint32_t>, CycleSpan> depth_frames;  ///< taken, by renderer, pair
     std::map<int, std::int64_t> rejected_links;                       ///< by renderer
     bool destinations_good = true;
+    bool levels_in_order = true;
 
     void table(int renderer, int /*frame*/, CycleSpan span) override { add(renderer, &Bus::table, span); }
     void beats(int renderer, int display, int /*frame*/, std::int64_t /*first_pixel*/, int pixels,
@@ -55,7 +56,10 @@ class Tally final : public tlm::ScheduleObserver {
     void poll(int renderer, CycleSpan span) override { add(renderer, &Bus::poll, span); }
     void arbitration(int renderer, CycleSpan span) override { add(renderer, &Bus::grant, span); }
     void lost_slot(int renderer, CycleSpan span) override { add(renderer, &Bus::lost, span); }
-    void buffer_level(int renderer, int display, std::int64_t /*cycle*/, int held_pixels) override {
+    void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override {
+        std::int64_t& last = level_cycles_[{renderer, display}];
+        levels_in_order = levels_in_order && cycle >= last;
+        last = cycle;
         std::int64_t& highest = levels[{renderer, display}];
         highest = std::max<std::int64_t>(highest, held_pixels);
     }
@@ -77,6 +81,8 @@ class Tally final : public tlm::ScheduleObserver {
     }
 
   private:
+    std::map<std::pair<int, int>, std::int64_t> level_cycles_;
+
     void add(int renderer, std::int64_t Bus::*kind, CycleSpan span) {
         Bus& bus = buses[renderer];
         bus.*kind += span.cycles();
@@ -127,6 +133,7 @@ void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& 
         CHECK(told.in_order);
     }
     CHECK(tally.destinations_good);
+    CHECK(tally.levels_in_order);
     for (const ComposerCounters& composer : report.composers) {
         const auto level = tally.levels.find({composer.renderer, composer.display});
         const std::int64_t highest = level == tally.levels.end() ? 0 : level->second;

@@ -31,6 +31,18 @@ void append_picture_differences(std::vector<std::string>& lines, const MachineRu
     }
 }
 
+std::vector<std::string> event_differences(const WindowEvents& left, const WindowEvents& right,
+                                           const ComparedNames& names) {
+    std::vector<std::string> lines;
+    for (const auto& [window, cycles] : left) {
+        const std::string& other = right.at(window);
+        if (cycles == other) continue;
+        lines.push_back("--trace-window " + window + ": " + cycles + " (" + names.left + ") and " + other +
+                        " (" + names.right + ")");
+    }
+    return lines;
+}
+
 }  // namespace
 
 TlmRun::TlmRun(const std::string& name, Scenario scenario, bool images)
@@ -41,7 +53,10 @@ TlmRun::TlmRun(const std::string& name, Scenario scenario, bool images)
     machine_->on_frame_shown([this](const DisplayedFrame& displayed) {
         shown_.take(displayed.frame, displayed.display, displayed.picture);
     });
-    machine_->on_finished([this] { report_ = machine_->report(); });
+    machine_->on_finished([this] {
+        report_ = machine_->report();
+        window_events_ = window_events_of(*machine_, scenario_.frames);
+    });
 }
 
 LevelRuns::LevelRuns(const std::string& name, const Scenario& scenario)
@@ -56,6 +71,7 @@ std::vector<std::string> level_differences(const MachineRun& rtl, const TlmRun& 
     if (!tlm.finished()) lines.push_back(names.right + " does not come to its end");
     if (!lines.empty()) return lines;
     append(lines, compare_reports(report_json(rtl.report()), report_json(tlm.report()), names).differences);
+    append(lines, event_differences(rtl.window_events(), tlm.window_events(), names));
     append_picture_differences(lines, rtl, tlm, names);
     return lines;
 }

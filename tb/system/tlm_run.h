@@ -8,6 +8,7 @@
 #include "scenario/scenario.h"
 #include "shown_pictures.h"
 #include "tlm/metabuffer.h"
+#include "window_events.h"
 
 namespace metabuffer::test {
 
@@ -25,6 +26,8 @@ class TlmRun {
     bool finished() const { return machine_->finished(); }
     /// The report at the clock in which the run finished.
     const RunReport& report() const { return report_; }
+    /// What trace windows are put around, then.
+    const WindowEvents& window_events() const { return window_events_; }
     const ShownPictures& pictures() const { return shown_; }
 
   private:
@@ -33,6 +36,7 @@ class TlmRun {
     ShownPictures shown_;
     std::unique_ptr<tlm::Metabuffer> machine_;
     RunReport report_;
+    WindowEvents window_events_;
 };
 
 using TlmRuns = std::vector<std::unique_ptr<TlmRun>>;
@@ -48,7 +52,7 @@ struct LevelRuns {
     bool finished() const { return rtl->finished() && tlm->finished() && counters_only->finished(); }
 };
 
-/// Each line is a counter, a picture or a run's end in which the levels differ; none if they agree. Call it
+/// Each line is a counter, a picture, the event of a trace window or a run's end in which the levels differ; none if they agree. Call it
 /// when the runs have finished, or never will.
 std::vector<std::string> level_differences(const MachineRun& rtl, const TlmRun& tlm);
 std::vector<std::string> level_differences(const LevelRuns& runs);

@@ -1,19 +1,24 @@
-#include "rtl/trace_window.h"
+#include "simulation/trace_window.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "host/errors.h"
+#include "random_scenario.h"
 #include "rtl/run.h"
 #include "support/scenarios.h"
 #include "support/scratch_directory.h"
+#include "tlm/run.h"
 
 // Which clocks a waveform shows. What the file then holds is tested with the program.
 namespace metabuffer::test {
 namespace {
 
-using Kind = rtl::TraceWindow::Kind;
+using Kind = TraceWindow::Kind;
 
 /// A frame of it takes longer than the run goes on between two looks for a window.
 Scenario long_frames() {
@@ -21,11 +26,11 @@ Scenario long_frames() {
                          renderer_of({PixelImage(256, 128)}, {segment_row({8, 4})}));
 }
 
-rtl::RunResult run_with(const Scenario& scenario, const rtl::TraceWindow& window,
-                        const ScratchDirectory& scratch) {
+rtl::RunResult run_with(const Scenario& scenario, const TraceWindow& window, const ScratchDirectory& scratch,
+                        const FindWindow& find_window = {}) {
     rtl::RunOptions options;
     // One block that does little, so that the file stays small.
-    options.trace = rtl::TraceRequest{scratch / "window.vcd", window, {"swap_lock"}};
+    options.trace = rtl::TraceRequest{scratch / "window.vcd", window, {"swap_lock"}, "", find_window};
     return rtl::run(scenario, options);
 }
 
@@ -51,12 +56,12 @@ TEST_CASE("trace window: what each text asks for, up to the largest numbers", "[
     };
     for (const ReadWindow& wanted : right) {
         INFO(wanted.text);
-        const rtl::TraceWindow window = rtl::parse_trace_window(wanted.text);
+        const TraceWindow window = parse_trace_window(wanted.text);
         CHECK(window.kind == wanted.kind);
         CHECK(window.first == wanted.first);
         CHECK(window.last == wanted.last);
-        CHECK(window.before_cycles == rtl::TraceWindow::kDefaultBeforeCycles);
-        CHECK(window.after_cycles == rtl::TraceWindow::kDefaultAfterCycles);
+        CHECK(window.before_cycles == TraceWindow::kDefaultBeforeCycles);
+        CHECK(window.after_cycles == TraceWindow::kDefaultAfterCycles);
     }
     for (const char* wrong : {"",
                               "All",
@@ -85,13 +90,13 @@ TEST_CASE("trace window: what each text asks for, up to the largest numbers", "[
                               "first-starved-pixel:1",
                               "frames:99999999999999999999"}) {
         INFO(wrong);
-        CHECK_THROWS_AS(rtl::parse_trace_window(wrong), InputError);
+        CHECK_THROWS_AS(parse_trace_window(wrong), InputError);
     }
 }
 
 TEST_CASE("trace window: a window of one clock shows that clock", "[system]") {
     const ScratchDirectory scratch;
-    rtl::TraceWindow window;
+    TraceWindow window;
     window.kind = Kind::kCycles;
     window.first = window.last = 100;
     const rtl::RunResult result = run_with(long_frames(), window, scratch);
@@ -104,7 +109,7 @@ TEST_CASE("trace window: a window of one clock shows that clock", "[system]") {
 TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even if that is long in coming",
           "[system]") {
     const ScratchDirectory scratch;
-    rtl::TraceWindow window;
+    TraceWindow window;
     window.kind = Kind::kFrames;
     window.before_cycles = 3;
     window.after_cycles = 5;
@@ -114,6 +119,85 @@ TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even 
     // The top composer starts a clock before its first pixel, and raises STARTFRAME with it.
     CHECK(result.traced->first == result.report.frames.at(0).start_cycle - 1 - 3);
     CHECK(result.traced->last == result.report.frames.at(0).end_cycle + 5);
+}
+
+std::string as_text(const std::optional<CycleRange>& range) {
+    return range ? std::to_string(range->first) + " to " + std::to_string(range->last) : "never";
+}
+
+/// The machines' events themselves are compared wherever the levels are (tlm_run.h); here is how they are looked for.
+TEST_CASE("trace window: level tlm finds the clocks that level rtl finds", "[system]") {
+    constexpr std::uint64_t kMachines = 12;
+    std::map<Kind, int> found;
+    for (std::uint64_t seed = 1; seed <= kMachines; ++seed) {
+        const Scenario scenario = random_level_scenario(seed);
+        INFO("seed " << seed << ": " << describe(scenario));
+        const std::string last = std::to_string(scenario.frames - 1);
+        for (const std::string& text :
+             {std::string("first-busready-drop"), std::string("first-starved-pixel"), "startframe:" + last,
+              "frames:0-" + last}) {
+            const TraceWindow window = parse_trace_window(text);
+            const std::optional<CycleRange> right = rtl::find_window(scenario, window);
+            INFO(text);
+            CHECK(as_text(tlm::find_window(scenario, window)) == as_text(right));
+            found[window.kind] += right ? 1 : 0;
+        }
+    }
+    for (const Kind kind :
+         {Kind::kFrames, Kind::kStartFrame, Kind::kFirstBusreadyDrop, Kind::kFirstStarvedPixel}) {
+        INFO(static_cast<int>(kind));
+        CHECK(found[kind] > 0);
+    }
+}
+
+TEST_CASE("trace window: found by another level it is the same, and nothing is to be warned of", "[system]") {
+    const ScratchDirectory scratch;
+    TraceWindow window;
+    window.before_cycles = 3;
+    window.after_cycles = 5;
+    const rtl::RunResult result = run_with(long_frames(), window, scratch, tlm::find_window);
+    INFO(result.trace_note);
+    REQUIRE(result.traced);
+    CHECK(result.traced->first == result.report.frames.at(0).start_cycle - 1 - 3);
+    CHECK(result.traced->last == result.report.frames.at(0).start_cycle - 1 + 5);
+    CHECK(result.trace_warning.empty());
+}
+
+TEST_CASE("trace window: a level that has the event elsewhere is found out", "[system]") {
+    const ScratchDirectory scratch;
+    TraceWindow window;
+    window.before_cycles = 3;
+    window.after_cycles = 5;
+    const rtl::RunResult result =
+        run_with(long_frames(), window, scratch, [](const Scenario&, const TraceWindow&) {
+            return CycleRange{100, 108};
+        });
+    REQUIRE(result.traced);
+    CHECK(result.traced->first == 100);
+    const std::int64_t startframe = result.report.frames.at(0).start_cycle - 1;
+    CHECK(result.trace_warning ==
+          "what the waveform should show is elsewhere at level rtl; use --trace-window cycles:" +
+              std::to_string(startframe - 3) + "-" + std::to_string(startframe + 5));
+}
+
+TEST_CASE("trace window: a level that has an event which does not happen is found out", "[system]") {
+    const ScratchDirectory scratch;
+    TraceWindow window;
+    window.kind = Kind::kFirstStarvedPixel;
+    const rtl::RunResult result =
+        run_with(long_frames(), window, scratch, [](const Scenario&, const TraceWindow&) {
+            return CycleRange{100, 108};
+        });
+    CHECK(result.trace_warning == "what the waveform should show does not happen at level rtl");
+}
+
+TEST_CASE("trace window: a level that misses an event is found out", "[system]") {
+    const ScratchDirectory scratch;
+    const rtl::RunResult result = run_with(long_frames(), TraceWindow{}, scratch,
+                                           [](const Scenario&, const TraceWindow&) { return std::nullopt; });
+    CHECK_FALSE(result.traced);
+    CHECK(result.trace_note.find("elsewhere at level rtl; use --trace-window cycles:") != std::string::npos);
+    CHECK(result.trace_warning.empty());
 }
 
 }  // namespace

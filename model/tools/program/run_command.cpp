@@ -1,7 +1,7 @@
 #include "tools/program/run_command.h"
 
 #include <CLI/CLI.hpp>
-#include <array>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -13,6 +13,7 @@
 #include "report/report.h"
 #include "rtl/run.h"
 #include "rtl/waveform_file.h"
+#include "scenario/fault_kinds.h"
 #include "scenario/link_program.h"
 #include "scenario/scenario_writer.h"
 #include "tlm/run.h"
@@ -41,6 +42,8 @@ constexpr const char* kRunFooter =
     "  metabuffer run scenarios/paper-figure.yaml --set bus.width_bits=64 --trace out/schedule.json\n"
     "  metabuffer run scenarios/paper-figure-starved.yaml --trace out/trace.vcd \\\n"
     "      --trace-window first-starved-pixel --trace-modules 'composer_*,input_framebuffer_3'\n"
+    "  metabuffer run scenarios/paper-figure-starved.yaml --trace out/starved.json \\\n"
+    "      --trace-window first-starved-pixel\n"
     "Exit status: 0 done; 1 the model failed; 2 bad input; 3 --strict and something starved or was\n"
     "rejected; 4 the watchdog: nothing moved any more; 5 --check and the model broke a rule.";
 
@@ -54,6 +57,19 @@ std::string waveform_header(const Scenario& scenario) {
         header += '\n';
     }
     return header;
+}
+
+std::string clocks_text(const CycleRange& range) {
+    return std::to_string(range.first) + " to " + std::to_string(range.last);
+}
+
+/// Level tlm, which is faster, knows the clock of every event of level rtl. Not so if a fault or a block of somebody else's
+/// is in the machine, which level rtl alone has.
+bool level_tlm_knows_clocks(const Scenario& scenario) {
+    constexpr bool kReplacesBlocks = METABUFFER_REPLACES_BLOCKS != 0;
+    return !kReplacesBlocks &&
+           std::none_of(scenario.faults.begin(), scenario.faults.end(),
+                        [](const Fault& fault) { return fault_traits(fault.kind).only_at_level_rtl(); });
 }
 
 RunReport run_functional(const Scenario& scenario, PictureSink& pictures) {
@@ -98,8 +114,8 @@ struct RunCommand::Outcome {
     RunReport report;
     double simulation_seconds = 0.0;  ///< 0: the level has no time
     std::string trace_line;           ///< what the trace shows, empty if there is none
-    std::string trace_note;           ///< why there is none although one was asked for
-    std::string compared;             ///< what a check has compared, empty without one
+    std::string trace_note;  ///< why there is none although one was asked for, or what is wrong with it
+    std::string compared;    ///< what a check has compared, empty without one
     std::string check_trace_options;  ///< what shows a check's first violation, empty if there is none
 };
 
@@ -132,27 +148,30 @@ void RunCommand::add_trace_options() {
                              "what each bus and display does when, "
                              "for ui.perfetto.dev (level tlm)");
     constexpr std::int64_t kLargestCycles = 1'000'000'000'000;
-    const std::array<CLI::Option*, 4> waveform_options{
-        command()
-            .add_option("--trace-window", trace_window_,
-                        "What a waveform shows: startframe:K, frames:A-B, cycles:A-B, first-busready-drop, "
-                        "first-starved-pixel, or all (gigabytes for a whole frame)")
-            ->capture_default_str(),
+    CLI::Option* const window = command().add_option(
+        "--trace-window", trace_window_,
+        "What a trace shows: startframe:K (a waveform's default, with K = 0), frames:A-B, "
+        "cycles:A-B, first-busready-drop, first-starved-pixel, or all (a schedule's default; a "
+        "waveform of a whole frame takes gigabytes)");
+    CLI::Option* const before =
         command()
             .add_option("--trace-before", trace_before_cycles_, "Core clocks before the event (default 200)")
-            ->check(CLI::Range(std::int64_t{0}, kLargestCycles)),
+            ->check(CLI::Range(std::int64_t{0}, kLargestCycles));
+    CLI::Option* const after =
         command()
             .add_option("--trace-after", trace_after_cycles_, "Core clocks after it (default 2000)")
-            ->check(CLI::Range(std::int64_t{0}, kLargestCycles)),
+            ->check(CLI::Range(std::int64_t{0}, kLargestCycles));
+    CLI::Option* const modules =
         command()
             .add_option("--trace-modules", trace_blocks_,
-                        "Only these blocks: comma-separated shell patterns such as 'composer_1_*,swap_lock'")
+                        "Of a waveform, only these blocks: comma-separated shell patterns such as "
+                        "'composer_1_*,swap_lock'")
             ->delimiter(',')
-            ->allow_extra_args(false)};  // what follows may be the scenario
-    for (CLI::Option* option : waveform_options) {
-        option->needs(trace);
-        waveform_options_.push_back(option);
-    }
+            ->allow_extra_args(false);  // what follows may be the scenario
+    for (CLI::Option* option : {window, before, after, modules}) option->needs(trace);
+    window_option_ = window;
+    around_options_ = {before, after};
+    modules_option_ = modules;
 }
 
 /// Like --version, it ends the program as soon as the options are read, before any is found to be missing.
@@ -207,12 +226,28 @@ void RunCommand::check_combination(const std::string& level) const {
     if (extension == kScheduleExtension && level == kRtl) {
         throw InputError(trace + "level rtl writes no schedule; use --level tlm, or FILE.vcd for a waveform");
     }
-    if (waveform) return;
-    for (const CLI::Option* option : waveform_options_) {
-        if (option->count() == 0) continue;
-        throw InputError(option->get_name() +
-                         ": goes with a waveform, FILE.vcd; a schedule shows the whole run");
+    if (!waveform) check_schedule_options();
+}
+
+void RunCommand::check_schedule_options() const {
+    if (modules_option_->count() > 0) {
+        throw InputError(modules_option_->get_name() +
+                         ": goes with a waveform, FILE.vcd; a schedule shows every bus, buffer and display");
     }
+    for (const CLI::Option* option : around_options_) {
+        if (option->count() == 0 || window_option_->count() > 0) continue;
+        throw InputError(option->get_name() + ": a schedule without " + window_option_->get_name() +
+                         " shows the whole run; say around what, for example " + window_option_->get_name() +
+                         " startframe:0");
+    }
+}
+
+TraceWindow RunCommand::trace_window() const {
+    const char* const without = rtl::is_waveform_name(trace_file_) ? "startframe:0" : "all";
+    TraceWindow window = parse_trace_window(window_option_->count() > 0 ? trace_window_ : without);
+    window.before_cycles = trace_before_cycles_.value_or(window.before_cycles);
+    window.after_cycles = trace_after_cycles_.value_or(window.after_cycles);
+    return window;
 }
 
 /// What was found before a block's own error ended the run is told too.
@@ -238,10 +273,9 @@ RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& p
         options.on_built = [check](rtl::Metabuffer& machine) { check->attach(machine); };
     }
     if (!trace_file_.empty()) {
-        rtl::TraceWindow window = rtl::parse_trace_window(trace_window_);
-        window.before_cycles = trace_before_cycles_.value_or(window.before_cycles);
-        window.after_cycles = trace_after_cycles_.value_or(window.after_cycles);
-        options.trace = rtl::TraceRequest{trace_file_, window, trace_blocks_, waveform_header(scenario)};
+        options.trace =
+            rtl::TraceRequest{trace_file_, trace_window(), trace_blocks_, waveform_header(scenario), {}};
+        if (level_tlm_knows_clocks(scenario)) options.trace->find_window = tlm::find_window;
     }
     const ProgressLine progress(!quiet_);
     WrongPixelRecord wrong_pixels(scenario);
@@ -254,18 +288,28 @@ RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& p
     options.on_progress = [&](std::int64_t cycles, double share) { progress.show_run(cycles, share); };
     rtl::RunResult result = rtl::run(scenario, options);
     if (!no_images_) wrong_pixels.put_into(result.report);
-    Outcome outcome{std::move(result.report), result.simulation_seconds, "", result.trace_note, "", ""};
+    Outcome outcome;
+    outcome.report = std::move(result.report);
+    outcome.simulation_seconds = result.simulation_seconds;
+    if (!result.trace_note.empty()) outcome.trace_note = "no waveform: " + result.trace_note;
+    if (!result.trace_warning.empty()) outcome.trace_note = "waveform: " + result.trace_warning;
     if (result.traced) {
-        outcome.trace_line = "waveform " + trace_file_ + ": core clocks " +
-                             std::to_string(result.traced->first) + " to " +
-                             std::to_string(result.traced->last);
+        outcome.trace_line = "waveform " + trace_file_ + ": core clocks " + clocks_text(*result.traced);
     }
     return outcome;
 }
 
 RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& pictures) const {
     std::optional<tlm::ScheduleTrace> trace;
-    if (!trace_file_.empty()) trace.emplace(trace_file_, scenario);
+    std::optional<CycleRange> window;
+    if (!trace_file_.empty()) {
+        trace.emplace(trace_file_, scenario);
+        const TraceWindow wanted = trace_window();
+        window = wanted.fixed_cycles();
+        if (!window) window = tlm::find_window(scenario, wanted);
+        if (!window) trace.reset();
+        if (window && wanted.kind != TraceWindow::Kind::kAll) trace->show_only({window->first, window->last});
+    }
     tlm::RunOptions options;
     options.observer = trace ? &*trace : nullptr;
     options.images = !no_images_;
@@ -281,15 +325,28 @@ RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& p
     options.on_progress = [&](std::int64_t cycles, double share) { progress.show_run(cycles, share); };
     tlm::RunResult result = tlm::run(scenario, options);
     if (!no_images_) wrong_pixels.put_into(result.report);
-    Outcome outcome{std::move(result.report), result.simulation_seconds, "", "", "", ""};
+    Outcome outcome;
+    outcome.report = std::move(result.report);
+    outcome.simulation_seconds = result.simulation_seconds;
     if (check) {
         check->finish(outcome.report);
         outcome.report.check = check->record();
         outcome.compared = check->compared();
     }
-    if (trace) {
-        trace->finish(outcome.report.core_cycles);
-        outcome.trace_line = "schedule " + trace_file_ + ": to be opened at https://ui.perfetto.dev";
+    if (trace_file_.empty()) return outcome;
+    const auto shown = trace ? trace->finish(outcome.report.core_cycles) : std::nullopt;
+    if (!window) {
+        outcome.trace_note = "no schedule: what the schedule should show does not happen in this run";
+    } else if (window->first >= outcome.report.core_cycles) {
+        outcome.trace_note = "no schedule: the run ended before the window began";
+    } else if (!shown) {
+        outcome.trace_note = "no schedule: nothing happens in core clocks " + clocks_text(*window);
+    } else {
+        outcome.trace_line =
+            "schedule " + trace_file_ + ": " +
+            (window_option_->count() > 0 ? "core clocks " + clocks_text({shown->first, shown->last}) + ", "
+                                         : std::string()) +
+            "to be opened at https://ui.perfetto.dev";
     }
     return outcome;
 }
@@ -298,7 +355,7 @@ ExitStatus RunCommand::execute() {
     const std::string level = this->level();
     check_combination(level);
     // Before the scenario is read, which takes longer.
-    if (level == kRtl && !trace_file_.empty()) rtl::parse_trace_window(trace_window_);
+    if (!trace_file_.empty()) trace_window();
     const Scenario scenario = scenario_.load();
     const std::vector<std::filesystem::path> inputs = inputs_of(scenario_.file(), scenario);
     if (!trace_file_.empty()) refuse_to_replace(inputs, "--trace", trace_file_);
@@ -323,9 +380,7 @@ ExitStatus RunCommand::execute() {
     folder.write(kEffectiveScenarioFile, effective);
     folder.put_in_place();
     if (!quiet_) print_summary(outcome, directory.string());
-    if (!outcome.trace_note.empty()) {
-        std::cerr << "no waveform: " << outcome.trace_note << '\n';
-    }
+    if (!outcome.trace_note.empty()) std::cerr << outcome.trace_note << '\n';
     return judge(outcome);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "report/report.h"
+#include "simulation/trace_window.h"
 #include "tools/program/command.h"
 #include "tools/program/scenario_options.h"
 
@@ -37,6 +38,9 @@ class RunCommand final : public Command {
     /// The level that is asked for; without one, that of the trace, or of the check.
     std::string level() const;
     void check_combination(const std::string& level) const;
+    void check_schedule_options() const;
+    /// The window that is asked for; without one, the first STARTFRAME for a waveform and the whole run for a schedule.
+    TraceWindow trace_window() const;
     Outcome run_checked_rtl(const Scenario& scenario, PictureSink& pictures) const;
     Outcome run_rtl(const Scenario& scenario, PictureSink& pictures, MachineCheck* check) const;
     Outcome run_tlm(const Scenario& scenario, PictureSink& pictures) const;
@@ -48,8 +52,10 @@ class RunCommand final : public Command {
     std::string level_;  ///< empty if it is not given
     std::string out_directory_;
     std::string trace_file_;
-    std::vector<const CLI::Option*> waveform_options_;  ///< what goes with a .vcd only
-    std::string trace_window_ = "startframe:0";
+    const CLI::Option* window_option_ = nullptr;
+    const CLI::Option* modules_option_ = nullptr;
+    std::vector<const CLI::Option*> around_options_;  ///< clocks around a window's event
+    std::string trace_window_;                        ///< if window_option_ is given
     std::optional<std::int64_t> trace_before_cycles_;
     std::optional<std::int64_t> trace_after_cycles_;
     std::vector<std::string> trace_blocks_;

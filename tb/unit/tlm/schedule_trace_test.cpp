@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -355,6 +356,96 @@ TEST_CASE("a long schedule is whole", "[schedule]") {
         wrong += arguments["first_cycle"] != 32 * n || arguments["frame"] != n ? 1 : 0;
     }
     CHECK(wrong == 0);
+}
+
+TEST_CASE("a window cuts slices at its edges and tells where they really begin and end", "[schedule]") {
+    const std::string text = text_of(machine(), [](ScheduleTrace& trace) {
+        trace.show_only({100, 199});
+        trace.poll(1, {0, 99});
+        trace.poll(1, {200, 299});
+        trace.beats(1, 2, 7, 1024, 64, 3, {90, 109});
+        trace.poll(1, {110, 110});
+        trace.page_miss(1, 2, 4096, {199, 205});
+        trace.composited(2, 4, {50, 299});
+        trace.table(2, 0, {100, 199});
+    });
+    const std::vector<Json> events = events_of(text);
+    REQUIRE(events.size() == 5);
+    CHECK(events[0]["name"] == "display 2, recovered");
+    CHECK(events[0]["ts"] == 1.0);
+    CHECK(events[0]["dur"] == 0.1);
+    CHECK(events[0]["args"] == Json{{"first_cycle", 100},
+                                    {"whole_first_cycle", 90},
+                                    {"whole_last_cycle", 109},
+                                    {"frame", 7},
+                                    {"first_pixel", 1024},
+                                    {"pixels", 64},
+                                    {"recovered_slots", 3}});
+    CHECK(events[1]["name"] == "poll");
+    CHECK(events[1]["args"] == Json{{"first_cycle", 110}});
+    CHECK(events[2]["ts"] == 1.99);
+    CHECK(events[2]["dur"] == 0.01);
+    CHECK(events[2]["args"]["first_cycle"] == 199);
+    CHECK(events[2]["args"]["whole_first_cycle"] == 199);
+    CHECK(events[2]["args"]["whole_last_cycle"] == 205);
+    CHECK(events[3]["ts"] == 1.0);
+    CHECK(events[3]["dur"] == 1.0);
+    CHECK(events[3]["args"] ==
+          Json{{"first_cycle", 100}, {"whole_first_cycle", 50}, {"whole_last_cycle", 299}, {"frame", 4}});
+    CHECK(events[4]["args"] == Json{{"first_cycle", 100}, {"frame", 0}});
+    const Json facts = Json::parse(text)["otherData"];
+    CHECK(facts["core_cycles"] == 1000);
+    CHECK(facts["window_first_cycle"] == 100);
+    CHECK(facts["window_last_cycle"] == 199);
+}
+
+TEST_CASE("a window begins with the level of every buffer", "[schedule]") {
+    const std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
+        trace.show_only({100, 199});
+        trace.buffer_level(1, 1, 0, 0);
+        trace.buffer_level(1, 1, 80, 64);
+        CHECK(trace.level_wanted_cycle() == 100);
+        trace.buffer_level(1, 1, 100, 44);
+        trace.buffer_level(1, 1, 120, 24);
+        trace.buffer_level(1, 2, 50, 7);
+        trace.buffer_level(1, 2, 100, 9);
+        trace.buffer_level(1, 2, 199, 8);
+        trace.buffer_level(1, 2, 200, 6);
+        trace.buffer_level(2, 1, 99, 30);  // nothing more is told of it
+        trace.buffer_level(2, 2, 150, 0);
+        trace.buffer_level(2, 2, 250, 10);
+    });
+    std::vector<Json> levels;
+    for (const Json& event : events) {
+        levels.push_back({event["name"], event["ts"], event["args"]["pixels"]});
+    }
+    CHECK(levels == std::vector<Json>{{"renderer ball, display 1", 1.0, 44},
+                                      {"renderer ball, display 1", 1.2, 24},
+                                      {"renderer ball, display 2", 1.0, 9},
+                                      {"renderer ball, display 2", 1.99, 8},
+                                      {"renderer sea, display 2", 1.5, 0},
+                                      {"renderer sea, display 1", 1.0, 30}});
+}
+
+TEST_CASE("a window that reaches over the run's end shows what is left, and one behind it nothing",
+          "[schedule]") {
+    const ScratchDirectory scratch;
+    constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
+    const auto shown = [&scratch](CycleSpan window, CycleSpan poll) {
+        ScheduleTrace trace(scratch / "schedule.json", machine());
+        trace.show_only(window);
+        trace.poll(1, poll);
+        return trace.finish(1000);
+    };
+    CHECK_FALSE(shown({1000, kForever}, {0, 2000}));
+    CHECK_FALSE(shown({0, 99}, {100, 200}));
+    CHECK(scratch.names().empty());
+
+    const auto span = shown({900, kForever}, {950, 960});
+    REQUIRE(span);
+    CHECK(span->first == 900);
+    CHECK(span->last == 999);
+    CHECK(Json::parse(content(scratch / "schedule.json"))["otherData"]["window_last_cycle"] == 999);
 }
 
 TEST_CASE("the file takes its place when it is whole", "[schedule]") {

@@ -1,14 +1,19 @@
-#include "rtl/trace_window.h"
+#include "simulation/trace_window.h"
 
+#include <algorithm>
 #include <charconv>
-#include <optional>
+#include <cstring>
+#include <exception>
+#include <limits>
 #include <string_view>
 
+#include "host/child_process.h"
 #include "host/errors.h"
 
-namespace metabuffer::rtl {
+namespace metabuffer {
 namespace {
 
+constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kLargestFrame = 1'000'000;
 constexpr std::int64_t kLargestCycle = 1'000'000'000'000'000;
 
@@ -38,6 +43,17 @@ bool parse_range(std::string_view text, std::int64_t largest, bool single_allowe
 }
 
 }  // namespace
+
+std::optional<CycleRange> TraceWindow::fixed_cycles() const {
+    if (kind == Kind::kAll) return CycleRange{0, kForever};
+    if (kind == Kind::kCycles) return CycleRange{first, last};
+    return std::nullopt;
+}
+
+CycleRange TraceWindow::around(const CycleRange& event) const {
+    return {std::max<std::int64_t>(0, event.first - before_cycles),
+            event.last > kForever - after_cycles ? kForever : event.last + after_cycles};
+}
 
 TraceWindow parse_trace_window(const std::string& text) {
     using Kind = TraceWindow::Kind;
@@ -76,4 +92,27 @@ TraceWindow parse_trace_window(const std::string& text) {
     return window;
 }
 
-}  // namespace metabuffer::rtl
+std::optional<CycleRange> scout(const TraceWindow& window,
+                                const std::function<std::optional<CycleRange>()>& look) {
+    constexpr CycleRange kNotFound{0, -1};
+    ChildProcess process([&look, kNotFound](const ChildProcess::Sender& sender) {
+        CycleRange event = kNotFound;
+        try {
+            event = look().value_or(kNotFound);
+        } catch (const std::exception&) {  // the run proper reports it
+        }
+        sender.send(&event, sizeof event);
+    });
+    std::string bytes;
+    while (!process.ended()) process.receive(bytes);
+    CycleRange event;
+    if (!process.complaint().empty() || bytes.size() != sizeof event) {
+        throw InputError("--trace: the scouting run " +
+                         (process.complaint().empty() ? "sent no answer" : process.complaint()));
+    }
+    std::memcpy(&event, bytes.data(), sizeof event);
+    if (event.last < event.first) return std::nullopt;
+    return window.around(event);
+}
+
+}  // namespace metabuffer

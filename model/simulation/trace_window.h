@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "report/composer_record.h"
+#include "scenario/scenario.h"
+
+namespace metabuffer {
+
+/// Core cycles first..last, both included.
+struct CycleRange {
+    std::int64_t first = 0;
+    std::int64_t last = 0;
+};
+
+/// The part of a run that a trace shows, as asked for.
+struct TraceWindow {
+    enum class Kind : std::uint8_t {
+        kAll,
+        kCycles,             ///< core cycles first..last
+        kFrames,             ///< from STARTFRAME of frame first to the last pixel of frame last
+        kStartFrame,         ///< around STARTFRAME of frame first
+        kFirstBusreadyDrop,  ///< around the first BUSREADY drop in a burst
+        kFirstStarvedPixel,  ///< around the first starved pixel or stalled clock
+    };
+    static constexpr std::int64_t kDefaultBeforeCycles = 200;
+    static constexpr std::int64_t kDefaultAfterCycles = 2000;
+
+    Kind kind = Kind::kStartFrame;
+    std::int64_t first = 0;
+    std::int64_t last = 0;
+    std::int64_t before_cycles = kDefaultBeforeCycles;  ///< not for kAll and kCycles
+    std::int64_t after_cycles = kDefaultAfterCycles;
+
+    /// Its cycles, if they do not depend on what happens in the run.
+    std::optional<CycleRange> fixed_cycles() const;
+    /// Its cycles, given those of its event: before_cycles and after_cycles more.
+    CycleRange around(const CycleRange& event) const;
+};
+
+/// Reads `all`, `cycles:A-B`, `frames:A-B`, `frames:A`, `startframe:K`, `first-busready-drop` or
+/// `first-starved-pixel`. Throws InputError.
+TraceWindow parse_trace_window(const std::string& text);
+
+/// The cycles of the event that a window is put around, as a machine of any level has met it; nothing if it has not
+/// yet, or if there is no such event.
+template <typename Machine>
+std::optional<CycleRange> event_of(const TraceWindow& window, const Machine& machine) {
+    using Kind = TraceWindow::Kind;
+    CycleRange event{ComposerRecord::kNever, ComposerRecord::kNever};
+    switch (window.kind) {
+        case Kind::kAll:
+        case Kind::kCycles:
+            break;
+        case Kind::kFrames:
+            event.first = machine.startframe_cycle(static_cast<int>(window.first));
+            event.last = machine.frame_end_cycle(static_cast<int>(window.last));
+            break;
+        case Kind::kStartFrame:
+            event.first = event.last = machine.startframe_cycle(static_cast<int>(window.first));
+            break;
+        case Kind::kFirstBusreadyDrop:
+            event.first = event.last = machine.first_busready_drop_cycle();
+            break;
+        case Kind::kFirstStarvedPixel:
+            event.first = event.last = machine.first_starved_cycle();
+            break;
+    }
+    if (event.first == ComposerRecord::kNever || event.last == ComposerRecord::kNever) return std::nullopt;
+    return event;
+}
+
+/// Finds the cycles of a window that depend on the run; nothing if the run does not have its event. Call it before this
+/// process elaborates anything.
+using FindWindow =
+    std::function<std::optional<CycleRange>(const Scenario& scenario, const TraceWindow& window)>;
+
+/// What a level's FindWindow is made of: calls `look`, which runs a machine up to the window's event, in a process of
+/// its own. Only the clocks before an event can tell when to start a trace that shows them, and a run is the same each
+/// time. If `look` throws, there is no event: the run proper meets the same error and reports it. Throws InputError.
+std::optional<CycleRange> scout(const TraceWindow& window,
+                                const std::function<std::optional<CycleRange>()>& look);
+
+}  // namespace metabuffer
