@@ -1,9 +1,5 @@
 #include "build_info/build_info.h"
 
-#include <fmt/format.h>
-
-#include <systemc>
-
 #include "commit.h"
 
 namespace metabuffer {
@@ -14,9 +10,8 @@ std::string build_version() {
 }
 
 std::string build_description() {
-    return fmt::format("metabuffer {}, SystemC {}.{}.{}, OpenImageIO {}", build_version(),
-                       sc_core::sc_version_major, sc_core::sc_version_minor, sc_core::sc_version_patch,
-                       METABUFFER_OPENIMAGEIO_VERSION);
+    return "metabuffer " + build_version() +
+           ", SystemC " METABUFFER_SYSTEMC_VERSION ", OpenImageIO " METABUFFER_OPENIMAGEIO_VERSION;
 }
 
 }  // namespace metabuffer

@@ -444,7 +444,7 @@ class RunPage(PageTest):
                     "composer.ready_space_pixels=8"]
         words = [word for setting in settings for word in ("--set", setting)]
         scenario = options.scenarios / "paper-figure-small.yaml"
-        report = report_of(scenario, self.folder / "bursts", *words, "--no-images")
+        report = report_of(results_of(scenario, self.folder / "bursts", *words, "--no-images"))
         self.open(page_of(scenario, self.folder / "bursts.html", *words, "--embed-mib", "1"))
         self.assertIn("bursts, waits and other spans of buses", self.one("#remarks").text)
         for bus, renderer in zip(self.asked(BUSES), report["renderers"], strict=True):
