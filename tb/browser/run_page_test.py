@@ -22,7 +22,8 @@ from selenium.webdriver.support.ui import Select
 from page_browser import HOSTILE, HOSTILE_RENDERER, PageTest, main, options, run
 
 COMPOSITIONS = ("z", "z-alpha-key", "over")
-SCENES = (("z", 1), ("z-alpha-key", 1), ("z", 2), ("over", 2))  # composition, raster pixels per shown one and axis
+# Composition, raster pixels per shown one and axis.
+SCENES = (("z", 1), ("z-alpha-key", 1), ("over", 1), ("z", 2), ("over", 2))
 COLUMNS, WIDTH, HEIGHT = 2, 40, 30  # of the machines below: displays side by side, shown pixels of each
 FRAMES = 3
 BACKGROUND = (9, 7, 8)  # its blue says renderer 0, which is none
@@ -164,7 +165,8 @@ def noise(folder, composition, supersample, frames=FRAMES):
             for x, y, multiple in (places * frames)[:max(frames - 1, len(places))]]))
     path = folder / f"noise-{composition}-{supersample}-{frames}.yaml"
     return scenario_file(path, composition, supersample, renderers,
-                         bus={"width_bits": 16, "burst_pixels": 8}, composer={"buffer_pixels": 64}, frames=frames)
+                         bus={"width_bits": 32 if supersample == 1 else 16, "burst_pixels": 8},  # some starve, some not
+                         composer={"buffer_pixels": 64}, frames=frames)
 
 
 # Flat images, each all of one depth: (left, top, width, height, multiple) in raster pixels, Z, alpha.
@@ -388,7 +390,7 @@ class RunPage(PageTest):
         paper = (page_of(small, self.folder / "paper.html", *settings),
                  report_of(results_of(small, self.folder / "paper", *settings)))
         for page, report in [paper, *((self.pages[key], self.reports[key])
-                                      for key in (("z", 2), ("z-alpha-key", 1), ("over", 2)))]:
+                                      for key in SCENES[1:])]:
             self.open(page)
             self.assertGreater(report["totals"]["wrong_pixels"], 0)
             self.assertEqual([{"index": frame["index"], "starved": frame["starved_pixels"],
@@ -604,7 +606,7 @@ class RunPage(PageTest):
         between = (starts[1, 0] + self.report["frames"][0]["end_cycle"]) // 2
         width = self.one("#time").size["width"] - 138
         self.to_point("#time", (138 + between / self.report["core_cycles"] * width, 60)).click().perform()
-        self.assertAlmostEqual(between, self.chosen_clock(), delta=self.report["core_cycles"] / width)
+        self.assertAlmostEqual(between, self.chosen_clock(), delta=2 * self.report["core_cycles"] / width)
         self.one("#next-glitch").click()
         self.assertEqual(next(clock for clock, frame, *_ in runs if frame == 1), self.chosen_clock())
         self.assertEqual(1, self.frame_shown())
@@ -630,11 +632,12 @@ class RunPage(PageTest):
             self.assertTrue(first <= clock <= last, (first, clock, last))
             self.assertGreater((folder / "out" / "waveform" / "trace.vcd").stat().st_size, 1000)
         self.assertEqual(before, {path.name: path.read_bytes() for path in results.iterdir()})
-        # Far out, the window is one about the clock.
-        self.one("#whole-run").click()
-        window = re.search(r"cycles:(\d+)-(\d+)", self.text_of("#command"))
-        self.assertTrue(int(window[1]) <= clock <= int(window[2]))
-        self.assertLess(int(window[2]) - int(window[1]), self.report["core_cycles"] / 2)
+        # Where the clock is out of sight, or all of the run in sight, the window is one about the clock.
+        for look_away in (lambda: self.one("#time").send_keys(Keys.END), self.one("#whole-run").click):
+            look_away()
+            window = re.search(r"cycles:(\d+)-(\d+)", self.text_of("#command"))
+            self.assertTrue(int(window[1]) <= clock <= int(window[2]), window[0])
+            self.assertLess(int(window[2]) - int(window[1]), self.report["core_cycles"] / 2)
 
     def test_copy(self):
         self.open(self.starving_page)
