@@ -27,9 +27,12 @@ std::size_t worst_off(const RunReport& report) {
 
 Resource supply_of(const RunReport& report, const BusCounters& bus, double bus_load) {
     if (bus_load <= 1.0) return Resource::kBuffers;
-    const std::int64_t opening = bus.page_miss_cycles + bus.refresh_cycles + bus.write_cycles;
-    const std::int64_t memory = opening + (report.memory_is_narrower ? bus.busy_cycles : 0);
-    return 2 * memory > work_of(bus) ? Resource::kMemory : Resource::kBus;
+    const std::int64_t waiting = bus.page_miss_cycles + bus.refresh_cycles + bus.write_cycles;
+    const std::int64_t bus_only = bus.table_cycles + bus.grant_cycles + bus.lost_cycles;
+    const SupplyAlone alone =
+        supply_alone(static_cast<double>(bus.pixels_sent), static_cast<double>(waiting),
+                     static_cast<double>(bus_only), report.memory_words_per_cycle, report.bus_width_bits);
+    return alone.memory_is_slower() ? Resource::kMemory : Resource::kBus;
 }
 
 /// Clocks between two frames that the handshakes take: a swap crosses into the core clock, and PIPEREADY climbs.
@@ -78,6 +81,12 @@ double Bottleneck::share() const {
     if (starves) return bus_load;
     return static_cast<double>(cycles[static_cast<std::size_t>(what())]) /
            static_cast<double>(total_cycles());
+}
+
+SupplyAlone supply_alone(double pixels, double waiting_cycles, double bus_only_cycles, int words_per_cycle,
+                         int bus_width_bits) {
+    return {bus_only_cycles + pixels * kPixelBits / bus_width_bits,
+            waiting_cycles + pixels / words_per_cycle};
 }
 
 std::optional<Bottleneck> find_bottleneck(const RunReport& report) {

@@ -28,8 +28,8 @@ const char* resource_name(Resource resource);
 ///
 /// Supply is the memory's, the bus's or the buffers' fault, by the renderer that is worst off: the one whose pixels starve
 /// or stall most, else the one whose bus works most. If its bus works for less than the raster's clocks in each frame, on
-/// the average, it could keep pace, and deeper buffers would do. Otherwise it is the memory if more of the work is to open
-/// pages, refresh, write, or to read fewer words a clock than the bus could carry; else the bus.
+/// the average, it could keep pace, and deeper buffers would do. Otherwise it is the memory or the bus, whichever would
+/// take longer if the other took no time.
 struct Bottleneck {
     std::array<std::int64_t, kResourceCount> cycles{};  ///< by Resource
     Resource supply = Resource::kBus;                   ///< whose fault it is if pixels do not come in time
@@ -43,6 +43,18 @@ struct Bottleneck {
     /// Of the clocks; of supply while pixels starve, the bus's load.
     double share() const;
 };
+
+/// Clocks that a bus and its memory would each take for the same pixels if the other took no time.
+struct SupplyAlone {
+    double bus_cycles = 0.0;  ///< tables and pixels at the bus's width, and what the arbiter takes
+    double memory_cycles =
+        0.0;  ///< pixels at the words that it reads a clock, and the clocks until it can be read
+
+    bool memory_is_slower() const { return memory_cycles > bus_cycles; }
+};
+/// waiting_cycles: in which the memory opens pages, refreshes or writes. bus_only_cycles: of tables and arbiter.
+SupplyAlone supply_alone(double pixels, double waiting_cycles, double bus_only_cycles, int words_per_cycle,
+                         int bus_width_bits);
 
 /// None of a run that has composited nothing, that was reset or ended by the watchdog, or of a level without clocks.
 std::optional<Bottleneck> find_bottleneck(const RunReport& report);

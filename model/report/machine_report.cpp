@@ -36,7 +36,8 @@ MachineReport::MachineReport(const Scenario& scenario, const std::string& level,
     report_.cost = machine_cost(scenario);
     report_.begins_anew = std::any_of(scenario.faults.begin(), scenario.faults.end(),
                                       [](const Fault& fault) { return fault.kind == FaultKind::kReset; });
-    report_.memory_is_narrower = scenario.memory.words_per_cycle * kPixelBits < scenario.bus.width_bits;
+    report_.memory_words_per_cycle = scenario.memory.words_per_cycle;
+    report_.bus_width_bits = scenario.bus.width_bits;
     report_.buffer_pixels = scenario.composer.buffer_pixels;
     report_.frames.resize(newest_pixel_picoseconds_.size());
     for (std::size_t f = 0; f < report_.frames.size(); ++f) {

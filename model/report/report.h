@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "datapath/link/reject_cause.h"
+#include "formats/pixel.h"
 #include "formats/viewport_table.h"
 #include "report/machine_cost.h"
 #include "scenario/rate_limits.h"
@@ -180,9 +181,10 @@ struct RunReport {
     std::int64_t core_cycles = 0;
     std::optional<RateLimits> rate_limits;  ///< none of a level that has no clock
     std::int64_t raster_pixels = 0;         ///< of one display
-    bool memory_is_narrower = false;        ///< reads fewer words a clock than the bus carries
-    bool begins_anew = false;               ///< a fault resets the machine: counters go on, frames begin at 0
-    std::optional<MachineCost> cost;        ///< none of a report that is not of a machine
+    int memory_words_per_cycle = 1;
+    int bus_width_bits = kPixelBits;
+    bool begins_anew = false;         ///< a fault resets the machine: counters go on, frames begin at 0
+    std::optional<MachineCost> cost;  ///< none of a report that is not of a machine
     std::vector<FrameRecord> frames;
     std::vector<RendererCounters> renderers;
     std::vector<ComposerCounters> composers;

@@ -15,8 +15,8 @@ install(DIRECTORY scenarios waves DESTINATION "${data}" COMPONENT program)
 install(FILES README.md CHANGELOG.md LICENSE NOTICE CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}"
         COMPONENT program)
 install(DIRECTORY docs/ DESTINATION "${CMAKE_INSTALL_DOCDIR}/docs" COMPONENT program)
-install(FILES scripts/completion/metabuffer DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions"
-        COMPONENT program)
+install(FILES scripts/completion/metabuffer.bash RENAME metabuffer
+        DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" COMPONENT program)
 # The pages come from the program's own help, so they are made when there is a program.
 install(CODE "
     set(pages \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}/man1\")

@@ -205,7 +205,7 @@ TEST_CASE("each kind of bad command line is refused in one line", "[program][bad
     const std::vector<std::string> good{"run", "scenario.yaml", "--out", "out"};
     const BadArguments cases[] = {
         {{}, {"--help"}},
-        {{"walk"}, {"--help", "is not a command; use run, compare"}},
+        {{"walk"}, {"--help", "is not a command; use run, view, compare"}},
         {{"run"}, {"SCENARIO"}},
         {{"run", "scenario.yaml", "another.yaml", "--out", "out"}, {"another.yaml"}},
         {{"run", "missing.yaml", "--out", "out"}, {"missing.yaml", "No such file"}},

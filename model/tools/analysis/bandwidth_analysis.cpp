@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formats/control_scanline.h"
+#include "report/bottleneck.h"
 #include "scenario/limits.h"
 #include "scenario/link_program.h"
 #include "tools/analysis/arithmetic.h"
@@ -274,13 +275,13 @@ Analysis analyze(const Scenario& scenario, const AnalysisOptions& options) {
     if (longest != nullptr && longest->supply.frame_cycles() > 0) {
         const Supply& supply = longest->supply;
         const double pixels = as_double(longest->demand.pixels);
-        const double bus_pixels = as_double(scenario.bus.width_bits) / kPixelBits;
         const double beat_cycles = as_double(supply.beats * cycles_per_beat(scenario.bus));
         const double opening_cycles = as_double(supply.burst_cycles) - beat_cycles;
         analysis.supply_hz = core_hz / as_double(supply.frame_cycles());
-        analysis.bus_alone_hz = core_hz / (as_double(supply.table_cycles) + pixels / bus_pixels);
-        analysis.memory_alone_hz =
-            core_hz / std::max(1.0, pixels / scenario.memory.words_per_cycle + opening_cycles);
+        const SupplyAlone alone = supply_alone(pixels, opening_cycles, as_double(supply.table_cycles),
+                                               scenario.memory.words_per_cycle, scenario.bus.width_bits);
+        analysis.bus_alone_hz = core_hz / alone.bus_cycles;
+        analysis.memory_alone_hz = core_hz / std::max(1.0, alone.memory_cycles);
     }
     analysis.sustained_frame_rate_hz = core_hz / longest_cycles;
     analysis.best_frame_rate_hz = core_hz / least_cycles;

@@ -299,7 +299,7 @@ const metabufferTime = (() => {
             if (!beam) return "waits for buffers, links or the swap";
             const stalled = (run.stalls[display].get(beam.frame) || []).some(([start, length]) => start <= clock && clock < start + length);
             const glitch = this.glitchNear(display, clock);
-            return `composites frame ${beam.frame}, at ${beam.x}, ${beam.y}` + (stalled ? ", stands still" : "") +
+            return `composites frame ${beam.frame}, the top composer at ${beam.x}, ${beam.y}` + (stalled ? ", stands still" : "") +
                 (glitch ? `; pixels of ${machine.renderers[glitch.renderer].name} starve at ${glitch.first}, ${glitch.y}` : "");
         }
         paintShown(top, height) {

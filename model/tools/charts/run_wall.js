@@ -67,7 +67,7 @@ const metabufferWall = (() => {
 
         resize() {
             const width = Math.max(200, Math.floor(this.canvas.parentElement.clientWidth));
-            const height = Math.round(Math.min(560, Math.max(160, width * wallHeight / wallWidth)));
+            const height = Math.round(Math.min(560, Math.max(160, Math.min(width * wallHeight / wallWidth, window.innerHeight * 0.55))));
             const ratio = window.devicePixelRatio || 1;
             if (this.width === width && this.height === height && this.ratio === ratio) return;
             [this.width, this.height, this.ratio] = [width, height, ratio];
@@ -110,7 +110,7 @@ const metabufferWall = (() => {
             const key = `${this.marks.starved} ${this.marks.wrong}`;
             if (!layer.painted.has(key)) {
                 layer.painted.set(key, painted(layer.glitches, mark => mark === 2 && this.marks.wrong ? numberOf("#ff1f5a")
-                    : mark && this.marks.starved ? numberOf("#ffd400") : null, 225));
+                    : mark && this.marks.starved ? numberOf("#ffd400") : null, 150));
             }
             return layer.painted.get(key);
         }

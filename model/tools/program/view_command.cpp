@@ -25,21 +25,15 @@ namespace metabuffer {
 namespace {
 
 constexpr const char* kViewFooter =
-    "The scenario is run at level tlm, which has the clocks and pictures of level rtl. For a folder of "
-    "results "
-    "its\n"
-    "effective_scenario.yaml is run again. The page holds all that it shows and needs no network: the "
-    "displays "
-    "frame by\n"
-    "frame, who won each pixel and at which clock, and what links, buses, buffers and displays did when. "
-    "docs/run-page.md\n"
-    "describes it.\n"
+    "The scenario is run at level tlm, which has the clocks and pictures of level rtl. For a folder of\n"
+    "results its effective_scenario.yaml is run again. The page holds all that it shows and needs no\n"
+    "network: the displays frame by frame, who won each pixel and at which clock, and what links, buses,\n"
+    "buffers and displays did when. docs/run-page.md describes it.\n"
     "Examples:\n"
     "  metabuffer view scenarios/paper-figure-starved.yaml -o run.html\n"
     "  metabuffer view out/paper-figure -o run.html\n"
-    "Exit status: 0 done; 1 the model failed; 2 bad input; 4 the watchdog ended the run, which the page "
-    "shows "
-    "until then.";
+    "Exit status: 0 done; 1 the model failed; 2 bad input; 4 the watchdog ended the run, which the page\n"
+    "shows until then.";
 
 /// What of the report in a folder of results is not what this program has counted.
 std::vector<std::string> remarks_on(const std::filesystem::path& report_file, const RunReport& report) {

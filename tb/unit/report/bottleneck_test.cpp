@@ -99,17 +99,24 @@ TEST_CASE("bottleneck: a bus that works for longer than the raster is to blame i
     CHECK(find_bottleneck(report)->supply_renderer == "ball");
     CHECK(name(report) == "buffers");  // the bus has time to spare
     BusCounters& bus = report.renderers[0].bus;
-    bus.busy_cycles = 3300;
+    bus.busy_cycles = bus.pixels_sent = 3300;
     CHECK(name(report) == "bus");
     CHECK(find_bottleneck(report)->share() == Approx(1.1));
-    bus.page_miss_cycles = 2000;
-    bus.refresh_cycles = 900;
-    bus.write_cycles = 401;
+    // Each alone: the bus its pixels, tables and arbiter, the memory its pixels and what must come before.
+    bus.table_cycles = 200;
+    bus.grant_cycles = 150;
+    bus.lost_cycles = 50;
+    bus.page_miss_cycles = 200;
+    bus.refresh_cycles = 100;
+    bus.write_cycles = 101;
     CHECK(name(report) == "memory");
-    bus.write_cycles = 399;
+    bus.write_cycles = 100;
     CHECK(name(report) == "bus");
-    // A bus that could carry more words than the memory reads waits for the memory while it is busy, too.
-    report.memory_is_narrower = true;
+    bus.write_cycles = 101;
+    report.memory_words_per_cycle = 2;
+    CHECK(name(report) == "bus");
+    // A bus that could carry more words than the memory reads is not what is waited for.
+    report.bus_width_bits = 256;
     CHECK(name(report) == "memory");
 }
 

@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Bash completion for metabuffer. The program is asked what it knows: commands, options and keys stand nowhere else.
 _metabuffer_words() {
   local command=$1
@@ -15,7 +16,7 @@ _metabuffer_values() {
 }
 
 _metabuffer() {
-  local program=$1 current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} command= word values
+  local program=$1 current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]} command="" word values
   COMPREPLY=()
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do
     if [[ $word != -* ]]; then command=$word; break; fi
