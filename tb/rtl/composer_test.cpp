@@ -881,6 +881,10 @@ void check_resets(StarvationMode mode, Strap strap) {
     constexpr int kStart = 30;
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({8, 4, 2}, mode), strap);
+    rtl::FifoWires& fifo = *dut.composer.fifo_wires();
+    const auto& fifo_writes = bench.core.record(fifo.write);
+    const auto& fifo_reads = bench.core.record(fifo.read);
+    const auto& fifo_releases = bench.core.record(fifo.release);
     const auto reset_at = [](int round) { return kFirstReset + round; };
     for (int round = 0; round < kRounds; ++round) {
         // Behind the reset its neighbours say nothing more of this round.
@@ -915,6 +919,13 @@ void check_resets(StarvationMode mode, Strap strap) {
             REQUIRE(dut.pipereadies.at(now) == dut.pipereadies.at(before));
             REQUIRE(dut.stalls.at(now) == dut.stalls.at(before));
         }
+    }
+    for (int round = 0; round < kRounds - 1; ++round) {
+        INFO("round " << round);
+        const int reset = round * kRound + reset_at(round);
+        CHECK(fifo_writes.at(reset) == rtl::FifoWrite{});
+        CHECK(fifo_reads.at(reset) == rtl::FifoRead{});
+        CHECK(fifo_releases.at(reset) == rtl::FifoRelease{});
     }
     // The rounds are worth something: the last one shows a burst that was cut, and pixels that came late.
     const int last = (kRounds - 1) * kRound;

@@ -346,6 +346,32 @@ TEST_CASE("swap lock fault: SWAPSKIP that stands when the fault begins stays, SW
     bench.run_through(40);
     CHECK(dut.skips.high() == clock_range(15, 41));
     CHECK(dut.locks.high() == clock_range(30, 41));
+    CHECK(dut.tally.count(0) == 1);
+}
+
+TEST_CASE("swap lock fault: a fault that delays SWAPSKIP alone has taken effect") {
+    ClockedTestbench bench;
+    SwapBench dut(bench, "dut", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
+    bench.core.drive(dut.swapskip, 22, true);
+    bench.core.drive(dut.swaplock, 35, true);
+    bench.run_through(40);
+    CHECK(dut.skips.high() == clock_range(30, 41));
+    CHECK(dut.locks.high() == clock_range(35, 41));
+    CHECK(dut.tally.count(0) == 1);
+}
+
+TEST_CASE("swap lock fault: a fault that finds both wires low, or standing, has not taken effect") {
+    ClockedTestbench bench;
+    SwapBench low(bench, "low", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
+    SwapBench standing(bench, "standing", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
+    bench.core.drive(low.swaplock, 35, true);
+    bench.core.drive(standing.swaplock, 15, true);
+    bench.core.drive(standing.swapskip, 15, true);
+    bench.run_through(40);
+    CHECK(low.locks.high() == clock_range(35, 41));
+    CHECK(low.tally.count(0) == 0);
+    CHECK(standing.locks.high() == clock_range(15, 41));
+    CHECK(standing.tally.count(0) == 0);
 }
 
 TEST_CASE("swap lock fault: held at random SWAPSKIP stands while SWAPLOCK does, and the seed says how long") {
