@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <cstdlib>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -245,6 +247,31 @@ TEST_CASE("handshake fault: random stalls hold in their share of the clocks, and
     CHECK(many.wires.high() != other_wire.wires.high());
     CHECK(many.wires.high() != other_display.wires.high());
     CHECK(std::abs(static_cast<int>(stall.wires.high().size()) - kClocks * 80 / 100) < kClocks / 50);
+}
+
+TEST_CASE("handshake fault: random stalls hold each wire at clocks of its own, under each seed") {
+    constexpr int kEdges = 64;
+    constexpr std::size_t kPlaces = 8;
+    std::set<std::vector<bool>> sequences;
+    std::size_t wires = 0;
+    for (const std::uint64_t seed : {1U, 2U, 7U}) {
+        Scenario scenario = fault_scenario(FaultKind::kRandomStalls, -kResetClocks, std::nullopt);
+        scenario.faults[0].percent = 50;
+        scenario.faults[0].seed = seed;
+        FaultTally tally{1};
+        for (const Handshake handshake : {Handshake::kBusready, Handshake::kTableready, Handshake::kStall}) {
+            for (std::size_t renderer = 0; renderer < kPlaces; ++renderer) {
+                for (std::size_t display = 0; display < kPlaces; ++display) {
+                    rtl::WireHolds holds(scenario, {handshake, renderer, display, "WIRE"}, {0}, tally);
+                    std::vector<bool> sequence{holds.at_first_edge()};
+                    while (sequence.size() < kEdges) sequence.push_back(holds.at_next_edge(false));
+                    sequences.insert(sequence);
+                    ++wires;
+                }
+            }
+        }
+    }
+    CHECK(sequences.size() == wires);
 }
 
 TEST_CASE(

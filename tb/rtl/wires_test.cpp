@@ -53,6 +53,14 @@ TEST_CASE("wires: where registers lie between, an input framebuffer has a bus of
     CHECK(distinct.size() == 4 * kRenderers * kDisplays + 2 * kRenderers);
 }
 
+TEST_CASE("wires: a single renderer's bus, too, is another one before the registers than behind them") {
+    Wires registered(1, 1, true);
+    const std::set<const void*> distinct{&registered.bus[0],        &registered.bus_driven(0),
+                                         &registered.busready[0],   &registered.busready_read(0),
+                                         &registered.tableready[0], &registered.tableready_read(0)};
+    CHECK(distinct.size() == 6);
+}
+
 TEST_CASE("wires: whoever asks for a composer's FIFO gets the wires of that composer and of no other") {
     Scenario scenario = small_scenario(8, 4, 3);
     for (int r = 0; r < 2; ++r) add_renderer(scenario, renderer_of({PixelImage(8, 4)}));

@@ -38,5 +38,28 @@ TEST_CASE("dvi source: a frame's payload is its control scanline, a word a pixel
     CHECK(decode_control_scanline(payloads[1]).content.kind == FrameKind::kDepth);
 }
 
+TEST_CASE("dvi source: in lockstep a pair starts at the clock that reads the request, one behind its rise") {
+    constexpr int kWidth = 24;
+    constexpr std::int64_t kRise = 5'000;  // behind the first sync
+    Scenario scenario = small_scenario(kWidth, 4);
+    scenario.pacing = Pacing::kLockstep;
+    add_renderer(scenario, renderer_of({noise_image(1, kWidth, 4)}, {segment_row({kWidth, 4})}));
+    sc_core::sc_signal<bool> request{"request"};
+    tlm::DviSource dut("dut", scenario, 0, 0);
+    Target<tlm::DviFrame> decoder("decoder");
+    dut.link_socket.bind(decoder.socket);
+    dut.pair_request_i(request);
+    std::vector<std::int64_t> first_edges;
+    decoder.on_transport = [&first_edges](::tlm::tlm_generic_payload& payload) {
+        first_edges.push_back(tlm::content_of<tlm::DviFrame>(payload).first_edge);
+    };
+    const std::int64_t period = clock_period_picoseconds(scenario.clocks.dvi_in_mhz);
+    sc_core::sc_start(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(kRise * period)));
+    CHECK(first_edges.empty());
+    request.write(true);
+    sc_core::sc_start(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(10 * period)));
+    CHECK(first_edges == std::vector<std::int64_t>{kRise + 1});
+}
+
 }  // namespace
 }  // namespace metabuffer::test
