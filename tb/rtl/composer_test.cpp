@@ -545,6 +545,22 @@ TEST_CASE("composer: while COLUMNSTALL is high the pipeline side stands still an
     }
 }
 
+TEST_CASE("composer: a frame's last pixel stands for as long as COLUMNSTALL does, and leaves when it falls") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}, StarvationMode::kStall), Strap::kRelay,
+                      StallWire::kDriven);
+    dut.put_table(5, {});
+    const int start = 30;
+    dut.start_frame(start);
+    const int last = start + kPixels;
+    const int stalled = 40;  // more than idle clocks after which the clock gate closes
+    bench.core.drive(dut.column_stall, last + 1, true);
+    bench.core.drive(dut.column_stall, last + 1 + stalled, false);
+    bench.run_through(last + stalled + 20);
+    CHECK(dut.pipes.clocks_where([](const PipePixel& pixel) { return pixel.valid; }) ==
+          clock_range(start + 1, last + stalled + 1));
+}
+
 TEST_CASE("composer: COLUMNSTALL holds STARTFRAME back at its input and high at its output") {
     ClockedTestbench bench;
     const Scenario scenario = composer_scenario({16, 6, 1}, StarvationMode::kStall);
