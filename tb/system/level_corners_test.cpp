@@ -178,6 +178,28 @@ TEST_CASE("levels agree where the watchdog looks at the very clock of a link's l
     CHECK(went_on > 0);
 }
 
+TEST_CASE("levels agree where the watchdog sees a swap between two looks and nothing else", "[system]") {
+    // The outputs are slow: they swap long after the last pixel of a raster, and long before the picture has been shown.
+    std::vector<LevelRuns> runs;
+    for (int i = 0; i < 48; ++i) {
+        Scenario scenario = small_scenario(12, 1, 2);
+        const PixelImage image(24, 1, Pixel(10, 20, 30, 255, 5));
+        add_renderer(scenario, renderer_of({image}, {table_row(1, {0, 0}, {12, 1}, {0, 0}),
+                                                     table_row(2, {12, 0}, {12, 1}, {0, 0})}));
+        scenario.clocks.core_mhz = 100;
+        scenario.clocks.dvi_in_mhz = 100;
+        scenario.clocks.dvi_out_mhz = 25;
+        scenario.watchdog_cycles = 2'000 + 200 * i;
+        runs.emplace_back("machine_" + std::to_string(scenario.watchdog_cycles), scenario);
+    }
+    compare_levels(runs);
+    int tripped = 0;
+    for (const LevelRuns& run : runs) tripped += run.rtl->report().watchdog.empty() ? 0 : 1;
+    // Or every interval would be too short, or long enough without the swap.
+    CHECK(tripped > 0);
+    CHECK(tripped < static_cast<int>(runs.size()));
+}
+
 TEST_CASE("a fault lets one link's clock drift and no other's", "[system][faults]") {
     constexpr int kSlowPpm = -100'000;
     MachineRuns runs;
