@@ -545,6 +545,22 @@ TEST_CASE("composer: while COLUMNSTALL is high the pipeline side stands still an
     }
 }
 
+TEST_CASE("composer: a frame's last pixel stands for as long as COLUMNSTALL does, and leaves when it falls") {
+    ClockedTestbench bench;
+    ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}, StarvationMode::kStall), Strap::kRelay,
+                      StallWire::kDriven);
+    dut.put_table(5, {});
+    const int start = 30;
+    dut.start_frame(start);
+    const int last = start + kPixels;
+    const int stalled = 40;  // more than idle clocks after which the clock gate closes
+    bench.core.drive(dut.column_stall, last + 1, true);
+    bench.core.drive(dut.column_stall, last + 1 + stalled, false);
+    bench.run_through(last + stalled + 20);
+    CHECK(dut.pipes.clocks_where([](const PipePixel& pixel) { return pixel.valid; }) ==
+          clock_range(start + 1, last + stalled + 1));
+}
+
 TEST_CASE("composer: COLUMNSTALL holds STARTFRAME back at its input and high at its output") {
     ClockedTestbench bench;
     const Scenario scenario = composer_scenario({16, 6, 1}, StarvationMode::kStall);
@@ -881,6 +897,10 @@ void check_resets(StarvationMode mode, Strap strap) {
     constexpr int kStart = 30;
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({8, 4, 2}, mode), strap);
+    rtl::FifoWires& fifo = *dut.composer.fifo_wires();
+    const auto& fifo_writes = bench.core.record(fifo.write);
+    const auto& fifo_reads = bench.core.record(fifo.read);
+    const auto& fifo_releases = bench.core.record(fifo.release);
     const auto reset_at = [](int round) { return kFirstReset + round; };
     for (int round = 0; round < kRounds; ++round) {
         // Behind the reset its neighbours say nothing more of this round.
@@ -915,6 +935,13 @@ void check_resets(StarvationMode mode, Strap strap) {
             REQUIRE(dut.pipereadies.at(now) == dut.pipereadies.at(before));
             REQUIRE(dut.stalls.at(now) == dut.stalls.at(before));
         }
+    }
+    for (int round = 0; round < kRounds - 1; ++round) {
+        INFO("round " << round);
+        const int reset = round * kRound + reset_at(round);
+        CHECK(fifo_writes.at(reset) == rtl::FifoWrite{});
+        CHECK(fifo_reads.at(reset) == rtl::FifoRead{});
+        CHECK(fifo_releases.at(reset) == rtl::FifoRelease{});
     }
     // The rounds are worth something: the last one shows a burst that was cut, and pixels that came late.
     const int last = (kRounds - 1) * kRound;

@@ -216,6 +216,27 @@ TEST_CASE("dvi source: lockstep waits for the request and starts in the clock th
     check_wave(first.sent, request_clock, wanted);
 }
 
+TEST_CASE("dvi source: however long it has been idle, a pair starts in the clock that sees the request") {
+    ClockedTestbench bench;
+    constexpr int kSources = 24;
+    std::vector<std::unique_ptr<SourceBench>> sources;
+    const auto request_clock = [](int source) { return kFirstSync + 40 + source; };
+    for (int source = 0; source < kSources; ++source) {
+        sources.push_back(
+            std::make_unique<SourceBench>(bench, "source_" + std::to_string(source), source_scenario(1)));
+        bench.core.drive(sources.back()->request, request_clock(source), true);
+    }
+    const int first_pixel = clock_in_frame(kWidth, 0, 0);
+    bench.run_through(request_clock(kSources) + first_pixel);
+    for (int source = 0; source < kSources; ++source) {
+        INFO("request at clock " << request_clock(source));
+        const Recording<DviLink>& sent = sources[static_cast<std::size_t>(source)]->sent;
+        const std::vector<int> active = sent.clocks_where([](const DviLink& link) { return link.de; });
+        REQUIRE_FALSE(active.empty());
+        CHECK(active.front() == request_clock(source) + first_pixel);
+    }
+}
+
 TEST_CASE("dvi source: a request during a pair is no request: the level counts behind the pair") {
     ClockedTestbench bench;
     SourceBench dut(bench, "source", source_scenario(2));

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <cstdlib>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -247,6 +249,31 @@ TEST_CASE("handshake fault: random stalls hold in their share of the clocks, and
     CHECK(std::abs(static_cast<int>(stall.wires.high().size()) - kClocks * 80 / 100) < kClocks / 50);
 }
 
+TEST_CASE("handshake fault: random stalls hold each wire at clocks of its own, under each seed") {
+    constexpr int kEdges = 64;
+    constexpr std::size_t kPlaces = 8;
+    std::set<std::vector<bool>> sequences;
+    std::size_t wires = 0;
+    for (const std::uint64_t seed : {1U, 2U, 7U}) {
+        Scenario scenario = fault_scenario(FaultKind::kRandomStalls, -kResetClocks, std::nullopt);
+        scenario.faults[0].percent = 50;
+        scenario.faults[0].seed = seed;
+        FaultTally tally{1};
+        for (const Handshake handshake : {Handshake::kBusready, Handshake::kTableready, Handshake::kStall}) {
+            for (std::size_t renderer = 0; renderer < kPlaces; ++renderer) {
+                for (std::size_t display = 0; display < kPlaces; ++display) {
+                    rtl::WireHolds holds(scenario, {handshake, renderer, display, "WIRE"}, {0}, tally);
+                    std::vector<bool> sequence{holds.at_first_edge()};
+                    while (sequence.size() < kEdges) sequence.push_back(holds.at_next_edge(false));
+                    sequences.insert(sequence);
+                    ++wires;
+                }
+            }
+        }
+    }
+    CHECK(sequences.size() == wires);
+}
+
 TEST_CASE(
     "handshake fault: random stalls delay the rise of FRAMEDONE as long as they say, and never its fall") {
     constexpr int kClocks = 3000;
@@ -346,6 +373,32 @@ TEST_CASE("swap lock fault: SWAPSKIP that stands when the fault begins stays, SW
     bench.run_through(40);
     CHECK(dut.skips.high() == clock_range(15, 41));
     CHECK(dut.locks.high() == clock_range(30, 41));
+    CHECK(dut.tally.count(0) == 1);
+}
+
+TEST_CASE("swap lock fault: a fault that delays SWAPSKIP alone has taken effect") {
+    ClockedTestbench bench;
+    SwapBench dut(bench, "dut", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
+    bench.core.drive(dut.swapskip, 22, true);
+    bench.core.drive(dut.swaplock, 35, true);
+    bench.run_through(40);
+    CHECK(dut.skips.high() == clock_range(30, 41));
+    CHECK(dut.locks.high() == clock_range(35, 41));
+    CHECK(dut.tally.count(0) == 1);
+}
+
+TEST_CASE("swap lock fault: a fault that finds both wires low, or standing, has not taken effect") {
+    ClockedTestbench bench;
+    SwapBench low(bench, "low", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
+    SwapBench standing(bench, "standing", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
+    bench.core.drive(low.swaplock, 35, true);
+    bench.core.drive(standing.swaplock, 15, true);
+    bench.core.drive(standing.swapskip, 15, true);
+    bench.run_through(40);
+    CHECK(low.locks.high() == clock_range(35, 41));
+    CHECK(low.tally.count(0) == 0);
+    CHECK(standing.locks.high() == clock_range(15, 41));
+    CHECK(standing.tally.count(0) == 0);
 }
 
 TEST_CASE("swap lock fault: held at random SWAPSKIP stands while SWAPLOCK does, and the seed says how long") {

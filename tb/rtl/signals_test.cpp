@@ -1,15 +1,21 @@
 #include "rtl/signals.h"
 
+#include <array>
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <sstream>
 #include <string>
+#include <systemc>
 #include <vector>
 
 #include "rtl/enumeration_names.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
+#include "support/scratch_directory.h"
 
 namespace metabuffer::test {
 namespace {
@@ -58,6 +64,30 @@ std::vector<std::string> lines_of(const std::filesystem::path& file) {
     std::vector<std::string> lines;
     for (std::string line; std::getline(stream, line);) lines.push_back(line);
     return lines;
+}
+
+TEST_CASE("signals: the words of a beat are traced by their numbers, as many as are asked for") {
+    const ScratchDirectory scratch;
+    const std::array<std::uint64_t, rtl::kMaximumBeatPixels> words{5, 6, 7, 8};
+    sc_core::sc_trace_file* const file = sc_core::sc_create_vcd_trace_file((scratch / "lanes").c_str());
+    rtl::trace_lanes(file, words, 3, "word");
+    sc_core::sc_start(1, sc_core::SC_NS);
+    sc_core::sc_close_vcd_trace_file(file);
+    std::map<std::string, std::string> names;  // by identifier
+    std::map<std::string, std::uint64_t> values;
+    for (const std::string& line : lines_of(scratch / "lanes.vcd")) {
+        std::istringstream stream(line);
+        std::string keyword, type, width, identifier, name;
+        stream >> keyword;
+        if (keyword == "$var") {
+            stream >> type >> width >> identifier >> name;
+            names[identifier] = name;
+        } else if (keyword[0] == 'b') {
+            stream >> identifier;
+            values[names[identifier]] = std::stoull(keyword.substr(1), nullptr, 2);
+        }
+    }
+    CHECK(values == std::map<std::string, std::uint64_t>{{"word_0", 5}, {"word_1", 6}, {"word_2", 7}});
 }
 
 TEST_CASE(

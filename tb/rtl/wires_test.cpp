@@ -4,6 +4,10 @@
 #include <set>
 #include <string>
 
+#include "rtl/metabuffer.h"
+#include "support/images.h"
+#include "support/scenarios.h"
+
 namespace metabuffer::test {
 namespace {
 
@@ -47,6 +51,29 @@ TEST_CASE("wires: where registers lie between, an input framebuffer has a bus of
         distinct.insert({&registered.bus[r], &registered.bus_driven(r)});
     }
     CHECK(distinct.size() == 4 * kRenderers * kDisplays + 2 * kRenderers);
+}
+
+TEST_CASE("wires: a single renderer's bus, too, is another one before the registers than behind them") {
+    Wires registered(1, 1, true);
+    const std::set<const void*> distinct{&registered.bus[0],        &registered.bus_driven(0),
+                                         &registered.busready[0],   &registered.busready_read(0),
+                                         &registered.tableready[0], &registered.tableready_read(0)};
+    CHECK(distinct.size() == 6);
+}
+
+TEST_CASE("wires: whoever asks for a composer's FIFO gets the wires of that composer and of no other") {
+    Scenario scenario = small_scenario(8, 4, 3);
+    for (int r = 0; r < 2; ++r) add_renderer(scenario, renderer_of({PixelImage(8, 4)}));
+    rtl::Metabuffer machine("machine", scenario);
+    for (std::size_t r = 0; r < kRenderers; ++r) {
+        for (std::size_t d = 0; d < kDisplays; ++d) {
+            const std::string composer =
+                "machine.composer_" + std::to_string(r + 1) + "_" + std::to_string(d + 1);
+            rtl::FifoWires* const wires = machine.fifo_wires(r, d);
+            REQUIRE(wires != nullptr);
+            CHECK(wires->free.name() == composer + ".fifo_free");
+        }
+    }
 }
 
 TEST_CASE("wires: each is named by its renderer and display counted from 1") {

@@ -7,6 +7,7 @@
 
 #include "machine_run.h"
 #include "random_scenario.h"
+#include "scenario/derived_timing.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
 #include "tlm_run.h"
@@ -59,6 +60,69 @@ TEST_CASE("levels agree where the last frame has been shown while the bus still 
     for (const LevelRuns& run : runs) {
         CHECK(run.rtl->report().renderers.front().bus.pixels_sent < 24 * 16);
     }
+}
+
+TEST_CASE("levels agree where the last frame has been shown while the arbiter is still at its answer",
+          "[system]") {
+    // The arbiter takes far longer than a burst of one beat, and a page is opened in no time. A raster wider by a pixel
+    // makes a run longer by 31 lines, blank ones among them, or a multiple of that, which has no divisor in common with the
+    // clocks from burst to burst: one run or another ends at each clock between two bursts.
+    constexpr int kGrantCycles = 65;
+    constexpr int kCyclesBetweenBursts =
+        kGrantCycles + 3;  // the beat, and two until its composer may be asked again
+    constexpr int kHeight = 16;
+    std::vector<LevelRuns> runs;
+    for (int wider = 0; wider < kCyclesBetweenBursts + 12; ++wider) {
+        Scenario scenario = small_scenario(24 + wider, kHeight);
+        const PixelImage image(24, kHeight, Pixel(10, 20, 30, 255, 5));
+        scenario.renderers.push_back(renderer_of({image}, {segment_row({24, kHeight})}));
+        scenario.memory.page_miss_cycles = 0;
+        scenario.memory.page_words = 8;
+        scenario.composer.buffer_pixels = 32;
+        scenario.composer.ready_space_pixels = 8;
+        scenario.bus.burst_pixels = 2;
+        scenario.bus.grant_cycles = kGrantCycles;
+        runs.emplace_back("machine_" + std::to_string(wider), scenario);
+    }
+    compare_levels(runs);
+    for (const LevelRuns& run : runs) {
+        CHECK(run.rtl->report().renderers.front().bus.pixels_sent < 24 * kHeight);
+    }
+}
+
+TEST_CASE("levels agree where beats are on their way while it is not known when their column moves on",
+          "[system]") {
+    // Read latency and registers on the way: several beats go out before the first one's BUSREADY is back, while the
+    // column waits for another renderer's bus. The buffers are full, so each beat hangs on a pixel that is still to be used.
+    std::vector<LevelRuns> runs;
+    for (const StarvationMode mode : {StarvationMode::kStall, StarvationMode::kGlitch}) {
+        for (int i = 0; i < 24; ++i) {
+            Scenario scenario = small_scenario(24, 16, 2);
+            for (int r = 0; r < 3; ++r) {
+                const PixelImage image(48, 16, Pixel(10, 20, 30, 255, 5 + static_cast<std::uint32_t>(r)));
+                add_renderer(scenario, renderer_of({image}, {table_row(1, {0, 0}, {24, 16}, {0, 0}),
+                                                             table_row(2, {24, 0}, {24, 16}, {0, 0})}));
+            }
+            scenario.composer.on_starvation = mode;
+            scenario.memory.read_latency_cycles = 1 + i % 4;
+            scenario.memory.words_per_cycle = i % 3 == 0 ? 1 : 2;
+            scenario.memory.page_words = 32;
+            scenario.memory.page_miss_cycles = i % 5;
+            scenario.bus.width_bits = 64 * scenario.memory.words_per_cycle;
+            scenario.bus.register_stages = i % 3;
+            scenario.bus.burst_pixels = 64;
+            const int ready_space = in_flight_pixels(scenario.bus, scenario.memory) + i % 7;
+            scenario.composer.ready_space_pixels = ready_space;
+            scenario.composer.buffer_pixels = ready_space + 10 + i;
+            runs.emplace_back("machine_" + std::to_string(runs.size()), scenario);
+        }
+    }
+    compare_levels(runs);
+    std::int64_t drops = 0;
+    for (const LevelRuns& run : runs) {
+        for (const ComposerCounters& composer : run.rtl->report().composers) drops += composer.busready_drops;
+    }
+    CHECK(drops > 0);
 }
 
 TEST_CASE("levels agree on slot tables of the host's, and each row has a slot where one is missing or wrong",
@@ -153,6 +217,28 @@ TEST_CASE("levels agree where the watchdog ends a run before a frame, or in a st
     }
     CHECK(without_frame > 0);
     CHECK(stalled > 0);
+}
+
+TEST_CASE("levels agree where the watchdog sees a swap between two looks and nothing else", "[system]") {
+    // The outputs are slow: they swap long after the last pixel of a raster, and long before the picture has been shown.
+    std::vector<LevelRuns> runs;
+    for (int i = 0; i < 48; ++i) {
+        Scenario scenario = small_scenario(12, 1, 2);
+        const PixelImage image(24, 1, Pixel(10, 20, 30, 255, 5));
+        add_renderer(scenario, renderer_of({image}, {table_row(1, {0, 0}, {12, 1}, {0, 0}),
+                                                     table_row(2, {12, 0}, {12, 1}, {0, 0})}));
+        scenario.clocks.core_mhz = 100;
+        scenario.clocks.dvi_in_mhz = 100;
+        scenario.clocks.dvi_out_mhz = 25;
+        scenario.watchdog_cycles = 2'000 + 200 * i;
+        runs.emplace_back("machine_" + std::to_string(scenario.watchdog_cycles), scenario);
+    }
+    compare_levels(runs);
+    int tripped = 0;
+    for (const LevelRuns& run : runs) tripped += run.rtl->report().watchdog.empty() ? 0 : 1;
+    // Or every interval would be too short, or long enough without the swap.
+    CHECK(tripped > 0);
+    CHECK(tripped < static_cast<int>(runs.size()));
 }
 
 TEST_CASE("a fault lets one link's clock drift and no other's", "[system][faults]") {

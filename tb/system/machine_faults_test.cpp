@@ -1025,6 +1025,18 @@ TEST_CASE("a machine whose faults are on its links has no module that holds a ha
     CHECK(run.machine().matching_blocks({"*_fault*"}) == 0);
 }
 
+TEST_CASE("a link has a clock module of its own if a fault lets its clock drift, and for no other fault",
+          "[system][faults]") {
+    Fault drift;
+    drift.kind = FaultKind::kDrift;
+    drift.renderer = 1;
+    drift.ppm = 1'000;
+    const Scenario scenario = with_fault(with_fault(three_renderers({}), random_stalls(0, 50)), drift);
+    MachineRun run("run", scenario);
+    CHECK(run.machine().matching_blocks({"link_clock_*"}) == 1);
+    CHECK(run.machine().matching_blocks({"link_clock_2"}) == 1);
+}
+
 TEST_CASE("a column that random stalls hold nearly for ever: the watchdog names the wires",
           "[system][faults]") {
     // In the middle of a frame, so that the columns move.

@@ -1,12 +1,15 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "rtl/composer.h"
 #include "rtl/metabuffer.h"
 #include "rtl/run.h"
 #include "support/scenarios.h"
+#include "tlm/metabuffer.h"
 #include "tlm/run.h"
 
 // What a machine tells of a run that is under way.
@@ -63,6 +66,43 @@ TEST_CASE("run progress: a frame has ended when every column has ended it and st
         CHECK(ends[f].back() == report.frames[f].end_cycle);
         CHECK(std::all_of(ends[f].begin() + known_end, ends[f].end(),
                           [&](std::int64_t cycle) { return cycle == ends[f].back(); }));
+    }
+}
+
+TEST_CASE("run progress: at every clock both levels have taken as many raster pixels", "[system]") {
+    Scenario starving = uneven_columns();
+    starving.memory.page_miss_cycles = 9;  // longer than the buffer holds out
+    starving.memory.page_words = 8;
+    starving.composer.buffer_pixels = 16;
+    starving.composer.ready_space_pixels = 8;
+    starving.bus.burst_pixels = 8;
+    Scenario stalling = starving;
+    stalling.composer.on_starvation = StarvationMode::kStall;
+    const std::vector<Scenario> scenarios{uneven_columns(), starving, stalling};
+    std::vector<std::unique_ptr<rtl::Metabuffer>> clocked;
+    std::vector<std::unique_ptr<tlm::Metabuffer>> transacted;
+    for (const Scenario& scenario : scenarios) {
+        const std::string number = std::to_string(clocked.size());
+        clocked.push_back(std::make_unique<rtl::Metabuffer>(("rtl_" + number).c_str(), scenario));
+        transacted.push_back(std::make_unique<tlm::Metabuffer>(("tlm_" + number).c_str(), scenario,
+                                                               tlm::Metabuffer::Options{}));
+    }
+    const sc_core::sc_time clock(
+        static_cast<double>(clock_period_picoseconds(scenarios.front().clocks.core_mhz)), sc_core::SC_PS);
+    const auto all_finished = [](const auto& machines) {
+        return std::all_of(machines.begin(), machines.end(),
+                           [](const auto& machine) { return machine->finished(); });
+    };
+    sc_core::sc_start(clock / 2);  // looks lie between the clocks
+    while (!all_finished(clocked) || !all_finished(transacted)) {
+        for (std::size_t i = 0; i < scenarios.size(); ++i) {
+            INFO("machine " << i << ", clock " << clocked[i]->core_cycle());
+            REQUIRE(transacted[i]->raster_pixels_taken() == clocked[i]->raster_pixels_taken());
+        }
+        sc_core::sc_start(clock);
+    }
+    for (const auto& machine : transacted) {
+        CHECK(machine->raster_pixels_taken() == machine->raster_pixels_to_take());
     }
 }
 

@@ -30,6 +30,7 @@ class Tally final : public tlm::ScheduleObserver {
     std::map<int, Bus> buses;                            ///< by renderer
     std::map<std::pair<int, int>, std::int64_t> levels;  ///< the highest, by renderer and display
     std::map<int, std::vector<int>> composited_frames;   ///< by display
+    std::map<int, CycleSpan> compositions;               ///< by frame, from the first column's first pixel on
     std::map<int, std::vector<int>> shown_frames;
     std::map<int, std::int64_t> stalled;
     std::map<std::pair<int, int>, std::map<int, std::int64_t>>
@@ -63,8 +64,13 @@ class Tally final : public tlm::ScheduleObserver {
         std::int64_t& highest = levels[{renderer, display}];
         highest = std::max<std::int64_t>(highest, held_pixels);
     }
-    void composited(int display, int frame, CycleSpan /*span*/) override {
+    void composited(int display, int frame, CycleSpan span) override {
         composited_frames[display].push_back(frame);
+        const auto [entry, is_first] = compositions.emplace(frame, span);
+        if (!is_first) {
+            entry->second.first = std::min(entry->second.first, span.first);
+            entry->second.last = std::max(entry->second.last, span.last);
+        }
     }
     void column_stall(int display, int /*frame*/, CycleSpan span) override {
         stalled[display] += span.cycles();
@@ -153,6 +159,13 @@ void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& 
     check_links(tally, scenario, report);
     std::vector<int> frames(static_cast<std::size_t>(scenario.frames));
     for (int frame = 0; frame < scenario.frames; ++frame) frames[static_cast<std::size_t>(frame)] = frame;
+    for (const int frame : frames) {
+        INFO("frame " << frame);
+        CHECK(tally.compositions.at(frame).first ==
+              report.frames.at(static_cast<std::size_t>(frame)).start_cycle);
+        CHECK(tally.compositions.at(frame).last ==
+              report.frames.at(static_cast<std::size_t>(frame)).end_cycle);
+    }
     for (std::size_t d = 0; d < report.displays.size(); ++d) {
         INFO("display " << d + 1);
         const int display = static_cast<int>(d) + 1;

@@ -333,6 +333,62 @@ TEST_CASE("A waveform says which program, scenario and settings made it, and cou
     }
 }
 
+TEST_CASE("Every clock of the machine is in the waveform with its period, and so is reset",
+          "[waves][repeat]") {
+    const ValueDump dump =
+        dump_of("case-1.yaml", {"--set", "clocks.dvi_in_mhz=50", "--set", "clocks.dvi_out_mhz=25"});
+    const auto is_high = [](std::int64_t time, std::int64_t period) {
+        return time % period < period / 2 ? 1U : 0U;  // all clocks rise at time 0
+    };
+    for (std::int64_t time = kCorePeriodPicoseconds / 4; time < dump.last_time();
+         time += kCorePeriodPicoseconds / 2) {
+        INFO(time << " ps");
+        CHECK(dump.at("core_clk", time) == is_high(time, kCorePeriodPicoseconds));
+        CHECK(dump.at("dvi_in_clk", time) == is_high(time, 2 * kCorePeriodPicoseconds));
+        CHECK(dump.at("dvi_out_clk", time) == is_high(time, 4 * kCorePeriodPicoseconds));
+    }
+    CHECK(dump.at("reset", 0) == 1);
+    CHECK(dump.at("reset", dump.last_time()) == 0);
+}
+
+TEST_CASE("The waveform counts the rows of the table that comes over a link", "[waves][repeat]") {
+    const ScratchDirectory scratch;
+    const ProgramResult result =
+        run_program(scratch, {"run", (kSource / "scenarios/case-1.yaml").string(), "--quiet", "--no-images",
+                              "--trace", "rows.vcd", "--trace-window", "cycles:0-2700"});
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    const ValueDump dump(scratch / "rows.vcd");
+    CHECK(dump.at("input_framebuffer_1.table_unit.back_rows", dump.first_time()) == 0);
+    CHECK(dump.at("input_framebuffer_1.table_unit.back_rows", dump.last_time()) == 1);
+}
+
+TEST_CASE("No register outgrows its width: the waveform of a whole frame has no unknown value",
+          "[waves][repeat]") {
+    const ScratchDirectory scratch;
+    std::vector<std::string> words{"run", (kSource / "scenarios/case-1.yaml").string(), "--quiet",
+                                   "--no-images"};
+    words.insert(words.end(), {"--trace", "frame.vcd", "--trace-window", "cycles:0-55000"});
+    words.insert(words.end(), {"--trace-modules", "*_1,*_1_1"});
+    for (const char* setting :
+         {"bus.arbitration=edf", "bus.grant_cycles=2", "bus.register_stages=1",
+          "memory.read_latency_cycles=2", "memory.refresh_cycles=20", "memory.refresh_interval_cycles=400"}) {
+        words.insert(words.end(), {"--set", setting});
+    }
+    const ProgramResult result = run_program(scratch, words);
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    // SystemC writes x for what does not fit.
+    std::string unknown;
+    for (const std::string& line : lines_of(text_of(scratch / "frame.vcd"))) {
+        const std::string value = line.substr(0, line.find(' '));
+        if (value.find_first_not_of("b01x") == std::string::npos && value.find('x') != std::string::npos) {
+            unknown = line;
+        }
+    }
+    CHECK(unknown.empty());
+}
+
 TEST_CASE("A compressed waveform holds what the other holds", "[waves][repeat]") {
     const ScratchDirectory scratch;
     const auto run_with = [&scratch](const std::string& file) {

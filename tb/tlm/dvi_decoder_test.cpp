@@ -188,6 +188,22 @@ TEST_CASE("dvi decoder: each fault is told at the clock in which it shows and co
     }
 }
 
+TEST_CASE("dvi decoder: a vertical sync without lines before it is no frame") {
+    DecoderBench dut;
+    elaborate();
+    dut.make(FrameKind::kColour, 3);
+    REQUIRE(dut.send(100).events.size() == 1);
+    dut.make(FrameKind::kDepth, 3);
+    dut.frame->active_lines = 1;
+    dut.frame->last_line_pixels = 0;
+    CHECK(dut.send(100 + kFrame).events.empty());
+    CHECK(dut.decoder.rejected_frames(100 + 2 * kFrame) == std::array<std::int64_t, kRejectCauseCount>{});
+    dut.make(FrameKind::kDepth, 3);
+    const tlm::DecodedFrame depth = dut.send(100 + 2 * kFrame);
+    REQUIRE(depth.events.size() == 1);
+    CHECK(depth.events[0].pair_good);
+}
+
 TEST_CASE("dvi decoder: a frame without its extension is an error of the model") {
     DecoderBench dut;
     elaborate();

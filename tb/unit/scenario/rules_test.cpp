@@ -143,6 +143,11 @@ TEST_CASE("rules: settings") {
           "and the bus has its page open again 25 may pass; use more words_per_cycle, a faster core_mhz or "
           "larger blocks");
     CHECK(error_after(shared(16, 0)).empty());
+    // Behind the last pixel the last block is written, however many there are before it.
+    CHECK(error_after([&shared](Scenario& s) {
+              shared(16, 0)(s);
+              s.renderers[0] = renderer_of({PixelImage(16, 128)}, {segment_row({16, 8})});
+          }).empty());
     CHECK(error_after(shared(16, 100)) ==
           "memory.write_block_words: 16 words of renderers[0] come in 32 core cycles, and until they are "
           "written "

@@ -1,6 +1,9 @@
 #include "tlm/buffer_time.h"
 
 #include <catch2/catch.hpp>
+#include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "unit/tlm/column_replay.h"
 
@@ -193,6 +196,25 @@ TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is l
         CHECK(counters.late_pixels == (first_cycle == 55 ? 1 : 0));
         CHECK(counters.buffer_high_water == 7);
     }
+}
+
+TEST_CASE("buffer time: levels fall to nothing behind a frame, though the next one's table has come") {
+    ColumnTime column(1, kWidth * kHeight, false);
+    const ViewportRow row = segment_row({8, 2});
+    BufferTime buffer(config_of(32, 2), column);
+    std::vector<std::pair<std::int64_t, int>> levels;
+    buffer.on_level([&levels](std::int64_t cycle, int held) { levels.emplace_back(cycle, held); });
+    buffer.begin_frame(0, &row, 10, 10);
+    buffer.add({0, 16, 11}, 11, 11);
+    column.set_pipeready_cycle(30);
+    column.start(0, 40);
+    buffer.start_frame(0);
+    buffer.begin_frame(1, &row, 45, 45);
+    buffer.close_frame(0, kWidth * kHeight, 70);
+    REQUIRE_FALSE(levels.empty());
+    // The frame's last pixel is composited in clock 40 + 16.
+    CHECK(levels.back().first >= 56);
+    CHECK(levels.back().second == 0);
 }
 
 TEST_CASE("buffer time: a drop of BUSREADY behind the end of the run has not happened") {

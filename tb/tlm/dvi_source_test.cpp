@@ -1,0 +1,65 @@
+#include "tlm/dvi_source.h"
+
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "formats/control_scanline.h"
+#include "socket_bench.h"
+#include "support/images.h"
+#include "support/rows.h"
+#include "support/scenarios.h"
+
+namespace metabuffer::test {
+namespace {
+
+TEST_CASE("dvi source: a frame's payload is its control scanline, a word a pixel, and no byte more") {
+    constexpr int kWidth = 24;
+    Scenario scenario = small_scenario(kWidth, 4);
+    add_renderer(scenario, renderer_of({noise_image(1, kWidth, 4)}, {segment_row({kWidth, 4})}));
+    sc_core::sc_signal<bool> request{"request", true};
+    tlm::DviSource dut("dut", scenario, 0, 0);
+    Target<tlm::DviFrame> decoder("decoder");
+    dut.link_socket.bind(decoder.socket);
+    dut.pair_request_i(request);
+    std::vector<std::vector<std::uint32_t>> payloads;
+    decoder.on_transport = [&payloads](::tlm::tlm_generic_payload& payload) {
+        const auto& frame = tlm::content_of<tlm::DviFrame>(payload);
+        std::vector<std::uint32_t> words(payload.get_data_length() / sizeof(std::uint32_t));
+        REQUIRE(payload.get_data_length() == kWidth * sizeof(std::uint32_t));
+        std::memcpy(words.data(), payload.get_data_ptr(), payload.get_data_length());
+        CHECK(words == frame.control);
+        payloads.push_back(words);
+    };
+    sc_core::sc_start(1, sc_core::SC_MS);
+    REQUIRE(payloads.size() == 2);  // a pair
+    CHECK(decode_control_scanline(payloads[0]).content.kind == FrameKind::kColour);
+    CHECK(decode_control_scanline(payloads[1]).content.kind == FrameKind::kDepth);
+}
+
+TEST_CASE("dvi source: in lockstep a pair starts at the clock that reads the request, one behind its rise") {
+    constexpr int kWidth = 24;
+    constexpr std::int64_t kRise = 5'000;  // behind the first sync
+    Scenario scenario = small_scenario(kWidth, 4);
+    scenario.pacing = Pacing::kLockstep;
+    add_renderer(scenario, renderer_of({noise_image(1, kWidth, 4)}, {segment_row({kWidth, 4})}));
+    sc_core::sc_signal<bool> request{"request"};
+    tlm::DviSource dut("dut", scenario, 0, 0);
+    Target<tlm::DviFrame> decoder("decoder");
+    dut.link_socket.bind(decoder.socket);
+    dut.pair_request_i(request);
+    std::vector<std::int64_t> first_edges;
+    decoder.on_transport = [&first_edges](::tlm::tlm_generic_payload& payload) {
+        first_edges.push_back(tlm::content_of<tlm::DviFrame>(payload).first_edge);
+    };
+    const std::int64_t period = clock_period_picoseconds(scenario.clocks.dvi_in_mhz);
+    sc_core::sc_start(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(kRise * period)));
+    CHECK(first_edges.empty());
+    request.write(true);
+    sc_core::sc_start(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(10 * period)));
+    CHECK(first_edges == std::vector<std::int64_t>{kRise + 1});
+}
+
+}  // namespace
+}  // namespace metabuffer::test
