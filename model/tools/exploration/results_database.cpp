@@ -69,6 +69,9 @@ std::string or_none(const std::string& text) {
     return text.empty() ? "none" : "'" + text::one_line(text) + "'";
 }
 
+/// A fingerprint begins with the build.
+std::string build_of(const std::string& fingerprint) { return fingerprint.substr(0, fingerprint.find(';')); }
+
 void check_identity(const std::filesystem::path& file, const ResultsIdentity& held,
                     const ResultsIdentity& wanted) {
     if (held.keys != wanted.keys) {
@@ -89,6 +92,10 @@ void check_identity(const std::filesystem::path& file, const ResultsIdentity& he
     }
     if (held.level != wanted.level) {
         fail_identity(file, "of level " + held.level + " instead of level " + wanted.level);
+    }
+    if (build_of(held.fingerprint) != build_of(wanted.fingerprint)) {
+        fail_identity(file, "of another build (" + text::one_line(build_of(held.fingerprint)) +
+                                " instead of " + build_of(wanted.fingerprint) + ")");
     }
     if (held.fingerprint != wanted.fingerprint) {
         fail_identity(file, "of other input (settings that all points share have changed since)");

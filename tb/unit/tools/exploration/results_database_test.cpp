@@ -659,7 +659,10 @@ TEST_CASE("results: a file of other input is refused with what differs") {
     const std::string end = "; name another file with -o, or remove it";
 
     ResultsIdentity other = search;
-    other.fingerprint = "beef";
+    other.fingerprint = "version 2";
+    CHECK(refusal_to_write(file, other) ==
+          begin + "of another build (" + search.fingerprint + " instead of version 2)" + end);
+    other.fingerprint = search.fingerprint + "; bus.width_bits=64";
     CHECK(refusal_to_write(file, other) ==
           begin + "of other input (settings that all points share have changed since)" + end);
     other = search;
