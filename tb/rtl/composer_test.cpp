@@ -897,10 +897,11 @@ void check_resets(StarvationMode mode, Strap strap) {
     constexpr int kStart = 30;
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({8, 4, 2}, mode), strap);
-    rtl::FifoWires& fifo = *dut.composer.fifo_wires();
-    const auto& fifo_writes = bench.core.record(fifo.write);
-    const auto& fifo_reads = bench.core.record(fifo.read);
-    const auto& fifo_releases = bench.core.record(fifo.release);
+    // A composer that takes the model's place may have no such wires.
+    rtl::FifoWires* const fifo = dut.composer.fifo_wires();
+    const auto* const fifo_writes = fifo == nullptr ? nullptr : &bench.core.record(fifo->write);
+    const auto* const fifo_reads = fifo == nullptr ? nullptr : &bench.core.record(fifo->read);
+    const auto* const fifo_releases = fifo == nullptr ? nullptr : &bench.core.record(fifo->release);
     const auto reset_at = [](int round) { return kFirstReset + round; };
     for (int round = 0; round < kRounds; ++round) {
         // Behind the reset its neighbours say nothing more of this round.
@@ -936,12 +937,12 @@ void check_resets(StarvationMode mode, Strap strap) {
             REQUIRE(dut.stalls.at(now) == dut.stalls.at(before));
         }
     }
-    for (int round = 0; round < kRounds - 1; ++round) {
+    for (int round = 0; fifo != nullptr && round < kRounds - 1; ++round) {
         INFO("round " << round);
         const int reset = round * kRound + reset_at(round);
-        CHECK(fifo_writes.at(reset) == rtl::FifoWrite{});
-        CHECK(fifo_reads.at(reset) == rtl::FifoRead{});
-        CHECK(fifo_releases.at(reset) == rtl::FifoRelease{});
+        CHECK(fifo_writes->at(reset) == rtl::FifoWrite{});
+        CHECK(fifo_reads->at(reset) == rtl::FifoRead{});
+        CHECK(fifo_releases->at(reset) == rtl::FifoRelease{});
     }
     // The rounds are worth something: the last one shows a burst that was cut, and pixels that came late.
     const int last = (kRounds - 1) * kRound;
