@@ -20,6 +20,8 @@ class OutputFile {
     OutputFile& operator=(const OutputFile&) = delete;
     ~OutputFile();
 
+    /// Where it grows, for a library that writes files by their names.
+    const std::filesystem::path& aside() const { return aside_; }
     /// Throws OutputError.
     void write(std::string_view bytes);
     /// Throws OutputError. Nothing can be written afterwards.

@@ -82,7 +82,7 @@ class ReportPage(PageTest):
     def make_pages(cls):
         grid = sweep(cls.folder, "grid", GRID)
         search = sweep(cls.folder, "search", SEARCH)
-        cls.points = {point["point"]: point for point in json.loads(run("export", grid, "--format", "json"))}
+        cls.points = {point["point"]: point for point in json.loads(run("export", grid, "--format", "json", "--bookkeeping"))}
         cls.searches = json.loads(run("export", search, "--format", "json"))
         cls.grid_page = page_of(cls.folder, grid, "--title", HOSTILE)
         cls.search_page = page_of(cls.folder, search)

@@ -382,14 +382,14 @@ void check_options(const PlotRequest& request) {
 
 }  // namespace
 
-std::string plot_svg(const std::filesystem::path& results, const PlotRequest& open_request) {
+std::string plot_svg(const std::vector<std::filesystem::path>& results, const PlotRequest& open_request) {
     check_options(open_request);
     const ResultsReader reader(results);
     if (!open_request.condition.empty()) {
         exploration::sql_expression(open_request.condition, reader.columns(), "--where");
     }
     if (reader.results({"point"}, open_request.condition).rows.empty()) {
-        throw InputError("'" + results.string() + "' has no point" +
+        throw InputError("'" + results.front().string() + "' has no point" +
                          (open_request.condition.empty() ? "s yet" : " for which --where is true") +
                          ": nothing to draw");
     }

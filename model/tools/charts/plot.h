@@ -39,8 +39,8 @@ struct PlotRequest {
     std::vector<ReferenceLine> references;
 };
 
-/// The chart as SVG, drawn by node. Throws InputError for what cannot be drawn, OutputError without node.
-std::string plot_svg(const std::filesystem::path& results, const PlotRequest& request);
+/// The chart as SVG, drawn by node, of files of one sweep. Throws InputError for what cannot be drawn, OutputError without node.
+std::string plot_svg(const std::vector<std::filesystem::path>& results, const PlotRequest& request);
 
 /// SVG as PNG of twice its size, by rsvg-convert. Throws OutputError without it.
 std::string png_of(const std::string& svg);

@@ -22,6 +22,9 @@
 namespace metabuffer::exploration {
 namespace {
 
+/// The input that a sweep's only scenario is: its file may be called anything. No path is written so.
+constexpr const char* kOnlyScenario = "(scenario)";
+
 /// What stands for a file's content.
 std::string content_of(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
@@ -37,9 +40,13 @@ bool may_change_images(const std::string& key) {
            key.find(".table") == std::string::npos && key.find(".copies") == std::string::npos;
 }
 
-/// Whether a run would end so again. One that crashed may have been killed from outside, for memory say, and a file that
-/// was missing may be there now.
-bool is_final(RunStatus status) { return status != RunStatus::kCrashed && status != RunStatus::kInvalid; }
+/// What of a point's settings may change images, and its scenario, as one text.
+std::string image_settings(const std::filesystem::path& scenario, const Point& point) {
+    std::vector<Setting> settings{{kScenarioAxis, scenario.string()}};
+    std::copy_if(point.settings.begin(), point.settings.end(), std::back_inserter(settings),
+                 [](const Setting& setting) { return may_change_images(setting.key); });
+    return canonical_text(settings);
+}
 
 /// Looks at nothing below what can meet the goal, and at nothing above what is sure to. Says so; empty if nothing is known.
 std::string narrow(SearchDescription& search, const KnownAnswer& known) {
@@ -80,7 +87,8 @@ class Explorer::Session {
   private:
     /// A point that has begun.
     struct Job {
-        std::size_t point = 0;
+        std::size_t number = 0;         ///< in the plan
+        std::vector<Setting> settings;  ///< of the point
         std::optional<SmallestValueSearch> search;
         int runs = 0;
         int under_way = 0;
@@ -117,7 +125,7 @@ class Explorer::Session {
     void end_search(Jobs::iterator job);
     void add_figures(PointRecord& point) const;
     std::optional<PointRecord> begin_search(Job& job) const;
-    void ended(std::size_t point, PointRecord record);
+    void ended(std::size_t number, PointRecord record);
     bool meets_goal(const RunRecord& record) const;
     void put_cost(RunRecord& record) const;
     std::string why_unmet(const Job& job) const;
@@ -132,13 +140,15 @@ class Explorer::Session {
     std::optional<Expression> cost_;
     bool wants_wrong_pixels_ = false;  ///< goal or cost names them
     Clock::time_point started_ = Clock::now();
-    std::size_t next_point_ = 0;
+    PointSequence::Iterator next_point_;
+    std::size_t next_number_ = 0;
     std::int64_t next_run_ = 1;  ///< without results
     Jobs jobs_;
     std::deque<Task> queue_;
     std::vector<Active> active_;
-    int processes_;  ///< simulations at once
-    std::vector<std::optional<PointRecord>> records_;
+    int processes_;                               ///< simulations at once
+    std::map<std::size_t, PointRecord> records_;  ///< by number in the plan, if they are kept
+    Outcomes outcomes_;
     Progress progress_;
     bool stopped_ = false;
 };
@@ -156,8 +166,8 @@ Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, c
     : explorer_(explorer),
       results_(results),
       options_(options),
-      processes_(options.processes),
-      records_(plan().points.size()) {
+      next_point_(plan().points.begin()),
+      processes_(options.processes) {
     progress_.points = plan().points.size();
     if (!plan().cost.empty()) {
         const std::string search_key = plan().search ? plan().search->key : std::string();
@@ -176,9 +186,9 @@ Exploration Explorer::Session::explore() {
         if (!stopped_) fill();
     }
     Exploration exploration;
-    for (std::optional<PointRecord>& record : records_) {
-        if (record) exploration.points.push_back(std::move(*record));
-    }
+    exploration.points.reserve(records_.size());
+    for (auto& [number, record] : records_) exploration.points.push_back(std::move(record));
+    exploration.outcomes = std::move(outcomes_);
     exploration.progress = progress_;
     exploration.stopped = stopped_;
     return exploration;
@@ -199,24 +209,33 @@ void Explorer::Session::fill() {
 
 /// False if there is none left.
 bool Explorer::Session::begin_point() {
-    if (next_point_ == plan().points.size()) return false;
-    const std::size_t point = next_point_++;
+    if (next_point_ == plan().points.end()) return false;
+    std::vector<Setting> settings = (*next_point_).settings;
+    ++next_point_;
+    const std::size_t number = next_number_++;
+    if (options_.has_ended_elsewhere && options_.has_ended_elsewhere(settings)) {
+        ++progress_.points_reused;
+        ++progress_.points_ended;
+        report_progress();
+        return true;
+    }
     if (results_ != nullptr) {
-        std::optional<PointRecord> known = results_->find_point(plan().points[point].settings);
+        std::optional<PointRecord> known = results_->find_point(settings);
         if (known && is_final(known->status)) {
             ++progress_.points_reused;
             add_figures(*known);
-            ended(point, std::move(*known));
+            ended(number, std::move(*known));
             return true;
         }
     }
     const auto job = jobs_.emplace(jobs_.end());
-    job->point = point;
+    job->number = number;
+    job->settings = std::move(settings);
     if (plan().search) {
         const std::optional<PointRecord> answer = begin_search(*job);
         if (answer) {
             if (results_ != nullptr) results_->add_point(*answer);
-            ended(point, *answer);
+            ended(number, *answer);
             jobs_.erase(job);
             return true;
         }
@@ -235,7 +254,7 @@ void Explorer::Session::queue_wanted(Jobs::iterator job) {
 }
 
 std::vector<Setting> Explorer::Session::settings_of(const Task& task) const {
-    std::vector<Setting> settings = plan().points[task.job->point].settings;
+    std::vector<Setting> settings = task.job->settings;
     if (task.value) settings.push_back({plan().search->key, plan().search->text_of(*task.value)});
     return settings;
 }
@@ -268,7 +287,7 @@ void Explorer::Session::begin(Task task) {
 /// Leaves out what is known without a run. Gives the answer if that is all there is to know.
 std::optional<PointRecord> Explorer::Session::begin_search(Job& job) const {
     SearchDescription search = *plan().search;
-    const std::vector<Setting>& settings = plan().points[job.point].settings;
+    const std::vector<Setting>& settings = job.settings;
     if (options_.known) {
         try {
             const KnownAnswer known =
@@ -353,7 +372,7 @@ void Explorer::Session::take(const Task& task, const RunRecord& record,
         return;
     }
     PointRecord point;
-    point.settings = plan().points[job.point].settings;
+    point.settings = job.settings;
     point.status = record.status;
     point.reason = record.reason;
     point.run = known_run;
@@ -365,7 +384,7 @@ void Explorer::Session::take(const Task& task, const RunRecord& record,
             results_->add_point(point, record);
         }
     }
-    ended(job.point, std::move(point));
+    ended(job.number, std::move(point));
     jobs_.erase(task.job);
 }
 
@@ -466,15 +485,16 @@ PointRecord Explorer::Session::outcome_of(const Job& job) const {
 
 void Explorer::Session::end_search(Jobs::iterator job) {
     PointRecord point = outcome_of(*job);
-    point.settings = plan().points[job->point].settings;
+    point.settings = job->settings;
     point.runs = job->runs;
     if (results_ != nullptr) results_->add_point(point);
-    ended(job->point, std::move(point));
+    ended(job->number, std::move(point));
     jobs_.erase(job);
 }
 
-void Explorer::Session::ended(std::size_t point, PointRecord record) {
-    records_[point] = std::move(record);
+void Explorer::Session::ended(std::size_t number, PointRecord record) {
+    outcomes_.add(number, record);
+    if (options_.keeps_points) records_.emplace(number, std::move(record));
     ++progress_.points_ended;
     report_progress();
 }
@@ -485,19 +505,20 @@ void Explorer::Session::report_progress() {
 }
 
 Explorer::Explorer(const SweepPlan& plan, Simulate simulate) : plan_(&plan), simulate_(std::move(simulate)) {
-    const bool images_change = std::any_of(plan.keys.begin(), plan.keys.end(), may_change_images);
-    std::set<std::filesystem::path> with_images;
+    // Points that agree in all that may change images show the same ones.
+    std::set<std::string> with_images;
     for (const Point& point : plan.points) {
         const std::filesystem::path file = plan.scenario_file(point.settings);
         const auto [known, is_new] = templates_.try_emplace(file);
         if (is_new) {
             known->second = std::make_shared<const ScenarioTemplate>(file);
-            add_input(file);
+            add_input(file == plan.scenario ? kOnlyScenario : name_of_input(file), file);
         }
-        if (!images_change && with_images.count(file) != 0) continue;
+        const std::string images = image_settings(file, point);
+        if (with_images.count(images) != 0) continue;
         try {
             read_images_of(point, *known->second);
-            with_images.insert(file);
+            with_images.insert(images);
         } catch (const InputError&) {
             // The point's own run will tell.
         }
@@ -508,18 +529,23 @@ Explorer::Explorer(const SweepPlan& plan, Simulate simulate) : plan_(&plan), sim
 void Explorer::read_images_of(const Point& point, const ScenarioTemplate& scenario) {
     const std::vector<ScenarioOverride> overrides = plan_->overrides_of(point.settings);
     const std::size_t known = inputs_.size();
-    for (const std::filesystem::path& file : scenario.image_files(overrides)) add_input(file);
+    for (const std::filesystem::path& file : scenario.image_files(overrides)) {
+        add_input(name_of_input(file), file);
+    }
     if (inputs_.size() > known) scenario.scenario(overrides);
 }
 
 /// Relative to the sweep, so that a copy of the whole elsewhere is the same.
-void Explorer::add_input(const std::filesystem::path& file) {
+std::string Explorer::name_of_input(const std::filesystem::path& file) const {
     std::filesystem::path base = plan_->base.empty() ? plan_->scenario.parent_path() : plan_->base;
     if (base.empty()) base = ".";
-    const std::string name = std::filesystem::absolute(file)
-                                 .lexically_normal()
-                                 .lexically_proximate(std::filesystem::absolute(base).lexically_normal())
-                                 .string();
+    return std::filesystem::absolute(file)
+        .lexically_normal()
+        .lexically_proximate(std::filesystem::absolute(base).lexically_normal())
+        .string();
+}
+
+void Explorer::add_input(const std::string& name, const std::filesystem::path& file) {
     if (inputs_.count(name) == 0) inputs_[name] = content_of(file);
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "scenario/scenario_template.h"
+#include "tools/exploration/outcomes.h"
 #include "tools/exploration/results_database.h"
 #include "tools/exploration/run_process.h"
 #include "tools/exploration/sweep_plan.h"
@@ -47,11 +48,16 @@ struct ExploreOptions {
     int stop_descriptor = -1;
     /// Of the scenario of a search's point, whose own value of the key does not matter. May be empty.
     std::function<KnownAnswer(const Scenario&)> known;
+    /// Whether every point's record comes back; without them memory does not grow with the plan.
+    bool keeps_points = true;
+    /// Of a point that has ended elsewhere and need not run here. May be empty.
+    std::function<bool(const std::vector<Setting>&)> has_ended_elsewhere;
 };
 
 /// What came of an exploration.
 struct Exploration {
     std::vector<PointRecord> points;  ///< in the order of the plan, without those that were not reached
+    Outcomes outcomes;                ///< of the same points, kept or not
     Progress progress;
     bool stopped = false;
 };
@@ -76,7 +82,8 @@ class Explorer {
     class Session;
 
     void read_images_of(const Point& point, const ScenarioTemplate& scenario);
-    void add_input(const std::filesystem::path& file);
+    std::string name_of_input(const std::filesystem::path& file) const;
+    void add_input(const std::string& name, const std::filesystem::path& file);
     const std::shared_ptr<const ScenarioTemplate>& template_of(const std::vector<Setting>& settings) const;
 
     const SweepPlan* plan_;

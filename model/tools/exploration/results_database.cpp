@@ -36,17 +36,6 @@ constexpr std::array<StatusName, 6> kStatusNames{{{RunStatus::kDone, "done"},
                                                   {RunStatus::kCrashed, "crashed"},
                                                   {RunStatus::kUnmet, "unmet"}}};
 
-/// The same for every spelling, symbolic links included; never one that SQLite takes for something else, ":memory:".
-std::filesystem::path real_path(const std::filesystem::path& file) {
-    std::error_code error;
-    const std::filesystem::path real =
-        std::filesystem::weakly_canonical(std::filesystem::absolute(file), error);
-    return error ? std::filesystem::absolute(file) : real;
-}
-
-/// SQLite's own locks live on the database file, and closing any descriptor of that would drop them.
-std::filesystem::path lock_file_of(std::filesystem::path file) { return file += ".lock"; }
-
 std::string deflated(const std::string& text) {
     // Reports are repetitive: higher levels take several times as long and save little.
     constexpr int kLevel = 1;
@@ -65,55 +54,10 @@ std::string deflated(const std::string& text) {
                      "; name another file with -o, or remove it");
 }
 
-std::string or_none(const std::string& text) {
-    return text.empty() ? "none" : "'" + text::one_line(text) + "'";
-}
-
-/// A fingerprint begins with the build.
-std::string build_of(const std::string& fingerprint) { return fingerprint.substr(0, fingerprint.find(';')); }
-
 void check_identity(const std::filesystem::path& file, const ResultsIdentity& held,
                     const ResultsIdentity& wanted) {
-    if (held.keys != wanted.keys) {
-        fail_identity(file, "over other axes (" + text::joined(held.keys, "and") + " instead of " +
-                                text::joined(wanted.keys, "and") + ")");
-    }
-    if (held.search_key != wanted.search_key) {
-        fail_identity(file, "of another search (of " + or_none(held.search_key) + " instead of " +
-                                or_none(wanted.search_key) + ")");
-    }
-    if (held.goal != wanted.goal) {
-        fail_identity(file, "of a search with another goal (" + or_none(held.goal) + " instead of " +
-                                or_none(wanted.goal) + ")");
-    }
-    if (held.name != wanted.name) {
-        fail_identity(
-            file, "of another sweep (" + or_none(held.name) + " instead of " + or_none(wanted.name) + ")");
-    }
-    if (held.level != wanted.level) {
-        fail_identity(file, "of level " + held.level + " instead of level " + wanted.level);
-    }
-    if (build_of(held.fingerprint) != build_of(wanted.fingerprint)) {
-        fail_identity(file, "of another build (" + text::one_line(build_of(held.fingerprint)) +
-                                " instead of " + build_of(wanted.fingerprint) + ")");
-    }
-    if (held.fingerprint != wanted.fingerprint) {
-        fail_identity(file, "of other input (settings that all points share have changed since)");
-    }
-    for (const auto& [input, content] : wanted.inputs) {
-        const auto known = held.inputs.find(input);
-        if (known == held.inputs.end() || known->second == content) continue;
-        fail_identity(file, "of other input ('" + text::one_line(input) + "' has changed since)");
-    }
-}
-
-/// The columns of table runs that add_run() fills in.
-std::vector<std::string> run_columns() {
-    std::vector<std::string> columns{"settings", "status", "reason"};
-    for (const FigureKind& figure : figure_kinds()) columns.emplace_back(figure.name);
-    columns.emplace_back("wall_seconds");
-    columns.emplace_back("report");
-    return columns;
+    const std::string difference = difference_between(held, wanted);
+    if (!difference.empty()) fail_identity(file, difference);
 }
 
 void check_columns(const std::filesystem::path& file, const SQLite::Database& database) {
@@ -140,15 +84,18 @@ struct Statements {
         : upsert_run(database, upsert("runs", run_columns())),
           delete_pictures(database, "DELETE FROM pictures WHERE run = ?"),
           insert_picture(database, "INSERT INTO pictures (run, display, png) VALUES (?, ?, ?)"),
-          upsert_point(database, upsert("points", {"settings", "status", "reason", "run", "smallest",
-                                                   "monotonic", "runs", "note"})),
+          upsert_point(database, upsert("points", point_columns())),
           delete_settings(database, "DELETE FROM point_settings WHERE point = ?"),
           insert_setting(database,
                          "INSERT INTO point_settings (point, position, key, value) VALUES (?, ?, ?, ?)"),
           find_point(database,
                      "SELECT status, reason, run, smallest, monotonic, runs, note FROM points WHERE settings "
                      "= ?"),
-          find_run(database, "SELECT * FROM runs WHERE settings = ?") {}
+          find_run(database, "SELECT * FROM runs WHERE settings = ?"),
+          put_shard(database,
+                    "INSERT INTO shards (digest, shard, shards, points, ended) VALUES (?, ?, ?, ?, ?) "
+                    "ON CONFLICT DO UPDATE SET points = excluded.points, "
+                    "ended = min(excluded.points, max(ended, excluded.ended))") {}
 
     SQLite::Statement upsert_run;
     SQLite::Statement delete_pictures;
@@ -158,6 +105,7 @@ struct Statements {
     SQLite::Statement insert_setting;
     SQLite::Statement find_point;
     SQLite::Statement find_run;
+    SQLite::Statement put_shard;
 };
 
 template <typename Number>
@@ -183,7 +131,45 @@ std::optional<std::int64_t> whole_of(const SQLite::Column& column) {
     return column.getInt64();
 }
 
+constexpr std::array<RunStatus, 2> kRetriedStatuses{RunStatus::kCrashed, RunStatus::kInvalid};
+
+/// The same for every spelling, symbolic links included; never one that SQLite takes for something else, ":memory:".
+std::filesystem::path real_path(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::filesystem::path real =
+        std::filesystem::weakly_canonical(std::filesystem::absolute(file), error);
+    return error ? std::filesystem::absolute(file) : real;
+}
+
 }  // namespace
+
+bool is_final(RunStatus status) {
+    return std::find(kRetriedStatuses.begin(), kRetriedStatuses.end(), status) == kRetriedStatuses.end();
+}
+
+std::string retried_statuses() {
+    std::vector<std::string> names;
+    for (const RunStatus status : kRetriedStatuses) names.push_back(text::literal(to_string(status), '\''));
+    return text::listed(names);
+}
+
+std::vector<std::string> run_columns() {
+    std::vector<std::string> columns{"settings", "status", "reason"};
+    for (const FigureKind& figure : figure_kinds()) columns.emplace_back(figure.name);
+    columns.emplace_back("wall_seconds");
+    columns.emplace_back("report");
+    return columns;
+}
+
+std::vector<std::string> point_columns() {
+    return {"settings", "status", "reason", "run", "smallest", "monotonic", "runs", "note"};
+}
+
+WriterLock lock_results(const std::filesystem::path& file) {
+    // SQLite's own locks live on the database file, and closing any descriptor of that would drop them.
+    return WriterLock(real_path(file) += ".lock", "'" + file.string() + "'",
+                      "wait for it, or name another file with -o");
+}
 
 const char* to_string(RunStatus status) {
     for (const StatusName& entry : kStatusNames) {
@@ -203,8 +189,7 @@ RunStatus run_status_of(const std::string& text) {
 struct ResultsDatabase::Content {
     Content(const std::filesystem::path& file_in, const ResultsIdentity& identity)
         : file(file_in),
-          lock(lock_file_of(real_path(file_in)), "'" + file_in.string() + "'",
-               "wait for it, or name another file with -o"),
+          lock(lock_results(file_in)),
           database(real_path(file_in).string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
                    kBusyTimeoutMilliseconds) {
         const bool is_new = is_empty_database(database);
@@ -404,6 +389,20 @@ std::int64_t ResultsDatabase::add_run(const RunRecord& run) {
     std::int64_t id = 0;
     content_->write([&] { id = content_->put_run(run); });
     return id;
+}
+
+void ResultsDatabase::put_shard(const ShardRecord& shard) {
+    content_->write([&] {
+        SQLite::Statement& insert = content_->statements->put_shard;
+        const StatementReset reset(insert);
+        int parameter = 0;
+        insert.bind(++parameter, shard.digest);
+        insert.bind(++parameter, shard.shard.index + 1);
+        insert.bind(++parameter, shard.shard.count);
+        insert.bind(++parameter, shard.points);
+        insert.bind(++parameter, shard.ended);
+        insert.exec();
+    });
 }
 
 void ResultsDatabase::add_point(const PointRecord& point) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -26,6 +27,9 @@ enum class RunStatus : std::uint8_t {
 /// "done", "invalid", "watchdog", "failed", "crashed", "unmet".
 const char* to_string(RunStatus status);
 RunStatus run_status_of(const std::string& text);
+/// Whether a run would end so again. One that crashed may have been killed from outside, for memory say, and a file that
+/// was missing may be there now.
+bool is_final(RunStatus status);
 
 /// One simulation.
 struct RunRecord {
@@ -58,7 +62,7 @@ inline constexpr const char* kUsualLevel = "tlm";
 
 /// What the results in a file were made from: two sweeps may share a file if these are equal.
 struct ResultsIdentity {
-    std::string name;
+    std::string name;         ///< a title; not compared
     std::string fingerprint;  ///< of the settings that all points share
     /// The files that points are made from and what stands for their content. Points may be added that need more of
     /// them; one that both know must be the same.
@@ -73,11 +77,21 @@ struct ResultsIdentity {
     std::string level = kUsualLevel;  ///< that simulates; compared
 };
 
+/// What one shard's results say of their sweep.
+struct ShardRecord {
+    std::string digest;  ///< SweepPlan's
+    Shard shard;
+    std::int64_t points = 0;  ///< that the shard has
+    std::int64_t ended = 0;   ///< of these
+};
+
 /// The results of a sweep in one SQLite file. The schema, which reports and charts read:
 ///
 /// meta(key, value)        schema_version, program_version, name, fingerprint, search_key, goal, ...
 /// axes(position, key)     the keys of the settings
 /// inputs(file, content)   what the points were made from
+/// shards(digest, shard, shards, points, ended)   of each part that a sweep was cut into, from 1: its points and those
+///                         that have ended. digest: SweepPlan's; a sweep that is not cut is shard 1 of 1
 /// runs(id, settings, status, reason, <a column for each of figure_kinds()>, wall_seconds, report)
 ///                         report: report.json as zlib deflates it; NULL if there is none
 /// points(id, settings, status, reason, run, smallest, monotonic, runs, note)
@@ -110,6 +124,8 @@ class ResultsDatabase {
     void add_point(const PointRecord& point);
     /// For a point that is one run: both in one transaction.
     void add_point(PointRecord point, const RunRecord& run);
+    /// What was known of the same shard goes, but points that have ended stay so. Throws OutputError.
+    void put_shard(const ShardRecord& shard);
 
   private:
     struct Content;
@@ -123,6 +139,8 @@ class ResultsReader {
   public:
     /// Throws InputError if there is none or it is something else, as all calls do if it turns out to be damaged.
     explicit ResultsReader(const std::filesystem::path& file);
+    /// Of several files, which belong to one sweep, what merge_results() makes of them, without reports and pictures.
+    explicit ResultsReader(const std::vector<std::filesystem::path>& files);
     ResultsReader(ResultsReader&&) noexcept;
     ResultsReader& operator=(ResultsReader&&) noexcept;
     ~ResultsReader();
@@ -135,12 +153,18 @@ class ResultsReader {
     const ResultsIdentity& identity() const;
     /// The columns of view results.
     const std::vector<std::string>& columns() const;
+    /// Those of them that are the same whenever and wherever the sweep runs.
+    std::vector<std::string> lasting_columns() const;
     /// The rows of view results, those that `condition` (an expression over columns, names written plainly; empty:
     /// all) holds for. They are in the order of the axes' values, the last axis changing fastest, whichever ended first.
     /// Throws InputError with what is wrong with the condition.
     Table results(const std::string& condition = {}) const;
     /// `expressions` over the columns instead of all of them.
     Table results(const std::vector<std::string>& expressions, const std::string& condition) const;
+    /// The same, row by row.
+    using TakeRow = std::function<void(const std::vector<Value>&)>;
+    void each_result(const std::vector<std::string>& expressions, const std::string& condition,
+                     const TakeRow& take) const;
     /// Every simulation: settings as text, status, reason, figures, wall_seconds.
     Table runs() const;
     /// report.json's text of a run, empty if there is none.

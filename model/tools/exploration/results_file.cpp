@@ -31,6 +31,9 @@ constexpr const char* kTables = R"(
     CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
     CREATE TABLE axes (position INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE);
     CREATE TABLE inputs (file TEXT PRIMARY KEY, content TEXT NOT NULL) WITHOUT ROWID;
+    CREATE TABLE shards (digest TEXT NOT NULL, shard INTEGER NOT NULL, shards INTEGER NOT NULL,
+                         points INTEGER NOT NULL, ended INTEGER NOT NULL,
+                         PRIMARY KEY (digest, shards, shard)) WITHOUT ROWID;
     CREATE TABLE points (id INTEGER PRIMARY KEY, settings TEXT NOT NULL UNIQUE, status TEXT NOT NULL,
                          reason TEXT NOT NULL, run INTEGER REFERENCES runs (id), smallest, monotonic,
                          runs INTEGER NOT NULL, note TEXT NOT NULL);
@@ -143,6 +146,86 @@ std::string meta(const SQLite::Database& database, const std::string& key) {
 }
 
 }  // namespace
+
+namespace {
+
+std::string or_none(const std::string& text) {
+    return text.empty() ? "none" : "'" + text::one_line(text) + "'";
+}
+
+/// A fingerprint begins with the build.
+std::string build_of(const std::string& fingerprint) { return fingerprint.substr(0, fingerprint.find(';')); }
+
+}  // namespace
+
+std::string difference_between(const ResultsIdentity& held, const ResultsIdentity& wanted) {
+    if (held.keys != wanted.keys) {
+        return "over other axes (" + text::joined(held.keys, "and") + " instead of " +
+               text::joined(wanted.keys, "and") + ")";
+    }
+    if (held.search_key != wanted.search_key) {
+        return "of another search (of " + or_none(held.search_key) + " instead of " +
+               or_none(wanted.search_key) + ")";
+    }
+    if (held.goal != wanted.goal) {
+        return "of a search with another goal (" + or_none(held.goal) + " instead of " +
+               or_none(wanted.goal) + ")";
+    }
+    if (held.level != wanted.level) return "of level " + held.level + " instead of level " + wanted.level;
+    if (build_of(held.fingerprint) != build_of(wanted.fingerprint)) {
+        return "of another build (" + text::one_line(build_of(held.fingerprint)) + " instead of " +
+               text::one_line(build_of(wanted.fingerprint)) + ")";
+    }
+    if (held.fingerprint != wanted.fingerprint) {
+        return "of other input (settings that all points share are not the same)";
+    }
+    for (const auto& [input, content] : wanted.inputs) {
+        const auto known = held.inputs.find(input);
+        if (known == held.inputs.end() || known->second == content) continue;
+        return "of other input ('" + text::one_line(input) + "' is not the same)";
+    }
+    return "";
+}
+
+std::string uri_of(const std::filesystem::path& file) {
+    std::string result = "file:";
+    for (const char character : file.string()) {
+        constexpr std::array<char, 17> kHexadecimal{"0123456789ABCDEF"};
+        if (character == '%' || character == '?' || character == '#') {
+            const auto code = static_cast<unsigned char>(character);
+            result += {'%', kHexadecimal[code >> 4U], kHexadecimal[code & 0xFU]};
+        } else {
+            result += character;
+        }
+    }
+    return result;
+}
+
+std::string uri_to_read(const std::filesystem::path& file) {
+    const auto has_beside = [&file](const char* ending) {
+        std::filesystem::path beside = file;
+        std::error_code error;
+        return std::filesystem::exists(beside += ending, error);
+    };
+    const bool is_at_rest = !has_beside("-wal") && !has_beside("-journal") && !has_beside(".lock");
+    return uri_of(file) + "?mode=ro&vfs=unix" + (is_at_rest ? "&immutable=1" : "");
+}
+
+ResultsIdentity identity_of(const std::filesystem::path& file) {
+    check_is_file(file);
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) {
+        throw InputError("'" + file.string() + "' cannot be read: there is no such file");
+    }
+    try {
+        const SQLite::Database database(uri_to_read(file), SQLite::OPEN_READONLY | SQLite::OPEN_URI,
+                                        kBusyTimeoutMilliseconds);
+        check_holds_results(database, file);
+        return read_identity(database);
+    } catch (const SQLite::Exception& exception) {
+        fail_to_read(file, exception);
+    }
+}
 
 void check_is_file(const std::filesystem::path& file) {
     if (input::is_no_regular_file(file)) {

@@ -2,10 +2,12 @@
 
 #include <SQLiteCpp/Database.h>
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "host/writer_lock.h"
 #include "tools/exploration/results_database.h"
 
 namespace SQLite {
@@ -22,7 +24,32 @@ constexpr int kLongestValueBytes = 256 << 20;
 /// Readers and writers hold each other up for milliseconds only.
 constexpr int kBusyTimeoutMilliseconds = 10'000;
 /// PRAGMA user_version and meta's schema_version.
-constexpr int kResultsSchemaVersion = 1;
+constexpr int kResultsSchemaVersion = 2;
+
+/// How the results differ from those that are wanted, as "of another build (1.1 instead of 1.0)"; empty if they may share
+/// a file.
+std::string difference_between(const ResultsIdentity& held, const ResultsIdentity& wanted);
+
+/// That this process alone adds to the results. Throws InputError if another does.
+WriterLock lock_results(const std::filesystem::path& file);
+
+/// Statuses with which a run is tried again, as a list in SQL.
+std::string retried_statuses();
+
+/// Columns of view results that depend on when and where a point ran.
+inline constexpr std::array<const char*, 3> kPassingColumns{"point", "run", "wall_seconds"};
+
+/// The columns of tables runs and points that are written, without their ids.
+std::vector<std::string> run_columns();
+std::vector<std::string> point_columns();
+
+/// A file's name as SQLite's URIs have it, without parameters.
+std::string uri_of(const std::filesystem::path& file);
+/// The same, to be attached and read: without locks if nobody has it open to write, since locks do not work everywhere.
+std::string uri_to_read(const std::filesystem::path& file);
+
+/// Whose results a file holds. Throws InputError if it holds none.
+ResultsIdentity identity_of(const std::filesystem::path& file);
 
 /// Throws InputError for what is there and is no regular file.
 void check_is_file(const std::filesystem::path& file);

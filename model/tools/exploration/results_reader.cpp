@@ -7,13 +7,16 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <iterator>
 #include <system_error>
+#include <utility>
 
 #include "host/errors.h"
 #include "host/text.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/results_database.h"
 #include "tools/exploration/results_file.h"
+#include "tools/exploration/results_merger.h"
 #include "tools/exploration/sqlite_value.h"
 
 namespace metabuffer::exploration {
@@ -22,21 +25,6 @@ namespace {
 
 /// Unpacked.
 constexpr std::size_t kLongestReportBytes = std::size_t{1} << 30U;
-
-/// The file's name as SQLite's URIs have it.
-std::string uri_of(const std::filesystem::path& file) {
-    std::string result = "file:";
-    for (const char character : file.string()) {
-        constexpr std::array<char, 17> kHexadecimal{"0123456789ABCDEF"};
-        if (character == '%' || character == '?' || character == '#') {
-            const auto code = static_cast<unsigned char>(character);
-            result += {'%', kHexadecimal[code >> 4U], kHexadecimal[code & 0xFU]};
-        } else {
-            result += character;
-        }
-    }
-    return result;
-}
 
 /// The file of changes that are not in the database file yet, if there are any.
 bool has_pending_changes(const std::filesystem::path& file) {
@@ -103,41 +91,53 @@ std::vector<std::string> quoted_names(const std::vector<std::string>& names) {
 }  // namespace
 
 struct ResultsReader::Content {
-    explicit Content(const std::filesystem::path& file_in)
-        : file(file_in),
-          database(open_to_read(file)),
+    Content(std::filesystem::path file_in, SQLite::Database database_in)
+        : file(std::move(file_in)),
+          database(std::move(database_in)),
           identity(read_identity(database)),
           columns(column_names(database, "results")),
           run_columns(column_names(database, "runs")) {
         run_columns.erase(std::remove(run_columns.begin(), run_columns.end(), "report"), run_columns.end());
     }
 
-    std::vector<std::vector<Value>> rows(const std::string& sql) const {
+    void each_row(const std::string& sql, const TakeRow& take) const {
         try {
-            std::vector<std::vector<Value>> result;
             SQLite::Statement statement(database, sql);
+            std::vector<Value> row(static_cast<std::size_t>(statement.getColumnCount()));
             while (statement.executeStep()) {
-                std::vector<Value>& row = result.emplace_back();
-                for (int n = 0; n < statement.getColumnCount(); ++n) {
-                    row.push_back(value_of(statement.getColumn(n)));
+                for (std::size_t n = 0; n < row.size(); ++n) {
+                    row[n] = value_of(statement.getColumn(static_cast<int>(n)));
                 }
+                take(row);
             }
-            return result;
         } catch (const SQLite::Exception& error) {
             fail_to_read(file, error);
         }
     }
 
-    /// `selected` is SQL.
-    std::vector<std::vector<Value>> results(const std::vector<std::string>& selected,
-                                            const std::string& condition) const {
+    std::vector<std::vector<Value>> rows(const std::string& sql) const {
+        std::vector<std::vector<Value>> result;
+        each_row(sql, [&result](const std::vector<Value>& row) { result.push_back(row); });
+        return result;
+    }
+
+    /// What selects the results' rows in their order; `selected` is SQL.
+    std::string query(const std::vector<std::string>& selected, const std::string& condition) const {
         std::string sql = "SELECT " + text::listed(selected) + " FROM results";
         if (!condition.empty()) {
             sql += " WHERE " + sql_expression(condition, columns, "");
         }
         std::vector<std::string> order = quoted_names(axis_columns(identity.keys));
         order.emplace_back("point");
-        return rows(sql + " ORDER BY " + text::listed(order));
+        return sql + " ORDER BY " + text::listed(order);
+    }
+
+    std::vector<std::string> sql_of(const std::vector<std::string>& expressions) const {
+        std::vector<std::string> selected(expressions.size());
+        std::transform(
+            expressions.begin(), expressions.end(), selected.begin(),
+            [this](const std::string& text) { return "(" + sql_expression(text, columns, "") + ")"; });
+        return selected;
     }
 
     std::filesystem::path file;
@@ -154,9 +154,33 @@ ResultsReader::ResultsReader(const std::filesystem::path& file) {
         throw InputError("'" + file.string() + "' cannot be read: there is no such file");
     }
     try {
-        content_ = std::make_unique<Content>(file);
+        content_ = std::make_unique<Content>(file, open_to_read(file));
     } catch (const SQLite::Exception& exception) {
         fail_to_read(file, exception);
+    }
+}
+namespace {
+
+/// In a file of SQLite's own, which goes with it.
+SQLite::Database merged(const std::vector<std::filesystem::path>& files) {
+    SQLite::Database database("", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
+    ResultsMerger merger(database, false);
+    for (const std::filesystem::path& file : files) merger.add(file);
+    return database;
+}
+
+}  // namespace
+
+ResultsReader::ResultsReader(const std::vector<std::filesystem::path>& files) {
+    if (files.empty()) throw InputError("there is no file of results; name one");
+    if (files.size() == 1) {
+        *this = ResultsReader(files.front());
+        return;
+    }
+    try {
+        content_ = std::make_unique<Content>(files.front(), merged(files));
+    } catch (const SQLite::Exception& exception) {
+        fail_to_read(files.front(), exception);
     }
 }
 ResultsReader::ResultsReader(ResultsReader&&) noexcept = default;
@@ -167,17 +191,28 @@ const ResultsIdentity& ResultsReader::identity() const { return content_->identi
 
 const std::vector<std::string>& ResultsReader::columns() const { return content_->columns; }
 
+std::vector<std::string> ResultsReader::lasting_columns() const {
+    std::vector<std::string> lasting;
+    std::copy_if(content_->columns.begin(), content_->columns.end(), std::back_inserter(lasting),
+                 [](const std::string& column) {
+                     return std::find(kPassingColumns.begin(), kPassingColumns.end(), column) ==
+                            kPassingColumns.end();
+                 });
+    return lasting;
+}
+
 ResultsReader::Table ResultsReader::results(const std::string& condition) const {
-    return {content_->columns, content_->results(quoted_names(content_->columns), condition)};
+    return {content_->columns, content_->rows(content_->query(quoted_names(content_->columns), condition))};
 }
 
 ResultsReader::Table ResultsReader::results(const std::vector<std::string>& expressions,
                                             const std::string& condition) const {
-    std::vector<std::string> selected(expressions.size());
-    std::transform(expressions.begin(), expressions.end(), selected.begin(), [this](const std::string& text) {
-        return "(" + sql_expression(text, content_->columns, "") + ")";
-    });
-    return {expressions, content_->results(selected, condition)};
+    return {expressions, content_->rows(content_->query(content_->sql_of(expressions), condition))};
+}
+
+void ResultsReader::each_result(const std::vector<std::string>& expressions, const std::string& condition,
+                                const TakeRow& take) const {
+    content_->each_row(content_->query(content_->sql_of(expressions), condition), take);
 }
 
 ResultsReader::Table ResultsReader::runs() const {

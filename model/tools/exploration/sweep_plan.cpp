@@ -1,6 +1,7 @@
 #include "tools/exploration/sweep_plan.h"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -155,32 +156,6 @@ std::vector<std::string> keys_of(const std::vector<Axis>& axes) {
     return keys;
 }
 
-/// Goes through all combinations of the axes' entries, the last axis fastest.
-class Odometer {
-  public:
-    explicit Odometer(const std::vector<Axis>& axes) : axes_(axes), entries_(axes.size()) {}
-
-    std::vector<Setting> settings() const {
-        std::vector<Setting> settings;
-        for (std::size_t axis = 0; axis < axes_.size(); ++axis) {
-            for (std::size_t key = 0; key < axes_[axis].keys.size(); ++key) {
-                settings.push_back({axes_[axis].keys[key], axes_[axis].values[key][entries_[axis]]});
-            }
-        }
-        return settings;
-    }
-    void next() {
-        for (std::size_t axis = axes_.size(); axis-- > 0;) {
-            if (++entries_[axis] < axes_[axis].values.front().size()) return;
-            entries_[axis] = 0;
-        }
-    }
-
-  private:
-    const std::vector<Axis>& axes_;
-    std::vector<std::size_t> entries_;
-};
-
 /// Every scenario of a plan, read once.
 class Scenarios {
   public:
@@ -229,8 +204,14 @@ class Filter {
         });
     }
 
+    /// Of a point's settings; empty if all of them pass. Must not outlive the filter.
+    PointSequence::Filter test() const {
+        if (!expression_) return {};
+        return [this](const std::vector<Setting>& settings) { return lets_through(settings); };
+    }
+
+  private:
     bool lets_through(const std::vector<Setting>& settings) const {
-        if (!expression_) return true;
         std::map<std::string, std::string> values;
         if (needs_scenario_) {
             try {
@@ -252,7 +233,6 @@ class Filter {
         });
     }
 
-  private:
     const SweepPlan& plan_;
     const Scenarios& scenarios_;
     std::optional<Expression> expression_;
@@ -261,6 +241,14 @@ class Filter {
     static constexpr const char* kLinkClock = "clocks.dvi_in_mhz";
     static constexpr const char* kLinkRefresh = "clocks.dvi_in_refresh_hz";
 };
+
+/// What the points are made from, in few characters. Scenario and fixed settings are the results' identity.
+std::string digest_of(const SweepDescription& description) {
+    nlohmann::json all = {description.filter};
+    for (const Axis& axis : description.axes) all.push_back({axis.keys, axis.values});
+    const std::string text = all.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return fmt::format("{:08x}", crc32_z(0, reinterpret_cast<const Bytef*>(text.data()), text.size()));
+}
 
 /// "64..4096*2" or "16..128+16" or "1..5". Nothing if it is a value and no range.
 std::optional<std::vector<std::string>> range_values(const std::string& text, const std::string& where) {
@@ -459,7 +447,7 @@ std::vector<ScenarioOverride> SweepPlan::overrides_of(const std::vector<Setting>
     return overrides;
 }
 
-SweepPlan make_plan(const SweepDescription& description) {
+SweepPlan make_plan(const SweepDescription& description, Shard shard) {
     check_keys(description);
     const std::int64_t count = count_points(description);
     SweepPlan plan;
@@ -478,16 +466,10 @@ SweepPlan make_plan(const SweepDescription& description) {
     if (plan.search) check_goal(plan);
     const Scenarios scenarios(plan, description);
     const Filter filter(plan, description, scenarios);
-    Odometer odometer(description.axes);
-    for (std::int64_t point = 0; point < count; ++point, odometer.next()) {
-        std::vector<Setting> settings = odometer.settings();
-        if (filter.lets_through(settings)) {
-            plan.points.push_back({std::move(settings)});
-        } else {
-            ++plan.filtered_points;
-        }
-    }
-    if (plan.points.empty()) {
+    plan.points = PointSequence(description.axes, shard, filter.test());
+    plan.shard = shard;
+    plan.digest = digest_of(description);
+    if (plan.points.empty() && shard.count == 1) {
         fail(description.filter_where, text::quoted(description.filter) + " lets none of the " +
                                            std::to_string(count) + " points through; use a wider filter");
     }

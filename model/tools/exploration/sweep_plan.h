@@ -12,6 +12,7 @@
 #include "host/errors.h"
 #include "scenario/scenario_loader.h"
 #include "scenario/scenario_template.h"
+#include "tools/exploration/point_sequence.h"
 #include "tools/exploration/value.h"
 
 namespace metabuffer::exploration {
@@ -22,28 +23,11 @@ constexpr const char* kScenarioAxis = "scenario";
 /// Points that a sweep may have, those that its filter does not let through included.
 constexpr std::int64_t kMostPoints = 1'000'000;
 
-/// One setting of a point: a scenario key's path as --set takes it, or kScenarioAxis, and a YAML value in flow style.
-struct Setting {
-    std::string key;
-    std::string value;
-    friend bool operator==(const Setting& a, const Setting& b) {
-        return a.key == b.key && a.value == b.value;
-    }
-};
-
 /// The setting of that key, or null.
 const Setting* find_setting(const std::vector<Setting>& settings, const std::string& key);
 
 /// The settings as one text that is the same for the same settings: a JSON object of texts in the order given.
 std::string canonical_text(const std::vector<Setting>& settings);
-
-/// Keys that go together: entry n of each is taken at once.
-struct Axis {
-    std::vector<std::string> keys;
-    std::vector<std::vector<std::string>> values;  ///< by key; all of the same length, no entry twice
-    /// By key, begins the message if something is wrong with it ("sweep.yaml:7: axes[0].key"); may be left empty.
-    std::vector<std::string> where;
-};
 
 /// Looking for the smallest value of a key at which a goal is met, at each point.
 struct SearchDescription {
@@ -82,11 +66,6 @@ std::vector<std::string> goal_names(const std::vector<std::string>& axis_keys, c
 /// What a sweep's cost may name: the same, but itself.
 std::vector<std::string> cost_names(const std::vector<std::string>& axis_keys, const std::string& search_key);
 
-/// One machine to be run, or searched.
-struct Point {
-    std::vector<Setting> settings;  ///< of the axes, in their order
-};
-
 /// What to explore: the points, in the order in which they run.
 struct SweepPlan {
     std::string name;
@@ -94,9 +73,11 @@ struct SweepPlan {
     std::filesystem::path base;           ///< what that axis' values are relative to
     std::vector<ScenarioOverride> fixed;  ///< the same for every point
     std::vector<std::string> keys;        ///< of all axes: the settings that points have
-    std::vector<Point> points;            ///< those that the filter lets through
-    std::size_t filtered_points = 0;      ///< those that it does not
-    bool pictures = false;                ///< keep each display's last picture of every point
+    PointSequence points;                 ///< those of the shard that the filter lets through
+    Shard shard;                          ///< of the sweep; usually all of it
+    /// Stands for the axes' entries and the filter: all shards of a sweep have the same.
+    std::string digest;
+    bool pictures = false;  ///< keep each display's last picture of every point
     std::string
         cost;  ///< an Expression over figures and settings, for figure `cost`; empty: the usual weights
     std::optional<SearchDescription> search;
@@ -129,7 +110,8 @@ struct SweepDescription {
 /// range) are kept: running them tells why.
 /// Throws InputError: unknown keys, a key that two axes set, entries that are there twice, no points at all or too many
 /// of them, scenario files that cannot be read, a bad filter or goal.
-SweepPlan make_plan(const SweepDescription& description);
+/// A shard may be without points. Its scenarios and filter are looked at for its own points only.
+SweepPlan make_plan(const SweepDescription& description, Shard shard = {});
 
 /// Reads a sweep file; paths in it are relative to it. Throws InputError: file, line, what is wrong, what would be
 /// right.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <string_view>
+#include <utility>
 #include <variant>
 
 #include "host/text.h"
@@ -41,27 +42,32 @@ std::string csv_line(const std::vector<std::string>& texts) {
 
 }  // namespace
 
-std::string csv_text(const ResultsReader::Table& table) {
-    std::vector<std::string> columns(table.columns.size());
-    std::transform(table.columns.begin(), table.columns.end(), columns.begin(), harmless);
-    std::string text = csv_line(columns);
-    for (const std::vector<Value>& row : table.rows) {
-        std::vector<std::string> texts(row.size());
-        std::transform(row.begin(), row.end(), texts.begin(), csv_value);
-        text += csv_line(texts);
+TableText::TableText(TableFormat format, std::vector<std::string> columns, Sink sink)
+    : format_(format), columns_(std::move(columns)), sink_(std::move(sink)) {
+    if (format_ == TableFormat::kJson) {
+        sink_("[");
+        return;
     }
-    return text;
+    std::vector<std::string> names(columns_.size());
+    std::transform(columns_.begin(), columns_.end(), names.begin(), harmless);
+    sink_(csv_line(names));
 }
 
-std::string json_text(const ResultsReader::Table& table) {
-    std::string text = "[";
-    for (const std::vector<Value>& row : table.rows) {
-        OrderedJson object = OrderedJson::object();
-        for (std::size_t n = 0; n < row.size(); ++n) object[table.columns[n]] = json_of<OrderedJson>(row[n]);
-        text += (text.size() == 1 ? "\n" : ",\n") +
-                object.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
+void TableText::add(const std::vector<Value>& row) {
+    if (format_ == TableFormat::kCsv) {
+        std::vector<std::string> texts(row.size());
+        std::transform(row.begin(), row.end(), texts.begin(), csv_value);
+        sink_(csv_line(texts));
+        return;
     }
-    return text + "\n]\n";
+    OrderedJson object = OrderedJson::object();
+    for (std::size_t n = 0; n < row.size(); ++n) object[columns_[n]] = json_of<OrderedJson>(row[n]);
+    sink_((has_rows_ ? ",\n" : "\n") + object.dump(-1, ' ', false, OrderedJson::error_handler_t::replace));
+    has_rows_ = true;
+}
+
+void TableText::end() {
+    if (format_ == TableFormat::kJson) sink_("\n]\n");
 }
 
 }  // namespace metabuffer::exploration

@@ -1,15 +1,35 @@
 #pragma once
 
+#include <functional>
 #include <string>
+#include <string_view>
+#include <vector>
 
-#include "tools/exploration/results_database.h"
+#include "tools/exploration/value.h"
 
 namespace metabuffer::exploration {
 
-/// CSV as RFC 4180 has it, the columns' names first; nothing is an empty field.
-std::string csv_text(const ResultsReader::Table& table);
+enum class TableFormat {
+    kCsv,   ///< as RFC 4180 has it, the columns' names first; nothing is an empty field
+    kJson,  ///< an array with an object for each row; nothing is null; texts that are not UTF-8 are mended
+};
 
-/// A JSON array with an object for each row; nothing is null. Texts that are not UTF-8 are mended.
-std::string json_text(const ResultsReader::Table& table);
+/// Writes a table row by row.
+class TableText {
+  public:
+    using Sink = std::function<void(std::string_view)>;
+
+    /// Begins it.
+    TableText(TableFormat format, std::vector<std::string> columns, Sink sink);
+    void add(const std::vector<Value>& row);
+    /// After the last row.
+    void end();
+
+  private:
+    TableFormat format_;
+    std::vector<std::string> columns_;
+    Sink sink_;
+    bool has_rows_ = false;
+};
 
 }  // namespace metabuffer::exploration

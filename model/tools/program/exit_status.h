@@ -10,6 +10,7 @@ enum ExitStatus : int {
     kExitStrict = 3,      ///< --strict, and something starved or was rejected
     kExitWatchdog = 4,    ///< nothing moved any more (of compare: the levels agree on that, so it is done)
     kExitDifferent = 5,   ///< compare: the levels differ; run --check: the level breaks a rule
+    kExitIncomplete = 6,  ///< merge: points of the sweep are missing
     kExitStopped = 130,   ///< sweep and size: stopped by Ctrl-C, as shells put it
 };
 

@@ -17,6 +17,7 @@
 #include "host/text.h"
 #include "report/text_table.h"
 #include "tools/exploration/figures.h"
+#include "tools/exploration/parts_folder.h"
 #include "tools/program/level_simulation.h"
 #include "tools/program/number_option.h"
 #include "tools/program/progress_line.h"
@@ -31,9 +32,6 @@ using exploration::Progress;
 using exploration::RunStatus;
 using exploration::Setting;
 using exploration::Value;
-
-/// Failed points whose reasons are printed.
-constexpr std::size_t kListedFailures = 8;
 
 /// "1 h 02 min", "3 min 20 s", "7 s".
 std::string duration(double seconds) {
@@ -54,16 +52,6 @@ void show(const ProgressLine& line, const Progress& progress) {
 std::string shortened(const std::string& reason) {
     constexpr std::size_t kMostCharacters = 240;
     return reason.size() <= kMostCharacters ? reason : reason.substr(0, kMostCharacters) + "...";
-}
-
-void make_folder_of(const std::filesystem::path& file) {
-    if (!file.has_parent_path()) return;
-    std::error_code error;
-    std::filesystem::create_directories(file.parent_path(), error);
-    if (error) {
-        throw InputError("--out " + file.string() + ": its folder cannot be made: " + error.message() +
-                         "; name a file in a place that can be written");
-    }
 }
 
 std::string described(const std::vector<Setting>& settings) {
@@ -96,19 +84,25 @@ std::string remark(const PointRecord& point) {
 
 /// How many points wait for what.
 void print_bottlenecks(const Exploration& exploration) {
-    std::map<std::string, std::int64_t> counts;
-    for (const PointRecord& point : exploration.points) {
-        const Value* const what = figure_of(point, "bottleneck");
-        const auto* const name = what != nullptr ? std::get_if<std::string>(what) : nullptr;
-        if (name != nullptr) ++counts[*name];
-    }
+    const std::map<std::string, std::size_t>& counts = exploration.outcomes.bottlenecks();
     std::vector<std::string> parts;
     parts.reserve(counts.size());
-    for (const auto& [name, count] : counts) parts.push_back(name + " of " + text::counted(count, "point"));
+    for (const auto& [name, count] : counts)
+        parts.push_back(name + " of " + text::counted(static_cast<std::int64_t>(count), "point"));
     if (!parts.empty()) std::cout << "  bottleneck: " << text::listed(parts) << '\n';
 }
 
 }  // namespace
+
+void make_folder_of(const std::filesystem::path& file) {
+    if (!file.has_parent_path()) return;
+    std::error_code error;
+    std::filesystem::create_directories(file.parent_path(), error);
+    if (error) {
+        throw InputError("--out " + file.string() + ": its folder cannot be made: " + error.message() +
+                         "; name a file in a place that can be written");
+    }
+}
 
 void add_options(CLI::App& command, ProcessOptions& options) {
     command
@@ -126,28 +120,78 @@ void add_options(CLI::App& command, ProcessOptions& options) {
         ->check(CLI::IsMember(enum_names<TimedLevel>()));
 }
 
-Exploration run_exploration(const exploration::SweepPlan& plan,
-                            const std::optional<std::filesystem::path>& results,
-                            const ProcessOptions& processes, bool quiet,
-                            std::function<exploration::KnownAnswer(const Scenario&)> known) {
-    const exploration::Explorer explorer(plan, simulation_at(processes.level));
-    std::optional<exploration::ResultsDatabase> database;
-    if (results) {
-        make_folder_of(*results);
-        database.emplace(exploration::ResultsDatabase::open(
-            *results, explorer.identity(build_version(), to_string(processes.level))));
-    }
-    exploration::ExploreOptions options;
+namespace {
+
+/// Runs the plan into results that are open, or none. on_progress: beside the progress line.
+Exploration run_into(const exploration::Explorer& explorer, exploration::ResultsDatabase* results,
+                     const ProcessOptions& processes, bool quiet, exploration::ExploreOptions options,
+                     const std::function<void(const Progress&)>& on_progress = {}) {
     options.processes = processes.processes > 0
                             ? processes.processes
                             : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     options.time_limit_seconds = processes.time_limit_seconds;
     const ProgressLine line(!quiet);
-    options.on_progress = [&line](const Progress& progress) { show(line, progress); };
+    options.on_progress = [&](const Progress& progress) {
+        show(line, progress);
+        if (on_progress) on_progress(progress);
+    };
     const StopSignals signals;
     options.stop_descriptor = signals.descriptor();
+    return explorer.run(results, options);
+}
+
+exploration::ShardRecord shard_of(const exploration::SweepPlan& plan, std::size_t ended = 0) {
+    return {plan.digest, plan.shard, static_cast<std::int64_t>(plan.points.size()),
+            static_cast<std::int64_t>(ended)};
+}
+
+exploration::ResultsIdentity identity_of(const exploration::Explorer& explorer,
+                                         const ProcessOptions& processes) {
+    return explorer.identity(build_version(), to_string(processes.level));
+}
+
+}  // namespace
+
+Exploration run_exploration(const exploration::SweepPlan& plan,
+                            const std::optional<std::filesystem::path>& results,
+                            const ProcessOptions& processes, bool quiet, bool keeps_points,
+                            std::function<exploration::KnownAnswer(const Scenario&)> known) {
+    const exploration::Explorer explorer(plan, simulation_at(processes.level));
+    std::optional<exploration::ResultsDatabase> database;
+    if (results) {
+        make_folder_of(*results);
+        database.emplace(exploration::ResultsDatabase::open(*results, identity_of(explorer, processes)));
+        database->put_shard(shard_of(plan));
+    }
+    exploration::ExploreOptions options;
     options.known = std::move(known);
-    return explorer.run(database ? &*database : nullptr, options);
+    options.keeps_points = keeps_points;
+    Exploration exploration =
+        run_into(explorer, database ? &*database : nullptr, processes, quiet, std::move(options));
+    if (database) database->put_shard(shard_of(plan, exploration.progress.points_ended));
+    return exploration;
+}
+
+Exploration run_shard(const exploration::SweepPlan& plan, const std::filesystem::path& folder,
+                      std::chrono::seconds interval, const ProcessOptions& processes, bool quiet) {
+    const exploration::Explorer explorer(plan, simulation_at(processes.level));
+    make_folder_of(folder / "part");
+    exploration::PartsFolder parts(folder, identity_of(explorer, processes), shard_of(plan), interval);
+    exploration::ExploreOptions options;
+    options.keeps_points = false;
+    const auto ended = [](const Progress& progress) {
+        return static_cast<std::int64_t>(progress.points_ended);
+    };
+    const Exploration exploration =
+        run_into(explorer, &parts.results(), processes, quiet, std::move(options),
+                 [&](const Progress& progress) { parts.hand_in_if_due(ended(progress)); });
+    parts.hand_in(ended(exploration.progress));
+    return exploration;
+}
+
+exploration::ResultsIdentity identity_of(const exploration::SweepPlan& plan,
+                                         const ProcessOptions& processes) {
+    return identity_of(exploration::Explorer(plan, simulation_at(processes.level)), processes);
 }
 
 void print_pace(const Exploration& exploration) {
@@ -186,28 +230,22 @@ void print_smallest(const exploration::SweepPlan& plan, const Exploration& explo
 }
 
 void print_outcomes(const Exploration& exploration) {
-    std::map<RunStatus, std::size_t> counts;
-    std::vector<const PointRecord*> failed;
-    std::size_t not_monotonic = 0;
-    for (const PointRecord& point : exploration.points) {
-        ++counts[point.status];
-        if (point.status != RunStatus::kDone) failed.push_back(&point);
-        if (!point.monotonic.value_or(true)) ++not_monotonic;
-    }
-    for (const auto& [status, count] : counts) {
+    const exploration::Outcomes& outcomes = exploration.outcomes;
+    for (const auto& [status, count] : outcomes.counts()) {
         std::cout << "  " << to_string(status) << std::string(10 - std::string(to_string(status)).size(), ' ')
                   << count << '\n';
     }
-    if (not_monotonic > 0) {
-        std::cout << "  of " << not_monotonic << " points the goal is not monotonic: see column note\n";
+    if (outcomes.not_monotonic() > 0) {
+        std::cout << "  of " << outcomes.not_monotonic()
+                  << " points the goal is not monotonic: see column note\n";
     }
     print_bottlenecks(exploration);
-    for (std::size_t n = 0; n < std::min(failed.size(), kListedFailures); ++n) {
-        std::cout << to_string(failed[n]->status) << ": " << described(failed[n]->settings) << ": "
-                  << shortened(failed[n]->reason) << '\n';
+    for (const auto& [number, point] : outcomes.failures()) {
+        std::cout << to_string(point.status) << ": " << described(point.settings) << ": "
+                  << shortened(point.reason) << '\n';
     }
-    if (failed.size() > kListedFailures) {
-        std::cout << "... and " << failed.size() - kListedFailures << " more in the results\n";
+    if (outcomes.failed() > outcomes.failures().size()) {
+        std::cout << "... and " << outcomes.failed() - outcomes.failures().size() << " more in the results\n";
     }
 }
 
@@ -216,12 +254,10 @@ ExitStatus judge(const Exploration& exploration) {
         std::cerr << "stopped; with the results in a file the same command goes on from here\n";
         return kExitStopped;
     }
-    const std::vector<PointRecord>& points = exploration.points;
-    const bool all_invalid = std::all_of(points.begin(), points.end(), [](const PointRecord& point) {
-        return point.status == RunStatus::kInvalid;
-    });
-    if (!all_invalid) return kExitDone;
-    std::cerr << text::message(points.front().reason) << '\n';
+    if (!exploration.outcomes.all_invalid()) return kExitDone;
+    const auto& failures = exploration.outcomes.failures();
+    if (failures.empty()) return kExitDone;  // a shard without points, or whose points have ended elsewhere
+    std::cerr << text::message(failures.begin()->second.reason) << '\n';
     return kExitBadInput;
 }
 

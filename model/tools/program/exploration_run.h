@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -25,12 +26,24 @@ struct ProcessOptions {
 /// --processes, --time-limit and --level, for a command that keeps `options`.
 void add_options(CLI::App& command, ProcessOptions& options);
 
+/// Throws InputError if the folder of the file that -o names cannot be made.
+void make_folder_of(const std::filesystem::path& file);
+
 /// Runs a plan with a progress line, Ctrl-C ending it in order; what sweep and size have in common.
-/// `results`: where to keep it; none: nowhere. known: as ExploreOptions has it. Throws InputError and OutputError.
+/// `results`: where to keep it; none: nowhere. keeps_points, known: as ExploreOptions has them. Throws InputError and OutputError.
 exploration::Exploration run_exploration(const exploration::SweepPlan& plan,
                                          const std::optional<std::filesystem::path>& results,
-                                         const ProcessOptions& processes, bool quiet,
+                                         const ProcessOptions& processes, bool quiet, bool keeps_points,
                                          std::function<exploration::KnownAnswer(const Scenario&)> known = {});
+
+/// Runs one shard of a sweep; its results go to a folder that computers share, as PartsFolder has it, at least once in
+/// each interval.
+exploration::Exploration run_shard(const exploration::SweepPlan& plan, const std::filesystem::path& folder,
+                                   std::chrono::seconds interval, const ProcessOptions& processes,
+                                   bool quiet);
+
+/// What the results of a plan are made from: this build, its level and the plan's input.
+exploration::ResultsIdentity identity_of(const exploration::SweepPlan& plan, const ProcessOptions& processes);
 
 /// How many points took how long.
 void print_pace(const exploration::Exploration& exploration);

@@ -1,9 +1,10 @@
 #include "tools/program/export_command.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <system_error>
+#include <string_view>
 #include <vector>
 
 #include "host/errors.h"
@@ -11,8 +12,8 @@
 #include "host/text.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
+#include "tools/exploration/parts_folder.h"
 #include "tools/exploration/results_database.h"
-#include "tools/exploration/table_text.h"
 #include "tools/program/output_guard.h"
 
 namespace metabuffer {
@@ -46,19 +47,13 @@ std::string footer() {
     return text;
 }
 
-void write(const std::string& text, const std::string& file) {
-    if (!file.empty()) {
-        write_output_file(file, text);
-        return;
-    }
-    std::cout << text;
-}
-
 }  // namespace
 
 ExportCommand::ExportCommand(CLI::App& program)
     : Command(program, "export", "Write the results of a sweep or a search as CSV or JSON") {
-    command().add_option("RESULTS", results_file_, "File of results")->required();
+    command()
+        .add_option("RESULTS", results_files_, "Files of results, of one sweep, or folders of them")
+        ->required();
     command()
         .add_option("--format", format_, "csv or json (default: as -o ends, else csv)")
         ->check(CLI::IsMember({kCsv, kJson}));
@@ -69,7 +64,14 @@ ExportCommand::ExportCommand(CLI::App& program)
         .add_option("--where", condition_, "Only the points for which this expression is true")
         ->excludes(runs);
     command()
-        .add_option("--columns", columns_, "These columns, expressions with commas in between (default: all)")
+        .add_option("--columns", columns_,
+                    "These columns, expressions with commas in between (default: all that do not depend on "
+                    "when and where "
+                    "a point ran)")
+        ->excludes(runs);
+    command()
+        .add_flag("--bookkeeping", bookkeeping_,
+                  "Columns point, run and wall_seconds, too, which depend on when and where a point ran")
         ->excludes(runs);
     command().footer(footer());
 }
@@ -84,33 +86,52 @@ std::string ExportCommand::format() const {
                      " is not known; use a name that ends in .csv or .json, or --format");
 }
 
-ExitStatus ExportCommand::execute() {
-    refuse_to_replace({results_file_}, "-o", output_file_);
-    const std::string chosen_format = format();
-    std::error_code different;
-    if (!output_file_.empty() && std::filesystem::equivalent(results_file_, output_file_, different)) {
-        throw InputError("-o: " + text::quoted(output_file_) +
-                         " is the file of results itself; name another");
+/// What is chosen, checked here for the sake of the options' names in messages.
+std::vector<std::string> ExportCommand::columns_of(const exploration::ResultsReader& reader) const {
+    if (!condition_.empty()) exploration::sql_expression(condition_, reader.columns(), "--where");
+    if (columns_.empty()) {
+        std::vector<std::string> names = bookkeeping_ ? reader.columns() : reader.lasting_columns();
+        std::transform(names.begin(), names.end(), names.begin(), exploration::quoted_name);
+        return names;
     }
-    const exploration::ResultsReader reader(results_file_);
-    exploration::ResultsReader::Table table;
+    std::vector<std::string> expressions = exploration::split_expressions(columns_);
+    for (const std::string& expression : expressions) {
+        exploration::sql_expression(expression, reader.columns(), "--columns");
+    }
+    return expressions;
+}
+
+void ExportCommand::write(const exploration::ResultsReader& reader,
+                          const exploration::TableText::Sink& sink) const {
+    const auto kind = format() == kJson ? exploration::TableFormat::kJson : exploration::TableFormat::kCsv;
     if (runs_) {
-        table = reader.runs();
-    } else {
-        // Checked here for the sake of the option's name in the message.
-        if (!condition_.empty()) exploration::sql_expression(condition_, reader.columns(), "--where");
-        if (columns_.empty()) {
-            table = reader.results(condition_);
-        } else {
-            const std::vector<std::string> expressions = exploration::split_expressions(columns_);
-            for (const std::string& expression : expressions) {
-                exploration::sql_expression(expression, reader.columns(), "--columns");
-            }
-            table = reader.results(expressions, condition_);
-        }
+        const exploration::ResultsReader::Table table = reader.runs();
+        exploration::TableText text(kind, table.columns, sink);
+        for (const auto& row : table.rows) text.add(row);
+        text.end();
+        return;
     }
-    write(chosen_format == kJson ? exploration::json_text(table) : exploration::csv_text(table),
-          output_file_);
+    const std::vector<std::string> expressions = columns_of(reader);
+    std::vector<std::string> names = expressions;
+    if (columns_.empty()) names = bookkeeping_ ? reader.columns() : reader.lasting_columns();
+    exploration::TableText text(kind, names, sink);
+    reader.each_result(expressions, condition_, [&text](const auto& row) { text.add(row); });
+    text.end();
+}
+
+ExitStatus ExportCommand::execute() {
+    const std::vector<std::filesystem::path> files = exploration::results_in(results_files_);
+    refuse_to_replace(files, "-o", output_file_);
+    format();  // may be wrong, and is found out sooner than the file's opening would replace anything
+    const exploration::ResultsReader reader(files);
+    if (output_file_.empty()) {
+        write(reader, [](std::string_view bytes) { std::cout << bytes; });
+        return kExitDone;
+    }
+    columns_of(reader);
+    OutputFile output(output_file_);
+    write(reader, [&output](std::string_view bytes) { output.write(bytes); });
+    output.put_in_place();
     return kExitDone;
 }
 

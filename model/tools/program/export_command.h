@@ -1,7 +1,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "tools/exploration/results_database.h"
+#include "tools/exploration/table_text.h"
 #include "tools/program/command.h"
 
 namespace metabuffer {
@@ -16,13 +19,16 @@ class ExportCommand final : public Command {
 
   private:
     std::string format() const;
+    std::vector<std::string> columns_of(const exploration::ResultsReader& reader) const;
+    void write(const exploration::ResultsReader& reader, const exploration::TableText::Sink& sink) const;
 
-    std::string results_file_;
+    std::vector<std::string> results_files_;
     std::string format_;       ///< empty if it is not given
     std::string output_file_;  ///< empty: standard output
     std::string condition_;
     std::string columns_;  ///< expressions with commas in between; empty: all columns
     bool runs_ = false;
+    bool bookkeeping_ = false;
 };
 
 }  // namespace metabuffer

@@ -20,6 +20,7 @@
 #include "tools/program/export_command.h"
 #include "tools/program/failure.h"
 #include "tools/program/keys_command.h"
+#include "tools/program/merge_command.h"
 #include "tools/program/plot_command.h"
 #include "tools/program/report_command.h"
 #include "tools/program/run_command.h"
@@ -75,6 +76,7 @@ metabuffer::ExitStatus run_command_line(int argc, char** argv) {
     commands.push_back(std::make_unique<metabuffer::ViewCommand>(program));
     commands.push_back(std::make_unique<metabuffer::CompareCommand>(program));
     commands.push_back(std::make_unique<metabuffer::SweepCommand>(program));
+    commands.push_back(std::make_unique<metabuffer::MergeCommand>(program));
     commands.push_back(std::make_unique<metabuffer::SizeCommand>(program));
     commands.push_back(std::make_unique<metabuffer::AnalyzeCommand>(program));
     commands.push_back(std::make_unique<metabuffer::ReportCommand>(program));

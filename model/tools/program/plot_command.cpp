@@ -10,6 +10,7 @@
 #include "host/output_file.h"
 #include "host/text.h"
 #include "tools/exploration/expression.h"
+#include "tools/exploration/parts_folder.h"
 #include "tools/exploration/value.h"
 #include "tools/program/output_guard.h"
 
@@ -55,7 +56,9 @@ charts::ReferenceLine parse_reference(const std::string& text) {
 
 PlotCommand::PlotCommand(CLI::App& program)
     : Command(program, "plot", "Draw a chart of the results of a sweep or a search as SVG or PNG") {
-    command().add_option("RESULTS", results_file_, "File of results")->required();
+    command()
+        .add_option("RESULTS", results_files_, "Files of results, of one sweep, or folders of them")
+        ->required();
     command().add_option("-o,--output", output_file_, "FILE.svg or FILE.png")->required();
     add_chart_options();
     command().footer(kPlotFooter);
@@ -98,11 +101,12 @@ ExitStatus PlotCommand::execute() {
         throw InputError("-o: the format of " + text::quoted(output_file_) +
                          " is not known; use a name that ends in .svg or .png");
     }
-    refuse_to_replace({results_file_}, "-o", output_file_);
+    const std::vector<std::filesystem::path> files = exploration::results_in(results_files_);
+    refuse_to_replace(files, "-o", output_file_);
     request_.chart = charts::chart_of(chart_);
     if (!y_.empty()) request_.y = exploration::split_expressions(y_);
     for (const std::string& text : references_) request_.references.push_back(parse_reference(text));
-    const std::string svg = charts::plot_svg(results_file_, request_);
+    const std::string svg = charts::plot_svg(files, request_);
     write_output_file(output_file_, is_png ? charts::png_of(svg) : svg);
     return kExitDone;
 }

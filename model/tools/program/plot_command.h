@@ -18,7 +18,7 @@ class PlotCommand final : public Command {
   private:
     void add_chart_options();
 
-    std::string results_file_;
+    std::vector<std::string> results_files_;
     std::string output_file_;
     std::string chart_ = "lines";
     std::string y_;

@@ -340,7 +340,7 @@ exploration::KnownAnswer SizeCommand::known_of(const Scenario& scenario,
 
 exploration::Exploration SizeCommand::run(const exploration::SweepPlan& plan,
                                           const std::optional<std::filesystem::path>& results) const {
-    return run_exploration(plan, results, processes_, quiet_, [this, &plan](const Scenario& scenario) {
+    return run_exploration(plan, results, processes_, quiet_, true, [this, &plan](const Scenario& scenario) {
         return known_of(scenario, *plan.search);
     });
 }
@@ -459,12 +459,13 @@ ExitStatus SizeCommand::size_front() {
     std::set<Values> searched_firsts;
     std::set<Values> searched_seconds;
     exploration::Exploration all;
+    std::size_t points = 0;
     bool of_second = true;
     for (;;) {
         const exploration::Exploration found = run(plan, std::nullopt);
         all.progress.runs += found.progress.runs;
         all.progress.seconds += found.progress.seconds;
-        all.points.insert(all.points.end(), found.points.begin(), found.points.end());
+        for (const exploration::PointRecord& point : found.points) all.outcomes.add(points++, point);
         std::set<Values> next;
         for (const exploration::PointRecord& point : found.points) {
             Corner corner;

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "tools/program/command.h"
 #include "tools/program/exploration_run.h"
+#include "tools/program/slurm_array.h"
 
 namespace metabuffer {
 
@@ -15,8 +17,17 @@ class SweepCommand final : public Command {
     ExitStatus execute() override;
 
   private:
+    void add_cluster_options();
+    ExitStatus run(const exploration::SweepPlan& plan) const;
+    ExitStatus run_by_slurm();
+    std::filesystem::path results_of(const exploration::SweepPlan& plan) const;
+
     std::string file_;
     std::string results_file_;
+    exploration::Shard shard_;
+    std::string parts_folder_;
+    SlurmRequest slurm_;
+    std::int64_t slurm_shards_ = 0;  ///< 0: not by Slurm
     ProcessOptions processes_;
     bool list_ = false;
     bool quiet_ = false;

@@ -78,8 +78,9 @@ TEST_CASE("A program that is not there is told with its package", "[charts]") {
     const auto file = sample_results(scratch);
     const ScratchDirectory empty;
     const NoPrograms none(empty);
-    CHECK_THROWS_AS(plot_svg(file, {}), OutputError);
-    CHECK_THROWS_WITH(plot_svg(file, {}), Contains("node") && Contains("package nodejs") && !Contains("\n"));
+    CHECK_THROWS_AS(plot_svg({file}, {}), OutputError);
+    CHECK_THROWS_WITH(plot_svg({file}, {}),
+                      Contains("node") && Contains("package nodejs") && !Contains("\n"));
     CHECK_THROWS_WITH(charts::png_of("<svg/>"), Contains("rsvg-convert") && Contains("librsvg2-bin"));
 }
 
@@ -87,7 +88,7 @@ TEST_CASE("Every chart has a mark for every point that has a value", "[charts]")
     const ScratchDirectory scratch;
     const auto file = sample_results(scratch);
 
-    const std::string lines = plot_svg(file, {});
+    const std::string lines = plot_svg({file}, {});
     CHECK(marks(lines, "symbol", "points") == 3);
     CHECK(marks(lines, "symbol", "lost") == 1);
     CHECK(count(lines, "class=\"mark-line ") == 2);  // a policy each
@@ -96,26 +97,26 @@ TEST_CASE("Every chart has a mark for every point that has a value", "[charts]")
     CHECK_THAT(lines, Contains(">bus.arbitration</text>"));
     CHECK_THAT(lines, Contains("no value (1 point)"));
 
-    const std::string map = plot_svg(file, request_of(ChartKind::kHeatmap));
+    const std::string map = plot_svg({file}, request_of(ChartKind::kHeatmap));
     CHECK(marks(map, "rect", "cells") == 4);
     CHECK_THAT(map, Contains(">700</text>"));
 
-    const std::string front = plot_svg(file, request_of(ChartKind::kPareto));
+    const std::string front = plot_svg({file}, request_of(ChartKind::kPareto));
     CHECK(marks(front, "symbol", "points") == 3);
     CHECK(marks(front, "line", "front") == 1);
     CHECK_THAT(front, Contains(">no glitch</text>") && Contains(">starved or rejected</text>"));
 
-    const std::string policy = plot_svg(file, request_of(ChartKind::kPolicy));
+    const std::string policy = plot_svg({file}, request_of(ChartKind::kPolicy));
     CHECK(marks(policy, "rect", "bars") == 4);  // two policies by two figures
     CHECK_THAT(policy, Contains(">recovered slots</text>") && Contains(">50%</text>"));
 
     PlotRequest histogram = request_of(ChartKind::kHistogram);
     histogram.references = {{500.0, "asked for"}};
-    const std::string bins = plot_svg(file, histogram);
+    const std::string bins = plot_svg({file}, histogram);
     CHECK(marks(bins, "rect", "bins") == 2);
     CHECK_THAT(bins, Contains(">asked for</text>"));
 
-    CHECK(marks(plot_svg(file, request_of(ChartKind::kScatter)), "symbol", "points") == 3);
+    CHECK(marks(plot_svg({file}, request_of(ChartKind::kScatter)), "symbol", "points") == 3);
 }
 
 TEST_CASE("Axes that go together count as one", "[charts]") {
@@ -133,12 +134,12 @@ TEST_CASE("Axes that go together count as one", "[charts]") {
             }
         }
     }
-    const std::string lines = plot_svg(scratch / "results.db", {});
+    const std::string lines = plot_svg({scratch / "results.db"}, {});
     CHECK(count(lines, "class=\"mark-line ") == 2);  // a policy each, not a point each
     PlotRequest over_twin;
     over_twin.x = "composer.ready_space_pixels";
-    CHECK(count(plot_svg(scratch / "results.db", over_twin), "class=\"mark-line ") == 2);
-    const std::string map = plot_svg(scratch / "results.db", request_of(ChartKind::kHeatmap));
+    CHECK(count(plot_svg({scratch / "results.db"}, over_twin), "class=\"mark-line ") == 2);
+    const std::string map = plot_svg({scratch / "results.db"}, request_of(ChartKind::kHeatmap));
     CHECK(marks(map, "rect", "cells") == 6);
     CHECK_THAT(map, Contains(">bus.arbitration</text>") && !Contains(">composer.ready_space_pixels</text>"));
 }
@@ -165,7 +166,7 @@ TEST_CASE("The front leaves out what costs as much and gives less", "[charts]") 
             database.add_point(point_of(run), run);
         }
     }
-    const std::string svg = plot_svg(scratch / "results.db", request_of(ChartKind::kPareto));
+    const std::string svg = plot_svg({scratch / "results.db"}, request_of(ChartKind::kPareto));
     CHECK(marks(svg, "symbol", "points") == 6);
     // Steps: each of the three on the front adds a corner to the path behind the first.
     const std::size_t line = svg.find("<g class=\"mark-line role-mark front\"");
@@ -178,13 +179,13 @@ TEST_CASE("The front leaves out what costs as much and gives less", "[charts]") 
 TEST_CASE("Points on the front have names, and a colour is drawn where it is asked for", "[charts]") {
     const ScratchDirectory scratch;
     const auto file = sample_results(scratch);
-    const std::string usual = plot_svg(file, request_of(ChartKind::kPareto));
+    const std::string usual = plot_svg({file}, request_of(ChartKind::kPareto));
     CHECK(count(usual, "class=\"mark-text role-mark names\"") == 1);
     CHECK_THAT(usual, Contains(">64, irsa</text>"));
     PlotRequest request = request_of(ChartKind::kPareto);
     request.label = "'width ' || bus.width_bits";
     request.colour = "bus.arbitration";
-    const std::string svg = plot_svg(file, request);
+    const std::string svg = plot_svg({file}, request);
     CHECK_THAT(svg, Contains(">width 64</text>") && !Contains(">64, irsa</text>"));
     CHECK_THAT(svg,
                Contains(">irsa</text>") && Contains(">edf</text>") && Contains(">bus.arbitration</text>"));
@@ -208,7 +209,7 @@ TEST_CASE("A heat map shows whole numbers to the last digit", "[charts]") {
     request.x = "bus.width_bits";
     request.y = {"bus.burst_pixels"};
     request.colour = "core_cycles";
-    const std::string svg = plot_svg(scratch / "results.db", request);
+    const std::string svg = plot_svg({scratch / "results.db"}, request);
     CHECK_THAT(svg, Contains(">37,792</text>") && Contains(">56,521,604</text>"));
 }
 
@@ -220,7 +221,7 @@ TEST_CASE("An option that a chart has no use for is refused", "[charts]") {
         ask(request);
         std::string message;
         try {
-            plot_svg(file, request);
+            plot_svg({file}, request);
         } catch (const InputError& refused) {
             message = refused.what();
         }
@@ -261,10 +262,11 @@ TEST_CASE("Without a frame rate the front says what it needs, and other charts t
             database.add_point(point_of(run), run);
         }
     }
-    CHECK_THROWS_WITH(plot_svg(scratch / "results.db", request_of(ChartKind::kPareto)),
+    CHECK_THROWS_WITH(plot_svg({scratch / "results.db"}, request_of(ChartKind::kPareto)),
                       Contains("no point has a frame rate, for which a run needs three frames"));
-    CHECK_THAT(plot_svg(scratch / "results.db", {}), Contains(">frame cycles"));
-    CHECK_THAT(plot_svg(scratch / "results.db", request_of(ChartKind::kScatter)), Contains(">frame cycles"));
+    CHECK_THAT(plot_svg({scratch / "results.db"}, {}), Contains(">frame cycles"));
+    CHECK_THAT(plot_svg({scratch / "results.db"}, request_of(ChartKind::kScatter)),
+               Contains(">frame cycles"));
 }
 
 TEST_CASE("Expressions and titles and panels are as asked for", "[charts]") {
@@ -277,14 +279,14 @@ TEST_CASE("Expressions and titles and panels are as asked for", "[charts]") {
     request.condition = "status = 'done'";
     request.title = "A <b>bold</b> & \"quoted\" title";
     request.x_title = "bytes </text><script>";
-    const std::string svg = plot_svg(file, request);
+    const std::string svg = plot_svg({file}, request);
     CHECK_THAT(svg, Contains("A &lt;b&gt;bold&lt;/b&gt; &amp; \"quoted\" title"));
     CHECK_THAT(svg, Contains("bytes &lt;/text&gt;&lt;script&gt;"));
     CHECK_THAT(svg, !Contains("<script"));
     CHECK_THAT(svg, Contains("bus.arbitration irsa") && Contains("bus.arbitration edf"));
     CHECK_THAT(svg, Contains(", starved pixels</text>") && Contains(", late pixels</text>"));
     CHECK(marks(svg, "symbol", "points") == 6);
-    CHECK(plot_svg(file, request) == svg);
+    CHECK(plot_svg({file}, request) == svg);
     CHECK(scratch.names() == std::vector<std::string>{"results.db"});
 }
 
@@ -293,7 +295,7 @@ TEST_CASE("The picture has the size asked for and a PNG twice that", "[charts]")
     PlotRequest request;
     request.width_pixels = 500;
     request.height_pixels = 300;
-    const std::string svg = plot_svg(sample_results(scratch), request);
+    const std::string svg = plot_svg({sample_results(scratch)}, request);
     CHECK_THAT(svg, Contains("width=\"500\" height=\"300\""));
     const std::string png = charts::png_of(svg);
     REQUIRE(png.size() > 24);
@@ -307,15 +309,15 @@ TEST_CASE("What cannot be drawn is told with the option at fault", "[charts]") {
     const auto file = sample_results(scratch);
     PlotRequest request;
     request.y = {"starved_pixel"};
-    CHECK_THROWS_WITH(plot_svg(file, request), Contains("--y") && Contains("starved_pixels"));
+    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--y") && Contains("starved_pixels"));
     request = {};
     request.colour = "bus.arbitration +";
-    CHECK_THROWS_WITH(plot_svg(file, request), Contains("--colour"));
+    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--colour"));
     request = {};
     request.condition = "bus.width_bits > 1000";
-    CHECK_THROWS_WITH(plot_svg(file, request), Contains("--where") && Contains("results.db"));
+    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--where") && Contains("results.db"));
     request = request_of(ChartKind::kHeatmap);
     request.condition = "bus.width_bits = 32";
-    CHECK_THROWS_WITH(plot_svg(file, request), Contains("--y") && Contains("axis"));
+    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--y") && Contains("axis"));
     CHECK_THROWS_WITH(charts::chart_of("pie"), Contains("--chart") && Contains("histogram"));
 }

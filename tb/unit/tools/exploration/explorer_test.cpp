@@ -126,8 +126,9 @@ TEST_CASE("explorer: each simulation is a process of its own") {
     const Exploration exploration = explorer.run(&results, with_processes(3));
     REQUIRE(exploration.points.size() == 20);
     std::set<std::int64_t> processes;
+    const std::vector<Point> points(plan.points.begin(), plan.points.end());
     for (std::size_t n = 0; n < exploration.points.size(); ++n) {
-        CHECK(exploration.points[n].settings == plan.points[n].settings);
+        CHECK(exploration.points[n].settings == points[n].settings);
         processes.insert(
             std::get<std::int64_t>(figure(run_of(results, exploration.points[n]), "core_cycles")));
     }

@@ -64,7 +64,7 @@ TEST_CASE("sweep file: everything that one may hold") {
     CHECK(sweep.search->checks == 8);
     const SweepPlan plan = make_plan(sweep);
     CHECK(plan.cost == sweep.cost);
-    CHECK(plan.filtered_points == 3 * 3 * 2 * 2 * 2 - 30);
+    CHECK(plan.points.filtered() == 3 * 3 * 2 * 2 * 2 - 30);
     CHECK(plan.points.size() ==
           30);  // of the nine widths and depths, bursts of 8 go with all and of 16 with six
     CHECK(point_texts(plan)[0] ==
@@ -99,7 +99,7 @@ TEST_CASE("sweep file: paths are relative to the file") {
                               "axes: [{key: scenario, values: [../case.yaml, ../wide.yaml]}]\n");
     const SweepPlan plan = make_plan(load_sweep(file));
     CHECK(point_texts(plan) == Texts{"scenario=../case.yaml", "scenario=../wide.yaml"});
-    CHECK(std::filesystem::equivalent(plan.scenario_file(plan.points[1].settings),
+    CHECK(std::filesystem::equivalent(plan.scenario_file(points_of(plan)[1].settings),
                                       fixture.directory() / "wide.yaml"));
     CHECK(sweep_error_of([&] {
               load_sweep(fixture.directory() / "none.yaml");

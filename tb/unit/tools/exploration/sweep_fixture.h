@@ -54,6 +54,11 @@ class SweepFixture {
 };
 
 /// "bus.width_bits=32 composer.buffer_pixels=64" for each point.
+/// All points, made.
+inline std::vector<exploration::Point> points_of(const exploration::SweepPlan& plan) {
+    return {plan.points.begin(), plan.points.end()};
+}
+
 inline std::vector<std::string> point_texts(const exploration::SweepPlan& plan) {
     std::vector<std::string> texts;
     for (const exploration::Point& point : plan.points) {

@@ -1,5 +1,6 @@
 #include "tools/exploration/sweep_plan.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 #include <set>
@@ -198,14 +199,14 @@ TEST_CASE("plan: the axes multiplied out with the last one fastest") {
                 "bus.width_bits=64 bus.burst_pixels=16 composer.ready_space_pixels=17 bus.arbitration=edf"});
     CHECK(plan.keys ==
           Texts{"bus.width_bits", "bus.burst_pixels", "composer.ready_space_pixels", "bus.arbitration"});
-    CHECK(plan.filtered_points == 0);
+    CHECK(plan.points.filtered() == 0);
 }
 
 TEST_CASE("plan: no axis is one point") {
     const SweepFixture fixture;
     const SweepPlan plan = make_plan(description_in(fixture, {}));
     REQUIRE(plan.points.size() == 1);
-    CHECK(plan.points[0].settings.empty());
+    CHECK(points_of(plan)[0].settings.empty());
     CHECK(plan.keys.empty());
 }
 
@@ -248,15 +249,96 @@ TEST_CASE("plan: random axes multiply as plain loops do and filters take away wh
             continue;
         }
         const SweepPlan plan = make_plan(description);
-        CHECK(plan.filtered_points == expected.size() - kept.size());
+        CHECK(plan.points.filtered() == expected.size() - kept.size());
         REQUIRE(plan.points.size() == kept.size());
+        const std::vector<Point> points = points_of(plan);
         for (std::size_t i = 0; i < kept.size(); ++i) {
-            REQUIRE(plan.points[i].settings.size() == kept[i].size());
+            REQUIRE(points[i].settings.size() == kept[i].size());
             for (std::size_t k = 0; k < kept[i].size(); ++k) {
-                CHECK(plan.points[i].settings[k] == Setting{keys[k], kept[i][k]});
+                CHECK(points[i].settings[k] == Setting{keys[k], kept[i][k]});
             }
         }
     }
+}
+
+TEST_CASE("plan: shards are parts of the sweep, each point in one of them, whatever their number") {
+    const SweepFixture fixture;
+    const std::uint64_t seed = random_seed(23);
+    INFO("METABUFFER_SEED=" << seed);
+    Random random(seed);
+    const Texts keys{"bus.burst_pixels", "composer.buffer_pixels", "memory.page_words"};
+    for (int round = 0; round < 40; ++round) {
+        std::vector<Axis> axes;
+        for (const std::string& key : keys) {
+            Axis axis{{key}, {{}}, {""}};
+            const int count = random.between(1, 9);
+            for (int n = 1; n <= count; ++n) axis.values[0].push_back(std::to_string(n));
+            axes.push_back(axis);
+        }
+        SweepDescription description = description_in(fixture, axes);
+        // Half of them with a filter that goes by the axis that changes fastest.
+        const bool filtered = random.between(0, 1) == 1;
+        if (filtered) description.filter = "memory.page_words % 2 = 1";
+        const SweepPlan whole = make_plan(description);
+        const std::vector<std::string> expected = point_texts(whole);
+        const int count = random.between(1, 12);
+        CAPTURE(round, count, expected.size(), filtered);
+        std::multiset<std::string> together;
+        std::size_t left_out = 0;
+        for (int index = 0; index < count; ++index) {
+            const SweepPlan part = make_plan(description, {index, count});
+            CHECK(part.digest == whole.digest);
+            CHECK(part.shard == Shard{index, count});
+            const std::vector<std::string> points = point_texts(part);
+            CHECK(points.size() == part.points.size());
+            together.insert(points.begin(), points.end());
+            left_out += part.points.filtered();
+            // In the order of the sweep.
+            std::size_t place = 0;
+            for (const std::string& point : points) {
+                place =
+                    std::find(expected.begin() + static_cast<std::ptrdiff_t>(place), expected.end(), point) -
+                    expected.begin();
+                REQUIRE(place < expected.size());
+            }
+            if (!filtered) CHECK(points.size() - expected.size() / count <= 1);
+        }
+        CHECK(together == std::multiset<std::string>(expected.begin(), expected.end()));
+        CHECK(left_out == whole.points.filtered());
+    }
+}
+
+TEST_CASE("plan: no shard has one value of an axis only, though it has as many values as there are shards") {
+    for (const std::int64_t count : {2, 3, 8}) {
+        CAPTURE(count);
+        for (std::int64_t index = 0; index < count; ++index) {
+            // Three axes of so many entries: how often the shard has each entry of each of them.
+            std::vector<std::vector<int>> seen(3, std::vector<int>(static_cast<std::size_t>(count)));
+            for (std::int64_t row = 0; row < count * count; ++row) {
+                const std::int64_t number = Shard{index, count}.number_in(row);
+                ++seen[0][static_cast<std::size_t>(number / count / count)];
+                ++seen[1][static_cast<std::size_t>(number / count % count)];
+                ++seen[2][static_cast<std::size_t>(number % count)];
+            }
+            for (const std::vector<int>& axis : seen) {
+                for (const int times : axis) CHECK(times == count);
+            }
+        }
+    }
+}
+
+TEST_CASE("plan: axes or a filter that differ make another digest, and a file's name does not") {
+    const SweepFixture fixture;
+    SweepDescription description = description_in(fixture, {Axis{{"bus.width_bits"}, {{"32", "64"}}, {""}}});
+    const std::string digest = make_plan(description).digest;
+    description.name = "other";
+    description.axes[0].where = {"other.yaml:3: axes[0]"};
+    CHECK(make_plan(description).digest == digest);
+    description.filter = "bus.width_bits >= 32";
+    CHECK(make_plan(description).digest != digest);
+    description.filter = "";
+    description.axes[0].values[0] = {"32", "128"};
+    CHECK(make_plan(description).digest != digest);
 }
 
 TEST_CASE("plan: a filter sees settings and defaults and fixed values and keys inside of lists") {
@@ -298,8 +380,8 @@ TEST_CASE("plan: where a point's scenario and overrides come from") {
     description.filter = "bus.width_bits = 128";
     const SweepPlan plan = make_plan(description);
     CHECK(point_texts(plan) == Texts{"scenario='wide.yaml' frames=1"});
-    CHECK(plan.scenario_file(plan.points[0].settings) == fixture.directory() / "wide.yaml");
-    const std::vector<ScenarioOverride> overrides = plan.overrides_of(plan.points[0].settings);
+    CHECK(plan.scenario_file(points_of(plan)[0].settings) == fixture.directory() / "wide.yaml");
+    const std::vector<ScenarioOverride> overrides = plan.overrides_of(points_of(plan)[0].settings);
     REQUIRE(overrides.size() == 2);
     CHECK(overrides[0].path == "bus.burst_pixels");
     CHECK(overrides[1].path == "frames");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "support/random_seed.h"
+#include "tools/exploration/results_database.h"
 
 namespace metabuffer::exploration {
 namespace {
@@ -43,6 +44,16 @@ Rows rows_of(const std::string& csv) {
     }
     return rows;
 }
+
+std::string written(TableFormat format, const ResultsReader::Table& table) {
+    std::string text;
+    TableText writer(format, table.columns, [&text](std::string_view bytes) { text += bytes; });
+    for (const std::vector<Value>& row : table.rows) writer.add(row);
+    writer.end();
+    return text;
+}
+std::string csv_text(const ResultsReader::Table& table) { return written(TableFormat::kCsv, table); }
+std::string json_text(const ResultsReader::Table& table) { return written(TableFormat::kJson, table); }
 
 std::string random_text(test::Random& random) {
     const std::string characters = "ab,\"'\r\n ;\t\xc3\xa9";

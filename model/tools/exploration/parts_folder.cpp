@@ -1,0 +1,194 @@
+#include "tools/exploration/parts_folder.h"
+
+#include <SQLiteCpp/Database.h>
+#include <SQLiteCpp/Exception.h>
+#include <SQLiteCpp/Statement.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include "host/errors.h"
+#include "host/output_file.h"
+#include "host/text.h"
+#include "tools/exploration/results_file.h"
+#include "tools/exploration/results_merger.h"
+
+namespace metabuffer::exploration {
+namespace {
+
+constexpr const char* kEnding = ".db";
+
+std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    std::error_code error;
+    for (auto entry = std::filesystem::directory_iterator(folder, error);
+         !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+        // Names that begin with a dot are files on their way.
+        if (entry->path().extension() == kEnding && entry->path().filename().string().front() != '.') {
+            files.push_back(entry->path());
+        }
+    }
+    if (error) {
+        throw InputError("'" + folder.string() + "' cannot be read: " + error.message());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+void check_belongs(const std::filesystem::path& file, const ResultsIdentity& identity) {
+    const std::string difference = difference_between(identity_of(file), identity);
+    if (!difference.empty()) {
+        throw InputError("'" + file.string() + "' holds results " + difference +
+                         "; name another folder, or remove what is in it");
+    }
+}
+
+std::string host_name() {
+    std::array<char, 256> name{};
+    if (gethostname(name.data(), name.size() - 1) != 0) return "host";
+    return name.data();
+}
+
+void copy_into_place(const std::filesystem::path& from, const std::filesystem::path& to) {
+    std::ifstream input(from, std::ios::binary);
+    OutputFile output(to);
+    std::vector<char> part(1U << 20U);
+    while (input.read(part.data(), static_cast<std::streamsize>(part.size())) || input.gcount() > 0) {
+        output.write({part.data(), static_cast<std::size_t>(input.gcount())});
+    }
+    if (input.bad()) fail_to_write(to, "'" + from.string() + "' cannot be read");
+    output.put_in_place();
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> results_in(const std::filesystem::path& place) {
+    std::error_code error;
+    if (!std::filesystem::is_directory(place, error)) return {place};
+    std::vector<std::filesystem::path> files = files_in(place);
+    if (files.empty()) {
+        throw InputError("'" + place.string() + "' holds no results: there is no file *" + kEnding +
+                         " in it");
+    }
+    return files;
+}
+
+std::vector<std::filesystem::path> results_in(const std::vector<std::string>& places) {
+    std::vector<std::filesystem::path> files;
+    for (const std::string& place : places) {
+        const std::vector<std::filesystem::path> found = results_in(std::filesystem::path(place));
+        files.insert(files.end(), found.begin(), found.end());
+    }
+    return files;
+}
+
+std::int64_t points_in(const std::filesystem::path& file) {
+    try {
+        SQLite::Database part(uri_to_read(file), SQLite::OPEN_READONLY | SQLite::OPEN_URI,
+                              kBusyTimeoutMilliseconds);
+        check_holds_results(part, file);
+        return part.execAndGet("SELECT count(*) FROM points").getInt64();
+    } catch (const SQLite::Exception& error) {
+        fail_to_read(file, error);
+    }
+}
+
+std::optional<MissingPoints> missing_in(const std::filesystem::path& folder, const ResultsIdentity& identity,
+                                        const std::string& digest, std::int64_t shards) {
+    const std::vector<std::filesystem::path> files = files_in(folder);
+    if (files.empty()) return std::nullopt;
+    SQLite::Database database("", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
+    ResultsMerger merger(database, false);
+    for (const std::filesystem::path& file : files) {
+        check_belongs(file, identity);
+        merger.add(file);
+    }
+    return merger.missing(digest, shards);
+}
+
+PartsFolder::PartsFolder(std::filesystem::path folder, const ResultsIdentity& identity, ShardRecord shard,
+                         std::chrono::seconds interval)
+    : folder_(std::move(folder)),
+      identity_(identity),
+      shard_(std::move(shard)),
+      interval_(interval),
+      file_(scratch_.path() / "shard.db") {
+    const std::vector<std::filesystem::path> files = files_in(folder_);
+    if (!files.empty()) {
+        try {
+            SQLite::Database database(uri_of(file_),
+                                      SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
+            ResultsMerger merger(database, false);
+            for (const std::filesystem::path& file : files) {
+                check_belongs(file, identity_);
+                if (!holds_only_other_shards(file)) merger.add(file);
+            }
+            // Tried again, and handed in as something new.
+            merger.remove_retried();
+        } catch (const SQLite::Exception& error) {
+            fail_to_write(file_, text::one_line(error.what()));
+        }
+    }
+    results_.emplace(ResultsDatabase::open(file_, identity_));
+    handed_in_ = last_rows();
+}
+
+/// Of the same cut, so that none of the points can be this shard's.
+bool PartsFolder::holds_only_other_shards(const std::filesystem::path& file) const {
+    const SQLite::Database part(uri_to_read(file), SQLite::OPEN_READONLY | SQLite::OPEN_URI);
+    SQLite::Statement shards(part, "SELECT digest, shards, shard FROM shards");
+    while (shards.executeStep()) {
+        if (shards.getColumn(0).getString() != shard_.digest ||
+            shards.getColumn(1).getInt64() != shard_.shard.count ||
+            shards.getColumn(2).getInt64() == shard_.shard.index + 1) {
+            return false;
+        }
+    }
+    return true;
+}
+
+PartsFolder::Limits PartsFolder::last_rows() const {
+    const SQLite::Database database(file_.string(), SQLite::OPEN_READONLY, kBusyTimeoutMilliseconds);
+    SQLite::Statement last(database,
+                           "SELECT coalesce((SELECT max(id) FROM runs), 0), "
+                           "coalesce((SELECT max(id) FROM points), 0)");
+    last.executeStep();
+    return {last.getColumn(0).getInt64(), last.getColumn(1).getInt64()};
+}
+
+void PartsFolder::hand_in(std::int64_t ended) {
+    last_time_ = std::chrono::steady_clock::now();
+    shard_.ended = ended;
+    results_->put_shard(shard_);
+    const std::filesystem::path aside = scratch_.path() / "new.db";
+    Limits now;
+    try {
+        now = last_rows();
+        SQLite::Database database(uri_of(aside),
+                                  SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
+        database.exec("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");
+        ResultsMerger merger(database, true);
+        merger.add_later(file_, handed_in_.run, handed_in_.point);
+    } catch (const SQLite::Exception& error) {
+        fail_to_write(aside, text::one_line(error.what()));
+    }
+    const std::string name = fmt::format("part-{}-of-{}-{}-{}-{}{}", shard_.shard.index + 1,
+                                         shard_.shard.count, host_name(), getpid(), ++files_, kEnding);
+    copy_into_place(aside, folder_ / name);
+    std::error_code error;
+    std::filesystem::remove(aside, error);
+    handed_in_ = now;
+}
+
+void PartsFolder::hand_in_if_due(std::int64_t ended) {
+    if (std::chrono::steady_clock::now() - last_time_ < interval_) return;
+    const Limits now = last_rows();
+    if (now.run > handed_in_.run || now.point > handed_in_.point) hand_in(ended);
+}
+
+}  // namespace metabuffer::exploration

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/temporary_folder.h"
+#include "tools/exploration/results_database.h"
+#include "tools/exploration/results_merge.h"
+
+namespace metabuffer::exploration {
+
+/// The results files that a name on a command line stands for: the file, or all *.db files of the folder, by name.
+/// Throws InputError if there is none.
+std::vector<std::filesystem::path> results_in(const std::filesystem::path& place);
+std::vector<std::filesystem::path> results_in(const std::vector<std::string>& places);
+
+/// Points that a file of results holds. Throws InputError.
+std::int64_t points_in(const std::filesystem::path& file);
+
+/// What the results in a folder lack of their sweep; none if there are no results. Throws InputError if they are not of
+/// the sweep.
+std::optional<MissingPoints> missing_in(const std::filesystem::path& folder, const ResultsIdentity& identity,
+                                        const std::string& digest, std::int64_t shards);
+
+/// The results of one shard, on the way to a folder that computers share. They are written on a disk of this computer
+/// alone, since SQLite's locks need not work elsewhere. What is new is handed in from time to time as a file of its own,
+/// put in place by renaming it. So nothing is written twice, two processes that run the same shard do no harm, and one
+/// that is killed loses what it has not handed in.
+class PartsFolder {
+  public:
+    /// Begins with what the folder holds of the shard. The folder must be there. Throws InputError if it holds results of
+    /// another sweep or build, OutputError if there is no place to write.
+    PartsFolder(std::filesystem::path folder, const ResultsIdentity& identity, ShardRecord shard,
+                std::chrono::seconds interval);
+
+    ResultsDatabase& results() { return *results_; }
+    /// ended: points of the shard, so far.
+    void hand_in(std::int64_t ended);
+    /// The same, if the last time was longer ago than the interval.
+    void hand_in_if_due(std::int64_t ended);
+
+  private:
+    struct Limits {
+        std::int64_t run = 0;
+        std::int64_t point = 0;
+    };
+    Limits last_rows() const;
+    bool holds_only_other_shards(const std::filesystem::path& file) const;
+
+    std::filesystem::path folder_;
+    ResultsIdentity identity_;
+    ShardRecord shard_;
+    std::chrono::seconds interval_;
+    TemporaryFolder scratch_;
+    std::filesystem::path file_;  ///< on this computer's disk
+    std::optional<ResultsDatabase> results_;
+    Limits handed_in_;
+    int files_ = 0;
+    std::chrono::steady_clock::time_point last_time_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace metabuffer::exploration

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace metabuffer::exploration {
+
+/// One setting of a point: a scenario key's path as --set takes it, or kScenarioAxis, and a YAML value in flow style.
+struct Setting {
+    std::string key;
+    std::string value;
+    friend bool operator==(const Setting& a, const Setting& b) {
+        return a.key == b.key && a.value == b.value;
+    }
+};
+
+/// Keys that go together: entry n of each is taken at once.
+struct Axis {
+    std::vector<std::string> keys;
+    std::vector<std::vector<std::string>> values;  ///< by key; all of the same length, no entry twice
+    /// By key, begins the message if something is wrong with it ("sweep.yaml:7: axes[0].key"); may be left empty.
+    std::vector<std::string> where;
+};
+
+/// One machine to be run, or searched.
+struct Point {
+    std::vector<Setting> settings;  ///< of the axes, in their order
+};
+
+/// One of `count` parts of a sweep. Of any `count` combinations that follow each other from a multiple of `count` on, each
+/// part has one; which one changes from row to row, so that no part has one value of an axis only.
+struct Shard {
+    std::int64_t index = 0;  ///< 0 to count - 1
+    std::int64_t count = 1;  ///< 1 and more
+
+    /// The part's combination of those from row * count on.
+    std::int64_t number_in(std::int64_t row) const;
+    friend bool operator==(const Shard& a, const Shard& b) {
+        return a.index == b.index && a.count == b.count;
+    }
+};
+
+/// The points of a sweep, or of one shard of it: all combinations of the axes' entries, the last axis changing fastest,
+/// without those that a filter has left out. It holds the axes and a bit for each combination of the shard, and makes a
+/// point when it is asked for.
+class PointSequence {
+  public:
+    using Filter = std::function<bool(const std::vector<Setting>&)>;
+
+    PointSequence() = default;
+    /// The axes have values. filter: lets a point through; empty: all of them.
+    PointSequence(std::vector<Axis> axes, Shard shard, const Filter& filter);
+
+    std::size_t size() const { return size_; }
+    bool empty() const { return size_ == 0; }
+    /// Combinations of the shard that the filter left out.
+    std::size_t filtered() const { return filtered_; }
+
+    class Iterator {
+      public:
+        using iterator_category = std::input_iterator_tag;
+        using value_type = Point;
+        using difference_type = std::ptrdiff_t;
+        using pointer = const Point*;
+        using reference = Point;
+
+        Iterator(const PointSequence& points, std::int64_t row) : points_(&points), row_(row) { skip(); }
+        Point operator*() const { return points_->made(row_); }
+        Iterator& operator++() {
+            ++row_;
+            skip();
+            return *this;
+        }
+        friend bool operator==(const Iterator& a, const Iterator& b) { return a.row_ == b.row_; }
+        friend bool operator!=(const Iterator& a, const Iterator& b) { return a.row_ != b.row_; }
+
+      private:
+        void skip() {
+            while (row_ < points_->rows_ && !points_->has(row_)) ++row_;
+        }
+
+        const PointSequence* points_;
+        std::int64_t row_;
+    };
+    Iterator begin() const { return {*this, 0}; }
+    Iterator end() const { return {*this, rows_}; }
+
+  private:
+    Point made(std::int64_t row) const;
+    bool has(std::int64_t row) const {
+        return shard_.number_in(row) < combinations_ && (left_out_.empty() || !left_out_[row]);
+    }
+
+    std::shared_ptr<const std::vector<Axis>> axes_;  ///< shared by the copies
+    Shard shard_;
+    std::int64_t combinations_ = 0;  ///< of the axes' entries, in all shards
+    std::int64_t rows_ = 0;       ///< a combination of the shard, but for the last one, which may have none
+    std::vector<bool> left_out_;  ///< by row; empty: none
+    std::size_t size_ = 0;
+    std::size_t filtered_ = 0;
+};
+
+}  // namespace metabuffer::exploration

@@ -1,0 +1,249 @@
+#include "tools/exploration/results_merge.h"
+
+#include <SQLiteCpp/Exception.h>
+#include <SQLiteCpp/Statement.h>
+#include <SQLiteCpp/Transaction.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <system_error>
+#include <utility>
+
+#include "host/errors.h"
+#include "host/output_file.h"
+#include "host/text.h"
+#include "host/writer_lock.h"
+#include "tools/exploration/results_file.h"
+#include "tools/exploration/results_merger.h"
+
+namespace metabuffer::exploration {
+namespace {
+
+/// "a = excluded.a, b = excluded.b".
+std::string taken_over(const std::vector<std::string>& columns) {
+    std::vector<std::string> updates(columns.size());
+    std::transform(columns.begin(), columns.end(), updates.begin(),
+                   [](const std::string& column) { return column + " = excluded." + column; });
+    return text::listed(updates);
+}
+
+/// Adds to a table of the target what `rows` selects. The same settings come once; what a repetition may change gives way.
+std::string insert_better(const std::string& table, const std::vector<std::string>& columns,
+                          const std::string& rows) {
+    return "INSERT INTO main." + table + " (" + text::listed(columns) + ") " + rows +
+           " ON CONFLICT (settings) DO UPDATE SET " + taken_over(columns) + " WHERE main." + table +
+           ".status IN (" + retried_statuses() + ") AND excluded.status NOT IN (" + retried_statuses() + ")" +
+           (table == "runs" ? " OR (main.runs.report IS NULL AND excluded.report IS NOT NULL)" : "");
+}
+
+/// A part that is attached while this lives.
+class Attached {
+  public:
+    Attached(SQLite::Database& database, const std::filesystem::path& part) : database_(database) {
+        SQLite::Statement attach(database, "ATTACH ? AS part");
+        attach.bind(1, uri_to_read(part));
+        attach.exec();
+    }
+    Attached(const Attached&) = delete;
+    Attached& operator=(const Attached&) = delete;
+    ~Attached() { database_.tryExec("DETACH part"); }
+
+  private:
+    SQLite::Database& database_;
+};
+
+std::int64_t number(SQLite::Database& database, const std::string& sql) {
+    return database.execAndGet(sql).getInt64();
+}
+
+}  // namespace
+
+ResultsMerger::ResultsMerger(SQLite::Database& target, bool with_reports)
+    : target_(target), with_reports_(with_reports) {
+    // Of each shard the points that its own files hold.
+    target_.exec(
+        "CREATE TEMP TABLE counted (digest TEXT, shard INTEGER, shards INTEGER, point INTEGER, "
+        "PRIMARY KEY (digest, shards, shard, point)) WITHOUT ROWID");
+}
+
+void ResultsMerger::check_belongs(const std::filesystem::path& part, const ResultsIdentity& identity) {
+    const std::string difference = difference_between(identity, identity_);
+    if (difference.empty()) return;
+    throw InputError("'" + part.string() + "' holds results " + difference + " in '" + first_.string() +
+                     "'; merge files of one sweep that one build has run");
+}
+
+void ResultsMerger::add(const std::filesystem::path& part) { add_later(part, 0, 0); }
+
+void ResultsMerger::add_later(const std::filesystem::path& part, std::int64_t last_run,
+                              std::int64_t last_point) {
+    const ResultsIdentity identity = identity_of(part);
+    try {
+        if (is_empty_) {
+            create_schema(target_, identity);
+            identity_ = identity;
+            first_ = part;
+            is_empty_ = false;
+        } else {
+            check_belongs(part, identity);
+            identity_.inputs.insert(identity.inputs.begin(), identity.inputs.end());
+        }
+        const Attached attached(target_, part);
+        SQLite::Transaction transaction(target_, SQLite::TransactionBehavior::IMMEDIATE);
+        add_inputs(target_, identity);
+        add_rows(last_run, last_point);
+        count_shards();
+        transaction.commit();
+    } catch (const SQLite::Exception& error) {
+        fail_to_read(part, error);
+    }
+}
+
+void ResultsMerger::add_rows(std::int64_t last_run, std::int64_t last_point) {
+    std::vector<std::string> columns = run_columns();
+    std::vector<std::string> values = columns;
+    if (!with_reports_) values.back() = "NULL";
+    for (std::vector<std::string>* const names : {&columns, &values}) {
+        for (std::string& name : *names) {
+            if (name != "NULL") name = quoted_name(name);
+        }
+    }
+    target_.exec(insert_better("runs", columns,
+                               "SELECT " + text::listed(values) + " FROM part.runs WHERE id > " +
+                                   std::to_string(last_run) +
+                                   " OR id IN (SELECT run FROM part.points WHERE id > " +
+                                   std::to_string(last_point) + ") ORDER BY id"));
+    if (with_reports_) {
+        target_.exec(
+            "INSERT OR IGNORE INTO main.pictures (run, display, png) SELECT t.id, p.display, p.png "
+            "FROM part.pictures AS p JOIN part.runs AS s ON s.id = p.run "
+            "JOIN main.runs AS t ON t.settings = s.settings");
+    }
+    const std::vector<std::string> point_names = point_columns();
+    std::vector<std::string> point_values = point_names;
+    std::replace(
+        point_values.begin(), point_values.end(), std::string("run"),
+        std::string("(SELECT t.id FROM part.runs AS r JOIN main.runs AS t ON t.settings = r.settings "
+                    "WHERE r.id = run)"));
+    target_.exec(insert_better("points", point_names,
+                               "SELECT " + text::listed(point_values) + " FROM part.points WHERE id > " +
+                                   std::to_string(last_point) + " ORDER BY id"));
+    target_.exec(
+        "INSERT OR IGNORE INTO main.point_settings (point, position, key, value) "
+        "SELECT t.id, s.position, s.key, s.value FROM part.point_settings AS s "
+        "JOIN part.points AS p ON p.id = s.point JOIN main.points AS t ON t.settings = p.settings");
+}
+
+/// What was killed has ended more points than it says, and a file of one shard has no others.
+void ResultsMerger::count_shards() {
+    target_.exec(
+        "INSERT INTO main.shards (digest, shard, shards, points, ended) "
+        "SELECT digest, shard, shards, points, ended FROM part.shards WHERE true "
+        "ON CONFLICT (digest, shards, shard) DO UPDATE SET ended = max(ended, excluded.ended)");
+    if (number(target_, "SELECT count(*) FROM part.shards") != 1) return;
+    target_.exec(
+        "INSERT OR IGNORE INTO temp.counted (digest, shard, shards, point) "
+        "SELECT s.digest, s.shard, s.shards, t.id FROM part.shards AS s JOIN part.points AS p "
+        "JOIN main.points AS t ON t.settings = p.settings");
+}
+
+std::int64_t ResultsMerger::points() const {
+    return is_empty_ ? 0 : number(target_, "SELECT count(*) FROM points");
+}
+
+void ResultsMerger::remove_retried() {
+    if (is_empty_) return;
+    const std::string condition = " WHERE status IN (" + retried_statuses() + ")";
+    target_.exec("DELETE FROM point_settings WHERE point IN (SELECT id FROM points" + condition + ")");
+    target_.exec("DELETE FROM points" + condition);
+    target_.exec("DELETE FROM pictures WHERE run IN (SELECT id FROM runs" + condition + ")");
+    target_.exec("DELETE FROM runs" + condition);
+}
+
+/// By the sweep's digest and the number of shards: axes may have grown, and the sweep may have been cut anew.
+std::map<std::pair<std::string, std::int64_t>, MissingPoints> ResultsMerger::missing_by_cut() {
+    target_.exec(
+        "UPDATE main.shards AS s SET ended = max(ended, min(points, (SELECT count(*) FROM temp.counted AS c "
+        "WHERE c.digest = s.digest AND c.shards = s.shards AND c.shard = s.shard)))");
+    std::map<std::pair<std::string, std::int64_t>, MissingPoints> missing;
+    SQLite::Statement shards(target_,
+                             "SELECT digest, shards, shard, points, ended FROM main.shards ORDER BY shard");
+    while (shards.executeStep()) {
+        if (shards.getColumn(1).getInt64() > kMostPoints) {
+            throw InputError("'" + first_.string() + "' or a part like it is damaged: its table shards has " +
+                             shards.getColumn(1).getString() + " shards");
+        }
+        const std::pair cut(shards.getColumn(0).getString(), shards.getColumn(1).getInt64());
+        const auto [entry, is_new] = missing.try_emplace(cut);
+        MissingPoints& of_cut = entry->second;
+        if (is_new) of_cut = all_missing(cut.second);
+        const std::int64_t shard = shards.getColumn(2).getInt64();
+        of_cut.shards.erase(std::remove(of_cut.shards.begin(), of_cut.shards.end(), shard),
+                            of_cut.shards.end());
+        const std::int64_t points = shards.getColumn(3).getInt64();
+        const std::int64_t ended = shards.getColumn(4).getInt64();
+        of_cut.points_wanted += points;
+        of_cut.points += points - ended;
+        if (ended < points) of_cut.unfinished_shards.push_back(shard);
+    }
+    return missing;
+}
+
+MissingPoints ResultsMerger::missing() {
+    const auto cuts = missing_by_cut();
+    if (cuts.empty()) return {};
+    // What one cut lacks another may have: the one that is nearest to its end counts.
+    const auto rank = [](const auto& cut) { return std::pair(cut.second.shards.size(), cut.second.points); };
+    return std::min_element(cuts.begin(), cuts.end(),
+                            [&rank](const auto& a, const auto& b) { return rank(a) < rank(b); })
+        ->second;
+}
+
+MissingPoints ResultsMerger::missing(const std::string& digest, std::int64_t shards) {
+    const auto cuts = missing_by_cut();
+    // What was cut another way is there all the same.
+    for (const auto& [cut, missing] : cuts) {
+        if (cut.first == digest && missing.complete()) return missing;
+    }
+    const auto found = cuts.find({digest, shards});
+    return found != cuts.end() ? found->second : all_missing(shards);
+}
+
+MissingPoints all_missing(std::int64_t shards) {
+    MissingPoints all;
+    all.shard_count = shards;
+    all.shards.resize(static_cast<std::size_t>(shards));
+    std::iota(all.shards.begin(), all.shards.end(), std::int64_t{1});
+    return all;
+}
+
+Merge merge_results(const std::vector<std::filesystem::path>& parts, const std::filesystem::path& target) {
+    check_is_file(target);
+    const WriterLock lock = lock_results(target);
+    OutputFile file(target);
+    Merge merge;
+    merge.files = parts.size();
+    try {
+        // Nobody else knows the file, and it may lie where locks do not work.
+        SQLite::Database database(uri_of(file.aside()) + "?vfs=unix-none",
+                                  SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
+        database.exec("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");
+        ResultsMerger merger(database, true);
+        std::error_code error;
+        if (std::filesystem::exists(target, error)) merger.add(target);
+        const std::int64_t before = merger.points();
+        for (const std::filesystem::path& part : parts) {
+            if (!std::filesystem::equivalent(part, target, error)) merger.add(part);
+        }
+        merge.missing = merger.missing();
+        merge.points = merger.points();
+        merge.new_points = merge.points - before;
+    } catch (const SQLite::Exception& error) {
+        fail_to_write(target, text::one_line(error.what()));
+    }
+    file.put_in_place();
+    return merge;
+}
+
+}  // namespace metabuffer::exploration
