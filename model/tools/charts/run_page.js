@@ -4,7 +4,7 @@
     const run = metabufferRun, {data, machine, report} = run;
     const {element, percent, shellWord, copyButton, saveButton, busesOf} = metabufferElements;
     const {Wall, rendererColour} = metabufferWall;
-    const {TimeLine, useColours} = metabufferTime;
+    const {TimeLine} = metabufferTime;
     const byId = id => document.getElementById(id);
     const number = value => typeof value === "number" ? value.toLocaleString("en", {maximumFractionDigits: 2}) : String(value);
     const counted = (count, thing) => `${number(count)} ${thing}${count === 1 ? "" : "s"}`;
@@ -315,8 +315,8 @@
             }),
             element("label", {}, "buffers", group));
         const used = report.totals.bus || {};
-        byId("time-key").append(...run.useNames.map((name, n) => used[run.useCounters[n]]
-            ? element("span", {}, element("i", {style: "background:" + useColours[n]}), name) : null).filter(part => part),
+        byId("time-key").append(...run.uses.map(({counter, name, colour}) => used[counter]
+            ? element("span", {}, element("i", {style: "background:" + colour}), name) : null).filter(part => part),
             element("span", {}, element("i", {style: "background:#2fc79a"}), "slots recovered"),
             ...(report.totals.starved_pixels ? [element("span", {}, element("i", {style: "background:#ffd400"}), "starved pixels")] : []),
             ...(data.safe_buffer_pixels !== null && data.safe_buffer_pixels < machine.buffer_pixels

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "report/counters.h"
 #include "tools/charts/base64.h"
 #include "tools/charts/page_template.h"
 
@@ -16,6 +17,17 @@ bool take_one(std::size_t& left) {
     if (left == 0) return false;
     --left;
     return true;
+}
+
+/// The names of the counters of all uses, in the order of BusUse.
+Json bus_uses_json() {
+    Json names = Json::array();
+    for (const BusUseTraits& use : kBusUseTable) {
+        for (const Counter<BusCounters>& counter : Counters<BusCounters>::kTable) {
+            if (counter.member == use.counter) names.push_back(counter.name);
+        }
+    }
+    return names;
 }
 
 Json span_json(const tlm::CycleSpan& span) { return Json::array({span.first, span.last}); }
@@ -205,6 +217,7 @@ void RunRecord::starved(int renderer, int display, const StarvedRun& run) {
 
 Json RunRecord::json() const {
     Json json;
+    json["bus_uses"] = bus_uses_json();
     // Bins are drawn where single spans and points are left out.
     json["buses"] = Json::array();
     for (const BusTrack& track : buses_) {

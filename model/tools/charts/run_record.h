@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/enum_table.h"
 #include "report/report.h"
 #include "scenario/scenario.h"
 #include "tlm/schedule_observer.h"
@@ -25,9 +26,24 @@ struct RecordLimits {
     std::size_t link_frames = 100'000;     ///< of all links
 };
 
-/// What a bus may do in a clock, in the order of the page's colours; each is a counter of BusCounters.
+/// What a bus may do in a clock.
 enum class BusUse : std::uint8_t { kBusy, kTable, kPageMiss, kRefresh, kWrite, kGrant, kPoll, kLost };
-constexpr std::size_t kBusUses = 8;
+struct BusUseTraits {
+    BusUse value;
+    std::int64_t BusCounters::*counter;  ///< by its name the page's script knows the use
+};
+constexpr std::array kBusUseTable{
+    BusUseTraits{BusUse::kBusy, &BusCounters::busy_cycles},
+    BusUseTraits{BusUse::kTable, &BusCounters::table_cycles},
+    BusUseTraits{BusUse::kPageMiss, &BusCounters::page_miss_cycles},
+    BusUseTraits{BusUse::kRefresh, &BusCounters::refresh_cycles},
+    BusUseTraits{BusUse::kWrite, &BusCounters::write_cycles},
+    BusUseTraits{BusUse::kGrant, &BusCounters::grant_cycles},
+    BusUseTraits{BusUse::kPoll, &BusCounters::poll_cycles},
+    BusUseTraits{BusUse::kLost, &BusCounters::lost_cycles},
+};
+static_assert(is_in_order(kBusUseTable));
+constexpr std::size_t kBusUses = kBusUseTable.size();
 
 /// Sums over stretches of clocks that are all as wide, and become twice as wide whenever there would be too many.
 class ClockBins {
