@@ -47,6 +47,18 @@ const metabufferElements = (() => {
         return copy;
     }
 
+    /// Gives a view's canvas a size in CSS pixels, sharp on any screen; false: it has it already.
+    function sizeCanvas(view, width, height) {
+        const ratio = window.devicePixelRatio || 1;
+        if (view.width === width && view.height === height && view.ratio === ratio) return false;
+        Object.assign(view, {width, height, ratio});
+        view.canvas.width = Math.round(width * ratio);
+        view.canvas.height = Math.round(height * ratio);
+        view.canvas.style.width = width + "px";
+        view.canvas.style.height = height + "px";
+        return true;
+    }
+
     /// What a bus does in a clock, by the report's counter, in the order of the bars. On a light colour text is dark.
     const clockKinds = [{counter: "busy_cycles", name: "pixels", colour: "#0072b2"},
                         {counter: "page_miss_cycles", name: "page miss", colour: "#d55e00"},
@@ -78,5 +90,5 @@ const metabufferElements = (() => {
                 more > 0 ? element("p", {class: "what"}, `and ${more} more`) : null];
     }
 
-    return {element, percent, shellWord, inflated, inflatedText, saveButton, copyButton, clockKinds, busesOf};
+    return {element, percent, shellWord, inflated, inflatedText, saveButton, copyButton, sizeCanvas, clockKinds, busesOf};
 })();

@@ -1,6 +1,7 @@
 // What links, buses, buffers and displays do when, from the whole run to single clocks.
 const metabufferTime = (() => {
     "use strict";
+    const {sizeCanvas} = metabufferElements;
     const run = metabufferRun, {machine, record} = run;
     const labelWidth = 138, axisHeight = 26, mostHeight = 620, leastClocks = 12;
     const clip = (value, least, most) => Math.min(most, Math.max(least, value));
@@ -56,13 +57,7 @@ const metabufferTime = (() => {
         resize() {
             const width = Math.max(320, Math.floor(this.canvas.parentElement.clientWidth));
             const height = Math.min(mostHeight, this.rowsHeight + axisHeight);
-            const ratio = window.devicePixelRatio || 1;
-            if (this.width === width && this.height === height && this.ratio === ratio) return;
-            [this.width, this.height, this.ratio] = [width, height, ratio];
-            this.canvas.width = Math.round(width * ratio);
-            this.canvas.height = Math.round(height * ratio);
-            this.canvas.style.width = width + "px";
-            this.canvas.style.height = height + "px";
+            if (!sizeCanvas(this, width, height)) return;
             this.scroll = clip(this.scroll, 0, this.mostScroll);
             this.draw();
         }
