@@ -23,6 +23,7 @@
 #include "tools/program/picture_check.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/result_folder.h"
+#include "tools/program/watchdog_lines.h"
 #include "tools/program/wrong_pixel_record.h"
 
 namespace metabuffer {
@@ -414,14 +415,9 @@ ExitStatus RunCommand::judge(const Outcome& outcome) const {
     const RunReport& report = outcome.report;
     const bool wrong = report.check && report.check->violations > 0;
     if (wrong) print_violations(*report.check, outcome.check_trace_options);
-    if (!report.watchdog.empty()) {
-        std::cerr << scenario_.file() << ": the watchdog ended the run: nothing moves any more\n";
-        for (const std::string& finding : report.watchdog) {
-            std::cerr << "  " << finding << '\n';
-        }
-        return wrong ? kExitDifferent : kExitWatchdog;
-    }
+    const bool watchdog = print_watchdog(scenario_.file(), report);
     if (wrong) return kExitDifferent;
+    if (watchdog) return kExitWatchdog;
     if (strict_ && (report.total_starved_pixels() > 0 || report.total_stalled_cycles() > 0 ||
                     report.total_rejected() > 0)) {
         std::cerr << scenario_.file() << ": --strict: " << report.total_starved_pixels()

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <optional>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "tools/program/output_guard.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/result_folder.h"
+#include "tools/program/watchdog_lines.h"
 #include "tools/program/wrong_pixel_record.h"
 
 namespace metabuffer {
@@ -114,10 +114,7 @@ ExitStatus ViewCommand::execute() {
     page.most_image_bytes = most_bytes - std::min(most_bytes, pictures.bytes());
     file.write(charts::run_page(page));
     file.put_in_place();
-    if (report.watchdog.empty()) return kExitDone;
-    std::cerr << scenario_.file() << ": the watchdog ended the run: nothing moves any more\n";
-    for (const std::string& finding : report.watchdog) std::cerr << "  " << finding << '\n';
-    return kExitWatchdog;
+    return print_watchdog(scenario_.file(), report) ? kExitWatchdog : kExitDone;
 }
 
 }  // namespace metabuffer
