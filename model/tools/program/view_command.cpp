@@ -36,12 +36,11 @@ constexpr const char* kViewFooter =
     "shows until then.";
 
 /// What of the report in a folder of results is not what this program has counted.
-std::vector<std::string> remarks_on(const std::filesystem::path& report_file, const RunReport& report) {
+std::vector<std::string> remarks_on(const std::filesystem::path& report_file, const std::string& report) {
     if (!std::filesystem::is_regular_file(report_file)) return {};
     std::size_t differences = 0;
     try {
-        differences =
-            compare_reports(input::text_of_file(report_file), report_json(report)).differences.size();
+        differences = compare_reports(input::text_of_file(report_file), report).differences.size();
     } catch (const std::exception&) {
         return {report_file.string() + " cannot be read as a report."};
     }
@@ -104,12 +103,13 @@ ExitStatus ViewCommand::execute() {
     RunReport report = tlm::run(scenario, options).report;
     wrong_pixels.put_into(report);
 
-    charts::RunPage page{scenario, report, record, pictures, "", {}, {}, {}, 0};
+    const std::string report_text = report_json(report);
+    charts::RunPage page{scenario, report, report_text, record, pictures};
     page.title = title_.empty() ? scenario.name : title_;
     page.command = {"metabuffer", "run"};
     const std::vector<std::string> words = scenario_.words();
     page.command.insert(page.command.end(), words.begin(), words.end());
-    if (report_file) page.remarks = remarks_on(*report_file, report);
+    if (report_file) page.remarks = remarks_on(*report_file, report_text);
     page.safe_buffer_pixels = analysis::analyze(scenario).safe_buffer_pixels;
     page.most_image_bytes = most_bytes - std::min(most_bytes, pictures.bytes());
     file.write(charts::run_page(page));
