@@ -50,7 +50,7 @@ class ClockBins {
   public:
     static constexpr std::size_t kMost = 2048;
 
-    void add(std::size_t use, tlm::CycleSpan span);
+    void add(std::size_t use, CycleSpan span);
     std::int64_t width_cycles() const { return width_cycles_; }
     const std::vector<std::array<std::int64_t, kBusUses>>& bins() const { return bins_; }
 
@@ -80,19 +80,19 @@ class RunRecord final : public tlm::ScheduleObserver {
   public:
     explicit RunRecord(const Scenario& scenario, const RecordLimits& limits = {});
 
-    void table(int renderer, int frame, tlm::CycleSpan span) override;
+    void table(int renderer, int frame, CycleSpan span) override;
     void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
-               int recovered_slots, tlm::CycleSpan span) override;
-    void page_miss(int renderer, int display, std::int64_t word_address, tlm::CycleSpan span) override;
-    void refresh(int renderer, tlm::CycleSpan span) override;
-    void memory_write(int renderer, tlm::CycleSpan span) override;
-    void poll(int renderer, tlm::CycleSpan span) override;
-    void arbitration(int renderer, tlm::CycleSpan span) override;
-    void lost_slot(int renderer, tlm::CycleSpan span) override;
+               int recovered_slots, CycleSpan span) override;
+    void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) override;
+    void refresh(int renderer, CycleSpan span) override;
+    void memory_write(int renderer, CycleSpan span) override;
+    void poll(int renderer, CycleSpan span) override;
+    void arbitration(int renderer, CycleSpan span) override;
+    void lost_slot(int renderer, CycleSpan span) override;
     void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
-    void composited(int display, int frame, tlm::CycleSpan span) override;
-    void column_stall(int display, int frame, tlm::CycleSpan span) override;
-    void shown(int display, int frame, tlm::CycleSpan span) override;
+    void composited(int display, int frame, CycleSpan span) override;
+    void column_stall(int display, int frame, CycleSpan span) override;
+    void shown(int display, int frame, CycleSpan span) override;
     void link_frame(int renderer, const tlm::LinkFrameSeen& frame) override;
     void starved(int renderer, int display, const StarvedRun& run) override;
 
@@ -134,7 +134,7 @@ class RunRecord final : public tlm::ScheduleObserver {
         std::int64_t left_out = 0;
     };
 
-    NumberLog* note(int renderer, BusUse use, tlm::CycleSpan span);
+    NumberLog* note(int renderer, BusUse use, CycleSpan span);
     std::size_t composer(int renderer, int display) const {
         return static_cast<std::size_t>(renderer - 1) * displays_ + static_cast<std::size_t>(display - 1);
     }
@@ -146,8 +146,8 @@ class RunRecord final : public tlm::ScheduleObserver {
     std::vector<RunTrack> starved_;   ///< likewise
     std::vector<StallTrack> stalls_;  ///< by display
     std::vector<LinkTrack> links_;
-    std::vector<std::vector<tlm::CycleSpan>> composited_;  ///< by frame, then by display
-    std::vector<tlm::CycleSpan> shown_;                    ///< by frame: all displays swap together
+    std::vector<std::vector<CycleSpan>> composited_;  ///< by frame, then by display
+    std::vector<CycleSpan> shown_;                    ///< by frame: all displays swap together
 };
 
 }  // namespace metabuffer::charts

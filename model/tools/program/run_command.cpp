@@ -60,7 +60,7 @@ std::string waveform_header(const Scenario& scenario) {
     return header;
 }
 
-std::string clocks_text(const CycleRange& range) {
+std::string clocks_text(const CycleSpan& range) {
     return std::to_string(range.first) + " to " + std::to_string(range.last);
 }
 
@@ -302,14 +302,14 @@ RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& p
 
 RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& pictures) const {
     std::optional<tlm::ScheduleTrace> trace;
-    std::optional<CycleRange> window;
+    std::optional<CycleSpan> window;
     if (!trace_file_.empty()) {
         trace.emplace(trace_file_, scenario);
         const TraceWindow wanted = trace_window();
         window = wanted.fixed_cycles();
         if (!window) window = tlm::find_window(scenario, wanted);
         if (!window) trace.reset();
-        if (window && wanted.kind != TraceWindow::Kind::kAll) trace->show_only({window->first, window->last});
+        if (window && wanted.kind != TraceWindow::Kind::kAll) trace->show_only(*window);
     }
     tlm::RunOptions options;
     options.observer = trace ? &*trace : nullptr;
@@ -345,8 +345,7 @@ RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& p
     } else {
         outcome.trace_line =
             "schedule " + trace_file_ + ": " +
-            (window_option_->count() > 0 ? "core clocks " + clocks_text({shown->first, shown->last}) + ", "
-                                         : std::string()) +
+            (window_option_->count() > 0 ? "core clocks " + clocks_text(*shown) + ", " : std::string()) +
             "to be opened at https://ui.perfetto.dev";
     }
     return outcome;

@@ -18,7 +18,6 @@ using charts::ClockBins;
 using charts::LevelBins;
 using charts::NumberLog;
 using charts::RunRecord;
-using tlm::CycleSpan;
 
 namespace {
 
