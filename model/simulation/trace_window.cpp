@@ -107,7 +107,7 @@ std::optional<CycleSpan> scout(const TraceWindow& window,
     while (!process.ended()) process.receive(bytes);
     CycleSpan event;
     if (!process.complaint().empty() || bytes.size() != sizeof event) {
-        throw InputError("--trace: the scouting run " +
+        throw InputError("--trace: the run that finds the clock of the event " +
                          (process.complaint().empty() ? "sent no answer" : process.complaint()));
     }
     std::memcpy(&event, bytes.data(), sizeof event);
