@@ -57,10 +57,10 @@
             const lost = tracks.reduce((sum, track) => sum + track.left_out, 0);
             if (lost) remarks.push(`Not in the page: ${number(lost)} ${what}; ${instead}. A run of fewer --frames has all.`);
         };
-        cut(run.record.buses, "bursts, waits and other spans of buses", "behind the last one there, sums over stretches of clocks are drawn");
-        cut(run.record.levels, "levels of buffers", "behind the last one there, the least and the most in stretches of clocks are drawn");
+        cut(run.record.buses, "bursts, waits and other spans of buses", "after the last one there, sums over stretches of clocks are drawn");
+        cut(run.record.levels, "levels of buffers", "after the last one there, the least and the most in stretches of clocks are drawn");
         cut([run.record.starved], "runs of starved pixels", "the later ones, which are counted but not shown");
-        cut(run.record.stalls, "stalls of columns", "the later ones, so that clocks of pixels behind them are too early");
+        cut(run.record.stalls, "stalls of columns", "the later ones, so that clocks of pixels after them are too early");
         cut(run.record.links, "frames of links", "the later ones");
         byId("remarks").append(...remarks.map(text => element("p", {class: "remark"}, text)));
     }
@@ -320,7 +320,7 @@
             element("span", {}, element("i", {style: "background:#2fc79a"}), "slots recovered"),
             ...(report.totals.starved_pixels ? [element("span", {}, element("i", {style: "background:#ffd400"}), "starved pixels")] : []),
             ...(data.safe_buffer_pixels !== null && data.safe_buffer_pixels < machine.buffer_pixels
-                ? [element("span", {}, element("i", {style: "background:#2fa36b"}), "depth that is proved to do")] : []));
+                ? [element("span", {}, element("i", {style: "background:#2fa36b"}), "depth that is proved to be enough")] : []));
     }
 
     // ---------------------------------------------------------------------------------------------------------- figures

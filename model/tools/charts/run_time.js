@@ -358,7 +358,7 @@ const metabufferTime = (() => {
             if (!track) return "…";
             const counters = run.report.composers[composer], safe = run.data.safe_buffer_pixels;
             return `holds ${track.at(clock)} of ${machine.buffer_pixels} pixels; high water ${counters.buffer_high_water}` +
-                (safe === null ? "" : `; ${safe} are proved to do`) +
+                (safe === null ? "" : `; ${safe} are proved to be enough`) +
                 (counters.starved_pixels ? `; ${counters.starved_pixels.toLocaleString("en")} pixels starved` : "");
         }
 

@@ -129,11 +129,12 @@ RunCommand::RunCommand(CLI::App& program)
         ->check(CLI::IsMember({kTlm, kRtl, kFunctional}));
     command().add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
     add_trace_options();
-    command().add_flag("--no-images", no_images_,
-                       "Counters only: no pictures, and those of an earlier run in the directory go");
+    command().add_flag(
+        "--no-images", no_images_,
+        "Counters only: no pictures, and those of an earlier run in the directory are removed");
     command().add_flag(
         "--check", check_,
-        "Hold every wire to the machine's rules and every pixel to level functional (level rtl), "
+        "Check every wire against the machine's rules and every pixel against level functional (level rtl), "
         "or the pictures alone (level tlm); exit with 5 if a rule is broken");
     command().add_flag("--strict", strict_,
                        "Exit with 3 if a pixel starved or a frame, row or slot table was rejected");

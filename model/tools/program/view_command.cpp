@@ -60,9 +60,10 @@ ViewCommand::ViewCommand(CLI::App& program)
     command().add_option("-o,--output", output_file_, "The page, an HTML file")->required();
     command().add_option("--title", title_, "The page's title (default: the scenario's name)");
     command()
-        .add_option("--embed-mib", embedded_mebibytes_,
-                    "MiB of pictures in the page, half of them at most for the displays': beyond, frames are "
-                    "left out evenly, and then images of renderers")
+        .add_option(
+            "--embed-mib", embedded_mebibytes_,
+            "MiB of pictures in the page, at most half of them the displays'; if there are more, frames "
+            "are left out evenly, and then images of renderers")
         ->capture_default_str()
         ->check(CLI::Range(0, 1024));
     command().add_flag("--quiet", quiet_, "Show no progress");
