@@ -22,7 +22,7 @@ namespace {
     const char* why = dlerror();
     throw InputError(text::one_line(std::string("images can be neither read nor written: ") +
                                     (why == nullptr ? "no reason given" : why) +
-                                    "; install metabuffer anew, or build it all"));
+                                    "; install metabuffer again, or build all of it"));
 }
 
 /// Whether this process may start so many more. All are alive at once.

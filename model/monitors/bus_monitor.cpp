@@ -183,7 +183,7 @@ void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
     }
     if (!tables_taken_) {
         violate("bus/tableready", edge,
-                "a frame starts behind an edge at which not every TABLEREADY was high");
+                "a frame starts after an edge at which not every TABLEREADY was high");
     } else if (edge <= table_counted_from_) {
         violate("bus/tableready", edge, "a frame starts before TABLEREADY counts the one before");
     }
@@ -200,10 +200,10 @@ void BusMonitor::take_row(const rtl::BusBeat& beat, std::int64_t edge) {
     if (table_complete_) {
         violate("bus/table", edge,
                 frames_started_ == 0 ? "a table row before a frame's start"
-                                     : "a table row behind the table's last");
+                                     : "a table row after the table's last");
     } else if (edge != table_edge_ + cycles_per_row_) {
         violate("bus/table", edge,
-                "a table row " + std::to_string(edge - table_edge_) + " clocks behind the beat before, not " +
+                "a table row " + std::to_string(edge - table_edge_) + " clocks after the beat before, not " +
                     std::to_string(cycles_per_row_));
     }
     if (beat.first != rows_taken_) {
@@ -300,7 +300,7 @@ void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
     if (row.pixels == row.sent) {
         violate("bus/beyond", edge,
                 "a pixel for display " + std::to_string(beat.destination) +
-                    " behind the last of its segment of " + std::to_string(row.pixels));
+                    " after the last of its segment of " + std::to_string(row.pixels));
         return;
     }
     const std::int64_t left = burst_left(beat, row, edge);
@@ -313,12 +313,12 @@ void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
     if (beat.count > taken) {
         violate("bus/beyond", edge,
                 "pixels for display " + std::to_string(beat.destination) +
-                    " behind the last of its segment of " + std::to_string(row.pixels));
+                    " after the last of its segment of " + std::to_string(row.pixels));
     }
     const std::int64_t remaining = stopped_ ? 0 : std::max<std::int64_t>(left - beat.count, 0);
     if (beat.remaining != remaining) {
         violate("bus/remaining", edge,
-                std::to_string(beat.remaining) + " pixels of the burst announced behind a beat, not " +
+                std::to_string(beat.remaining) + " pixels of the burst announced after a beat, not " +
                     std::to_string(remaining));
     }
     const std::int64_t page = page_of(row, row.sent);
@@ -352,7 +352,7 @@ std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, st
         if (!in_time) {
             violate("bus/pace", edge,
                     "the burst's next beat " + std::to_string(edge - beat_edge_) +
-                        " clocks behind the one before, not " +
+                        " clocks after the one before, not " +
                         (waits_are_known_ ? "" : std::to_string(cycles_per_beat_) + " to ") +
                         std::to_string(due_ - beat_edge_));
         }
@@ -391,7 +391,7 @@ void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_
     } else if (grant < free_from_) {
         violate("bus/pace", edge,
                 "a burst begins " + std::to_string(free_from_ - grant) +
-                    " clocks too early behind what came before");
+                    " clocks too early after what came before");
     } else if (!busready_at(display, grant)) {
         violate("bus/busready", busready_names_[display], edge,
                 "pixels for display " + std::to_string(static_cast<std::int64_t>(display) + 1) +
@@ -460,13 +460,13 @@ void BusMonitor::check_overdue(std::int64_t edge) {
     if (active_ && edge == due_) {
         violate("bus/pace", edge,
                 "no beat of the burst, " + std::to_string(remaining_) + " pixels of which are to come, " +
-                    std::to_string(edge - beat_edge_) + " clocks behind the one before");
+                    std::to_string(edge - beat_edge_) + " clocks after the one before");
         active_ = stopped_ = false;
         free_from_ = edge;
     }
     if (!table_complete_ && edge == table_edge_ + cycles_per_row_) {
         violate("bus/table", edge,
-                "no table row " + std::to_string(cycles_per_row_) + " clocks behind the beat before");
+                "no table row " + std::to_string(cycles_per_row_) + " clocks after the beat before");
     }
 }
 

@@ -136,8 +136,8 @@ void ComposerMonitor::check_outputs(std::int64_t cycle) {
         check_wire(observer_.stood_still() ? "pipeline/freeze" : "pipeline/startframe", startframe,
                    expected.startframe, startframe_name_, cycle, frame,
                    observer_.stood_still() ? ": the column stood still"
-                                           : ": one clock behind STARTFRAME read, "
-                                             "of a PIPEMASTER behind its PIPEREADY");
+                                           : ": one clock after STARTFRAME was read, "
+                                             "of a PIPEMASTER after its PIPEREADY");
         reporter_.mute(kRaster, pipe_name_, frame);
         reporter_.mute(kWire, pipe_name_, frame);
     }
@@ -154,7 +154,7 @@ void ComposerMonitor::check_outputs(std::int64_t cycle) {
                observer_.frames_received(), ": high while another frame's row can be kept");
     const bool stall = stall_o.read() && (expected.stall || !contain(stall_holds_, cycle));
     check_wire("composer/stall", stall, expected.stall, stall_name_, cycle, observer_.frame(),
-               ": high while the next raster place lacks its pixel");
+               ": high while the next raster pixel has not come");
     check_pipeready(cycle);
 }
 
@@ -168,7 +168,7 @@ void ComposerMonitor::check_pipe(std::int64_t cycle) {
     }
     const std::int64_t frame = observer_.frame();
     const std::string where =
-        composer_ + "raster place " + std::to_string(pixel_x_) + ", " + std::to_string(pixel_y_) + ": ";
+        composer_ + "raster position " + std::to_string(pixel_x_) + ", " + std::to_string(pixel_y_) + ": ";
     if (observer_.stood_still()) {
         reporter_.report(kRaster, "pipeline/freeze", pipe_name_, cycle, frame,
                          where + "changes while the column stands still");

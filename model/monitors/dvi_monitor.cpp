@@ -88,14 +88,14 @@ void DviMonitor::step_first_sync(const rtl::DviLink& link) {
 void DviMonitor::step_between(const rtl::DviLink& link) {
     const int sync_start = link_.timing.active_pixels + DviTiming::kHorizontalFrontPixels;
     if (link.vsync) {
-        found("dvi/vsync", "VSYNC is high behind the end of a frame, which has " +
+        found("dvi/vsync", "VSYNC is high after the end of a frame, which has " +
                                std::to_string(DviTiming::kVerticalSyncLines) + " lines of it");
     } else if (link.de) {
         found("dvi/active-lines", "DE is high before the back porch lines of a frame");
     } else if (!link.hsync) {
         ++pause_clocks_;
     } else if (pause_clocks_ < sync_start) {
-        found("dvi/hsync", "HSYNC rises " + std::to_string(pause_clocks_) + " clocks behind a frame's end, " +
+        found("dvi/hsync", "HSYNC rises " + std::to_string(pause_clocks_) + " clocks after a frame's end, " +
                                std::to_string(sync_start) + " would be the least");
     } else {
         begin_frame();

@@ -372,7 +372,7 @@ void MachineMonitors::finish_display(std::size_t d, const DisplayCounters& count
     if (to_come >= 0 && to_come <= 1 && counters.kept_frames == swap_lock_->kept_frames()) return;
     log_.add({"counters/display", rtl::numbered("DVI_OUT", d), "core", cycle, -1,
               "the report has " + std::to_string(counters.frames_shown) + " frames, " +
-                  std::to_string(counters.kept_frames) + " of them kept off, the wires showed " +
+                  std::to_string(counters.kept_frames) + " of them replaced, the wires showed " +
                   std::to_string(swaps) + " swaps, " + std::to_string(swap_lock_->kept_frames()) +
                   " skipped"});
 }

@@ -218,7 +218,7 @@ void MemoryMonitor::check_activate(const rtl::MemoryCommand& command, std::int64
     } else if (bank.closed_at != kNone && edge < bank.closed_at + config_.precharge_cycles) {
         violate("memory/activate", "command", edge,
                 text_of(command) + " " + std::to_string(edge - bank.closed_at) +
-                    " clocks behind the bank's precharge");
+                    " clocks after the bank's precharge");
     }
 }
 

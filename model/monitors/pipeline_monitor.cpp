@@ -140,7 +140,7 @@ void PipelineMonitor::check_framebuffer(std::int64_t edge) {
 void PipelineMonitor::take_pixel(std::int64_t edge) {
     if (valid_.back() == 0) {
         reporter_.report(kFrame, "pipeline/bubble", pipe_names_.back(), edge, frame_,
-                         display_ + "no pixel at raster place " +
+                         display_ + "no pixel at raster position " +
                              std::to_string(raster_position_ % raster_width_) + ", " +
                              std::to_string(raster_position_ / raster_width_));
     }

@@ -137,7 +137,7 @@ void Scoreboard::take_beat(std::size_t r, std::int64_t cycle) {
             }
             if (beat.row() != bus.contribution.rows[bus.rows]) {
                 wrong_table("row " + std::to_string(bus.rows + 1) + " for display " +
-                            std::to_string(beat.row().dcomp) + " is not the valid row of that place");
+                            std::to_string(beat.row().dcomp) + " is not the valid row of that index");
             }
             ++bus.rows;
             break;

@@ -94,7 +94,7 @@ void SwapLockMonitor::check_framedone(std::size_t d, std::int64_t cycle) {
                        " core clocks");
     } else if (framedone && cycle == state_.fall_cycle) {
         found_core("swap-lock/framedone-fall", signal,
-                   "it is still high " + std::to_string(kSynchronizerEdges) + " core clocks behind the swap");
+                   "it is still high " + std::to_string(kSynchronizerEdges) + " core clocks after the swap");
     }
     if (!display.framedone && framedone) {
         if (++display.rises > state_.swaps + 1) {

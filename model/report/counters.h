@@ -50,7 +50,7 @@ struct Counters<BusCounters> {
                              "clocks in which the arbiter is at work and the bus waits for its answer",
                              &BusCounters::grant_cycles},
         Counter<BusCounters>{"poll_cycles", "clocks",
-                             "clocks with something to send, tables included, and no composer that takes it",
+                             "clocks with something to send, tables included, and no composer ready for it",
                              &BusCounters::poll_cycles},
         Counter<BusCounters>{"lost_cycles", "clocks",
                              "clocks of slots that their composer could not use (slot-allocation)",
@@ -93,11 +93,12 @@ struct Counters<ComposerCounters> {
     static constexpr std::array kTable{
         Counter<ComposerCounters>{
             "starved_pixels", "pixels",
-            "covered raster pixels that went without their local pixel, each repetition on its own",
+            "covered raster pixels whose local pixel had not come in time, each repetition on its own",
             &ComposerCounters::starved_pixels},
-        Counter<ComposerCounters>{"stalled_cycles", "clocks",
-                                  "clocks that the column stood still for the composer's sake",
-                                  &ComposerCounters::stalled_cycles},
+        Counter<ComposerCounters>{
+            "stalled_cycles", "clocks",
+            "clocks that the column stood still because the composer's pixel had not come",
+            &ComposerCounters::stalled_cycles},
         Counter<ComposerCounters>{"buffer_high_water", "pixels", "most pixels held at the end of a clock",
                                   &ComposerCounters::buffer_high_water, CounterTotal::kMost},
         Counter<ComposerCounters>{"busready_drops", "", "bursts that the composer cut short",
@@ -133,8 +134,8 @@ struct Counters<DisplayCounters> {
                                  &DisplayCounters::stalled_cycles, CounterTotal::kSum,
                                  "display_stalled_cycles"},
         Counter<DisplayCounters>{"kept_frames", "frames",
-                                 "of the frames shown, those of lost pixels or tables, in whose place the "
-                                 "display kept the picture before",
+                                 "of frames_shown, those replaced by the picture before, because pixels or "
+                                 "tables of them were lost",
                                  &DisplayCounters::kept_frames},
     };
 };

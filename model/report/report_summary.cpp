@@ -81,7 +81,7 @@ std::string rate_lines(const RunReport& report) {
                 " up to the start of frame " + std::to_string(slowest.frame) + "\n" + indent +
                 (rates.display_hz
                      ? hz(*rates.display_hz) + " frames/s shown, each new picture once, second swap to last"
-                     : std::string("none shown: two frames have one swap behind the first")) +
+                     : std::string("none shown: two frames have one swap after the first")) +
                 "\n";
     }
     if (!report.rate_limits) return text;
@@ -305,7 +305,7 @@ std::string in_frames(const std::vector<int>& frames) {
 /// What is seen of what starved.
 std::string wrong_list(const RunReport& report) {
     if (report.total_starved_pixels() == 0) return "";
-    if (!report.total_wrong_pixels()) return "\nshown wrong: only pictures tell\n";
+    if (!report.total_wrong_pixels()) return "\nshown wrong: not known without pictures\n";
     std::vector<std::string> lines;
     for (std::size_t display = 0; display < report.displays.size(); ++display) {
         const std::int64_t pixels = *report.wrong_pixels_of_display(display);
@@ -403,7 +403,7 @@ std::string lost_verdict(const RunReport& report) {
 std::string kept_verdict(const RunReport& report) {
     std::int64_t frames = 0;  // each display keeps its picture, so the frame counts once
     for (const DisplayCounters& display : report.displays) frames = std::max(frames, display.kept_frames);
-    return frames == 0 ? "" : counted(frames, "frame") + " kept off the displays";
+    return frames == 0 ? "" : counted(frames, "frame") + " replaced by the picture before";
 }
 
 std::string joined(const std::vector<std::string>& parts) {

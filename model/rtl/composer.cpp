@@ -231,7 +231,7 @@ bool Composer::follow_frames(const BusBeat& beat) {
     const auto newest = static_cast<std::uint32_t>(buffer_.frames_heard() - 1);
     const auto behind_newest = static_cast<std::int32_t>(beat.frame - newest);
     if (behind_newest < (begins ? 1 : 0) || behind_newest > kMostFramesAhead) {
-        protocol_error("a beat of a frame that has been, or cannot be yet");
+        protocol_error("a beat of a frame that is over, or that cannot have begun");
         return false;
     }
     if (begins && !buffer_.can_begin_frame()) {
@@ -339,7 +339,7 @@ void Composer::lose_pixels(std::int64_t count) {
 
 // ---- the FIFO ----
 
-/// To read, to write or to let go of pixels, at this edge.
+/// To read, to write or to release pixels, at this edge.
 bool Composer::fifo_is_told() const {
     return fifo_wires_.read.read().enable || fifo_wires_.write.read().count > 0 ||
            fifo_wires_.release.read().any();

@@ -72,8 +72,8 @@ void ComposerFifo::account(const FifoWrite& write, const FifoRelease& release) {
     const std::uint64_t released = std::uint64_t{release.oldest} + release.newest;
     const std::uint64_t held = std::uint64_t{level_} + write.count;
     if (released > held) {
-        refuse("empty", "to let go of " + std::to_string(released) + " pixels of the " +
-                            std::to_string(held) + " it holds");
+        refuse("empty", "to release " + std::to_string(released) + " pixels of the " + std::to_string(held) +
+                            " it holds");
         return;
     }
     const std::uint64_t level = held - released;
@@ -88,7 +88,7 @@ void ComposerFifo::account(const FifoWrite& write, const FifoRelease& release) {
 void ComposerFifo::refuse(const char* kind, const std::string& what) const {
     SC_REPORT_ERROR(
         (std::string("/metabuffer/composer_fifo/") + kind).c_str(),
-        (std::string(name()) + " of " + std::to_string(capacity_) + " pixels was told " + what).c_str());
+        (std::string(name()) + " of " + std::to_string(capacity_) + " pixels was asked " + what).c_str());
 }
 
 void ComposerFifo::trace(sc_core::sc_trace_file* file) const {

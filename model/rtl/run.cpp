@@ -85,12 +85,12 @@ class Waveform {
 };
 
 /// Where the window's event was at this level, if that is not where another level has found it; else empty.
-std::string misplaced(const TraceWindow& window, const std::optional<CycleRange>& found,
+std::string misplaced(const TraceWindow& window, const std::optional<CycleSpan>& found,
                       const Metabuffer& machine) {
     if (window.fixed_cycles()) return {};
-    const std::optional<CycleRange> event = event_of(window, machine);
+    const std::optional<CycleSpan> event = event_of(window, machine);
     if (!event) return found ? "what the waveform should show does not happen at level rtl" : "";
-    const CycleRange right = window.around(*event);
+    const CycleSpan right = window.around(*event);
     if (found && found->first == right.first && found->last == right.last) return {};
     return "what the waveform should show is elsewhere at level rtl; use --trace-window cycles:" +
            std::to_string(right.first) + "-" + std::to_string(right.last);
@@ -111,10 +111,10 @@ void check_trace_name(const std::filesystem::path& file) {
 }
 
 /// The machine runs on for a chunk behind an event, so of several the earliest is found.
-std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window) {
+std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window) {
     return scout(window, [&scenario, &window] {
         Metabuffer machine("metabuffer", scenario);
-        std::optional<CycleRange> event;
+        std::optional<CycleSpan> event;
         machine.on_finished([] { sc_core::sc_pause(); });
         while (!(event = event_of(window, machine)) && !machine.finished()) {
             sc_core::sc_start(cycles_to_time(scenario, kChunkCycles));
@@ -125,7 +125,7 @@ std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindo
 
 RunResult run(const Scenario& scenario, const RunOptions& options) {
     RunResult result;
-    std::optional<CycleRange> window;
+    std::optional<CycleSpan> window;
     std::optional<WaveformFile> waveform_file;
     if (options.trace) {
         check_trace_name(options.trace->file);
@@ -165,7 +165,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         } else if (window && cycle >= window->first) {
             if (!waveform) {
                 waveform = std::make_unique<Waveform>(*waveform_file, *options.trace, machine, *counter);
-                result.traced = CycleRange{cycle, cycle};
+                result.traced = CycleSpan{cycle, cycle};
                 next = cycle + 1;  // which opens the file
             }
             if (window->last < next) {

@@ -39,7 +39,7 @@ struct RunOptions {
 
 struct RunResult {
     RunReport report;
-    std::optional<CycleRange> traced;  ///< what the waveform holds, if one was written
+    std::optional<CycleSpan> traced;  ///< what the waveform holds, if one was written
     /// Wall time in the kernel, without start-up and without on_frame_shown.
     double simulation_seconds = 0.0;
     std::string trace_note;     ///< why there is no waveform although one was asked for
@@ -50,7 +50,7 @@ struct RunResult {
 void check_trace_name(const std::filesystem::path& file);
 
 /// A FindWindow that runs this level's machine up to the event.
-std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window);
+std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window);
 
 /// Builds the machine and runs the scenario to its end, at level rtl. SystemC elaborates once in a process,
 /// so this can be called once. Throws InputError for a trace that cannot be made as asked, and lets the

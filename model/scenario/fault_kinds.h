@@ -129,7 +129,7 @@ inline constexpr std::array kFaultKinds{
                 {fault_kinds::kFromCycle, fault_kinds::kCycles, FaultKeyOfKind{"percent"},
                  FaultKeyOfKind{"seed"}}},
     FaultTraits{FaultKind::kReset, "reset",
-                "the whole machine is in reset for `cycles`, and then begins anew with pair 0 and frame 0",
+                "the whole machine is in reset for `cycles`, and then begins again with pair 0 and frame 0",
                 FaultPlace::kMachine, FaultEffect::kNone,
                 {fault_kinds::kFromCycle, FaultKeyOfKind{"cycles", {1, 1'000'000}, true}}},
 };

@@ -260,15 +260,15 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
             "composer.buffer_pixels", "pixels", "pixels of a composer's buffer", limits::kBufferPixels),
         otherwise(
             whole_number<&Scenario::composer, &ComposerConfig::ready_space_pixels>(
-                "composer.ready_space_pixels", "pixels", "free pixels at which a slot is taken",
-                limits::kBufferPixels),
+                "composer.ready_space_pixels", "pixels",
+                "free pixels at which a composer is ready for a burst", limits::kBufferPixels),
             "one burst, at least what can be in flight",
             +[](const Scenario& scenario) -> KeyValue {
                 return std::int64_t{default_ready_space_pixels(scenario.bus, scenario.memory)};
             }),
         choice<StarvationMode, &Scenario::composer, &ComposerConfig::on_starvation>(
-            "composer.on_starvation", "what happens when a pixel is late"),
-        choice<Pacing, &Scenario::pacing>("pacing", "who waits for whom"),
+            "composer.on_starvation", "what happens when a local pixel has not come in time"),
+        choice<Pacing, &Scenario::pacing>("pacing", "whether a frame waits for a new pair of every renderer"),
         whole_number<&Scenario::link_timeout_pairs>(
             "link_timeout_pairs", "pair times", "after which a missing pair is replaced by the last good one",
             {1, 1'000'000}),

@@ -247,7 +247,7 @@ bool gives_another_number(const Fault& fault) {
 }
 
 /// Each pair at most one frame of which bears another's number, and no frames left out so that this one meets the
-/// depth frame of the pair whose number it bears: a good pair of parts of two, which nobody could tell.
+/// depth frame of the pair whose number it bears: a good pair of halves of two, which nobody could notice.
 void check_number(RuleCheck& check, const Scenario& scenario, std::size_t index) {
     const Fault& fault = scenario.faults[index];
     if (!gives_another_number(fault)) return;
@@ -270,12 +270,11 @@ void check_number(RuleCheck& check, const Scenario& scenario, std::size_t index)
                  : std::string(to_string(fault.kind)) + " and " + to_string(other.kind) + " in one pair") +
                 " can make it a good pair of another number; use one of them on one frame");
     }
-    check.require(
-        fault.frame != FrameKind::kColour || !is_missing(fault.pair, FrameKind::kDepth) ||
-            !is_missing(fault.pair + 1, FrameKind::kColour),
-        fault_path(index) + ".kind",
-        std::string(to_string(fault.kind)) +
-            " and the next two frames missing make a good pair of parts of two; let one of them come");
+    check.require(fault.frame != FrameKind::kColour || !is_missing(fault.pair, FrameKind::kDepth) ||
+                      !is_missing(fault.pair + 1, FrameKind::kColour),
+                  fault_path(index) + ".kind",
+                  std::string("with the next two frames missing, ") + to_string(fault.kind) +
+                      " makes one good pair of halves of two; let one of those frames come");
 }
 
 void check_faults(RuleCheck& check, const Scenario& scenario) {

@@ -44,13 +44,13 @@ bool parse_range(std::string_view text, std::int64_t largest, bool single_allowe
 
 }  // namespace
 
-std::optional<CycleRange> TraceWindow::fixed_cycles() const {
-    if (kind == Kind::kAll) return CycleRange{0, kForever};
-    if (kind == Kind::kCycles) return CycleRange{first, last};
+std::optional<CycleSpan> TraceWindow::fixed_cycles() const {
+    if (kind == Kind::kAll) return CycleSpan{0, kForever};
+    if (kind == Kind::kCycles) return CycleSpan{first, last};
     return std::nullopt;
 }
 
-CycleRange TraceWindow::around(const CycleRange& event) const {
+CycleSpan TraceWindow::around(const CycleSpan& event) const {
     return {std::max<std::int64_t>(0, event.first - before_cycles),
             event.last > kForever - after_cycles ? kForever : event.last + after_cycles};
 }
@@ -92,11 +92,11 @@ TraceWindow parse_trace_window(const std::string& text) {
     return window;
 }
 
-std::optional<CycleRange> scout(const TraceWindow& window,
-                                const std::function<std::optional<CycleRange>()>& look) {
-    constexpr CycleRange kNotFound{0, -1};
+std::optional<CycleSpan> scout(const TraceWindow& window,
+                               const std::function<std::optional<CycleSpan>()>& look) {
+    constexpr CycleSpan kNotFound{0, -1};
     ChildProcess process([&look, kNotFound](const ChildProcess::Sender& sender) {
-        CycleRange event = kNotFound;
+        CycleSpan event = kNotFound;
         try {
             event = look().value_or(kNotFound);
         } catch (const std::exception&) {  // the run proper reports it
@@ -105,9 +105,9 @@ std::optional<CycleRange> scout(const TraceWindow& window,
     });
     std::string bytes;
     while (!process.ended()) process.receive(bytes);
-    CycleRange event;
+    CycleSpan event;
     if (!process.complaint().empty() || bytes.size() != sizeof event) {
-        throw InputError("--trace: the scouting run " +
+        throw InputError("--trace: the run that finds the clock of the event " +
                          (process.complaint().empty() ? "sent no answer" : process.complaint()));
     }
     std::memcpy(&event, bytes.data(), sizeof event);

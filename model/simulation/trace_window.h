@@ -6,15 +6,10 @@
 #include <string>
 
 #include "report/composer_record.h"
+#include "report/cycle_span.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer {
-
-/// Core cycles first..last, both included.
-struct CycleRange {
-    std::int64_t first = 0;
-    std::int64_t last = 0;
-};
 
 /// The part of a run that a trace shows, as asked for.
 struct TraceWindow {
@@ -36,9 +31,9 @@ struct TraceWindow {
     std::int64_t after_cycles = kDefaultAfterCycles;
 
     /// Its cycles, if they do not depend on what happens in the run.
-    std::optional<CycleRange> fixed_cycles() const;
+    std::optional<CycleSpan> fixed_cycles() const;
     /// Its cycles, given those of its event: before_cycles and after_cycles more.
-    CycleRange around(const CycleRange& event) const;
+    CycleSpan around(const CycleSpan& event) const;
 };
 
 /// Reads `all`, `cycles:A-B`, `frames:A-B`, `frames:A`, `startframe:K`, `first-busready-drop` or
@@ -48,9 +43,9 @@ TraceWindow parse_trace_window(const std::string& text);
 /// The cycles of the event that a window is put around, as a machine of any level has met it; nothing if it has not
 /// yet, or if there is no such event.
 template <typename Machine>
-std::optional<CycleRange> event_of(const TraceWindow& window, const Machine& machine) {
+std::optional<CycleSpan> event_of(const TraceWindow& window, const Machine& machine) {
     using Kind = TraceWindow::Kind;
-    CycleRange event{ComposerRecord::kNever, ComposerRecord::kNever};
+    CycleSpan event{ComposerRecord::kNever, ComposerRecord::kNever};
     switch (window.kind) {
         case Kind::kAll:
         case Kind::kCycles:
@@ -76,12 +71,12 @@ std::optional<CycleRange> event_of(const TraceWindow& window, const Machine& mac
 /// Finds the cycles of a window that depend on the run; nothing if the run does not have its event. Call it before this
 /// process elaborates anything.
 using FindWindow =
-    std::function<std::optional<CycleRange>(const Scenario& scenario, const TraceWindow& window)>;
+    std::function<std::optional<CycleSpan>(const Scenario& scenario, const TraceWindow& window)>;
 
 /// What a level's FindWindow is made of: calls `look`, which runs a machine up to the window's event, in a process of
 /// its own. Only the clocks before an event can tell when to start a trace that shows them, and a run is the same each
 /// time. If `look` throws, there is no event: the run proper meets the same error and reports it. Throws InputError.
-std::optional<CycleRange> scout(const TraceWindow& window,
-                                const std::function<std::optional<CycleRange>()>& look);
+std::optional<CycleSpan> scout(const TraceWindow& window,
+                               const std::function<std::optional<CycleSpan>()>& look);
 
 }  // namespace metabuffer

@@ -16,13 +16,13 @@ sc_core::sc_time chunk_of(const Scenario& scenario) {
 
 }  // namespace
 
-std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window) {
+std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window) {
     return scout(window, [&scenario, &window] {
         Metabuffer::Options options;
         options.images = false;
         Metabuffer machine("metabuffer", scenario, options);
         machine.on_finished([] { sc_core::sc_pause(); });
-        std::optional<CycleRange> event;
+        std::optional<CycleSpan> event;
         while (!(event = event_of(window, machine)) && !machine.finished()) {
             sc_core::sc_start(chunk_of(scenario));
         }

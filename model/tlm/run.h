@@ -31,7 +31,7 @@ struct RunResult {
 
 /// A FindWindow that runs this level's machine without images up to a frame behind the event. The clocks are those of
 /// level rtl, if that has no faults of its own.
-std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window);
+std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window);
 
 /// Builds the machine and runs the scenario to its end, at level tlm: every counter and picture as at level
 /// rtl. SystemC elaborates once in a process, so this can be called once. Lets the blocks' sc_report errors

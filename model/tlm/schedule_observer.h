@@ -5,16 +5,10 @@
 
 #include "datapath/link/reject_cause.h"
 #include "formats/control_scanline.h"
+#include "report/cycle_span.h"
 #include "report/report.h"
 
 namespace metabuffer::tlm {
-
-/// Core clocks from `first` to `last`, both included.
-struct CycleSpan {
-    std::int64_t first = 0;
-    std::int64_t last = -1;
-    std::int64_t cycles() const { return last - first + 1; }
-};
 
 /// A frame of a link, as the decoder has understood it.
 struct LinkFrameSeen {

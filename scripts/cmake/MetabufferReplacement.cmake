@@ -1,3 +1,16 @@
+# metabuffer_add_replacements(BASE FOLDER...): what metabuffer_rtl is replaced by: folders of METABUFFER_REPLACEMENT, or of
+# metabuffer_levels_with() of the installed package. BASE is what their paths are relative to.
+function(metabuffer_add_replacements base)
+    set(number 0)
+    foreach(folder IN LISTS ARGN)
+        get_filename_component(folder "${folder}" ABSOLUTE BASE_DIR "${base}")
+        # Before the model: its rtl/BLOCK.h is the one that everything includes.
+        target_include_directories(metabuffer_rtl BEFORE PUBLIC "$<BUILD_INTERFACE:${folder}>")
+        math(EXPR number "${number} + 1")
+        add_subdirectory("${folder}" "${CMAKE_CURRENT_BINARY_DIR}/replacement_${number}")
+    endforeach()
+endfunction()
+
 # metabuffer_replace(BLOCKS NAME... SOURCES FILE... [LIBRARIES TARGET...]): for the CMakeLists.txt of a folder of
 # METABUFFER_REPLACEMENT, or of metabuffer_levels_with() of the installed package. The blocks' own source files are left out
 # of level rtl's library, and these come into it.

@@ -126,7 +126,7 @@ TEST_CASE("composer monitor: a pixel of the wrong value", "[monitors]") {
     bench.pipe.instead[leaving(place)] = passed(place);
     bench.run();
     bench.violations.check_only("composer/pixel", "PIPE", leaving(place), 0);
-    CHECK(bench.violations.list[0].detail.find("raster place 1, 1") != std::string::npos);
+    CHECK(bench.violations.list[0].detail.find("raster position 1, 1") != std::string::npos);
 }
 
 TEST_CASE("composer monitor: a pixel marked lost that is not", "[monitors]") {
@@ -657,7 +657,7 @@ TEST_CASE("composer observer: which local pixel comes next, what is held and wha
     CHECK(observer.free_pixels() == 6);
     CHECK(observer.running());
     for (int place = 0; place < 8; ++place) {
-        INFO("raster place " << place);
+        INFO("raster position " << place);
         const monitors::ComposerObserver::LocalPixel local = next();
         CHECK(local.index == place % 4 / 2);
         CHECK(local.column == place % 4 / 2);

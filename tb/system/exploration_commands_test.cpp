@@ -430,7 +430,7 @@ TEST_CASE("size: what arithmetic knows is not run, and stalling columns are told
                Contains("no composer.buffer_pixels brings 1100 frames/s: too slow for it: the displays"));
     CHECK_THAT(hopeless.out, Contains(", 0 simulations"));
     const ProgramResult met = run_program(place, search);
-    CHECK_THAT(met.out, Contains("cannot do and more than"));
+    CHECK_THAT(met.out, Contains("is too little and more than"));
     CHECK_THAT(met.out, Contains("with on_starvation: stall, whole pictures and at the same rate:\n"));
     CHECK_THAT(met.out, Contains("bottleneck") && Contains("stalled clocks"));
     const ProgramResult quiet = run_program(place, search + std::vector<std::string>{"--quiet"});
@@ -487,9 +487,9 @@ TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[progra
         {{"--minimize", "composer.buffer_pixels", "--goal", "starved_pixels ="}, "--goal starved_pixels ="},
         {{"--minimize", "composer.buffer_pixels", "-o", "scenario.yaml"}, "scenario.yaml"},
         {{"--minimize", "composer.buffer_pixels", "--frame-rate-hz", "60"},
-         "--frame-rate-hz: a run of 2 frames tells no rate; use --frames 3 or more"},
+         "--frame-rate-hz: a run of 2 frames has no rate; use --frames 3 or more"},
         {{"--minimize", "composer.buffer_pixels", "--frame-rate-hz", "60", "--over", "frames=3,1"},
-         "--frame-rate-hz: a run of 1 frame tells no rate"},
+         "--frame-rate-hz: a run of 1 frame has no rate"},
     };
     for (const auto& [arguments, message] : mistakes) {
         const ProgramResult result =

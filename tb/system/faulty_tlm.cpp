@@ -35,8 +35,8 @@ void spoil(const std::string& fault, RunReport& report) {
 
 }  // namespace
 
-std::optional<CycleRange> find_window(const Scenario& scenario, const TraceWindow& window) {
-    std::optional<CycleRange> range = rtl::find_window(scenario, window);
+std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window) {
+    std::optional<CycleSpan> range = rtl::find_window(scenario, window);
     if (scenario.name == "window" && range) ++range->first;
     return range;
 }

@@ -27,6 +27,13 @@ Scenario one_line(int renderers) {
     return scenario;
 }
 
+/// Its image, all of one depth, covers two displays of that size, one beside the other.
+Renderer across_two_displays(Size display, std::uint32_t z = 5) {
+    const PixelImage image(2 * display.width, display.height, Pixel(10, 20, 30, 255, z));
+    return renderer_of(
+        {image}, {table_row(1, {0, 0}, display, {0, 0}), table_row(2, {display.width, 0}, display, {0, 0})});
+}
+
 /// Runs both levels to their ends and compares them.
 void compare_levels(const std::vector<LevelRuns>& runs) {
     REQUIRE(simulate_until([&runs] {
@@ -99,9 +106,7 @@ TEST_CASE("levels agree where beats are on their way while it is not known when 
         for (int i = 0; i < 24; ++i) {
             Scenario scenario = small_scenario(24, 16, 2);
             for (int r = 0; r < 3; ++r) {
-                const PixelImage image(48, 16, Pixel(10, 20, 30, 255, 5 + static_cast<std::uint32_t>(r)));
-                add_renderer(scenario, renderer_of({image}, {table_row(1, {0, 0}, {24, 16}, {0, 0}),
-                                                             table_row(2, {24, 0}, {24, 16}, {0, 0})}));
+                add_renderer(scenario, across_two_displays({24, 16}, 5 + static_cast<std::uint32_t>(r)));
             }
             scenario.composer.on_starvation = mode;
             scenario.memory.read_latency_cycles = 1 + i % 4;
@@ -131,9 +136,7 @@ TEST_CASE("levels agree on slot tables of the host's, and each row has a slot wh
     std::vector<LevelRuns> runs;
     for (std::size_t i = 0; i < slot_tables.size(); ++i) {
         Scenario scenario = small_scenario(24, 16, 2);
-        const PixelImage image(48, 16, Pixel(10, 20, 30, 255, 5));
-        Renderer renderer = renderer_of(
-            {image}, {table_row(1, {0, 0}, {24, 16}, {0, 0}), table_row(2, {24, 0}, {24, 16}, {0, 0})});
+        Renderer renderer = across_two_displays({24, 16});
         renderer.frames.front().slots = slot_tables[i];
         add_renderer(scenario, std::move(renderer));
         scenario.composer.buffer_pixels = 24;
@@ -181,9 +184,7 @@ TEST_CASE("levels agree where the watchdog looks at the very clock of a link's l
 /// One frame of a renderer, on two displays. The watchdog does not let it end if the bus stands for 6000 clocks.
 Scenario watched_frame() {
     Scenario scenario = small_scenario(24, 16, 2);
-    const PixelImage image(48, 16, Pixel(10, 20, 30, 255, 5));
-    add_renderer(scenario, renderer_of({image}, {table_row(1, {0, 0}, {24, 16}, {0, 0}),
-                                                 table_row(2, {24, 0}, {24, 16}, {0, 0})}));
+    add_renderer(scenario, across_two_displays({24, 16}));
     scenario.composer.buffer_pixels = 64;
     scenario.composer.ready_space_pixels = 32;
     scenario.bus.burst_pixels = 32;
@@ -224,9 +225,7 @@ TEST_CASE("levels agree where the watchdog sees a swap between two looks and not
     std::vector<LevelRuns> runs;
     for (int i = 0; i < 48; ++i) {
         Scenario scenario = small_scenario(12, 1, 2);
-        const PixelImage image(24, 1, Pixel(10, 20, 30, 255, 5));
-        add_renderer(scenario, renderer_of({image}, {table_row(1, {0, 0}, {12, 1}, {0, 0}),
-                                                     table_row(2, {12, 0}, {12, 1}, {0, 0})}));
+        add_renderer(scenario, across_two_displays({12, 1}));
         scenario.clocks.core_mhz = 100;
         scenario.clocks.dvi_in_mhz = 100;
         scenario.clocks.dvi_out_mhz = 25;

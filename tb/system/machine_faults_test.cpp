@@ -300,7 +300,7 @@ class LossProbe final : public sc_core::sc_module {
         return std::all_of(losses_.begin(), losses_.end(),
                            [](const LostBeat& loss) { return loss.known_cycle >= 0; });
     }
-    /// The frames that can be kept off the displays: the composer has known before its last raster pixel.
+    /// The frames that can be replaced by the picture before: the composer has known before its last raster pixel.
     std::set<int> frames_known_in_time() const {
         std::set<int> frames;
         for (const LostBeat& loss : losses_) {

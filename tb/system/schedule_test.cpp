@@ -16,8 +16,6 @@
 namespace metabuffer::test {
 namespace {
 
-using tlm::CycleSpan;
-
 class Tally final : public tlm::ScheduleObserver {
   public:
     struct Bus {

@@ -121,7 +121,7 @@ TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even 
     CHECK(result.traced->last == result.report.frames.at(0).end_cycle + 5);
 }
 
-std::string as_text(const std::optional<CycleRange>& range) {
+std::string as_text(const std::optional<CycleSpan>& range) {
     return range ? std::to_string(range->first) + " to " + std::to_string(range->last) : "never";
 }
 
@@ -137,7 +137,7 @@ TEST_CASE("trace window: level tlm finds the clocks that level rtl finds", "[sys
              {std::string("first-busready-drop"), std::string("first-starved-pixel"), "startframe:" + last,
               "frames:0-" + last}) {
             const TraceWindow window = parse_trace_window(text);
-            const std::optional<CycleRange> right = rtl::find_window(scenario, window);
+            const std::optional<CycleSpan> right = rtl::find_window(scenario, window);
             INFO(text);
             CHECK(as_text(tlm::find_window(scenario, window)) == as_text(right));
             found[window.kind] += right ? 1 : 0;
@@ -170,7 +170,7 @@ TEST_CASE("trace window: a level that has the event elsewhere is found out", "[s
     window.after_cycles = 5;
     const rtl::RunResult result =
         run_with(long_frames(), window, scratch, [](const Scenario&, const TraceWindow&) {
-            return CycleRange{100, 108};
+            return CycleSpan{100, 108};
         });
     REQUIRE(result.traced);
     CHECK(result.traced->first == 100);
@@ -186,7 +186,7 @@ TEST_CASE("trace window: a level that has an event which does not happen is foun
     window.kind = Kind::kFirstStarvedPixel;
     const rtl::RunResult result =
         run_with(long_frames(), window, scratch, [](const Scenario&, const TraceWindow&) {
-            return CycleRange{100, 108};
+            return CycleSpan{100, 108};
         });
     CHECK(result.trace_warning == "what the waveform should show does not happen at level rtl");
 }

@@ -88,7 +88,7 @@ module composer #(
   localparam logic [2:0] ERROR_ORDER = 3'd2;     // a pixel that has been there
   localparam logic [2:0] ERROR_NO_TABLE = 3'd3;  // a pixel of no frame
   localparam logic [2:0] ERROR_TABLES = 3'd4;    // a third frame's table
-  localparam logic [2:0] ERROR_FRAME = 3'd5;     // a beat of a frame that has been, or cannot be yet
+  localparam logic [2:0] ERROR_FRAME = 3'd5;     // a beat of a frame that is over, or that cannot have begun
   localparam logic [2:0] ERROR_ROW = 3'd6;       // a row that has been
 
   localparam logic [1:0] COMPOSE_Z = 2'd0;

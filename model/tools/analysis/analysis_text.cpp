@@ -114,7 +114,7 @@ std::string demand_lines(const TableAnalysis& table, const Analysis& analysis) {
     if (least_short > 0.0) {
         text += figure("short in a frame", decimal(std::ceil(least_short), 0),
                        "pixels or more, " + rate(least_short / period) +
-                           " a clock: with no buffer can the bus carry them");
+                           " a clock: the bus cannot carry them with any buffer");
     }
     if (most_short > 0.0) {
         text += figure(least_short > 0.0 ? "with page misses" : "short in a frame",
@@ -165,12 +165,12 @@ std::string buffer_lines(const Analysis& analysis) {
                    has_bound ? std::to_string(*analysis.safe_buffer_pixels) : "no bound", reason);
     text += figure("holds every segment", std::to_string(analysis.whole_buffer_pixels));
     text += figure("with on_starvation: stall", std::to_string(analysis.least_buffer_pixels),
-                   "or more show the whole picture: columns wait for late pixels, which costs frame rate");
+                   "or more show the whole picture: columns wait for their pixels, which costs frame rate");
     const std::string not_safe = has_bound ? "may starve: the bound does not cover it" : "may starve";
     text += figure("this scenario", std::to_string(analysis.composer.buffer_pixels),
                    analysis.scenario_is_safe ? "never starves" : not_safe);
     if (analysis.safe_buffer_is_legal == false)
-        text += "  no scenario may have buffers as large as the bound\n";
+        text += "  the bound is larger than a scenario's buffers may be\n";
     return text;
 }
 
@@ -195,7 +195,7 @@ std::string rate_verdict(const Analysis& analysis) {
                too_slow_for(analysis, asked) + "\n";
     }
     if (asked > analysis.sustained_frame_rate_hz) {
-        return "  whether the rate asked for can be held is for the page misses to say: run it\n";
+        return "  whether the rate asked for can be held depends on the page misses: run the scenario\n";
     }
     return "  the rate asked for can be carried\n";
 }

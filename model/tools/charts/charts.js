@@ -380,7 +380,7 @@ const metabufferCharts = (() => {
             };
         };
         const drawnPanels = panels.map(panel);
-        if (spread) notes.push("line: mean of the points that share a place; band: from the least to the most");
+        if (spread) notes.push("line: mean of the points at one position; band: from the least to the most");
         return {panels: drawnPanels, scales: series.scales, legends: series.legends, notes};
     };
 
@@ -728,7 +728,7 @@ const metabufferCharts = (() => {
         const panels = facets.length > 1 ? facets.map(facet => request.rows.filter(row => row.f === facet)) : [request.rows];
         const place = placeOf(request, panels.length);
         const built = builders[request.chart](request, place, theme, request.rows, panels);
-        if (placeless) built.notes.push(`not shown: ${plural(placeless, "point")} without a place on the horizontal axis`);
+        if (placeless) built.notes.push(`not shown: ${plural(placeless, "point")} without a position on the horizontal axis`);
         const spec = {
             description: request.description || request.title || "",
             background: theme.background, padding: request.padding || 6, config: config(theme, request),

@@ -47,26 +47,42 @@ const metabufferElements = (() => {
         return copy;
     }
 
-    const clockKinds = [["busy", "busy_cycles"], ["page misses", "page_miss_cycles"], ["refreshes", "refresh_cycles"],
-                        ["link's writes", "write_cycles"],
-                        ["table", "table_cycles"], ["arbiter", "grant_cycles"], ["polls", "poll_cycles"],
-                        ["lost", "lost_cycles"], ["idle", "idle_cycles"]];
-    const clockColours = ["#0072b2", "#d55e00", "#56b4e9", "#f0e442", "#cc79a7", "#009e73", "#e69f00", "#7a3b00",
-                          "#9aa3ad"];
+    /// Gives a view's canvas a size in CSS pixels, sharp on any screen; false: it has it already.
+    function sizeCanvas(view, width, height) {
+        const ratio = window.devicePixelRatio || 1;
+        if (view.width === width && view.height === height && view.ratio === ratio) return false;
+        Object.assign(view, {width, height, ratio});
+        view.canvas.width = Math.round(width * ratio);
+        view.canvas.height = Math.round(height * ratio);
+        view.canvas.style.width = width + "px";
+        view.canvas.style.height = height + "px";
+        return true;
+    }
+
+    /// What a bus does in a clock, by the report's counter, in the order of the bars. On a light colour text is dark.
+    const clockKinds = [{counter: "busy_cycles", name: "pixels", colour: "#0072b2"},
+                        {counter: "page_miss_cycles", name: "page miss", colour: "#d55e00"},
+                        {counter: "refresh_cycles", name: "refresh", colour: "#56b4e9", isLight: true},
+                        {counter: "write_cycles", name: "link writes", colour: "#f0e442", isLight: true},
+                        {counter: "table_cycles", name: "table", colour: "#cc79a7"},
+                        {counter: "grant_cycles", name: "arbitration", colour: "#009e73"},
+                        {counter: "poll_cycles", name: "poll", colour: "#e69f00"},
+                        {counter: "lost_cycles", name: "lost slot", colour: "#7a3b00"},
+                        {counter: "idle_cycles", name: "idle", colour: "#9aa3ad"}];
 
     /// What the report says of each bus, drawn: where its clocks went.
     function busesOf(report) {
         const renderers = Array.isArray(report.renderers) ? report.renderers.slice(0, 32) : [];
         if (!renderers.length || !renderers[0].bus) return [];
-        const key = element("div", {class: "key"}, ...clockKinds.map(([name], n) =>
-            element("span", {}, element("i", {style: "background:" + clockColours[n]}), name)));
+        const key = element("div", {class: "key"}, ...clockKinds.map(({name, colour}) =>
+            element("span", {}, element("i", {style: "background:" + colour}), name)));
         const rows = renderers.map(renderer => {
-            const clocks = clockKinds.map(([, counter]) => Number(renderer.bus[counter]) || 0);
+            const clocks = clockKinds.map(({counter}) => Number(renderer.bus[counter]) || 0);
             const all = clocks.reduce((sum, count) => sum + count, 0) || 1;
-            const words = clockKinds.map(([name], n) => `${name} ${percent(clocks[n] / all)}`).join(", ");
+            const words = clockKinds.map(({name}, n) => `${name} ${percent(clocks[n] / all)}`).join(", ");
             return element("tr", {}, element("th", {scope: "row"}, String(renderer.name)), element("td", {},
                 element("div", {class: "bar", role: "img", "aria-label": words, title: words}, ...clocks.map((count, n) =>
-                    element("span", {style: `width:${100 * count / all}%;background:${clockColours[n]}`})))));
+                    element("span", {style: `width:${100 * count / all}%;background:${clockKinds[n].colour}`})))));
         });
         const more = report.renderers.length - renderers.length;
         return [element("h3", {}, "Where the clocks of each bus went"), key,
@@ -74,5 +90,5 @@ const metabufferElements = (() => {
                 more > 0 ? element("p", {class: "what"}, `and ${more} more`) : null];
     }
 
-    return {element, percent, shellWord, inflated, inflatedText, saveButton, copyButton, clockKinds, clockColours, busesOf};
+    return {element, percent, shellWord, inflated, inflatedText, saveButton, copyButton, sizeCanvas, clockKinds, busesOf};
 })();

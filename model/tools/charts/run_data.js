@@ -2,7 +2,7 @@
 // Clocks are core clocks, frames count from 0, renderers and displays from 0 in here and from 1 for the reader.
 const metabufferRun = (() => {
     "use strict";
-    const {inflated} = metabufferElements;
+    const {inflated, clockKinds} = metabufferElements;
     const data = JSON.parse(document.getElementById("data").textContent);
     const {machine, record, report} = data;
     const renderers = machine.renderers.length;
@@ -10,10 +10,10 @@ const metabufferRun = (() => {
     const sub = machine.supersample;
     const rasterWidth = machine.width * sub, rasterHeight = machine.height * sub;
     const cycles = report.core_cycles;
-    const uses = 8;             // kinds of spans of a bus, in the order of the report's counters; no span: idle
-    const useNames = ["pixels", "table", "page miss", "refresh", "link writes", "arbitration", "poll", "lost slot"];
-    const useCounters = ["busy_cycles", "table_cycles", "page_miss_cycles", "refresh_cycles", "write_cycles", "grant_cycles",
-                         "poll_cycles", "lost_cycles"];
+    // Kinds of spans of a bus, by the numbers that spans have; no span: idle.
+    const uses = record.bus_uses.map(use => clockKinds.find(({counter}) => counter === use));
+    const [pixelUse, tableUse, pageMissUse] = ["busy_cycles", "table_cycles", "page_miss_cycles"].map(counter =>
+        record.bus_uses.indexOf(counter));
     const blockLength = 64;     // spans, or points, between two kept sums
     const farZ = 2 ** machine.depth.z_bits - 1;
 
@@ -77,7 +77,7 @@ const metabufferRun = (() => {
             this.pixels = new Uint32Array(count);
             this.recovered = new Uint32Array(count);
             this.sums = [];                           // before each block: clocks by use
-            const reader = new NumberReader(spans), sum = new Float64Array(uses);
+            const reader = new NumberReader(spans), sum = new Float64Array(uses.length);
             let end = 0;
             for (let n = 0; n < count; ++n) {
                 if (n % blockLength === 0) this.sums.push(sum.slice());
@@ -87,18 +87,18 @@ const metabufferRun = (() => {
                 end = this.starts[n] + length;
                 this.lengths[n] = Math.max(0, Math.min(end, cycles) - this.starts[n]);
                 sum[kind] += this.lengths[n];
-                if (kind === 0 || kind === 1 || kind === 2) this.numbers[n] = reader.next();
-                if (kind === 0) {
+                if (kind === pixelUse || kind === tableUse || kind === pageMissUse) this.numbers[n] = reader.next();
+                if (kind === pixelUse) {
                     this.pixels[n] = reader.next();
                     this.recovered[n] = reader.next();
                 }
             }
             this.binCycles = track.bin_cycles;
             const binReader = new NumberReader(bins);
-            this.binSums = [new Float64Array(uses)];
+            this.binSums = [new Float64Array(uses.length)];
             while (binReader.at < binReader.bytes.length) {
                 const next = this.binSums[this.binSums.length - 1].slice();
-                for (let use = 0; use < uses; ++use) next[use] = Math.min(counted[use], next[use] + binReader.next());
+                for (let use = 0; use < uses.length; ++use) next[use] = Math.min(counted[use], next[use] + binReader.next());
                 this.binSums.push(next);
             }
         }
@@ -108,7 +108,7 @@ const metabufferRun = (() => {
                 const bin = Math.min(Math.floor(clock / this.binCycles), this.binSums.length - 1);
                 const next = Math.min(bin + 1, this.binSums.length - 1), first = bin * this.binCycles;
                 const share = Math.min(1, (clock - first) / Math.max(1, Math.min(this.binCycles, cycles - first)));
-                for (let use = 0; use < uses; ++use) {
+                for (let use = 0; use < uses.length; ++use) {
                     into[use] = this.binSums[bin][use] + share * (this.binSums[next][use] - this.binSums[bin][use]);
                 }
                 return into;
@@ -128,18 +128,18 @@ const metabufferRun = (() => {
         }
         describe(n) {
             const kind = this.kinds[n], clocks = clocksFromTo(this.starts[n], this.starts[n] + this.lengths[n] - 1);
-            if (kind === 0) {
+            if (kind === pixelUse) {
                 const slots = this.recovered[n];
                 return `${this.pixels[n]} pixels for display ${this.numbers[n]}` +
                     (slots ? `, ${slots} slot${slots === 1 ? "" : "s"} recovered` : "") + `, ${clocks}`;
             }
-            if (kind === 1) return `table of frame ${this.numbers[n]}, ${clocks}`;
-            return `${useNames[kind]}${kind === 2 ? ` for display ${this.numbers[n]}` : ""}, ${clocks}`;
+            if (kind === tableUse) return `table of frame ${this.numbers[n]}, ${clocks}`;
+            return `${uses[kind].name}${kind === pageMissUse ? ` for display ${this.numbers[n]}` : ""}, ${clocks}`;
         }
     }
     const buses = record.buses.map((track, n) => new Later(async () =>
         new BusTrack(track, await inflated(track.spans), await binsOf(track),
-                     useCounters.map(counter => report.renderers[n].bus[counter]))));
+                     uses.map(({counter}) => report.renderers[n].bus[counter]))));
 
     // ---------------------------------------------------------------------------------------------------------- buffers
 
@@ -404,18 +404,6 @@ const metabufferRun = (() => {
         }
         return {locals, pixel, isWhole};
     }
-    /// The mean of a shown pixel's raster pixels.
-    function shownColour(entry, display, column, row) {
-        const sums = [0, 0, 0];
-        for (let y = row * sub; y < (row + 1) * sub; ++y) {
-            for (let x = column * sub; x < (column + 1) * sub; ++x) {
-                const {colour} = rasterPixel(entry, display, x, y).pixel;
-                for (let n = 0; n < 3; ++n) sums[n] += (colour >>> (16 - 8 * n)) & 255;
-            }
-        }
-        const [red, green, blue] = sums.map(sum => Math.floor((sum + Math.floor(sub * sub / 2)) / (sub * sub)));
-        return red * 65536 + green * 256 + blue;
-    }
 
     /// Who won each shown pixel of a display: of its top left raster pixel. The images must have been loaded.
     function winners(entry, display) {
@@ -527,7 +515,7 @@ const metabufferRun = (() => {
     let isUnpacked = false;
     const ready = Promise.all([unpackStarved(), ...record.stalls.map((track, display) => unpackStalls(display))])
         .then(() => { isUnpacked = true; });
-    return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, useNames, useCounters,
+    return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, pixelUse, tableUse,
             clocksFromTo, farZ, ready, buses, levels, composerOf, stalls, starved, clockOf, beamAt, frameAt, glitchesOf, isStarved, lastAtOrBefore,
-            shownBitmap, shownPixelsOf, loadImages, isKnownImage, rasterPixel, shownColour, winners, starvedMap};
+            shownBitmap, shownPixelsOf, loadImages, isKnownImage, rasterPixel, winners, starvedMap};
 })();

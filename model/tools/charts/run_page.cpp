@@ -87,7 +87,7 @@ std::string run_page(const RunPage& page) {
                         {"composers", counters_json<ComposerCounters>()},
                         {"displays", counters_json<DisplayCounters>()}};
     data["summary"] = report_summary(page.report);
-    data["report"] = Json::parse(report_json(page.report));
+    data["report"] = Json::parse(page.report_json);
 
     const std::string title = html_text(page.title);
     const std::string style = std::string(embedded::page_css()) + std::string(embedded::run_page_css());

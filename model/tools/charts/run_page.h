@@ -16,13 +16,14 @@ namespace metabuffer::charts {
 struct RunPage {
     const Scenario& scenario;
     const RunReport& report;
+    const std::string& report_json;  ///< the same, as its file
     const RunRecord& record;
     const ShownPictures& pictures;
-    std::string title;
-    std::vector<std::string> command;  ///< the words that run it by hand, up to its options
-    std::vector<std::string> remarks;  ///< lines for the reader
+    std::string title = {};
+    std::vector<std::string> command = {};  ///< the words that run it by hand, up to its options
+    std::vector<std::string> remarks = {};  ///< lines for the reader
     /// With so many pixels of buffer nothing starves, by proof; none if nothing is proved.
-    std::optional<std::int64_t> safe_buffer_pixels;
+    std::optional<std::int64_t> safe_buffer_pixels = std::nullopt;
     std::size_t most_image_bytes = 0;  ///< of the renderers' images
 };
 

@@ -4,7 +4,7 @@
     const run = metabufferRun, {data, machine, report} = run;
     const {element, percent, shellWord, copyButton, saveButton, busesOf} = metabufferElements;
     const {Wall, rendererColour} = metabufferWall;
-    const {TimeLine, useColours} = metabufferTime;
+    const {TimeLine} = metabufferTime;
     const byId = id => document.getElementById(id);
     const number = value => typeof value === "number" ? value.toLocaleString("en", {maximumFractionDigits: 2}) : String(value);
     const counted = (count, thing) => `${number(count)} ${thing}${count === 1 ? "" : "s"}`;
@@ -57,10 +57,10 @@
             const lost = tracks.reduce((sum, track) => sum + track.left_out, 0);
             if (lost) remarks.push(`Not in the page: ${number(lost)} ${what}; ${instead}. A run of fewer --frames has all.`);
         };
-        cut(run.record.buses, "bursts, waits and other spans of buses", "behind the last one there, sums over stretches of clocks are drawn");
-        cut(run.record.levels, "levels of buffers", "behind the last one there, the least and the most in stretches of clocks are drawn");
+        cut(run.record.buses, "bursts, waits and other spans of buses", "after the last one there, sums over stretches of clocks are drawn");
+        cut(run.record.levels, "levels of buffers", "after the last one there, the least and the most in stretches of clocks are drawn");
         cut([run.record.starved], "runs of starved pixels", "the later ones, which are counted but not shown");
-        cut(run.record.stalls, "stalls of columns", "the later ones, so that clocks of pixels behind them are too early");
+        cut(run.record.stalls, "stalls of columns", "the later ones, so that clocks of pixels after them are too early");
         cut(run.record.links, "frames of links", "the later ones");
         byId("remarks").append(...remarks.map(text => element("p", {class: "remark"}, text)));
     }
@@ -315,12 +315,12 @@
             }),
             element("label", {}, "buffers", group));
         const used = report.totals.bus || {};
-        byId("time-key").append(...run.useNames.map((name, n) => used[run.useCounters[n]]
-            ? element("span", {}, element("i", {style: "background:" + useColours[n]}), name) : null).filter(part => part),
+        byId("time-key").append(...run.uses.map(({counter, name, colour}) => used[counter]
+            ? element("span", {}, element("i", {style: "background:" + colour}), name) : null).filter(part => part),
             element("span", {}, element("i", {style: "background:#2fc79a"}), "slots recovered"),
             ...(report.totals.starved_pixels ? [element("span", {}, element("i", {style: "background:#ffd400"}), "starved pixels")] : []),
             ...(data.safe_buffer_pixels !== null && data.safe_buffer_pixels < machine.buffer_pixels
-                ? [element("span", {}, element("i", {style: "background:#2fa36b"}), "depth that is proved to do")] : []));
+                ? [element("span", {}, element("i", {style: "background:#2fa36b"}), "depth that is proved to be enough")] : []));
     }
 
     // ---------------------------------------------------------------------------------------------------------- figures

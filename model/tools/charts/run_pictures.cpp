@@ -33,14 +33,18 @@ void ShownPictures::take(const DisplayedFrame& displayed) {
     const auto d = static_cast<std::size_t>(displayed.display - 1);
     // A picture that stays is one file.
     const auto before = frames_.lower_bound(displayed.frame);
-    if (before != frames_.begin()) {
-        const Png& last = std::prev(before)->second[d];
-        if (last != nullptr && *last == *png) png = last;
+    const Png last = before == frames_.begin() ? nullptr : std::prev(before)->second[d];
+    if (last != nullptr && *last == *png) {
+        png = last;
+    } else {
+        bytes_ += png->size();
     }
     std::vector<Png>& pictures = frames_[displayed.frame];
     pictures.resize(displays_);
+    // The picture that is replaced may be other frames' as well.
+    const bool replaces = pictures[d] != nullptr;
     pictures[d] = std::move(png);
-    count_bytes();
+    if (replaces) count_bytes();
     while (bytes_ > most_bytes_ && frames_.size() > 1) {
         stride_ *= 2;
         for (auto frame = frames_.begin(); frame != frames_.end();) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "report/counters.h"
 #include "tools/charts/base64.h"
 #include "tools/charts/page_template.h"
 
@@ -18,13 +19,24 @@ bool take_one(std::size_t& left) {
     return true;
 }
 
-Json span_json(const tlm::CycleSpan& span) { return Json::array({span.first, span.last}); }
+/// The names of the counters of all uses, in the order of BusUse.
+Json bus_uses_json() {
+    Json names = Json::array();
+    for (const BusUseTraits& use : kBusUseTable) {
+        for (const Counter<BusCounters>& counter : Counters<BusCounters>::kTable) {
+            if (counter.member == use.counter) names.push_back(counter.name);
+        }
+    }
+    return names;
+}
+
+Json span_json(const CycleSpan& span) { return Json::array({span.first, span.last}); }
 
 }  // namespace
 
 // ---- bins ----
 
-void ClockBins::add(std::size_t use, tlm::CycleSpan span) {
+void ClockBins::add(std::size_t use, CycleSpan span) {
     while (span.last / width_cycles_ >= static_cast<std::int64_t>(kMost)) {
         for (std::size_t n = 0; n < bins_.size(); ++n) {
             const std::array<std::int64_t, kBusUses> from = std::exchange(bins_[n], {});
@@ -92,7 +104,7 @@ RunRecord::RunRecord(const Scenario& scenario, const RecordLimits& limits)
 }
 
 /// Where the rest of the span is to be written; null if it is left out.
-NumberLog* RunRecord::note(int renderer, BusUse use, tlm::CycleSpan span) {
+NumberLog* RunRecord::note(int renderer, BusUse use, CycleSpan span) {
     if (span.cycles() <= 0) return nullptr;
     BusTrack& track = buses_[static_cast<std::size_t>(renderer - 1)];
     track.bins.add(static_cast<std::size_t>(use), span);
@@ -108,13 +120,13 @@ NumberLog* RunRecord::note(int renderer, BusUse use, tlm::CycleSpan span) {
     return &track.spans;
 }
 
-void RunRecord::table(int renderer, int frame, tlm::CycleSpan span) {
+void RunRecord::table(int renderer, int frame, CycleSpan span) {
     NumberLog* const log = note(renderer, BusUse::kTable, span);
     if (log != nullptr) log->add(static_cast<std::uint64_t>(frame));
 }
 
 void RunRecord::beats(int renderer, int display, int /*frame*/, std::int64_t /*first_pixel*/, int pixels,
-                      int recovered_slots, tlm::CycleSpan span) {
+                      int recovered_slots, CycleSpan span) {
     NumberLog* const log = note(renderer, BusUse::kBusy, span);
     if (log == nullptr) return;
     log->add(static_cast<std::uint64_t>(display));
@@ -122,16 +134,16 @@ void RunRecord::beats(int renderer, int display, int /*frame*/, std::int64_t /*f
     log->add(static_cast<std::uint64_t>(recovered_slots));
 }
 
-void RunRecord::page_miss(int renderer, int display, std::int64_t /*word_address*/, tlm::CycleSpan span) {
+void RunRecord::page_miss(int renderer, int display, std::int64_t /*word_address*/, CycleSpan span) {
     NumberLog* const log = note(renderer, BusUse::kPageMiss, span);
     if (log != nullptr) log->add(static_cast<std::uint64_t>(display));
 }
 
-void RunRecord::refresh(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kRefresh, span); }
-void RunRecord::memory_write(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kWrite, span); }
-void RunRecord::poll(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kPoll, span); }
-void RunRecord::arbitration(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kGrant, span); }
-void RunRecord::lost_slot(int renderer, tlm::CycleSpan span) { note(renderer, BusUse::kLost, span); }
+void RunRecord::refresh(int renderer, CycleSpan span) { note(renderer, BusUse::kRefresh, span); }
+void RunRecord::memory_write(int renderer, CycleSpan span) { note(renderer, BusUse::kWrite, span); }
+void RunRecord::poll(int renderer, CycleSpan span) { note(renderer, BusUse::kPoll, span); }
+void RunRecord::arbitration(int renderer, CycleSpan span) { note(renderer, BusUse::kGrant, span); }
+void RunRecord::lost_slot(int renderer, CycleSpan span) { note(renderer, BusUse::kLost, span); }
 
 void RunRecord::buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) {
     LevelTrack& track = levels_[composer(renderer, display)];
@@ -147,13 +159,13 @@ void RunRecord::buffer_level(int renderer, int display, std::int64_t cycle, int 
     track.level = held_pixels;
 }
 
-void RunRecord::composited(int display, int frame, tlm::CycleSpan span) {
+void RunRecord::composited(int display, int frame, CycleSpan span) {
     const auto f = static_cast<std::size_t>(frame);
-    if (composited_.size() <= f) composited_.resize(f + 1, std::vector<tlm::CycleSpan>(displays_));
+    if (composited_.size() <= f) composited_.resize(f + 1, std::vector<CycleSpan>(displays_));
     composited_[f][static_cast<std::size_t>(display - 1)] = span;
 }
 
-void RunRecord::column_stall(int display, int frame, tlm::CycleSpan span) {
+void RunRecord::column_stall(int display, int frame, CycleSpan span) {
     if (span.cycles() <= 0) return;
     StallTrack& track = stalls_[static_cast<std::size_t>(display - 1)];
     if (!take_one(room_.stalls)) {
@@ -167,7 +179,7 @@ void RunRecord::column_stall(int display, int frame, tlm::CycleSpan span) {
     track.end = span.last + 1;
 }
 
-void RunRecord::shown(int /*display*/, int frame, tlm::CycleSpan span) {
+void RunRecord::shown(int /*display*/, int frame, CycleSpan span) {
     const auto f = static_cast<std::size_t>(frame);
     if (shown_.size() <= f) shown_.resize(f + 1);
     shown_[f] = span;
@@ -205,6 +217,7 @@ void RunRecord::starved(int renderer, int display, const StarvedRun& run) {
 
 Json RunRecord::json() const {
     Json json;
+    json["bus_uses"] = bus_uses_json();
     // Bins are drawn where single spans and points are left out.
     json["buses"] = Json::array();
     for (const BusTrack& track : buses_) {
@@ -258,11 +271,11 @@ Json RunRecord::json() const {
     json["composited"] = Json::array();
     for (const auto& frame : composited_) {
         Json spans = Json::array();
-        for (const tlm::CycleSpan& span : frame) spans.push_back(span_json(span));
+        for (const CycleSpan& span : frame) spans.push_back(span_json(span));
         json["composited"].push_back(std::move(spans));
     }
     json["shown"] = Json::array();
-    for (const tlm::CycleSpan& span : shown_) json["shown"].push_back(span_json(span));
+    for (const CycleSpan& span : shown_) json["shown"].push_back(span_json(span));
     return json;
 }
 

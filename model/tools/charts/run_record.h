@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/enum_table.h"
 #include "report/report.h"
 #include "scenario/scenario.h"
 #include "tlm/schedule_observer.h"
@@ -25,16 +26,31 @@ struct RecordLimits {
     std::size_t link_frames = 100'000;     ///< of all links
 };
 
-/// What a bus may do in a clock, in the order of the page's colours; each is a counter of BusCounters.
+/// What a bus may do in a clock.
 enum class BusUse : std::uint8_t { kBusy, kTable, kPageMiss, kRefresh, kWrite, kGrant, kPoll, kLost };
-constexpr std::size_t kBusUses = 8;
+struct BusUseTraits {
+    BusUse value;
+    std::int64_t BusCounters::*counter;  ///< by its name the page's script knows the use
+};
+constexpr std::array kBusUseTable{
+    BusUseTraits{BusUse::kBusy, &BusCounters::busy_cycles},
+    BusUseTraits{BusUse::kTable, &BusCounters::table_cycles},
+    BusUseTraits{BusUse::kPageMiss, &BusCounters::page_miss_cycles},
+    BusUseTraits{BusUse::kRefresh, &BusCounters::refresh_cycles},
+    BusUseTraits{BusUse::kWrite, &BusCounters::write_cycles},
+    BusUseTraits{BusUse::kGrant, &BusCounters::grant_cycles},
+    BusUseTraits{BusUse::kPoll, &BusCounters::poll_cycles},
+    BusUseTraits{BusUse::kLost, &BusCounters::lost_cycles},
+};
+static_assert(is_in_order(kBusUseTable));
+constexpr std::size_t kBusUses = kBusUseTable.size();
 
 /// Sums over stretches of clocks that are all as wide, and become twice as wide whenever there would be too many.
 class ClockBins {
   public:
     static constexpr std::size_t kMost = 2048;
 
-    void add(std::size_t use, tlm::CycleSpan span);
+    void add(std::size_t use, CycleSpan span);
     std::int64_t width_cycles() const { return width_cycles_; }
     const std::vector<std::array<std::int64_t, kBusUses>>& bins() const { return bins_; }
 
@@ -64,19 +80,19 @@ class RunRecord final : public tlm::ScheduleObserver {
   public:
     explicit RunRecord(const Scenario& scenario, const RecordLimits& limits = {});
 
-    void table(int renderer, int frame, tlm::CycleSpan span) override;
+    void table(int renderer, int frame, CycleSpan span) override;
     void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
-               int recovered_slots, tlm::CycleSpan span) override;
-    void page_miss(int renderer, int display, std::int64_t word_address, tlm::CycleSpan span) override;
-    void refresh(int renderer, tlm::CycleSpan span) override;
-    void memory_write(int renderer, tlm::CycleSpan span) override;
-    void poll(int renderer, tlm::CycleSpan span) override;
-    void arbitration(int renderer, tlm::CycleSpan span) override;
-    void lost_slot(int renderer, tlm::CycleSpan span) override;
+               int recovered_slots, CycleSpan span) override;
+    void page_miss(int renderer, int display, std::int64_t word_address, CycleSpan span) override;
+    void refresh(int renderer, CycleSpan span) override;
+    void memory_write(int renderer, CycleSpan span) override;
+    void poll(int renderer, CycleSpan span) override;
+    void arbitration(int renderer, CycleSpan span) override;
+    void lost_slot(int renderer, CycleSpan span) override;
     void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
-    void composited(int display, int frame, tlm::CycleSpan span) override;
-    void column_stall(int display, int frame, tlm::CycleSpan span) override;
-    void shown(int display, int frame, tlm::CycleSpan span) override;
+    void composited(int display, int frame, CycleSpan span) override;
+    void column_stall(int display, int frame, CycleSpan span) override;
+    void shown(int display, int frame, CycleSpan span) override;
     void link_frame(int renderer, const tlm::LinkFrameSeen& frame) override;
     void starved(int renderer, int display, const StarvedRun& run) override;
 
@@ -118,7 +134,7 @@ class RunRecord final : public tlm::ScheduleObserver {
         std::int64_t left_out = 0;
     };
 
-    NumberLog* note(int renderer, BusUse use, tlm::CycleSpan span);
+    NumberLog* note(int renderer, BusUse use, CycleSpan span);
     std::size_t composer(int renderer, int display) const {
         return static_cast<std::size_t>(renderer - 1) * displays_ + static_cast<std::size_t>(display - 1);
     }
@@ -130,8 +146,8 @@ class RunRecord final : public tlm::ScheduleObserver {
     std::vector<RunTrack> starved_;   ///< likewise
     std::vector<StallTrack> stalls_;  ///< by display
     std::vector<LinkTrack> links_;
-    std::vector<std::vector<tlm::CycleSpan>> composited_;  ///< by frame, then by display
-    std::vector<tlm::CycleSpan> shown_;                    ///< by frame: all displays swap together
+    std::vector<std::vector<CycleSpan>> composited_;  ///< by frame, then by display
+    std::vector<CycleSpan> shown_;                    ///< by frame: all displays swap together
 };
 
 }  // namespace metabuffer::charts

@@ -1,9 +1,8 @@
 // What links, buses, buffers and displays do when, from the whole run to single clocks.
 const metabufferTime = (() => {
     "use strict";
+    const {sizeCanvas} = metabufferElements;
     const run = metabufferRun, {machine, record} = run;
-    const {clockColours} = metabufferElements;
-    const useColours = [0, 4, 1, 2, 3, 5, 6, 7].map(n => clockColours[n]);  // in the order of run.useNames
     const labelWidth = 138, axisHeight = 26, mostHeight = 620, leastClocks = 12;
     const clip = (value, least, most) => Math.min(most, Math.max(least, value));
 
@@ -17,8 +16,8 @@ const metabufferTime = (() => {
             this.clock = null;
             this.scroll = 0;
             this.group = {kind: "display", number: 0};
-            this.used = new Float64Array(run.uses);
-            this.before = new Float64Array(run.uses);
+            this.used = new Float64Array(run.uses.length);
+            this.before = new Float64Array(run.uses.length);
             this.layOut();
             this.listen();
             new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
@@ -58,13 +57,7 @@ const metabufferTime = (() => {
         resize() {
             const width = Math.max(320, Math.floor(this.canvas.parentElement.clientWidth));
             const height = Math.min(mostHeight, this.rowsHeight + axisHeight);
-            const ratio = window.devicePixelRatio || 1;
-            if (this.width === width && this.height === height && this.ratio === ratio) return;
-            [this.width, this.height, this.ratio] = [width, height, ratio];
-            this.canvas.width = Math.round(width * ratio);
-            this.canvas.height = Math.round(height * ratio);
-            this.canvas.style.width = width + "px";
-            this.canvas.style.height = height + "px";
+            if (!sizeCanvas(this, width, height)) return;
             this.scroll = clip(this.scroll, 0, this.mostScroll);
             this.draw();
         }
@@ -211,12 +204,12 @@ const metabufferTime = (() => {
             const last = run.lastAtOrBefore(track.starts, this.to);
             if (this.to <= track.known && last - first < this.plotWidth / 2) {
                 for (let n = first; n <= last; ++n) {
-                    const kind = track.kinds[n];
-                    const texts = kind === 0
+                    const kind = track.kinds[n], {name, colour, isLight} = run.uses[kind];
+                    const texts = kind === run.pixelUse
                         ? [`${track.pixels[n]} pixels for display ${track.numbers[n]}`, `display ${track.numbers[n]}`, String(track.numbers[n])]
-                        : kind === 1 ? [`table of frame ${track.numbers[n]}`, "table"] : [run.useNames[kind]];
-                    this.span(track.starts[n], track.starts[n] + track.lengths[n], top, height, useColours[kind], texts, kind === 3);
-                    if (kind === 0 && track.recovered[n]) {
+                        : kind === run.tableUse ? [`table of frame ${track.numbers[n]}`, name] : [name];
+                    this.span(track.starts[n], track.starts[n] + track.lengths[n], top, height, colour, texts, isLight);
+                    if (kind === run.pixelUse && track.recovered[n]) {
                         this.span(track.starts[n], track.starts[n] + track.lengths[n], top + height - 4, 4, "#2fc79a");
                     }
                 }
@@ -229,10 +222,10 @@ const metabufferTime = (() => {
             for (let x = 0; x < this.plotWidth; x += step) {
                 track.before(this.clockAt(labelWidth + x + step), used);
                 let y = top + height;
-                for (let use = 0; use < run.uses; ++use) {
+                for (let use = 0; use < run.uses.length; ++use) {
                     const share = (used[use] - before[use]) / (this.clocksPerPixel * step);
                     if (share <= 0.002) continue;
-                    context.fillStyle = useColours[use];
+                    context.fillStyle = run.uses[use].colour;
                     context.fillRect(labelWidth + x, y - share * height, step, share * height);
                     y -= share * height;
                 }
@@ -365,7 +358,7 @@ const metabufferTime = (() => {
             if (!track) return "…";
             const counters = run.report.composers[composer], safe = run.data.safe_buffer_pixels;
             return `holds ${track.at(clock)} of ${machine.buffer_pixels} pixels; high water ${counters.buffer_high_water}` +
-                (safe === null ? "" : `; ${safe} are proved to do`) +
+                (safe === null ? "" : `; ${safe} are proved to be enough`) +
                 (counters.starved_pixels ? `; ${counters.starved_pixels.toLocaleString("en")} pixels starved` : "");
         }
 
@@ -453,5 +446,5 @@ const metabufferTime = (() => {
             this.draw();
         }
     }
-    return {TimeLine, useColours};
+    return {TimeLine};
 })();

@@ -1,7 +1,8 @@
 // The displays as they hang, frame by frame, down to single raster pixels.
 const metabufferWall = (() => {
     "use strict";
-    const run = metabufferRun, {machine, data} = run;
+    const {sizeCanvas} = metabufferElements;
+    const run = metabufferRun, {machine} = run;
     const gap = 6;                  // shown pixels between two displays
     const mostZoom = 48;
     const wallWidth = machine.columns * (machine.width + gap) - gap;
@@ -68,14 +69,7 @@ const metabufferWall = (() => {
         resize() {
             const width = Math.max(200, Math.floor(this.canvas.parentElement.clientWidth));
             const height = Math.round(Math.min(560, Math.max(160, Math.min(width * wallHeight / wallWidth, window.innerHeight * 0.55))));
-            const ratio = window.devicePixelRatio || 1;
-            if (this.width === width && this.height === height && this.ratio === ratio) return;
-            [this.width, this.height, this.ratio] = [width, height, ratio];
-            this.canvas.width = Math.round(width * ratio);
-            this.canvas.height = Math.round(height * ratio);
-            this.canvas.style.width = width + "px";
-            this.canvas.style.height = height + "px";
-            this.draw();
+            if (sizeCanvas(this, width, height)) this.draw();
         }
         get fitting() { return Math.min(this.width / wallWidth, this.height / wallHeight); }
         get scale() { return this.zoom || this.fitting; }

@@ -53,7 +53,7 @@ std::string narrow(SearchDescription& search, const KnownAnswer& known) {
     std::vector<std::string> why;
     if (known.least && search.from < *known.least && *known.least <= search.to) {
         search.from = *known.least;
-        why.push_back("less than " + search.text_of(search.from) + " cannot do");
+        why.push_back("less than " + search.text_of(search.from) + " is too little");
     }
     if (known.enough && *known.enough < search.to && *known.enough >= search.from) {
         search.to = *known.enough;
@@ -447,10 +447,9 @@ std::string Explorer::Session::why_unmet(const Job& job) const {
     const std::int64_t largest = job.run_ids.rbegin()->first;
     const SearchDescription& search = *plan().search;
     const std::string range = search.text_of(lowest) + " to " + search.text_of(largest);
-    const std::string what = job.search->exhaustive()
-                                 ? "no value of " + range + " meets the goal"
-                                 : "none of " + std::to_string(job.run_ids.size()) + " values looked at, " +
-                                       range + ", meets the goal";
+    const std::string what = job.search->exhaustive() ? "no value of " + range + " meets the goal"
+                                                      : "none of " + std::to_string(job.run_ids.size()) +
+                                                            " values tried, " + range + ", meets the goal";
     const std::string at = "; " + described(*plan().search, largest);
     if (!job.largest.reason.empty()) return what + at + ": " + job.largest.reason;
     std::string figures;

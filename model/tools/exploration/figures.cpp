@@ -137,7 +137,7 @@ std::vector<Figure> make_figures() {
            "frame in slowest_interval_cycles; with three frames or more"},
           [](const Sums& s) { return optional_value(s.rates.held_hz()); }},
          {{"composition_hz", "frames/s",
-           "frames behind the first over the clocks from the first one's start to the last one's; with two "
+           "frames after the first over the clocks from the first one's start to the last one's; with two "
            "frames or more"},
           [](const Sums& s) { return optional_value(s.rates.composition_hz); }},
          {{"slowest_interval_cycles", "clocks",

@@ -153,7 +153,7 @@ void SmallestValueSearch::advance() {
     }
 }
 
-/// Between the values looked at, most where they are farthest apart: one of them may meet the goal although the largest
+/// Between the values tried, most where they are farthest apart: one of them may meet the goal although the largest
 /// does not.
 void SmallestValueSearch::ask_in_gaps() {
     std::priority_queue<std::pair<Index, Index>> gaps;  // length and start
@@ -214,9 +214,9 @@ std::string SmallestValueSearch::note() const {
     std::string text = "not monotonic: " + description_.text_of(value_at(first)) + " meets the goal, " +
                        listed(misses, description_) + (misses.size() == 1 ? " does not" : " do not");
     const auto settled = seen_.upper_bound(last_miss);
-    return settled == seen_.end() ? text + ", nor does any larger value that was looked at"
+    return settled == seen_.end() ? text + ", nor does any larger value that was tried"
                                   : text + "; from " + description_.text_of(value_at(settled->first)) +
-                                        " on every value looked at does";
+                                        " on every value tried does";
 }
 
 }  // namespace metabuffer::exploration

@@ -81,11 +81,11 @@ const Schema& sweep_schema() {
             {"filter", kScalar, "an expression over scenario keys"},
             {"minimize", kMap, "a map"},
             {"minimize.key", kScalar, "a scenario key that holds a number"},
-            {"minimize.from", kScalar, "the smallest value to look at"},
-            {"minimize.to", kScalar, "the largest value to look at"},
+            {"minimize.from", kScalar, "the smallest value to try"},
+            {"minimize.to", kScalar, "the largest value to try"},
             {"minimize.step", kScalar, "of a key that takes fractions: what the values are multiples of"},
             {"minimize.goal", kScalar, "an expression over figures"},
-            {"minimize.checks", kScalar, "how many further values to look at"},
+            {"minimize.checks", kScalar, "how many further values to try"},
         }};
     return schema;
 }

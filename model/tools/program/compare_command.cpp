@@ -169,7 +169,7 @@ void print_times(const LevelProcess& rtl, const LevelProcess& tlm) {
 }  // namespace
 
 CompareCommand::CompareCommand(CLI::App& program)
-    : Command(program, "compare", "Run a scenario at levels rtl and tlm; tell where they differ"),
+    : Command(program, "compare", "Run a scenario at levels rtl and tlm; report where they differ"),
       scenario_(command()) {
     command().add_flag("--no-images", no_images_, "Compare the counters only");
     command().add_flag("--quiet", quiet_, "Print nothing but differences");

@@ -70,7 +70,7 @@ void PlotCommand::add_chart_options() {
         ->capture_default_str();
     command().add_option("--x", request_.x, "EXPR along the horizontal axis");
     command().add_option("--y", y_, "EXPR[,EXPR] along the vertical axis; of a heat map the other axis");
-    command().add_option("--colour", request_.colour, "EXPR told apart by colour; of a heat map the figure");
+    command().add_option("--colour", request_.colour, "EXPR that colours show; of a heat map the figure");
     command().add_option("--facet", request_.facet, "EXPR: a panel for each of its values");
     command().add_option("--label", request_.label,
                          "EXPR: names of the points on a front (default: the settings that vary)");

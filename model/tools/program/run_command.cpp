@@ -23,6 +23,7 @@
 #include "tools/program/picture_check.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/result_folder.h"
+#include "tools/program/watchdog_lines.h"
 #include "tools/program/wrong_pixel_record.h"
 
 namespace metabuffer {
@@ -59,7 +60,7 @@ std::string waveform_header(const Scenario& scenario) {
     return header;
 }
 
-std::string clocks_text(const CycleRange& range) {
+std::string clocks_text(const CycleSpan& range) {
     return std::to_string(range.first) + " to " + std::to_string(range.last);
 }
 
@@ -128,11 +129,12 @@ RunCommand::RunCommand(CLI::App& program)
         ->check(CLI::IsMember({kTlm, kRtl, kFunctional}));
     command().add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
     add_trace_options();
-    command().add_flag("--no-images", no_images_,
-                       "Counters only: no pictures, and those of an earlier run in the directory go");
+    command().add_flag(
+        "--no-images", no_images_,
+        "Counters only: no pictures, and those of an earlier run in the directory are removed");
     command().add_flag(
         "--check", check_,
-        "Hold every wire to the machine's rules and every pixel to level functional (level rtl), "
+        "Check every wire against the machine's rules and every pixel against level functional (level rtl), "
         "or the pictures alone (level tlm); exit with 5 if a rule is broken");
     command().add_flag("--strict", strict_,
                        "Exit with 3 if a pixel starved or a frame, row or slot table was rejected");
@@ -301,14 +303,14 @@ RunCommand::Outcome RunCommand::run_rtl(const Scenario& scenario, PictureSink& p
 
 RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& pictures) const {
     std::optional<tlm::ScheduleTrace> trace;
-    std::optional<CycleRange> window;
+    std::optional<CycleSpan> window;
     if (!trace_file_.empty()) {
         trace.emplace(trace_file_, scenario);
         const TraceWindow wanted = trace_window();
         window = wanted.fixed_cycles();
         if (!window) window = tlm::find_window(scenario, wanted);
         if (!window) trace.reset();
-        if (window && wanted.kind != TraceWindow::Kind::kAll) trace->show_only({window->first, window->last});
+        if (window && wanted.kind != TraceWindow::Kind::kAll) trace->show_only(*window);
     }
     tlm::RunOptions options;
     options.observer = trace ? &*trace : nullptr;
@@ -344,8 +346,7 @@ RunCommand::Outcome RunCommand::run_tlm(const Scenario& scenario, PictureSink& p
     } else {
         outcome.trace_line =
             "schedule " + trace_file_ + ": " +
-            (window_option_->count() > 0 ? "core clocks " + clocks_text({shown->first, shown->last}) + ", "
-                                         : std::string()) +
+            (window_option_->count() > 0 ? "core clocks " + clocks_text(*shown) + ", " : std::string()) +
             "to be opened at https://ui.perfetto.dev";
     }
     return outcome;
@@ -414,14 +415,9 @@ ExitStatus RunCommand::judge(const Outcome& outcome) const {
     const RunReport& report = outcome.report;
     const bool wrong = report.check && report.check->violations > 0;
     if (wrong) print_violations(*report.check, outcome.check_trace_options);
-    if (!report.watchdog.empty()) {
-        std::cerr << scenario_.file() << ": the watchdog ended the run: nothing moves any more\n";
-        for (const std::string& finding : report.watchdog) {
-            std::cerr << "  " << finding << '\n';
-        }
-        return wrong ? kExitDifferent : kExitWatchdog;
-    }
+    const bool watchdog = print_watchdog(scenario_.file(), report);
     if (wrong) return kExitDifferent;
+    if (watchdog) return kExitWatchdog;
     if (strict_ && (report.total_starved_pixels() > 0 || report.total_stalled_cycles() > 0 ||
                     report.total_rejected() > 0)) {
         std::cerr << scenario_.file() << ": --strict: " << report.total_starved_pixels()

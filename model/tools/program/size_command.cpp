@@ -24,7 +24,7 @@ namespace {
 using exploration::Axis;
 using exploration::SearchDescription;
 
-/// Further values looked at on both sides of the one that was found.
+/// Further values tried on both sides of the one that was found.
 constexpr int kDefaultChecks = 16;
 constexpr const char* kBufferKey = "composer.buffer_pixels";
 constexpr const char* kCoreClockKey = "clocks.core_mhz";
@@ -32,14 +32,13 @@ constexpr const char* kCoreClockKey = "clocks.core_mhz";
 constexpr std::size_t kMostCorners = 24;
 
 constexpr const char* kSizeFooter =
-    "The value is doubled until the goal is met, then the gap below is halved; --checks further values on "
-    "both sides\n"
-    "tell whether the goal is monotonic, and the answer says so where it is not. Of buffers without a range, "
-    "only sizes are\n"
-    "looked at that arithmetic leaves open (metabuffer analyze), and what stalling columns would do with is "
-    "told too. The\n"
-    "goal is an SQL expression over figures of a run (metabuffer export --help lists them) and the keys at "
-    "hand.\n"
+    "The value is doubled until the goal is met, then the gap below is halved. --checks further values on "
+    "both sides show\n"
+    "whether the goal is monotonic; the answer says so where it is not. For buffers without a range only "
+    "those sizes are\n"
+    "tried that metabuffer analyze leaves open, and the size that stalling columns need is reported too. The "
+    "goal is an SQL\n"
+    "expression over figures of a run (metabuffer export --help lists them) and the keys at hand.\n"
     "Examples:\n"
     "  metabuffer size scenarios/case-4.yaml --minimize composer.buffer_pixels --over bus.width_bits=64,128\n"
     "  metabuffer size scenarios/case-4.yaml --minimize bus.width_bits --minimize composer.buffer_pixels\n"
@@ -240,11 +239,11 @@ SizeCommand::SizeCommand(CLI::App& program)
     command()
         .add_option(
             "--frame-rate-hz", frame_rate_hz_,
-            "And the machine composites and shows that many frames a second, none of them later; asks for "
+            "The machine also composites and shows that many frames a second, at no longer interval; needs "
             "3 frames or more, see --frames")
         ->check(number_within(kFrameRatesHz));
     command()
-        .add_option("--checks", checks_, "Further values looked at to see whether the goal is monotonic")
+        .add_option("--checks", checks_, "Further values to try, to see whether the goal is monotonic")
         ->check(CLI::Range(0, 1'000'000))
         ->capture_default_str();
     command().add_option("-o,--out", results_file_, "Keep the results in this SQLite file, as sweep does");
@@ -293,7 +292,7 @@ void SizeCommand::check_frames(const exploration::SweepPlan& plan) const {
         }
         if (frames < kFramesForRates) {
             throw InputError("--frame-rate-hz: a run of " + text::counted(frames, "frame") +
-                             " tells no rate; use --frames " + std::to_string(kFramesForRates) + " or more");
+                             " has no rate; use --frames " + std::to_string(kFramesForRates) + " or more");
         }
         if (exploration::find_setting(point.settings, "frames") == nullptr) return;  // the same for all
     }
@@ -407,7 +406,7 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
     std::cout << "with on_starvation: stall, whole pictures " << (frame_rate_hz_ ? "" : "and ")
               << "at the same rate:\n"
               << table.text();
-    if (left_out > 0) std::cout << "  ... and " << left_out << " points more, not looked at\n";
+    if (left_out > 0) std::cout << "  ... and " << left_out << " points more, not tried\n";
     return stopped;
 }
 

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <optional>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "tools/program/output_guard.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/result_folder.h"
+#include "tools/program/watchdog_lines.h"
 #include "tools/program/wrong_pixel_record.h"
 
 namespace metabuffer {
@@ -36,12 +36,11 @@ constexpr const char* kViewFooter =
     "shows until then.";
 
 /// What of the report in a folder of results is not what this program has counted.
-std::vector<std::string> remarks_on(const std::filesystem::path& report_file, const RunReport& report) {
+std::vector<std::string> remarks_on(const std::filesystem::path& report_file, const std::string& report) {
     if (!std::filesystem::is_regular_file(report_file)) return {};
     std::size_t differences = 0;
     try {
-        differences =
-            compare_reports(input::text_of_file(report_file), report_json(report)).differences.size();
+        differences = compare_reports(input::text_of_file(report_file), report).differences.size();
     } catch (const std::exception&) {
         return {report_file.string() + " cannot be read as a report."};
     }
@@ -61,9 +60,10 @@ ViewCommand::ViewCommand(CLI::App& program)
     command().add_option("-o,--output", output_file_, "The page, an HTML file")->required();
     command().add_option("--title", title_, "The page's title (default: the scenario's name)");
     command()
-        .add_option("--embed-mib", embedded_mebibytes_,
-                    "MiB of pictures in the page, half of them at most for the displays': beyond, frames are "
-                    "left out evenly, and then images of renderers")
+        .add_option(
+            "--embed-mib", embedded_mebibytes_,
+            "MiB of pictures in the page, at most half of them the displays'; if there are more, frames "
+            "are left out evenly, and then images of renderers")
         ->capture_default_str()
         ->check(CLI::Range(0, 1024));
     command().add_flag("--quiet", quiet_, "Show no progress");
@@ -104,20 +104,18 @@ ExitStatus ViewCommand::execute() {
     RunReport report = tlm::run(scenario, options).report;
     wrong_pixels.put_into(report);
 
-    charts::RunPage page{scenario, report, record, pictures, "", {}, {}, {}, 0};
+    const std::string report_text = report_json(report);
+    charts::RunPage page{scenario, report, report_text, record, pictures};
     page.title = title_.empty() ? scenario.name : title_;
     page.command = {"metabuffer", "run"};
     const std::vector<std::string> words = scenario_.words();
     page.command.insert(page.command.end(), words.begin(), words.end());
-    if (report_file) page.remarks = remarks_on(*report_file, report);
+    if (report_file) page.remarks = remarks_on(*report_file, report_text);
     page.safe_buffer_pixels = analysis::analyze(scenario).safe_buffer_pixels;
     page.most_image_bytes = most_bytes - std::min(most_bytes, pictures.bytes());
     file.write(charts::run_page(page));
     file.put_in_place();
-    if (report.watchdog.empty()) return kExitDone;
-    std::cerr << scenario_.file() << ": the watchdog ended the run: nothing moves any more\n";
-    for (const std::string& finding : report.watchdog) std::cerr << "  " << finding << '\n';
-    return kExitWatchdog;
+    return print_watchdog(scenario_.file(), report) ? kExitWatchdog : kExitDone;
 }
 
 }  // namespace metabuffer

@@ -73,7 +73,7 @@ TEST_CASE("frame rates: the first frame waits for no display, and no rate is mor
     CHECK(two.slowest_interval->hz == 100.0);
 }
 
-TEST_CASE("frame rates: a picture counts once, and one that was kept off the displays never") {
+TEST_CASE("frame rates: a picture counts once, and one that was replaced by the picture before never") {
     const std::vector<FrameRecord> all{frame(0, 10'000, 0), frame(10'000, 20'000, 1),
                                        frame(20'000, 30'000, 2), frame(30'000, 40'000, 3),
                                        frame(40'000, 60'000, 4)};
@@ -123,7 +123,7 @@ TEST_CASE("frame rates: the summary says each with what it goes by, and what all
     report.frames = run_of({frame(0, 10'000, 0), frame(20'000, 30'000, 1)}).frames;
     has("frame rate  50.00 frames/s composited, start of the first to start of the last\n"
         "            50.00 at the slowest, 20000 clocks up to the start of frame 1\n"
-        "            none shown: two frames have one swap behind the first\n");
+        "            none shown: two frames have one swap after the first\n");
     report.frames = run_of({frame(0, 10'000, 0), frame(20'000, 30'000, 1), frame(50'000, 60'000, 2)}).frames;
     has("frame rate  40.00 frames/s composited, start of the first to start of the last\n"
         "            33.33 at the slowest, 30000 clocks up to the start of frame 2\n"

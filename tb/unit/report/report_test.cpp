@@ -277,7 +277,7 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
 TEST_CASE("what faults did is in the report always and in the summary if it happened", "[report]") {
     RunReport report = troubled_run();
     const std::string before = report_summary(report);
-    for (const char* word : {"injected", "lost on the buses", "kept off"})
+    for (const char* word : {"injected", "lost on the buses", "replaced by"})
         CHECK_FALSE(contains(before, word));
     report.renderers[0].injected_faults = 3;
     report.renderers[1].injected_faults = 4;
@@ -286,7 +286,7 @@ TEST_CASE("what faults did is in the report always and in the summary if it happ
     report.displays[0].kept_frames = 1;
     report.displays[1].kept_frames = 1;  // the same frame
     CHECK(report_summary(report).substr(before.size() - 1) ==
-          "; 13 pixels lost on the buses; 1 frame kept off the displays; 7 faults injected\n");
+          "; 13 pixels lost on the buses; 1 frame replaced by the picture before; 7 faults injected\n");
     report.composers[0].lost_tables = 1;
     CHECK(contains(report_summary(report), "; 13 pixels and 1 table lost on the buses; "));
     report.composers[1].lost_pixels = report.composers[2].lost_pixels = 0;
@@ -345,7 +345,7 @@ starved:
   a renderer with a long name on display 2: 1204 pixels, first in frame 0 at x 3, y 4
   ball on display 2: 30 pixels, first in frame 1 at x 12, y 40
 
-shown wrong: only pictures tell
+shown wrong: not known without pictures
 
 stalled their column:
   a renderer with a long name on display 1: 25 clocks

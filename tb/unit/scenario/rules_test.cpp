@@ -368,11 +368,11 @@ TEST_CASE("rules: faults of a frame that undo each other or make a pair of parts
           0);
     CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kNumber, kDepth, 2)}).empty());
     CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kMissing, kDepth)}).empty());
-    CHECK(
-        error_of({fault(FaultKind::kNumber), fault(FaultKind::kMissing, kDepth),
-                  fault(FaultKind::kMissing, FrameKind::kColour, 2)}) ==
-        "faults[0].kind: number and the next two frames missing make a good pair of parts of two; let one of "
-        "them come");
+    CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kMissing, kDepth),
+                    fault(FaultKind::kMissing, FrameKind::kColour, 2)}) ==
+          "faults[0].kind: with the next two frames missing, number makes one good pair of halves of two; "
+          "let one "
+          "of those frames come");
 }
 
 TEST_CASE("rules: a level without clocks refuses faults that happen clock by clock and names their place") {

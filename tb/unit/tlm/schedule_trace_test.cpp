@@ -18,7 +18,6 @@
 
 using namespace metabuffer;
 using test::ScratchDirectory;
-using tlm::CycleSpan;
 using tlm::ScheduleTrace;
 namespace fs = std::filesystem;
 using Json = nlohmann::json;

@@ -205,7 +205,7 @@ void Composer::report_protocol_error() const {
     } else if (verilated_->error_o == kErrorTables) {
         text += "a third frame's table";
     } else if (verilated_->error_o == kErrorFrame) {
-        text += "a beat of a frame that has been, or cannot be yet";
+        text += "a beat of a frame that is over, or that cannot have begun";
     } else {
         text += "row " + std::to_string(bus_i.read().first) + " of a table again";
     }

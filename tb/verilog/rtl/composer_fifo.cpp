@@ -95,7 +95,7 @@ void ComposerFifo::report_error() const {
         what = "to hold more pixels than it can";
     } else if (verilated_->error_o == kErrorEmpty) {
         kind = "empty";
-        what = "to let go of more pixels than it holds";
+        what = "to release more pixels than it holds";
     }
     SC_REPORT_ERROR((std::string("/metabuffer/composer_fifo/") + kind).c_str(),
                     (std::string(name()) + " was told " + what).c_str());

@@ -1,7 +1,5 @@
 #include "tools/charts/report_page.h"
 
-#include <zlib.h>
-
 #include <catch2/catch.hpp>
 #include <cstddef>
 #include <nlohmann/json.hpp>
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "host/errors.h"
+#include "packed_text.h"
 #include "sample_results.h"
 #include "tools/charts/base64.h"
 
@@ -75,32 +74,6 @@ std::string nesting_error(const std::string& markup) {
         }
     }
     return open.empty() ? "" : open.back() + " is not closed";
-}
-
-std::string from_base64(const std::string& text) {
-    const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string bytes;
-    unsigned bits = 0;
-    int held = 0;
-    for (const char character : text) {
-        if (character == '=') break;
-        bits = bits << 6U | static_cast<unsigned>(digits.find(character));
-        held += 6;
-        if (held >= 8) {
-            held -= 8;
-            bytes += static_cast<char>(bits >> static_cast<unsigned>(held) & 0xFFU);
-        }
-    }
-    return bytes;
-}
-
-std::string inflated(const std::string& bytes, std::size_t room) {
-    std::string text(room, '\0');
-    uLongf size = room;
-    REQUIRE(uncompress(reinterpret_cast<Bytef*>(text.data()), &size,
-                       reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()) == Z_OK);
-    text.resize(size);
-    return text;
 }
 
 /// The place of a figure in the rows of the data.
@@ -243,7 +216,7 @@ TEST_CASE("Reports and pictures come back from the page as they were", "[charts]
     const json data = data_of(report_page({scratch / "results.db"}, {}));
     REQUIRE(data["embedded"].size() == 1);
     const json& embedded = data["embedded"].front();
-    CHECK(inflated(from_base64(embedded["report"]), 10'000) == report);
+    CHECK(inflated(from_base64(embedded["report"])) == report);
     REQUIRE(embedded["pictures"].size() == 2);
     CHECK(embedded["pictures"][0][0] == 1);
     CHECK(from_base64(embedded["pictures"][0][1]) == png);

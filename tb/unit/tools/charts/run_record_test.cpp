@@ -1,13 +1,12 @@
 #include "tools/charts/run_record.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "packed_text.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 #include "tools/charts/run_pictures.h"
@@ -19,7 +18,6 @@ using charts::ClockBins;
 using charts::LevelBins;
 using charts::NumberLog;
 using charts::RunRecord;
-using tlm::CycleSpan;
 
 namespace {
 
@@ -31,24 +29,7 @@ Scenario two_renderers() {
 }
 
 /// What a page would unpack.
-std::string unpacked(const charts::Json& text) {
-    const std::string letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string bytes;
-    unsigned bits = 0;
-    int count = 0;
-    for (const char letter : text.get<std::string>()) {
-        if (letter == '=') break;
-        bits = (bits << 6U) | static_cast<unsigned>(letters.find(letter));
-        count += 6;
-        if (count >= 8) bytes += static_cast<char>((bits >> static_cast<unsigned>(count -= 8)) & 0xFFU);
-    }
-    std::string result(std::size_t{1} << 20U, '\0');
-    uLongf size = result.size();
-    REQUIRE(uncompress(reinterpret_cast<Bytef*>(result.data()), &size,
-                       reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()) == Z_OK);
-    result.resize(size);
-    return result;
-}
+std::string unpacked(const charts::Json& text) { return inflated(from_base64(text.get<std::string>())); }
 
 }  // namespace
 
@@ -208,6 +189,33 @@ TEST_CASE("run pictures: beyond the limit every second frame goes, and the first
     take(one, 5);
     CHECK(one.has(0));
     CHECK_FALSE(one.has(4));
+}
+
+TEST_CASE("run pictures: their bytes are those of the different pictures that are kept", "[charts]") {
+    Scenario scenario = small_scenario(16, 16);
+    scenario.displays.columns = 2;
+    Random random(4);
+    const std::vector<int> pairs;
+    charts::ShownPictures shown(scenario, 8'000);  // some thirteen pictures of noise
+    ColourImage picture(16, 16);
+    const auto take = [&](int frame, int display, bool is_new) {
+        if (is_new) {
+            for (std::uint32_t& pixel : picture.values)
+                pixel = static_cast<std::uint32_t>(random.bits()) & kColourMask;
+        }
+        shown.take({frame, display, picture, pairs});
+        charts::PagePictures pictures;
+        shown.json(pictures);
+        std::size_t bytes = 0;
+        for (const auto& file : pictures.files()) bytes += file->size();
+        CHECK(shown.bytes() == bytes);
+    };
+    for (int frame = 0; frame < 24; ++frame) {
+        for (const int display : {1, 2}) take(frame, display, frame % 3 != 1);
+    }
+    CHECK(shown.stride() > 1);
+    // After a reset frames count from 0 again.
+    for (int frame = 0; frame < 8; ++frame) take(frame, 1, frame % 3 != 1);
 }
 
 TEST_CASE("run pictures: a picture that stays is in the page once", "[charts]") {

@@ -272,8 +272,7 @@ TEST_CASE("explorer: a search finds the smallest value and keeps every simulatio
     CHECK(exploration.points[0].monotonic == true);
     CHECK(exploration.points[3].status == RunStatus::kUnmet);
     CHECK(exploration.points[3].reason.find("none of ") == 0);
-    CHECK(exploration.points[3].reason.find("values looked at, 1 to 60000, meets the goal") !=
-          std::string::npos);
+    CHECK(exploration.points[3].reason.find("values tried, 1 to 60000, meets the goal") != std::string::npos);
     CHECK(exploration.points[3].reason.find("starved_pixels 7") != std::string::npos);
     std::size_t runs = 0;
     for (const PointRecord& point : exploration.points) runs += static_cast<std::size_t>(point.runs);
@@ -307,7 +306,7 @@ TEST_CASE("explorer: what is known of a search without a run is not run") {
     const Exploration exploration = explorer.run(&results, options);
     REQUIRE(exploration.points.size() == 3);
     CHECK(exploration.points[0].smallest == 100);
-    CHECK(exploration.points[0].bounds == "less than 40 cannot do and more than 500 is never needed");
+    CHECK(exploration.points[0].bounds == "less than 40 is too little and more than 500 is never needed");
     CHECK(exploration.points[1].smallest == 57);
     CHECK(exploration.points[2].status == RunStatus::kUnmet);
     CHECK(exploration.points[2].reason == "nothing helps");

@@ -86,7 +86,7 @@ TEST_CASE("smallest value search: a miss above the value is told, with where it 
     CHECK(search.smallest() == 50);
     CHECK_FALSE(search.monotonic());
     CHECK(search.note() ==
-          "not monotonic: 50 meets the goal, 52, 53 do not; from 54 on every value looked at does");
+          "not monotonic: 50 meets the goal, 52, 53 do not; from 54 on every value tried does");
 }
 
 TEST_CASE("smallest value search: a value below that meets the goal becomes the answer and is told") {
@@ -96,7 +96,7 @@ TEST_CASE("smallest value search: a value below that meets the goal becomes the 
     CHECK(search.smallest() == 44);
     CHECK_FALSE(search.monotonic());
     CHECK(search.note().find("44 meets the goal") != std::string::npos);
-    CHECK(search.note().find("from 50 on every value looked at does") != std::string::npos);
+    CHECK(search.note().find("from 50 on every value tried does") != std::string::npos);
 }
 
 TEST_CASE("smallest value search: with as many checks as values nothing below is left unseen") {
