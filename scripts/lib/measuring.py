@@ -20,12 +20,12 @@ class Measurement(NamedTuple):
     mebibytes: float
 
 
-def measured(*command: Any, stderr: Any = None) -> Measurement:
+def measured(*command: Any, stderr: Any = None, cwd: Any = None) -> Measurement:
     """Runs a command, which must succeed; of what it starts, what it waits for counts."""
     words = [str(word) for word in command]
     with tempfile.TemporaryFile("w+") as output:
         started = time.perf_counter()
-        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=output, stderr=stderr)
+        process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=output, stderr=stderr, cwd=cwd)
         _, status, usage = os.wait4(process.pid, 0)
         seconds = time.perf_counter() - started
         process.returncode = os.waitstatus_to_exitcode(status)

@@ -37,6 +37,7 @@ COMMANDS = {
     "compare": ["compare", "scenario.yaml"],
     "size": [*SIZE, "--out", "r.db"],
     "export": ["export", "good.db", "-o", "t.csv"],
+    "merge": ["merge", "good.db", "-o", "t.db"],
     "report": ["report", "good.db", "-o", "t.html"],
     "plot": ["plot", "good.db", "--x", "smallest", "--y", "runs", "-o", "t.svg"],
 }

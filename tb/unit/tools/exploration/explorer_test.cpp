@@ -416,7 +416,7 @@ TEST_CASE("explorer: results of other input are refused") {
     const auto identity = [&plan] { return Explorer(plan, starving).identity("1"); };
     const ResultsIdentity first = identity();
     CHECK(identity().inputs == first.inputs);
-    CHECK(first.inputs.count("scenario.yaml") == 1);
+    CHECK(first.inputs.count("(scenario)") == 1);
     CHECK(first.inputs.count("view.ppm") == 1);
     SECTION("another scenario") {
         place.directory.write("scenario.yaml", std::string(kScenario) + "frames: 2\n");

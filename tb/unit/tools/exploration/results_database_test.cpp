@@ -720,7 +720,7 @@ TEST_CASE("results: files of other kinds are refused and left as they are") {
     const auto newer = finished_file(directory);
     SQLite::Database(newer.string(), SQLite::OPEN_READWRITE)
         .exec("PRAGMA user_version = 7; UPDATE meta SET value = '9.1' WHERE key = 'program_version'");
-    refused(newer, "has schema version 7 (of metabuffer 9.1); this program knows version 1");
+    refused(newer, "has schema version 7 (of metabuffer 9.1); this program knows version 2");
 
     std::filesystem::create_directory(directory / "folder.db");
     CHECK(contains(refusal_to_write(directory / "folder.db"), "is no file"));

@@ -1,0 +1,315 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "program_run.h"
+#include "support/random_seed.h"
+#include "tools/exploration/results_database.h"
+#include "tools/program/exit_status.h"
+#include "workplace.h"
+
+// `metabuffer sweep --shard`, `--parts` and `metabuffer merge` from outside: a sweep that was cut gives what it gives in
+// one go, whoever is killed on the way.
+
+using namespace metabuffer;
+using namespace metabuffer::exploration;
+using namespace metabuffer::test;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+namespace {
+
+/// 2 x 40 points, some of which starve.
+constexpr const char* kSweep = R"(
+scenario: scenario.yaml
+set: {memory.page_words: 16, composer.ready_space_pixels: 8}
+axes:
+  - {key: bus.width_bits, values: [16, 64]}
+  - {key: composer.buffer_pixels, range: {from: 20, to: 59, step: 1}}
+)";
+
+/// What a searched point is shown by is another simulation of many.
+constexpr const char* kSearch = R"(
+scenario: scenario.yaml
+set: {memory.page_words: 16, composer.ready_space_pixels: 8}
+pictures: true
+axes:
+  - {key: bus.width_bits, values: [16, 64]}
+  - {key: bus.arbitration, values: [irsa, edf, round-robin]}
+minimize: {key: composer.buffer_pixels, from: 8, to: 300, checks: 2}
+)";
+
+ProgramResult metabuffer_in(const Workplace& place, const std::vector<std::string>& arguments) {
+    return run_program(place, arguments);
+}
+
+void run_well(const Workplace& place, const std::vector<std::string>& arguments) {
+    const ProgramResult result = metabuffer_in(place, arguments);
+    CAPTURE(arguments, result.err, result.out);
+    REQUIRE(result.status == kExitDone);
+}
+
+/// What `metabuffer export` writes of a file or a folder.
+std::string exported(const Workplace& place, const std::string& results) {
+    const ProgramResult result = metabuffer_in(place, {"export", results});
+    CAPTURE(results, result.err);
+    REQUIRE(result.status == kExitDone);
+    REQUIRE(!result.out.empty());
+    return result.out;
+}
+
+std::string shard(int number, int count) { return std::to_string(number) + "/" + std::to_string(count); }
+
+void check_refused(const ProgramResult& result, const std::string& words) {
+    CAPTURE(result.out, result.err);
+    CHECK(result.status == kExitBadInput);
+    CHECK(result.complains_in_one_line());
+    CHECK_THAT(result.err, Contains(words));
+}
+
+}  // namespace
+
+TEST_CASE("shards: merged in any order, twice and more, they export to the bytes of one go",
+          "[program][sweep]") {
+    const Workplace place;
+    const std::uint64_t seed = random_seed(41);
+    INFO("METABUFFER_SEED=" << seed);
+    Random random(seed);
+    for (const char* const sweep : {kSweep, kSearch}) {
+        place.write("sweep.yaml", sweep);
+        run_well(place, {"sweep", "sweep.yaml", "-o", "whole.db", "--quiet"});
+        const std::string expected = exported(place, "whole.db");
+        const int count = random.between(2, 6);
+        CAPTURE(count);
+        std::vector<std::string> parts;
+        for (int number = 1; number <= count; ++number) {
+            parts.push_back("part-" + std::to_string(number) + ".db");
+            run_well(place,
+                     {"sweep", "sweep.yaml", "--shard", shard(number, count), "-o", parts.back(), "--quiet"});
+        }
+        for (std::size_t n = parts.size(); n > 1; --n) {
+            std::swap(parts[n - 1],
+                      parts[static_cast<std::size_t>(random.between(0, static_cast<int>(n) - 1))]);
+        }
+        CHECK(exported(place, "whole.db") == expected);
+        run_well(place, std::vector<std::string>{"merge", "-o", "all.db"} + parts);
+        CHECK(exported(place, "all.db") == expected);
+        // A part and the target itself once more.
+        const ProgramResult again = metabuffer_in(place, {"merge", parts.front(), "all.db", "-o", "all.db"});
+        CHECK(again.status == kExitDone);
+        CHECK_THAT(again.out, Contains(" points, 0 of them new: all.db"));
+        CHECK(exported(place, "all.db") == expected);
+        // The parts, without being put together first.
+        const ProgramResult of_parts = metabuffer_in(place, std::vector<std::string>{"export"} + parts);
+        CHECK(of_parts.out == expected);
+        // A sweep goes on from what was merged, and finds nothing to do.
+        const ProgramResult more = metabuffer_in(place, {"sweep", "sweep.yaml", "-o", "all.db"});
+        CHECK(more.status == kExitDone);
+        CHECK_THAT(more.out, Contains(", 0 simulations"));
+        for (const std::string& file : parts) std::filesystem::remove(place / file);
+        std::filesystem::remove(place / "all.db");
+        std::filesystem::remove(place / "whole.db");
+    }
+}
+
+TEST_CASE("shards: reports and pictures come along, with the run that they belong to", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSearch);
+    run_well(place, {"sweep", "sweep.yaml", "-o", "whole.db", "--quiet"});
+    // The second part comes first, so that numbers of runs are not what they were.
+    for (const int number : {2, 1, 3}) {
+        run_well(place, {"sweep", "sweep.yaml", "--shard", shard(number, 3), "-o",
+                         "part-" + std::to_string(number) + ".db", "--quiet"});
+    }
+    run_well(place, {"merge", "part-2.db", "part-3.db", "part-1.db", "-o", "all.db"});
+    const ResultsReader whole(place / "whole.db");
+    const ResultsReader all(place / "all.db");
+    const std::vector<std::string> columns{"run", "status"};
+    const ResultsReader::Table expected = whole.results(columns, "");
+    const ResultsReader::Table merged = all.results(columns, "");
+    REQUIRE(merged.rows.size() == expected.rows.size());
+    REQUIRE(merged.rows.size() == 6);
+    for (std::size_t n = 0; n < merged.rows.size(); ++n) {
+        CAPTURE(n);
+        const std::int64_t run = std::get<std::int64_t>(merged.rows[n][0]);
+        const std::int64_t expected_run = std::get<std::int64_t>(expected.rows[n][0]);
+        CHECK(all.report(run) == whole.report(expected_run));
+        CHECK_FALSE(all.report(run).empty());
+        CHECK(all.pictures(run) == whole.pictures(expected_run));
+        CHECK_FALSE(all.pictures(run).empty());
+    }
+    CHECK(all.runs().rows.size() == whole.runs().rows.size());
+}
+
+TEST_CASE("merge: says what is missing, with a status of its own, and a sweep runs it", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    run_well(place, {"sweep", "sweep.yaml", "-o", "whole.db", "--quiet"});
+    for (const int number : {1, 4}) {
+        run_well(place, {"sweep", "sweep.yaml", "--shard", shard(number, 5), "-o",
+                         "part-" + std::to_string(number) + ".db", "--quiet"});
+    }
+    const ProgramResult result = metabuffer_in(place, {"merge", "part-1.db", "part-4.db", "-o", "all.db"});
+    CHECK(result.status == kExitIncomplete);
+    CHECK(result.err == "missing: shards 2, 3 and 5 of 5\n");
+    CHECK_THAT(result.out, Contains("2 files, 32 points, 32 of them new: all.db"));
+    // What was merged remembers it.
+    const ProgramResult again = metabuffer_in(place, {"merge", "all.db", "-o", "copy.db"});
+    CHECK(again.status == kExitIncomplete);
+    CHECK(again.err == result.err);
+    run_well(place, {"sweep", "sweep.yaml", "-o", "all.db", "--quiet"});
+    CHECK(exported(place, "all.db") == exported(place, "whole.db"));
+    run_well(place, {"merge", "all.db", "-o", "copy.db"});
+}
+
+TEST_CASE("merge: a part that was killed lacks points, and says how many", "[program][sweep]") {
+    const Workplace place;
+    std::string many = kSweep;
+    many.replace(many.find("to: 59"), 6, "to: 2059");
+    place.write("sweep.yaml", many);
+    run_program(
+        "/bin/sh", place,
+        {"-c", std::string(METABUFFER_PROGRAM) +
+                   " sweep sweep.yaml --shard 1/2 -o part-1.db & until grep -aFqs '\"}done' part-1.db-wal "
+                   "part-1.db; do sleep 0.05; done; kill -KILL $!; wait $!"});
+    const ProgramResult result = metabuffer_in(place, {"merge", "part-1.db", "-o", "all.db"});
+    CHECK(result.status == kExitIncomplete);
+    const auto ended = static_cast<std::int64_t>(ResultsReader(place / "all.db").results().rows.size());
+    CHECK(ended > 0);
+    CHECK(result.err == "missing: shard 2 of 2, and " + std::to_string(2040 - ended) +
+                            " of the 2040 points of the other shards\n");
+}
+
+TEST_CASE("merge: results of another sweep, or none, are refused and nothing is written",
+          "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    run_well(place, {"sweep", "sweep.yaml", "--shard", "1/2", "-o", "part-1.db", "--quiet"});
+    std::string other = kSweep;
+    other.replace(other.find("page_words: 16"), 14, "page_words: 32");
+    place.write("other.yaml", other);
+    run_well(place, {"sweep", "other.yaml", "--shard", "2/2", "-o", "part-2.db", "--quiet"});
+    check_refused(metabuffer_in(place, {"merge", "part-1.db", "part-2.db", "-o", "all.db"}),
+                  "'part-2.db' holds results of other input");
+    check_refused(metabuffer_in(place, {"export", "part-1.db", "part-2.db"}), "merge files of one sweep");
+    CHECK_FALSE(place.exists("all.db"));
+    const std::string before = text_of(place / "part-1.db");
+    check_refused(metabuffer_in(place, {"merge", "part-2.db", "-o", "part-1.db"}),
+                  "merge files of one sweep");
+    CHECK(text_of(place / "part-1.db") == before);
+    place.write("text.db", "hello");
+    check_refused(metabuffer_in(place, {"merge", "part-1.db", "text.db", "-o", "all.db"}),
+                  "it is no SQLite file");
+    check_refused(metabuffer_in(place, {"merge", "part-1.db", "none.db", "-o", "all.db"}),
+                  "there is no such file");
+    std::filesystem::create_directory(place / "empty");
+    check_refused(metabuffer_in(place, {"merge", "empty", "-o", "all.db"}), "'empty' holds no results");
+    CHECK_FALSE(place.exists("all.db"));
+    // Nothing of the tries is left.
+    for (const std::string& name : place.names()) CHECK(name.find(".part") == std::string::npos);
+}
+
+TEST_CASE("sweep: names of files are no part of what a sweep is", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    run_well(place, {"sweep", "sweep.yaml", "--shard", "1/2", "-o", "part-1.db", "--quiet"});
+    std::string renamed = kSweep;
+    renamed.replace(renamed.find("scenario.yaml"), 13, "renamed.yaml");
+    place.write("other.yaml", renamed);
+    std::filesystem::copy_file(place / "scenario.yaml", place / "renamed.yaml");
+    run_well(place, {"sweep", "other.yaml", "--shard", "2/2", "-o", "part-2.db", "--quiet"});
+    run_well(place, {"merge", "part-1.db", "part-2.db", "-o", "all.db"});
+    // What is in the scenario's file is a part of it.
+    place.write("renamed.yaml", text_of(place / "scenario.yaml") + "frames: 1\n");
+    check_refused(metabuffer_in(place, {"sweep", "other.yaml", "--shard", "2/2", "-o", "part-2.db"}),
+                  "holds results of other input");
+}
+
+TEST_CASE("parts: what was handed in is not run again, and a part that runs twice does no harm",
+          "[program][sweep]") {
+    const Workplace place;
+    std::string many = kSweep;
+    many.replace(many.find("to: 59"), 6, "to: 259");
+    place.write("sweep.yaml", many);
+    run_well(place, {"sweep", "sweep.yaml", "-o", "whole.db", "--quiet"});
+    const std::string expected = exported(place, "whole.db");
+    const std::string sweep =
+        std::string(METABUFFER_PROGRAM) + " sweep sweep.yaml --parts parts --hand-in 1 --quiet ";
+    // Stopped: it hands in what it has.
+    run_program("/bin/sh", place, {"-c", sweep + "--shard 1/2 & sleep 0.5; kill -TERM $!; wait $!"});
+    REQUIRE(place.exists("parts"));
+    const ProgramResult first = metabuffer_in(place, {"merge", "parts", "-o", "first.db", "--quiet"});
+    CHECK(first.status == kExitIncomplete);
+    const auto ended = ResultsReader(place / "first.db").results().rows.size();
+    // Killed: what it has handed in until then is there.
+    run_program(
+        "/bin/sh", place,
+        {"-c", sweep + "--shard 2/2 & until ls parts/part-2-of-2-*.db >parts.log 2>&1; do sleep 0.05; done; "
+                       "kill -KILL $!; wait $!"});
+    // The same shard by two at once, as after a job that was taken for dead.
+    run_program("/bin/sh", place, {"-c", sweep + "--shard 2/2 & " + sweep + "--shard 2/2; wait $!"});
+    const ProgramResult rest =
+        metabuffer_in(place, {"sweep", "sweep.yaml", "--shard", "1/2", "--parts", "parts"});
+    CHECK(rest.status == kExitDone);
+    CHECK_THAT(rest.out,
+               Contains("240 of 240 points") && Contains(std::to_string(240 - ended) + " simulations"));
+    run_well(place, {"merge", "parts", "-o", "all.db"});
+    CHECK(exported(place, "all.db") == expected);
+    CHECK(exported(place, "parts") == expected);
+    // Cut another way, there is nothing to do either.
+    const ProgramResult third =
+        metabuffer_in(place, {"sweep", "sweep.yaml", "--shard", "2/3", "--parts", "parts"});
+    CHECK(third.status == kExitDone);
+    CHECK_THAT(third.out, Contains(", 0 simulations"));
+}
+
+TEST_CASE("parts: a folder with another sweep's results is refused", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    run_well(place, {"sweep", "sweep.yaml", "--shard", "1/9", "--parts", "parts", "--quiet"});
+    std::string other = kSweep;
+    other.replace(other.find("page_words: 16"), 14, "page_words: 32");
+    place.write("sweep.yaml", other);
+    check_refused(metabuffer_in(place, {"sweep", "sweep.yaml", "--shard", "2/9", "--parts", "parts"}),
+                  "name another folder, or remove what is in it");
+}
+
+TEST_CASE("shards: a part of none, and options that do not go together", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    for (const std::string text :
+         {"", "3", "0/2", "3/2", "1/0", "-1/2", "a/b", "1/2/3", "1/1000001", "1.5/2"}) {
+        CAPTURE(text);
+        check_refused(metabuffer_in(place, {"sweep", "sweep.yaml", "--shard=" + text, "-o", "r.db"}),
+                      "use K/N, from 1/N to N/N");
+    }
+    CHECK_FALSE(place.exists("r.db"));
+    for (const std::vector<std::string>& options : {std::vector<std::string>{"--parts", "parts"},
+                                                    {"--shard", "1/2", "--parts", "parts", "-o", "r.db"},
+                                                    {"--slurm", "2", "--shard", "1/2"},
+                                                    {"--sbatch=--time=1"},
+                                                    {"--no-wait"}}) {
+        const ProgramResult result =
+            metabuffer_in(place, std::vector<std::string>{"sweep", "sweep.yaml"} + options);
+        CAPTURE(options, result.err);
+        CHECK(result.status == kExitBadInput);
+        CHECK(result.complains_in_one_line());
+    }
+    // More shards than points: some have none.
+    run_well(place, {"sweep", "sweep.yaml", "--shard", "99/100", "-o", "r.db"});
+    const ProgramResult list = metabuffer_in(place, {"sweep", "sweep.yaml", "--shard", "2/80", "--list"});
+    CHECK(std::count(list.out.begin(), list.out.end(), '\n') == 1);
+}
+
+TEST_CASE("sweep: without Slurm, --slurm says which package has it", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    std::filesystem::create_directory(place / "nothing");
+    const ProgramResult result = run_program(
+        "/bin/sh", place,
+        {"-c", "PATH=nothing exec " METABUFFER_PROGRAM " sweep sweep.yaml --slurm 2 -o r.db --quiet"});
+    CHECK(result.status == kExitBadInput);
+    CHECK(result.complains_in_one_line());
+    CHECK_THAT(result.err, Contains("sbatch") && Contains("slurm-client"));
+}
