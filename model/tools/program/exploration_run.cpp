@@ -19,6 +19,7 @@
 #include "tools/exploration/figures.h"
 #include "tools/program/level_simulation.h"
 #include "tools/program/number_option.h"
+#include "tools/program/option_ranges.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/stop_signals.h"
 
@@ -113,7 +114,7 @@ void print_bottlenecks(const Exploration& exploration) {
 void add_options(CLI::App& command, ProcessOptions& options) {
     command
         .add_option("--processes", options.processes, "Simulations at once (default: one for each processor)")
-        ->check(CLI::Range(1, 4096));
+        ->check(CLI::Range(kProcesses.low, kProcesses.high));
     command
         .add_option("--time-limit", options.time_limit_seconds,
                     "Seconds after which a simulation is given up, as a crash (default: none)")
@@ -211,18 +212,22 @@ void print_outcomes(const Exploration& exploration) {
     }
 }
 
-ExitStatus judge(const Exploration& exploration) {
+Failure verdict(const Exploration& exploration) {
     if (exploration.stopped) {
-        std::cerr << "stopped; with the results in a file the same command goes on from here\n";
-        return kExitStopped;
+        return {kExitStopped, "stopped; with the results in a file the same command goes on from here"};
     }
     const std::vector<PointRecord>& points = exploration.points;
     const bool all_invalid = std::all_of(points.begin(), points.end(), [](const PointRecord& point) {
         return point.status == RunStatus::kInvalid;
     });
-    if (!all_invalid) return kExitDone;
-    std::cerr << text::message(points.front().reason) << '\n';
-    return kExitBadInput;
+    if (!all_invalid) return {kExitDone, ""};
+    return {kExitBadInput, text::message(points.front().reason)};
+}
+
+ExitStatus judge(const Exploration& exploration) {
+    const Failure failure = verdict(exploration);
+    if (failure.status != kExitDone) std::cerr << failure.message << '\n';
+    return failure.status;
 }
 
 }  // namespace metabuffer

@@ -4,16 +4,15 @@
 #include <filesystem>
 #include <iostream>
 #include <system_error>
-#include <vector>
 
 #include "host/errors.h"
 #include "host/output_file.h"
 #include "host/text.h"
-#include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
 #include "tools/exploration/results_database.h"
 #include "tools/exploration/table_text.h"
 #include "tools/program/output_guard.h"
+#include "tools/program/results_table.h"
 
 namespace metabuffer {
 namespace {
@@ -93,22 +92,8 @@ ExitStatus ExportCommand::execute() {
                          " is the file of results itself; name another");
     }
     const exploration::ResultsReader reader(results_file_);
-    exploration::ResultsReader::Table table;
-    if (runs_) {
-        table = reader.runs();
-    } else {
-        // Checked here for the sake of the option's name in the message.
-        if (!condition_.empty()) exploration::sql_expression(condition_, reader.columns(), "--where");
-        if (columns_.empty()) {
-            table = reader.results(condition_);
-        } else {
-            const std::vector<std::string> expressions = exploration::split_expressions(columns_);
-            for (const std::string& expression : expressions) {
-                exploration::sql_expression(expression, reader.columns(), "--columns");
-            }
-            table = reader.results(expressions, condition_);
-        }
-    }
+    const exploration::ResultsReader::Table table =
+        runs_ ? reader.runs() : results_table(reader, condition_, columns_);
     write(chosen_format == kJson ? exploration::json_text(table) : exploration::csv_text(table),
           output_file_);
     return kExitDone;
