@@ -134,7 +134,8 @@ def run(scenario: Source, *, level: str | None = None, set: Mapping[str, Any] | 
     settings = _texts.settings(set, frames)
     pictures = os.memfd_create("metabuffer")
     try:
-        reply = _core.run(file, text, settings, level or "", images, check, pictures)
+        reply = _core.run(file, text, settings, _texts.word("level", level), _texts.flag("images", images),
+                          _texts.flag("check", check), pictures)
         content = json.loads(answer(reply))
         result = Result(json.loads(content["report"]), _displays(pictures, content), content["summary"],
                         content["effective_scenario"], content["report"], content["simulation_seconds"],
@@ -157,4 +158,4 @@ def analyze(scenario: Source, *, set: Mapping[str, Any] | None = None, frames: i
     """
     file, text = _texts.source(scenario, _texts.SCENARIO_NAME)
     settings = _texts.settings(set, frames)
-    return json.loads(answer(_core.analyze(file, text, settings, frame_rate_hz)))
+    return json.loads(answer(_core.analyze(file, text, settings, _texts.number("frame_rate_hz", frame_rate_hz))))

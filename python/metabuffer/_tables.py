@@ -31,6 +31,13 @@ def _frame(text: str) -> "pandas.DataFrame":
     return frame
 
 
+def _how(processes: int | None, time_limit: float | None, level: str | None,
+         quiet: bool) -> tuple[int | None, float | None, str, bool]:
+    """How an exploration runs, as the extension takes it."""
+    return (_texts.whole("processes", processes), _texts.number("time_limit", time_limit), _texts.word("level", level),
+            _texts.flag("quiet", quiet))
+
+
 @contextlib.contextmanager
 def _results_file(out: Any) -> Iterator[bytes]:
     """Where results go: the file that is asked for, or one that goes again."""
@@ -83,7 +90,7 @@ def sweep(sweep: Source, *, out: Any = None, processes: int | None = None,
             sweep = {**sweep, "scenario": os.fsdecode(file)}
         results_file = files.enter_context(_results_file(out))
         file, text = _texts.source(sweep, _texts.SWEEP_NAME)
-        return _frame(answer(_core.sweep(file, text, results_file, processes, time_limit, level or "", quiet)))
+        return _frame(answer(_core.sweep(file, text, results_file, *_how(processes, time_limit, level, quiet))))
 
 
 def size(scenario: Source, minimize: str, *, over: Mapping[str, Any] | None = None,
@@ -105,10 +112,12 @@ def size(scenario: Source, minimize: str, *, over: Mapping[str, Any] | None = No
     Gives a table as :func:`results` does, a row for each setting of ``over``; ``smallest`` is the answer, in the unit of
     the key. Raises :class:`InputError`.
     """
-    axes = [f"{key}={_texts.list_text(values)}" for key, values in (over or {}).items()]
+    axes = [f"{key}={_texts.list_text(values)}" for key, values in _texts.keyed("over", over).items()]
     with _scenario_file(scenario, out) as file, _results_file(out) as results_file:
-        return _frame(answer(_core.size(file, _texts.settings(set, frames), minimize, axes, goal or "", frame_rate_hz,
-                                        checks, results_file, processes, time_limit, level or "", quiet)))
+        return _frame(answer(_core.size(
+            file, _texts.settings(set, frames), _texts.word("minimize", minimize), axes, _texts.word("goal", goal),
+            _texts.number("frame_rate_hz", frame_rate_hz), _texts.whole("checks", checks), results_file,
+            *_how(processes, time_limit, level, quiet))))
 
 
 def results(db: "str | bytes | os.PathLike[Any]", *, where: str | None = None,
@@ -126,4 +135,4 @@ def results(db: "str | bytes | os.PathLike[Any]", *, where: str | None = None,
     """
     if columns is not None and not isinstance(columns, str):
         columns = ", ".join(columns)
-    return _frame(answer(_core.results(os.fsencode(db), where or "", columns or "")))
+    return _frame(answer(_core.results(os.fsencode(db), _texts.word("where", where), _texts.word("columns", columns))))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import numbers
+import operator
 import os
 import pathlib
 from typing import Any, Iterable, Mapping
@@ -32,17 +34,57 @@ def setting_text(value: Any) -> str:
     return value if isinstance(value, str) else yaml_text(value)
 
 
+def _wrong_type(name: str, value: Any, wanted: str) -> TypeError:
+    return TypeError(f"{name}: is {type(value).__name__}; use {wanted}")
+
+
+def word(name: str, value: str | None) -> str:
+    """An argument that is a text; nothing is the empty one."""
+    if value is not None and not isinstance(value, str):
+        raise _wrong_type(name, value, "a text")
+    return value or ""
+
+
+def flag(name: str, value: bool) -> bool:
+    """An argument that is True or False, numpy's among them."""
+    if str(value) not in ("True", "False") or isinstance(value, str):
+        raise _wrong_type(name, value, "True or False")
+    return bool(value)
+
+
+def whole(name: str, value: int | None) -> int | None:
+    """An argument that is a whole number, or nothing."""
+    if value is None:
+        return None
+    try:
+        # Beyond any range, and yet what the extension takes.
+        return max(-2**31, min(2**31 - 1, operator.index(value)))
+    except TypeError:
+        raise _wrong_type(name, value, "a whole number") from None
+
+
+def number(name: str, value: float | None) -> float | None:
+    """An argument that is a number, or nothing."""
+    if value is not None and not isinstance(value, numbers.Real):
+        raise _wrong_type(name, value, "a number")
+    return None if value is None else float(value)
+
+
+def keyed(name: str, values: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    """An argument that is a dict by scenario keys; nothing is the empty one."""
+    if values is None:
+        return {}
+    if not isinstance(values, Mapping):
+        raise _wrong_type(name, values, 'a dict, like {"bus.width_bits": 64}')
+    for key in values:
+        if not isinstance(key, str):
+            raise TypeError(f'{name}: the key {key!r} is no text; use one like "bus.width_bits"')
+    return values
+
+
 def settings(values: Mapping[str, Any] | None, frames: int | None) -> list[tuple[str, str]]:
     """Overrides of a scenario's keys."""
-    if values is None:
-        values = {}
-    if not isinstance(values, Mapping):
-        raise TypeError(f'set: is {type(values).__name__}; use a dict, like {{"bus.width_bits": 64}}')
-    pairs = []
-    for key, value in values.items():
-        if not isinstance(key, str):
-            raise TypeError(f'set: the key {key!r} is no text; use one like "bus.width_bits"')
-        pairs.append((key, setting_text(value)))
+    pairs = [(key, setting_text(value)) for key, value in keyed("set", values).items()]
     if frames is not None:
         pairs.append(("frames", setting_text(frames)))
     return pairs
