@@ -53,6 +53,6 @@ build_programs() {
 
 # build_checked TARGET...: the same as the checks want it, warnings being errors and no test left out.
 build_checked() {
-  configure release release -DMETABUFFER_WERROR=ON -DMETABUFFER_BROWSER_TESTS=ON
+  configure release release -DMETABUFFER_WERROR=ON -DMETABUFFER_BROWSER_TESTS=ON -DMETABUFFER_PYTHON=ON
   build release "$@"
 }

@@ -1,5 +1,6 @@
 #include "host/child_process.h"
 
+#include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -60,7 +61,7 @@ void ChildProcess::Sender::send(const void* bytes, std::size_t count) const {
 
 ChildProcess::ChildProcess(const Work& work) {
     std::array<int, 2> ends{};
-    if (pipe(ends.data()) != 0) fail_to_start("pipe");
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) fail_to_start("pipe");
     // Or both processes would print what is still in there.
     std::cout.flush();
     std::fflush(nullptr);
@@ -95,6 +96,10 @@ void ChildProcess::receive(std::string& bytes) {
     } else if (got == 0 || errno != EINTR) {
         reap();
     }
+}
+
+void ChildProcess::ask_to_end() const {
+    if (!ended()) kill(process_, SIGTERM);
 }
 
 void ChildProcess::reap() {

@@ -18,6 +18,7 @@ class ChildProcess {
         explicit Sender(int descriptor) : descriptor_(descriptor) {}
         /// Ends the process if nobody reads any more.
         void send(const void* bytes, std::size_t count) const;
+        int descriptor() const { return descriptor_; }
 
       private:
         int descriptor_;
@@ -39,6 +40,8 @@ class ChildProcess {
     int descriptor() const { return descriptor_; }
     /// Appends what is there, waiting if there is nothing.
     void receive(std::string& bytes);
+    /// Sends the child SIGTERM, unless all has been received.
+    void ask_to_end() const;
     /// Once it has ended: empty if well, else how ("ended by a signal: Aborted").
     const std::string& complaint() const { return complaint_; }
 

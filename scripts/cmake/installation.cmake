@@ -1,5 +1,5 @@
-# What `cmake --install` puts in place, in two components: `program` (what people run, with its data) and `development`
-# (libraries, headers, what CMake and pkg-config need to find them, and the sources of what can be replaced).
+# What `cmake --install` puts in place, in up to three components: `program` (what people run, with its data), `development`
+# (libraries, headers, what CMake and pkg-config need to find them, and the sources of what can be replaced) and `python`.
 include(CMakePackageConfigHelpers)
 
 set(data "${CMAKE_INSTALL_DATADIR}/metabuffer")
@@ -31,6 +31,12 @@ if(NOT METABUFFER_REPLACEMENT)
     include(library_installation)
 endif()
 
+set(components program development)
+if(METABUFFER_BUILDS_PYTHON)
+    include(python_installation)
+    list(APPEND components python)
+endif()
+
 # ---- Debian packages ----
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME metabuffer)
@@ -42,7 +48,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL program development)
+set(CPACK_COMPONENTS_ALL ${components})
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION electronics)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME metabuffer)
@@ -54,4 +60,13 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "metabuffer (= ${PROJECT_VERSION}), libsystemc-dev, libfmt-dev, libyaml-cpp-dev, nlohmann-json3-dev, zlib1g-dev, pkg-config")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Libraries of the Metabuffer's levels and monitors, for C++ and SystemC.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-metabuffer)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+# The program's package has the module that reads images. The extension is for one version of Python.
+math(EXPR next_python "${Python_VERSION_MINOR} + 1")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "metabuffer (= ${PROJECT_VERSION}), python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_python}), python3-numpy, python3-pandas")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-notebook, python3-matplotlib")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "The Metabuffer from Python: runs, sweeps and their results.")
 include(CPack)

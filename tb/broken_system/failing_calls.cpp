@@ -126,7 +126,9 @@ int fdatasync(int descriptor) {
     return fails("fsync") ? fail_with(EIO) : next<int(int)>("fdatasync")(descriptor);
 }
 pid_t fork() { return fails("fork") ? fail_with(EAGAIN) : next<pid_t()>("fork")(); }
-int pipe(int ends[2]) { return fails("pipe") ? fail_with(EMFILE) : next<int(int*)>("pipe")(ends); }
+int pipe2(int ends[2], int flags) {
+    return fails("pipe2") ? fail_with(EMFILE) : next<int(int*, int)>("pipe2")(ends, flags);
+}
 void* mmap(void* address, std::size_t length, int protection, int flags, int descriptor, off_t offset) {
     return mapped("mmap", address, length, protection, flags, descriptor, offset);
 }

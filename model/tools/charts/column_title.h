@@ -10,6 +10,9 @@ namespace metabuffer::charts {
 /// "latency cycles (clocks)", "frames per second", "smallest composer.buffer_pixels". Settings keep their keys.
 std::string column_title(const std::string& expression, const exploration::ResultsIdentity& identity);
 
+/// The unit of a column of the results, as figure_kinds() has it: "clocks"; empty if it has none.
+std::string column_unit(const std::string& column);
+
 /// Whether it is a share, to be shown in percent.
 bool is_share(const std::string& expression);
 

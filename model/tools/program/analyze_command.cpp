@@ -7,6 +7,7 @@
 #include "tools/analysis/analysis_report.h"
 #include "tools/analysis/bandwidth_analysis.h"
 #include "tools/program/number_option.h"
+#include "tools/program/option_ranges.h"
 
 namespace metabuffer {
 namespace {

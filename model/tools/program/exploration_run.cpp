@@ -20,6 +20,7 @@
 #include "tools/exploration/parts_folder.h"
 #include "tools/program/level_simulation.h"
 #include "tools/program/number_option.h"
+#include "tools/program/option_ranges.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/stop_signals.h"
 
@@ -107,7 +108,7 @@ void make_folder_of(const std::filesystem::path& file) {
 void add_options(CLI::App& command, ProcessOptions& options) {
     command
         .add_option("--processes", options.processes, "Simulations at once (default: one for each processor)")
-        ->check(CLI::Range(1, 4096));
+        ->check(CLI::Range(kProcesses.low, kProcesses.high));
     command
         .add_option("--time-limit", options.time_limit_seconds,
                     "Seconds after which a simulation is given up, as a crash (default: none)")
@@ -249,16 +250,20 @@ void print_outcomes(const Exploration& exploration) {
     }
 }
 
-ExitStatus judge(const Exploration& exploration) {
+Failure verdict(const Exploration& exploration) {
     if (exploration.stopped) {
-        std::cerr << "stopped; with the results in a file the same command goes on from here\n";
-        return kExitStopped;
+        return {kExitStopped, "stopped; with the results in a file the same command goes on from here"};
     }
-    if (!exploration.outcomes.all_invalid()) return kExitDone;
+    if (!exploration.outcomes.all_invalid()) return {kExitDone, ""};
     const auto& failures = exploration.outcomes.failures();
-    if (failures.empty()) return kExitDone;  // a shard without points, or whose points have ended elsewhere
-    std::cerr << text::message(failures.begin()->second.reason) << '\n';
-    return kExitBadInput;
+    if (failures.empty()) return {kExitDone, ""};  // a shard without points
+    return {kExitBadInput, text::message(failures.begin()->second.reason)};
+}
+
+ExitStatus judge(const Exploration& exploration) {
+    const Failure failure = verdict(exploration);
+    if (failure.status != kExitDone) std::cerr << failure.message << '\n';
+    return failure.status;
 }
 
 }  // namespace metabuffer

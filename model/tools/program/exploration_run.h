@@ -9,6 +9,7 @@
 #include "tools/exploration/explorer.h"
 #include "tools/exploration/sweep_plan.h"
 #include "tools/program/exit_status.h"
+#include "tools/program/failure.h"
 #include "tools/program/timed_level.h"
 
 namespace CLI {
@@ -53,7 +54,9 @@ void print_smallest(const exploration::SweepPlan& plan, const exploration::Explo
 std::string figure_text(const exploration::PointRecord& point, const std::string& figure, int digits = 2);
 /// How the points ended, with the reasons of the first that failed.
 void print_outcomes(const exploration::Exploration& exploration);
-/// What the caller is told, with a line on stderr if it was stopped or if no point makes a scenario.
+/// What the caller is told: if it was stopped, or if no point makes a scenario, with a line that says so.
+Failure verdict(const exploration::Exploration& exploration);
+/// The same status, with the line on stderr if it was stopped or if no point makes a scenario.
 ExitStatus judge(const exploration::Exploration& exploration);
 
 }  // namespace metabuffer

@@ -10,11 +10,11 @@
 #include "host/errors.h"
 #include "host/output_file.h"
 #include "host/text.h"
-#include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
 #include "tools/exploration/parts_folder.h"
 #include "tools/exploration/results_database.h"
 #include "tools/program/output_guard.h"
+#include "tools/program/results_table.h"
 
 namespace metabuffer {
 namespace {
@@ -66,8 +66,7 @@ ExportCommand::ExportCommand(CLI::App& program)
     command()
         .add_option("--columns", columns_,
                     "These columns, expressions with commas in between (default: all that do not depend on "
-                    "when and where "
-                    "a point ran)")
+                    "when and where a point ran)")
         ->excludes(runs);
     command()
         .add_flag("--bookkeeping", bookkeeping_,
@@ -86,21 +85,6 @@ std::string ExportCommand::format() const {
                      " is not known; use a name that ends in .csv or .json, or --format");
 }
 
-/// What is chosen, checked here for the sake of the options' names in messages.
-std::vector<std::string> ExportCommand::columns_of(const exploration::ResultsReader& reader) const {
-    if (!condition_.empty()) exploration::sql_expression(condition_, reader.columns(), "--where");
-    if (columns_.empty()) {
-        std::vector<std::string> names = bookkeeping_ ? reader.columns() : reader.lasting_columns();
-        std::transform(names.begin(), names.end(), names.begin(), exploration::quoted_name);
-        return names;
-    }
-    std::vector<std::string> expressions = exploration::split_expressions(columns_);
-    for (const std::string& expression : expressions) {
-        exploration::sql_expression(expression, reader.columns(), "--columns");
-    }
-    return expressions;
-}
-
 void ExportCommand::write(const exploration::ResultsReader& reader,
                           const exploration::TableText::Sink& sink) const {
     const auto kind = format() == kJson ? exploration::TableFormat::kJson : exploration::TableFormat::kCsv;
@@ -111,11 +95,9 @@ void ExportCommand::write(const exploration::ResultsReader& reader,
         text.end();
         return;
     }
-    const std::vector<std::string> expressions = columns_of(reader);
-    std::vector<std::string> names = expressions;
-    if (columns_.empty()) names = bookkeeping_ ? reader.columns() : reader.lasting_columns();
-    exploration::TableText text(kind, names, sink);
-    reader.each_result(expressions, condition_, [&text](const auto& row) { text.add(row); });
+    TableColumns table = table_columns(reader, condition_, columns_, bookkeeping_);
+    exploration::TableText text(kind, std::move(table.names), sink);
+    reader.each_result(table.expressions, condition_, [&text](const auto& row) { text.add(row); });
     text.end();
 }
 
@@ -128,7 +110,7 @@ ExitStatus ExportCommand::execute() {
         write(reader, [](std::string_view bytes) { std::cout << bytes; });
         return kExitDone;
     }
-    columns_of(reader);
+    table_columns(reader, condition_, columns_, bookkeeping_);  // before the file is opened
     OutputFile output(output_file_);
     write(reader, [&output](std::string_view bytes) { output.write(bytes); });
     output.put_in_place();

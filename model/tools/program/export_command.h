@@ -19,7 +19,6 @@ class ExportCommand final : public Command {
 
   private:
     std::string format() const;
-    std::vector<std::string> columns_of(const exploration::ResultsReader& reader) const;
     void write(const exploration::ResultsReader& reader, const exploration::TableText::Sink& sink) const;
 
     std::vector<std::string> results_files_;

@@ -24,7 +24,4 @@ inline CLI::Validator number_within(const NumberRange& range) {
             text::range(range)};
 }
 
-constexpr NumberRange kFrameRatesHz{1e-3, 1e9};
-constexpr NumberRange kTimeLimitSeconds{1e-3, 1e9};
-
 }  // namespace metabuffer

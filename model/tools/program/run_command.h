@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "report/report.h"
 #include "simulation/trace_window.h"
 #include "tools/program/command.h"
+#include "tools/program/level_run.h"
 #include "tools/program/scenario_options.h"
 
 namespace CLI {
@@ -16,7 +16,6 @@ class Option;
 
 namespace metabuffer {
 
-class MachineCheck;
 class PictureSink;
 
 /// `metabuffer run`: one scenario at one level; writes pictures and report, prints a summary.
@@ -28,25 +27,21 @@ class RunCommand final : public Command {
     ExitStatus execute() override;
 
   private:
-    struct Outcome;
-
     void add_trace_options();
     /// --print-request, for scripts/run: a line for each of scenario, level, out, trace and quiet, as the command line
     /// has them. So no script need know which word is an option's value. Add it behind all other options, since their
     /// values are set in the order in which they are added.
     void add_request_option();
     /// The level that is asked for; without one, that of the trace, or of the check.
-    std::string level() const;
-    void check_combination(const std::string& level) const;
+    RunLevel level() const;
+    void check_trace(RunLevel level) const;
     void check_schedule_options() const;
     /// The window that is asked for; without one, the first STARTFRAME for a waveform and the whole run for a schedule.
     TraceWindow trace_window() const;
-    Outcome run_checked_rtl(const Scenario& scenario, PictureSink& pictures) const;
-    Outcome run_rtl(const Scenario& scenario, PictureSink& pictures, MachineCheck* check) const;
-    Outcome run_tlm(const Scenario& scenario, PictureSink& pictures) const;
-    void print_violations(const CheckRecord& record, const std::string& trace_options) const;
-    void print_summary(const Outcome& outcome, const std::string& directory) const;
-    ExitStatus judge(const Outcome& outcome) const;
+    /// What the options ask for. Throws InputError if they do not go together.
+    LevelRequest request() const;
+    LevelOutcome run(const Scenario& scenario, const LevelRequest& request, PictureSink& pictures) const;
+    void print_summary(const LevelOutcome& outcome, const std::string& directory) const;
 
     ScenarioOptions scenario_;
     std::string level_;  ///< empty if it is not given

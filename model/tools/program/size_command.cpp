@@ -11,12 +11,8 @@
 #include "host/text.h"
 #include "report/report.h"
 #include "report/text_table.h"
-#include "scenario/rate_limits.h"
-#include "scenario/scenario_template.h"
-#include "tools/analysis/analysis_report.h"
-#include "tools/analysis/bandwidth_analysis.h"
-#include "tools/exploration/value.h"
 #include "tools/program/number_option.h"
+#include "tools/program/option_ranges.h"
 
 namespace metabuffer {
 namespace {
@@ -24,10 +20,6 @@ namespace {
 using exploration::Axis;
 using exploration::SearchDescription;
 
-/// Further values tried on both sides of the one that was found.
-constexpr int kDefaultChecks = 16;
-constexpr const char* kBufferKey = "composer.buffer_pixels";
-constexpr const char* kCoreClockKey = "clocks.core_mhz";
 /// Of a front, beyond which no more are looked for between them.
 constexpr std::size_t kMostCorners = 24;
 
@@ -47,50 +39,6 @@ constexpr const char* kSizeFooter =
     "Exit status: 0 every search has ended; 2 bad input, or no point makes a scenario; 130 stopped by "
     "Ctrl-C.";
 
-/// "KEY=REST" in two; REST is empty without a '='.
-std::pair<std::string, std::string> split_assignment(const std::string& text) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos) return {text, ""};
-    return {text.substr(0, equals), text.substr(equals + 1)};
-}
-
-double number_in(const std::string& text, const std::string& where) {
-    const exploration::Value value = exploration::value_of(text);
-    if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
-    if (const auto* number = std::get_if<double>(&value)) return *number;
-    throw InputError(where + ": " + text::quoted(text) +
-                     " is not a number; use FROM..TO, like 16..4096, or FROM..TO+STEP, like 60..100+0.5");
-}
-
-/// --minimize's KEY, KEY=FROM..TO, KEY=FROM..TO+STEP or KEY=A,B,C.
-SearchDescription minimized(const std::string& minimize) {
-    const std::string where = "--minimize " + minimize;
-    const auto [key, range] = split_assignment(minimize);
-    if (range.empty()) return exploration::describe_search(key, std::nullopt, std::nullopt, where);
-    const std::size_t dots = range.find("..");
-    if (dots != std::string::npos) {
-        const std::string rest = range.substr(dots + 2);
-        const std::size_t plus = rest.find('+', 1);
-        std::optional<double> step;
-        if (plus != std::string::npos) step = number_in(rest.substr(plus + 1), where);
-        return exploration::describe_search(key, number_in(range.substr(0, dots), where),
-                                            number_in(rest.substr(0, plus), where), where, step);
-    }
-    SearchDescription search = exploration::describe_search(key, std::nullopt, std::nullopt, where);
-    if (search.step > 0.0) throw InputError(where + ": takes fractions; use FROM..TO+STEP, like 60..100+0.5");
-    std::vector<std::int64_t>& candidates = search.candidates;
-    candidates.clear();
-    for (const std::string& value : exploration::parse_values(range, where)) {
-        const double number = number_in(value, where);
-        if (number != std::floor(number))
-            throw InputError(where + ": " + text::quoted(value) + " is not a whole number");
-        candidates.push_back(static_cast<std::int64_t>(number));
-    }
-    std::sort(candidates.begin(), candidates.end());
-    candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
-    return search;
-}
-
 /// The values that are tried of the first of two keys: all candidates, or the range in doubling steps, both ends among
 /// them. The exact corners of the front are found afterwards.
 std::vector<std::string> coarse_values(const SearchDescription& search) {
@@ -102,12 +50,6 @@ std::vector<std::string> coarse_values(const SearchDescription& search) {
     }
     values.push_back(search.text_of(search.to));
     return values;
-}
-
-/// Whether what a key changes leaves raster, displays and links as they are.
-bool leaves_limits(const std::string& key) {
-    const auto begins = [&key](const char* map) { return key.rfind(map, 0) == 0; };
-    return begins("composer.") || begins("bus.") || begins("memory.");
 }
 
 /// A machine that meets the goal, or settings for which none does.
@@ -217,11 +159,10 @@ void print_front(const std::vector<std::string>& over_keys, const std::string& f
 
 SizeCommand::SizeCommand(CLI::App& program)
     : Command(program, "size", "Find the smallest value of a key at which nothing starves"),
-      scenario_(command()),
-      checks_(kDefaultChecks) {
+      scenario_(command()) {
     command()
         .add_option(
-            "--minimize", minimize_,
+            "--minimize", request_.minimize,
             "KEY, KEY=FROM..TO, KEY=FROM..TO+STEP or KEY=A,B,C: a key that takes numbers, and where to look; "
             "given for two keys, the front of both")
         ->required()
@@ -229,22 +170,23 @@ SizeCommand::SizeCommand(CLI::App& program)
         ->allow_extra_args(false);
     command()
         .add_option(
-            "--over", over_,
+            "--over", request_.over,
             "KEY=VALUES: do so for each of these values, as 32,64,128 or 64..512*2 or 0..12+3; may be given "
             "several times")
         ->take_all()
         ->allow_extra_args(false);
-    command().add_option("--goal", goal_,
+    command().add_option("--goal", request_.goal,
                          "When a value is good (default: " + exploration::default_goal() + ")");
     command()
         .add_option(
-            "--frame-rate-hz", frame_rate_hz_,
+            "--frame-rate-hz", request_.frame_rate_hz,
             "The machine also composites and shows that many frames a second, at no longer interval; needs "
             "3 frames or more, see --frames")
         ->check(number_within(kFrameRatesHz));
     command()
-        .add_option("--checks", checks_, "Further values to try, to see whether the goal is monotonic")
-        ->check(CLI::Range(0, 1'000'000))
+        .add_option("--checks", request_.checks,
+                    "Further values to try, to see whether the goal is monotonic")
+        ->check(CLI::Range(kChecks.low, kChecks.high))
         ->capture_default_str();
     command().add_option("-o,--out", results_file_, "Keep the results in this SQLite file, as sweep does");
     add_options(command(), processes_);
@@ -252,95 +194,10 @@ SizeCommand::SizeCommand(CLI::App& program)
     command().footer(kSizeFooter);
 }
 
-exploration::SweepDescription SizeCommand::description() const {
-    exploration::SweepDescription description;
-    description.scenario = scenario_.file();
-    description.name = std::filesystem::path(scenario_.file()).stem().string();
-    description.fixed = scenario_.overrides();
-    for (const std::string& over : over_) {
-        const auto [key, values] = split_assignment(over);
-        const std::string where = "--over " + over;
-        if (values.empty())
-            throw InputError(where + ": has no values; use KEY=VALUES, like bus.width_bits=32,64");
-        description.axes.push_back(Axis{{key}, {exploration::parse_values(values, where)}, {where}});
-    }
-    description.search = minimized(minimize_.back());
-    description.search->checks = checks_;
-    if (!goal_.empty()) {
-        description.search->goal = goal_;
-        description.search->where = "--goal " + goal_;
-    }
-    if (frame_rate_hz_) {
-        // A rate that the clocks' rounding alone keeps from the one asked for is that rate.
-        description.search->goal = "(" + description.search->goal +
-                                   ") and frames_per_second >= " + text::number(1.0 - kRateTolerance) +
-                                   " * " + text::number(*frame_rate_hz_);
-    }
-    return description;
-}
-
-/// A rate is between frames, and the first swap tells nothing: with fewer no machine meets the goal.
-void SizeCommand::check_frames(const exploration::SweepPlan& plan) const {
-    if (!frame_rate_hz_) return;
-    const ScenarioTemplate scenario(scenario_.file());
-    for (const exploration::Point& point : plan.points) {
-        int frames = kFramesForRates;
-        try {
-            frames = std::stoi(scenario.settings(plan.overrides_of(point.settings)).at("frames"));
-        } catch (const InputError&) {
-            continue;  // running the point tells what is wrong with it
-        }
-        if (frames < kFramesForRates) {
-            throw InputError("--frame-rate-hz: a run of " + text::counted(frames, "frame") +
-                             " has no rate; use --frames " + std::to_string(kFramesForRates) + " or more");
-        }
-        if (exploration::find_setting(point.settings, "frames") == nullptr) return;  // the same for all
-    }
-}
-
-/// What arithmetic knows of a search. A range that the user gives is looked at as it is, as long as there is hope.
-exploration::KnownAnswer SizeCommand::known_of(const Scenario& scenario,
-                                               const SearchDescription& search) const {
-    exploration::KnownAnswer known;
-    const bool of_buffers = search.key == kBufferKey;
-    const bool of_core_clock = search.key == kCoreClockKey;
-    if (!of_core_clock && !leaves_limits(search.key)) return known;
-    const double asked = frame_rate_hz_.value_or(0.0) * (1.0 - kRateTolerance);
-    analysis::Analysis analysis;
-    std::string too_slow;
-    if (of_core_clock) {
-        // It changes the raster's rate, and neither links nor how often displays are refreshed.
-        const RateLimits limits = rate_limits(scenario);
-        if (limits.links_hz() < asked) too_slow = "the links";
-        if (limits.refresh_hz < asked) too_slow = "the displays";
-    } else {
-        analysis = analysis::analyze(scenario, {std::nullopt, frame_rate_hz_});
-        if (frame_rate_hz_) too_slow = analysis::too_slow_for(analysis, asked, of_buffers);
-    }
-    if (!too_slow.empty()) {
-        known.hopeless = "no " + search.key + " brings " + text::number(*frame_rate_hz_) +
-                         " frames/s: too slow for it: " + too_slow;
-        return known;
-    }
-    const bool has_range =
-        std::any_of(minimize_.begin(), minimize_.end(),
-                    [&search](const std::string& text) { return text.rfind(search.key + "=", 0) == 0; });
-    if (!of_buffers || has_range || !goal_.empty()) return known;
-    known.least = analysis.least_buffer_pixels;
-    const std::int64_t whole = analysis.whole_buffer_pixels;
-    if (frame_rate_hz_) {
-        known.enough = 2 * whole;  // of both frames that a buffer can hold
-    } else {
-        const bool has_bound = analysis.safe_buffer_is_legal.value_or(false);
-        known.enough = has_bound ? std::min(whole, *analysis.safe_buffer_pixels) : whole;
-    }
-    return known;
-}
-
 exploration::Exploration SizeCommand::run(const exploration::SweepPlan& plan,
                                           const std::optional<std::filesystem::path>& results) const {
     return run_exploration(plan, results, processes_, quiet_, true, [this, &plan](const Scenario& scenario) {
-        return known_of(scenario, *plan.search);
+        return known_answer(request_, scenario, *plan.search);
     });
 }
 
@@ -350,7 +207,7 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
                                  const exploration::Exploration& exploration,
                                  std::size_t& simulations) const {
     constexpr std::size_t kMostPoints = 16;
-    if (asked.search->key != kBufferKey || !goal_.empty()) return false;
+    if (asked.search->key != kBufferKey || !request_.goal.empty()) return false;
     TextTable table({asked.axes.size() + 4});
     std::vector<std::string> heading;
     for (const Axis& axis : asked.axes) heading.push_back(axis.keys.front());
@@ -403,7 +260,7 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
         ++lines;
     }
     if (lines == 0) return stopped;
-    std::cout << "with on_starvation: stall, whole pictures " << (frame_rate_hz_ ? "" : "and ")
+    std::cout << "with on_starvation: stall, whole pictures " << (request_.frame_rate_hz ? "" : "and ")
               << "at the same rate:\n"
               << table.text();
     if (left_out > 0) std::cout << "  ... and " << left_out << " points more, not tried\n";
@@ -411,9 +268,9 @@ bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
 }
 
 ExitStatus SizeCommand::size_one() {
-    const exploration::SweepDescription asked = description();
+    const exploration::SweepDescription asked = describe_size(request_);
     const exploration::SweepPlan plan = make_plan(asked);
-    check_frames(plan);
+    check_frames(request_, plan);
     const exploration::Exploration exploration =
         run(plan, results_file_.empty() ? std::nullopt : std::optional<std::filesystem::path>(results_file_));
     if (!quiet_) std::cout << "goal: " << plan.search->goal << '\n';
@@ -439,8 +296,8 @@ ExitStatus SizeCommand::size_front() {
         throw InputError(
             "-o: the front of two keys takes searches of both, and a file holds one; leave it out");
     }
-    const SearchDescription first = minimized(minimize_.front());
-    const exploration::SweepDescription asked = description();
+    const SearchDescription first = minimized(request_.minimize.front());
+    const exploration::SweepDescription asked = describe_size(request_);
     const SearchDescription& second = *asked.search;
     if (first.key == second.key) {
         throw InputError("--minimize: " + first.key + " is given twice; use two keys, or one");
@@ -451,7 +308,7 @@ ExitStatus SizeCommand::size_front() {
     exploration::SweepDescription coarse = asked;
     coarse.axes.push_back(Axis{{first.key}, {coarse_values(first)}, {first.where}});
     exploration::SweepPlan plan = make_plan(coarse);
-    check_frames(plan);
+    check_frames(request_, plan);
     if (!quiet_) std::cout << "goal: " << plan.search->goal << '\n';
     std::vector<Corner> corners;
     using Values = std::vector<std::string>;
@@ -508,7 +365,7 @@ ExitStatus SizeCommand::size_front() {
         if (of_second) {
             more.search = first;
             more.search->goal = second.goal;
-            more.search->checks = checks_;
+            more.search->checks = request_.checks;
         }
         plan = make_plan(more);
         of_second = !of_second;
@@ -521,11 +378,13 @@ ExitStatus SizeCommand::size_front() {
 }
 
 ExitStatus SizeCommand::execute() {
-    if (minimize_.size() > 2) {
-        throw InputError("--minimize: " + std::to_string(minimize_.size()) +
+    if (request_.minimize.size() > 2) {
+        throw InputError("--minimize: " + std::to_string(request_.minimize.size()) +
                          " keys; use one, or two for the front of both");
     }
-    return minimize_.size() == 1 ? size_one() : size_front();
+    request_.file = scenario_.file();
+    request_.overrides = scenario_.overrides();
+    return request_.minimize.size() == 1 ? size_one() : size_front();
 }
 
 }  // namespace metabuffer

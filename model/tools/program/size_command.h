@@ -7,6 +7,7 @@
 #include "tools/program/command.h"
 #include "tools/program/exploration_run.h"
 #include "tools/program/scenario_options.h"
+#include "tools/program/sizing.h"
 
 namespace metabuffer {
 
@@ -19,23 +20,15 @@ class SizeCommand final : public Command {
     ExitStatus execute() override;
 
   private:
-    exploration::SweepDescription description() const;
-    void check_frames(const exploration::SweepPlan& plan) const;
     exploration::Exploration run(const exploration::SweepPlan& plan,
                                  const std::optional<std::filesystem::path>& results) const;
-    exploration::KnownAnswer known_of(const Scenario& scenario,
-                                      const exploration::SearchDescription& search) const;
     ExitStatus size_one();
     ExitStatus size_front();
     bool print_stalling(const exploration::SweepDescription& asked,
                         const exploration::Exploration& exploration, std::size_t& simulations) const;
 
     ScenarioOptions scenario_;
-    std::vector<std::string> minimize_;
-    std::vector<std::string> over_;
-    std::string goal_;
-    std::optional<double> frame_rate_hz_;
-    int checks_ = 0;
+    SizeRequest request_;
     std::string results_file_;
     ProcessOptions processes_;
     bool quiet_ = false;

@@ -6,7 +6,7 @@
 
 namespace metabuffer {
 
-/// Says on standard error that the watchdog ended the run, and what waited for what. False: it did not end it.
-bool print_watchdog(const std::string& scenario_file, const RunReport& report);
+/// That the watchdog ended the run, and what waited for what, a line each. Empty: it did not end it.
+std::string watchdog_lines(const std::string& scenario_file, const RunReport& report);
 
 }  // namespace metabuffer
