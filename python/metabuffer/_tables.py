@@ -122,7 +122,8 @@ def size(scenario: Source, minimize: str, *, over: Mapping[str, Any] | None = No
 
 def results(db: "str | bytes | os.PathLike[Any]", *, where: str | None = None,
             columns: str | Sequence[str] | None = None) -> "pandas.DataFrame":
-    """The results of a sweep or a search as a table, as ``metabuffer export`` has them, also while it still runs.
+    """The results of a sweep or a search as a table, as ``metabuffer export --bookkeeping`` has them, also while
+    it still runs.
 
     db: the SQLite file.
     where: only the points for which this SQL expression over the columns is true: ``"starved_pixels = 0"``.

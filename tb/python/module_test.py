@@ -204,7 +204,7 @@ class Tables(Scratch):
     AXES = [{"key": "bus.width_bits", "values": [64, 128]}, {"key": "bus.burst_pixels", "values": [2, 3]}]
 
     def check_against_export(self, table, file):
-        rows = json.loads(self.program("export", file, "--format", "json"))
+        rows = json.loads(self.program("export", file, "--format", "json", "--bookkeeping"))
         self.assertEqual(list(table.columns), list(rows[0]))
         mine = json.loads(table.to_json(orient="records", double_precision=15))
         for got, expected in zip(mine, rows, strict=True):

@@ -54,6 +54,11 @@ struct Source {
     Source(const std::filesystem::path& file_in, const std::string& condition)
         : file(file_in), reader(file_in) {
         if (!condition.empty()) exploration::sql_expression(condition, reader.columns(), "--where");
+        if (const std::int64_t count = reader.count(condition); count > kMostPagePoints) {
+            throw InputError("'" + file.string() + "' has " + std::to_string(count) +
+                             " points to show, and a page takes at most " + std::to_string(kMostPagePoints) +
+                             "; use --where");
+        }
         points = reader.results(condition);
     }
 

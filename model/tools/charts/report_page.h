@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -16,8 +17,11 @@ struct PageOptions {
     std::size_t most_embedded_bytes = 24 * kBytesPerMebibyte;
 };
 
+/// Points of a page, beyond which no browser opens it.
+constexpr std::int64_t kMostPagePoints = 200'000;
+
 /// Results as one page of HTML that needs nothing but a browser: charts, table, and each point's report and pictures.
-/// The same bytes for the same results. Throws InputError for files that are no results and for a bad condition.
+/// The same bytes for the same results. Throws InputError for files that are no results, for a bad condition and for too many points.
 std::string report_page(const std::vector<std::filesystem::path>& files, const PageOptions& options);
 
 }  // namespace metabuffer::charts

@@ -159,6 +159,8 @@ class ResultsReader {
     /// all) holds for. They are in the order of the axes' values, the last axis changing fastest, whichever ended first.
     /// Throws InputError with what is wrong with the condition.
     Table results(const std::string& condition = {}) const;
+    /// How many rows that are.
+    std::int64_t count(const std::string& condition = {}) const;
     /// `expressions` over the columns instead of all of them.
     Table results(const std::vector<std::string>& expressions, const std::string& condition) const;
     /// The same, row by row.

@@ -205,6 +205,12 @@ ResultsReader::Table ResultsReader::results(const std::string& condition) const 
     return {content_->columns, content_->rows(content_->query(quoted_names(content_->columns), condition))};
 }
 
+std::int64_t ResultsReader::count(const std::string& condition) const {
+    std::string sql = "SELECT count(*) FROM results";
+    if (!condition.empty()) sql += " WHERE " + sql_expression(condition, content_->columns, "");
+    return std::get<std::int64_t>(content_->rows(sql).front().front());
+}
+
 ResultsReader::Table ResultsReader::results(const std::vector<std::string>& expressions,
                                             const std::string& condition) const {
     return {expressions, content_->rows(content_->query(content_->sql_of(expressions), condition))};

@@ -28,7 +28,7 @@ TableColumns table_columns(const exploration::ResultsReader& reader, const std::
 
 exploration::ResultsReader::Table results_table(const exploration::ResultsReader& reader,
                                                 const std::string& where, const std::string& columns) {
-    TableColumns table = table_columns(reader, where, columns, false);
+    TableColumns table = table_columns(reader, where, columns, true);
     return {std::move(table.names), reader.results(table.expressions, where).rows};
 }
 

@@ -19,7 +19,7 @@ struct TableColumns {
 TableColumns table_columns(const exploration::ResultsReader& reader, const std::string& where,
                            const std::string& columns, bool bookkeeping);
 
-/// The table itself.
+/// The table itself, bookkeeping included.
 exploration::ResultsReader::Table results_table(const exploration::ResultsReader& reader,
                                                 const std::string& where, const std::string& columns);
 
