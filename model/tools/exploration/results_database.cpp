@@ -149,6 +149,7 @@ bool is_final(RunStatus status) {
 
 std::string retried_statuses() {
     std::vector<std::string> names;
+    names.reserve(kRetriedStatuses.size());
     for (const RunStatus status : kRetriedStatuses) names.push_back(text::literal(to_string(status), '\''));
     return text::listed(names);
 }

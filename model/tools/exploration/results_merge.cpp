@@ -14,6 +14,7 @@
 #include "host/output_file.h"
 #include "host/text.h"
 #include "host/writer_lock.h"
+#include "tools/exploration/expression.h"
 #include "tools/exploration/results_file.h"
 #include "tools/exploration/results_merger.h"
 

@@ -30,7 +30,6 @@ namespace {
 using exploration::Exploration;
 using exploration::PointRecord;
 using exploration::Progress;
-using exploration::RunStatus;
 using exploration::Setting;
 using exploration::Value;
 
@@ -183,7 +182,7 @@ Exploration run_shard(const exploration::SweepPlan& plan, const std::filesystem:
     const auto ended = [](const Progress& progress) {
         return static_cast<std::int64_t>(progress.points_ended);
     };
-    const Exploration exploration =
+    Exploration exploration =
         run_into(explorer, &parts.results(), processes, quiet, std::move(options),
                  [&](const Progress& progress) { parts.hand_in_if_due(ended(progress)); });
     parts.hand_in(ended(exploration.progress));

@@ -225,6 +225,7 @@ ExitStatus SlurmArray::wait_for(const Jobs& jobs) {
         const std::map<std::string, int> states = states_of(jobs);
         if (states.empty()) return outcome();
         std::vector<std::string> words;
+        words.reserve(states.size());
         for (const auto& [state, count] : states) words.push_back(std::to_string(count) + " " + state);
         line.show(fmt::format("{} points handed in; jobs: {}", points_handed_in(), text::listed(words)));
         pollfd stop{signals.descriptor(), POLLIN, 0};
