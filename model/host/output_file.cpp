@@ -73,6 +73,10 @@ void OutputFile::write(std::string_view bytes) {
     }
 }
 
+void OutputFile::sync() {
+    if (fsync(descriptor_) != 0) fail(errno);
+}
+
 void OutputFile::put_in_place() {
     // Some file systems report a full disk only here.
     const int descriptor = descriptor_;

@@ -24,6 +24,8 @@ class OutputFile {
     const std::filesystem::path& aside() const { return aside_; }
     /// Throws OutputError.
     void write(std::string_view bytes);
+    /// Brings what is in it to the disk, whoever wrote it. Throws OutputError.
+    void sync();
     /// Throws OutputError. Nothing can be written afterwards.
     void put_in_place();
 

@@ -1,5 +1,6 @@
 """Slurm with several nodes on this machine, without systemd and as any user; nothing of it is left at the end."""
 
+import getpass
 import os
 import pathlib
 import secrets
@@ -99,7 +100,6 @@ class SlurmMachine:
         host = socket.gethostname().split(".")[0]
         nodes = "\n".join(f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={port} CPUs=1"
                           for node, port in zip(self.nodes, ports[1:]))
-        import getpass
         (self.folder / "slurm.conf").write_text(
             CONFIGURATION.format(host=host, controller_port=ports[0], user=getpass.getuser(), folder=self.folder,
                                  node_timeout=self.node_timeout_seconds, nodes=nodes), encoding="utf-8")

@@ -181,6 +181,73 @@ TEST_CASE("merge: a part that was killed lacks points, and says how many", "[pro
                             " of the 2040 points of the other shards\n");
 }
 
+TEST_CASE("merge: what a killed sweep left in its journal neither gets lost nor comes back",
+          "[program][sweep]") {
+    const Workplace place;
+    std::string many = kSweep;
+    many.replace(many.find("to: 59"), 6, "to: 559");
+    place.write("sweep.yaml", many);
+    run_well(place, {"sweep", "sweep.yaml", "-o", "whole.db", "--quiet"});
+    run_program(
+        "/bin/sh", place,
+        {"-c", std::string(METABUFFER_PROGRAM) +
+                   " sweep sweep.yaml -o all.db & until grep -aFqs '\"}done' all.db-wal all.db; do sleep "
+                   "0.05; done; kill -KILL $!; wait $!"});
+    REQUIRE(place.exists("all.db-wal"));
+    std::filesystem::create_symlink("all.db", place / "link.db");
+    run_well(place, {"merge", "whole.db", "-o", "link.db"});
+    CHECK_FALSE(place.exists("all.db-wal"));
+    CHECK(exported(place, "all.db") == exported(place, "whole.db"));
+}
+
+TEST_CASE("merge: a few parts of a shard are not the shard", "[program][sweep]") {
+    const Workplace place;
+    std::string many = kSweep;
+    many.replace(many.find("to: 59"), 6, "to: 259");
+    place.write("sweep.yaml", many);
+    // Stopped and started again: two parts at least, and the last one knows that the shard has ended.
+    const std::string sweep =
+        std::string(METABUFFER_PROGRAM) + " sweep sweep.yaml --shard 1/1 --parts parts --quiet";
+    run_program("/bin/sh", place, {"-c", sweep + " & sleep 0.7; kill -TERM $!; wait $!"});
+    std::vector<std::filesystem::path> early;
+    for (const auto& entry : std::filesystem::directory_iterator(place / "parts"))
+        early.push_back(entry.path());
+    REQUIRE(early.size() == 1);
+    run_well(place, {"sweep", "sweep.yaml", "--shard", "1/1", "--parts", "parts", "--quiet"});
+    const auto lost = ResultsReader(early.front()).count();
+    REQUIRE(lost > 0);
+    run_well(place, {"merge", "parts", "-o", "all.db"});
+    std::filesystem::remove(early.front());
+    const ProgramResult result = metabuffer_in(place, {"merge", "parts", "-o", "rest.db"});
+    CHECK(result.status == kExitIncomplete);
+    CHECK(result.err == "missing: " + std::to_string(lost) + " of the 480 points\n");
+}
+
+TEST_CASE("merge: after axes have grown, what counts is the larger sweep", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    run_well(place, {"sweep", "sweep.yaml", "-o", "all.db", "--quiet"});
+    std::string more = kSweep;
+    more.replace(more.find("to: 59"), 6, "to: 99");
+    place.write("sweep.yaml", more);
+    run_well(place, {"sweep", "sweep.yaml", "--shard", "2/4", "-o", "part-2.db", "--quiet"});
+    const ProgramResult result = metabuffer_in(place, {"merge", "part-2.db", "-o", "all.db"});
+    CHECK(result.status == kExitIncomplete);
+    CHECK(result.err == "missing: shards 1, 3 and 4 of 4\n");
+    run_well(place, {"sweep", "sweep.yaml", "-o", "all.db", "--quiet"});
+    run_well(place, {"merge", "all.db", "-o", "all.db"});
+}
+
+TEST_CASE("merge: files may have names that mean something to SQLite or to a shell", "[program][sweep]") {
+    const Workplace place;
+    place.write("sweep.yaml", kSweep);
+    std::filesystem::create_directory(place / "a 50%?#'b");
+    run_well(place, {"sweep", "sweep.yaml", "--shard", "1/1", "-o", "a 50%?#'b/part;1.db", "--quiet"});
+    run_well(place, {"merge", "a 50%?#'b", "-o", "a 50%?#'b/:memory:"});
+    run_well(place, {"sweep", "sweep.yaml", "--shard", "1/1", "--parts", "a 50%?#'b", "--quiet"});
+    CHECK(exported(place, "a 50%?#'b/:memory:") == exported(place, "a 50%?#'b"));
+}
+
 TEST_CASE("merge: results of another sweep, or none, are refused and nothing is written",
           "[program][sweep]") {
     const Workplace place;
@@ -272,7 +339,7 @@ TEST_CASE("parts: a folder with another sweep's results is refused", "[program][
     other.replace(other.find("page_words: 16"), 14, "page_words: 32");
     place.write("sweep.yaml", other);
     check_refused(metabuffer_in(place, {"sweep", "sweep.yaml", "--shard", "2/9", "--parts", "parts"}),
-                  "name another folder, or remove what is in it");
+                  "name another, or remove it");
 }
 
 TEST_CASE("shards: a part of none, and options that do not go together", "[program][sweep]") {

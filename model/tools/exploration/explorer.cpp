@@ -116,6 +116,7 @@ class Explorer::Session {
     bool begin_point();
     void begin(Task task);
     void fill();
+    bool stop_is_wanted() const;
     int poll_milliseconds() const;
     void wait();
     void take(const Task& task, const RunRecord& record, std::optional<std::int64_t> known_run);
@@ -204,7 +205,18 @@ void Explorer::Session::fill() {
         } else if (!begin_point()) {
             return;
         }
+        // Points that are there already may be many.
+        constexpr std::size_t kPointsBetweenLooks = 256;
+        if (next_number_ % kPointsBetweenLooks == 0 && stop_is_wanted()) {
+            stopped_ = true;
+            return;
+        }
     }
+}
+
+bool Explorer::Session::stop_is_wanted() const {
+    pollfd stop{options_.stop_descriptor, POLLIN, 0};
+    return poll(&stop, 1, 0) > 0;
 }
 
 /// False if there is none left.
@@ -213,12 +225,6 @@ bool Explorer::Session::begin_point() {
     std::vector<Setting> settings = (*next_point_).settings;
     ++next_point_;
     const std::size_t number = next_number_++;
-    if (options_.has_ended_elsewhere && options_.has_ended_elsewhere(settings)) {
-        ++progress_.points_reused;
-        ++progress_.points_ended;
-        report_progress();
-        return true;
-    }
     if (results_ != nullptr) {
         std::optional<PointRecord> known = results_->find_point(settings);
         if (known && is_final(known->status)) {
@@ -322,8 +328,10 @@ void Explorer::Session::add_figures(PointRecord& point) const {
 
 /// How long to wait for something to happen before the time limits are looked at.
 int Explorer::Session::poll_milliseconds() const {
-    constexpr int kLookMilliseconds = 100;
-    return options_.time_limit_seconds > 0.0 ? kLookMilliseconds : -1;
+    constexpr int kLimitMilliseconds = 100;
+    constexpr int kTickMilliseconds = 1000;
+    if (options_.time_limit_seconds > 0.0) return kLimitMilliseconds;
+    return options_.on_tick ? kTickMilliseconds : -1;
 }
 
 void Explorer::Session::wait() {
@@ -340,6 +348,7 @@ void Explorer::Session::wait() {
         stopped_ = true;
         return;
     }
+    if (options_.on_tick) options_.on_tick();
     std::vector<Active> finished;
     for (std::size_t n = 0; n < active_.size(); ++n) {
         if (waited[n].revents != 0) {

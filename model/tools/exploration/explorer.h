@@ -50,8 +50,8 @@ struct ExploreOptions {
     std::function<KnownAnswer(const Scenario&)> known;
     /// Whether every point's record comes back; without them memory does not grow with the plan.
     bool keeps_points = true;
-    /// Of a point that has ended elsewhere and need not run here. May be empty.
-    std::function<bool(const std::vector<Setting>&)> has_ended_elsewhere;
+    /// About once a second. May be empty.
+    std::function<void()> on_tick;
 };
 
 /// What came of an exploration.

@@ -1,5 +1,6 @@
 #include "tools/exploration/outcomes.h"
 
+#include <iterator>
 #include <variant>
 
 #include "tools/exploration/figures.h"

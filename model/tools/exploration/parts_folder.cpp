@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <random>
 #include <system_error>
 #include <utility>
 
@@ -23,7 +24,9 @@ namespace {
 
 constexpr const char* kEnding = ".db";
 
-std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
+}  // namespace
+
+std::vector<std::filesystem::path> parts_in(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
     std::error_code error;
     for (auto entry = std::filesystem::directory_iterator(folder, error);
@@ -44,9 +47,11 @@ void check_belongs(const std::filesystem::path& file, const ResultsIdentity& ide
     const std::string difference = difference_between(identity_of(file), identity);
     if (!difference.empty()) {
         throw InputError("'" + file.string() + "' holds results " + difference +
-                         "; name another folder, or remove what is in it");
+                         "; name another, or remove it");
     }
 }
+
+namespace {
 
 std::string host_name() {
     std::array<char, 256> name{};
@@ -56,12 +61,14 @@ std::string host_name() {
 
 void copy_into_place(const std::filesystem::path& from, const std::filesystem::path& to) {
     std::ifstream input(from, std::ios::binary);
+    if (!input) fail_to_write(to, "'" + from.string() + "' cannot be read");
     OutputFile output(to);
     std::vector<char> part(1U << 20U);
     while (input.read(part.data(), static_cast<std::streamsize>(part.size())) || input.gcount() > 0) {
         output.write({part.data(), static_cast<std::size_t>(input.gcount())});
     }
-    if (input.bad()) fail_to_write(to, "'" + from.string() + "' cannot be read");
+    if (!input.eof()) fail_to_write(to, "'" + from.string() + "' cannot be read");
+    output.sync();
     output.put_in_place();
 }
 
@@ -70,7 +77,7 @@ void copy_into_place(const std::filesystem::path& from, const std::filesystem::p
 std::vector<std::filesystem::path> results_in(const std::filesystem::path& place) {
     std::error_code error;
     if (!std::filesystem::is_directory(place, error)) return {place};
-    std::vector<std::filesystem::path> files = files_in(place);
+    std::vector<std::filesystem::path> files = parts_in(place);
     if (files.empty()) {
         throw InputError("'" + place.string() + "' holds no results: there is no file *" + kEnding +
                          " in it");
@@ -100,15 +107,19 @@ std::int64_t points_in(const std::filesystem::path& file) {
 
 std::optional<MissingPoints> missing_in(const std::filesystem::path& folder, const ResultsIdentity& identity,
                                         const std::string& digest, std::int64_t shards) {
-    const std::vector<std::filesystem::path> files = files_in(folder);
+    const std::vector<std::filesystem::path> files = parts_in(folder);
     if (files.empty()) return std::nullopt;
-    SQLite::Database database("", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
-    ResultsMerger merger(database, false);
-    for (const std::filesystem::path& file : files) {
-        check_belongs(file, identity);
-        merger.add(file);
+    try {
+        SQLite::Database database("", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
+        ResultsMerger merger(database, false);
+        for (const std::filesystem::path& file : files) {
+            check_belongs(file, identity);
+            merger.add(file);
+        }
+        return merger.missing(digest, shards);
+    } catch (const SQLite::Exception& error) {
+        fail_to_read(folder, error);
     }
-    return merger.missing(digest, shards);
 }
 
 PartsFolder::PartsFolder(std::filesystem::path folder, const ResultsIdentity& identity, ShardRecord shard,
@@ -118,7 +129,7 @@ PartsFolder::PartsFolder(std::filesystem::path folder, const ResultsIdentity& id
       shard_(std::move(shard)),
       interval_(interval),
       file_(scratch_.path() / "shard.db") {
-    const std::vector<std::filesystem::path> files = files_in(folder_);
+    const std::vector<std::filesystem::path> files = parts_in(folder_);
     if (!files.empty()) {
         try {
             SQLite::Database database(uri_of(file_),
@@ -130,6 +141,8 @@ PartsFolder::PartsFolder(std::filesystem::path folder, const ResultsIdentity& id
             }
             // Tried again, and handed in as something new.
             merger.remove_retried();
+            // What is handed in says of this shard alone how far it is.
+            if (merger.points() > 0) database.exec("DELETE FROM shards");
         } catch (const SQLite::Exception& error) {
             fail_to_write(file_, text::one_line(error.what()));
         }
@@ -153,12 +166,23 @@ bool PartsFolder::holds_only_other_shards(const std::filesystem::path& file) con
 }
 
 PartsFolder::Limits PartsFolder::last_rows() const {
-    const SQLite::Database database(file_.string(), SQLite::OPEN_READONLY, kBusyTimeoutMilliseconds);
-    SQLite::Statement last(database,
-                           "SELECT coalesce((SELECT max(id) FROM runs), 0), "
-                           "coalesce((SELECT max(id) FROM points), 0)");
-    last.executeStep();
-    return {last.getColumn(0).getInt64(), last.getColumn(1).getInt64()};
+    try {
+        const SQLite::Database database(file_.string(), SQLite::OPEN_READONLY, kBusyTimeoutMilliseconds);
+        SQLite::Statement last(database,
+                               "SELECT coalesce((SELECT max(id) FROM runs), 0), "
+                               "coalesce((SELECT max(id) FROM points), 0)");
+        last.executeStep();
+        return {last.getColumn(0).getInt64(), last.getColumn(1).getInt64()};
+    } catch (const SQLite::Exception& error) {
+        fail_to_read(file_, error);
+    }
+}
+
+/// A name that no other process has, on whatever computer or in whatever container it runs.
+std::string PartsFolder::name_of_part() const {
+    std::random_device random;
+    return fmt::format("part-{}-of-{}-{}-{:08x}{:08x}{}", shard_.shard.index + 1, shard_.shard.count,
+                       host_name(), random(), random(), kEnding);
 }
 
 void PartsFolder::hand_in(std::int64_t ended) {
@@ -166,9 +190,10 @@ void PartsFolder::hand_in(std::int64_t ended) {
     shard_.ended = ended;
     results_->put_shard(shard_);
     const std::filesystem::path aside = scratch_.path() / "new.db";
-    Limits now;
+    std::error_code ignored;
+    std::filesystem::remove(aside, ignored);  // of a try that failed
+    const Limits now = last_rows();
     try {
-        now = last_rows();
         SQLite::Database database(uri_of(aside),
                                   SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
         database.exec("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");
@@ -177,16 +202,14 @@ void PartsFolder::hand_in(std::int64_t ended) {
     } catch (const SQLite::Exception& error) {
         fail_to_write(aside, text::one_line(error.what()));
     }
-    const std::string name = fmt::format("part-{}-of-{}-{}-{}-{}{}", shard_.shard.index + 1,
-                                         shard_.shard.count, host_name(), getpid(), ++files_, kEnding);
-    copy_into_place(aside, folder_ / name);
-    std::error_code error;
-    std::filesystem::remove(aside, error);
+    copy_into_place(aside, folder_ / name_of_part());
+    std::filesystem::remove(aside, ignored);
     handed_in_ = now;
 }
 
 void PartsFolder::hand_in_if_due(std::int64_t ended) {
     if (std::chrono::steady_clock::now() - last_time_ < interval_) return;
+    last_time_ = std::chrono::steady_clock::now();
     const Limits now = last_rows();
     if (now.run > handed_in_.run || now.point > handed_in_.point) hand_in(ended);
 }

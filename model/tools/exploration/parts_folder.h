@@ -19,8 +19,14 @@ namespace metabuffer::exploration {
 std::vector<std::filesystem::path> results_in(const std::filesystem::path& place);
 std::vector<std::filesystem::path> results_in(const std::vector<std::string>& places);
 
+/// Of a folder: its *.db files by name, none if there are none. Throws InputError if it cannot be read.
+std::vector<std::filesystem::path> parts_in(const std::filesystem::path& folder);
+
 /// Points that a file of results holds. Throws InputError.
 std::int64_t points_in(const std::filesystem::path& file);
+
+/// Throws InputError if the file holds results of something else.
+void check_belongs(const std::filesystem::path& file, const ResultsIdentity& identity);
 
 /// What the results in a folder lack of their sweep; none if there are no results. Throws InputError if they are not of
 /// the sweep.
@@ -41,7 +47,7 @@ class PartsFolder {
     ResultsDatabase& results() { return *results_; }
     /// ended: points of the shard, so far.
     void hand_in(std::int64_t ended);
-    /// The same, if the last time was longer ago than the interval.
+    /// The same, if there is something new and the last time was longer ago than the interval.
     void hand_in_if_due(std::int64_t ended);
 
   private:
@@ -50,6 +56,7 @@ class PartsFolder {
         std::int64_t point = 0;
     };
     Limits last_rows() const;
+    std::string name_of_part() const;
     bool holds_only_other_shards(const std::filesystem::path& file) const;
 
     std::filesystem::path folder_;
@@ -60,7 +67,6 @@ class PartsFolder {
     std::filesystem::path file_;  ///< on this computer's disk
     std::optional<ResultsDatabase> results_;
     Limits handed_in_;
-    int files_ = 0;
     std::chrono::steady_clock::time_point last_time_ = std::chrono::steady_clock::now();
 };
 

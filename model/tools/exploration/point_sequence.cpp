@@ -1,15 +1,25 @@
 #include "tools/exploration/point_sequence.h"
 
+#include <cstdint>
 #include <utility>
 
 namespace metabuffer::exploration {
 
+namespace {
+
+/// A number that looks random, the same on every computer (the finalizer of splitmix64).
+std::uint64_t scattered(std::uint64_t value) {
+    value += 0x9E3779B97F4A7C15U;
+    value = (value ^ (value >> 30U)) * 0xBF58476D1CE4E5B9U;
+    value = (value ^ (value >> 27U)) * 0x94D049BB133111EBU;
+    return value ^ (value >> 31U);
+}
+
+}  // namespace
+
 std::int64_t Shard::number_in(std::int64_t row) const {
-    // Shifted by the sum of the row's digits: with the row alone an axis of count * count entries would stay in step.
-    std::int64_t shift = 0;
-    if (count > 1) {
-        for (std::int64_t digits = row; digits > 0; digits /= count) shift += digits % count;
-    }
+    const auto shift = static_cast<std::int64_t>(scattered(static_cast<std::uint64_t>(row)) %
+                                                 static_cast<std::uint64_t>(count));
     return row * count + (index + shift) % count;
 }
 

@@ -32,8 +32,8 @@ struct Point {
     std::vector<Setting> settings;  ///< of the axes, in their order
 };
 
-/// One of `count` parts of a sweep. Of any `count` combinations that follow each other from a multiple of `count` on, each
-/// part has one; which one changes from row to row, so that no part has one value of an axis only.
+/// One of `count` parts of a sweep. Of the `count` combinations of each row, which follow each other, each shard has one.
+/// Which one changes from row to row as if by chance, so that shards are not in step with an axis.
 struct Shard {
     std::int64_t index = 0;  ///< 0 to count - 1
     std::int64_t count = 1;  ///< 1 and more

@@ -133,15 +133,14 @@ std::optional<std::int64_t> whole_of(const SQLite::Column& column) {
 
 constexpr std::array<RunStatus, 2> kRetriedStatuses{RunStatus::kCrashed, RunStatus::kInvalid};
 
-/// The same for every spelling, symbolic links included; never one that SQLite takes for something else, ":memory:".
+}  // namespace
+
 std::filesystem::path real_path(const std::filesystem::path& file) {
     std::error_code error;
     const std::filesystem::path real =
         std::filesystem::weakly_canonical(std::filesystem::absolute(file), error);
     return error ? std::filesystem::absolute(file) : real;
 }
-
-}  // namespace
 
 bool is_final(RunStatus status) {
     return std::find(kRetriedStatuses.begin(), kRetriedStatuses.end(), status) == kRetriedStatuses.end();

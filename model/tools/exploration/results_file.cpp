@@ -188,8 +188,8 @@ std::string difference_between(const ResultsIdentity& held, const ResultsIdentit
 }
 
 std::string uri_of(const std::filesystem::path& file) {
-    std::string result = "file:";
-    for (const char character : file.string()) {
+    std::string result = "file://";
+    for (const char character : real_path(file).string()) {
         constexpr std::array<char, 17> kHexadecimal{"0123456789ABCDEF"};
         if (character == '%' || character == '?' || character == '#') {
             const auto code = static_cast<unsigned char>(character);
@@ -201,14 +201,32 @@ std::string uri_of(const std::filesystem::path& file) {
     return result;
 }
 
-std::string uri_to_read(const std::filesystem::path& file) {
-    const auto has_beside = [&file](const char* ending) {
-        std::filesystem::path beside = file;
+std::string uri_to_read(const std::filesystem::path& file, bool is_locked) {
+    const auto has_beside = [real = real_path(file)](const char* ending) {
+        std::filesystem::path beside = real;
         std::error_code error;
         return std::filesystem::exists(beside += ending, error);
     };
-    const bool is_at_rest = !has_beside("-wal") && !has_beside("-journal") && !has_beside(".lock");
+    const bool is_at_rest =
+        !has_beside("-wal") && !has_beside("-journal") && (is_locked || !has_beside(".lock"));
     return uri_of(file) + "?mode=ro&vfs=unix" + (is_at_rest ? "&immutable=1" : "");
+}
+
+void settle(const std::filesystem::path& file) {
+    std::filesystem::path changes = real_path(file);
+    std::error_code error;
+    if (!std::filesystem::exists(changes += "-wal", error)) return;
+    try {
+        SQLite::Database database(real_path(file).string(), SQLite::OPEN_READWRITE, kBusyTimeoutMilliseconds);
+        check_holds_results(database, file);
+        SQLite::Statement(database, "PRAGMA wal_checkpoint(TRUNCATE)").executeStep();
+        SQLite::Statement mode(database, "PRAGMA journal_mode = DELETE");
+        if (mode.executeStep() && mode.getColumn(0).getString() == "delete") return;
+    } catch (const SQLite::Exception& exception) {
+        fail_to_read(file, exception);
+    }
+    throw InputError("'" + file.string() +
+                     "' is being read by another process; try again when that is through");
 }
 
 ResultsIdentity identity_of(const std::filesystem::path& file) {

@@ -43,10 +43,18 @@ inline constexpr std::array<const char*, 3> kPassingColumns{"point", "run", "wal
 std::vector<std::string> run_columns();
 std::vector<std::string> point_columns();
 
+/// Puts what waits in a file's journal into the file, for one that this process has locked. Throws InputError if it is
+/// being read.
+void settle(const std::filesystem::path& file);
+
+/// The same for every spelling, symbolic links included; never one that SQLite takes for something else, ":memory:".
+std::filesystem::path real_path(const std::filesystem::path& file);
+
 /// A file's name as SQLite's URIs have it, without parameters.
 std::string uri_of(const std::filesystem::path& file);
 /// The same, to be attached and read: without locks if nobody has it open to write, since locks do not work everywhere.
-std::string uri_to_read(const std::filesystem::path& file);
+/// is_locked: by this process, which keeps it at rest.
+std::string uri_to_read(const std::filesystem::path& file, bool is_locked = false);
 
 /// Whose results a file holds. Throws InputError if it holds none.
 ResultsIdentity identity_of(const std::filesystem::path& file);

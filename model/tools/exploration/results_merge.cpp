@@ -3,10 +3,12 @@
 #include <SQLiteCpp/Exception.h>
 #include <SQLiteCpp/Statement.h>
 #include <SQLiteCpp/Transaction.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -41,9 +43,10 @@ std::string insert_better(const std::string& table, const std::vector<std::strin
 /// A part that is attached while this lives.
 class Attached {
   public:
-    Attached(SQLite::Database& database, const std::filesystem::path& part) : database_(database) {
+    Attached(SQLite::Database& database, const std::filesystem::path& part, bool is_locked)
+        : database_(database) {
         SQLite::Statement attach(database, "ATTACH ? AS part");
-        attach.bind(1, uri_to_read(part));
+        attach.bind(1, uri_to_read(part, is_locked));
         attach.exec();
     }
     Attached(const Attached&) = delete;
@@ -62,6 +65,8 @@ std::int64_t number(SQLite::Database& database, const std::string& sql) {
 
 ResultsMerger::ResultsMerger(SQLite::Database& target, bool with_reports)
     : target_(target), with_reports_(with_reports) {
+    // A longer value could not be read again.
+    sqlite3_limit(target_.getHandle(), SQLITE_LIMIT_LENGTH, kLongestValueBytes);
     // Of each shard the points that its own files hold.
     target_.exec(
         "CREATE TEMP TABLE counted (digest TEXT, shard INTEGER, shards INTEGER, point INTEGER, "
@@ -75,10 +80,26 @@ void ResultsMerger::check_belongs(const std::filesystem::path& part, const Resul
                      "'; merge files of one sweep that one build has run");
 }
 
-void ResultsMerger::add(const std::filesystem::path& part) { add_later(part, 0, 0); }
+void ResultsMerger::add(const std::filesystem::path& part, bool is_locked) {
+    add_later(part, 0, 0, is_locked);
+}
+
+/// A column that a part lacks would be a text to SQLite.
+void ResultsMerger::check_columns(const std::filesystem::path& part) const {
+    std::vector<std::string> expected = run_columns();
+    expected.insert(expected.begin(), "id");
+    std::vector<std::string> found;
+    SQLite::Statement columns(target_, "SELECT name FROM pragma_table_info('runs', 'part') ORDER BY cid");
+    while (columns.executeStep()) found.push_back(columns.getColumn(0).getString());
+    if (found == expected) return;
+    throw InputError(
+        "'" + part.string() +
+        "' holds results with other figures than this program's (another version wrote them); merge them "
+        "with that version");
+}
 
 void ResultsMerger::add_later(const std::filesystem::path& part, std::int64_t last_run,
-                              std::int64_t last_point) {
+                              std::int64_t last_point, bool is_locked) {
     const ResultsIdentity identity = identity_of(part);
     try {
         if (is_empty_) {
@@ -90,13 +111,18 @@ void ResultsMerger::add_later(const std::filesystem::path& part, std::int64_t la
             check_belongs(part, identity);
             identity_.inputs.insert(identity.inputs.begin(), identity.inputs.end());
         }
-        const Attached attached(target_, part);
+        const Attached attached(target_, part, is_locked);
+        check_columns(part);
         SQLite::Transaction transaction(target_, SQLite::TransactionBehavior::IMMEDIATE);
         add_inputs(target_, identity);
         add_rows(last_run, last_point);
         count_shards();
         transaction.commit();
     } catch (const SQLite::Exception& error) {
+        // Parts are only read: what cannot be written is the target, or SQLite's own files beside it.
+        if (error.getErrorCode() == SQLITE_FULL || error.getErrorCode() == SQLITE_IOERR) {
+            fail_to_write(target_.getFilename(), text::one_line(error.what()));
+        }
         fail_to_read(part, error);
     }
 }
@@ -136,13 +162,17 @@ void ResultsMerger::add_rows(std::int64_t last_run, std::int64_t last_point) {
         "JOIN part.points AS p ON p.id = s.point JOIN main.points AS t ON t.settings = p.settings");
 }
 
-/// What was killed has ended more points than it says, and a file of one shard has no others.
+/// A file of one shard alone has its points only, and they can be counted, whatever its writer came to. What a file of
+/// several shards says is believed.
 void ResultsMerger::count_shards() {
+    const std::int64_t shards = number(target_, "SELECT count(*) FROM part.shards");
     target_.exec(
-        "INSERT INTO main.shards (digest, shard, shards, points, ended) "
-        "SELECT digest, shard, shards, points, ended FROM part.shards WHERE true "
+        "INSERT INTO main.shards (digest, shard, shards, points, ended) SELECT digest, shard, shards, "
+        "points, " +
+        std::string(shards == 1 ? "0" : "ended") +
+        " FROM part.shards WHERE true "
         "ON CONFLICT (digest, shards, shard) DO UPDATE SET ended = max(ended, excluded.ended)");
-    if (number(target_, "SELECT count(*) FROM part.shards") != 1) return;
+    if (shards != 1) return;
     target_.exec(
         "INSERT OR IGNORE INTO temp.counted (digest, shard, shards, point) "
         "SELECT s.digest, s.shard, s.shards, t.id FROM part.shards AS s JOIN part.points AS p "
@@ -162,47 +192,81 @@ void ResultsMerger::remove_retried() {
     target_.exec("DELETE FROM runs" + condition);
 }
 
-/// By the sweep's digest and the number of shards: axes may have grown, and the sweep may have been cut anew.
-std::map<std::pair<std::string, std::int64_t>, MissingPoints> ResultsMerger::missing_by_cut() {
+ResultsMerger::Cuts ResultsMerger::missing_by_cut(bool with_retried) {
     target_.exec(
         "UPDATE main.shards AS s SET ended = max(ended, min(points, (SELECT count(*) FROM temp.counted AS c "
         "WHERE c.digest = s.digest AND c.shards = s.shards AND c.shard = s.shard)))");
-    std::map<std::pair<std::string, std::int64_t>, MissingPoints> missing;
-    SQLite::Statement shards(target_,
-                             "SELECT digest, shards, shard, points, ended FROM main.shards ORDER BY shard");
+    const std::string retried =
+        "SELECT count(*) FROM temp.counted AS c JOIN points AS p ON p.id = c.point WHERE "
+        "c.digest = s.digest AND c.shards = s.shards AND c.shard = s.shard AND p.status IN (" +
+        retried_statuses() + ")";
+    SQLite::Statement shards(target_, "SELECT digest, shards, shard, points, ended, (" + retried +
+                                          ") FROM main.shards AS s ORDER BY digest, shards, shard");
+    Cuts cuts;
+    std::map<std::pair<std::string, std::int64_t>, std::int64_t> last_shards;
     while (shards.executeStep()) {
-        if (shards.getColumn(1).getInt64() > kMostPoints) {
-            throw InputError("'" + first_.string() + "' or a part like it is damaged: its table shards has " +
-                             shards.getColumn(1).getString() + " shards");
-        }
-        const std::pair cut(shards.getColumn(0).getString(), shards.getColumn(1).getInt64());
-        const auto [entry, is_new] = missing.try_emplace(cut);
-        MissingPoints& of_cut = entry->second;
-        if (is_new) of_cut = all_missing(cut.second);
+        const std::int64_t count = shards.getColumn(1).getInt64();
         const std::int64_t shard = shards.getColumn(2).getInt64();
-        of_cut.shards.erase(std::remove(of_cut.shards.begin(), of_cut.shards.end(), shard),
-                            of_cut.shards.end());
         const std::int64_t points = shards.getColumn(3).getInt64();
         const std::int64_t ended = shards.getColumn(4).getInt64();
-        of_cut.points_wanted += points;
-        of_cut.points += points - ended;
-        if (ended < points) of_cut.unfinished_shards.push_back(shard);
+        if (shard < 1 || shard > count || count > kMostPoints || ended < 0 || ended > points ||
+            points > kMostPoints) {
+            throw InputError("'" + first_.string() + "' or a file beside it is damaged: shard " +
+                             std::to_string(shard) + " of " + std::to_string(count) + " with " +
+                             std::to_string(ended) + " of " + std::to_string(points) + " points");
+        }
+        const std::pair cut(shards.getColumn(0).getString(), count);
+        MissingPoints& missing = cuts[cut];
+        missing.shard_count = count;
+        std::int64_t& last = last_shards[cut];
+        while (++last < shard) missing.shards.push_back(last);
+        const std::int64_t again = with_retried ? std::min(ended, shards.getColumn(5).getInt64()) : 0;
+        missing.points_wanted += points;
+        missing.points += points - ended + again;
+        if (ended - again < points) missing.unfinished_shards.push_back(shard);
     }
-    return missing;
+    std::set<std::string> digests;
+    for (auto& [cut, missing] : cuts) {
+        digests.insert(cut.first);
+        for (std::int64_t shard = last_shards[cut] + 1; shard <= cut.second; ++shard)
+            missing.shards.push_back(shard);
+    }
+    std::string condition;
+    if (with_retried) condition = " WHERE status NOT IN (" + retried_statuses() + ")";
+    const std::int64_t there = number(target_, "SELECT count(*) FROM points" + condition);
+    for (auto& [cut, missing] : cuts) {
+        const std::int64_t lacking = std::max<std::int64_t>(missing.points_wanted - there, 0);
+        // All points are this sweep's, and some may have been run by shards of another cut.
+        const bool is_exact = digests.size() == 1 && missing.shards.empty();
+        missing.points = is_exact ? lacking : std::max(missing.points, lacking);
+        if (missing.complete()) missing.unfinished_shards.clear();
+    }
+    return cuts;
 }
 
 MissingPoints ResultsMerger::missing() {
-    const auto cuts = missing_by_cut();
+    const Cuts cuts = missing_by_cut(false);
     if (cuts.empty()) return {};
-    // What one cut lacks another may have: the one that is nearest to its end counts.
-    const auto rank = [](const auto& cut) { return std::pair(cut.second.shards.size(), cut.second.points); };
-    return std::min_element(cuts.begin(), cuts.end(),
-                            [&rank](const auto& a, const auto& b) { return rank(a) < rank(b); })
+    // Of each sweep the cut that is nearest to its end; of these the largest sweep.
+    std::map<std::string, MissingPoints> sweeps;
+    for (const auto& [cut, missing] : cuts) {
+        const auto rank = [](const MissingPoints& of) { return std::pair(of.shards.size(), of.points); };
+        const auto [sweep, is_new] = sweeps.try_emplace(cut.first, missing);
+        if (!is_new && rank(missing) < rank(sweep->second)) sweep->second = missing;
+    }
+    const auto size = [](const auto& sweep) {
+        const MissingPoints& missing = sweep.second;
+        const auto present = missing.shard_count - static_cast<std::int64_t>(missing.shards.size());
+        return static_cast<double>(missing.points_wanted) * static_cast<double>(missing.shard_count) /
+               static_cast<double>(present);
+    };
+    return std::max_element(sweeps.begin(), sweeps.end(),
+                            [&size](const auto& a, const auto& b) { return size(a) < size(b); })
         ->second;
 }
 
 MissingPoints ResultsMerger::missing(const std::string& digest, std::int64_t shards) {
-    const auto cuts = missing_by_cut();
+    const Cuts cuts = missing_by_cut(true);
     // What was cut another way is there all the same.
     for (const auto& [cut, missing] : cuts) {
         if (cut.first == digest && missing.complete()) return missing;
@@ -222,6 +286,10 @@ MissingPoints all_missing(std::int64_t shards) {
 Merge merge_results(const std::vector<std::filesystem::path>& parts, const std::filesystem::path& target) {
     check_is_file(target);
     const WriterLock lock = lock_results(target);
+    std::error_code error;
+    const bool is_there = std::filesystem::exists(target, error);
+    // A journal that stays would be taken for the new file's.
+    if (is_there) settle(target);
     OutputFile file(target);
     Merge merge;
     merge.files = parts.size();
@@ -231,8 +299,7 @@ Merge merge_results(const std::vector<std::filesystem::path>& parts, const std::
                                   SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
         database.exec("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");
         ResultsMerger merger(database, true);
-        std::error_code error;
-        if (std::filesystem::exists(target, error)) merger.add(target);
+        if (is_there) merger.add(target, true);
         const std::int64_t before = merger.points();
         for (const std::filesystem::path& part : parts) {
             if (!std::filesystem::equivalent(part, target, error)) merger.add(part);
@@ -243,6 +310,7 @@ Merge merge_results(const std::vector<std::filesystem::path>& parts, const std::
     } catch (const SQLite::Exception& error) {
         fail_to_write(target, text::one_line(error.what()));
     }
+    file.sync();
     file.put_in_place();
     return merge;
 }

@@ -18,15 +18,16 @@ class ResultsMerger {
     /// with_reports: reports and pictures, too. The database must have been opened with OPEN_URI.
     ResultsMerger(SQLite::Database& target, bool with_reports);
 
-    /// Throws as merge_results() does.
-    void add(const std::filesystem::path& part);
+    /// is_locked: as uri_to_read() has it. Throws as merge_results() does.
+    void add(const std::filesystem::path& part, bool is_locked = false);
     /// The same for rows after these only, and the runs that these points are shown by.
-    void add_later(const std::filesystem::path& part, std::int64_t last_run, std::int64_t last_point);
+    void add_later(const std::filesystem::path& part, std::int64_t last_run, std::int64_t last_point,
+                   bool is_locked = false);
     /// Takes out what is to be run again.
     void remove_retried();
-    /// Of all that was added.
+    /// Of all that was added. If axes have grown in between, the larger sweep counts.
     MissingPoints missing();
-    /// Of a sweep with this digest that was cut into so many shards.
+    /// Of a sweep with this digest that is cut into so many shards. What is to be tried again is missing, too.
     MissingPoints missing(const std::string& digest, std::int64_t shards);
     std::int64_t points() const;
 
@@ -34,7 +35,10 @@ class ResultsMerger {
     void check_belongs(const std::filesystem::path& part, const ResultsIdentity& identity);
     void add_rows(std::int64_t last_run, std::int64_t last_point);
     void count_shards();
-    std::map<std::pair<std::string, std::int64_t>, MissingPoints> missing_by_cut();
+    void check_columns(const std::filesystem::path& part) const;
+    /// What each cut of a sweep lacks, by its digest and the number of its shards.
+    using Cuts = std::map<std::pair<std::string, std::int64_t>, MissingPoints>;
+    Cuts missing_by_cut(bool with_retried);
 
     SQLite::Database& target_;
     bool with_reports_;

@@ -110,7 +110,7 @@ struct SweepDescription {
 /// range) are kept: running them tells why.
 /// Throws InputError: unknown keys, a key that two axes set, entries that are there twice, no points at all or too many
 /// of them, scenario files that cannot be read, a bad filter or goal.
-/// A shard may be without points. Its scenarios and filter are looked at for its own points only.
+/// A shard may be without points. The filter is applied to its own combinations only.
 SweepPlan make_plan(const SweepDescription& description, Shard shard = {});
 
 /// Reads a sweep file; paths in it are relative to it. Throws InputError: file, line, what is wrong, what would be

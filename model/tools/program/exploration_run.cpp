@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <iostream>
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -94,12 +95,12 @@ void print_bottlenecks(const Exploration& exploration) {
 
 }  // namespace
 
-void make_folder_of(const std::filesystem::path& file) {
+void make_folder_of(const std::filesystem::path& file, const std::string& option) {
     if (!file.has_parent_path()) return;
     std::error_code error;
     std::filesystem::create_directories(file.parent_path(), error);
     if (error) {
-        throw InputError("--out " + file.string() + ": its folder cannot be made: " + error.message() +
+        throw InputError(option + " " + file.string() + ": its folder cannot be made: " + error.message() +
                          "; name a file in a place that can be written");
     }
 }
@@ -122,20 +123,20 @@ void add_options(CLI::App& command, ProcessOptions& options) {
 
 namespace {
 
-/// Runs the plan into results that are open, or none. on_progress: beside the progress line.
+/// Runs the plan into results that are open, or none.
 Exploration run_into(const exploration::Explorer& explorer, exploration::ResultsDatabase* results,
-                     const ProcessOptions& processes, bool quiet, exploration::ExploreOptions options,
-                     const std::function<void(const Progress&)>& on_progress = {}) {
+                     const ProcessOptions& processes, bool quiet, const StopSignals& signals,
+                     exploration::ExploreOptions options) {
     options.processes = processes.processes > 0
                             ? processes.processes
                             : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     options.time_limit_seconds = processes.time_limit_seconds;
     const ProgressLine line(!quiet);
+    const auto on_progress = std::move(options.on_progress);
     options.on_progress = [&](const Progress& progress) {
         show(line, progress);
         if (on_progress) on_progress(progress);
     };
-    const StopSignals signals;
     options.stop_descriptor = signals.descriptor();
     return explorer.run(results, options);
 }
@@ -159,34 +160,51 @@ Exploration run_exploration(const exploration::SweepPlan& plan,
     const exploration::Explorer explorer(plan, simulation_at(processes.level));
     std::optional<exploration::ResultsDatabase> database;
     if (results) {
-        make_folder_of(*results);
+        make_folder_of(*results, "--out");
         database.emplace(exploration::ResultsDatabase::open(*results, identity_of(explorer, processes)));
         database->put_shard(shard_of(plan));
     }
     exploration::ExploreOptions options;
     options.known = std::move(known);
     options.keeps_points = keeps_points;
-    Exploration exploration =
-        run_into(explorer, database ? &*database : nullptr, processes, quiet, std::move(options));
+    Exploration exploration = run_into(explorer, database ? &*database : nullptr, processes, quiet,
+                                       StopSignals(), std::move(options));
     if (database) database->put_shard(shard_of(plan, exploration.progress.points_ended));
     return exploration;
 }
 
 Exploration run_shard(const exploration::SweepPlan& plan, const std::filesystem::path& folder,
                       std::chrono::seconds interval, const ProcessOptions& processes, bool quiet) {
+    // Until the last results have been handed in: a second signal must not end that.
+    const StopSignals signals;
     const exploration::Explorer explorer(plan, simulation_at(processes.level));
-    make_folder_of(folder / "part");
+    make_folder_of(folder / "part", "--parts");
     exploration::PartsFolder parts(folder, identity_of(explorer, processes), shard_of(plan), interval);
+    std::int64_t ended = 0;
+    bool has_failed = false;
     exploration::ExploreOptions options;
     options.keeps_points = false;
-    const auto ended = [](const Progress& progress) {
-        return static_cast<std::int64_t>(progress.points_ended);
+    options.on_progress = [&ended](const Progress& progress) {
+        ended = static_cast<std::int64_t>(progress.points_ended);
     };
-    Exploration exploration =
-        run_into(explorer, &parts.results(), processes, quiet, std::move(options),
-                 [&](const Progress& progress) { parts.hand_in_if_due(ended(progress)); });
-    parts.hand_in(ended(exploration.progress));
-    return exploration;
+    options.on_tick = [&] {
+        try {
+            parts.hand_in_if_due(ended);
+        } catch (const std::runtime_error& error) {
+            // A shared disk may be away for a while: the next time takes what this one did not.
+            if (!has_failed) std::cerr << "cannot hand in yet: " << text::message(error.what()) << std::endl;
+            has_failed = true;
+        }
+    };
+    std::optional<Exploration> exploration;
+    try {
+        exploration = run_into(explorer, &parts.results(), processes, quiet, signals, std::move(options));
+    } catch (...) {
+        parts.hand_in(ended);
+        throw;
+    }
+    parts.hand_in(ended);
+    return std::move(*exploration);
 }
 
 exploration::ResultsIdentity identity_of(const exploration::SweepPlan& plan,

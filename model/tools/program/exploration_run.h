@@ -27,8 +27,8 @@ struct ProcessOptions {
 /// --processes, --time-limit and --level, for a command that keeps `options`.
 void add_options(CLI::App& command, ProcessOptions& options);
 
-/// Throws InputError if the folder of the file that -o names cannot be made.
-void make_folder_of(const std::filesystem::path& file);
+/// Throws InputError if the folder of the file that the option names cannot be made.
+void make_folder_of(const std::filesystem::path& file, const std::string& option);
 
 /// Runs a plan with a progress line, Ctrl-C ending it in order; what sweep and size have in common.
 /// `results`: where to keep it; none: nowhere. keeps_points, known: as ExploreOptions has them. Throws InputError and OutputError.
@@ -37,8 +37,8 @@ exploration::Exploration run_exploration(const exploration::SweepPlan& plan,
                                          const ProcessOptions& processes, bool quiet, bool keeps_points,
                                          std::function<exploration::KnownAnswer(const Scenario&)> known = {});
 
-/// Runs one shard of a sweep; its results go to a folder that computers share, as PartsFolder has it, at least once in
-/// each interval.
+/// Runs one shard of a sweep; its results go to a folder that computers share, as PartsFolder has it: what is new, once
+/// in each interval.
 exploration::Exploration run_shard(const exploration::SweepPlan& plan, const std::filesystem::path& folder,
                                    std::chrono::seconds interval, const ProcessOptions& processes,
                                    bool quiet);

@@ -65,7 +65,7 @@ MergeCommand::MergeCommand(CLI::App& program)
 
 ExitStatus MergeCommand::execute() {
     const std::vector<std::filesystem::path> files = exploration::results_in(parts_);
-    make_folder_of(results_file_);
+    make_folder_of(results_file_, "--out");
     const exploration::Merge merge = exploration::merge_results(files, results_file_);
     if (!quiet_) {
         std::cout << text::counted(static_cast<std::int64_t>(merge.files), "file") << ", "

@@ -4,6 +4,8 @@
 #include <poll.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -11,6 +13,7 @@
 #include <optional>
 #include <sstream>
 #include <system_error>
+#include <thread>
 
 #include "host/errors.h"
 #include "host/filter_process.h"
@@ -27,7 +30,11 @@ namespace {
 constexpr const char* kJobsFile = "jobs";
 constexpr const char* kMergeStatusFile = "merge.status";
 constexpr const char* kMergeLog = "merge.log";
-constexpr int kLookMilliseconds = 1000;
+constexpr int kFirstPollMilliseconds = 1000;  // grows while jobs run
+constexpr int kLastPollMilliseconds = 15'000;
+/// Of the controller, which may be started anew while jobs go on; and of a shared disk, which may show files late.
+constexpr std::chrono::minutes kLongestSilence{5};
+constexpr int kStatusTries = 60;
 
 /// What a command of Slurm prints. Throws OutputError.
 std::string slurm(std::vector<std::string> command) {
@@ -40,6 +47,14 @@ std::string word(const std::string& text) {
     for (const char character : text)
         quoted += character == '\'' ? std::string("'\\''") : std::string(1, character);
     return quoted + "'";
+}
+
+/// A path in an option of sbatch in which % begins a name of Slurm's.
+std::string pattern(const std::filesystem::path& path) {
+    std::string text;
+    for (const char character : path.string())
+        text += character == '%' ? std::string("%%") : std::string(1, character);
+    return text;
 }
 
 /// "1,3-5".
@@ -61,9 +76,23 @@ std::optional<std::string> text_in(const std::filesystem::path& file) {
     return std::string{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
+/// Slurm does not answer, which may pass.
+class SlurmSilence : public OutputError {
+  public:
+    using OutputError::OutputError;
+};
+
+std::string queue() {
+    try {
+        return slurm({"squeue", "--me", "--noheader", "--array", "--format=%F %T"});
+    } catch (const OutputError& error) {
+        throw SlurmSilence(error.what());
+    }
+}
+
 /// The jobs of one submission.
 struct Jobs {
-    std::string array;  ///< empty: no shard was left to run
+    std::string array = "-";  ///< "-": no shard was left to run
     std::string merge;
 };
 
@@ -91,7 +120,8 @@ class SlurmArray {
     std::map<std::string, int> states_of(const Jobs& jobs) const;
     std::int64_t points_handed_in();
     void keep_earlier_results() const;
-    ExitStatus wait_for(const Jobs& jobs);
+    ExitStatus wait_for(const Jobs& jobs, const StopSignals& signals);
+    void check_site_options() const;
     ExitStatus outcome() const;
 
     const exploration::SweepPlan& plan_;
@@ -107,22 +137,43 @@ std::optional<Jobs> SlurmArray::jobs_at_work() const {
     const std::optional<std::string> text = text_in(parts_ / kJobsFile);
     if (!text) return std::nullopt;
     Jobs jobs;
+    std::string digest;
+    std::int64_t shards = 0;
     std::istringstream words(*text);
-    words >> jobs.merge >> jobs.array;
+    words >> digest >> shards >> jobs.array >> jobs.merge;
     if (states_of(jobs).empty()) return std::nullopt;
-    return jobs;
+    if (digest == plan_.digest && shards == request_.shards && !jobs.merge.empty()) return jobs;
+    throw InputError("jobs of another sweep, or of another number of shards, are at work for '" +
+                     request_.results.string() + "' (" + text::one_line(*text) +
+                     "); wait for them, or end them with scancel");
 }
 
 /// How many of the jobs are in which state; those that have ended are in none.
 std::map<std::string, int> SlurmArray::states_of(const Jobs& jobs) const {
     std::map<std::string, int> states;
-    std::istringstream lines(slurm({"squeue", "--me", "--noheader", "--array", "--format=%F %T"}));
+    std::istringstream lines(queue());
     std::string job;
     std::string state;
     while (lines >> job >> state) {
         if (job == jobs.array || job == jobs.merge) ++states[state];
     }
     return states;
+}
+
+void SlurmArray::check_site_options() const {
+    static constexpr std::array<const char*, 10> kOwn{
+        "--array", "-a", "--dependency", "-d", "--output", "-o", "--parsable", "--clusters", "-M", "--wrap"};
+    for (const std::string& option : request_.site_options) {
+        const std::string name = option.substr(0, option.find('='));
+        if (option.front() != '-') {
+            throw InputError("--sbatch: " + text::quoted(option) +
+                             " is no option; use one like --sbatch=--partition=long");
+        }
+        if (std::find(kOwn.begin(), kOwn.end(), name) != kOwn.end()) {
+            throw InputError("--sbatch: " + text::quoted(name) +
+                             " is what --slurm chooses itself; leave it out");
+        }
+    }
 }
 
 /// Results without parts are those of a sweep whose parts have been removed.
@@ -134,6 +185,9 @@ void SlurmArray::keep_earlier_results() const {
 
 std::vector<std::int64_t> SlurmArray::shards_to_run() const {
     const exploration::ResultsIdentity identity = identity_of(plan_, processes_);
+    // Better now than when all jobs have ended.
+    std::error_code error;
+    if (std::filesystem::exists(results_, error)) exploration::check_belongs(results_, identity);
     std::optional<exploration::MissingPoints> missing =
         exploration::missing_in(parts_, identity, plan_.digest, request_.shards);
     if (!missing) {
@@ -153,8 +207,8 @@ std::string SlurmArray::program_words() const {
 }
 
 std::string SlurmArray::shard_script() const {
-    std::string line = "exec " + program_words() + " sweep " +
-                       word(std::filesystem::absolute(request_.sweep).string()) +
+    // By the name that the user has for it, which is part of reasons.
+    std::string line = "exec " + program_words() + " sweep " + word(request_.sweep.string()) +
                        fmt::format(" --shard \"$SLURM_ARRAY_TASK_ID/{}\"", request_.shards) + " --parts " +
                        word(parts_.string()) + fmt::format(" --hand-in {}", request_.hand_in_seconds) +
                        " --level " + to_string(processes_.level);
@@ -175,8 +229,9 @@ std::string SlurmArray::submit(const std::vector<std::string>& options,
                                const std::filesystem::path& script) const {
     std::vector<std::string> command{"sbatch", "--parsable", "--open-mode=append",
                                      "--chdir=" + std::filesystem::current_path().string()};
-    command.insert(command.end(), options.begin(), options.end());
+    // The last one counts, and these are not the site's to choose.
     command.insert(command.end(), request_.site_options.begin(), request_.site_options.end());
+    command.insert(command.end(), options.begin(), options.end());
     command.push_back(script.string());
     std::string job = slurm(command);
     job.erase(std::min(job.find_first_of(";\n"), job.size()));
@@ -191,48 +246,65 @@ Jobs SlurmArray::submit(const std::vector<std::int64_t>& shards) const {
     write_output_file(parts_ / "merge.sh", merge_script());
     Jobs jobs;
     std::vector<std::string> merge_options{"--job-name=metabuffer-merge",
-                                           "--output=" + (parts_ / kMergeLog).string()};
+                                           "--output=" + pattern(parts_ / kMergeLog)};
     if (!shards.empty()) {
         jobs.array = submit({"--job-name=metabuffer-sweep", "--array=" + ranges(shards),
-                             "--output=" + (parts_ / "shard-%a.log").string()},
+                             "--output=" + pattern(parts_) + "/shard-%a.log"},
                             parts_ / "shard.sh");
         merge_options.push_back("--dependency=afterany:" + jobs.array);
     }
-    jobs.merge = submit(merge_options, parts_ / "merge.sh");
-    write_output_file(parts_ / kJobsFile, jobs.merge + " " + jobs.array + "\n");
+    // Each is written down at once: a job that nobody knows of could not be ended.
+    const std::string known = fmt::format("{} {} {}", plan_.digest, request_.shards, jobs.array);
+    write_output_file(parts_ / kJobsFile, known + "\n");
+    try {
+        jobs.merge = submit(merge_options, parts_ / "merge.sh");
+    } catch (const OutputError&) {
+        if (!shards.empty()) slurm({"scancel", jobs.array});
+        throw;
+    }
+    write_output_file(parts_ / kJobsFile, known + " " + jobs.merge + "\n");
     return jobs;
 }
 
 /// A point that two jobs ran counts twice; the merge knows better.
 std::int64_t SlurmArray::points_handed_in() {
     std::int64_t points = 0;
-    try {
-        for (const std::filesystem::path& file : exploration::results_in(parts_)) {
-            const auto [entry, is_new] = counted_.try_emplace(file, 0);
-            if (is_new) entry->second = exploration::points_in(file);
-            points += entry->second;
+    for (const std::filesystem::path& file : exploration::parts_in(parts_)) {
+        try {
+            const auto known = counted_.find(file);
+            points += known != counted_.end()
+                          ? known->second
+                          : counted_.emplace(file, exploration::points_in(file)).first->second;
+        } catch (const InputError&) {
+            // The shared disk may not show all of it yet.
         }
-    } catch (const InputError&) {
-        // There is none yet.
     }
     return points;
 }
 
-ExitStatus SlurmArray::wait_for(const Jobs& jobs) {
-    const StopSignals signals;
+ExitStatus SlurmArray::wait_for(const Jobs& jobs, const StopSignals& signals) {
+    using Clock = std::chrono::steady_clock;
     const ProgressLine line(!request_.quiet);
-    for (;;) {
-        const std::map<std::string, int> states = states_of(jobs);
-        if (states.empty()) return outcome();
-        std::vector<std::string> words;
-        words.reserve(states.size());
-        for (const auto& [state, count] : states) words.push_back(std::to_string(count) + " " + state);
-        line.show(fmt::format("{} points handed in; jobs: {}", points_handed_in(), text::listed(words)));
+    Clock::time_point last_answer = Clock::now();
+    for (int milliseconds = kFirstPollMilliseconds;;
+         milliseconds = std::min(milliseconds + milliseconds / 10, kLastPollMilliseconds)) {
+        try {
+            const std::map<std::string, int> states = states_of(jobs);
+            last_answer = Clock::now();
+            if (states.empty()) return outcome();
+            std::vector<std::string> words;
+            words.reserve(states.size());
+            for (const auto& [state, count] : states) words.push_back(std::to_string(count) + " " + state);
+            line.show(fmt::format("{} points handed in; jobs: {}", points_handed_in(), text::listed(words)));
+        } catch (const SlurmSilence& silence) {
+            if (Clock::now() - last_answer > kLongestSilence) throw;
+            line.show(silence.what());
+        }
         pollfd stop{signals.descriptor(), POLLIN, 0};
-        if (poll(&stop, 1, kLookMilliseconds) > 0) break;
+        if (poll(&stop, 1, milliseconds) > 0) break;
     }
     std::vector<std::string> cancel{"scancel", jobs.merge};
-    if (!jobs.array.empty()) cancel.push_back(jobs.array);
+    if (jobs.array != "-") cancel.push_back(jobs.array);
     slurm(cancel);
     std::error_code error;
     std::filesystem::remove(parts_ / kJobsFile, error);
@@ -242,19 +314,33 @@ ExitStatus SlurmArray::wait_for(const Jobs& jobs) {
 
 /// As the job that merges had it.
 ExitStatus SlurmArray::outcome() const {
-    const std::optional<std::string> status = text_in(parts_ / kMergeStatusFile);
+    std::optional<std::string> status;
+    // A shared disk may show the file some time after the job has ended.
+    for (int n = 0; n < kStatusTries && (!status || status->empty() || status->back() != '\n'); ++n) {
+        if (n > 0) std::this_thread::sleep_for(std::chrono::seconds(1));
+        status = text_in(parts_ / kMergeStatusFile);
+    }
     const std::string log = (parts_ / kMergeLog).string();
-    if (!status || status->empty()) {
+    std::istringstream digits(status.value_or(""));
+    int number = 0;
+    if (!(digits >> number)) {
         throw OutputError("the jobs have ended without a merge; see '" + log + "' and '" +
                           (parts_ / "shard-*.log").string() + "'");
     }
-    const std::optional<std::string> said = text_in(log);
-    if (!request_.quiet || *status != "0\n") std::cout << said.value_or("");
-    return static_cast<ExitStatus>(std::stoi(*status));
+    const std::string said = text_in(log).value_or("");
+    if (number != kExitDone) {
+        std::cerr << said;
+    } else if (!request_.quiet) {
+        std::cout << said;
+    }
+    return static_cast<ExitStatus>(number);
 }
 
 ExitStatus SlurmArray::run() {
-    make_folder_of(parts_ / kJobsFile);
+    check_site_options();
+    // From the first job on: they are ended with this process.
+    const StopSignals signals;
+    make_folder_of(parts_ / kJobsFile, "--out");
     std::optional<Jobs> jobs = jobs_at_work();
     if (jobs && !request_.quiet)
         std::cout << "jobs " << jobs->array << " and " << jobs->merge << " are at work already\n";
@@ -270,7 +356,7 @@ ExitStatus SlurmArray::run() {
                       << (std::filesystem::path(request_.results) += ".parts").string() << std::endl;
         }
     }
-    return request_.waits ? wait_for(*jobs) : kExitDone;
+    return request_.waits ? wait_for(*jobs, signals) : kExitDone;
 }
 
 }  // namespace

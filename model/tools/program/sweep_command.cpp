@@ -1,6 +1,8 @@
 #include "tools/program/sweep_command.h"
 
 #include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <iostream>
 
@@ -46,7 +48,7 @@ exploration::Shard parse_shard(const std::string& text) {
         !CLI::detail::lexical_cast(text.substr(slash + 1), count) || number < 1 || count < number ||
         count > exploration::kMostPoints) {
         throw InputError("--shard: " + text::quoted(text) +
-                         " is no part; use K/N, from 1/N to N/N, N at most " +
+                         " is no shard; use K/N, from 1/N to N/N, N at most " +
                          std::to_string(exploration::kMostPoints));
     }
     return {number - 1, count};
@@ -68,7 +70,7 @@ SweepCommand::SweepCommand(CLI::App& program)
 void SweepCommand::add_cluster_options() {
     CLI::Option* const shard = command().add_option_function<std::string>(
         "--shard", [this](const std::string& text) { shard_ = parse_shard(text); },
-        "K/N: only the points of the part with this number, 1 to N");
+        "K/N: only the points of shard K of N, from 1 to N");
     CLI::Option* const parts =
         command()
             .add_option("--parts", parts_folder_,
@@ -121,8 +123,11 @@ ExitStatus SweepCommand::run(const exploration::SweepPlan& plan) const {
 }
 
 ExitStatus SweepCommand::run_by_slurm() {
-    // The plan of one shard tells whether the sweep is good.
-    const exploration::SweepPlan plan = make_plan(exploration::load_sweep(file_), {0, slurm_shards_});
+    const exploration::SweepDescription description = exploration::load_sweep(file_);
+    // Whether a filter lets a point through is known of the whole only.
+    if (!description.filter.empty()) make_plan(description);
+    // The plan of one shard says whether the rest of the sweep is good.
+    const exploration::SweepPlan plan = make_plan(description, {0, slurm_shards_});
     slurm_.sweep = file_;
     slurm_.results = results_of(plan);
     slurm_.shards = slurm_shards_;
@@ -131,6 +136,11 @@ ExitStatus SweepCommand::run_by_slurm() {
 }
 
 ExitStatus SweepCommand::execute() {
+    if (command().count("--hand-in") > 0 && parts_folder_.empty() && slurm_shards_ == 0) {
+        throw InputError(
+            "--hand-in: only results of --parts and --slurm are handed in; use one of these, or leave it "
+            "out");
+    }
     if (slurm_shards_ > 0 && !list_) return run_by_slurm();
     const exploration::SweepPlan plan = make_plan(exploration::load_sweep(file_), shard_);
     if (list_) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <map>
 #include <set>
 #include <string>
@@ -308,20 +309,22 @@ TEST_CASE("plan: shards are parts of the sweep, each point in one of them, whate
     }
 }
 
-TEST_CASE("plan: no shard has one value of an axis only, though it has as many values as there are shards") {
-    for (const std::int64_t count : {2, 3, 8}) {
-        CAPTURE(count);
-        for (std::int64_t index = 0; index < count; ++index) {
-            // Three axes of so many entries: how often the shard has each entry of each of them.
-            std::vector<std::vector<int>> seen(3, std::vector<int>(static_cast<std::size_t>(count)));
-            for (std::int64_t row = 0; row < count * count; ++row) {
-                const std::int64_t number = Shard{index, count}.number_in(row);
-                ++seen[0][static_cast<std::size_t>(number / count / count)];
-                ++seen[1][static_cast<std::size_t>(number / count % count)];
-                ++seen[2][static_cast<std::size_t>(number % count)];
-            }
-            for (const std::vector<int>& axis : seen) {
-                for (const int times : axis) CHECK(times == count);
+TEST_CASE("plan: no shard is in step with an axis") {
+    // Axes as long as the number of shards, half as long, and of two values, which plain counting would deal out badly.
+    for (const std::int64_t count : {2, 3, 5, 8, 15, 16}) {
+        for (const std::int64_t period : {std::int64_t{2}, count, 2 * count}) {
+            constexpr std::int64_t kRows = 2000;
+            for (std::int64_t index = 0; index < count; ++index) {
+                std::vector<std::int64_t> seen(static_cast<std::size_t>(period));
+                for (std::int64_t row = 0; row < kRows; ++row) {
+                    ++seen[static_cast<std::size_t>(Shard{index, count}.number_in(row) % period)];
+                }
+                CAPTURE(count, period, index);
+                // Five standard deviations of what chance would do.
+                const double mean = static_cast<double>(kRows) / static_cast<double>(period);
+                for (const std::int64_t times : seen) {
+                    CHECK(std::abs(static_cast<double>(times) - mean) < 5.0 * std::sqrt(mean));
+                }
             }
         }
     }
