@@ -10,10 +10,11 @@ import shutil
 import sqlite3
 import subprocess
 
+from selenium.common.exceptions import TimeoutException
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
-from selenium.webdriver.support.ui import Select
+from selenium.webdriver.support.ui import Select, WebDriverWait
 
 from page_browser import HOSTILE, HOSTILE_RENDERER, PageTest, main, options, run
 
@@ -115,6 +116,17 @@ class ReportPage(PageTest):
         self.browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", mark)
         ActionChains(self.browser).move_to_element(mark).perform()
 
+    def hover_until(self, mark, condition, what):
+        """Moves the mouse onto the mark, and off and onto it again: a chart that is still being drawn sees no mouse."""
+        def try_once():
+            self.hover(mark)
+            try:
+                return WebDriverWait(self.browser, 2, poll_frequency=0.05).until(lambda _: condition())
+            except TimeoutException:
+                self.hover(self.one("h1"))
+                return False
+        return self.wait(try_once, what)
+
     def choose(self, section, label, value):
         for box in self.all(f"{section} label"):
             if self.browser.execute_script("return arguments[0].firstChild.textContent", box) == label:
@@ -196,8 +208,7 @@ class ReportPage(PageTest):
         mark = self.marks("lines", "points")[3]
         point = self.point_of(mark)
         self.assertFalse(self.one("#tooltip").is_displayed())
-        self.hover(mark)
-        self.wait(lambda: self.one("#tooltip").is_displayed(), "the tooltip shows")
+        self.hover_until(mark, lambda: self.one("#tooltip").is_displayed(), "the tooltip shows")
         words = self.one("#tooltip").text
         for value in (str(point["bus.width_bits"]), point["bus.arbitration"], str(point["composer.buffer_pixels"]),
                       f"{point['frames_per_second']:,.1f}", f"{point['starved_pixels']:,}"):
