@@ -14,7 +14,7 @@ int sc_main(int argc, char** argv) {
 }
 
 int main(int argc, char** argv) {
-    // The kernel's banner would stand among the names when the tests are listed.
+    // The kernel's banner would appear among the names when the tests are listed.
     setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 0);
     return sc_core::sc_elab_and_sim(argc, argv);
 }

@@ -33,8 +33,8 @@ constexpr const char* kHelp =
     "bound, smallest buffer without a starved pixel in the simulation, whether the machine of the bound "
     "starves.\n";
 
-/// The smallest buffer with which nothing starves. More buffer may starve where less does not, since columns then start
-/// at other times: sizes below the one that is found are tried, too.
+/// The smallest buffer with which nothing starves. A larger buffer may starve where a smaller one does not, since
+/// columns then start at other times. So some sizes below the one that is found are tried, too.
 std::int64_t simulated_minimum(const Scenario& scenario, std::int64_t least, std::int64_t bound) {
     constexpr std::int64_t kNeighbours = 6;
     const auto starves = [&](std::int64_t pixels) {

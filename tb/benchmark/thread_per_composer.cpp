@@ -1,7 +1,6 @@
-// A simulator in the style of the paper's (section 7): one POSIX thread for each composer and each
-// framebuffer, all of them meeting at a barrier every clock. It does no more per clock than the pipelines' Z
-// compare, so it flatters that style: no bus, no arbiter, no buffers, no links. It is what scripts/benchmark
-// compares the clocked model with.
+// A simulator in the style of the paper's (section 7): one POSIX thread for each composer and each framebuffer, which
+// all meet at a barrier every clock. It does no more per clock than the pipelines' Z compare, so it flatters that
+// style: no bus, no arbiter, no buffers, no links. scripts/benchmark compares the clocked model with it.
 //
 // usage: thread_per_composer [RENDERERS [DISPLAYS [CLOCKS]]]; prints one JSON object.
 
@@ -28,9 +27,8 @@ constexpr int kRasterHeight = 240;
 constexpr int kRasterPixels = kRasterWidth * kRasterHeight;
 constexpr int kCacheLineBytes = 64;
 
-/// A register between two clocks: what is written in clock t is read in clock t + 1. It has two halves, used
-/// in turn, so that one barrier a clock is enough; and a cache line of its own, or neighbours would slow each
-/// other down.
+/// A register between two clocks: what is written in clock t is read in clock t + 1. It has two halves, used in turn,
+/// so that one barrier a clock is enough. It has its own cache line, or neighbours would slow each other down.
 class alignas(kCacheLineBytes) PipelineRegister {
   public:
     Pixel read(std::int64_t clock) const { return halves_[static_cast<std::size_t>(clock & 1)]; }
@@ -58,9 +56,8 @@ class Barrier {
     pthread_barrier_t barrier_{};
 };
 
-/// A renderer's picture as a composer sees it: a disc in front of nothing, its place and depth its own, and
-/// its depth rising to the middle as a ball's does. About a third of the pixels wins somewhere, with runs as
-/// in real pictures.
+/// A renderer's picture as a composer receives it: a disc in front of nothing, with its own position and depth, nearest
+/// in the middle as a ball is. About a third of the pixels wins somewhere, in runs as in real pictures.
 std::vector<Pixel> ball(int renderer, int display) {
     constexpr int kRadius = 100;
     const int centre_x = (renderer * 97 + display * 31) % kRasterWidth;
@@ -99,7 +96,7 @@ class Machine {
         }
     }
 
-    /// Runs all clocks; returns the seconds they took, without the making of the threads.
+    /// Runs all clocks; returns the seconds they took, without the creation of the threads.
     double run() {
         std::vector<std::thread> threads;
         for (int r = 0; r < renderers_; ++r) {
@@ -141,7 +138,8 @@ class Machine {
     std::size_t composers() const {
         return static_cast<std::size_t>(renderers_) * static_cast<std::size_t>(displays_);
     }
-    /// The composers, a framebuffer at each end of each bus and pipeline, and the one that gives the clock.
+    /// The composers, a framebuffer at the start of each bus and at the end of each pipeline, and the thread that gives
+    /// the clock.
     int threads() const { return renderers_ * displays_ + renderers_ + displays_ + 1; }
 
   private:
@@ -161,7 +159,7 @@ class Machine {
             barrier_.wait();
         }
     }
-    /// Composer row r is r clocks behind the first, and so is what it is given.
+    /// Composer row r works r clocks after the first, so its input comes r clocks later.
     void clock_input(int r, std::int64_t t) {
         for (int d = 0; d < displays_; ++d) {
             locals_[at(r, d)].write(t, t >= r ? picture_pixel(r, d, t - r) : background());

@@ -1,12 +1,11 @@
-// How much of the machine's memory bandwidth the functional level uses for a Z compare of two frames. The
-// yardstick is a bare loop over two frames of 1280x1024 pixels, colour and depth apart: it does nothing but
-// read both frames and write the nearer pixels over one of them. Beside it stands the functional compositor,
-// making the picture of a display that two renderers cover wholly, one to one: every pixel of the two frames
-// goes through the same compare, and one of them through the compare with the background before.
+// How much of the machine's memory bandwidth the functional level uses for a Z compare of two frames. The yardstick is
+// a bare loop over two frames of 1280x1024 pixels, colour and depth apart: it does nothing but read both frames and
+// write the nearer pixels over one of them. It is compared with the functional compositor, which makes the picture of a
+// display that two renderers cover wholly, one to one. There every pixel of the two frames goes through the same
+// compare, and before that the pixels of one of them through the compare with the background.
 //
-// Both are counted alike: the 1280x1024 places where a pixel of one frame meets a pixel of the other, for
-// each time that both frames are gone through. The machine may be shared, so both take turns in one run, and
-// the median counts; the ratio is the median of the ratios within a turn.
+// Both are counted alike: 1280x1024 pairs of pixels for each pass over both frames. The machine may be shared, so both
+// take turns in one run, and the median counts. The ratio is the median of the ratios within a turn.
 //
 // usage: z_compare [TURNS]; prints one JSON object. It is what scripts/benchmark shows.
 
@@ -35,8 +34,8 @@ constexpr int kWidth = 1280;
 constexpr int kHeight = 1024;
 constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
 
-/// The yardstick. The mask makes it store every pixel: a comparison may become stores that are left out where
-/// the local pixel loses, and when the same frames are compared again, it always does.
+/// The yardstick. The mask makes it store every pixel. A comparison may be compiled to stores that are left out where
+/// the local pixel loses; when the same frames are compared again, it always loses.
 struct KeepNearer {
     METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict local_argb,
                                               const std::uint32_t* __restrict local_z,
@@ -55,7 +54,7 @@ struct KeepNearer {
     }
 };
 
-/// Writes the nearer pixel of each place over the frame.
+/// Writes the nearer pixel of each position over the frame.
 void keep_nearer(const PixelPlanes& other, PixelPlanes& frame) {
     functional::run_loop(KeepNearer{}, other.argb.data(), other.z.data(), frame.argb.data(), frame.z.data(),
                          kPixels);
@@ -148,7 +147,7 @@ int main_program(int argc, char** argv) {
     functional::Compositor compositor(scenario);
     compositor.begin_frame(contributions);
 
-    // Each once before it is measured: then all memory is there, and the compositor has its planes.
+    // Each runs once before it is measured: then all memory is allocated, and the compositor has its planes.
     keep_nearer(other, frame);
     if (!shows(compositor.picture(1), frame)) {
         std::fputs("z_compare: the functional compositor and the bare loop differ\n", stderr);
@@ -165,7 +164,7 @@ int main_program(int argc, char** argv) {
         composited[turn] = seconds_of([&] { compositor.picture(1); });
         ratios[turn] = bare[turn] / composited[turn];
     }
-    // After the others and not in turn with them: it asks for so much memory that they would find it
+    // Measured after the others and not in turn with them: it asks for so much memory that theirs would then lie
     // elsewhere.
     for (double& seconds : converted) {
         seconds = seconds_of([&] { functional::composite_display(scenario, contributions, 1); });

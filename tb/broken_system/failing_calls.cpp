@@ -19,7 +19,7 @@
 
 namespace {
 
-/// Of all processes, in memory that they share.
+/// The count of all processes, in memory that they share.
 std::atomic<std::int64_t>* shared_count() {
     static std::atomic<std::int64_t>* const count = []() -> std::atomic<std::int64_t>* {
         const char* file = std::getenv("FAILING_COUNT");
@@ -34,7 +34,7 @@ std::atomic<std::int64_t>* shared_count() {
     return count;
 }
 
-/// Counts a call; whether it is the one to fail.
+/// Counts a call; returns whether it is the one to fail.
 bool fails(const char* function) {
     static const char* const chosen = std::getenv("FAILING_CALL");
     static const char* const at = std::getenv("FAILING_AT");
@@ -48,7 +48,7 @@ int fail_with(int error) {
     return -1;
 }
 
-/// Pipes and terminals do not fail for want of space, and are not what is tried here.
+/// Pipes and terminals do not fail when a disk is full, and are not tested here.
 bool is_file(int descriptor) {
     const int before = errno;
     struct stat status {};
@@ -57,7 +57,8 @@ bool is_file(int descriptor) {
     return result;
 }
 
-/// What the system itself makes is always there; a library that ends the process without it has no other way.
+/// The files that the system itself provides always exist. A library that needs one has no other way than to end the
+/// process.
 bool is_of_system(const char* path) {
     return std::strncmp(path, "/proc/", 6) == 0 || std::strncmp(path, "/sys/", 5) == 0;
 }
@@ -107,7 +108,7 @@ METABUFFER_DEFINE_OPEN(open64)
 FILE* fopen(const char* path, const char* mode) { return opened_stream("fopen", path, mode); }
 FILE* fopen64(const char* path, const char* mode) { return opened_stream("fopen64", path, mode); }
 int close(int descriptor) {
-    // The descriptor is closed all the same, as the system does it.
+    // The descriptor is closed even if the call fails, as the system does it.
     const bool is_chosen = fails("close");
     const int result = next<int(int)>("close")(descriptor);
     return is_chosen ? fail_with(EIO) : result;

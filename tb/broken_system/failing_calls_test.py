@@ -1,11 +1,11 @@
-"""Makes one call of the system after another fail under the built program, and looks at what the program says and leaves.
+"""Makes one call of the system after another fail under the built program, and checks what the program says and leaves.
 
 usage: failing_calls_test.py METABUFFER LIBRARY [--calls N]
 
 For each command and each function of the system: counts the calls of a run, then lets the first, the second, ... fail,
-each in a run of its own. With --calls at most N of each, spread over all. Whatever fails, the program ends by itself
-with a status that is documented and one line; a run that says that it is done has left what it leaves otherwise; of one
-that says that it is not, earlier results are there as they were, or the new ones.
+each in its own run. With --calls at most N of each, spread over all. Whatever fails, the program ends by itself with a
+documented status, and reports a failure in one line. A run that reports success has left what it leaves otherwise.
+After a run that reports a failure, the earlier results are there as they were, or the new ones.
 """
 
 import argparse
@@ -44,7 +44,7 @@ COMMANDS = {
 
 
 def without_seconds(output):
-    """How long something took is another each time."""
+    """The output without the times, which differ in each run."""
     return re.sub(rb"[0-9.]+", b"#", output)
 
 
@@ -54,7 +54,7 @@ def rows_of(database):
         return None
     connection = sqlite3.connect(database)
     try:
-        # A file whose making was cut short has no tables yet.
+        # A file whose creation was cut short has no tables yet.
         if connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0] == 0:
             return None
         assert connection.execute("PRAGMA integrity_check").fetchone()[0] == "ok"
@@ -98,13 +98,14 @@ class Bench:
 
     @staticmethod
     def files_of(folder):
-        """What matters of what is there, by name: all but names aside, which a run that was cut short may leave."""
+        """The content of the files that matter, by name. Files with temporary names may be left by a run that was cut
+        short."""
         files = {}
         for path in sorted(folder.rglob("*")):
             name = str(path.relative_to(folder))
             if path.is_file() and ".metabuffer-" not in name and not name.startswith("r.db") and name != "t.vcd":
                 files[name] = path.read_bytes()
-        # The stock writer says when a waveform was written.
+        # The stock writer puts the date into a waveform.
         waveform = folder / "t.vcd"
         files["t.vcd"] = b"\n".join(line for line in waveform.read_bytes().split(b"\n") if not line.startswith(b"     "))
         return files
@@ -144,7 +145,7 @@ class Bench:
             self.complain(where, f"status {done.returncode}: {text[:500]}")
         left = self.files_of(folder)
         if call[0] == "unlink":
-            # A lock's file that could not be taken away holds nothing: the lock is on the file, and went with the process.
+            # A lock file that could not be deleted holds nothing: the lock itself ended with the process.
             left = {name: content for name, content in left.items() if not name.endswith(".lock")}
         if done.returncode == DONE:
             if left != after:
@@ -161,7 +162,7 @@ class Bench:
         if "at fault" in text:
             self.complain(where, f"status {done.returncode}: {text[:300]}")
         if left not in (before, after):
-            # The trace is in its place before the results are.
+            # The trace has its final name before the results have theirs.
             only_trace = {**before, **{name: after[name] for name in ("t.vcd", "t.json")}}
             if left != only_trace and not (left.keys() <= before.keys() | after.keys() and
                                            "out/report.json" not in left):

@@ -1,5 +1,5 @@
-"""Tests the built program in a hostile environment: input that is no file, outputs that would replace inputs, full disks,
-memory that ends, runs that are killed or meet in one folder, damaged results.
+"""Tests the built program in a hostile environment: input that is not a file, outputs that would replace inputs, full
+disks, memory that ends, runs that are killed or meet in one folder, damaged results.
 
 usage: hostile_test.py METABUFFER [CLASS...]
 """
@@ -72,7 +72,7 @@ class Hostile(unittest.TestCase):
         return subprocess.run([METABUFFER, *words], check=False, **settings)
 
     def start_program(self, *words):
-        """In a process group of its own."""
+        """Starts the program in its own process group."""
         process = subprocess.Popen([METABUFFER, *words], cwd=self.place, stdin=subprocess.DEVNULL,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
         self.addCleanup(process.stderr.close)
@@ -103,9 +103,9 @@ class Hostile(unittest.TestCase):
 
 
 class Input(Hostile):
-    """What stands where a file is expected is looked at before it is read."""
+    """What an input path names is checked before it is read."""
 
-    def test_a_pipe_or_a_device_is_no_scenario_and_no_image(self):
+    def test_a_pipe_or_a_device_is_not_a_scenario_or_an_image(self):
         os.mkfifo(self.place / "pipe")
         for what in ("pipe", "/dev/zero"):
             with self.subTest(what):
@@ -127,7 +127,7 @@ class Input(Hostile):
                 self.check_line(self.run_program("plot", path, "--x", "a", "--y", "b", "-o", path + ".svg"))
                 self.assertTrue((self.place / "loop").is_symlink())
 
-    def test_a_working_directory_that_is_gone_is_told(self):
+    def test_a_working_directory_that_is_gone_is_reported(self):
         gone = self.place / "gone"
         gone.mkdir()
         script = 'cd "$1" && rmdir "$1" && exec "$2" run "$3"'
@@ -184,7 +184,7 @@ class Input(Hostile):
 class Output(Hostile):
     """What is written is whole, and replaces nothing that is read."""
 
-    def test_a_waveform_that_cannot_be_written_to_its_end_is_told(self):
+    def test_a_waveform_that_cannot_be_written_to_its_end_is_reported(self):
         words = ("run", "scenario.yaml", "--trace", "t.vcd", "--trace-window", "all")
         done = self.run_program(*words, preexec_fn=limits(RLIMIT_FSIZE=20_000))
         self.check_line(done, "cannot write 't.vcd'", "File too large")
@@ -201,7 +201,7 @@ class Output(Hostile):
                 self.assertTrue((self.place / name).is_symlink())
                 self.assertGreater((self.place / ("real-" + name)).stat().st_size, 1000)
 
-    def test_a_full_standard_output_is_told_by_every_command(self):
+    def test_a_full_standard_output_is_reported_by_every_command(self):
         self.assertEqual(self.run_program("size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64",
                                           "--out", "r.db").returncode, DONE)
         for words in (["--help"], ["--version"], ["run", "--help"], ["run", "scenario.yaml"], ["keys"], ["counters"],
@@ -289,7 +289,7 @@ class Output(Hostile):
 
 
 class Resources(Hostile):
-    """Where memory, processes or patience end, the program does so in one line."""
+    """When memory or processes run out, or a part of the program is killed, the program ends with one line."""
 
     def test_wherever_memory_ends_there_is_one_line(self):
         self.write("wide.yaml", "name: wide\ndisplays: {columns: 2, width: 640, height: 480}\n" +
@@ -310,7 +310,7 @@ class Resources(Hostile):
 
     def test_wherever_processes_end_there_is_one_line(self):
         if os.getuid() == 0:
-            # Root may have as many as it likes.
+            # Root may have any number of them.
             nobody = pwd.getpwnam("nobody")
             for path in (self.place, *self.place.iterdir()):
                 os.chown(path, nobody.pw_uid, nobody.pw_gid)
@@ -337,7 +337,7 @@ class Resources(Hostile):
     def test_a_high_column_takes_no_more_stack_than_a_low_one(self):
         self.write("view.ppm", b"P6\n12 2\n255\n" + bytes(72))
         self.write("high.yaml", SCENARIO.replace("  - frames:", "  - copies: 4096\n    frames:"))
-        # Passing PIPEREADY, STARTFRAME and pixels from within each other, 4,096 composers took half a megabyte.
+        # When composers passed on PIPEREADY, STARTFRAME and pixels by nested calls, 4,096 of them took half a megabyte.
         done = self.run_program("run", "high.yaml", "--quiet", preexec_fn=limits(RLIMIT_STACK=256 << 10))
         self.assertEqual(done.returncode, DONE, done.stderr)
 
@@ -355,11 +355,11 @@ class Resources(Hostile):
                 process.wait()
                 self.assertTrue(wait_until(lambda: not alive_in(process.pid), 20))
 
-    def test_a_scout_that_was_killed_is_no_answer(self):
+    def test_a_killed_search_for_the_window_is_an_error(self):
         self.write("large.ppm", b"P6\n64 48\n255\n" + bytes(64 * 48 * 3))
         self.write("long.yaml", LONG_SCENARIO)
         process = self.start_program("run", "long.yaml", "--trace", "t.vcd", "--trace-window", "first-starved-pixel")
-        # The program waits for the one that scouts; no process writes a waveform yet.
+        # The program waits for the process that searches for the window; no process writes a waveform yet.
         self.assertTrue(wait_until(lambda: len(alive_in(process.pid)) == 2))
         for child in alive_in(process.pid):
             if child != process.pid:
@@ -387,7 +387,7 @@ class Results(Hostile):
               "UPDATE axes SET key = x'ff00'",
               "UPDATE points SET status = 7, run = 'x', smallest = 'y', runs = x'00'")
 
-    def test_damaged_content_is_told_as_such_by_whatever_reads_it(self):
+    def test_damaged_content_is_reported_by_whatever_reads_it(self):
         size = ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--over", "bus.width_bits=64,128",
                 "--out", "r.db", "--quiet"]
         self.assertEqual(self.run_program(*size).returncode, DONE)

@@ -6,7 +6,7 @@
 
 #include <cstdarg>
 
-// For libraries that are preloaded: what stands behind their functions.
+// For libraries that are preloaded: the functions that theirs replace.
 namespace {
 
 /// The function of that name that the program would have called.

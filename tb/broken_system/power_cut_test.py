@@ -1,12 +1,11 @@
-"""Cuts the power during a sweep, many times over, on a disk that keeps what it was told to sync and of the rest what it
-likes.
+"""Cuts the power during a sweep, many times. The disk keeps what it was told to sync, and of the rest what it likes.
 
 usage: power_cut_test.py METABUFFER LIBRARY [--cuts N] [--seed S]
 
-A sweep runs once, and the library records what it does to its file of results. Each cut takes the record up to some point:
-what stood before a file's last sync has happened, of what came after it each write may have, or only some of its sectors.
-Of the file that this leaves, the program must be able to read points that are right, no fewer than had been synced, or say
-that it holds none; and the sweep must go on from there to the same results.
+A sweep runs once, and the library records what it does to its file of results. Each cut takes the record up to some
+point. What came before a file's last sync has happened. Of what came after it, each write may have happened, or only
+some of its sectors. In the file that this leaves, the program must find points that are right, and no fewer than had
+been synced, or say that it holds none. The sweep must go on from there to the same results.
 """
 
 import argparse
@@ -43,7 +42,7 @@ def records_in(log):
 
 
 class Disk:
-    """What has reached it, by name."""
+    """The files that have reached the disk, by name."""
 
     def __init__(self):
         self.files = {}
@@ -70,8 +69,8 @@ class Disk:
 
 
 def disk_after_cut(records, cut, arrives):
-    """The disk if the power goes after so many records. What was synced is there; of each other write, arrives() says whether
-    it is, and by what it returns, whether a sector of it is."""
+    """The disk if the power is cut after that many records. What was synced is there. For each other write, arrives()
+    says whether it is there; what it returns says for each sector whether that is there."""
     last_sync = {}
     for number, (operation, *_, name) in enumerate(records[:cut]):
         if operation == "sync":
@@ -79,7 +78,7 @@ def disk_after_cut(records, cut, arrives):
     disk = Disk()
     for number, record in enumerate(records[:cut]):
         name, operation = record[-1], record[0]
-        # Names are kept in order by every file system with a journal.
+        # Every file system with a journal keeps the order of changes to names.
         if number <= last_sync.get(name, -1) or operation in ("create", "unlink", "rename"):
             disk.apply(record)
         elif sectors := arrives():
@@ -89,7 +88,7 @@ def disk_after_cut(records, cut, arrives):
 
 def as_it_likes(values):
     """What a disk may do with writes that were not synced."""
-    share = values.choice((0.0, 0.2, 0.5, 0.9, 1.0))  # that arrived all the same
+    share = values.choice((0.0, 0.2, 0.5, 0.9, 1.0))  # of the writes that arrive all the same
     torn = values.random() < 0.5
 
     def sectors():
@@ -131,7 +130,7 @@ class Bench:
         for path in self.folder.glob("r.db*"):
             path.unlink()
         for name, content in disk.files.items():
-            if not name.endswith(("-shm", ".lock")):  # the one is memory, the other is of a process that is gone
+            if not name.endswith(("-shm", ".lock")):  # shared memory, and the lock of an ended process
                 (self.folder / name).write_bytes(content)
 
 
@@ -162,7 +161,7 @@ def main():
             bench.put(disk_after_cut(records, cut, as_it_likes(values)))
             found = bench.points()
             assert found <= everything, f"cut at {cut}: wrong points {found - everything}"
-            # A disk that keeps just what was synced has what is there after any other cut at that place, too.
+            # What a disk with just the synced writes holds is there after any other cut at that point, too.
             bench.put(disk_after_cut(records, cut, not_at_all))
             synced = bench.points()
             assert synced <= found, f"cut at {cut}: lost points that had been synced {synced - found}"

@@ -1,5 +1,5 @@
-// To be preloaded into the program: records what is done to the files whose names begin with RECORDED_PREFIX, in order, in
-// the file RECORDED_LOG. power_cut_test.py makes of it what a disk holds after its power was cut.
+// To be preloaded into the program: records what is done to the files whose names begin with RECORDED_PREFIX, in order,
+// in the file RECORDED_LOG. power_cut_test.py works out from it what a disk holds after its power was cut.
 //
 // A record is a line, OPERATION SIZE POSITION LENGTH PATH, followed by LENGTH bytes of data:
 //   create PATH, write POSITION and data, truncate to SIZE, sync, unlink, rename (the data is the new path).

@@ -1,6 +1,6 @@
 """What the tests of the pages share: the program that makes them and the browser that shows them.
 
-Without a browser's window there is still a mouse, a keyboard and a network, which all are looked at.
+A browser without a window still has a mouse, a keyboard and a network, which are all tested.
 """
 
 import argparse
@@ -17,7 +17,7 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
-SECONDS_TO_WAIT = 60  # for what takes well under one; a busy machine is no failure
+SECONDS_TO_WAIT = 60  # for what takes less than one; a busy machine must not fail a test
 HOSTILE = "</script><script>window.hostile = 1</script>\"'&<b>"
 HOSTILE_RENDERER = "<img src=x onerror='window.hostile = 2'>"
 
@@ -33,7 +33,7 @@ def run(*arguments):
 
 
 class PageTest(unittest.TestCase):
-    """A browser for a class's tests, and a folder. What is on the console or goes to the network fails a test."""
+    """A browser for a class's tests, and a folder. A line on the console or a request to the network fails a test."""
 
     @classmethod
     def setUpClass(cls):
@@ -75,7 +75,7 @@ class PageTest(unittest.TestCase):
         self.look_at_logs()
 
     def look_at_logs(self):
-        """Nothing on the console, and nothing asked for but the page. What has been looked at is forgotten."""
+        """Checks that nothing is on the console and that only the page was requested. This empties the logs."""
         self.assertEqual([], [entry["message"] for entry in self.browser.get_log("browser")], "on the console")
         events = (json.loads(entry["message"])["message"] for entry in self.browser.get_log("performance"))
         asked_for = [event["params"]["request"]["url"] for event in events
@@ -99,7 +99,7 @@ class PageTest(unittest.TestCase):
         return WebDriverWait(self.browser, SECONDS_TO_WAIT, poll_frequency=0.05).until(lambda _: condition(), what)
 
     def open(self, page):
-        if self.page:  # what the page before asked for is no concern of this one
+        if self.page:  # requests of the page before must not count for this one
             self.look_at_logs()
         self.page = page
         self.browser.get(page.as_uri())
@@ -126,5 +126,5 @@ def main(test_class, description):
     parser.parse_args(namespace=options)
     options.program = options.program.resolve()
     options.scenarios = options.scenarios.resolve()
-    # The class's own module, in which unittest looks it up by name, is the one that runs.
+    # unittest looks up the class by name in the class's own module, which is the one that runs.
     unittest.main(argv=[sys.argv[0], *[f"{test_class.__name__}.{test}" for test in options.tests]], verbosity=2)

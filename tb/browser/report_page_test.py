@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The report page as a reader meets it: made by the program from results of its own, shown by headless Chromium.
+"""The report page as a reader meets it: made by the program from its own results, shown by headless Chromium.
 
 Needs Chromium, its driver and Selenium; --keep DIR leaves pages and screenshots there.
 """
@@ -58,7 +58,7 @@ def page_of(folder, results, *arguments):
 
 
 def multiplied(results, target, count):
-    """Copies of a file's first run as `count` points, as a large sweep would leave them."""
+    """Copies a file's first run to `count` points, as a large sweep would leave them."""
     shutil.copy(results, target)
     with sqlite3.connect(target) as database:
         [(run_id,)] = database.execute("SELECT run FROM points WHERE status = 'done' ORDER BY id LIMIT 1")
@@ -100,7 +100,7 @@ class ReportPage(PageTest):
             "return charts.length > 0 && charts.every(chart => chart.dataset.drawn === 'yes');"), "charts are drawn")
 
     def marks(self, chart, name):
-        """The elements of a mark that Vega's specification calls so."""
+        """The elements of the mark that Vega's specification gives this name."""
         return self.all(f"#chart-{chart} g.role-mark.{name} path")
 
     def shows(self, chart):
@@ -117,7 +117,8 @@ class ReportPage(PageTest):
         ActionChains(self.browser).move_to_element(mark).perform()
 
     def hover_until(self, mark, condition, what):
-        """Moves the mouse onto the mark, and off and onto it again: a chart that is still being drawn sees no mouse."""
+        """Moves the mouse onto the mark, if need be off and onto it again: a chart that is still being drawn misses the
+        mouse."""
         def try_once():
             self.hover(mark)
             try:
@@ -151,7 +152,7 @@ class ReportPage(PageTest):
         self.assertEqual(DONE, len(self.marks("policy-recovered_slots", "points")))
         self.assertEqual(DONE, len(self.marks("lines", "points")))
         self.assertEqual(INVALID, len(self.marks("lines", "lost")))
-        # What makes no sense here is not there, and the page says why.
+        # A section that makes no sense here is left out, and the page says why.
         self.assertEqual([], self.all("#section-smallest"))
         self.assertIn("not of a search", self.one("#left-out").text)
 
@@ -163,7 +164,7 @@ class ReportPage(PageTest):
         simulations = sum(point["runs"] for point in self.searches)
         self.assertEqual(simulations, len(self.marks("search", "points")))
         self.assertEqual(simulations, len(self.marks("pareto", "points")))
-        # A mark of a simulation opens it, with the value that was looked at.
+        # The mark of a simulation opens it, with the value that was tried.
         mark = self.marks("search", "points")[0]
         looked_at = self.browser.execute_script("return arguments[0].__data__.datum.x", mark)
         self.hover(mark)
@@ -227,7 +228,7 @@ class ReportPage(PageTest):
         command = self.one("#command").text
         self.assertIn(f"--set bus.width_bits={point['bus.width_bits']} ", command)
         self.assertIn(f"--set bus.arbitration={point['bus.arbitration']} ", command)
-        # What the command says is what the point was: it is run, by the shell that a reader would paste it into.
+        # The command must give what the point shows: it is run, by the shell that a reader would paste it into.
         script = command.replace("metabuffer run", f"{shlex.quote(str(options.program))} run", 1)
         done = subprocess.run(["bash", "-c", script], cwd=self.folder, text=True, stdout=subprocess.DEVNULL,
                               stderr=subprocess.PIPE)
@@ -290,7 +291,7 @@ class ReportPage(PageTest):
         head.click()
         numbers, cells = column("starved pixels")
         self.assertEqual(sorted(numbers), numbers)
-        self.assertEqual([""] * INVALID, cells[-INVALID:])  # what has no value comes last, both ways
+        self.assertEqual([""] * INVALID, cells[-INVALID:])  # what has no value comes last in both orders
         next(h for h in self.all("#points thead button") if h.text.startswith("starved pixels")).click()
         numbers, cells = column("starved pixels")
         self.assertEqual(sorted(numbers, reverse=True), numbers)
@@ -299,7 +300,7 @@ class ReportPage(PageTest):
 
     # ---------------------------------------------------------------------------------------------------- the page
 
-    def test_names_are_no_markup(self):
+    def test_names_are_not_markup(self):
         self.open(self.grid_page)
         self.assertEqual(HOSTILE, self.one("h1").text)
         self.assertEqual(HOSTILE, self.browser.title)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The page of one run as a reader meets it: made by the program, shown by headless Chromium.
 
-What the page says of pixels, clocks and buses is held to pictures, report.json and waveforms of level rtl. Needs
+What the page says of pixels, clocks and buses is compared with pictures, report.json and waveforms of level rtl. Needs
 Chromium, its driver and Selenium; --keep DIR leaves pages and screenshots there.
 """
 
@@ -26,12 +26,12 @@ COMPOSITIONS = ("z", "z-alpha-key", "over")
 SCENES = (("z", 1), ("z-alpha-key", 1), ("over", 1), ("z", 2), ("over", 2))
 COLUMNS, WIDTH, HEIGHT = 2, 40, 30  # of the machines below: displays side by side, shown pixels of each
 FRAMES = 3
-BACKGROUND = (9, 7, 8)  # its blue says renderer 0, which is none
-HOSTILE_SCENARIO = "<script>window.hostile = 3<!--<script>\"'&<b>"  # which must be no path
+BACKGROUND = (9, 7, 8)  # its blue says renderer 0, which does not exist
+HOSTILE_SCENARIO = "<script>window.hostile = 3<!--<script>\"'&<b>"  # which must not become a path
 GAP = 6  # shown pixels that the page leaves between two displays
 YELLOW = 0xFFD400
 
-# What pixels of a display the page believes to be shown, and what it has as the picture.
+# The pixels of a display that the page believes to be shown, those of its picture, and the winners.
 COLOURS = """
 const [frame, display, done] = arguments, run = metabufferRun;
 (async () => {
@@ -72,7 +72,7 @@ const done = arguments[0], run = metabufferRun;
     return frames;
 })().then(done, error => done(String(error)));
 """
-# What stands on a canvas, without asking that canvas for it, which the browser would warn of.
+# What is drawn on a canvas, read from a copy: the browser would warn about reading the canvas itself.
 SAMPLES = """
 function samplesOf(id) {
     const canvas = document.getElementById(id), copy = document.createElement("canvas");
@@ -83,7 +83,7 @@ function samplesOf(id) {
     return context.getImageData(0, 0, copy.width, copy.height).data;
 }
 """
-# Clocks of each bus by use: of all single spans, and what the painter reads, which falls back on bins.
+# Clocks of each bus by use: the sum of all single spans, and what the painter reads, which falls back on bins.
 BUSES = """
 const done = arguments[0], run = metabufferRun;
 (async () => {
@@ -108,7 +108,7 @@ const done = arguments[0], run = metabufferRun;
 # ------------------------------------------------------------------------------------------------------------- machines
 
 def write_png(path, width, height, samples):
-    """8-bit samples, row by row: as many for each pixel as there are."""
+    """Writes 8-bit samples, row by row; their number gives the channels of a pixel."""
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
@@ -156,7 +156,8 @@ def scenario_file(path, composition, supersample, renderers, **keys):
 
 
 def noise(folder, composition, supersample, frames=FRAMES):
-    """Each pixel has a colour, depth and alpha of its own; blue's low bits say whose it is. The bus is too narrow."""
+    """Images whose pixels each have their own colour, depth and alpha; blue's low bits name the renderer. The bus is
+    too narrow."""
     rng = random.Random(f"{composition} {supersample}")
     width, height = 48 * supersample, 36 * supersample
     alphas = {"z": [255], "z-alpha-key": [0, 255], "over": [0, 100, 200, 255, 255, 255]}[composition]
@@ -214,7 +215,7 @@ def report_of(results):
 
 
 def clocks_in_use(renderer):
-    """Of a renderer's bus, by counter."""
+    """The clocks of a renderer's bus, by counter."""
     return {counter: clocks for counter, clocks in renderer["bus"].items()
             if counter.endswith("_cycles") and counter != "idle_cycles"}
 
@@ -252,7 +253,7 @@ class RunPage(PageTest):
                   "the page is ready")
 
     def asked(self, script, *arguments):
-        """What a script with a promise gives."""
+        """The result of an asynchronous script."""
         self.browser.set_script_timeout(60)
         answer = self.browser.execute_async_script(script, *arguments)
         self.assertNotIsInstance(answer, str)
@@ -286,7 +287,7 @@ class RunPage(PageTest):
                 (height - HEIGHT * scale) / 2 + (y + 0.5) * scale)
 
     def to_point(self, canvas, point, actions=None):
-        """The mouse to a point of a canvas, from its top left corner."""
+        """An action that moves the mouse to a point of a canvas, from its top left corner."""
         element = self.one(canvas)
         width, height = element.size["width"], element.size["height"]
         return (actions or ActionChains(self.browser, duration=0)).move_to_element_with_offset(
@@ -296,7 +297,7 @@ class RunPage(PageTest):
         self.script("document.querySelector(arguments[0]).scrollIntoView({block: 'center'})", selector)
 
     def wait_for_facts(self, *words):
-        """They come a little later: images are unpacked when their frame is looked at."""
+        """The facts come a little later: images are unpacked when their frame is first shown."""
         self.wait(lambda: all(word in self.pixel_facts()[1] for word in words), f"the pixel's facts have {words}")
 
     def hover_pixel(self, display, x, y, *words):
@@ -312,7 +313,7 @@ class RunPage(PageTest):
         ActionChains(self.browser).scroll_from_origin(origin, 0, by).perform()
 
     def clock_under_mouse(self, point):
-        """Of the time line's tooltip, once it is about this point."""
+        """The clock in the time line's tooltip, once that is about this point."""
         self.to_point("#time", (point[0] + 2, point[1])).perform()
         self.to_point("#time", point).perform()
         text = self.wait(lambda: self.one("#tooltip").is_displayed() and self.one("#tooltip").text, "the tooltip shows")
@@ -364,7 +365,7 @@ class RunPage(PageTest):
             self.open(page)
             report = self.reports[composition, supersample]
             starved, wrong = report["totals"]["starved_pixels"], report["totals"]["wrong_pixels"]
-            self.assertTrue(0 < wrong < FRAMES * COLUMNS * WIDTH * HEIGHT)  # or the scene would not tell much
+            self.assertTrue(0 < wrong < FRAMES * COLUMNS * WIDTH * HEIGHT)  # or the scene would test little
             self.assertGreater(starved, 0)
             for frame in range(FRAMES):
                 for display in range(COLUMNS):
@@ -388,11 +389,11 @@ class RunPage(PageTest):
                             for y in range(HEIGHT) for x in range(WIDTH)]
                 self.assertGreater(len(set(expected)), 2)
                 self.assertEqual(expected, self.asked(COLOURS, 0, display)[2], composition)
-            # What the reader is told, with the mouse on a pixel.
+            # What the page says with the mouse on a pixel.
             for display, x, y in ((0, 30, 12), (0, 12, 3), (0, 20, 17), (1, 0, 2), (1, 4, 20), (1, 39, 29)):
                 self.to_point("#wall", self.wall_point(display, x, y)).perform()
                 self.wait(lambda: self.pixel_facts()[0] and [at // 2 for at in self.pixel_facts()[0][1:]] == [x, y],
-                          "the pixel is told")
+                          "the pixel is described")
                 place, _ = self.pixel_facts()
                 self.assertEqual(display + 1, place[0])
                 winner = flat_winner(composition, display, place[1], place[2])
@@ -440,7 +441,7 @@ class RunPage(PageTest):
                              for display in range(COLUMNS)] for place in ((0, 0, 0), (bottom, *last)))
             self.assertEqual(frame["start_cycle"], min(starts))
             self.assertEqual(frame["end_cycle"], max(ends))
-            # And back: what the top composers work at then.
+            # And back: the pixel that the top composers work at in that clock.
             display = starts.index(min(starts))
             beam = self.script("return metabufferRun.beamAt(...arguments)", min(starts), display)
             self.assertEqual({"frame": frame["index"], "x": 0, "y": 0}, beam)
@@ -470,7 +471,7 @@ class RunPage(PageTest):
             self.assertEqual(counted, bus["painted"])
             self.assertEqual(counted, bus["coarse"])
 
-    # ------------------------------------------------------------------------------------------------------- hands
+    # ------------------------------------------------------------------------------------------------------- mouse
 
     def test_frames_by_slider_and_buttons(self):
         self.open(self.starving_page)
@@ -478,7 +479,7 @@ class RunPage(PageTest):
         self.one("#next-frame").click()
         self.assertEqual(1, self.frame_shown())
         self.one("#next-frame").click()
-        self.one("#next-frame").click()  # there is none behind the last
+        self.one("#next-frame").click()  # there is none after the last
         self.assertEqual(FRAMES - 1, self.frame_shown())
         self.one("#previous-frame").click()
         self.assertEqual(1, self.frame_shown())
@@ -542,10 +543,10 @@ class RunPage(PageTest):
         self.to_point("#wall", beside).click_and_hold().perform()
         self.to_point("#wall", (beside[0] - 90, beside[1] + 40)).release().perform()
         self.assertEqual(pressed, told((beside[0] - 90, beside[1] + 40)))
-        self.assertIsNone(self.chosen_clock())  # a drag is no click
+        self.assertIsNone(self.chosen_clock())  # a drag is not a click
         self.one("#whole-wall").click()
         self.hover_pixel(0, 26, 15)
-        # A wheel that cannot zoom out any further is the page's.
+        # A wheel that cannot zoom out any further scrolls the page.
         before = self.script("return window.scrollY")
         self.wheel("#wall", point, 300)
         self.wait(lambda: self.script("return window.scrollY") > before, "the page scrolls")
@@ -582,7 +583,7 @@ class RunPage(PageTest):
         chosen = set()
         for x, y in (marks[0], marks[len(marks) // 2], marks[-1]):
             self.one("#whole-run").click()
-            self.wait(self.yellow_marks, "they are drawn anew")
+            self.wait(self.yellow_marks, "they are drawn again")
             self.to_point("#time", (x + 1, y + 1)).click().perform()
             self.wait_for_facts(", starved", f"{self.chosen_clock():,}")
             (display, column, row), _ = self.pixel_facts()
@@ -597,7 +598,7 @@ class RunPage(PageTest):
         runs = [(clock, frame, display, y, x) for clock, display, _, frame, y, x in sorted(
             (starts[frame, display] + y * WIDTH + first + renderer, display, renderer, frame, y, first)
             for frame, display, renderer, y, first, _ in self.starved_runs(self.report))]
-        self.assertLess(len({clock for clock, *_ in runs}), len(runs))  # some are of the same clock
+        self.assertLess(len({clock for clock, *_ in runs}), len(runs))  # some have the same clock
 
         def stepped(button, times):
             return [tuple(place) for place in self.script("""
@@ -613,7 +614,7 @@ class RunPage(PageTest):
                 return places;""", button, times)]
         self.assertEqual(runs, stepped("next-glitch", len(runs)))
         self.assertEqual(runs[:-1][::-1], stepped("previous-glitch", len(runs) - 1))
-        # Of a later frame, from a clock between two frames.
+        # From a clock between two frames the next one is in the later frame.
         self.one("#whole-run").click()
         Select(self.one("#group")).select_by_visible_text("of display 2")
         self.scroll_to("#time")
@@ -628,7 +629,7 @@ class RunPage(PageTest):
     def test_the_command_makes_the_waveform_of_the_clock(self):
         folder = self.folder / "waveform"
         folder.mkdir()
-        # Also of a page for results, which stay as they are, where a run would leave its own.
+        # The same for a page made from results. These stay as they are, although a run would write to their folder.
         results = results_of(self.scenario, folder / "out" / self.scenario.stem)
         before = {path.name: path.read_bytes() for path in results.iterdir()}
         for page, scenario in ((self.starving_page, self.scenario),
@@ -646,7 +647,7 @@ class RunPage(PageTest):
             self.assertTrue(first <= clock <= last, (first, clock, last))
             self.assertGreater((folder / "out" / "waveform" / "trace.vcd").stat().st_size, 1000)
         self.assertEqual(before, {path.name: path.read_bytes() for path in results.iterdir()})
-        # Where the clock is out of sight, or all of the run in sight, the window is one about the clock.
+        # If the clock is out of sight, or the whole run in sight, the command's window lies around the clock.
         for look_away in (lambda: self.one("#time").send_keys(Keys.END), self.one("#whole-run").click):
             look_away()
             window = re.search(r"cycles:(\d+)-(\d+)", self.text_of("#command"))
@@ -721,7 +722,7 @@ class RunPage(PageTest):
 
     # ---------------------------------------------------------------------------------------------------- the page
 
-    def test_names_are_no_markup(self):
+    def test_names_are_not_markup(self):
         names = [HOSTILE_RENDERER, HOSTILE, "quote \" ' ` $(touch hostile)", "-- & <b>"]
         scenario = flat(self.folder, "z", names, name=HOSTILE_SCENARIO)
         settings = ("--set", f"renderers.3.name={json.dumps(names[3])}")
@@ -738,7 +739,7 @@ class RunPage(PageTest):
                 self.assertIn(name, self.one(place).get_attribute("textContent"), place)
         self.scroll_to("#wall")
         self.to_point("#wall", self.wall_point(0, 5, 5)).perform()
-        self.wait(lambda: self.pixel_facts()[0], "a pixel is told")
+        self.wait(lambda: self.pixel_facts()[0], "a pixel is described")
         self.to_point("#wall", self.wall_point(0, 5, 5)).click().perform()
         self.one("#clock-details summary").click()
         for name in names:
@@ -836,7 +837,7 @@ class RunPage(PageTest):
         self.assertEqual(expected, shown)
         self.assertEqual(expected_pictures, pictures)
         self.assertEqual([], data["remarks"])
-        # A report that is another run's is told of.
+        # The page says so if the report is that of another run.
         other = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         other["core_cycles"] += 1
         (folder / "report.json").write_text(json.dumps(other), encoding="utf-8")

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""A sweep by the scheduler Slurm, started for the purpose on this machine, against the same sweep in one go.
+"""Compares a sweep by the scheduler Slurm, started for the test on this machine, with the same sweep in one run.
 
 usage: tb/cluster/cluster_test.py [--node-dies] [--points COUNT] PROGRAM
 
 Submits a sweep as an array of shards to two nodes, kills one of its jobs, stops the command, starts it again, and
 compares the export of the merged results, byte by byte, with that of an undisturbed sweep. With --node-dies one node's
-daemon is killed, too: its job lives on while Slurm starts it again elsewhere, so both write; that takes some minutes.
+daemon is killed, too. Its job lives on while Slurm starts it again elsewhere, so both write; that takes some minutes.
 At the end nothing of Slurm is left running.
 """
 
@@ -30,7 +30,7 @@ bus: {burst_pixels: 2}
 renderers:
   - frames: [{image: view.ppm, z: 0, viewport: {x: 0, y: 0}}]
 """
-# The last width is none: points that make no scenario have their reasons.
+# The last width is not legal: points without a valid scenario have their reasons.
 SWEEP = """
 scenario: scenario.yaml
 axes:
@@ -60,7 +60,7 @@ class Cluster:
         return [str(self.program), *map(str, arguments)]
 
     def run(self, *arguments, status=0):
-        """A command of the program; what it prints."""
+        """Runs a command of the program; returns what it prints."""
         done = subprocess.run(self.command(*arguments), cwd=self.folder, env=self.slurm.environment,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False,
                               timeout=TIMEOUT_SECONDS)
@@ -103,7 +103,7 @@ def check_interrupted(cluster, node_dies):
     cluster.wait_until(lambda: len(cluster.parts()) >= 2, "the first parts", process)
     cluster.wait_until(cluster.jobs, "a job at work", process)
     job = cluster.jobs()[0][0]
-    # As memory that runs out, or an administrator, would.
+    # As the system does when memory runs out, or an administrator.
     cluster.slurm.run("scancel", "--signal=KILL", "--full", job)
     if node_dies:
         node = cluster.jobs()[-1][1]
@@ -119,7 +119,7 @@ def check_interrupted(cluster, node_dies):
     expect(process.returncode == 130, f"stopped: status {process.returncode}: {said}")
     expect("goes on from here" in said, f"stopped: {said}")
     cluster.wait_until(lambda: not cluster.slurm.run("squeue", "--me", "--noheader").strip(), "no job is left")
-    # What is there by now counts, and says that it is not all.
+    # The parts so far can be merged, and the merge says that points are missing.
     said = cluster.run("merge", "all.db.parts", "-o", "some.db", status=6)
     expect("missing: " in said, said)
     return int(re.search(r"(\d+) points?,", said).group(1))
@@ -141,12 +141,12 @@ def check_goes_on(cluster, ended, expected):
     expect(ran <= cluster.points, f"{ran} simulations for {cluster.points} points")
     expect(ended + ran >= cluster.points, f"{ended} points were there and {ran} were run of {cluster.points}")
     expect(cluster.export("all") == expected, "the merged results are not those of the undisturbed sweep")
-    # Again and again.
+    # Merging and sweeping again change nothing.
     said = cluster.run("merge", "all.db.parts", "all.db", "-o", "all.db")
     expect(f"{cluster.points} points, 0 of them new" in said, said)
     expect(cluster.export("all") == expected, "merging again changes the results")
     said = cluster.run(*cluster.sweep_arguments())
-    # Points that make no scenario are tried again, as a sweep does; there is nothing else to do.
+    # Points without a valid scenario are tried again, as in any sweep; there is nothing else to do.
     expect(f"{cluster.points} points, 0 of them new" in said, said)
     for log in (cluster.folder / "all.db.parts").glob("shard-*.log"):
         again = int(re.findall(r"(\d+) simulations", log.read_text())[-1])
@@ -154,7 +154,7 @@ def check_goes_on(cluster, ended, expected):
 
 
 def check_site_options(cluster):
-    """What Slurm does not take is said in one line."""
+    """An option that Slurm refuses is reported in one line."""
     said = cluster.run("sweep", "sweep.yaml", "--slurm", 2, "-o", "other.db", "--sbatch=--partition=nowhere", status=2)
     expect("partition" in said and len(said.splitlines()) == 1, said)
 

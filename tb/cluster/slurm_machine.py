@@ -11,7 +11,7 @@ import subprocess
 import time
 
 SECONDS_TO_START = 30
-# Debian has daemons where users do not look.
+# Debian keeps daemons outside of a user's PATH.
 DAEMON_PATH = "/usr/sbin:/sbin"
 
 CONFIGURATION = """\
@@ -133,19 +133,19 @@ class SlurmMachine:
         raise RuntimeError(f"{what} is not there after {SECONDS_TO_START} s: see {self.folder}")
 
     def run(self, *command):
-        """What a command of Slurm prints; nothing if it fails."""
+        """Runs a command of Slurm; returns what it prints, or nothing if it fails."""
         return subprocess.run(command, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                               text=True, check=False).stdout
 
     def kill_node(self, node):
-        """Its slurmd only, as a crash would: the node's job lives on."""
+        """Kills its slurmd only, as a crash would: the node's job lives on."""
         process = self.processes.pop(node)
         process.send_signal(signal.SIGKILL)
         process.wait()
 
     def stop(self):
         self.run("scancel", "--me", "--signal=KILL")
-        # Jobs first, which outlive a node that is gone.
+        # Jobs first, since they outlive a node that is gone.
         for pid in self._processes_of_jobs():
             try:
                 os.kill(pid, signal.SIGKILL)
@@ -167,7 +167,7 @@ class SlurmMachine:
                 pass
 
     def _processes_of_jobs(self):
-        """Those that have this Slurm in their environment or on their command line, but for this process."""
+        """The processes that have this Slurm in their environment, except for this one and the daemons."""
         mark = f"SLURM_CONF={self.folder}/slurm.conf".encode()
         own = {os.getpid()} | {process.pid for process in self.processes.values()}
         pids = []

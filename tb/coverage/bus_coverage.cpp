@@ -45,7 +45,8 @@ void BusCoverage::take_table_beat(const rtl::BusBeat& beat) {
     const BusTableGoals& goals = goals_.table;
     if (beat.kind == rtl::BusBeat::Kind::kFrameStart) {
         ++frames_;
-        // The beat was driven one edge ago, at the first one that read TABLEREADY high, if nothing lies between.
+        // The beat was driven one edge ago, at the first edge that read TABLEREADY high, if nothing on the way delays
+        // either.
         const bool direct = bus_loop_cycles(scenario_.bus, scenario_.memory) == 0;
         if (frames_ > 2 && direct)
             (tableready_two_before_ ? goals.goes_at_once : goals.waits_for_tableready).hit();
@@ -103,7 +104,7 @@ void BusCoverage::take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& 
     }
     goals_.burst.several_rows_in_a_beat.hit_if(beat.first % row.sdx + beat.count > row.sdx);
     clocks_since_pixels_ = 0;
-    // Behind a cut more beats may come; the last one on a narrow bus no longer announces the rest.
+    // After a cut more beats may come; on a narrow bus the last of them no longer announces the rest.
     if (destination.beats_of_burst() == 1) burst_cut_ = false;
     if (beat.remaining == 0) {
         if (!burst_cut_) end_burst(row, beat);
@@ -115,7 +116,7 @@ void BusCoverage::take_pixels(const rtl::BusBeat& beat, const ComposerCoverage& 
     }
 }
 
-/// The page that is open is that of the beat before: the bus shows every access.
+/// Whether the open page is that of the beat before, since the bus shows every access.
 bool BusCoverage::pages_show() const { return scenario_.memory.banks == 1 && !scenario_.memory.shared(); }
 
 void BusCoverage::start_burst(const rtl::BusBeat& beat, std::int64_t page) {

@@ -87,8 +87,8 @@ class BusCoverage {
     /// renderer: from 0. Goals and scenario must outlive it.
     BusCoverage(const BusGoals& goals, const Scenario& scenario, std::size_t renderer);
 
-    /// A clock of the bus. `destination` has sampled the same beat already; null unless it carries pixels for a
-    /// composer that is in step. `tableready`: every composer can take a table.
+    /// A clock of the bus. `destination` has sampled the same beat already; null unless the beat carries pixels for a
+    /// composer that is in step. `tableready`: every composer can receive a table.
     void clock(const rtl::BusBeat& beat, const ComposerCoverage* destination, bool tableready);
 
     /// Frames whose tables have been sent.

@@ -81,7 +81,7 @@ void ColumnCoverage::cover_start(const ColumnWires& wires,
 void ColumnCoverage::cover_stall(const ColumnWires& wires,
                                  const std::vector<const ComposerCoverage*>& composers,
                                  const std::vector<const BusCoverage*>& buses) {
-    // For the sake of a composer that lacks a pixel, and not of a fault.
+    // Stalled for a composer that lacks a pixel, and not only by a fault.
     stalled_ =
         wires.column_stall && std::find(wires.stall.begin(), wires.stall.end(), true) != wires.stall.end();
     if (!stalled_) {

@@ -71,8 +71,8 @@ struct ColumnGoals : GoalSet {
     AverageGoals average{coverage};
 };
 
-/// What stands on a column's wires at a core clock edge, before the edge. One entry for each composer and, at the end,
-/// one for the output framebuffer, from the top.
+/// The values of a column's wires at a core clock edge, before the edge, from the top. One entry for each composer and,
+/// at the end, one for the output framebuffer.
 struct ColumnWires {
     std::vector<bool> pipeready;   ///< raised by the composer, at the end by the output framebuffer
     std::vector<bool> startframe;  ///< into the composer
@@ -87,7 +87,7 @@ class ColumnCoverage {
     /// display: from 1. Goals and scenario must outlive it.
     ColumnCoverage(const ColumnGoals& goals, const Scenario& scenario, int display);
 
-    /// A core clock edge. The composers, from the top, and the buses have sampled the edge before already.
+    /// A core clock edge. The composers, from the top, and the buses have already sampled the edge before it.
     void clock_edge(const ColumnWires& wires, const std::vector<const ComposerCoverage*>& composers,
                     const std::vector<const BusCoverage*>& buses);
 
@@ -106,7 +106,7 @@ class ColumnCoverage {
     void cover_starved(const std::vector<const ComposerCoverage*>& composers);
     void cover_average(const rtl::PipePixel& pixel);
 
-    /// What a composer's PIPEREADY goes by, at the edge sampled last.
+    /// What a composer's PIPEREADY depends on, at the edge sampled last.
     struct Readiness {
         bool below = false;
         bool prefetched = false;
@@ -122,7 +122,7 @@ class ColumnCoverage {
     std::vector<bool> below_now_;  ///< PIPEREADY from below, at the edge before
     bool bottom_ready_ = false;
     std::int64_t bottom_ready_edge_ = -1;
-    bool back_to_back_ = false;  ///< the latest frame, behind the one before it
+    bool back_to_back_ = false;  ///< the latest frame, directly after the one before it
     bool started_ = false;
     bool running_ = false;
     bool stalled_ = false;

@@ -45,7 +45,7 @@ void ComposerCoverage::clock_edge(const ComposerWires& wires) {
     has_inputs_ = true;
     const monitors::ComposerInputs& inputs = wires.inputs;
     if (inputs.bus.kind == rtl::BusBeat::Kind::kNone) {
-        bus_.kind = rtl::BusBeat::Kind::kNone;  // most clocks: no words need be copied
+        bus_.kind = rtl::BusBeat::Kind::kNone;  // in most clocks: nothing need be copied
     } else {
         bus_ = inputs.bus;
     }
@@ -70,7 +70,7 @@ void ComposerCoverage::sample_edge(const ComposerWires& outputs) {
     cover_buffer();
 }
 
-/// Takes the edge. False if the composer is not, or need not be, where it is expected any more.
+/// Follows the edge. False if the composer is no longer, or need no longer be, where it is expected.
 bool ComposerCoverage::step(const ComposerWires& outputs) {
     const int frame_before = frame();
     const int received_before = observer_.frames_received();
@@ -96,7 +96,8 @@ bool ComposerCoverage::step(const ComposerWires& outputs) {
 }
 
 bool ComposerCoverage::competes() const {
-    // A burst seen now was driven at the edge before, and granted there or as long ago as its first word may take.
+    // A burst sampled now was driven at the edge before. It was granted there, or earlier by as long as its first word
+    // may take.
     const std::int64_t since_grant = 1 + longest_beat_gap_cycles(scenario_);
     return in_step_ && observer_.missing_pixels() > 0 && ready_clocks_ > since_grant;
 }
@@ -111,7 +112,7 @@ bool ComposerCoverage::next_is_last() const {
     return next_position() == std::int64_t{raster_width_} * raster_height_ - 1;
 }
 
-/// The place in the composer's memory, which is written in a circle, of pixel k of the frame that is composited.
+/// The address of pixel k of the composited frame in the composer's memory, which is written in a circle.
 std::int64_t ComposerCoverage::address_of(std::int64_t k) const {
     const std::int64_t before = written_before_[static_cast<std::size_t>(frame()) % written_before_.size()];
     return (before + k) % scenario_.composer.buffer_pixels;
@@ -236,7 +237,7 @@ void ComposerCoverage::cover_beat(std::int64_t late) {
     }
 }
 
-/// The beat tells, by its frame and place, that a frame's start or a table row has not come.
+/// The beat shows, by its frame and index, that a frame's start or a table row has not come.
 void ComposerCoverage::cover_lost_table(std::int64_t frames_missed) {
     using Lost = LostTableGoals::Lost;
     using ToldBy = LostTableGoals::ToldBy;
@@ -268,7 +269,7 @@ void ComposerCoverage::cover_table_end() {
 }
 
 void ComposerCoverage::cover_pixels(std::int64_t late) {
-    // On a narrow bus the beat that was moving comes when its burst has been given up on.
+    // On a narrow bus the beat that was moving comes after its burst has been given up.
     const bool behind_cut = burst_cut_ && clocks_since_beat_ == cycles_per_beat(scenario_.bus);
     clocks_since_beat_ = 0;
     if (announced_ == 0 && !behind_cut) {

@@ -13,7 +13,7 @@
 
 namespace metabuffer::coverage {
 
-/// How a local pixel's Z stands to the one from upstream.
+/// How a local pixel's Z compares with that of the one from upstream.
 enum class Relation : std::uint8_t { kNearer, kFarther, kTie };
 /// Of a pixel.
 enum class Alpha : std::uint8_t { kTransparent, kOpaque, kBetween };
@@ -174,7 +174,7 @@ struct ComposerGoals : GoalSet {
     LostTableGoals lost_table{coverage};
 };
 
-/// What stands on a composer's wires at a core clock edge, before the edge.
+/// The values of a composer's wires at a core clock edge, before the edge.
 struct ComposerWires {
     monitors::ComposerInputs inputs;
     const rtl::PipePixel& pipe_out;
@@ -183,18 +183,18 @@ struct ComposerWires {
 };
 
 /// Follows one composer by its wires: what its buffer holds, which local pixel meets which upstream one, where bursts
-/// are cut and where it starves. A monitors::ComposerObserver tells what the composer must hold; what an edge has done
-/// is seen at the next one, by the outputs. A composer whose wires are not as expected, or that has lost a table, is
-/// not sampled any further.
+/// are cut and where it starves. A monitors::ComposerObserver knows what the composer must hold. The outputs show at
+/// the next edge what an edge has done. A composer whose wires are not as expected, or that has lost a table, is not
+/// sampled any further.
 class ComposerCoverage {
   public:
     /// renderer: from 0; display: from 1. Goals and scenario must outlive it.
     ComposerCoverage(const ComposerGoals& goals, const Scenario& scenario, std::size_t renderer, int display);
 
-    /// Samples the edge before, whose outputs these wires are, and keeps this edge's inputs.
+    /// Samples the edge before, after which the outputs have these values, and keeps this edge's inputs.
     void clock_edge(const ComposerWires& wires);
 
-    // What stands behind the edge sampled last, and what it did.
+    // The state after the edge sampled last, and what that edge did.
     bool in_step() const { return in_step_; }
     bool running() const { return observer_.running(); }
     int frame() const { return observer_.frame(); }
@@ -234,7 +234,7 @@ class ComposerCoverage {
 
     std::int64_t next_position() const;
     bool next_is_last() const;
-    /// The bus has begun to send a frame behind one that is not over.
+    /// The bus has begun to send a frame while the one before is not over.
     bool two_frames() const { return !observer_.has_room_for_table(); }
     std::int64_t address_of(std::int64_t k) const;
     int cut_cycles() const { return busready_cut_cycles(scenario_.bus, scenario_.memory); }
@@ -269,7 +269,7 @@ class ComposerCoverage {
     int announced_ = 0;
     int beats_of_burst_ = 0;
     std::int64_t clocks_since_beat_ = 0;
-    int cut_clocks_ = 0;  ///< BUSREADY has been taken back: what comes in these clocks is the burst's last
+    int cut_clocks_ = 0;  ///< BUSREADY has been taken back: beats in these clocks are the burst's last
     int beats_behind_cut_ = 0;
     bool burst_before_cut_ = false;
     bool burst_cut_ = false;
@@ -287,7 +287,7 @@ class ComposerCoverage {
     std::int64_t kept_ = 0;            ///< pixels since reset
     std::int64_t kept_of_newest_ = 0;  ///< of the frame whose table came last
     std::int64_t written_ = 0;  ///< pixels since reset, those too late included: the write address moves on
-    std::array<std::int64_t, 2> written_before_{};  ///< a frame, by its number's parity
+    std::array<std::int64_t, 2> written_before_{};  ///< a frame, by the parity of its number
 };
 
 }  // namespace metabuffer::coverage

@@ -13,7 +13,7 @@
 #include "coverage.h"
 #include "scenario/names.h"
 
-// How goals are declared, in the header of the file that hits them: as members of a group, which is made with the
+// Goals are declared in the header of the file that hits them. They are members of a group, which is made with the
 // Coverage that they belong to.
 //
 //     struct BurstGoals : CoverGroup {
@@ -26,7 +26,7 @@
 
 namespace metabuffer::coverage {
 
-/// One goal, for who hits it. Its Coverage must outlive it.
+/// One goal, for the code that hits it. Its Coverage must outlive it.
 class Bin {
   public:
     explicit Bin(Goal& goal) : goal_(&goal) {}
@@ -77,7 +77,7 @@ Axis<Enum> every(const std::string& before = "", const std::string& behind = "")
     return axis;
 }
 
-/// Numbers of a list, by their digits.
+/// Numbers of a list, named by their digits.
 template <typename List>
 Axis<int> numbers(const List& list, const std::string& behind = "") {
     Axis<int> axis;

@@ -9,7 +9,7 @@
 
 namespace metabuffer::coverage {
 
-/// Which group of goals: things of one kind that must each have happened in a test before the testbench is trusted.
+/// A group of goals: things of one kind that must each have happened in a test before the testbench is trusted.
 struct GroupTitle {
     const char* name;     ///< "bus/burst"
     const char* meaning;  ///< one line for the report
@@ -21,7 +21,7 @@ struct Goal {
     std::int64_t count = 0;
 };
 
-/// All goals, group by group. They are declared to it by the cover groups of those that hit them (cover_group.h).
+/// All goals, group by group. The cover groups of the code that hits them declare them (cover_group.h).
 class Coverage {
   public:
     struct Group {
@@ -47,7 +47,7 @@ class Coverage {
     std::set<std::string> full_names_;
 };
 
-/// What stands between the names of group and goal. No group's name holds it.
+/// Stands between the names of group and goal. No group's name holds it.
 constexpr const char* kBehindGroup = ": ";
 
 inline std::string full_name(const std::string& group, const std::string& goal) {

@@ -92,7 +92,7 @@ void append_record(const std::filesystem::path& file, const Record& record) {
     text << kTest << record.test << '\n';
     for (const auto& [goal, count] : record.counts) text << count << ' ' << goal << '\n';
     text << kEnd << '\n';
-    std::error_code ignored;  // the stream tells of it
+    std::error_code ignored;  // the stream then fails
     std::filesystem::create_directories(file.parent_path(), ignored);
     std::ofstream out(file, std::ios::app);
     out << text.str() << std::flush;

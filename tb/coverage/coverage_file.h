@@ -24,15 +24,15 @@ struct Record {
 
 Record record_of(const std::string& test, const Coverage& coverage);
 
-/// Adds a record to a file, which is made if it is not there. A record is text:
+/// Adds a record to a file, which is created if it does not exist. A record is text:
 ///     test NAME
 ///     COUNT GROUP: BIN      a line for each goal that was reached
 ///     end
 /// Throws CoverageFileError.
 void append_record(const std::filesystem::path& file, const Record& record);
 
-/// Throws CoverageFileError for a file that is damaged: a goal that is none of `goals`, a count that is none, a record
-/// without its end.
+/// Throws CoverageFileError for a damaged file: a goal that is not in `goals`, a count that is not a number above 0, a
+/// record without its end.
 std::vector<Record> read_records(const std::filesystem::path& file, const Coverage& goals);
 
 }  // namespace metabuffer::coverage

@@ -15,8 +15,8 @@ class MachineCoverage;
 /// Every goal that a test of a machine can hit, none of them hit.
 void declare_machine_goals(Coverage& coverage);
 
-/// Coverage of a machine in a test, if METABUFFER_COVERAGE=DIR asks for it: what was counted goes to a file of the
-/// process in DIR when the object goes. Outside of that nothing is built and nothing is sampled.
+/// Coverage of a machine in a test, if METABUFFER_COVERAGE=DIR asks for it. When the object is destroyed, the counts go
+/// to a file of the process in DIR. Without the variable nothing is built and nothing is sampled.
 class CoverageRecorder {
   public:
     CoverageRecorder(rtl::Metabuffer& machine, const Scenario& scenario);

@@ -18,7 +18,7 @@ class MergedCoverage {
         std::string first_test;  ///< the first by name; empty if none has reached it
     };
 
-    /// The goals, whatever their counts, must outlive it.
+    /// The goals must outlive it; their counts do not matter.
     explicit MergedCoverage(const Coverage& goals) : goals_(goals) {}
 
     void add(const Record& record);

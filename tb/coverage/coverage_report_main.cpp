@@ -45,7 +45,7 @@ int report(const Options& options) {
 
 }  // namespace
 
-// Nothing is simulated, but the samplers, which declare the goals, look at signals.
+// Nothing is simulated, but the samplers, which declare the goals, refer to SystemC's signals.
 int sc_main(int argc, char** argv) {
     CLI::App app{
         "Merges functional coverage and reports what is missing.\n"

@@ -54,7 +54,7 @@ class CoverageReport(unittest.TestCase):
         self.report(0, "--text", self.directory / "report.txt", "--json", self.directory / "report.json")
         self.assertIn("whole: 2, first in one", (self.directory / "report.txt").read_text())
 
-    def test_bad_input_is_told_in_a_line(self):
+    def test_bad_input_is_reported_in_a_line(self):
         (self.counts / "2.coverage").write_text("test one\n2 bus/burst: whole\n")  # cut short
         done = self.report(0)
         self.assertEqual(done.returncode, BAD_INPUT)

@@ -17,7 +17,7 @@ void DisplayCoverage::clock_edge(const DisplayWires& wires) {
     if (wires.vsync && !vsync_) ++dvi_frames_;
     vsync_ = wires.vsync;
     if (wires.swaplock && !swaplock_) cover_swaplock(wires);
-    // FRAMEDONE falls as the swap is seen; SWAPSKIP, with it, a clock later at the earliest.
+    // FRAMEDONE falls when the swap is seen, and SWAPSKIP with it, so the value of the edge before counts.
     if (!wires.swaplock && swaplock_) cover_swap(swapskip_);
     swaplock_ = wires.swaplock;
     swapskip_ = wires.swapskip;

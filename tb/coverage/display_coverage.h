@@ -25,7 +25,7 @@ struct SwapGoals : CoverGroup {
     Bin swapped_after_kept = bin("swapped after one that was kept");
 };
 
-/// What stands on the display side's wires at a core clock edge, before the edge.
+/// The values of the display side's wires at a core clock edge, before the edge.
 struct DisplayWires {
     std::vector<bool> framedone;
     bool swaplock = false;

@@ -17,8 +17,8 @@ struct HandshakeGoals : CoverGroup {
     Cross<rtl::Handshake> held{*this, every<rtl::Handshake>()};
 };
 
-/// Follows the handshakes that have a fault on their way: which of them their readers have seen otherwise than their
-/// blocks drove them.
+/// Follows the handshakes that pass through a fault: which of them a reader has seen with another value than its block
+/// drove.
 class HandshakeCoverage {
   public:
     /// Goals and faults must outlive it.

@@ -5,7 +5,7 @@
 namespace metabuffer::coverage {
 namespace {
 
-/// A request takes a few clocks to the link's side: a bus idle for longer has asked and waits.
+/// A request takes a few clocks to the link's side: a bus that is idle for longer has asked and waits.
 constexpr std::int64_t kAskedClocks = 16;
 
 }  // namespace

@@ -24,14 +24,14 @@ struct PairGoals : CoverGroup {
     Bin waits_for_pair_under_way = bin("free-running, waits for the pair under way");
 };
 
-/// Follows what a renderer's decoder tells and what its framebuffer makes of it: why a frame shows a fresh pair or
+/// Follows what a renderer's decoder reports and what its framebuffer does with it: why a frame shows a fresh pair or
 /// the last one again.
 class LinkCoverage {
   public:
     /// Goals and scenario must outlive it.
     LinkCoverage(const PairGoals& goals, const Scenario& scenario) : goals_(goals), scenario_(scenario) {}
 
-    /// The decoder tells something.
+    /// The decoder reports something.
     void event(const rtl::DecoderEvent& event, const BusCoverage& bus);
     /// The bus has begun to send frame `frame`, from 0.
     void frame_starts(int frame);

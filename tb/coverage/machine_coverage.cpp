@@ -59,7 +59,7 @@ MachineCoverage::MachineCoverage(const sc_core::sc_module_name& name, rtl::Metab
     SC_METHOD(core_edge);
     sensitive << machine_.core_clk().posedge_event();
     dont_initialize();
-    // Not by a clock: a fault can give a link one of its own.
+    // Not by a clock, since a fault can give a link its own.
     SC_METHOD(link_events);
     for (std::size_t r = 0; r < renderers_; ++r) sensitive << machine_.wires().event[r];
     dont_initialize();
@@ -93,7 +93,7 @@ void MachineCoverage::sample_composers() {
     }
 }
 
-/// Composers have just sampled the edge before, so the buses' beats of that edge are looked at.
+/// The composers have just sampled the edge before, so the buses' beats of that edge are sampled now.
 void MachineCoverage::sample_buses() {
     rtl::Wires& wires = machine_.wires();
     for (std::size_t r = 0; r < renderers_; ++r) {
@@ -120,7 +120,7 @@ void MachineCoverage::sample_buses() {
     }
 }
 
-/// A burst begins: whether another composer of the bus wanted it too.
+/// A burst begins: samples whether another composer of the bus wanted it too.
 void MachineCoverage::sample_competition(std::size_t renderer, const ComposerCoverage& granted) {
     const auto frame = static_cast<std::size_t>(buses_[renderer].frames()) - 1;
     if (frame >= contested_.size() || contested_[frame]) return;

@@ -18,7 +18,7 @@
 
 namespace metabuffer::coverage {
 
-/// How a display's clock stands to the core clock.
+/// How a display's clock compares with the core clock.
 enum class ClockRatio : std::uint8_t { kSlowerByWholeFactor, kSlower, kEqual, kFaster, kFasterByWholeFactor };
 
 /// Of two periods, both above 0.
@@ -84,7 +84,7 @@ class MachineCoverage final : public sc_core::sc_module {
     MachineCoverage(const sc_core::sc_module_name& name, rtl::Metabuffer& machine, const Scenario& scenario);
     SC_HAS_PROCESS(MachineCoverage);
 
-    /// The run has ended: counts what scenario and report tell.
+    /// The run has ended: counts what scenario and report show.
     void finished(const RunReport& report);
 
     const Coverage& counts() const { return coverage_; }
@@ -114,7 +114,7 @@ class MachineCoverage final : public sc_core::sc_module {
     std::vector<ColumnCoverage> columns_;
     DisplayCoverage display_;
     HandshakeCoverage handshakes_;
-    std::vector<const sc_core::sc_signal<bool>*> stalls_;  ///< by composer, as it drives it itself
+    std::vector<const sc_core::sc_signal<bool>*> stalls_;  ///< by composer, as the composer drives it
     std::vector<ColumnWires> column_wires_;                ///< as read at this edge
     std::vector<std::vector<const ComposerCoverage*>> column_composers_;  ///< by display, from the top
     DisplayWires display_wires_;

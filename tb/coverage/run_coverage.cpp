@@ -26,7 +26,7 @@ bool has_fault(const Scenario& scenario, FaultKind kind) {
                        [kind](const Fault& fault) { return fault.kind == kind; });
 }
 
-/// The cause that a fault is rejected for, if a frame is.
+/// The cause for which a fault's frame is rejected, if it is.
 std::optional<RejectCause> cause_of(FaultKind kind) {
     switch (kind) {
         case FaultKind::kMagic:
@@ -260,7 +260,7 @@ class RunCoverage {
         }
     }
 
-    /// Who shows where in one frame, and how segments follow each other.
+    /// Which renderers show where in one frame, and how segments follow each other.
     void cover_frame(const FrameRecord& frame) {
         std::vector<std::vector<Segment>> segments(static_cast<std::size_t>(scenario_.displays.count()));
         for (std::size_t r = 0; r < scenario_.renderers.size(); ++r) {
@@ -353,7 +353,7 @@ class RunCoverage {
         return report_.renderers[renderer].rejected_frames[static_cast<std::size_t>(cause)];
     }
 
-    /// A fault of a pair that the run did not come to, or of a clock behind its end, has done nothing.
+    /// A fault of a pair that the run did not reach, or of a clock after its end, has had no effect.
     bool struck(const Fault& fault) const {
         return !is_on_link(fault.kind) ? fault.from_cycle < report_.core_cycles
                                        : static_cast<int>(fault.pair) < scenario_.frames;

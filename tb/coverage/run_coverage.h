@@ -57,7 +57,7 @@ struct ModeGoals : CoverGroup {
     Cross<Pacing, Arbitration> arbitration{*this, every<Pacing>(), every<Arbitration>()};
 };
 
-/// Of a pixel clock, beside the core clock.
+/// A pixel clock compared with the core clock.
 enum class Speed : std::uint8_t { kSlower, kEqual, kFaster };
 
 struct ClockGoals : CoverGroup {
@@ -265,8 +265,8 @@ struct RunGoals : GoalSet {
     OverlapGoals overlap{coverage};
 };
 
-/// Counts what the scenario and the report of a run at level rtl, which has ended, tell of it: modes, clocks, tables
-/// and segments of the frames composited, pacing, faults. What only its wires tell is MachineCoverage's.
+/// Counts what the scenario and the report of a finished run at level rtl show: modes, clocks, tables and segments of
+/// the frames composited, pacing, faults. MachineCoverage counts what only the wires show.
 void cover_run(const RunGoals& goals, const Scenario& scenario, const RunReport& report);
 
 }  // namespace metabuffer::coverage

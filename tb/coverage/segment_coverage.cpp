@@ -69,7 +69,7 @@ void cover_segment(const TableGoals& goals, const Scenario& scenario, const View
                                              capacity == row.sdx + scenario.composer.ready_space_pixels);
 }
 
-/// What broke the rule of a row that was rejected for it.
+/// Counts how a rejected row broke the rule.
 void cover_defect(const RejectedRowGoals& goals, const Scenario& scenario, const Renderer& renderer,
                   const ViewportRow& row, RowDefect defect) {
     goals.defect(defect).hit();

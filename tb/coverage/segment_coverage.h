@@ -13,7 +13,7 @@ namespace metabuffer::coverage {
 enum class Side : std::uint8_t { kLeft, kRight, kTop, kBottom };
 constexpr std::array<Side, 4> kSides{Side::kLeft, Side::kRight, Side::kTop, Side::kBottom};
 
-/// behind: what of the side.
+/// behind: the text after the side's name.
 Axis<Side> sides(const std::string& behind);
 
 struct ShareGoals : CoverGroup {
@@ -59,7 +59,7 @@ struct PhaseGoals : CoverGroup {
         : CoverGroup(coverage, {"composer/phase",
                                 "how much of the outermost replicated pixels each side of the raster cuts"}) {
     }
-    /// Up to this Dmultiple every way in which the raster can cut a replicated pixel is a goal of its own.
+    /// Up to this Dmultiple every way in which the raster can cut a replicated pixel is its own goal.
     static constexpr int kLargestMultiple = 4;
     using Phase = std::tuple<int, Side, int>;  ///< Dmultiple, side, raster lines cut
     static Axis<Phase> phases();

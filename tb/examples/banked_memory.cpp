@@ -9,7 +9,7 @@
 #include "scenario/scenario_loader.h"
 #include "tlm/metabuffer.h"
 
-// A memory of the architect's own in the machine: what do more banks save?
+// The architect's own memory in the machine: what do more banks save?
 
 namespace metabuffer::examples {
 namespace {

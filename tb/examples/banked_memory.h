@@ -13,9 +13,9 @@
 
 namespace metabuffer::examples {
 
-/// An architect's own memory between input framebuffer and page timing: several banks, pages dealt out to them
-/// in turn, one page open in each. A burst that comes back to a source row a few rows later finds its page
-/// still open. With one bank it is the machine's own memory.
+/// An architect's own memory between input framebuffer and page timing: several banks, which get the pages in turn,
+/// with one page open in each. A burst that comes back to a source row a few rows later finds its page still open. With
+/// one bank it is the machine's own memory.
 ///
 /// Between frames the banks close their pages, as the machine's memory does.
 class BankedMemory final : public sc_core::sc_module {
@@ -36,7 +36,7 @@ class BankedMemory final : public sc_core::sc_module {
 
     void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
         auto& access = tlm::content_of<tlm::MemoryAccess>(payload);
-        if (access.write) {  // the link has ports of its own here
+        if (access.write) {  // the link has its own ports here
             payload.set_response_status(::tlm::TLM_OK_RESPONSE);
             return;
         }
@@ -61,7 +61,7 @@ class BankedMemory final : public sc_core::sc_module {
     std::vector<std::int64_t> open_page_;
 };
 
-/// A machine that counts only, with such memories.
+/// Options for a machine that counts only, with such memories.
 inline tlm::Metabuffer::Options with_banks(int banks) {
     tlm::Metabuffer::Options options;
     options.images = false;

@@ -5,7 +5,7 @@
 
 namespace metabuffer::fuzz {
 
-/// Takes numbers from the front of a fuzz test's input, little-endian; zeros behind its end.
+/// Reads numbers from the front of a fuzz test's input, little-endian; zeros after its end.
 class ByteReader {
   public:
     ByteReader(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}

@@ -1,5 +1,5 @@
-// libFuzzer: whatever a link brings instead of a control scanline is decoded or rejected, never misread, and
-// whatever table it holds is split into rows that stand and rows that are dropped. scripts/fuzz runs it.
+// libFuzzer: whatever a link brings instead of a control scanline is decoded or rejected, never misread. Whatever table
+// it holds is split into valid rows and dropped rows. scripts/fuzz runs it.
 
 #include <zlib.h>
 
@@ -21,8 +21,8 @@ std::size_t u16_at(const Bytes& bytes, std::size_t offset) {
     return bytes[offset] | static_cast<std::size_t>(bytes[offset + 1]) << 8;
 }
 
-/// Makes the bytes a scanline that passes for good as far as magic, version and CRC go: no mutation would get
-/// there by chance. Returns false if the counts lead out of the scanline.
+/// Makes magic, version and CRC of the bytes right: no mutation would get there by chance. Returns false if the counts
+/// lead beyond the scanline.
 bool made_plausible(Bytes& bytes) {
     constexpr std::uint8_t kMagic[] = {'M', 'B', 'U', 'F'};
     if (bytes.size() < kControlHeaderBytes) return false;
@@ -36,7 +36,7 @@ bool made_plausible(Bytes& bytes) {
     crc = crc32(crc, bytes.data() + kControlHeaderBytes, static_cast<uInt>(end - kControlHeaderBytes));
     for (int i = 0; i < 4; ++i)
         bytes[static_cast<std::size_t>(kControlCrcOffset + i)] = static_cast<std::uint8_t>(crc >> (8 * i));
-    // The rest of a scanline is zero; a decoder need not look.
+    // The rest of a scanline is zero; a decoder need not check it.
     std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(end), bytes.end(), std::uint8_t{0});
     return true;
 }

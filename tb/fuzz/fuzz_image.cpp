@@ -1,5 +1,5 @@
-// libFuzzer: whatever bytes stand where a scenario names an image, the loader returns pixels or says on one line what
-// is wrong with the file, and the libraries that it asks say nothing themselves. scripts/fuzz runs it.
+// libFuzzer: whatever bytes an image file holds, the loader returns pixels or reports on one line what is wrong with
+// the file. The libraries that it asks print nothing themselves. scripts/fuzz runs it.
 
 #include <OpenImageIO/imageio.h>
 #include <sys/mman.h>
@@ -35,13 +35,13 @@ const test::ScratchDirectory& folder() {
     return scratch;
 }
 
-/// Formats are told by a file's first bytes but for Targa, whose uncompressed true-colour files begin with these.
+/// A file's first bytes give its format, except for Targa, whose uncompressed true-colour files begin with these.
 const char* file_name(std::string_view bytes) {
     using namespace std::string_view_literals;
     return bytes.substr(0, 3) == "\0\0\x02"sv ? "image.tga" : "image";
 }
 
-/// Takes what is written to the standard output and error while it lives.
+/// Captures what is written to the standard output and error while it lives.
 class OutputCapture {
   public:
     OutputCapture() {
@@ -56,7 +56,7 @@ class OutputCapture {
         restore();
         close(caught_);
     }
-    /// What was written so far; nothing more is taken.
+    /// What was written so far; nothing more is captured.
     std::string text() {
         restore();
         std::string text(static_cast<std::size_t>(lseek(caught_, 0, SEEK_END)), '\0');
@@ -81,8 +81,8 @@ class OutputCapture {
     std::array<int, 2> saved_{-1, -1};
 };
 
-/// An image of a size that the loader takes, but large: it takes long and is the same again. One that is larger than
-/// any that can be right is not passed over, for it must be refused.
+/// An image of a size that the loader accepts, but large: it takes long and shows nothing new. One that is larger than
+/// any valid one is not skipped, for it must be refused.
 bool is_large(const std::filesystem::path& file) {
     constexpr double kLargeBytes = 4e6;
     constexpr double kLargestBytes = 8192.0 * 8192.0 * 5 * sizeof(double);
@@ -96,8 +96,8 @@ bool is_large(const std::filesystem::path& file) {
     }
 }
 
-/// OpenEXR makes room for as much as an attribute says to hold, up to 2 GB, before it finds that the file is shorter.
-/// No failure, but it would take all the time.
+/// OpenEXR allocates as much as an attribute says to hold, up to 2 GB, before it finds that the file is shorter. This
+/// is not a failure, but it would take all the time.
 bool has_long_attribute(std::string_view bytes) {
     constexpr std::size_t kFirstAttribute = 8;
     constexpr std::uint32_t kLongBytes = 1U << 20U;
@@ -126,7 +126,7 @@ void check_pixels(const PixelImage& image, DepthFormat format) {
     }
 }
 
-/// libpng says what is wrong in words of its own too, and OpenImageIO has no way to stop it. No other library does.
+/// libpng prints its own messages, too, and OpenImageIO cannot stop it. No other library does.
 std::string without_libpng_lines(const std::string& text) {
     std::istringstream lines(text);
     std::string rest;
@@ -197,14 +197,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
 }
 
-/// libpng leaves its readers by a long jump, over what they would free.
+/// libpng leaves its readers by a long jump, past the code that would free their memory.
 extern "C" const char*
 __asan_default_options() {  // NOLINT(bugprone-reserved-identifier): the sanitizer's name
     return "detect_leaks=0";
 }
 
-/// A library's words are caught by taking the standard error's place, where libFuzzer speaks too: have it, and
-/// complaints, use a copy.
+/// A library's messages are captured at the standard error, where libFuzzer prints, too. So libFuzzer and complaints()
+/// use a copy.
 extern "C" int LLVMFuzzerInitialize(int* argument_count, char*** arguments) {
     metabuffer::fuzz::complaints() = fdopen(dup(STDERR_FILENO), "w");
     OIIO::attribute("threads", 1);

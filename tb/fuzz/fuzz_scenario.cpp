@@ -13,8 +13,7 @@
 
 namespace {
 
-/// A folder for the scenarios' images, with tiny ones in it, so that what comes after the images is reached,
-/// and quickly.
+/// A folder for the scenarios' images, with tiny ones in it, so that the code after the images is reached, and quickly.
 class ImageFolder {
   public:
     ImageFolder() {

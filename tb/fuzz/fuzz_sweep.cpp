@@ -30,7 +30,7 @@ class ScenarioFolder {
     metabuffer::test::ScratchDirectory scratch_;
 };
 
-/// Large plans are the same again and take long.
+/// Large plans take long and show nothing new.
 bool is_small(const SweepDescription& sweep) {
     constexpr std::size_t kMostPlanned = 200;
     std::size_t points = 1;

@@ -1,6 +1,6 @@
-// libFuzzer: arbitrary rows against arbitrary limits. Which rows stand and why the others do not, as this file works
-// it out for itself; where the pixels of those that stand lie, against painting them one by one; and the tables of
-// the host's side, against asking for each pixel of the wall. scripts/fuzz runs it.
+// libFuzzer: arbitrary rows against arbitrary limits. This file works out for itself which rows are valid and why the
+// others are not. It paints the pixels of valid rows one by one to check where they lie. It checks the tables of the
+// host's side for each pixel of the wall. scripts/fuzz runs it.
 
 #include <algorithm>
 #include <cstddef>
@@ -27,9 +27,9 @@ constexpr int kLargestPaintedRaster =
     32;  ///< pixels a side; beyond, painting takes long and shows nothing new
 constexpr std::size_t kMostRows = 40;
 
-// ---- which rows stand ----
+// ---- which rows are valid ----
 
-/// Some of the `multiple` raster lines from `first` on lie on the raster. Counted, not computed.
+/// Some of the `multiple` raster lines from `first` on lie on the raster. Counted one by one, not computed.
 bool shows(std::int64_t first, std::int64_t multiple, std::int64_t raster) {
     for (std::int64_t line = first; line < first + multiple; ++line) {
         if (line >= 0 && line < raster) return true;
@@ -61,12 +61,12 @@ RowDefect expected_defect(const ViewportRow& row, const ViewportLimits& limits,
         !ends_show(row.dy, row.sdy, row.dmultiple, limits.raster_height_pixels)) {
         return RowDefect::kDestination;
     }
-    // What is repeated stays in the buffer, and the next slot must find room beside it.
+    // What is repeated stays in the buffer, and the next slot must find room in the rest.
     const int kept = row.dmultiple == 1 ? 0 : row.sdx;
     return kept + limits.ready_space_pixels > limits.buffer_pixels ? RowDefect::kBuffer : RowDefect::kNone;
 }
 
-/// Returns the rows that stand.
+/// Returns the valid rows.
 ViewportTable check_validation(const ViewportTable& table, const ViewportLimits& limits) {
     const ValidatedTable validated = validate_table(table, limits);
     ViewportTable standing;
@@ -97,7 +97,7 @@ void check_uses(const Segment& segment, const PaintedSegment& painted, test::Siz
     std::vector<std::int64_t> releases(static_cast<std::size_t>(positions), 0);  // at each position
     EXPECT(segment.pixels() == static_cast<std::int64_t>(painted.first.size()));
     for (std::size_t k = 0; k < painted.first.size(); ++k) {
-        // Of a row that stands every pixel shows somewhere.
+        // Every pixel of a valid row shows somewhere.
         EXPECT(painted.last[k] != PaintedSegment::kNone);
         EXPECT(segment.first_use(static_cast<std::int64_t>(k)) == painted.first[k]);
         EXPECT(segment.last_use(static_cast<std::int64_t>(k)) == painted.last[k]);
@@ -143,7 +143,7 @@ void check_segment(const ViewportRow& row, test::Size raster) {
 
 constexpr std::int64_t kNothing = -1;
 
-/// The image pixel that the wall shows at one place; kNothing if it shows none.
+/// The image pixel that the wall shows at a position; kNothing if it shows none.
 std::int64_t image_pixel_at(const Viewport& viewport, const ViewportLimits& limits, std::int64_t x,
                             std::int64_t y) {
     if (x < viewport.x || y < viewport.y) return kNothing;
@@ -175,7 +175,7 @@ void check_splitter(const Viewport& viewport, const DisplayWall& wall, ViewportL
     try {
         table = split_viewport(viewport, limits.image_width_pixels, limits.image_height_pixels, wall);
     } catch (const std::invalid_argument& error) {
-        // Of an image and a wall of this size every number fits its field.
+        // With an image and a wall of this size every number fits its field.
         EXPECT(!multiple_is_right);
         metabuffer::fuzz::expect_one_clear_line(error);
         return;
@@ -194,7 +194,7 @@ void check_splitter(const Viewport& viewport, const DisplayWall& wall, ViewportL
     }
 }
 
-/// A size that is small, and so can be painted, or any.
+/// A small size, which can be painted, or any size.
 int size_of(ByteReader& bytes, bool small) {
     return 1 + (small ? bytes.u8() % kLargestPaintedRaster : bytes.u16());
 }

@@ -10,7 +10,7 @@
 #include "tools/exploration/figures.h"
 #include "tools/exploration/sweep_plan.h"
 
-// The words that the tables of keys and figures have, as a dictionary for libFuzzer:
+// Prints the words of the tables of keys and figures as a dictionary for libFuzzer:
 //   fuzz_words scenario|sweep
 
 using namespace metabuffer;

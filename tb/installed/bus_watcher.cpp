@@ -1,4 +1,4 @@
-// Runs a scenario at level rtl with a monitor of its own on the first bus.
+// Runs a scenario at level rtl with its own monitor on the first bus.
 #include <rtl/metabuffer.h>
 #include <rtl/run.h>
 #include <rtl/wires.h>

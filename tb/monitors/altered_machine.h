@@ -19,9 +19,9 @@ namespace metabuffer::test {
 
 constexpr std::int64_t kPeriodPicoseconds = 10'000;  ///< of all clocks
 
-/// A second set of a machine's wires, which monitors bind to instead: at each falling edge of the clock it takes on
-/// what stands on the machine's, and a test may then change one of them, so that a legal run shows one mistake. All
-/// clocks of the machine must be one.
+/// A second set of a machine's wires, to which monitors bind instead. At each falling edge of the clock it copies the
+/// machine's wires. A test may then change one of them, so that a legal run shows one mistake. All clocks of the
+/// machine must be equal.
 class AlteredWires final : public sc_core::sc_module {
   public:
     /// edge: the rising edge that will sample what is written.
@@ -67,8 +67,8 @@ constexpr int kAlteredFrames = 3;
 constexpr int kAlteredWidth = 8;
 constexpr int kAlteredHeight = 6;
 
-/// Two displays, two renderers that cover the first one: of renderer 1 all pixels are at Z = 50, of renderer 2 every
-/// other one is nearer. Each pair has an image of its own, none of its pixels black.
+/// Two displays, and two renderers that cover the first one. All pixels of renderer 1 are at Z = 50; every other pixel
+/// of renderer 2 is nearer. Each pair has its own image, without black pixels.
 inline Scenario altered_scenario() {
     Scenario scenario = small_scenario(kAlteredWidth, kAlteredHeight, 2);
     scenario.frames = kAlteredFrames;
@@ -135,7 +135,7 @@ class AlteredMachine {
     std::vector<monitors::Violation> violations;
 };
 
-/// Where a DVI link is, from what it shows: clocks and lines since VSYNC fell last.
+/// The position in a DVI link's frame, from its signals: clocks and lines since VSYNC fell last.
 class LinkPosition {
   public:
     explicit LinkPosition(const DviTiming& timing) : timing_(timing) {}

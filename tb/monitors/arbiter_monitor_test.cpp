@@ -14,7 +14,7 @@
 using namespace metabuffer;
 using namespace metabuffer::test;
 
-// Each rule of docs/monitors.md is broken once by an arbiter, played by the test, that breaks no other before it.
+// An arbiter, played by the test, breaks each rule of docs/monitors.md once, and no other rule before it.
 namespace {
 
 constexpr int kRows = 3;
@@ -22,7 +22,7 @@ constexpr int kEnd = 40;
 constexpr int kStart = 10;  ///< the edge that sees the frame's start
 constexpr int kAsk = 12;    ///< the first at which the bus asks
 
-/// What the lines are at an edge.
+/// The lines at an edge.
 struct Lines {
     bool take = false;
     std::vector<bool> usable{true, true, true};  ///< ready; pixels are always left
@@ -263,7 +263,7 @@ TEST_CASE("arbiter monitor: a slow arbiter that answers a clock too late", "[mon
 }
 
 TEST_CASE("arbiter monitor: no answer before the slot table is built", "[monitors]") {
-    // Four slots, a clock each behind the edge that sees the start.
+    // Four slots, a clock each after the edge that samples the start.
     ArbiterBench bench(Arbitration::kIrsa, 0, SlotTableMaker::kBuilt);
     for (int clock = kAsk; clock < kStart + 1 + 4; ++clock) bench.at(clock).search = true;
     bench.grants(kStart + 1 + 4, 0, 0);

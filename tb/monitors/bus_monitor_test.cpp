@@ -13,7 +13,7 @@
 using namespace metabuffer;
 using namespace metabuffer::test;
 
-// Each rule of docs/monitors.md is broken once in a stream that breaks no other before it.
+// A stream breaks each rule of docs/monitors.md once, and no other rule before it.
 namespace {
 
 using rtl::BusBeat;
@@ -81,7 +81,7 @@ struct BusBench {
         beats[clock] = beat;
     }
     void misname(int clock, std::uint32_t frame) { beats.at(clock).frame = frame; }
-    /// A frame's start at clock 10 and two rows of 4 x 2 pixels behind it.
+    /// A frame's start at clock 10, and two rows of 4 x 2 pixels after it.
     void put_table() {
         beats[10] = BusBeat::frame_start(0, false);
         beats[11] = BusBeat::table_row(0, 0, row(1), false);
@@ -187,7 +187,7 @@ TEST_CASE("bus monitor: the frames' numbers go on", "[monitors]") {
     CHECK(bench.monitor.frames_started() == kFrames);
 }
 
-TEST_CASE("bus monitor: a row names its place in the table", "[monitors]") {
+TEST_CASE("bus monitor: a row names its index in the table", "[monitors]") {
     BusBench bench;
     bench.put_frame();
     bench.beats[12].first = 2;
@@ -204,7 +204,7 @@ TEST_CASE("bus monitor: a table row that is late", "[monitors]") {
     bench.violations.check_only("bus/table", "BUS_1", 12, 0);
 }
 
-TEST_CASE("bus monitor: a row behind the last of its table", "[monitors]") {
+TEST_CASE("bus monitor: a row after the last of its table", "[monitors]") {
     BusBench bench;
     bench.put_table();
     bench.beats[11] = BusBeat::table_row(0, 0, BusBench::row(1), true);
@@ -282,7 +282,7 @@ TEST_CASE("bus monitor: a beat carries what the width and the page allow", "[mon
     bench.violations.check_first("bus/count", "BUS_1", 26, 0);
 }
 
-TEST_CASE("bus monitor: a beat tells what is behind it", "[monitors]") {
+TEST_CASE("bus monitor: a beat announces what comes after it", "[monitors]") {
     BusBench bench;
     bench.put_frame();
     bench.put(17, 1, 2, 3);
@@ -314,7 +314,7 @@ TEST_CASE("bus monitor: a pixel that comes twice", "[monitors]") {
     bench.violations.check_only("bus/order", "BUS_1", 31, 0);
 }
 
-TEST_CASE("bus monitor: a pixel behind its segment's last", "[monitors]") {
+TEST_CASE("bus monitor: a pixel after its segment's last", "[monitors]") {
     BusBench bench;
     bench.put_frame();
     bench.put(34, 1, 8, 0);
@@ -365,7 +365,7 @@ TEST_CASE("bus monitor: BUSREADY counts at the clock of the grant, before the pa
     bench.violations.check_none();
 }
 
-/// An arbiter that answers two clocks behind the one whose BUSREADY it looks at; the first is that of clock 12.
+/// An arbiter that answers two clocks after the one in which it samples BUSREADY; the first is clock 12.
 struct SlowArbiterBus : BusBench {
     SlowArbiterBus() : BusBench(slow_arbiter()) { put_table(); }
 
@@ -421,7 +421,7 @@ struct RefreshedBus : BusBench {
     }
 };
 
-TEST_CASE("bus monitor: a page whose opening a refresh breaks off is opened behind the refresh",
+TEST_CASE("bus monitor: a page whose opening a refresh breaks off is opened after the refresh",
           "[monitors]") {
     RefreshedBus bench;
     bench.put_burst(20 + 4 + 3 + 1);
@@ -447,7 +447,7 @@ TEST_CASE("bus monitor: a burst may have been granted in any clock of the refres
     bench.violations.check_none();
 }
 
-TEST_CASE("bus monitor: a burst behind a refresh that was granted in no clock with BUSREADY high",
+TEST_CASE("bus monitor: a burst after a refresh that was granted in no clock with BUSREADY high",
           "[monitors]") {
     RefreshedBus bench;
     bench.put_burst(28);
@@ -457,14 +457,14 @@ TEST_CASE("bus monitor: a burst behind a refresh that was granted in no clock wi
     bench.violations.check_only("bus/busready", "BUSREADY_1_1", 48, 0);
 }
 
-TEST_CASE("bus monitor: a burst that begins with a word of a refresh's clock", "[monitors]") {
+TEST_CASE("bus monitor: a burst whose first word was read during a refresh", "[monitors]") {
     RefreshedBus bench;
     bench.put(24, 1, 0, 4);
     bench.run();
     bench.violations.check_first("bus/pace", "BUS_1", 24, 0);
 }
 
-TEST_CASE("bus monitor: a burst that goes on behind a low BUSREADY", "[monitors]") {
+TEST_CASE("bus monitor: a burst that goes on after a low BUSREADY", "[monitors]") {
     BusBench bench;
     bench.put_frame();
     bench.busready_1_low = {17};
@@ -472,7 +472,7 @@ TEST_CASE("bus monitor: a burst that goes on behind a low BUSREADY", "[monitors]
     bench.violations.check_first("bus/busready", "BUSREADY_1_1", 21, 0);
 }
 
-TEST_CASE("bus monitor: a low BUSREADY in a burst gives the slot on in the same clock", "[monitors]") {
+TEST_CASE("bus monitor: a low BUSREADY in a burst passes the slot on in the same clock", "[monitors]") {
     BusBench bench;
     bench.put_table();
     bench.put(16, 1, 0, 4);
@@ -498,7 +498,7 @@ TEST_CASE("bus monitor: BUSREADY is about the next slot while the rest of a burs
     bench.violations.check_none();
 }
 
-TEST_CASE("bus monitor: a composer is passed over behind a burst of one beat", "[monitors]") {
+TEST_CASE("bus monitor: a composer is passed over after a burst of one beat", "[monitors]") {
     BusBench bench(bus_scenario(2));
     bench.put_table();
     bench.put(16, 1, 0, 0);
@@ -529,7 +529,7 @@ struct NarrowBus : BusBench {
         beats[18] = BusBeat::table_row(0, 0, row(1), true);
         put(25, 1, 0, 5, 1);
         put(29, 1, 1, 4, 1);
-        // BUSREADY low at 31 stops the burst while the next pixel moves, which so becomes its last.
+        // BUSREADY low at 31 stops the burst while the next pixel moves, and that pixel becomes its last.
         busready_1_low = {31};
         put(33, 1, 2, 0, 1);
     }
@@ -541,15 +541,14 @@ struct NarrowBus : BusBench {
 
 namespace {
 
-/// Bursts of one composer, by the timing table: the words of a beat were read `latency` clocks before the one that put
-/// them on the bus, and the composer is passed over until its BUSREADY counts a burst's last beat.
+/// Bursts of one composer, by the timing table. The words of a beat were read `latency` clocks before the clock that
+/// put them on the bus. The composer is passed over until its BUSREADY counts a burst's last beat.
 struct DelayedBusBench : BusBench {
     static constexpr int kLatency = 2;
     static constexpr int kStages = 1;
     static constexpr int kLoop = kLatency + 2 * kStages;
-    static constexpr int kFirst = 16 + kLatency;  ///< edge that samples the first beat
-    static constexpr int kSecond =
-        17 + kLatency + 1 + kLoop + 3 + 1;  ///< and the first one of the burst behind
+    static constexpr int kFirst = 16 + kLatency;                       ///< edge that samples the first beat
+    static constexpr int kSecond = 17 + kLatency + 1 + kLoop + 3 + 1;  ///< and that of the next burst
 
     DelayedBusBench() : BusBench(with_delays()) {
         beats[10 + kLatency] = BusBeat::frame_start(0, false);
@@ -591,8 +590,8 @@ TEST_CASE("bus monitor: a composer whose BUSREADY has not come back all the way 
     bench.violations.check_only("bus/passed-over", "BUSREADY_1_1", DelayedBusBench::kSecond - 1, 0);
 }
 
-/// The grant of the second burst: its page is opened for three clocks, and a word is on the bus a clock and the latency
-/// behind its read.
+/// The grant of the second burst. Its page is opened for three clocks. A word is on the bus a clock and the latency
+/// after its read.
 constexpr int kDelayedGrant = DelayedBusBench::kSecond - 1 - DelayedBusBench::kLatency - 3;
 
 TEST_CASE("bus monitor: BUSREADY counts at the clock of the grant, not while the words come", "[monitors]") {
@@ -659,7 +658,7 @@ TEST_CASE("bus monitor: the last beat of a stopped burst says so", "[monitors]")
     bench.violations.check_only("bus/remaining", "BUS_1", 33, 0);
 }
 
-TEST_CASE("bus monitor: a composer is passed over behind a stopped beat", "[monitors]") {
+TEST_CASE("bus monitor: a composer is passed over after a stopped beat", "[monitors]") {
     NarrowBus bench;
     bench.put(37, 1, 3, 4, 1);
     bench.run();
@@ -708,7 +707,7 @@ TEST_CASE("bus monitor: with shared ports a beat may come later, for the link's 
     bench.violations.check_none();
 }
 
-TEST_CASE("bus monitor: with shared ports, too, a beat comes within the longest wait", "[monitors]") {
+TEST_CASE("bus monitor: with shared ports too a beat comes within the longest wait", "[monitors]") {
     SharedPortsBus bench;
     bench.put(16, 1, 0, 4);
     bench.run();

@@ -13,7 +13,7 @@
 using namespace metabuffer;
 using namespace metabuffer::test;
 
-// A composer that keeps its rules, and wires to its monitor that the test falsifies for one clock.
+// A composer that keeps its rules. The test falsifies a wire to its monitor for one clock.
 namespace {
 
 constexpr int kWidth = 8;
@@ -23,7 +23,7 @@ constexpr int kEnd = kStart + kRaster + 12;
 /// The edge that samples raster pixel i as it leaves the composer.
 constexpr int leaving(int i) { return kStart + 2 + i; }
 
-/// A signal that a monitor watches: what the composer drives, but for some clocks.
+/// A signal that a monitor watches: what the composer drives, except for some clocks.
 template <typename Value>
 class Tap {
   public:
@@ -99,7 +99,7 @@ struct MonitorBench {
 
 rtl::PipePixel pixel(std::uint64_t word, bool lost = false) { return {Pixel(word), true, lost}; }
 
-/// What the composer passes on where its segment does not lie, at raster place i.
+/// What the composer passes on where its segment does not lie, at raster position i.
 rtl::PipePixel passed(int i, bool lost = false) { return pixel(ComposerBench::upstream(i).word(), lost); }
 
 }  // namespace
@@ -199,7 +199,7 @@ TEST_CASE("composer monitor: STARTFRAME out of nothing", "[monitors]") {
 
 namespace {
 
-/// A PIPEMASTER whose PIPEREADY stands behind edge 9: it answers at 10, for edge 11 to read.
+/// A PIPEMASTER whose PIPEREADY is high after edge 9: it answers at 10, for edge 11 to read.
 struct MasterBench : MonitorBench {
     MasterBench() : MonitorBench(composer_scenario(), Strap::kMaster) {
         put_frame();
@@ -274,14 +274,14 @@ TEST_CASE("composer monitor: BUSREADY in a burst stays high while two beats fit"
     MonitorBench bench(scenario);
     bench.put_frame();
     bench.composite();
-    // Behind edge 6 there are three pixels held and three to come: more than one beat, four places.
+    // After edge 6 three pixels are held and three are to come: more than one beat. There is room for four.
     bench.busready.instead[7] = false;
     bench.run();
     bench.violations.check_only("composer/busready", "BUSREADY", 7, 0);
 }
 
 TEST_CASE(
-    "composer monitor: what was announced of a burst is over when no beat has come for a page miss and a "
+    "composer monitor: an announced burst is over when no beat has come for a page miss and a "
     "beat",
     "[monitors]") {
     Scenario scenario = composer_scenario();
@@ -290,7 +290,7 @@ TEST_CASE(
     bench.dut.put_table(2, {table_row(1, {0, 0}, {3, 2}, {1, 1})});
     bench.dut.put_pixels(4, 0, 1, 5);
     bench.dut.put_pixels(5, 1, 1, 4);
-    // Until then BUSREADY is about the burst, for which there is room; behind it about a slot, for which there just is.
+    // Until then BUSREADY is about the burst, for which there is room; after it about a slot, which just fits.
     const int over = 5 + scenario.memory.page_miss_cycles + 1;
     bench.busready.instead[over + 4] = false;
     bench.run();
@@ -377,7 +377,7 @@ TEST_CASE("composer monitor: no fault raises STALL in glitch mode", "[monitors]"
 
 namespace {
 
-/// Pixel 4 is needed at raster place 18, composited at the edge kNeeded, and comes four clocks late.
+/// Pixel 4 is needed at raster position 18, composited at the edge kNeeded, and comes four clocks late.
 struct StallBench : MonitorBench {
     static constexpr int kNeeded = kStart + 19;
     static constexpr int kLate = 4;
@@ -407,7 +407,8 @@ TEST_CASE("composer monitor: a column that stalls by the rules breaks none", "[m
     CHECK(bench.monitor.counters().stalled_cycles == StallBench::kLate);
 }
 
-TEST_CASE("composer monitor: STALL stands one clock before a missing pixel is needed", "[monitors]") {
+TEST_CASE("composer monitor: STALL is high one clock before a pixel that has not come is needed",
+          "[monitors]") {
     StallBench bench;
     bench.stall.instead[StallBench::kNeeded] = false;
     bench.run();
@@ -430,7 +431,7 @@ TEST_CASE("composer monitor: a STARTFRAME that moves on while the column stands 
 
 namespace {
 
-/// The composer itself tells of what the bus does wrong; here its monitor is to.
+/// The composer itself reports what the bus does wrong; here its monitor must report it.
 void let_the_composer_go_on() {
     sc_core::sc_report_handler::set_actions("/metabuffer/composer/protocol", sc_core::SC_DO_NOTHING);
 }
@@ -492,7 +493,7 @@ TEST_CASE("composer monitor: PIPEREADY taken back before STARTFRAME", "[monitors
     bench.violations.check_only("pipeready/taken-back", "PIPEREADY", 12, 0);
 }
 
-TEST_CASE("composer monitor: PIPEREADY that stands behind STARTFRAME", "[monitors]") {
+TEST_CASE("composer monitor: PIPEREADY that stays high after STARTFRAME", "[monitors]") {
     MonitorBench bench;
     bench.put_frame();
     bench.composite();
@@ -544,7 +545,7 @@ TEST_CASE("composer monitor: a handshake that a fault of the scenario holds low"
     bench.violations.check_only("composer/tableready", "TABLEREADY", 13, 0);
 }
 
-TEST_CASE("composer observer: what over and the alpha key make of every pair of alphas", "[monitors]") {
+TEST_CASE("composer observer: the results of over and the alpha key for every pair of alphas", "[monitors]") {
     // The observer's arithmetic against rounding by hand, in floating point.
     for (const CompositionRow& composition : kCompositionTable) {
         Scenario scenario = small_scenario(16, 16);

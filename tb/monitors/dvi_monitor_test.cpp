@@ -73,7 +73,7 @@ struct Bench : AlteredMachine {
     void check_output(const std::string& rule) {
         run();
         check_first(rule, "DVI_OUT_1", "dvi_out", edge, 1);
-        CHECK(violations.size() == 1);  // it looks on from the next frame
+        CHECK(violations.size() == 1);  // it checks again from the next frame on
         CHECK(output.frames_seen() > 2);
     }
 };
@@ -202,7 +202,7 @@ TEST_CASE("DVI monitor: an input link comes up with one vertical sync", "[monito
     bench.check_first("dvi/vsync", "DVI_IN_1", "dvi_in", bench.edge, -1);
 }
 
-TEST_CASE("DVI monitor: frames that the scenario spoils are legal and those behind them are looked at",
+TEST_CASE("DVI monitor: frames that the scenario corrupts are legal and those after them are checked",
           "[monitors]") {
     const auto other_faults = {FaultKind::kMissing, FaultKind::kDelay, FaultKind::kRepeated, FaultKind::kCrc};
     std::vector<FaultKind> kinds(std::begin(kLineFaults), std::end(kLineFaults));

@@ -11,7 +11,7 @@
 using namespace metabuffer;
 using namespace metabuffer::test;
 
-// Each rule of docs/monitors.md is broken once by a composer or a FIFO, both played by the test, that breaks no other.
+// A composer or a FIFO, both played by the test, breaks each rule of docs/monitors.md once, and no other rule.
 namespace {
 
 constexpr int kCapacity = 20;  // of 32 addresses
@@ -27,7 +27,7 @@ struct FifoMonitorBench {
     sc_core::sc_signal<std::uint64_t> word;
     sc_core::sc_signal<std::uint32_t> free;
     monitors::FifoMonitor monitor;
-    // What the wires are from an edge on.
+    // The values of the wires from an edge on.
     std::map<int, std::uint64_t> words;
     std::map<int, std::uint32_t> frees;
 
@@ -66,7 +66,7 @@ struct FifoMonitorBench {
         bench.core.drive(release, clock, rtl::FifoRelease{oldest, newest});
         bench.core.drive(release, clock + 1, rtl::FifoRelease{});
     }
-    /// A stream by the rules: eight pixels come, two are read, three go, six come and are given up.
+    /// A stream by the rules: eight pixels come, two are read, three are released, six come and are given up.
     void put_stream() {
         put(3, 28, 8);
         frees[4] = 12;
@@ -117,7 +117,7 @@ TEST_CASE("fifo monitor: a pixel is read that has not come", "[monitors]") {
     bench.violations.check_only("fifo/read", "composer_1_1.fifo.read", 20, -1);
 }
 
-TEST_CASE("fifo monitor: a pixel is read that has been let go of", "[monitors]") {
+TEST_CASE("fifo monitor: a pixel is read that has been released", "[monitors]") {
     FifoMonitorBench bench;
     bench.put_stream();
     bench.get(12, 30);
@@ -125,7 +125,7 @@ TEST_CASE("fifo monitor: a pixel is read that has been let go of", "[monitors]")
     bench.violations.check_only("fifo/read", "composer_1_1.fifo.read", 12, -1);
 }
 
-TEST_CASE("fifo monitor: more is let go of than is held", "[monitors]") {
+TEST_CASE("fifo monitor: more pixels are released than are held", "[monitors]") {
     FifoMonitorBench bench;
     bench.put_stream();
     bench.let_go(20, 4, 2);
@@ -141,7 +141,7 @@ TEST_CASE("fifo monitor: another word than the one that was written", "[monitors
     bench.violations.check_only("fifo/word", "composer_1_1.fifo.word", 6, -1);
 }
 
-TEST_CASE("fifo monitor: a word that does not stand until the next read", "[monitors]") {
+TEST_CASE("fifo monitor: a word that does not stay until the next read", "[monitors]") {
     FifoMonitorBench bench;
     bench.put_stream();
     bench.words[30] = 0;

@@ -12,7 +12,7 @@ using namespace metabuffer;
 using namespace metabuffer::test;
 using Catch::Contains;
 
-TEST_CASE("machine monitors: a report that tells something else than the wires", "[monitors]") {
+TEST_CASE("machine monitors: a report that differs from the wires", "[monitors]") {
     const Scenario scenario = altered_scenario();
     rtl::Metabuffer machine("machine", scenario);
     monitors::ViolationLog log;
@@ -54,7 +54,7 @@ TEST_CASE("machine monitors: without a listener a violation is an error of its r
     CHECK(log.count() == 1);
 }
 
-TEST_CASE("machine monitors: every rule has a name of its own and is documented", "[monitors]") {
+TEST_CASE("machine monitors: every rule has its own name and is documented", "[monitors]") {
     const std::vector<std::string>& rules = monitors::machine_rules();
     CHECK(std::set<std::string>(rules.begin(), rules.end()).size() == rules.size());
     std::ifstream file(METABUFFER_SOURCE_DIRECTORY "/docs/monitors.md");

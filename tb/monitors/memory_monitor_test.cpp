@@ -11,8 +11,7 @@
 using namespace metabuffer;
 using namespace metabuffer::test;
 
-// Each rule of docs/monitors.md is broken once by a bus port, a link or a memory, played by the test, that breaks no
-// other.
+// A bus port, a link or a memory, played by the test, breaks each rule of docs/monitors.md once, and no other rule.
 namespace {
 
 using Kind = rtl::MemoryCommand::Kind;
@@ -100,7 +99,7 @@ struct MemoryMonitorBench {
     void run() { bench.run_through(kEnd); }
 };
 
-/// A memory with shared ports, of which the link has brought eight words of device 1, two blocks: words 32 to 39.
+/// A memory with shared ports. The link has brought eight words of device 1, which are two blocks: words 32 to 39.
 struct SharedMemoryBench : MemoryMonitorBench {
     SharedMemoryBench() : MemoryMonitorBench(shared()) {
         // Written by clock 16, and read after that.
@@ -148,7 +147,7 @@ TEST_CASE("memory monitor: a stream by the rules breaks none", "[monitors]") {
     CHECK(bench.monitor.words_read() == 5);
 }
 
-TEST_CASE("memory monitor: so does one with a read latency", "[monitors]") {
+TEST_CASE("memory monitor: a stream by the rules with a read latency breaks none", "[monitors]") {
     MemoryMonitorBench bench(memory_scenario(3));
     bench.put_stream();
     bench.run();
@@ -279,7 +278,7 @@ TEST_CASE("memory monitor: words of the link that are written with another mask"
     bench.violations.check_only("memory/write", "frame_memory_1.command", 13, -1);
 }
 
-TEST_CASE("memory monitor: words of the link that are written as others", "[monitors]") {
+TEST_CASE("memory monitor: words of the link that are written with other values", "[monitors]") {
     SharedMemoryBench bench;
     bench.send(10, Kind::kActivate, 4);
     bench.write_words(13, 4, {0, 1}, {100, 102});

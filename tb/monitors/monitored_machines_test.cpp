@@ -74,7 +74,7 @@ void check_counters(const MonitoredMachine& machine) {
     CHECK(drop == machine.machine().first_busready_drop_cycle());
     CHECK(starved == machine.machine().first_starved_cycle());
     for (std::size_t r = 0; r < machine.renderers(); ++r) {
-        // What is on its way as a reset begins does not come: the monitors have looked at how much that may be.
+        // What is on its way when a reset begins does not come: the monitors have checked how much that may be.
         const std::vector<Fault>& faults = machine.scenario().faults;
         if (std::any_of(faults.begin(), faults.end(),
                         [](const Fault& fault) { return fault.kind == FaultKind::kReset; })) {

@@ -47,7 +47,7 @@ struct PipelineBench {
     sc_core::sc_signal<bool> pipeready{"PIPEREADY"};
     monitors::PipelineMonitor monitor;
 
-    // A frame by the rules. The lower stage is a clock behind the upper one, and the output framebuffer reads
+    // A frame by the rules. The lower stage works a clock after the upper one, and the output framebuffer reads
     // STARTFRAME from it.
     std::array<Clocks, 2> startframe{{{kStart}, {kStart + 1}}};
     std::array<Clocks, 2> valid{
@@ -109,7 +109,7 @@ TEST_CASE("pipeline monitor: a pixel that a stage adds", "[monitors]") {
     bench.violations.check_first("pipeline/skew", "PIPE_2", kStart + 1, -1);
 }
 
-TEST_CASE("pipeline monitor: a pixel that a stage swallows", "[monitors]") {
+TEST_CASE("pipeline monitor: a pixel that a stage drops", "[monitors]") {
     PipelineBench bench;
     bench.valid[1].erase(kStart + 5);
     bench.run();
@@ -124,7 +124,7 @@ TEST_CASE("pipeline monitor: a bubble in the raster", "[monitors]") {
     bench.violations.check_only("pipeline/bubble", "PIPE_2", kStart + 5, 0);
 }
 
-TEST_CASE("pipeline monitor: a pixel behind the raster", "[monitors]") {
+TEST_CASE("pipeline monitor: a pixel after the raster", "[monitors]") {
     PipelineBench bench;
     bench.in_both(bench.valid, kStart + 1 + kRaster, true);
     bench.run();
@@ -183,7 +183,7 @@ TEST_CASE("pipeline monitor: counts the clocks of COLUMNSTALL, with no frame the
     const auto stall = [&bench](int first, int clocks) {
         for (int clock = first; clock < first + clocks; ++clock) bench.stall.insert(clock);
     };
-    stall(kEnd - 12, 12);  // longer than the monitor goes on looking where nothing moves
+    stall(kEnd - 12, 12);  // longer than the monitor goes on checking where nothing moves
     stall(kEnd + 20, 3);   // while it sleeps
     bench.bench.run_through(kEnd + 40);
     bench.violations.check_none();

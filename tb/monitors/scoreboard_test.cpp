@@ -74,7 +74,7 @@ TEST_CASE("scoreboard: a right machine is found right and everything has been co
 
 TEST_CASE("scoreboard: a wrong pixel is traced back to the composer that put it out", "[monitors]") {
     Bench bench;
-    // Raster pixel 3,2 has place 19 and shows source pixel 3,2, number 51: odd, so the comb is behind the plane.
+    // Raster pixel 3,2 is at position 19 and shows source pixel 3,2, number 51: odd, so the comb is behind the plane.
     bench.alter_pixel(1, 2 * kAlteredWidth + 3, {2}, Pixel(1, 2, 3, 255, 4));
     bench.run();
     bench.check_first("scoreboard/pixel", "PIPE_3_1", "core", bench.edge, 1);
@@ -190,7 +190,7 @@ TEST_CASE("scoreboard: a picture that is not the raster that left the pipeline",
                Contains("pixel 4,1: ") && Contains("1 pixel differs") && Contains("output_framebuffer_2"));
 }
 
-TEST_CASE("scoreboard: a frame with lost pixels is to keep the picture before", "[monitors]") {
+TEST_CASE("scoreboard: a frame with lost pixels must not replace the picture before it", "[monitors]") {
     Bench bench;
     // The machine loses nothing, so it shows frame 1, which the wires now say it must not.
     bench.altered.alter = [&, count = std::int64_t{0}](std::int64_t, rtl::Wires& real) mutable {

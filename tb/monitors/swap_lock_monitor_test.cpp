@@ -140,7 +140,7 @@ TEST_CASE("swap lock monitor: SWAPLOCK too early while a fault may hold it", "[m
 
 namespace {
 
-/// A FRAMEBAD that stands from the run's start, and a SWAPSKIP that rises when it may.
+/// A FRAMEBAD that is high from the run's start, and a SWAPSKIP that rises when it may.
 void check_late_swapskip(Bench& bench, const std::function<bool(rtl::Wires& real)>& swapskip) {
     bench.altered.alter = [&bench, swapskip](std::int64_t, rtl::Wires& real) {
         bench.wires().framebad[1].write(true);
@@ -204,7 +204,7 @@ TEST_CASE("swap lock monitor: FRAMEDONE falls without a swap", "[monitors]") {
     CHECK(bench.violations[1].cycle == bench.edge + 1);
 }
 
-TEST_CASE("swap lock monitor: FRAMEDONE stays a clock too long behind the swap", "[monitors]") {
+TEST_CASE("swap lock monitor: FRAMEDONE stays high a clock too long after the swap", "[monitors]") {
     Bench bench;
     bool was_done = false;
     bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
@@ -281,7 +281,7 @@ TEST_CASE("swap lock monitor: a display that swaps though pixels of the frame we
     Bench bench;
     std::int64_t first_pixel = -1;
     bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
-        // FRAMEBAD stands with FRAMEDONE of display 1, as if the machine had raised it and then not heeded it.
+        // FRAMEBAD is high with FRAMEDONE of display 1, as if the machine had raised and then ignored it.
         const bool bad = real.framedone[0].read();
         bench.wires().framebad[0].write(bad);
         bench.wires().swapskip.write(bad);

@@ -62,7 +62,7 @@ class Gate {
 };
 """
 
-# Does not ask what step() does at the limit.
+# Does not test what step() does at the limit.
 TEST = """#include "rtl/gate.h"
 
 int main() {
@@ -118,7 +118,7 @@ class Mutate(unittest.TestCase):
         return json.loads((cls.tree / "build/mutate/results.json").read_text())["mutants"]
 
     def again(self, equivalent):
-        """The verdicts with these equivalent ones, without building anew."""
+        """Judges again, with these equivalent mutants and without a new build."""
         self.write("tb/mutation/equivalent.json", json.dumps(equivalent))
         self.addCleanup(self.write, "tb/mutation/equivalent.json", "[]")
         return self.mutate("--no-build")
@@ -169,7 +169,8 @@ class Mutate(unittest.TestCase):
 
         def find(mutants, original, replacement):
             return next(one for one in mutants if (one["original"], one["replacement"]) == (original, replacement))
-        # One that would survive is noted as killed, so it is not tried again; one that had met no test yet is.
+        # A mutant that would survive is noted as killed, so it is not tried again. One that has met no test yet is
+        # tried.
         changed = json.loads(json.dumps({"mutants": self.first_results}))
         find(changed["mutants"], "value < limit_", "value <= limit_").update(verdict="killed", tests=["before the cut"])
         find(changed["mutants"], "return value + 1;", "return value + 2;").update(verdict="survived", tests=[], met="")
@@ -179,21 +180,21 @@ class Mutate(unittest.TestCase):
         self.assertEqual(find(after, "value < limit_", "value <= limit_")["tests"], ["before the cut"])
         self.assertEqual(find(after, "return value + 1;", "return value + 2;")["tests"], ["rtl: gate"])
 
-    def test_equivalent_mutant_that_is_killed_is_told(self):
+    def test_equivalent_mutant_that_is_killed_is_reported(self):
         done = self.again([AT_LIMIT, NEGATED])
         self.assertEqual(done.returncode, 1)
         self.assertIn("equivalent.json: killed by rtl: gate", done.stdout)
         verdicts = {one["replacement"]: one["verdict"] for one in self.results() if one["original"] == "value < limit_"}
         self.assertEqual((verdicts["value <= limit_"], verdicts["!(value < limit_)"]), ("equivalent", "killed"))
 
-    def test_equivalents_of_other_files_are_no_matter_when_some_are_asked_for(self):
+    def test_equivalents_of_other_files_do_not_matter_when_some_are_asked_for(self):
         written = {key: WRITTEN[0][key] for key in ("file", "original", "replacement")}
         self.write("tb/mutation/equivalent.json", json.dumps([AT_LIMIT | {"reason": ""},
                                                               written | {"place": WRITTEN[0]["what"], "reason": ""}]))
         self.addCleanup(self.write, "tb/mutation/equivalent.json", "[]")
         self.assertEqual(self.mutate("--list", "model/rtl/none").stdout, "")
 
-    def test_equivalent_mutant_that_is_no_more_is_told(self):
+    def test_equivalent_mutant_that_no_longer_exists_is_reported(self):
         done = self.again(UNREACHED)
         self.assertEqual(done.returncode, 1)
         self.assertIn("equivalent.json: no such mutant any more: model/rtl/gate.cpp: return value;", done.stdout)
@@ -217,7 +218,7 @@ class Mutate(unittest.TestCase):
     def test_several_seeds_choose_their_mutants_for_one_run(self):
         def listed(*seeds):
             options = [word for seed in seeds for word in ("--seed", str(seed))]
-            # Without the numbers, which are places in the list.
+            # Without the numbers, which are positions in the list.
             return {line.split(None, 1)[1] for line in self.mutate("--list", "--count", "5", *options).stdout.splitlines()}
         self.assertNotEqual(listed(1), listed(2))
         self.assertEqual(listed(1, 2), listed(1) | listed(2))
@@ -229,7 +230,7 @@ class Mutate(unittest.TestCase):
         self.assertRegex(done.stdout, rf"survived 1 tests: {number}: ")
         self.assertEqual(done.returncode, 1)
 
-    def test_source_that_has_changed_is_read_anew(self):
+    def test_source_that_has_changed_is_read_again(self):
         before = self.mutate("--list").stdout
         self.assertIn("value < limit_  ->  value <= limit_", before)
         self.addCleanup(self.write, FILE, SOURCE)

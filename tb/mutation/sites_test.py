@@ -33,7 +33,7 @@ template <typename F> void each(F) {}
 
 class Sites(unittest.TestCase):
     def read(self, text, *arguments):
-        """Each site's text, its form and what it is changed to, of a source behind the prologue."""
+        """Each site's text, its form and what it is changed to, in a source after the prologue."""
         with tempfile.TemporaryDirectory() as directory:
             header, source = pathlib.Path(directory) / "prologue.h", pathlib.Path(directory) / "source.cpp"
             header.write_text(PROLOGUE)
@@ -60,7 +60,7 @@ class Sites(unittest.TestCase):
                                ("%", "/", "arithmetic"), ("<<", ">>", "arithmetic"), (">>", "<<", "arithmetic"),
                                ("&", "|", "arithmetic"), ("|", "&", "arithmetic"), ("^", "|", "arithmetic")]:
             self.assertEqual(self.changes(f"a = a {old} b;"), {f"a = a {new} b;": kind})
-            self.assertEqual(self.changes(f"a = a{old}b;"), {f"a = a{new}b;": kind})  # however it is set out
+            self.assertEqual(self.changes(f"a = a{old}b;"), {f"a = a{new}b;": kind})  # whatever its spaces
         self.assertEqual(self.changes("a += b;"), {"a -= b;": "arithmetic"})
         self.assertEqual(self.changes("a -= b;"), {"a += b;": "arithmetic"})
 
@@ -149,11 +149,11 @@ class Sites(unittest.TestCase):
         made = self.read("void f(int a) { each([&](int b) { a += b; }); const auto g = [&] { return a > 1; }; g(); }")
         self.assertEqual({original for original, _ in made}, {"a += b;", "return a > 1;", "g();"})
 
-    def test_functions_that_only_tell_are_skipped(self):
+    def test_functions_that_only_report_are_skipped(self):
         text = "void trace(int a) { run(a + 1); } Stream& operator<<(Stream& s, char) { run(2); return s; }"
         self.assertEqual(self.read(text), {})
 
-    def test_source_that_does_not_compile_is_told(self):
+    def test_source_that_does_not_compile_is_reported(self):
         with self.assertRaisesRegex(sites.ParseError, "NoSuchName"):
             self.read("int f() { return NoSuchName; }")
 
@@ -164,7 +164,7 @@ class Sites(unittest.TestCase):
 
 @unittest.skipIf((TREE / "model" / switches.HEADER).exists(), "the copy with mutants in it")
 class Lists(unittest.TestCase):
-    """What is kept of mutants stands for text of the model, which may change without them."""
+    """The lists of mutants quote text of the model, which may change without them."""
 
     def entries(self, name):
         for entry in json.loads((TREE / "tb/mutation" / name).read_text()):

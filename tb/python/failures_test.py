@@ -1,4 +1,4 @@
-"""Tests what the module makes of a model that fails, with a level tlm that does so when the scenario's name says so."""
+"""Tests how the module reports a model that fails, with a level tlm that does so when the scenario's name says so."""
 
 import os
 import pathlib
@@ -58,7 +58,7 @@ class Failures(unittest.TestCase):
         table = metabuffer.sweep("sweep.yaml")
         self.assertEqual(dict(zip(table["name"], table["status"])), {"crash": "crashed", "fine": "done"})
 
-    def test_a_crash_beside_other_threads_is_nobody_else_s(self):
+    def test_a_crash_in_one_thread_does_not_affect_the_others(self):
         outcomes = []
 
         def work(name):

@@ -37,7 +37,7 @@ class Scratch(unittest.TestCase):
         os.chdir(self.folder)
 
     def program(self, *words):
-        """Runs the program; it must do."""
+        """Runs the program, which must succeed."""
         return subprocess.run([PROGRAM, *map(str, words)], stdout=subprocess.PIPE, text=True, check=True).stdout
 
     def scenario_file(self, name="scenario.yaml", **keys):
@@ -125,7 +125,7 @@ class Inputs(Scratch):
         self.assertEqual(done.returncode, metabuffer.InputError.status)
         return done.stderr.rstrip("\n")
 
-    def test_a_bad_file_is_told_as_the_program_tells_it(self):
+    def test_a_bad_file_is_reported_as_by_the_program(self):
         self.scenario_file("key.yaml", buss={"width_bits": 64})
         self.scenario_file("image.yaml", image="none.png")
         pathlib.Path("yaml.yaml").write_text("name: [")
@@ -134,13 +134,13 @@ class Inputs(Scratch):
                 for call in (metabuffer.run, metabuffer.analyze):
                     self.assertEqual(self.complaint(lambda call=call: call(name)), self.program_s_complaint("run", name))
 
-    def test_a_bad_setting_is_told_as_the_program_tells_it(self):
+    def test_a_bad_setting_is_reported_as_by_the_program(self):
         self.scenario_file()
         for key, value in (("bus.width_bits", 65), ("bus.width", 64), ("bus.width_bits", "wide"), ("renderers.7.name", "x")):
             message = self.complaint(lambda: metabuffer.run("scenario.yaml", set={key: value}))
             self.assertEqual(message, self.program_s_complaint("run", "scenario.yaml", "--set", f"{key}={value}"))
 
-    def test_a_bad_dict_is_told_by_its_keys(self):
+    def test_a_bad_dict_is_reported_by_its_keys(self):
         self.assertEqual(self.complaint(lambda: metabuffer.run(small_machine.scenario(buss=1))),
                          "scenario: buss: is not a known key; the nearest is bus")
         self.assertRegex(self.complaint(lambda: metabuffer.run(small_machine.scenario("none.png"))),
@@ -151,7 +151,7 @@ class Inputs(Scratch):
             message = self.complaint(lambda call=call: call(small_machine.scenario(buss=1)))
             self.assertNotIn(tempfile.gettempdir(), message)
 
-    def test_what_does_not_go_together_is_told(self):
+    def test_options_that_do_not_go_together_are_reported(self):
         scenario = small_machine.scenario()
         self.assertIn("functional", self.complaint(lambda: metabuffer.run(scenario, level="functional", check=True)))
         self.assertIn("functional", self.complaint(lambda: metabuffer.run(scenario, level="functional", images=False)))
@@ -296,7 +296,7 @@ def is_alive(process):
 
 
 def wait_until(condition):
-    """CTest's time limit ends it if that never comes."""
+    """Ended by CTest's time limit if the condition never holds."""
     while not condition():
         time.sleep(0.01)
 
@@ -316,7 +316,7 @@ CALLS = ('run(small_machine.scenario(frames=1000000), level="rtl")',
 
 class Processes(Scratch):
     def start(self, call):
-        """Python in a process of its own that makes the call, and the call's processes."""
+        """Starts a Python process that makes the call; returns it and the call's processes."""
         environment = dict(os.environ, PYTHONPATH=os.pathsep.join((os.environ["PYTHONPATH"], str(pathlib.Path(__file__).parent))))
         python = subprocess.Popen([sys.executable, "-c", LONG_RUN.format(call=call)], env=environment, text=True,
                                   stdout=subprocess.PIPE)
@@ -354,7 +354,7 @@ class Processes(Scratch):
                 for _ in range(3):
                     results.append(metabuffer.run(small_machine.scenario(frames=5)))
                     self.assertRaises(metabuffer.InputError, metabuffer.run, "none.yaml")
-            except Exception as error:  # the thread would keep it to itself
+            except Exception as error:  # or nobody outside of the thread would see it
                 errors.append(error)
 
         threads = [threading.Thread(target=work) for _ in range(6)]
@@ -382,7 +382,7 @@ class Processes(Scratch):
         self.assertEqual(sorted(os.listdir("/proc/self/fd")), before)
         self.assertEqual(children_of(os.getpid()), [])
 
-    def test_the_run_is_no_part_of_this_process(self):
+    def test_the_run_is_not_part_of_this_process(self):
         metabuffer.run(small_machine.scenario())
         maps = pathlib.Path("/proc/self/maps").read_text()
         self.assertNotIn("libOpenImageIO", maps)

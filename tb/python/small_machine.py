@@ -16,7 +16,7 @@ def scenario(image="view.ppm", **keys):
 
 
 def pixels():
-    """The image: each byte is another."""
+    """The image; all its bytes differ."""
     return bytes(range(3 * WIDTH * HEIGHT))
 
 

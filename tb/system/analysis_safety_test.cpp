@@ -109,7 +109,7 @@ TEST_CASE("machines that the bound is tested on have loads below and above what 
     CHECK(below > kQuickMachines / 5);
     CHECK(about > kQuickMachines / 20);
     CHECK(above > kQuickMachines / 5);
-    // Where the bound is no more than the smallest legal size, the rules are not put to the test.
+    // Where the bound is no more than the smallest legal size, the rules are not tested.
     CHECK(decided_by_legal_size < kQuickMachines / 2);
 }
 

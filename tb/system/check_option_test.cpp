@@ -83,7 +83,7 @@ TEST_CASE("run --check: what cannot be checked is refused in a line", "[program]
     CHECK(place.run({"--check", "--no-images"}).status == 0);
 }
 
-TEST_CASE("run --check: help tells of it", "[program]") {
+TEST_CASE("run --check: help describes it", "[program]") {
     const Workplace place;
     const ProgramResult result = run_program(place, {"run", "--help"});
     CHECK_THAT(result.out, Contains("--check") && Contains("5 --check and the model broke a rule"));

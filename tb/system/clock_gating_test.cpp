@@ -11,7 +11,7 @@ using namespace metabuffer::test;
 
 namespace {
 
-// All run until the longest is done, so several cases of a few are quicker than one of many.
+// All machines of a case run until the longest is done, so several small cases are quicker than one large one.
 constexpr std::uint64_t kSeedsPerCase = 9;
 
 /// Each machine twice, side by side, with and without gating: the same clocks, counters and pictures.
@@ -47,7 +47,7 @@ TEST_CASE("clock gating changes neither clocks nor counters nor pictures (seeds 
     compare_gated_machines(1001);
 }
 
-// Seed 178 had a STARTFRAME held by a stalled column, which a gated composer once slept through.
+// With seed 178 a stalled column holds a STARTFRAME, which a gated composer once missed in its sleep.
 TEST_CASE("clock gating changes neither clocks nor counters nor pictures (seeds 170 on)",
           "[system][repeat]") {
     compare_gated_machines(170);

@@ -18,16 +18,16 @@
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 
-// Every arbitration policy on every width of bus beside every kind of display clock, in both modes of starvation: small
-// machines in which two composers of each bus want it at once, under all monitors. Their pictures are the functional
-// level's.
+// Every arbitration policy with every width of bus and every kind of display clock, in both modes of starvation. The
+// machines are small, two composers of each bus want it at once, and all monitors watch. Their pictures must be the
+// functional level's.
 
 using namespace metabuffer;
 using namespace metabuffer::test;
 
 namespace {
 
-/// So slow that what run_to_end lets a machine run on behind its end is a few hundred clocks.
+/// So slow that run_to_end lets a machine run on for only a few hundred clocks after its end.
 constexpr double kCoreMhz = 4.0;
 /// One for each coverage::ClockRatio.
 constexpr std::array<double, 5> kDviOutMhz{2.0, 2.9, 4.0, 5.3, 8.0};
@@ -37,7 +37,7 @@ constexpr int kDisplayHeight = 4;
 constexpr int kImageWidth = 17;  ///< its control scanline holds a table of two rows
 constexpr int kImageHeight = 3;
 
-/// Two renderers whose images lie on both displays, a little elsewhere in each frame.
+/// Two renderers whose images lie on both displays, at slightly different positions in each frame.
 Scenario contested_buses(const std::string& name, std::uint64_t seed) {
     Random random(seed);
     Scenario scenario = small_scenario(kDisplayWidth, kDisplayHeight, 2);
@@ -60,8 +60,8 @@ Scenario contested_buses(const std::string& name, std::uint64_t seed) {
     return scenario;
 }
 
-/// For the bus that the scenario has. Most buffers hold less than a segment, so that the order of bursts decides who
-/// waits. With little ready space a burst can be cut, on a narrow bus in the midst of a beat.
+/// Chooses a buffer for the bus that the scenario has. Most buffers hold less than a segment, so that the order of
+/// bursts decides who waits. With little ready space a burst can be cut, on a narrow bus in the middle of a beat.
 void choose_buffer(Scenario& scenario, std::uint64_t seed) {
     Random random(seed);
     const int in_flight = in_flight_pixels(scenario.bus, scenario.memory);
@@ -71,7 +71,7 @@ void choose_buffer(Scenario& scenario, std::uint64_t seed) {
     check_scenario(scenario);
 }
 
-/// Frames counted for irsa on a bus of 64 bits with equal clocks, in mode stall. Those of no other combination may be.
+/// Frames counted for irsa on a bus of 64 bits with equal clocks, in mode stall. No other combination may have any.
 std::int64_t contested_frames(const coverage::MachineCoverage& sampler) {
     const std::int64_t frames =
         sampler.goals()
@@ -85,7 +85,7 @@ std::int64_t contested_frames(const coverage::MachineCoverage& sampler) {
     return frames;
 }
 
-/// From the start on, for ever if `cycles` is empty, of the second display's composers.
+/// Holds a handshake of the second display's composers low from the start, for ever if `cycles` is empty.
 void hold_second_display(Scenario& scenario, FaultKind kind, std::optional<std::int64_t> cycles) {
     for (int renderer = 0; renderer < 2; ++renderer) {
         Fault fault;
@@ -97,7 +97,7 @@ void hold_second_display(Scenario& scenario, FaultKind kind, std::optional<std::
     }
 }
 
-/// Every width of bus beside every display clock. What makes the machines differ otherwise is drawn from fixed seeds.
+/// Runs every width of bus with every display clock. Fixed seeds choose what else differs between the machines.
 void run_and_check(Arbitration arbitration, StarvationMode mode) {
     MachineRuns runs;
     for (const int width_bits : limits::kBusWidthsBits) {
@@ -197,7 +197,7 @@ TEST_CASE("coverage: a combination counts the frames that its composers competed
         CHECK(runs[i]->report().frames_shown() == kShown[i]);
         CHECK(contested_frames(*samplers[i]) == kCounted[i]);
     }
-    // The third had something to send to both displays, the fourth to each in turns.
+    // The third had something to send to both displays, the fourth to each in turn.
     CHECK(runs[2]->report().core_cycles > kFirstFrameIsSent);
     CHECK(runs[3]->report().total_bus().bursts > 4);
 }

@@ -270,7 +270,7 @@ TEST_CASE("each kind of bad command line is refused in one line", "[program][bad
     }
 }
 
-TEST_CASE("what is no trace window is refused, and what would be one is named", "[program][trace]") {
+TEST_CASE("text that is not a trace window is refused, and valid forms are named", "[program][trace]") {
     const Workplace place;
     for (const char* window :
          {"", "frame:0", "frames", "frames:", "frames:2-1", "frames:a", "frames:-1", "cycles:5", "cycles:9-8",
@@ -286,7 +286,7 @@ TEST_CASE("what is no trace window is refused, and what would be one is named", 
     }
 }
 
-/// Against what the functional level shows of the same frames, in which nothing starves.
+/// Compared with what the functional level shows of the same frames, in which nothing starves.
 TEST_CASE("wrong pixels are those of the pictures that starvation has changed", "[program]") {
     const Workplace place;
     REQUIRE(run_program(place, {"run", "scenario.yaml", "--level", "functional", "--out", "right"}).status ==
@@ -446,7 +446,7 @@ TEST_CASE("option --no-images leaves the counters and no picture", "[program]") 
         CHECK(place.run(at_level).status == kExitDone);
         CHECK(place.exists("out/display_2.0001.png"));
         const std::string report = text_of(place / "out/report.json");
-        // What has no name of the program's own is the user's.
+        // Files whose names are not the program's own belong to the user.
         for (const char* name : {"out/display_x.png", "out/my-collage.png", "out/display_1.png.txt"}) {
             place.write(name, "mine");
         }
@@ -596,9 +596,8 @@ TEST_CASE("a trace shows the paper's signals around STARTFRAME by default", "[pr
     }
     CHECK(waveform.has("output_framebuffer_2.PIPEREADY"));
     CHECK(waveform.has("core_clk"));
-    // The event stands where it should: as many clocks before it as were asked for. STARTFRAME of the column
-    // that starts first is one clock ahead of the frame's first pixel and goes down the pipeline a composer a
-    // clock.
+    // The event is where it should be: after as many clocks as were asked for. STARTFRAME of the column that starts
+    // first is one clock ahead of the frame's first pixel. It goes down the pipeline by one composer a clock.
     const std::int64_t startframe = (cycles.first + 50) * kPeriodPicoseconds;
     std::int64_t first_rise = std::numeric_limits<std::int64_t>::max();
     for (const std::string column : {"1", "2"}) {
@@ -846,7 +845,7 @@ Schedule schedule_of(const Workplace& place) {
     return schedule;
 }
 
-/// What blocks' numbers of that name are at the first clock of a waveform, by block.
+/// The values of the blocks' numbers of that name at the first clock of a waveform, by block.
 std::map<std::string, int> initial_values(const std::filesystem::path& waveform, const std::string& name) {
     std::map<std::string, std::string> block_of;  // by identifier
     std::map<std::string, int> values;
@@ -872,7 +871,7 @@ std::map<std::string, int> initial_values(const std::filesystem::path& waveform,
     return values;
 }
 
-/// What a schedule of the whole run has of a window.
+/// The part of a whole run's schedule that lies in a window.
 std::vector<ScheduleEvent> cut(const std::vector<ScheduleEvent>& slices, std::int64_t first,
                                std::int64_t last) {
     std::vector<ScheduleEvent> cut_slices;
@@ -944,7 +943,7 @@ TEST_CASE("a schedule's window holds what the whole schedule has there", "[progr
             if (from != shown.levels.end()) found = from->second;
             if (levels.begin()->first < window.first) REQUIRE(found.count(window.first) == 1);
             if (found.count(window.first) == 1) expected[window.first] = found[window.first];
-            // What the window begins with need not be told again.
+            // What the window begins with need not be repeated.
             for (auto level = expected.begin(); level != expected.end();) {
                 const bool again = level != expected.begin() && std::prev(level)->second == level->second;
                 level = again ? expected.erase(level) : std::next(level);

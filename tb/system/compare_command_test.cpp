@@ -117,7 +117,7 @@ TEST_CASE("compare: bad input is refused in one line", "[program][compare][bad i
     }
 }
 
-TEST_CASE("compare: a counter that differs is told by its names", "[program][compare]") {
+TEST_CASE("compare: a counter that differs is reported by its names", "[program][compare]") {
     const Workplace place;
     const std::size_t files = files_in(place);
     const ProgramResult result = compare_faulty(place, "counter");
@@ -132,7 +132,7 @@ TEST_CASE("compare: a counter that differs is told by its names", "[program][com
     CHECK(files_in(place) == files);
 }
 
-TEST_CASE("compare: pictures that differ are told", "[program][compare][repeat]") {
+TEST_CASE("compare: pictures that differ are reported", "[program][compare][repeat]") {
     const Workplace place;
     const ProgramResult differ = compare_faulty(place, "picture");
     CHECK(differ.status == kExitDifferent);
@@ -187,8 +187,8 @@ TEST_CASE("compare: a level that fails is named", "[program][compare]") {
 
 #ifndef METABUFFER_ADDRESS_SANITIZER
 
-/// A process with a limit on its memory: no test for a sanitizer, which takes terabytes of addresses.
-TEST_CASE("compare: two levels that fail alike are told in one line", "[program][compare]") {
+/// Limits a process's memory, so it is not a test for a sanitizer, which takes terabytes of addresses.
+TEST_CASE("compare: two levels that fail alike are reported in one line", "[program][compare]") {
     const Workplace place;
     // The four composers' buffers take 512 MiB in either process; the program by itself takes less than half the limit.
     const ProgramResult result = run_program(

@@ -13,8 +13,8 @@
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 
-// What random machines do not come by: machines made for one goal of the functional coverage each. They pass the same
-// checks as any other.
+// Machines made for one goal of the functional coverage each, which random machines hardly ever reach. They pass the
+// same checks as any other.
 
 using namespace metabuffer;
 using namespace metabuffer::test;
@@ -77,7 +77,7 @@ TEST_CASE("coverage: rows that leave the raster at the top and at the bottom are
 TEST_CASE(
     "coverage: a row whose end does not fit 16 bits is dropped and not taken for one that ends in the image",
     "[system][coverage]") {
-    // Cut to 16 bits, each end would lie in the image or on the raster; a valid row of the display stands behind it.
+    // Cut to 16 bits, each end would lie in the image or on the raster; a valid row of the same display follows it.
     const MachineRuns runs = run({
         one_renderer("source_x", 1, {{1, 65535, 0, 5, 4, 0, 0, 1}, kWholeImage}),
         one_renderer("source_y", 1, {{1, 0, 65535, 4, 5, 0, 0, 1}, kWholeImage}),

@@ -14,7 +14,7 @@ using namespace metabuffer::test;
 
 namespace {
 
-/// What is counted at the wires is what the machine's own counters say.
+/// The counts at the wires must be those of the machine's own counters.
 void check_counts(const coverage::MachineGoals& goals, const Scenario& scenario, const RunReport& report) {
     const ComposerCounters composers = report.total_composer();
     const BusCounters bus = report.total_bus();
@@ -59,7 +59,7 @@ TEST_CASE("coverage: what is counted at the wires is what the blocks count thems
     }
 }
 
-TEST_CASE("coverage: goals have names of their own that files can hold", "[coverage]") {
+TEST_CASE("coverage: each goal has its own name, which a file can hold", "[coverage]") {
     coverage::Coverage counts;
     const coverage::MachineGoals goals(counts);
     std::size_t sum = 0;
@@ -80,7 +80,7 @@ TEST_CASE("coverage: goals have names of their own that files can hold", "[cover
     CHECK(sum >= 250);
 }
 
-TEST_CASE("coverage: clock ratios are told apart", "[coverage]") {
+TEST_CASE("coverage: clock ratios are distinguished", "[coverage]") {
     using coverage::ClockRatio;
     // Periods of the core clock and of DVI out.
     CHECK(coverage::clock_ratio(100, 300) == ClockRatio::kSlowerByWholeFactor);

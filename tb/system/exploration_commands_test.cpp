@@ -61,7 +61,8 @@ std::size_t rows_in(const Workplace& place, const std::string& file = "r.db") {
     return ResultsReader(place / file).results().rows.size();
 }
 
-/// The same of a sweep that was killed, perhaps before it had made its tables: a reader says then that there is nothing.
+/// The same for a sweep that was killed, perhaps before it had made its tables; a reader then reports that there is
+/// nothing.
 std::size_t rows_left_in(const Workplace& place) {
     try {
         return rows_in(place);
@@ -156,7 +157,7 @@ TEST_CASE("size: level rtl finds the value that level tlm finds", "[program][swe
     CHECK_THAT(functional.err, Contains("--level") && Contains("rtl"));
 }
 
-TEST_CASE("sweep: after kill -9 the same command goes on and the results are those of one go",
+TEST_CASE("sweep: after kill -9 the same command goes on and the results are those of an undisturbed sweep",
           "[program][sweep]") {
     Workplace place;
     place.write("sweep.yaml", kSweep);
@@ -327,7 +328,7 @@ TEST_CASE("size: the smallest value is the one that trying all of them finds", "
     CHECK(found_values > 0);  // the narrower buses starve with any of these buffers
 }
 
-/// By trying all of a grid: what no other machine undercuts in both keys.
+/// Tries all of a grid: the front is what no other machine undercuts in both keys.
 TEST_CASE("size: two keys give the front that trying all of them gives", "[program][size][repeat]") {
     const Workplace place;
     const std::string sweep =
@@ -418,7 +419,7 @@ TEST_CASE("size: the front of two keys is the same in either order, and a settin
     CHECK_THAT(lines[2], Contains(" 100 ") && !Contains("unmet"));
 }
 
-TEST_CASE("size: what arithmetic knows is not run, and stalling columns are told", "[program][size]") {
+TEST_CASE("size: what arithmetic shows is not run, and stalling columns are reported", "[program][size]") {
     const Workplace place;
     const std::vector<std::string> search{"size",       "scenario.yaml",
                                           "--minimize", "composer.buffer_pixels",
@@ -447,8 +448,8 @@ TEST_CASE("size: what arithmetic knows is not run, and stalling columns are told
     CHECK(mhz * 2 == std::floor(mhz * 2));
 }
 
-/// The displays, whatever the machine could do: the first frame waits for none of them, so that two frames follow each
-/// other sooner than displays are refreshed.
+/// The displays limit the rate, whatever the machine could do. The first frame does not wait for them, so two frames
+/// can follow each other sooner than displays are refreshed.
 TEST_CASE("size: a frame rate is met up to the displays' own and never beyond it", "[program][size]") {
     const Workplace place;
     const auto answer = [&place](const std::string& frame_rate_hz) {
@@ -464,7 +465,7 @@ TEST_CASE("size: a frame rate is met up to the displays' own and never beyond it
     CHECK_THAT(answer("1002"), Contains("unmet"));
 }
 
-TEST_CASE("size: wrong arguments are told in a line and leave nothing", "[program][size][repeat]") {
+TEST_CASE("size: wrong arguments are reported in a line and leave nothing", "[program][size][repeat]") {
     const Workplace place;
     const std::vector<std::string> files = visible_names(place);
     const std::vector<std::pair<std::vector<std::string>, std::string>> mistakes{
@@ -562,7 +563,7 @@ TEST_CASE("plot: a chart as SVG and as PNG", "[program][plot][repeat]") {
     CHECK_THAT(text_of(place / "p.png"), StartsWith("\x89PNG"));
 }
 
-TEST_CASE("report and plot: wrong arguments are told in a line and leave nothing",
+TEST_CASE("report and plot: wrong arguments are reported in a line and leave nothing",
           "[program][report][plot][repeat]") {
     const Workplace place;
     place.write("sweep.yaml", kSweep);

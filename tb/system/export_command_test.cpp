@@ -88,7 +88,7 @@ TEST_CASE("export: JSON holds every column - numbers as numbers and nothing as n
     CHECK(scratch.names() == std::vector<std::string>{".stderr", ".stdout", "r.db", "r.json"});
 }
 
-TEST_CASE("export: every simulation on its own") {
+TEST_CASE("export: every simulation in its own row") {
     ScratchDirectory scratch;
     const ProgramResult result =
         run_program(with_results(scratch), {"export", "r.db", "--runs", "--format", "json"});
@@ -98,7 +98,7 @@ TEST_CASE("export: every simulation on its own") {
     CHECK(json::parse(rows[0]["settings"].get<std::string>())["bus.width_bits"] == "128");
 }
 
-TEST_CASE("export: what cannot be done is told on one line") {
+TEST_CASE("export: what cannot be done is reported on one line") {
     ScratchDirectory scratch;
     with_results(scratch);
     const auto refused = [&scratch](std::vector<std::string> arguments, const std::string& words) {

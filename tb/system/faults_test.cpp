@@ -37,8 +37,8 @@ constexpr FaultKind kFaultKinds[] = {FaultKind::kMagic,    FaultKind::kVersion, 
                                      FaultKind::kLongLine, FaultKind::kShortFrame, FaultKind::kLongFrame,
                                      FaultKind::kMissing,  FaultKind::kDelay,      FaultKind::kOtherPair};
 
-/// Two displays, two renderers whose every pair has an image of its own, so that a picture made of parts of
-/// two pairs cannot pass for a good one. The bus is wide: nothing starves.
+/// Two displays, and two renderers whose pairs each have their own image, so that a picture made of parts of two pairs
+/// cannot pass for a good one. The bus is wide: nothing starves.
 Scenario two_renderers(int different_pairs) {
     Random random(2026);
     Scenario scenario = small_scenario(14, 12, 2);
@@ -111,7 +111,7 @@ void run_traced(MachineRuns& runs) {
     }
 }
 
-/// The cause under which the decoder counts a fault; none for one that is no frame's own fault.
+/// The cause under which the decoder counts a fault; none if no frame itself is faulty.
 std::optional<RejectCause> cause_of(FaultKind kind) {
     switch (kind) {
         case FaultKind::kMagic:
@@ -153,8 +153,8 @@ std::vector<int> pairs_of(const MachineRun& run, std::size_t renderer) {
 
 const RendererCounters& faulty(const MachineRun& run) { return run.report().renderers[kFaultyRenderer]; }
 
-/// What holds for a machine with a fault as for any other: whole pictures of whole pairs, on every display;
-/// and the other renderer goes on in step.
+/// What holds for a machine with a fault as for any other: whole pictures of whole pairs, on every display. The other
+/// renderer goes on in step.
 void check_machine(const MachineRun& run) {
     const Fault& fault = run.scenario().faults.at(0);
     INFO("fault " << to_string(fault.kind) << " in the " << to_string(fault.frame) << " frame of pair "
@@ -181,7 +181,7 @@ std::vector<int> expected_pairs(const Row& row) {
     return pairs;
 }
 
-/// Nothing tells that a frame is missing if none was before it or none comes behind it.
+/// Nothing shows that a frame is missing if none came before it or none comes after it.
 bool may_go_unnoticed(const Fault& fault) {
     if (fault.kind != FaultKind::kMissing) return false;
     return fault.frame == FrameKind::kColour ? fault.pair == 0 : fault.pair == kFrames - 1;
@@ -202,7 +202,7 @@ void check_lockstep(const MachineRun& run, const Row& row) {
     CHECK(faulty(run).rejected_frames == rejected);
 }
 
-/// The first pair that is shown behind those up to `pair`.
+/// The first pair after `pair` that is shown.
 int next_pair_shown(const MachineRun& run, int pair) {
     const std::vector<int> pairs = pairs_of(run, 0);
     const auto next = std::find_if(pairs.begin(), pairs.end(), [pair](int shown) { return shown > pair; });
@@ -257,7 +257,7 @@ void check_row(FaultKind kind) {
     check_row(kind, {{}, true, cause_of(kind)}, [](Row& /*row*/) {});
 }
 
-/// The bytes that the control scanline of the faulty renderer's pair says something with.
+/// How many bytes of the control scanline of the faulty renderer's pair have content.
 int content_bytes(const Scenario& scenario, std::uint32_t pair, FrameKind frame) {
     const Renderer& renderer = scenario.renderers[kFaultyRenderer];
     return static_cast<int>(control_scanline_bytes(control_content(scenario, renderer, pair, frame)));
@@ -293,7 +293,8 @@ void check_every_bit(FrameKind frame) {
     run_traced(runs);
     const MachineRun& run = *runs[0];
     const int content = content_bytes(run.scenario(), 0, frame);
-    // Three rows; the slot table of one that stands, a bit wide and a byte for all of it.
+    // A colour frame has three rows. A depth frame has the slot table of the one valid row: a bit for each slot, in one
+    // byte.
     REQUIRE(content == 16 + 2 + (frame == FrameKind::kColour ? 3 * 16 : 4 + 1));
     const std::vector<int> pairs = pairs_of(run, 0);
     int last_good = -1;
@@ -488,7 +489,7 @@ TEST_CASE("fault pixel_bits: the picture is that of an image with the pixel so i
 }
 
 TEST_CASE(
-    "fault delay: in lockstep frames go on without the pair and the first one behind the silence has its own",
+    "fault delay: in lockstep frames go on without the pair and the first one after the silence has its own",
     "[system][faults][repeat]") {
     constexpr int kPair = 2;
     constexpr int kLongest = 7;
@@ -519,7 +520,7 @@ TEST_CASE(
             const bool gone_without = pairs[frame] != static_cast<int>(frame);
             without += gone_without ? 1 : 0;
             if (gone_without) CHECK(pairs[frame] == kPair - 1);  // the last good picture stays
-            // Those without are on end: once it is back, each frame has its own pair.
+            // Frames without the pair are consecutive: once it is back, each frame has its own pair.
             if (gone_without) CHECK(static_cast<int>(frame) == kPair - 1 + without);
         }
         // A frame is given up every two pair times.
@@ -678,7 +679,7 @@ TEST_CASE("a renderer without a good pair yet contributes an empty table", "[sys
         if (fault.kind != FaultKind::kDelay) {
             CHECK(pairs_of(*run, 0) == std::vector<int>{-1, 1, 2, 3});
         }
-        // A link that begins with a depth frame has not begun: the decoder looks for a colour frame.
+        // A link that begins with a depth frame has not begun: the decoder waits for a colour frame.
         const bool never_noticed = fault.kind == FaultKind::kMissing && fault.frame == FrameKind::kColour;
         CHECK(faulty(*run).rejected_frames == (never_noticed ? RejectedFrames{} : one_rejection(fault.kind)));
     }
@@ -693,7 +694,7 @@ TEST_CASE("the last pair's fault leaves the last good pair on the displays", "[s
         check_machine(*run);
         CHECK(pairs_of(*run, 0) == std::vector<int>{0, 1, 2, 2});
         CHECK(faulty(*run).repeated_frames == 1);
-        // Nothing follows a depth frame that is not sent: only the timeout tells.
+        // Nothing follows a depth frame that is not sent: only the timeout shows it.
         const bool never_noticed = fault.kind == FaultKind::kMissing && fault.frame == FrameKind::kDepth;
         CHECK(faulty(*run).rejected_frames == (never_noticed ? RejectedFrames{} : one_rejection(fault.kind)));
     }
@@ -773,9 +774,8 @@ TEST_CASE("free-running: a slow machine drops pairs and shows whole ones", "[sys
             CHECK(counters.rejected_frames == RejectedFrames{});
             const std::vector<int> pairs = pairs_of(*run, r);
             CHECK(pairs.back() < kDifferentPairs);  // so every pair shown had an image of its own
-            // Frames 1 and 2 are asked for as soon as the buffers have swallowed what is before them, perhaps
-            // before there is another pair; from then on many pairs pass in each frame, and each shows a
-            // newer one.
+            // Frames 1 and 2 are asked for as soon as the buffers have received what is before them, perhaps before
+            // there is another pair. From then on many pairs pass in each frame, and each frame shows a newer one.
             for (std::size_t k = 3; k < pairs.size(); ++k) {
                 INFO("frame " << k);
                 CHECK(pairs[k] > pairs[k - 1]);

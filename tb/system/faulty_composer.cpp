@@ -1,7 +1,7 @@
 #include "datapath/composition.h"
 
-// Stands in for the composer of level rtl in a program of its own, so that `metabuffer run --check` has something to
-// find: at equal Z its local pixel wins, where the one from upstream should.
+// Replaces the composer of level rtl in a separate program, so that `metabuffer run --check` has something to find: at
+// equal Z its local pixel wins, where the one from upstream should.
 
 namespace metabuffer {
 

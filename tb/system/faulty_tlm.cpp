@@ -10,8 +10,8 @@
 #include "rtl/run.h"
 #include "tlm/run.h"
 
-// Stands in for level tlm in a program of its own, so that `metabuffer compare` has something to find: level rtl
-// under another name, and the scenario's name says what is wrong with it.
+// Replaces level tlm in a separate program, so that `metabuffer compare` has something to find: level rtl under another
+// name. The scenario's name says what is wrong with it.
 
 namespace metabuffer::tlm {
 namespace {

@@ -27,7 +27,7 @@ Scenario one_line(int renderers) {
     return scenario;
 }
 
-/// Its image, all of one depth, covers two displays of that size, one beside the other.
+/// A renderer whose image, all of one depth, covers two displays of that size, one beside the other.
 Renderer across_two_displays(Size display, std::uint32_t z = 5) {
     const PixelImage image(2 * display.width, display.height, Pixel(10, 20, 30, 255, z));
     return renderer_of(
@@ -48,8 +48,8 @@ void compare_levels(const std::vector<LevelRuns>& runs) {
 }
 
 TEST_CASE("levels agree where the last frame has been shown while the bus still does something", "[system]") {
-    // Page misses are so long that the last frame is shown without most of its pixels; the run ends in the middle of
-    // one or of what lies between.
+    // Page misses are so long that the last frame is shown without most of its pixels. The run ends within a page miss
+    // or between two.
     std::vector<LevelRuns> runs;
     for (int page_miss_cycles = 50; page_miss_cycles < 80; ++page_miss_cycles) {
         Scenario scenario = small_scenario(24, 16);
@@ -69,11 +69,11 @@ TEST_CASE("levels agree where the last frame has been shown while the bus still 
     }
 }
 
-TEST_CASE("levels agree where the last frame has been shown while the arbiter is still at its answer",
-          "[system]") {
-    // The arbiter takes far longer than a burst of one beat, and a page is opened in no time. A raster wider by a pixel
-    // makes a run longer by 31 lines, blank ones among them, or a multiple of that, which has no divisor in common with the
-    // clocks from burst to burst: one run or another ends at each clock between two bursts.
+TEST_CASE("levels agree where the last frame has been shown while the arbiter still decides", "[system]") {
+    // The arbiter takes far longer than a burst of one beat, and a page is opened in no time. A raster that is wider by
+    // a pixel makes a run longer by a pixel in each of 31 lines, blank ones included, or by a multiple of that. 31 has
+    // no divisor in common with the clocks from burst to burst, so at each clock between two bursts one of the runs
+    // ends.
     constexpr int kGrantCycles = 65;
     constexpr int kCyclesBetweenBursts =
         kGrantCycles + 3;  // the beat, and two until its composer may be asked again
@@ -100,7 +100,8 @@ TEST_CASE("levels agree where the last frame has been shown while the arbiter is
 TEST_CASE("levels agree where beats are on their way while it is not known when their column moves on",
           "[system]") {
     // Read latency and registers on the way: several beats go out before the first one's BUSREADY is back, while the
-    // column waits for another renderer's bus. The buffers are full, so each beat hangs on a pixel that is still to be used.
+    // column waits for another renderer's bus. The buffers are full, so each beat depends on a pixel that is still to
+    // be used.
     std::vector<LevelRuns> runs;
     for (const StarvationMode mode : {StarvationMode::kStall, StarvationMode::kGlitch}) {
         for (int i = 0; i < 24; ++i) {
@@ -157,9 +158,10 @@ TEST_CASE("levels agree on slot tables of the host's, and each row has a slot wh
     CHECK(report(1).renderers.front().bus.recovered_slots != report(0).renderers.front().bus.recovered_slots);
 }
 
-TEST_CASE("levels agree where the watchdog looks at the very clock of a link's last pixel", "[system]") {
-    // The colour frame's last pixel comes behind a vertical sync and 7 lines of blanking, and the depth frame's first
-    // one a frame later: only the pixel at the first look decides whether the second one finds that nothing moved.
+TEST_CASE("levels agree where the watchdog checks in the very clock of a link's last pixel", "[system]") {
+    // The colour frame's last pixel comes after a vertical sync and 7 lines of blanking, and the depth frame's first
+    // one a frame later. So only the pixel at the first check decides whether the second check finds that nothing
+    // moved.
     constexpr std::int64_t kFirstLook = 1'380;
     constexpr int kLooks = 36;
     std::vector<LevelRuns> runs;
@@ -176,12 +178,12 @@ TEST_CASE("levels agree where the watchdog looks at the very clock of a link's l
                                !run.rtl->report().watchdog.empty();
         (at_second ? tripped_at_the_second_look : went_on) += 1;
     }
-    // Or the looks would lie beside the pixel.
+    // Otherwise no check would be at the pixel's clock.
     CHECK(tripped_at_the_second_look > 0);
     CHECK(went_on > 0);
 }
 
-/// One frame of a renderer, on two displays. The watchdog does not let it end if the bus stands for 6000 clocks.
+/// One frame of a renderer, on two displays. The watchdog ends the run first if the bus stands still for 6000 clocks.
 Scenario watched_frame() {
     Scenario scenario = small_scenario(24, 16, 2);
     add_renderer(scenario, across_two_displays({24, 16}));
@@ -196,7 +198,7 @@ Scenario watched_frame() {
 
 TEST_CASE("levels agree where the watchdog ends a run before a frame, or in a stall whose pixel has not come",
           "[system]") {
-    // A refresh stops the bus as the frame is about to begin, or somewhere in it.
+    // A refresh stops the bus when the frame is about to begin, or somewhere in it.
     constexpr int kAboutToBegin = 8'190;
     constexpr int kBegun = 8'230;
     std::vector<LevelRuns> runs;
@@ -220,7 +222,7 @@ TEST_CASE("levels agree where the watchdog ends a run before a frame, or in a st
     CHECK(stalled > 0);
 }
 
-TEST_CASE("levels agree where the watchdog sees a swap between two looks and nothing else", "[system]") {
+TEST_CASE("levels agree where nothing but a swap happens between two checks of the watchdog", "[system]") {
     // The outputs are slow: they swap long after the last pixel of a raster, and long before the picture has been shown.
     std::vector<LevelRuns> runs;
     for (int i = 0; i < 48; ++i) {
@@ -235,7 +237,7 @@ TEST_CASE("levels agree where the watchdog sees a swap between two looks and not
     compare_levels(runs);
     int tripped = 0;
     for (const LevelRuns& run : runs) tripped += run.rtl->report().watchdog.empty() ? 0 : 1;
-    // Or every interval would be too short, or long enough without the swap.
+    // Otherwise every interval would be too short, or long enough without the swap.
     CHECK(tripped > 0);
     CHECK(tripped < static_cast<int>(runs.size()));
 }

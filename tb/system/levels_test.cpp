@@ -52,7 +52,7 @@ struct Happenings {
     BusCounters bus;
     std::array<std::int64_t, kRejectCauseCount> rejected_frames{};
     std::array<std::int64_t, kRowDefectCount> rejected_rows{};
-    std::int64_t changed_tables = 0;  ///< renderers whose frames lie in different places
+    std::int64_t changed_tables = 0;  ///< renderers whose frames lie at different positions
 
     void add(const Scenario& scenario, const RunReport& report) {
         for (const ComposerCounters& composer : report.composers) {

@@ -44,7 +44,7 @@ ViewportTable random_rows(Random& random, const ViewportLimits& limits) {
     return table;
 }
 
-/// An image of a good part of the wall, somewhere on it.
+/// An image as large as a good part of the wall, somewhere on it.
 Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
     constexpr int kLargestImage = 160;
     const DisplayWall wall = scenario.displays.wall();
@@ -98,7 +98,7 @@ double busiest_row(const ViewportTable& table, const DisplayWall& wall) {
     return most;
 }
 
-/// Of random buses and memories the one that comes closest to what the tables need, or to some share of it.
+/// Chooses, of random buses and memories, the one that comes closest to what the tables need, or to some share of it.
 void choose_bus(Random& random, Scenario& scenario) {
     constexpr int kTries = 12;
     double needed = 0.0;

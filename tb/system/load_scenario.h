@@ -6,10 +6,10 @@
 
 namespace metabuffer::test {
 
-/// A small scenario whose buses have to carry about what they can, from a third of it to twice as much: one to three
-/// renderers, one to nine displays, every multiple, offset, policy, bus, burst, ready space and page, one to three
-/// frames whose viewports move, some pairs late or missing. composer.buffer_pixels is the largest legal one: it is for
-/// the test to choose. The same seed gives the same scenario everywhere.
+/// A small scenario whose buses have to carry about what they can, from a third of it to twice as much. It has one to
+/// three renderers, one to nine displays, every multiple, offset, policy, bus, burst, ready space and page, and one to
+/// three frames whose viewports move. Some pairs are late or missing. composer.buffer_pixels is the largest legal one;
+/// the test chooses its own. The same seed gives the same scenario everywhere.
 Scenario random_load_scenario(std::uint64_t seed);
 
 }  // namespace metabuffer::test

@@ -21,13 +21,13 @@ bool has_fault(const Scenario& scenario, FaultKind kind) {
                        [kind](const Fault& fault) { return fault.kind == kind; });
 }
 bool has_delay(const Scenario& scenario) { return has_fault(scenario, FaultKind::kDelay); }
-/// A fault may raise STALL for no composer's sake, in any clock of the run.
+/// Whether a fault may raise STALL in any clock of the run, although no composer needs it.
 bool stalls_at_random(const Scenario& scenario) {
     return !glitches(scenario) && has_fault(scenario, FaultKind::kRandomStalls);
 }
 
-/// Every display shows every frame once and whole: what the pairs that the machine reports give, less the
-/// local pixels that it located as starved; and if none was, what the functional level makes of those pairs.
+/// Every display shows every frame once and whole: what the reported pairs give, without the local pixels that the
+/// machine located as starved. If none was, that is what the functional level makes of those pairs.
 void check_pictures(const MachineRun& run) {
     const Scenario& scenario = run.scenario();
     const bool starved = run.report().total_starved_pixels() > 0;
@@ -84,8 +84,8 @@ void check_column_stalls(const MachineRun& run) {
     }
 }
 
-/// Which pair a frame shows. Lockstep: pair k, or the last good one before it; with a silent link at least
-/// never one from the future. Always: never back, and what is shown again is counted.
+/// Which pair a frame shows. In lockstep: pair k, or the last good one before it; with a silent link at least never a
+/// later one. Always: never an earlier pair than the frame before, and what is shown again is counted.
 void check_pairs(const MachineRun& run) {
     const Scenario& scenario = run.scenario();
     const RunReport& report = run.report();
@@ -152,8 +152,8 @@ void check_buses(const MachineRun& run) {
     }
 }
 
-/// One raster pixel enters a pipeline a clock, each composer one clock behind the one above it: with one
-/// column a frame takes raster pixels + M - 1 clocks and what the column stood still; several start apart.
+/// One raster pixel enters a pipeline a clock, and each composer works a clock after the one above it. With one column
+/// a frame takes raster pixels + M - 1 clocks and those of its stalls; several columns start apart.
 void check_frame_spans(const MachineRun& run) {
     const Scenario& scenario = run.scenario();
     const std::int64_t undisturbed =
@@ -183,8 +183,8 @@ void check_frame_spans(const MachineRun& run) {
     }
 }
 
-/// A frame begins behind the swap to the one before; from one swap to the next goes a whole number of the displays'
-/// frames; and no rate is more than displays, links and raster allow.
+/// A frame begins after the swap to the one before. From one swap to the next the displays show a whole number of their
+/// frames. No rate is more than displays, links and raster allow.
 void check_rates(const MachineRun& run) {
     const Scenario& scenario = run.scenario();
     const DisplayConfig& displays = scenario.displays;

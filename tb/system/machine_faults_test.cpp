@@ -43,8 +43,8 @@ struct Machine {
     Pacing pacing = Pacing::kLockstep;
 };
 
-/// Three renderers on two displays. Every pair has an image of its own, so that a picture made of parts of two frames
-/// cannot pass for a good one. The links are so fast that the buses have hardly a pause.
+/// Three renderers on two displays. Every pair has its own image, so that a picture made of parts of two frames cannot
+/// pass for a good one. The links are so fast that the buses have hardly a pause.
 Scenario three_renderers(const Machine& machine) {
     Random random(77);
     Scenario scenario = small_scenario(14, 12, kDisplays);
@@ -96,8 +96,8 @@ ColourImage black(const Scenario& scenario) {
     return ColourImage(scenario.displays.width_pixels, scenario.displays.height_pixels);
 }
 
-/// What has been shown, as far as the run came, is whole: every frame that is not kept back is its own picture, and in
-/// place of the others the one before stays, on every display. Gives the frames shown on every display.
+/// Checks that what the run has shown is whole, on every display: each frame shows its own picture, and each of those
+/// in `kept` the picture before. Returns how many frames every display has shown.
 int check_shown(const MachineRun& run, const std::set<int>& kept) {
     const int frames = run.scenario().frames;
     int shown_on_all = frames;
@@ -184,7 +184,7 @@ TEST_CASE("a composer that never raises PIPEREADY: the watchdog names it and not
     }
     run_traced(runs);
     const std::vector<std::vector<std::string>> expected = {
-        // The PIPEMASTER has no wire for its own: it is kept from raising it.
+        // The PIPEMASTER has no wire for its own PIPEREADY: the fault keeps it from raising it.
         {"composer_1_2 waits for PIPEREADY from below for frame 0",
          "pipeready_fault_2_2 holds PIPEREADY_2_2 low"},
         {"composer_1_2 waits for PIPEREADY from below for frame 0",
@@ -300,7 +300,7 @@ class LossProbe final : public sc_core::sc_module {
         return std::all_of(losses_.begin(), losses_.end(),
                            [](const LostBeat& loss) { return loss.known_cycle >= 0; });
     }
-    /// The frames that can be replaced by the picture before: the composer has known before its last raster pixel.
+    /// The frames that can be replaced by the picture before, since the composer knew before its last raster pixel.
     std::set<int> frames_known_in_time() const {
         std::set<int> frames;
         for (const LostBeat& loss : losses_) {
@@ -336,7 +336,7 @@ class LossProbe final : public sc_core::sc_module {
         const bool arrives = seen_.read().kind == sent.kind;
         if (sent.kind == rtl::BusBeat::Kind::kFrameStart) {
             if (frame_ >= 0 && !losses_.empty()) {
-                // Nothing came behind the segment's last pixels.
+                // Nothing came after the segment's last pixels.
                 losses_.back().last_of_segment = losses_.back().frame == frame_ && last_mine_lost_;
             }
             ++frame_;
@@ -375,7 +375,7 @@ class LossProbe final : public sc_core::sc_module {
     std::vector<LostBeat> losses_;
 };
 
-/// Which places of a loss a set of runs has met.
+/// Which kinds of loss a set of runs has met.
 struct LossCoverage {
     int first = 0, middle = 0, last = 0, single = 0, segment_end = 0;
     int prefetching = 0, compositing = 0, several = 0, whole_burst = 0;
@@ -412,7 +412,7 @@ struct ProbedRuns {
             std::make_unique<Probe>(("probe_" + number).c_str(), *runs.back(), runs.back()->machine()));
     }
 
-    /// Runs them all, has judge(run, probe) judge each, and tells what they have covered.
+    /// Runs them all, has judge(run, probe) judge each, and returns what they have covered.
     template <typename Coverage, typename Judge>
     Coverage run(Judge judge) {
         run_traced(runs);
@@ -426,7 +426,7 @@ struct ProbedRuns {
     }
 };
 
-/// Everything that is asked of a run in which beats were lost.
+/// All checks of a run in which beats were lost.
 void check_losses(const MachineRun& run, const LossProbe& probe) {
     const Fault& fault = run.scenario().faults[0];
     const bool stall = run.scenario().composer.on_starvation == StarvationMode::kStall;
@@ -453,7 +453,7 @@ void check_losses(const MachineRun& run, const LossProbe& probe) {
     if (run.machine().watchdog_findings().empty()) {
         CHECK(shown == kFrames);
     } else {
-        // The last frame's last pixels: nothing comes behind them that could tell.
+        // The last frame's last pixels: nothing comes after them that could show the loss.
         CHECK_FALSE(probe.all_known());
         CHECK(shown == kFrames - 1);
         CHECK(any_contains(run.machine().watchdog_findings(), "composer_2_2 waits for "));
@@ -462,7 +462,7 @@ void check_losses(const MachineRun& run, const LossProbe& probe) {
         CHECK(display.frames_shown == shown);
         CHECK(display.kept_frames == static_cast<std::int64_t>(kept.size()));
     }
-    // Nothing is composited without its pixels and shown, but where nobody could know.
+    // No frame that was composited without its pixels is shown, unless nobody could know.
     if (stall) {
         CHECK(run.report().total_starved_pixels() == 0);
         CHECK((probe.frames_not_known_in_time().empty() || !probe.all_known()));
@@ -473,7 +473,7 @@ void check_losses(const MachineRun& run, const LossProbe& probe) {
 
 namespace {
 
-/// Machines that lose beats here and there, and what is asked of each. Gives what they have met.
+/// Runs machines that lose beats here and there, and checks each. Returns what they have met.
 LossCoverage lose_beats(StarvationMode mode, std::uint64_t seed, bool stalled = false) {
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
@@ -490,7 +490,7 @@ LossCoverage lose_beats(StarvationMode mode, std::uint64_t seed, bool stalled = 
         fault.beats = kBeats[random.between(0, 8)];
         Scenario scenario = with_fault(three_renderers(machine), fault);
         if (stalled) {
-            // Of the last row, so that the swap is held back too, and not of the one whose faults are counted.
+            // Of the last row, so that the swap is held back, too, and not of the row whose faults are counted.
             Fault stalls = random_stalls(2, random.between(20, 70));
             stalls.seed = random.bits() >> 20U;
             scenario = with_fault(scenario, stalls);
@@ -515,7 +515,7 @@ LossCoverage lose_beats(StarvationMode mode, std::uint64_t seed, bool stalled = 
 TEST_CASE("lost beats in stall mode: their frame is not shown and the next good one is",
           "[system][faults][repeat]") {
     const LossCoverage coverage = lose_beats(StarvationMode::kStall, random_seed(4201));
-    CHECK(coverage.never_known > 0);  // and the watchdog has told
+    CHECK(coverage.never_known > 0);  // and the watchdog has reported it
 }
 
 TEST_CASE("lost beats in glitch mode: their frame is not shown and the next good one is",
@@ -545,7 +545,7 @@ class TableProbe final : public sc_core::sc_module {
         bool start_lost = false;
         bool rows_lost = false;
         bool pixels_lost = false;
-        bool loss_known = false;  ///< a beat has come behind what was lost
+        bool loss_known = false;  ///< a beat has come after what was lost
         bool marked = false;      ///< its pixels have left the composer marked as lost
         rtl::BusBeat::Kind told_by = rtl::BusBeat::Kind::kNone;
 
@@ -622,7 +622,7 @@ class TableProbe final : public sc_core::sc_module {
         for (int i = 0; i <= sent_frame_; ++i) {
             Frame& frame = frames_[static_cast<std::size_t>(i)];
             if (!frame.touched() || frame.loss_known) continue;
-            // Pixels for another tell of a table, not of pixels.
+            // Pixels for another display show that a table was lost, but not that pixels were.
             const bool tells = frame.table_lost() || i < sent_frame_ || beat.destination == kFaultyDisplay;
             frame.loss_known = tells;
             if (tells) frame.told_by = beat.kind;
@@ -667,7 +667,7 @@ struct TableLossCoverage {
     }
 };
 
-/// Everything that is asked of a run in which beats of tables were lost.
+/// All checks of a run in which beats of tables were lost.
 void check_table_losses(const MachineRun& run, const TableProbe& probe) {
     const Fault& fault = run.scenario().faults[0];
     UNSCOPED_INFO(fault.beats << " beats of " << to_string(fault.of) << " from cycle " << fault.from_cycle
@@ -679,7 +679,7 @@ void check_table_losses(const MachineRun& run, const TableProbe& probe) {
             composer.renderer == static_cast<int>(kFaultyRenderer) + 1 && composer.display == kFaultyDisplay;
         CHECK((is_faulty || composer.lost_pixels + composer.lost_tables == 0));
     }
-    // A frame whose table was lost is marked as soon as it is composited, one of which all has come never is.
+    // A frame whose table was lost is marked as soon as it is composited. A frame that came whole is never marked.
     const std::set<int> marked = probe.marked();
     const int shown = check_shown(run, marked);
     for (int i = 0; i < shown; ++i) {
@@ -728,7 +728,7 @@ TableLossCoverage lose_tables(LostBeats of, StarvationMode mode, std::uint64_t s
         if (pair_off_the_wall < kFrames) take_off_the_wall(scenario, pair_off_the_wall);
         all.add(with_fault(scenario, fault));
     };
-    add({}, 0, 1, 0);                                        // an empty table, of which the next one tells
+    add({}, 0, 1, 0);                                        // an empty table, whose loss the next one shows
     add({}, 0, of == LostBeats::kTable ? 6 : 300, kFrames);  // a frame and some more
     add({}, random.between(500, 2000), 2000, kFrames - 1);   // all from then on
     constexpr int kTableBeats[] = {1, 1, 1, 2, 2, 3, 4, 7, 12};
@@ -746,7 +746,7 @@ TableLossCoverage lose_tables(LostBeats of, StarvationMode mode, std::uint64_t s
     CHECK(coverage.recovered > 5);
     CHECK(coverage.several > 0);
     CHECK(coverage.start_told_by_start > 0);
-    CHECK(coverage.not_known > 0);  // the last frame's, and the watchdog has told
+    CHECK(coverage.not_known > 0);  // the last frame's, and the watchdog has reported it
     return coverage;
 }
 
@@ -783,14 +783,14 @@ TEST_CASE("lost beats of any kind in glitch mode: their frame is not shown and t
     CHECK(coverage.pixels_too > 0);
 }
 
-TEST_CASE("lost beats of a table: hundreds of frames in a row, and the first whole one behind them is right",
+TEST_CASE("lost beats of a table: hundreds of frames in a row, and the first whole one after them is right",
           "[system][faults][repeat]") {
     constexpr int kLost = 260;
     constexpr int kRunFrames = kLost + 20;
     Scenario scenario = three_renderers({});
     scenario.clocks = {100.0, 100.0, 100.0};
     scenario.frames = kRunFrames;
-    // Empty tables, a beat each, which its composers hear nothing of. Had one of them heard it, the bus would wait.
+    // Empty tables, a beat each, which its composers do not receive. If one of them received one, the bus would wait.
     for (RendererFrame& frame : scenario.renderers[0].frames) {
         frame.viewport.reset();
         frame.table.clear();
@@ -816,7 +816,7 @@ TEST_CASE("lost beats of a table: hundreds of frames in a row, and the first who
     for (const DisplayCounters& display : run.report().displays) CHECK(display.kept_frames == kLost);
 }
 
-TEST_CASE("lost beats of a table: each row and all behind it until the next frame starts",
+TEST_CASE("lost beats of a table: each row and all after it until the next frame starts",
           "[system][faults]") {
     // A bus so narrow that a row takes 8 clocks and a beat carries one pixel.
     constexpr int kRowClocks = 8;
@@ -834,7 +834,7 @@ TEST_CASE("lost beats of a table: each row and all behind it until the next fram
         int pixels = 0;
         for (const ViewportRow& row : renderer.frames[0].table) pixels += row.sdx * row.sdy;
         const int rows = static_cast<int>(renderer.frames[0].table.size());
-        // The first table comes behind the first pair: each of its beats is the first to be lost in some run.
+        // The first table comes after the first pair: each of its beats is the first to be lost in some run.
         for (int at = 0; at < 6; ++at) {
             Fault fault = machine_fault(FaultKind::kLostBeat, first_pair + at * kRowClocks);
             fault.of = LostBeats::kTable;
@@ -914,7 +914,7 @@ void check_stalled_machines(std::uint64_t first_seed, int count) {
 
 namespace {
 
-/// Counts the clocks in which a reader sees a handshake otherwise than its block drives it.
+/// Counts the clocks in which a reader samples another value of a handshake than its block drives.
 class HandshakeProbe final : public sc_core::sc_module {
   public:
     HandshakeProbe(const sc_core::sc_module_name& name, rtl::Metabuffer& machine)
@@ -953,7 +953,7 @@ class HandshakeProbe final : public sc_core::sc_module {
     std::vector<int> held_;
 };
 
-/// Of a row (from 1) of the three renderers on two displays.
+/// The handshakes of a row (from 1) of the three renderers on two displays.
 std::set<std::string> handshakes_of_row(int row, StarvationMode mode) {
     const std::string of_row = "_" + std::to_string(row);
     std::set<std::string> wires{"PAIR_REQUEST" + of_row};
@@ -1001,7 +1001,7 @@ TEST_CASE("random stalls hold every handshake of their row, the last one's outpu
         std::set<std::string> expected = handshakes_of_row(fault.renderer + 1, mode);
         if (expected.count("SWAPLOCK") > 0) expected.insert("SWAPSKIP");  // no frame is bad: never high
         CHECK(probes[i]->wires() == expected);
-        // In a run of a few frames a rise may happen to be held never.
+        // In a run of a few frames a rise may happen never to be held.
         const std::set<std::string> now_held = probes[i]->held();
         held[{fault.renderer + 1, mode}].insert(now_held.begin(), now_held.end());
         const auto renderer = static_cast<std::size_t>(fault.renderer);
@@ -1080,8 +1080,8 @@ Fault reset_at(std::int64_t cycle, std::int64_t cycles) {
     return fault;
 }
 
-/// With clocks of one period a run behind a reset is the run from power-up, so many clocks later.
-TEST_CASE("a reset at any moment: the run begins anew and goes as it does from power-up",
+/// With clocks of one period a run after a reset is the run from power-up, so many clocks later.
+TEST_CASE("a reset at any moment: the run begins again and goes as it does from power-up",
           "[system][faults]") {
     constexpr std::int64_t kPowerUpCycles = 2;
     const auto with_reset = [](std::int64_t cycle, std::int64_t cycles) {
@@ -1121,7 +1121,7 @@ TEST_CASE("a reset at any moment: the run begins anew and goes as it does from p
     CHECK(runs.back()->report().renderers[0].bus.pixels_sent > undisturbed.renderers[0].bus.pixels_sent);
 }
 
-TEST_CASE("behind a reset the starved pixels of a frame are its own, and composers go on counting",
+TEST_CASE("after a reset the starved pixels of a frame are its own, and composers go on counting",
           "[system][faults]") {
     const auto starving = [](std::int64_t reset_cycle) {
         Scenario scenario = three_renderers({});

@@ -32,7 +32,7 @@ class MachineRun {
 
     /// The report at the clock in which the run finished.
     const RunReport& report() const { return report_; }
-    /// What trace windows are put around, then.
+    /// The events that trace windows are put around, at that clock.
     const WindowEvents& window_events() const { return window_events_; }
     /// The report once the buses have sent what was left: in `glitch` mode the last frame may be shown before
     /// its late pixels have been sent.
@@ -43,7 +43,7 @@ class MachineRun {
     /// How often a frame was shown first: 1 for each frame and display of a whole run.
     int times_shown(int frame, int display) const { return shown_.times_shown(frame, display); }
 
-    /// Whether renderer and display (from 1) told of a glitch at that raster pixel.
+    /// Whether renderer and display (from 1) reported a glitch at that raster pixel.
     bool has_glitch(int renderer, int display, const Glitch& glitch) const;
     std::int64_t glitches_located(int renderer, int display) const;
     /// A pixel was located twice, or outside the raster or the run.

@@ -262,7 +262,7 @@ void choose_buffer(Random& random, Scenario& scenario) {
     }
 }
 
-/// From numbers of their own, so that a seed's machine stays what it is but for these keys.
+/// Uses separate random numbers, so that the rest of a seed's machine stays what it is.
 void choose_banks(std::uint64_t seed, MemoryConfig& memory) {
     constexpr std::uint64_t kOwnSequence = 0x42616E6B;
     Random random(seed ^ kOwnSequence);
@@ -282,7 +282,7 @@ void choose_refresh(std::uint64_t seed, MemoryConfig& memory) {
                                      (random.one_in(4) ? random.between(0, 12) : random.between(0, 500));
 }
 
-/// Likewise. With a block that the memory has written in time, if there is one.
+/// Likewise. Chooses a block that the memory has written in time, if there is one.
 void choose_ports(std::uint64_t seed, Scenario& scenario) {
     constexpr std::uint64_t kOwnSequence = 0x506F7274;
     Random random(seed ^ kOwnSequence);
@@ -336,7 +336,7 @@ void choose_arbiter(std::uint64_t seed, BusConfig& bus) {
     if (random.one_in(2)) bus.slot_table = SlotTableMaker::kBuilt;
 }
 
-/// Slot tables of the host's own, some of them wrong. Likewise.
+/// The host's own slot tables, some of them wrong. Likewise.
 void choose_slots(std::uint64_t seed, Scenario& scenario) {
     constexpr std::uint64_t kOwnSequence = 0x536C6F74;
     Random random(seed ^ kOwnSequence);
@@ -455,8 +455,8 @@ Scenario random_stalled_scenario(std::uint64_t seed) {
         fault.percent = kPercents[static_cast<std::size_t>(random.between(0, 3))];
         fault.seed = random.bits() >> 20U;
         fault.from_cycle = random.one_in(2) ? 0 : random.between(0, 2000);
-        // What is held back so often makes a frame last long, and all machines run until the last one is done. A
-        // bus that looks at BUSREADY once in a slot only hardly ever finds it high then.
+        // Handshakes that are held back so often make a frame last long, and all machines run until the last one is
+        // done. A bus that samples BUSREADY only once in a slot hardly ever finds it high then.
         const bool for_a_while = fault.percent > 50 || loses_slots(scenario.bus.arbitration);
         if (for_a_while || random.one_in(3)) fault.cycles = random.between(1, 2000);
         scenario.faults.push_back(fault);

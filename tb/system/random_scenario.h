@@ -13,8 +13,8 @@ namespace metabuffer::test {
 /// everywhere.
 Scenario random_scenario(std::uint64_t seed);
 
-/// Another such scenario, of more frames, in which tables come back, go away and stay empty for a while, of pages of
-/// a few words, and in deeper columns: what it takes for the memory of earlier frames to matter.
+/// Another such scenario with more frames, in which tables come back, go away and stay empty for a while, with pages of
+/// a few words and deeper columns. In it the memory of earlier frames matters.
 Scenario random_long_scenario(std::uint64_t seed);
 
 /// What the levels are compared on: of every three seeds, the third makes a long scenario.

@@ -12,7 +12,7 @@
 #include "tlm/metabuffer.h"
 #include "tlm/run.h"
 
-// What a machine tells of a run that is under way.
+// What a machine reports of a run that is under way.
 namespace metabuffer::test {
 namespace {
 
@@ -38,7 +38,7 @@ TEST_CASE("run progress: a frame has ended when every column has ended it and st
     std::vector<std::vector<std::int64_t>> ends(kFrames);
     std::int64_t taken = 0;
     CHECK(machine.raster_pixels_to_take() == 24 * 8 * 2 * kFrames);
-    sc_core::sc_start(clock / 2);  // looks lie between the clocks
+    sc_core::sc_start(clock / 2);  // checks lie between the clocks
     while (!machine.finished()) {
         for (int frame = 0; frame < kFrames; ++frame) {
             const auto f = static_cast<std::size_t>(frame);
@@ -55,7 +55,7 @@ TEST_CASE("run progress: a frame has ended when every column has ended it and st
     REQUIRE(report.frames.size() == kFrames);
     for (std::size_t f = 0; f < kFrames; ++f) {
         INFO("frame " << f);
-        // At first not known, then what the report has, told in the clock in which it happens.
+        // Not known at first. Then it is what the report has, known in the clock in which it happens.
         const auto known_start = std::count(starts[f].begin(), starts[f].end(), rtl::Composer::kNever);
         CHECK(starts[f].back() == known_start);
         CHECK(starts[f].back() < report.frames[f].start_cycle);
@@ -93,7 +93,7 @@ TEST_CASE("run progress: at every clock both levels have taken as many raster pi
         return std::all_of(machines.begin(), machines.end(),
                            [](const auto& machine) { return machine->finished(); });
     };
-    sc_core::sc_start(clock / 2);  // looks lie between the clocks
+    sc_core::sc_start(clock / 2);  // checks lie between the clocks
     while (!all_finished(clocked) || !all_finished(transacted)) {
         for (std::size_t i = 0; i < scenarios.size(); ++i) {
             INFO("machine " << i << ", clock " << clocked[i]->core_cycle());
@@ -114,7 +114,7 @@ void check_shares(const std::vector<double>& shares) {
     CHECK(shares.back() == 1.0);
 }
 
-TEST_CASE("run progress: level rtl tells the share of the raster pixels that are done", "[system]") {
+TEST_CASE("run progress: level rtl reports the share of the raster pixels that are done", "[system]") {
     std::vector<double> shares;
     rtl::RunOptions options;
     options.on_progress = [&](std::int64_t, double share) { shares.push_back(share); };
@@ -122,7 +122,7 @@ TEST_CASE("run progress: level rtl tells the share of the raster pixels that are
     check_shares(shares);
 }
 
-TEST_CASE("run progress: level tlm tells the share of the raster pixels that are done", "[system]") {
+TEST_CASE("run progress: level tlm reports the share of the raster pixels that are done", "[system]") {
     std::vector<double> shares;
     tlm::RunOptions options;
     options.on_progress = [&](std::int64_t, double share) { shares.push_back(share); };

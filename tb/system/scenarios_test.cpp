@@ -64,7 +64,7 @@ LevelRuns run_levels(const std::string& name) {
     return levels;
 }
 
-/// The pictures of the functional level, no time and no clocked part in it.
+/// The pictures of the functional level, which has no time and no clocked part.
 std::vector<ColourImage> functional_pictures(const Scenario& scenario, int frame) {
     const auto pairs = functional::pairs_without_time(scenario).at(static_cast<std::size_t>(frame));
     const auto contributions = functional::contributions_of(scenario, pairs);

@@ -12,7 +12,7 @@
 #include "tlm/run.h"
 #include "tlm/schedule_observer.h"
 
-// What level tlm tells an observer of its time is what its report counts, bus by bus and column by column.
+// What level tlm reports to an observer of its time must be what its report counts, bus by bus and column by column.
 namespace metabuffer::test {
 namespace {
 
@@ -95,8 +95,8 @@ class Tally final : public tlm::ScheduleObserver {
     }
 };
 
-/// The latency of a frame is counted from the last pixel of its newest pair. The input framebuffer, whose clocks are told,
-/// has a pixel a link clock after that.
+/// The latency of a frame is counted from the last pixel of its newest pair. The input framebuffer, whose clocks are
+/// reported, has a pixel a link clock after that.
 void check_links(const Tally& tally, const Scenario& scenario, const RunReport& report) {
     const std::int64_t link_clock = 1 + clock_period_picoseconds(scenario.clocks.dvi_in_mhz) /
                                             clock_period_picoseconds(scenario.clocks.core_mhz);
@@ -201,11 +201,11 @@ Scenario machine_with(std::uint64_t seed, Wanted wanted) {
 
 }  // namespace
 
-TEST_CASE("schedule: what a machine tells of its time is what it counts", "[system][schedule]") {
+TEST_CASE("schedule: what a machine reports of its time is what it counts", "[system][schedule]") {
     check_machine(machine_with(100, [](const Scenario& scenario) { return scenario.frames > 1; }));
 }
 
-TEST_CASE("schedule: so it is with pixels that starve", "[system][schedule]") {
+TEST_CASE("schedule: times and counters agree where pixels starve", "[system][schedule]") {
     Scenario scenario = machine_with(610, [](const Scenario& of) {
         return of.composer.on_starvation == StarvationMode::kGlitch && of.frames > 1;
     });
@@ -220,7 +220,7 @@ TEST_CASE("schedule: so it is with pixels that starve", "[system][schedule]") {
     check_tally(tally, scenario, report);
 }
 
-TEST_CASE("schedule: so it is with frames that the link rejects", "[system][schedule]") {
+TEST_CASE("schedule: times and counters agree where the link rejects frames", "[system][schedule]") {
     Scenario scenario = machine_with(700, [](const Scenario& of) { return of.frames > 2; });
     Fault fault;
     fault.kind = FaultKind::kCrc;
@@ -236,27 +236,28 @@ TEST_CASE("schedule: so it is with frames that the link rejects", "[system][sche
     CHECK(tally.depth_frames.count({1, 1}) == 0);
 }
 
-TEST_CASE("schedule: so it is with refreshes and an arbiter that takes clocks", "[system][schedule]") {
+TEST_CASE("schedule: times and counters agree where the memory refreshes and the arbiter is slow",
+          "[system][schedule]") {
     check_machine(machine_with(200, [](const Scenario& scenario) {
         return scenario.memory.refreshes() && scenario.bus.grant_cycles > 0 &&
                scenario.bus.slot_table == SlotTableMaker::kBuilt;
     }));
 }
 
-TEST_CASE("schedule: so it is with lost slots", "[system][schedule]") {
+TEST_CASE("schedule: times and counters agree where slots are lost", "[system][schedule]") {
     check_machine(machine_with(300, [](const Scenario& scenario) {
         return scenario.bus.arbitration == Arbitration::kSlotAllocation;
     }));
 }
 
-TEST_CASE("schedule: so it is with columns that stall", "[system][schedule]") {
+TEST_CASE("schedule: times and counters agree where columns stall", "[system][schedule]") {
     Scenario scenario = machine_with(400, [](const Scenario& of) {
         return of.composer.on_starvation == StarvationMode::kStall && of.memory.page_miss_cycles > 6;
     });
     check_machine(scenario);
 }
 
-TEST_CASE("schedule: so it is with shared ports", "[system][schedule]") {
+TEST_CASE("schedule: times and counters agree where ports are shared", "[system][schedule]") {
     check_machine(machine_with(
         500, [](const Scenario& scenario) { return scenario.memory.shared() && scenario.frames > 1; }));
 }

@@ -9,8 +9,8 @@
 #include "tools/program/exit_status.h"
 #include "workplace.h"
 
-// `metabuffer sweep --shard`, `--parts` and `metabuffer merge` from outside: a sweep that was cut gives what it gives in
-// one go, whoever is killed on the way.
+// `metabuffer sweep --shard`, `--parts` and `metabuffer merge` from outside: a sweep in shards gives what it gives in
+// one run, whichever process is killed on the way.
 
 using namespace metabuffer;
 using namespace metabuffer::exploration;
@@ -29,7 +29,7 @@ axes:
   - {key: composer.buffer_pixels, range: {from: 20, to: 59, step: 1}}
 )";
 
-/// What a searched point is shown by is another simulation of many.
+/// A searched point has many simulations; its pictures belong to one of them.
 constexpr const char* kSearch = R"(
 scenario: scenario.yaml
 set: {memory.page_words: 16, composer.ready_space_pixels: 8}
@@ -70,7 +70,7 @@ void check_refused(const ProgramResult& result, const std::string& words) {
 
 }  // namespace
 
-TEST_CASE("shards: merged in any order, twice and more, they export to the bytes of one go",
+TEST_CASE("shards: merged in any order, twice and more, they export the same bytes as one run",
           "[program][sweep]") {
     const Workplace place;
     const std::uint64_t seed = random_seed(41);
@@ -154,7 +154,7 @@ TEST_CASE("merge: says what is missing, with a status of its own, and a sweep ru
     CHECK(result.status == kExitIncomplete);
     CHECK(result.err == "missing: shards 2, 3 and 5 of 5\n");
     CHECK_THAT(result.out, Contains("2 files, 32 points, 32 of them new: all.db"));
-    // What was merged remembers it.
+    // The merged file remembers it.
     const ProgramResult again = metabuffer_in(place, {"merge", "all.db", "-o", "copy.db"});
     CHECK(again.status == kExitIncomplete);
     CHECK(again.err == result.err);
@@ -277,7 +277,7 @@ TEST_CASE("merge: results of another sweep, or none, are refused and nothing is 
     for (const std::string& name : place.names()) CHECK(name.find(".part") == std::string::npos);
 }
 
-TEST_CASE("sweep: names of files are no part of what a sweep is", "[program][sweep]") {
+TEST_CASE("sweep: names of files do not make another sweep", "[program][sweep]") {
     const Workplace place;
     place.write("sweep.yaml", kSweep);
     run_well(place, {"sweep", "sweep.yaml", "--shard", "1/2", "-o", "part-1.db", "--quiet"});
@@ -287,7 +287,7 @@ TEST_CASE("sweep: names of files are no part of what a sweep is", "[program][swe
     std::filesystem::copy_file(place / "scenario.yaml", place / "renamed.yaml");
     run_well(place, {"sweep", "other.yaml", "--shard", "2/2", "-o", "part-2.db", "--quiet"});
     run_well(place, {"merge", "part-1.db", "part-2.db", "-o", "all.db"});
-    // What is in the scenario's file is a part of it.
+    // Other content of the scenario's file does.
     place.write("renamed.yaml", text_of(place / "scenario.yaml") + "frames: 1\n");
     check_refused(metabuffer_in(place, {"sweep", "other.yaml", "--shard", "2/2", "-o", "part-2.db"}),
                   "holds results of other input");
@@ -342,7 +342,8 @@ TEST_CASE("parts: a folder with another sweep's results is refused", "[program][
                   "name another, or remove it");
 }
 
-TEST_CASE("shards: a part of none, and options that do not go together", "[program][sweep]") {
+TEST_CASE("shards: shard numbers that do not exist, and options that do not go together",
+          "[program][sweep]") {
     const Workplace place;
     place.write("sweep.yaml", kSweep);
     for (const std::string text :

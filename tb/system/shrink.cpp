@@ -104,7 +104,7 @@ class Reducer {
         }
     }
 
-    /// Keeps `columns` x `rows` displays of the grid, and what concerns them. Table rows of no display stay.
+    /// Keeps `columns` x `rows` displays of the grid, and what concerns them. Table rows without a display stay.
     static void cut_grid(Scenario& scenario, int first_column, int first_row, int columns, int rows) {
         const int old_columns = scenario.displays.columns;
         const int old_count = scenario.displays.count();
@@ -142,7 +142,7 @@ class Reducer {
         scenario.faults = std::move(faults);
     }
 
-    /// The table counts; a viewport that it is not the split of would be another scenario when written.
+    /// The table counts. A viewport whose split is another table would make another scenario when written.
     static void set_table(RendererFrame& frame, ViewportTable table) {
         frame.table = std::move(table);
         frame.viewport.reset();
@@ -311,7 +311,7 @@ class Reducer {
     }
 
     /// Each setting at its default, if it is not there yet and has one. The grid, the frames and the depth format have
-    /// steps of their own, since more depends on them; a name makes no machine smaller.
+    /// their own steps, since more depends on them. A name does not make a machine smaller.
     void settings() {
         for (const ObjectKey<Scenario>& key : setting_rows()) {
             const std::string path = key.schema.pattern;
@@ -421,7 +421,7 @@ Shrunk shrink(const Scenario& scenario, const StillFails& still_fails, int most_
         result.steps.push_back(steps[next].what);
         result.scenario = std::move(steps[next].scenario);
         steps = reductions(result.scenario);
-        // What did not help before seldom helps now: go on behind the step that did, and come round to it.
+        // A step that did not help before seldom helps now: go on after the step that did, and come back to it later.
         failed_in_a_row = 0;
     }
     result.at_its_smallest = true;

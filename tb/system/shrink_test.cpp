@@ -39,7 +39,7 @@ bool has_multiple(const Scenario& scenario, int multiple) {
     return false;
 }
 
-/// The first seed from `seed` on whose machine is so.
+/// The first seed from `seed` on whose machine meets the condition.
 template <typename Condition>
 Scenario random_scenario_with(std::uint64_t seed, Condition condition) {
     while (true) {

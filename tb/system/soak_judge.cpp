@@ -33,8 +33,8 @@ constexpr std::string_view kIndent = "  ";
 constexpr const char* kDifferent = "different";
 constexpr const char* kCheck = "check";
 
-/// What the checks of one machine have found. They are those of the tests, which speak to Catch: so each machine is a
-/// test case, and this is the reporter that they are run with.
+/// What the checks of one machine have found. The checks are those of the tests, which report to Catch. So each machine
+/// is a test case, and this is the reporter of its run.
 class VerdictReporter final : public Catch::StreamingReporterBase<VerdictReporter> {
   public:
     using StreamingReporterBase::StreamingReporterBase;
@@ -124,7 +124,7 @@ std::vector<SoakVerdict> parsed(const std::string& output) {
     return verdicts;
 }
 
-/// Runs Catch with what standard output would get in a string.
+/// Runs Catch; returns what standard output would get.
 std::string session_output() {
     std::ostringstream output;
     std::streambuf* const before = std::cout.rdbuf(output.rdbuf());

@@ -32,7 +32,7 @@ std::vector<SoakVerdict> judge_machines(const std::vector<SoakMachine>& machines
 /// The same for one machine: an error of the model is a verdict, too.
 SoakVerdict judge_machine(const SoakMachine& machine);
 
-/// The same in a process of its own, which may crash, and may take so long. This process must not have elaborated.
+/// The same in a separate process, which may crash, and may take so long. This process must not have elaborated.
 SoakVerdict judge_in_child(const SoakMachine& machine, int most_seconds);
 
 }  // namespace metabuffer::test

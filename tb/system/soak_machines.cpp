@@ -146,7 +146,7 @@ int shrink_machine(const SoakMachine& machine, const std::filesystem::path& dire
     return kFailed;
 }
 
-/// Nothing if the words are no command.
+/// Nothing if the words are not a command.
 std::optional<int> run_command(const Words& words, RandomMachine random_machine) {
     if (words.size() == 2 && words[0] == "--judge") {
         return tell(0, judge_machine({0, load_scenario(std::filesystem::path(words[1]))}));
@@ -203,7 +203,7 @@ int sc_main(int argc, char** argv) {
 }
 
 int main(int argc, char** argv) {
-    // The kernel's banner would stand among the results.
+    // The kernel's banner would appear among the results.
     setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 0);
     return sc_core::sc_elab_and_sim(argc, argv);
 }

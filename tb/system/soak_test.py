@@ -156,7 +156,7 @@ class Soak(unittest.TestCase):
         self.assertIn("soak_machines 3 2", self.failure("seeds-3-to-4"))
         self.assertEqual((self.directory / "soak-failures/seeds-3-to-4/seed-4/scenario.yaml").read_text(), "seed 4")
 
-    def test_seed_that_is_not_told_of_has_failed(self):
+    def test_seed_that_is_not_reported_has_failed(self):
         done = self.soak(4, 1, silent=[4])
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertEqual(self.kept(), ["seed-4"])

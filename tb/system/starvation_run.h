@@ -21,8 +21,8 @@ struct Starvation {
     bool none() const { return starved_pixels == 0 && rejected_for_buffer == 0 && watchdog_lines == 0; }
 };
 
-/// Runs the scenario at level tlm, counters only, with glitches and composers of so many pixels, in a process of its
-/// own, since SystemC elaborates once in a process. This process must not have elaborated anything. Throws
+/// Runs the scenario at level tlm, counters only, with glitches and buffers of so many pixels. It runs in a separate
+/// process, since SystemC elaborates once in a process. This process must not have elaborated anything. Throws
 /// std::runtime_error if the run fails.
 Starvation run_with_buffer(const Scenario& scenario, int buffer_pixels);
 

@@ -26,7 +26,7 @@ class TlmRun {
     bool finished() const { return machine_->finished(); }
     /// The report at the clock in which the run finished.
     const RunReport& report() const { return report_; }
-    /// What trace windows are put around, then.
+    /// The events that trace windows are put around, at that clock.
     const WindowEvents& window_events() const { return window_events_; }
     const ShownPictures& pictures() const { return shown_; }
 
@@ -52,8 +52,8 @@ struct LevelRuns {
     bool finished() const { return rtl->finished() && tlm->finished() && counters_only->finished(); }
 };
 
-/// Each line is a counter, a picture, the event of a trace window or a run's end in which the levels differ; none if they agree. Call it
-/// when the runs have finished, or never will.
+/// Each line is a counter, a picture, the event of a trace window or a run's end in which the levels differ; none if
+/// they agree. Call it when the runs have finished, or never will.
 std::vector<std::string> level_differences(const MachineRun& rtl, const TlmRun& tlm);
 std::vector<std::string> level_differences(const LevelRuns& runs);
 

@@ -20,7 +20,7 @@ namespace {
 
 using Kind = TraceWindow::Kind;
 
-/// A frame of it takes longer than the run goes on between two looks for a window.
+/// One of its frames takes longer than the run goes on between two checks for a window.
 Scenario long_frames() {
     return with_renderer(small_scenario(256, 128),
                          renderer_of({PixelImage(256, 128)}, {segment_row({8, 4})}));
@@ -106,7 +106,7 @@ TEST_CASE("trace window: a window of one clock shows that clock", "[system]") {
     CHECK(result.traced->last == 100);
 }
 
-TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even if that is long in coming",
+TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even if that comes late",
           "[system]") {
     const ScratchDirectory scratch;
     TraceWindow window;
@@ -125,7 +125,7 @@ std::string as_text(const std::optional<CycleSpan>& range) {
     return range ? std::to_string(range->first) + " to " + std::to_string(range->last) : "never";
 }
 
-/// The machines' events themselves are compared wherever the levels are (tlm_run.h); here is how they are looked for.
+/// The machines' events themselves are compared wherever the levels are (tlm_run.h); here is how they are found.
 TEST_CASE("trace window: level tlm finds the clocks that level rtl finds", "[system]") {
     constexpr std::uint64_t kMachines = 12;
     std::map<Kind, int> found;
@@ -150,7 +150,7 @@ TEST_CASE("trace window: level tlm finds the clocks that level rtl finds", "[sys
     }
 }
 
-TEST_CASE("trace window: found by another level it is the same, and nothing is to be warned of", "[system]") {
+TEST_CASE("trace window: a window that another level found is the same, without a warning", "[system]") {
     const ScratchDirectory scratch;
     TraceWindow window;
     window.before_cycles = 3;
@@ -163,7 +163,7 @@ TEST_CASE("trace window: found by another level it is the same, and nothing is t
     CHECK(result.trace_warning.empty());
 }
 
-TEST_CASE("trace window: a level that has the event elsewhere is found out", "[system]") {
+TEST_CASE("trace window: a level that has the event at another clock is detected", "[system]") {
     const ScratchDirectory scratch;
     TraceWindow window;
     window.before_cycles = 3;
@@ -180,7 +180,7 @@ TEST_CASE("trace window: a level that has the event elsewhere is found out", "[s
               std::to_string(startframe - 3) + "-" + std::to_string(startframe + 5));
 }
 
-TEST_CASE("trace window: a level that has an event which does not happen is found out", "[system]") {
+TEST_CASE("trace window: a level that has an event which does not happen is detected", "[system]") {
     const ScratchDirectory scratch;
     TraceWindow window;
     window.kind = Kind::kFirstStarvedPixel;
@@ -191,7 +191,7 @@ TEST_CASE("trace window: a level that has an event which does not happen is foun
     CHECK(result.trace_warning == "what the waveform should show does not happen at level rtl");
 }
 
-TEST_CASE("trace window: a level that misses an event is found out", "[system]") {
+TEST_CASE("trace window: a level that misses an event is detected", "[system]") {
     const ScratchDirectory scratch;
     const rtl::RunResult result = run_with(long_frames(), TraceWindow{}, scratch,
                                            [](const Scenario&, const TraceWindow&) { return std::nullopt; });

@@ -56,7 +56,7 @@ struct SaveFile {
             } else if (begins_with(line, "[timestart]")) {
                 rest >> word >> start_picoseconds;
             } else {
-                // Where it was saved is nobody's business.
+                // The path where it was saved must not be in it.
                 CHECK_FALSE(begins_with(line, "[dumpfile"));
                 CHECK_FALSE(begins_with(line, "[savefile"));
                 // Options, formats, words for values, group names and the room below an analog trace.

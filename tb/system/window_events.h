@@ -22,7 +22,7 @@ inline std::vector<std::string> windows_around_events(int frames) {
     return windows;
 }
 
-/// Of a machine of any level, when its run has finished.
+/// The events of a machine of any level, when its run has finished.
 template <typename Machine>
 WindowEvents window_events_of(const Machine& machine, int frames) {
     WindowEvents events;
