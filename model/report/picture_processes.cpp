@@ -2,23 +2,17 @@
 
 #include <poll.h>
 #include <sys/mman.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <new>
-#include <stdexcept>
-#include <string_view>
-#include <system_error>
 #include <thread>
 #include <utility>
 
 #include "host/child_process.h"
-#include "host/errors.h"
+#include "host/message_channel.h"
 #include "host/output_file.h"
 
 namespace metabuffer {
@@ -43,105 +37,11 @@ class SharedPixels {
     std::uint32_t* pixels_ = nullptr;
 };
 
-/// Messages both ways between two processes; each is received whole.
-class Channel {
-  public:
-    Channel() {
-        if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends_.data()) != 0) {
-            throw std::system_error(errno, std::generic_category());
-        }
-    }
-    Channel(const Channel&) = delete;
-    Channel& operator=(const Channel&) = delete;
-    ~Channel() {
-        for (const int end : ends_) {
-            if (end >= 0) close(end);
-        }
-    }
-
-    /// From then on this process is the parent (0) or the child (1), and the other end closes with the other process.
-    void keep(std::size_t end) {
-        own_ = end;
-        close(std::exchange(ends_[1 - end], -1));
-    }
-    int descriptor() const { return ends_[own_]; }
-    /// False if nobody receives any more.
-    bool send(std::string_view message) const {
-        ssize_t sent = 0;
-        do {
-            sent = ::send(descriptor(), message.data(), message.size(), MSG_NOSIGNAL);
-        } while (sent < 0 && errno == EINTR);
-        return sent == static_cast<ssize_t>(message.size());
-    }
-    /// Waits for the next. Empty if none comes any more.
-    std::string receive() const {
-        std::array<char, kMostBytes> buffer{};
-        ssize_t got = 0;
-        do {
-            got = recv(descriptor(), buffer.data(), buffer.size(), 0);
-        } while (got < 0 && errno == EINTR);
-        return {buffer.data(), got > 0 ? static_cast<std::size_t>(got) : 0};
-    }
-
-    static constexpr std::size_t kMostBytes = 8192;  ///< a file's name, or an error's line
-
-  private:
-    std::array<int, 2> ends_{-1, -1};
-    std::size_t own_ = 0;
-};
-
 /// What precedes a picture's name in the message that hands it over.
 struct Size {
     std::int32_t width_pixels = 0;
     std::int32_t height_pixels = 0;
 };
-
-/// The first byte of an answer; the text of what was thrown follows.
-enum class Answer : char {
-    kWritten = 'w',
-    kOutputError = 'o',
-    kInputError = 'i',
-    kNoMemory = 'm',
-    kOther = 'x'
-};
-
-std::string answer(Answer kind, std::string_view text = {}) {
-    return std::string(1, static_cast<char>(kind)).append(text.substr(0, Channel::kMostBytes - 1));
-}
-
-std::string encode_and_answer(const PictureProcesses::Encode& encode, const std::string& name,
-                              const ColourImage& picture) {
-    try {
-        encode(name, picture);
-        return answer(Answer::kWritten);
-    } catch (const OutputError& error) {
-        return answer(Answer::kOutputError, error.what());
-    } catch (const InputError& error) {
-        return answer(Answer::kInputError, error.what());
-    } catch (const std::bad_alloc&) {
-        return answer(Answer::kNoMemory);
-    } catch (const std::exception& error) {
-        return answer(Answer::kOther, error.what());
-    }
-}
-
-/// Throws what the answer stands for.
-void check_answer(const std::string& answer) {
-    const std::string text = answer.substr(1);
-    switch (static_cast<Answer>(answer.front())) {
-        case Answer::kWritten:
-            return;
-        case Answer::kOutputError:
-            throw OutputError(text);
-        case Answer::kInputError:
-            throw InputError(text);
-        case Answer::kNoMemory:
-            throw std::bad_alloc();
-        case Answer::kOther:
-            break;
-    }
-    throw std::runtime_error(text);
-}
 
 }  // namespace
 
@@ -151,7 +51,7 @@ class PictureProcesses::Worker {
     Worker(std::size_t most_pixels, const Encode& encode)
         : memory_(most_pixels),
           process_([this, &encode](const ChildProcess::Sender& /*pipe*/) { serve(encode); }) {
-        channel_.keep(kParent);
+        channel_.be_parent();
     }
 
     bool is_busy() const { return !name_.empty(); }
@@ -170,22 +70,20 @@ class PictureProcesses::Worker {
         const std::string received = channel_.receive();
         if (received.empty()) fail();
         name_.clear();
-        check_answer(received);
+        throw_if_failed(received);
     }
 
   private:
-    static constexpr std::size_t kParent = 0;
-    static constexpr std::size_t kChild = 1;
-
     /// What the process does until its parent has gone.
     void serve(const Encode& encode) {
-        channel_.keep(kChild);
+        channel_.be_child();
         for (std::string message = channel_.receive(); !message.empty(); message = channel_.receive()) {
             Size size;
             std::memcpy(&size, message.data(), sizeof size);
             ColourImage picture(size.width_pixels, size.height_pixels);
             std::copy_n(memory_.pixels(), picture.values.size(), picture.values.begin());
-            if (!channel_.send(encode_and_answer(encode, message.substr(sizeof size), picture))) return;
+            const std::string name = message.substr(sizeof size);
+            if (!channel_.send(ending_of([&] { encode(name, picture); }))) return;
         }
     }
     [[noreturn]] void fail() {
@@ -198,7 +96,7 @@ class PictureProcesses::Worker {
     }
 
     SharedPixels memory_;
-    Channel channel_;
+    MessageChannel channel_;
     std::string name_;  ///< of the picture that is being written; empty if none is
     ChildProcess process_;
 };

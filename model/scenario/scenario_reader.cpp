@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "host/text.h"
-#include "images/image_codec.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
 #include "scenario/frame_pattern.h"
@@ -277,17 +276,20 @@ std::vector<Fault> read_faults(const Entry& entry, const std::vector<Renderer>& 
     return faults;
 }
 
-PixelImage load(const FrameSource& source, const Scenario& scenario) {
+[[noreturn]] void fail_image(const FrameSource& source, const std::string& message) {
+    // The message starts with the file's name, which tells the two keys apart.
+    const std::optional<std::filesystem::path>& depth = source.files.depth;
+    const bool is_depth = depth.has_value() && depth != source.files.image &&
+                          message.rfind(text::one_line(depth->string()) + ": ", 0) == 0;
+    source.entry.child(is_depth ? "depth" : "image").fail(message);
+}
+
+const std::shared_ptr<const PixelImage>& image_of(const FrameSource& source, const Scenario& scenario,
+                                                  ImageShelf& shelf) {
     try {
-        return image_codec().load(source.files, scenario.depth_format,
-                                  {scenario.depth_near, scenario.depth_far});
+        return shelf.image_of({source.files, scenario.depth_format, scenario.depth_near, scenario.depth_far});
     } catch (const InputError& error) {
-        // The message starts with the file's name, which tells the two keys apart.
-        const std::string message = error.what();
-        const std::optional<std::filesystem::path>& depth = source.files.depth;
-        const bool is_depth = depth.has_value() && depth != source.files.image &&
-                              message.rfind(text::one_line(depth->string()) + ": ", 0) == 0;
-        source.entry.child(is_depth ? "depth" : "image").fail(message);
+        fail_image(source, error.what());
     }
 }
 
@@ -308,10 +310,7 @@ void read_images(const RendererSource& source, Scenario& scenario, ImageShelf& s
     for (std::size_t i = 0; i < source.frames.size(); ++i) {
         const FrameSource& frame_source = source.frames[i];
         RendererFrame& frame = renderer.frames[i];
-        const ImageShelf::Key key{frame_source.files, scenario.depth_format, scenario.depth_near,
-                                  scenario.depth_far};
-        const std::shared_ptr<const PixelImage>& image =
-            shelf.image_of(key, [&] { return load(frame_source, scenario); });
+        const std::shared_ptr<const PixelImage>& image = image_of(frame_source, scenario, shelf);
         const auto [known, is_new] = indices.try_emplace(image.get(), renderer.images.size());
         if (is_new) {
             renderer.images.push_back(image);
@@ -405,6 +404,19 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
 }
 
 }  // namespace
+
+const std::shared_ptr<const PixelImage>& ImageShelf::image_of(const Key& key) {
+    if (const auto known = images_.find(key); known != images_.end()) return known->second;
+    if (const auto failed = failures_.find(key); failed != failures_.end()) throw InputError(failed->second);
+    const auto& [files, format, near, far] = key;
+    try {
+        return images_.emplace(key, std::make_shared<const PixelImage>(load_(files, format, {near, far})))
+            .first->second;
+    } catch (const InputError& error) {
+        failures_.emplace(key, error.what());
+        throw;
+    }
+}
 
 Scenario read_settings(const Value& tree, const std::string& default_name) {
     return read_draft(tree, default_name, {}).scenario;

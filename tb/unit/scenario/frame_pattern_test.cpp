@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "scenario/scenario_template.h"
 #include "scenario/scenario_writer.h"
 #include "scenario_fixture.h"
 
@@ -150,4 +151,14 @@ TEST_CASE("frames: a rule that a frame of a range breaks names its line and its 
         fixture.error(with_entry("image: 'f%d.exr', frames: 0-1, viewport: {x: 0, y: 0}"));
     CHECK(message.find("test.yaml:4: renderers[0].frames[0]") == 0);
     CHECK(message.find("(frame 1)") != std::string::npos);
+}
+
+TEST_CASE("frames: the files of a range are among those that a sweep's results belong to") {
+    const ScenarioFixture fixture;
+    const ScenarioTemplate scenarios(
+        with_entry("image: 'f%d.exr', depth: 'd%02d.exr', frames: 9-10, viewport: {x: 0, y: 0}"), "test.yaml",
+        fixture.directory().path());
+    std::vector<std::string> names;
+    for (const auto& file : scenarios.image_files({})) names.push_back(file.filename().string());
+    CHECK(names == std::vector<std::string>{"d09.exr", "d10.exr", "f10.exr", "f9.exr"});
 }
