@@ -77,4 +77,8 @@ const ImageCodec& image_codec() {
     return codec;
 }
 
+PixelImage load_image_here(const ImageFiles& files, DepthFormat format, const DepthRange& range) {
+    return image_codec().load(files, format, range);
+}
+
 }  // namespace metabuffer

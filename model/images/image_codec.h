@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -43,5 +44,11 @@ class ImageCodec {
 /// The codec of this process. Call it before the process forks if the children need it too, or each loads it anew.
 /// Throws InputError if the module cannot be loaded.
 const ImageCodec& image_codec();
+
+/// Reads an image as ImageCodec::load() does.
+using LoadImage =
+    std::function<PixelImage(const ImageFiles& files, DepthFormat format, const DepthRange& range)>;
+/// By the codec of this process.
+PixelImage load_image_here(const ImageFiles& files, DepthFormat format, const DepthRange& range);
 
 }  // namespace metabuffer

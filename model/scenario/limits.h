@@ -35,5 +35,7 @@ constexpr IntegerRange kSignedField{std::numeric_limits<std::int16_t>::min(),
 constexpr std::int64_t kComposers = 65536;         ///< displays times renderers
 constexpr std::int64_t kCopiedFrames = 1'000'000;  ///< copies times frames, over all renderers
 
+constexpr std::int64_t kNumberedFrames = 100'000;  ///< that ranges of frames make, over all renderers
+
 }  // namespace limits
 }  // namespace metabuffer

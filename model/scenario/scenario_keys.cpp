@@ -79,10 +79,21 @@ std::vector<SchemaKey> renderer_keys() {
         {"renderers[].frames[]", KeyShape::kMap, "a map"},
         scalar("renderers[].frames[].image", "a file name"),
         scalar("renderers[].frames[].depth", "a file name", ValueRule::Type::kText, "Z of the image"),
+        scalar("renderers[].frames[].frames",
+               "the numbers of many frames, such as 0-299, which file names have as %d or %04d",
+               ValueRule::Type::kText, "one frame"),
         {"renderers[].frames[].z", KeyShape::kScalar, "one depth for all of the image, within depth_range",
          ValueRule::numbers(kDepth), "", "Z of the image"},
         {"renderers[].frames[].viewport", KeyShape::kMap, "a map"}};
-    for (const ObjectKey<Viewport>& key : viewport_rows()) keys.push_back(key.schema);
+    for (const ObjectKey<Viewport>& key : viewport_rows()) {
+        keys.push_back(key.schema);
+        if (key.required) keys.back().fallback = "required without path";
+    }
+    keys.push_back(
+        {"renderers[].frames[].viewport.path", KeyShape::kList,
+         "a list of positions, each with frame, x and y, between which the viewport moves evenly"});
+    keys.push_back({"renderers[].frames[].viewport.path[]", KeyShape::kMap, "a map"});
+    for (const ObjectKey<input::PathPosition>& key : path_rows()) keys.push_back(key.schema);
     keys.push_back({"renderers[].frames[].table", KeyShape::kList,
                     "a list of rows, each [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]"});
     keys.push_back({"renderers[].frames[].table[]", KeyShape::kList,
@@ -291,6 +302,27 @@ const std::vector<ObjectKey<Viewport>>& viewport_rows() {
                                             "top edge in the display space", kViewportPosition)),
         whole_number<&Viewport::multiple>("renderers[].frames[].viewport.multiple", "raster pixels",
                                           "raster pixels per source pixel and axis", {1, kMaximumMultiple}),
+    };
+    return rows;
+}
+
+const std::vector<ObjectKey<input::PathPosition>>& path_rows() {
+    using input::PathPosition;
+    static const std::vector<ObjectKey<PathPosition>> rows{
+        required(whole_number<&PathPosition::frame>("renderers[].frames[].viewport.path[].frame", "frames",
+                                                    "number of the frame, as in frames",
+                                                    {0, std::numeric_limits<int>::max()})),
+        required(whole_number<&PathPosition::viewport, &Viewport::x>(
+            "renderers[].frames[].viewport.path[].x", "raster pixels", "left edge in that frame",
+            kViewportPosition)),
+        required(whole_number<&PathPosition::viewport, &Viewport::y>(
+            "renderers[].frames[].viewport.path[].y", "raster pixels", "top edge in that frame",
+            kViewportPosition)),
+        otherwise(
+            whole_number<&PathPosition::viewport, &Viewport::multiple>(
+                "renderers[].frames[].viewport.path[].multiple", "raster pixels",
+                "raster pixels per source pixel and axis, up to the next position", {1, kMaximumMultiple}),
+            "as before, at first 1"),
     };
     return rows;
 }

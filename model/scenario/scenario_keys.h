@@ -6,6 +6,7 @@
 
 #include "formats/viewport_splitter.h"
 #include "formats/viewport_table.h"
+#include "scenario/frame_pattern.h"
 #include "scenario/object_key.h"
 #include "scenario/scenario.h"
 #include "scenario/schema.h"
@@ -22,6 +23,9 @@ const std::vector<ObjectKey<Scenario>>& setting_rows();
 
 /// The keys of a viewport.
 const std::vector<ObjectKey<Viewport>>& viewport_rows();
+
+/// The keys of a position on a viewport's path.
+const std::vector<ObjectKey<input::PathPosition>>& path_rows();
 
 /// A field of a table's row, in the order of files.
 struct TableField {

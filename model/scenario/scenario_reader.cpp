@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "host/text.h"
-#include "images/image_codec.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
+#include "scenario/frame_pattern.h"
 #include "scenario/limits.h"
 #include "scenario/names.h"
 #include "scenario/scenario_keys.h"
@@ -20,11 +20,13 @@
 namespace metabuffer::input {
 namespace {
 
-/// One entry of a renderer's list as the file has it, before images are read.
+/// A frame as the file has it, before images are read.
 struct FrameSource {
-    Entry entry;
+    Entry entry;  ///< of the renderer's list; that of many frames if it has a range
     ImageFiles files;
     RendererFrame frame;
+    std::size_t index = 0;        ///< of the entry
+    std::optional<int> number{};  ///< in the entry's range
 };
 
 struct RendererSource {
@@ -56,6 +58,9 @@ void read_keys(const Entry& base, const std::vector<ObjectKey<Object>>& keys, st
     }
 }
 
+constexpr std::string_view kViewportPattern = "renderers[].frames[].viewport.";
+constexpr std::string_view kPathPattern = "renderers[].frames[].viewport.path[].";
+
 ViewportRow read_row(const Entry& entry) {
     const std::vector<Entry> entries = entry.items();
     if (entries.size() != table_fields().size()) {
@@ -68,6 +73,41 @@ ViewportRow read_row(const Entry& entry) {
         field.set(row, entries[i].integer(field.range));
     }
     return row;
+}
+
+/// The positions of a moving viewport; none if it stands still.
+std::vector<PathPosition> read_path(const Entry& viewport) {
+    std::vector<PathPosition> path;
+    const Entry entry = viewport.child("path");
+    if (!entry.present()) return path;
+    for (const ObjectKey<Viewport>& key : viewport_rows()) {
+        const std::string name = std::string(key.schema.pattern).substr(kViewportPattern.size());
+        if (const Entry still = viewport.child(name); still.present()) {
+            still.fail("stands beside a path, which has its own; use one of the two");
+        }
+    }
+    for (const Entry& item : entry.items()) {
+        PathPosition position;
+        if (!path.empty()) position.viewport.multiple = path.back().viewport.multiple;
+        read_keys(item, path_rows(), kPathPattern.size(), position);
+        if (!path.empty() && position.frame <= path.back().frame) {
+            item.child("frame").fail(std::to_string(position.frame) + " does not come after " +
+                                     std::to_string(path.back().frame) + "; use a later frame");
+        }
+        path.push_back(position);
+    }
+    if (path.empty()) entry.fail("has no positions; use at least one");
+    return path;
+}
+
+/// The file of a frame's number.
+std::filesystem::path numbered_file(const Entry& entry, const std::filesystem::path& base, int number) {
+    const std::optional<std::string> name = numbered_name(entry.name(), number);
+    if (!name) {
+        entry.fail(text::quoted(entry.name()) +
+                   " has a % that is no number's; use one %d, or %04d for four digits");
+    }
+    return base / *name;
 }
 
 /// depths: that a frame's z may have.
@@ -89,8 +129,10 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, co
         entry.fail("has neither a viewport nor a table; use one of the two");
     }
     if (viewport.present()) {
-        constexpr std::string_view kPrefix = "renderers[].frames[].viewport.";
-        read_keys(viewport, viewport_rows(), kPrefix.size(), source.frame.viewport.emplace());
+        source.frame.viewport.emplace();
+        if (!viewport.child("path").present()) {
+            read_keys(viewport, viewport_rows(), kViewportPattern.size(), *source.frame.viewport);
+        }
         source.frame.table_line = viewport.place().line;
     } else {
         for (const Entry& row : table.items()) source.frame.table.push_back(read_row(row));
@@ -105,17 +147,62 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, co
     return source;
 }
 
+/// All frames that an entry of a renderer's list stands for. numbered_frames: those of earlier ranges.
+std::vector<FrameSource> read_frames(const Entry& entry, const std::filesystem::path& base,
+                                     const NumberRange& depths, std::int64_t& numbered_frames) {
+    const FrameSource source = read_frame(entry, base, depths);
+    const Entry viewport = entry.child("viewport");
+    const std::vector<PathPosition> path =
+        viewport.present() ? read_path(viewport) : std::vector<PathPosition>();
+    const Entry range = entry.child("frames");
+    if (!range.present()) {
+        if (!path.empty()) {
+            viewport.child("path").fail(
+                "goes with a range of frames; add frames, such as 0-29, beside the image");
+        }
+        return {source};
+    }
+    const std::optional<FrameNumbers> numbers = parse_frame_numbers(range.name());
+    if (!numbers) range.fail(text::quoted(range.name()) + " is not a range; use numbers such as 0-299");
+    numbered_frames += numbers->count();
+    if (numbered_frames > limits::kNumberedFrames) {
+        range.fail("makes " + std::to_string(numbered_frames) + " frames so far; use at most " +
+                   std::to_string(limits::kNumberedFrames));
+    }
+    if (!path.empty() && (path.front().frame < numbers->first || path.back().frame > numbers->last)) {
+        viewport.child("path").fail("goes from frame " + std::to_string(path.front().frame) + " to " +
+                                    std::to_string(path.back().frame) + "; use frames of " + range.name());
+    }
+    std::vector<FrameSource> frames;
+    for (int number = numbers->first; number <= numbers->last; ++number) {
+        FrameSource& frame = frames.emplace_back(source);
+        frame.number = number;
+        frame.files.image = numbered_file(entry.child("image"), base, number);
+        if (frame.files.depth) frame.files.depth = numbered_file(entry.child("depth"), base, number);
+        if (!path.empty()) frame.frame.viewport = viewport_on_path(path, number);
+    }
+    return frames;
+}
+
 std::vector<RendererSource> read_renderers(const Entry& entry, const std::filesystem::path& base,
                                            const NumberRange& depths) {
     if (!entry.present()) entry.fail("is missing; use a list of at least one renderer");
     std::vector<RendererSource> renderers;
+    std::int64_t numbered_frames = 0;
     for (const Entry& item : entry.items()) {
         RendererSource renderer{item, "renderer_" + std::to_string(renderers.size() + 1), 1, {}, 0};
         if (const Entry name = item.child("name"); name.present()) renderer.name = name.name();
         if (const Entry copies = item.child("copies"); copies.present()) renderer.copies = copies.integer();
         const Entry frames = item.child("frames");
         if (!frames.present()) frames.fail("is missing; use a list of at least one frame");
-        for (const Entry& frame : frames.items()) renderer.frames.push_back(read_frame(frame, base, depths));
+        std::size_t index = 0;
+        for (const Entry& frame : frames.items()) {
+            for (FrameSource& source : read_frames(frame, base, depths, numbered_frames)) {
+                source.index = index;
+                renderer.frames.push_back(std::move(source));
+            }
+            ++index;
+        }
         renderers.push_back(std::move(renderer));
     }
     return renderers;
@@ -189,17 +276,20 @@ std::vector<Fault> read_faults(const Entry& entry, const std::vector<Renderer>& 
     return faults;
 }
 
-PixelImage load(const FrameSource& source, const Scenario& scenario) {
+[[noreturn]] void fail_image(const FrameSource& source, const std::string& message) {
+    // The message starts with the file's name, which tells the two keys apart.
+    const std::optional<std::filesystem::path>& depth = source.files.depth;
+    const bool is_depth = depth.has_value() && depth != source.files.image &&
+                          message.rfind(text::one_line(depth->string()) + ": ", 0) == 0;
+    source.entry.child(is_depth ? "depth" : "image").fail(message);
+}
+
+const std::shared_ptr<const PixelImage>& image_of(const FrameSource& source, const Scenario& scenario,
+                                                  ImageShelf& shelf) {
     try {
-        return image_codec().load(source.files, scenario.depth_format,
-                                  {scenario.depth_near, scenario.depth_far});
+        return shelf.image_of({source.files, scenario.depth_format, scenario.depth_near, scenario.depth_far});
     } catch (const InputError& error) {
-        // The message starts with the file's name, which tells the two keys apart.
-        const std::string message = error.what();
-        const std::optional<std::filesystem::path>& depth = source.files.depth;
-        const bool is_depth = depth.has_value() && depth != source.files.image &&
-                              message.rfind(text::one_line(depth->string()) + ": ", 0) == 0;
-        source.entry.child(is_depth ? "depth" : "image").fail(message);
+        fail_image(source, error.what());
     }
 }
 
@@ -220,10 +310,7 @@ void read_images(const RendererSource& source, Scenario& scenario, ImageShelf& s
     for (std::size_t i = 0; i < source.frames.size(); ++i) {
         const FrameSource& frame_source = source.frames[i];
         RendererFrame& frame = renderer.frames[i];
-        const ImageShelf::Key key{frame_source.files, scenario.depth_format, scenario.depth_near,
-                                  scenario.depth_far};
-        const std::shared_ptr<const PixelImage>& image =
-            shelf.image_of(key, [&] { return load(frame_source, scenario); });
+        const std::shared_ptr<const PixelImage>& image = image_of(frame_source, scenario, shelf);
         const auto [known, is_new] = indices.try_emplace(image.get(), renderer.images.size());
         if (is_new) {
             renderer.images.push_back(image);
@@ -250,23 +337,40 @@ void read_images(Draft& draft, ImageShelf& shelf) {
     }
 }
 
-/// The path by which the file has what a rule names by the index of a renderer, of which copies have their own.
-std::string path_in_file(const std::string& path, const Draft& draft) {
-    const std::string list = "renderers[";
-    if (path.rfind(list, 0) != 0) return path;
-    const std::size_t renderer = std::stoul(path.substr(list.size()));
-    const auto after = std::upper_bound(
-        draft.sources.begin(), draft.sources.end(), renderer,
-        [](std::size_t index, const RendererSource& source) { return index < source.first; });
-    return list + std::to_string(after - draft.sources.begin() - 1) + path.substr(path.find(']'));
+/// What a rule names, as the file has it.
+struct PlaceInFile {
+    std::string path;
+    std::optional<int> number{};  ///< of the frame, if the file has it in a range
+};
+
+/// A rule names renderers and frames by index: copies, and frames of a range, have their own.
+PlaceInFile place_in_file(const std::string& path, const Draft& draft) {
+    const std::string renderers = "renderers[";
+    if (path.rfind(renderers, 0) != 0) return {path};
+    const std::size_t renderer = std::stoul(path.substr(renderers.size()));
+    const auto source = std::prev(
+        std::upper_bound(draft.sources.begin(), draft.sources.end(), renderer,
+                         [](std::size_t index, const RendererSource& other) { return index < other.first; }));
+    PlaceInFile place{renderers + std::to_string(source - draft.sources.begin())};
+    const std::string rest = path.substr(path.find(']'));
+    const std::string frames = "].frames[";
+    if (rest.rfind(frames, 0) != 0) {
+        place.path += rest;
+        return place;
+    }
+    const FrameSource& frame = source->frames[std::stoul(rest.substr(frames.size()))];
+    place.path += frames + std::to_string(frame.index) + rest.substr(rest.find(']', 1));
+    place.number = frame.number;
+    return place;
 }
 
 /// Turns a broken rule into an error with the line of what broke it.
 void throw_if(const std::optional<RuleViolation>& violation, const Draft& draft, const Value& tree) {
     if (!violation.has_value()) return;
-    const std::string path = path_in_file(violation->path, draft);
-    throw InputError(
-        text::one_line(find_place(tree, path).describe() + ": " + path + ": " + violation->message));
+    const PlaceInFile place = place_in_file(violation->path, draft);
+    const std::string frame = place.number ? " (frame " + std::to_string(*place.number) + ")" : "";
+    throw InputError(text::one_line(find_place(tree, place.path).describe() + ": " + place.path + frame +
+                                    ": " + violation->message));
 }
 
 /// That images may have. A range that is none is for the rules to refuse, which come later.
@@ -300,6 +404,19 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
 }
 
 }  // namespace
+
+const std::shared_ptr<const PixelImage>& ImageShelf::image_of(const Key& key) {
+    if (const auto known = images_.find(key); known != images_.end()) return known->second;
+    if (const auto failed = failures_.find(key); failed != failures_.end()) throw InputError(failed->second);
+    const auto& [files, format, near, far] = key;
+    try {
+        return images_.emplace(key, std::make_shared<const PixelImage>(load_(files, format, {near, far})))
+            .first->second;
+    } catch (const InputError& error) {
+        failures_.emplace(key, error.what());
+        throw;
+    }
+}
 
 Scenario read_settings(const Value& tree, const std::string& default_name) {
     return read_draft(tree, default_name, {}).scenario;

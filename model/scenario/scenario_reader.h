@@ -6,30 +6,32 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "formats/image.h"
+#include "images/image_codec.h"
 #include "scenario/scenario.h"
 #include "scenario/yaml_reader.h"
 
 /// From a scenario's YAML, overrides in place, to the scenario.
 namespace metabuffer::input {
 
-/// Images by their files, each read once however many renderers and scenarios show it.
+/// Images by their files, each read once however many renderers and scenarios show it, also if it cannot be read.
 class ImageShelf {
   public:
+    /// load: reads an image. Throws InputError.
+    explicit ImageShelf(LoadImage load) : load_(std::move(load)) {}
+
     /// What a pixel depends on: the files, and how depths become Z (format, near, far).
     using Key = std::tuple<ImageFiles, DepthFormat, double, double>;
 
-    /// The image, made by `load` if it is not there yet. Stays where it is for as long as the shelf lives.
-    template <typename Load>
-    const std::shared_ptr<const PixelImage>& image_of(const Key& key, Load load) {
-        const auto known = images_.find(key);
-        if (known != images_.end()) return known->second;
-        return images_.emplace(key, std::make_shared<const PixelImage>(load())).first->second;
-    }
+    /// The image. Stays where it is for as long as the shelf lives. Throws InputError, the same each time.
+    const std::shared_ptr<const PixelImage>& image_of(const Key& key);
 
   private:
+    LoadImage load_;
     std::map<Key, std::shared_ptr<const PixelImage>> images_;
+    std::map<Key, std::string> failures_;  ///< what was wrong with those that are not there
 };
 
 /// All but the images and what follows from them, the tables of viewports. Throws InputError.

@@ -1,18 +1,38 @@
 #include "scenario/scenario_template.h"
 
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "host/text.h"
 #include "host/text_file.h"
+#include "scenario/frame_pattern.h"
+#include "scenario/limits.h"
 #include "scenario/scenario_keys.h"
 #include "scenario/scenario_reader.h"
 #include "scenario/scenario_writer.h"
 #include "scenario/yaml_reader.h"
 
 namespace metabuffer {
+namespace {
+
+/// The names of a range of frames, or the name itself.
+std::vector<std::string> numbered_names(const std::string& name, const input::Value* range) {
+    const auto numbers =
+        range == nullptr ? std::optional<input::FrameNumbers>() : input::parse_frame_numbers(range->text);
+    if (!numbers || numbers->count() > limits::kNumberedFrames) return {name};
+    std::vector<std::string> names;
+    for (int number = numbers->first; number <= numbers->last; ++number) {
+        names.push_back(input::numbered_name(name, number).value_or(name));
+    }
+    return names;
+}
+
+}  // namespace
 
 struct ScenarioTemplate::Content {
+    explicit Content(LoadImage load) : shelf(std::move(load)) {}
+
     std::filesystem::path file;
     std::string text;
     std::filesystem::path base;
@@ -32,12 +52,12 @@ struct ScenarioTemplate::Content {
     }
 };
 
-ScenarioTemplate::ScenarioTemplate(const std::filesystem::path& file)
-    : ScenarioTemplate(input::text_of_file(file), file.string(), file.parent_path()) {}
+ScenarioTemplate::ScenarioTemplate(const std::filesystem::path& file, LoadImage load)
+    : ScenarioTemplate(input::text_of_file(file), file.string(), file.parent_path(), std::move(load)) {}
 
 ScenarioTemplate::ScenarioTemplate(std::string text, const std::string& origin,
-                                   const std::filesystem::path& base)
-    : content_(std::make_unique<Content>()) {
+                                   const std::filesystem::path& base, LoadImage load)
+    : content_(std::make_unique<Content>(std::move(load))) {
     content_->file = origin;
     content_->base = base;
     content_->default_name = text::one_line(content_->file.stem().string());
@@ -72,7 +92,10 @@ std::vector<std::filesystem::path> ScenarioTemplate::image_files(
             for (const input::Value& frame : frames->items) {
                 for (const char* key : {"image", "depth"}) {
                     const input::Value* const name = frame.find(key);
-                    if (name != nullptr && !name->text.empty()) files.insert(content_->base / name->text);
+                    if (name == nullptr || name->text.empty()) continue;
+                    for (const std::string& numbered : numbered_names(name->text, frame.find("frames"))) {
+                        files.insert(content_->base / numbered);
+                    }
                 }
             }
         }

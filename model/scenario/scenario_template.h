@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/errors.h"
+#include "images/image_codec.h"
 #include "scenario/scenario_loader.h"
 
 namespace metabuffer {
@@ -17,9 +18,10 @@ namespace metabuffer {
 class ScenarioTemplate {
   public:
     /// Reads the file, not its images. Throws InputError.
-    explicit ScenarioTemplate(const std::filesystem::path& file);
+    explicit ScenarioTemplate(const std::filesystem::path& file, LoadImage load = load_image_here);
     /// The same from text; `origin` names it in messages and `base` is what image paths are relative to.
-    ScenarioTemplate(std::string text, const std::string& origin, const std::filesystem::path& base);
+    ScenarioTemplate(std::string text, const std::string& origin, const std::filesystem::path& base,
+                     LoadImage load = load_image_here);
     ScenarioTemplate(ScenarioTemplate&&) noexcept;
     ScenarioTemplate& operator=(ScenarioTemplate&&) noexcept;
     ~ScenarioTemplate();

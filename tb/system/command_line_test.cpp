@@ -465,6 +465,70 @@ TEST_CASE("option --no-images leaves the counters and no picture", "[program]") 
     }
 }
 
+TEST_CASE("option --pictures chooses which pictures are written, and they are the same", "[program]") {
+    const Workplace place;
+    const auto pictures = [&place] {
+        std::map<std::string, std::string> files;
+        for (const auto& entry : std::filesystem::directory_iterator(place / "out")) {
+            const std::string name = entry.path().filename().string();
+            if (entry.path().extension() == ".png") files[name] = text_of(entry.path());
+        }
+        return files;
+    };
+    const auto names = [](const std::map<std::string, std::string>& files) {
+        std::vector<std::string> result;
+        for (const auto& [name, bytes] : files) result.push_back(name);
+        return result;
+    };
+    const std::vector<std::string> three_frames{"--frames", "3"};
+    REQUIRE(place.run(three_frames).status == kExitDone);
+    const auto all = pictures();
+    CHECK(names(all) == std::vector<std::string>{"collage.png", "display_1.0000.png", "display_1.0001.png",
+                                                 "display_1.0002.png", "display_1.png", "display_2.0000.png",
+                                                 "display_2.0001.png", "display_2.0002.png",
+                                                 "display_2.png"});
+    const std::vector<std::pair<std::string, std::vector<std::string>>> choices{
+        {"last", {"collage.png", "display_1.png", "display_2.png"}},
+        {"2", {"collage.png", "display_1.0002.png", "display_1.png", "display_2.0002.png", "display_2.png"}},
+        {"1-2",
+         {"collage.png", "display_1.0001.png", "display_1.0002.png", "display_1.png", "display_2.0001.png",
+          "display_2.0002.png", "display_2.png"}},
+        {"none", {}}};
+    for (const auto& [choice, expected] : choices) {
+        for (const std::string level : {"tlm", "rtl"}) {
+            INFO(choice << " at level " << level);
+            CHECK(place.run(three_frames + std::vector<std::string>{"--level", level, "--pictures", choice})
+                      .status == kExitDone);
+            const auto written = pictures();
+            CHECK(names(written) == expected);
+            for (const auto& [name, bytes] : written) CHECK((bytes == all.at(name)));
+        }
+    }
+    // What is not numbered shows the last frame that was chosen.
+    CHECK(place.run(three_frames + std::vector<std::string>{"--pictures", "0-1"}).status == kExitDone);
+    CHECK((pictures().at("display_1.png") == all.at("display_1.0001.png")));
+
+    for (const auto& [choice, hint] :
+         std::vector<std::pair<std::string, std::string>>{{"3", "frames up to 2"},
+                                                          {"2-9", "frames up to 2"},
+                                                          {"2-1", "such as 2-5"},
+                                                          {"-1", "such as 2-5"},
+                                                          {"every", "all, last, none"},
+                                                          {"1-", "such as 2-5"},
+                                                          {"99999999999", "such as 2-5"}}) {
+        INFO(choice);
+        const ProgramResult result =
+            place.run(three_frames + std::vector<std::string>{"--pictures=" + choice});
+        CHECK(result.status == kExitBadInput);
+        CHECK_THAT(result.err, Contains("--pictures") && Contains(hint));
+    }
+    const ProgramResult both = place.run({"--no-images", "--pictures", "last"});
+    CHECK(both.status == kExitBadInput);
+    CHECK_THAT(both.err, Contains("--no-images") && Contains("--pictures"));
+    CHECK(place.run({"--no-images", "--pictures", "none"}).status == kExitDone);
+    CHECK(place.run({"--level", "functional", "--pictures", "none"}).status == kExitBadInput);
+}
+
 TEST_CASE("report.json has every key that is promised", "[program]") {
     const Workplace place;
     REQUIRE(place.run(kNarrow).status == kExitDone);

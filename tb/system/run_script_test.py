@@ -24,7 +24,7 @@ renderers:
 """
 # What to give each option that takes a value. One that is not here fails the test of all options.
 VALUES = {"--set": "bus.width_bits=64", "--frames": "1", "--level": "rtl", "--out": "elsewhere", "--trace": "mine.vcd",
-          "--trace-window": "all", "--trace-before": "5", "--trace-after": "5", "--trace-modules": "composer_*"}
+          "--pictures": "none", "--trace-window": "all", "--trace-before": "5", "--trace-after": "5", "--trace-modules": "composer_*"}
 
 
 def options_of_run():

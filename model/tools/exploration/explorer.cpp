@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "host/text.h"
+#include "images/image_process.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
 #include "tools/exploration/smallest_value_search.h"
@@ -513,13 +514,20 @@ void Explorer::Session::report_progress() {
 }
 
 Explorer::Explorer(const SweepPlan& plan, Simulate simulate) : plan_(&plan), simulate_(std::move(simulate)) {
+    // With pictures the runs' processes encode, too: they find the libraries in memory.
+    const LoadImage load = plan.pictures
+                               ? LoadImage(load_image_here)
+                               : [images = std::make_shared<ImageProcess>()](
+                                     const ImageFiles& files, DepthFormat format, const DepthRange& range) {
+                                     return images->load(files, format, range);
+                                 };
     // Points that agree in all that may change images show the same ones.
     std::set<std::string> with_images;
     for (const Point& point : plan.points) {
         const std::filesystem::path file = plan.scenario_file(point.settings);
         const auto [known, is_new] = templates_.try_emplace(file);
         if (is_new) {
-            known->second = std::make_shared<const ScenarioTemplate>(file);
+            known->second = std::make_shared<const ScenarioTemplate>(file, load);
             add_input(file == plan.scenario ? kOnlyScenario : name_of_input(file), file);
         }
         const std::string images = image_settings(file, point);
@@ -536,11 +544,10 @@ Explorer::Explorer(const SweepPlan& plan, Simulate simulate) : plan_(&plan), sim
 /// The processes of the runs are to find the images in memory.
 void Explorer::read_images_of(const Point& point, const ScenarioTemplate& scenario) {
     const std::vector<ScenarioOverride> overrides = plan_->overrides_of(point.settings);
-    const std::size_t known = inputs_.size();
     for (const std::filesystem::path& file : scenario.image_files(overrides)) {
         add_input(name_of_input(file), file);
     }
-    if (inputs_.size() > known) scenario.scenario(overrides);
+    scenario.scenario(overrides);
 }
 
 /// Relative to the sweep, so that a copy of the whole elsewhere is the same.

@@ -188,7 +188,9 @@ void run_tlm(const Scenario& scenario, const LevelRequest& request, const RunFol
 
 void check_request(const LevelRequest& request) {
     if (!request.images && request.level == RunLevel::kFunctional) {
-        throw InputError("--no-images: level functional makes nothing but pictures; use --level tlm or rtl");
+        throw InputError(
+            "--no-images, --pictures none: level functional makes nothing but pictures; use --level tlm or "
+            "rtl");
     }
     if (request.check && request.level == RunLevel::kFunctional) {
         throw InputError(

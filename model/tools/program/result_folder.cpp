@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <regex>
 #include <string>
@@ -36,6 +37,24 @@ std::vector<fs::path> results_in(const fs::path& folder) {
     }
     if (error) fail_to_write(folder, error.message());
     return files;
+}
+
+std::size_t pixels_of_display(const DisplayConfig& displays) {
+    return static_cast<std::size_t>(displays.width_pixels) * static_cast<std::size_t>(displays.height_pixels);
+}
+
+/// A process takes as long to start as a small picture takes to encode.
+std::size_t process_count(const Scenario& scenario, const PictureChoice& choice) {
+    if (choice.none) return 0;
+    constexpr std::size_t kWorthAProcessPixels = 200'000;
+    const int frames = choice.each_frame ? choice.last_frame - choice.first_frame + 1 : 1;
+    const std::size_t pixels = static_cast<std::size_t>(frames) *
+                               static_cast<std::size_t>(scenario.displays.count()) *
+                               pixels_of_display(scenario.displays);
+    const std::size_t processes = std::min(picture_process_count(), pixels / kWorthAProcessPixels);
+    // Or each process would load it again.
+    if (processes > 0) static_cast<void>(image_codec());
+    return processes;
 }
 
 }  // namespace
@@ -122,27 +141,31 @@ void ResultFolder::put_in_place() {
     if (error) fail_to_write(path_ / kReportFile, error.message());
 }
 
-PictureSink::PictureSink(ResultFolder& folder, const Scenario& scenario)
-    : folder_(folder),
-      config_(scenario.displays),
-      many_frames_(scenario.frames > 1),
-      newest_(static_cast<std::size_t>(scenario.displays.count())) {}
-
-void PictureSink::write(const std::string& name, const ColourImage& image) {
-    folder_.write(name, image_codec().png(image, folder_.path() / name));
-}
+PictureSink::PictureSink(ResultFolder& folder, const Scenario& scenario, const PictureChoice& choice)
+    : config_(scenario.displays),
+      choice_(choice),
+      numbers_frames_(choice.each_frame && scenario.frames > 1),
+      newest_(static_cast<std::size_t>(scenario.displays.count())),
+      processes_(process_count(scenario, choice), pixels_of_display(scenario.displays),
+                 [&folder](const std::string& name, const ColourImage& picture) {
+                     folder.write(name, image_codec().png(picture, folder.path() / name));
+                 }) {}
 
 void PictureSink::take(int frame, int display, const ColourImage& image) {
-    if (many_frames_) write(fmt::format("display_{}.{:04}.png", display, frame), image);
+    if (!choice_.holds(frame)) return;
+    if (numbers_frames_) processes_.take(fmt::format("display_{}.{:04}.png", display, frame), image);
     newest_[static_cast<std::size_t>(display) - 1] = image;
 }
 
 void PictureSink::finish() {
-    for (std::size_t d = 0; d < newest_.size(); ++d) {
-        if (newest_[d].values.empty()) return;  // the run ended before a frame was shown
-        write(fmt::format("display_{}.png", d + 1), newest_[d]);
+    // Of a run that ended before a frame was shown there is none.
+    const bool all_shown = std::none_of(newest_.begin(), newest_.end(),
+                                        [](const ColourImage& picture) { return picture.values.empty(); });
+    for (std::size_t d = 0; all_shown && d < newest_.size(); ++d) {
+        processes_.take(fmt::format("display_{}.png", d + 1), newest_[d]);
     }
-    write(kCollage, collage(newest_, config_));
+    if (all_shown) processes_.take(kCollage, collage(newest_, config_));
+    processes_.finish();
 }
 
 }  // namespace metabuffer

@@ -8,7 +8,9 @@
 
 #include "formats/image.h"
 #include "host/writer_lock.h"
+#include "report/picture_processes.h"
 #include "scenario/scenario.h"
+#include "tools/program/picture_choice.h"
 
 namespace metabuffer {
 
@@ -48,23 +50,22 @@ constexpr const char* kEffectiveScenarioFile = "effective_scenario.yaml";
 /// Whether a file of that name in a folder of results is one that runs write, and may replace or remove.
 bool is_result_name(const std::string& name);
 
-/// Writes each frame's pictures as they come and keeps the newest for the collage, so that memory does not grow with the
-/// number of frames. Throws OutputError.
+/// Writes the chosen frames' pictures as they come and keeps the newest for the collage, so that memory does not grow with
+/// the number of frames. Construct it before the machine, since its processes copy what this one has. Throws OutputError.
 class PictureSink {
   public:
-    PictureSink(ResultFolder& folder, const Scenario& scenario);
+    PictureSink(ResultFolder& folder, const Scenario& scenario, const PictureChoice& choice);
 
     void take(int frame, int display, const ColourImage& image);
     /// After the last picture.
     void finish();
 
   private:
-    void write(const std::string& name, const ColourImage& image);
-
-    ResultFolder& folder_;
     DisplayConfig config_;
-    bool many_frames_;
+    PictureChoice choice_;
+    bool numbers_frames_;
     std::vector<ColourImage> newest_;  ///< by display
+    PictureProcesses processes_;
 };
 
 }  // namespace metabuffer

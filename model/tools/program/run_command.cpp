@@ -18,6 +18,7 @@
 namespace metabuffer {
 namespace {
 
+constexpr const char* kPictures = "--pictures";
 constexpr const char* kScheduleExtension = ".json";
 
 constexpr const char* kRunFooter =
@@ -45,9 +46,12 @@ RunCommand::RunCommand(CLI::App& program)
         ->check(CLI::IsMember(enum_names<RunLevel>()));
     command().add_option("--out", out_directory_, "Directory for the results (default: out/NAME)");
     add_trace_options();
-    command().add_flag(
-        "--no-images", no_images_,
-        "Counters only: no pictures, and those of an earlier run in the directory are removed");
+    command().add_option(
+        kPictures, pictures_,
+        "Which pictures are written: all (default), last (those of the last frame), none, or frames counted "
+        "from 0, such as 2 or 2-5; others, of an earlier run in the directory, are removed");
+    command().add_flag("--no-images", no_images_,
+                       "As --pictures none: counters only, and level tlm composites nothing");
     command().add_flag(
         "--check", check_,
         "Check every wire against the machine's rules and every pixel against level functional (level rtl), "
@@ -158,8 +162,16 @@ TraceWindow RunCommand::trace_window() const {
     return window;
 }
 
+bool RunCommand::wants_pictures() const {
+    if (no_images_ && !pictures_.empty() && !names_no_picture(pictures_)) {
+        throw InputError(std::string("--no-images: writes no picture, and ") + kPictures + " " +
+                         text::quoted(pictures_) + " names some; use one of the two");
+    }
+    return !no_images_ && !names_no_picture(pictures_);
+}
+
 LevelRequest RunCommand::request() const {
-    LevelRequest request{level(), !no_images_, check_, std::nullopt};
+    LevelRequest request{level(), wants_pictures(), check_, std::nullopt};
     check_request(request);
     check_trace(request.level);
     if (!trace_file_.empty()) {
@@ -192,6 +204,8 @@ ExitStatus RunCommand::execute() {
     // Before the scenario is read, which takes longer.
     const LevelRequest request = this->request();
     const Scenario scenario = scenario_.load();
+    const PictureChoice choice = parse_picture_choice(
+        kPictures, request.images ? (pictures_.empty() ? "all" : pictures_) : "none", scenario.frames);
     const std::vector<std::filesystem::path> inputs = inputs_of(scenario_.file(), scenario);
     if (!trace_file_.empty()) refuse_to_replace(inputs, "--trace", trace_file_);
     ResultFolder folder(out_directory_.empty() ? std::filesystem::path("out") / scenario.name
@@ -201,9 +215,9 @@ ExitStatus RunCommand::execute() {
     // Before the run, which takes longer: it may hold a path that no scenario file can.
     const std::string effective = effective_scenario(scenario, directory);
 
-    PictureSink pictures(folder, scenario);
+    PictureSink pictures(folder, scenario, choice);
     const LevelOutcome outcome = run(scenario, request, pictures);
-    if (!no_images_) pictures.finish();
+    pictures.finish();
     folder.write(kReportFile, report_json(outcome.report));
     folder.write(kEffectiveScenarioFile, effective);
     folder.put_in_place();

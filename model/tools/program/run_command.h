@@ -40,6 +40,7 @@ class RunCommand final : public Command {
     TraceWindow trace_window() const;
     /// What the options ask for. Throws InputError if they do not go together.
     LevelRequest request() const;
+    bool wants_pictures() const;
     LevelOutcome run(const Scenario& scenario, const LevelRequest& request, PictureSink& pictures) const;
     void print_summary(const LevelOutcome& outcome, const std::string& directory) const;
 
@@ -54,6 +55,7 @@ class RunCommand final : public Command {
     std::optional<std::int64_t> trace_before_cycles_;
     std::optional<std::int64_t> trace_after_cycles_;
     std::vector<std::string> trace_blocks_;
+    std::string pictures_;
     bool no_images_ = false;
     bool check_ = false;
     bool strict_ = false;

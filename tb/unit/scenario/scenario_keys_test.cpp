@@ -33,6 +33,7 @@ constexpr const char* kEveryKey =
     "    frames:\n"
     "      - {image: image.exr, depth: depth.png, viewport: {x: 0, y: 0, multiple: 1}}\n"
     "      - {image: image.exr, table: [[1, 0, 0, 16, 8, 0, 0, 1]]}\n"
+    "      - {image: image.exr, frames: 0-1, viewport: {path: [{frame: 0, x: 0, y: 0, multiple: 1}]}}\n"
     "faults:\n"
     "  - {renderer: ball, pair: 0, kind: delay, frame: colour, delay_pairs: 1}\n"
     "  - {renderer: ball, pair: 0, kind: short_frame, lines: 1}\n"
@@ -54,14 +55,21 @@ std::string index_of_fault(const std::string& pattern) {
     return "[0]";
 }
 
-/// The key's path with an index for each list: the table's frame is the second one.
+/// Which of the frames has the key.
+std::string index_of_frame(const std::string& pattern) {
+    if (pattern.find(".table") != std::string::npos) return "[1]";
+    const bool is_of_range =
+        pattern.find(".path") != std::string::npos || pattern == "renderers[].frames[].frames";
+    return is_of_range ? "[2]" : "[0]";
+}
+
+/// The key's path with an index for each list.
 std::string with_indices(const std::string& pattern) {
     std::string path;
     for (std::size_t at = 0; at < pattern.size(); ++at) {
         if (pattern.compare(at, 2, "[]") == 0) {
-            const bool is_table = pattern.find(".table") != std::string::npos;
             const bool is_frame = path.size() > 7 && path.compare(path.size() - 7, 7, ".frames") == 0;
-            path += is_table && is_frame ? "[1]" : index_of_fault(pattern);
+            path += is_frame ? index_of_frame(pattern) : index_of_fault(pattern);
             ++at;
         } else {
             path += pattern[at];
@@ -163,7 +171,7 @@ TEST_CASE("scenario keys: what a whole-number key takes is what the reader takes
         }
         CHECK(std::is_sorted(key.rule.only.begin(), key.rule.only.end()));
     }
-    CHECK(count == 43);
+    CHECK(count == 47);
     for (const char* map : {"bus", ""}) {
         CHECK(scenario_schema().find(map)->rule.type == ValueRule::Type::kAny);
     }

@@ -1,0 +1,100 @@
+#include "host/message_channel.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "host/errors.h"
+
+namespace metabuffer {
+namespace {
+
+/// The first byte of how work ended; the text of what was thrown follows.
+enum class Ending : char {
+    kDone = 'd',
+    kInputError = 'i',
+    kOutputError = 'o',
+    kNoMemory = 'm',
+    kOther = 'x'
+};
+
+std::string message_of(Ending ending, std::string_view text = {}) {
+    return std::string(1, static_cast<char>(ending)).append(text.substr(0, MessageChannel::kMostBytes - 1));
+}
+
+}  // namespace
+
+MessageChannel::MessageChannel() {
+    if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends_.data()) != 0) {
+        throw InputError("metabuffer: no channel to another process: " +
+                         std::generic_category().message(errno));
+    }
+}
+
+MessageChannel::~MessageChannel() {
+    for (const int end : ends_) {
+        if (end >= 0) close(end);
+    }
+}
+
+void MessageChannel::keep(std::size_t end) {
+    own_ = end;
+    close(std::exchange(ends_[1 - end], -1));
+}
+
+bool MessageChannel::send(std::string_view message) const {
+    ssize_t sent = 0;
+    do {
+        sent = ::send(descriptor(), message.data(), message.size(), MSG_NOSIGNAL);
+    } while (sent < 0 && errno == EINTR);
+    return sent == static_cast<ssize_t>(message.size());
+}
+
+std::string MessageChannel::receive() const {
+    std::string message(kMostBytes, '\0');
+    ssize_t got = 0;
+    do {
+        got = recv(descriptor(), message.data(), message.size(), 0);
+    } while (got < 0 && errno == EINTR);
+    message.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    return message;
+}
+
+std::string ending_of(const std::function<void()>& work) {
+    try {
+        work();
+        return message_of(Ending::kDone);
+    } catch (const InputError& error) {
+        return message_of(Ending::kInputError, error.what());
+    } catch (const OutputError& error) {
+        return message_of(Ending::kOutputError, error.what());
+    } catch (const std::bad_alloc&) {
+        return message_of(Ending::kNoMemory);
+    } catch (const std::exception& error) {
+        return message_of(Ending::kOther, error.what());
+    }
+}
+
+void throw_if_failed(const std::string& ending) {
+    const std::string text = ending.substr(1);
+    switch (static_cast<Ending>(ending.front())) {
+        case Ending::kDone:
+            return;
+        case Ending::kInputError:
+            throw InputError(text);
+        case Ending::kOutputError:
+            throw OutputError(text);
+        case Ending::kNoMemory:
+            throw std::bad_alloc();
+        case Ending::kOther:
+            break;
+    }
+    throw std::runtime_error(text);
+}
+
+}  // namespace metabuffer

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace metabuffer {
+
+/// Messages both ways between this process and a child that it forks after the construction; each is received whole.
+class MessageChannel {
+  public:
+    static constexpr std::size_t kMostBytes =
+        16384;  ///< of a message: two paths, or a line that says what is wrong
+
+    /// Throws InputError if this computer has no descriptors for it.
+    MessageChannel();
+    MessageChannel(const MessageChannel&) = delete;
+    MessageChannel& operator=(const MessageChannel&) = delete;
+    ~MessageChannel();
+
+    /// Once, after the fork: says which of the two this process is. From then on the other end closes with the other
+    /// process.
+    void be_parent() { keep(0); }
+    void be_child() { keep(1); }
+
+    /// To poll for reading.
+    int descriptor() const { return ends_[own_]; }
+    /// False if nobody receives any more.
+    bool send(std::string_view message) const;
+    /// Waits for the next message. Empty if none comes any more.
+    std::string receive() const;
+
+  private:
+    void keep(std::size_t end);
+
+    std::array<int, 2> ends_{-1, -1};
+    std::size_t own_ = 0;
+};
+
+/// Does the work, and says in a message how it ended: what it throws is for the other process.
+std::string ending_of(const std::function<void()>& work);
+
+/// Throws what the work threw: InputError, OutputError and std::bad_alloc as they were, others as std::runtime_error.
+void throw_if_failed(const std::string& ending);
+
+}  // namespace metabuffer

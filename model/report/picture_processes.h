@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "formats/image.h"
+
+namespace metabuffer {
+
+/// Encodes pictures in processes of their own while this one goes on. A process holds one picture at a time, in memory that
+/// is shared with it, so that memory does not grow with the number of pictures.
+class PictureProcesses {
+  public:
+    /// Encodes a picture and writes it to the file of that name.
+    using Encode = std::function<void(const std::string& name, const ColourImage& picture)>;
+
+    /// processes: as many as this computer allows, but not more. With none, take() encodes by itself.
+    /// most_pixels: of one picture; take() encodes a larger one by itself.
+    /// encode: what the processes call; what it needs is loaded before.
+    PictureProcesses(std::size_t processes, std::size_t most_pixels, Encode encode);
+    PictureProcesses(const PictureProcesses&) = delete;
+    PictureProcesses& operator=(const PictureProcesses&) = delete;
+    /// Ends processes that are still at work; their pictures are lost.
+    ~PictureProcesses();
+
+    /// Hands a picture to an idle process, waiting until there is one. Throws what `encode` has thrown for an earlier
+    /// picture: OutputError, InputError and std::bad_alloc as they are, others as std::runtime_error. Throws OutputError
+    /// naming an earlier picture whose process ended.
+    void take(const std::string& name, const ColourImage& picture);
+    /// Waits for all pictures. Throws as take().
+    void finish();
+
+  private:
+    class Worker;
+
+    Worker& idle_worker();
+    void wait_for_any();
+
+    Encode encode_;
+    std::size_t most_pixels_;
+    std::vector<std::unique_ptr<Worker>> workers_;
+};
+
+/// The processes that encode pictures at the same time on this computer: one for each core, none if there is only one.
+std::size_t picture_process_count();
+
+}  // namespace metabuffer
