@@ -7,9 +7,9 @@
 
 namespace metabuffer {
 
-/// Supersampling's end (section 7 of the paper): averages each block of s x s raster pixels to one display
-/// pixel, each channel (sum + s*s/2) >> (2 log2 s). Raster pixels arrive in raster order; the display pixel
-/// is complete with the last pixel of its block. State: one row of channel sums.
+/// The last step of supersampling (section 7 of the paper): averages each block of s x s raster pixels to one display
+/// pixel, each channel (sum + s*s/2) >> (2 log2 s). Raster pixels arrive in raster order; the display pixel is complete
+/// with the last pixel of its block. State: one row of channel sums.
 class Averager {
   public:
     /// supersample is 1, 2 or 4.

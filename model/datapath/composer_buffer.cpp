@@ -94,7 +94,7 @@ void ComposerBuffer::end_frame() {
         return;  // a frame that was started and is not known
     }
     if (has_segment()) {
-        // The last pixel's last use is behind the raster: nothing of this frame is held any more.
+        // The last pixel has had its last use: nothing of this frame is held any more.
         receiving_ended_frame_ = frames_ == 1 && !head().whole();
         if (receiving_ended_frame_) {
             ended_ = head();

@@ -7,8 +7,8 @@
 
 namespace metabuffer {
 
-/// Addresses of the memory behind a buffer of so many pixels: a power of two, and so many that the words of a beat, which
-/// follow each other, lie in as many banks of it.
+/// Number of addresses of the memory for a buffer of so many pixels: a power of two, and so many that the consecutive
+/// words of a beat lie in different banks.
 constexpr int buffer_addresses(int capacity_pixels) {
     int addresses = 16;
     while (addresses < capacity_pixels) {
@@ -17,15 +17,15 @@ constexpr int buffer_addresses(int capacity_pixels) {
     return addresses;
 }
 
-/// Where a composer's pixels stand in its local memory (section 5.2 of the paper), a queue of the segment's pixels with
-/// a moving window, since a replicated source row is read again until its last repetition. It keeps up to two frames
-/// apart, the one that is being composited (or is next to be) and the one behind it that the bus may already
-/// carry. A frame whose table did not come, or not to its end, is known all the same: it is composited in its turn,
-/// abandoned and without a segment.
+/// Where a composer's pixels are in its local memory (section 5.2 of the paper): a queue of the segment's pixels with a
+/// moving window, since a replicated source row is read again until its last repetition. It keeps up to two frames
+/// apart: the one that is being composited, or is next, and the one after it, which the bus may already carry. A frame
+/// whose table did not come, or not to its end, is known too: it is composited in its turn, abandoned and without a
+/// segment.
 ///
-/// Pixels arrive in the order of their index k and are addressed by it; pixel k is held from its arrival
-/// until it is released, and one that arrives after its release is dropped. What is held never exceeds the
-/// capacity: push() on a full buffer throws std::logic_error, for that is the bus protocol broken.
+/// Pixels arrive in the order of their index k and are addressed by it. Pixel k is held from its arrival until it is
+/// released; a pixel that arrives after its release is dropped. The buffer never holds more than its capacity: push()
+/// on a full buffer throws std::logic_error, since the bus has then broken its protocol.
 class ComposerBuffer {
   public:
     static constexpr int kFrames = 2;
@@ -35,10 +35,10 @@ class ComposerBuffer {
 
     // ---- the bus side ----
 
-    /// Another frame may come: fewer than two are known that are not composited to their end.
+    /// Another frame may come: fewer than two known frames are not composited to their end.
     bool wants_frame() const { return frames_heard_ - frames_composited_ < kFrames; }
-    /// There is room for another frame's table. A frame that was missed takes none, so that there may be room for one
-    /// that was not wanted.
+    /// There is room for another frame's table. A missed frame needs no room, so there may be room for a frame that was
+    /// not wanted.
     bool can_begin_frame() const { return frames_ < kFrames; }
     /// Frames known so far, begun or missed.
     int frames_heard() const { return frames_heard_; }
@@ -52,17 +52,17 @@ class ComposerBuffer {
     void end_table();
     /// Rows of the newest frame's table are still to come.
     bool table_open() const { return frames_ > 0 && !newest().table_complete; }
-    /// Rows of the newest frame's table, which is open, will not come.
+    /// The newest frame's table is open, and rows of it will not come.
     void lose_table();
-    /// The newest frame known is one that was missed or whose table was lost: its pixels are not taken.
+    /// The newest known frame was missed or its table was lost: its pixels are dropped.
     bool table_lost() const { return table_lost_; }
-    // Pixels are those of the newest frame; when it is over before they have all come, they are its pixels still.
+    // Pixels are those of the newest frame, even if that is over before all of them have come.
 
     /// The next pixel of the segment has come, to be written to write_address(). False if it was dropped: it came too
     /// late, or its frame is abandoned.
     bool push();
     int write_address() const { return write_address_; }
-    /// Place in its segment of the pixel that push() takes next; none if no frame's pixels are to come.
+    /// Index in its segment of the pixel that push() takes next; none if no frame's pixels are to come.
     std::optional<std::int64_t> next_pixel() const;
     /// push() would keep the next pixel.
     bool keeps_next() const { return next_pixel().has_value() && keeps(receiving(), receiving().arrived); }
@@ -70,13 +70,13 @@ class ComposerBuffer {
     bool abandoning() const { return next_pixel().has_value() && receiving().abandoned; }
     /// Pixels that have not come yet.
     std::int64_t missing_pixels() const;
-    /// The next `count` pixels will not come. What is left of their frame, unless it is over, is abandoned: none of
-    /// it is kept, and nothing need be waited for.
+    /// The next `count` pixels will not come. Unless it is over, the rest of their frame is abandoned: none of it is
+    /// kept, and nothing is waited for.
     void lose(std::int64_t count);
 
     // ---- the pipeline side: the oldest frame ----
 
-    /// A frame is known that is not composited to its end.
+    /// There is a known frame that is not composited to its end.
     bool has_frame() const { return frames_heard_ > frames_composited_; }
     /// The oldest frame's table is known to its end, or will not come.
     bool table_complete() const { return missed() || (frames_ > 0 && head().table_complete); }
@@ -92,7 +92,7 @@ class ComposerBuffer {
     int address_of(std::int64_t k) const {
         return static_cast<int>((head().base_address + k) & (std::int64_t{addresses_} - 1));
     }
-    /// Pixel k has been used for the last time: it and all before it are let go.
+    /// Pixel k has been used for the last time: it and all before it are released.
     void release_through(std::int64_t k);
     /// The oldest frame has been composited.
     void end_frame();
@@ -116,7 +116,7 @@ class ComposerBuffer {
         bool whole() const { return !has_segment || arrived == segment.pixels(); }
     };
 
-    /// The oldest frame is one whose table did not come: not the oldest that is kept.
+    /// The oldest frame is one whose table did not come, and not the oldest kept one.
     bool missed() const { return frames_composited_ != (frames_ > 0 ? head().number : frames_heard_); }
 
     static bool keeps(const Frame& frame, std::int64_t k) { return k >= frame.released && !frame.abandoned; }
@@ -145,9 +145,8 @@ class ComposerBuffer {
     int write_address_ = 0;
 };
 
-/// Walks a display's raster in raster order and tells, for each position, whether the segment covers it,
-/// which of its pixels shows there, and whether that is the pixel's last use: increments only, as in the
-/// hardware.
+/// Walks a display's raster in raster order. For each position it says whether the segment covers it, which of the
+/// segment's pixels shows there, and whether that is the pixel's last use. It only increments, as the hardware does.
 class SegmentWalker {
   public:
     SegmentWalker() = default;
@@ -156,7 +155,7 @@ class SegmentWalker {
                   int raster_height_pixels);
 
     bool done() const { return y_ >= raster_height_; }
-    // References, so that a waveform can follow the registers behind them.
+    // References, so that a waveform can trace the registers.
     const int& x() const { return x_; }
     const int& y() const { return y_; }
     bool covered() const { return row_covered_ && x_ >= left_ && x_ < right_; }

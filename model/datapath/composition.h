@@ -8,8 +8,8 @@
 
 namespace metabuffer {
 
-/// How a composer merges its local pixel with the one from upstream. Each level and the judges work it out in code of
-/// their own, in a switch that does not compile before it has a new one.
+/// How a composer merges its local pixel with the one from upstream. Each level and the judges have their own code for
+/// it: a switch that does not compile until it handles a new value.
 enum class Composition : std::uint8_t {
     kZ,          ///< the nearer wins; a tie keeps the upstream pixel
     kZAlphaKey,  ///< as kZ, but a local pixel with A = 0 never wins

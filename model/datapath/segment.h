@@ -6,10 +6,10 @@
 
 namespace metabuffer {
 
-/// Index arithmetic of one composer's segment on its display's raster (section 5.2 of the paper). Pixel k of
-/// the segment, counted in its raster order, is needed from its first use to its last: with dmultiple = 1 one
-/// raster position, otherwise a block that is read row after row from the moving window. Positions on the
-/// raster are counted in raster order from 0. The row must be valid for the raster (see validate_table).
+/// Index arithmetic of one composer's segment on its display's raster (section 5.2 of the paper). Pixel k of the
+/// segment, counted in its raster order, is needed from its first use to its last. That is one raster position with
+/// dmultiple = 1, otherwise a block that is read row after row from the moving window. Positions on the raster are
+/// counted in raster order from 0. The row must be valid for the raster (see validate_table).
 class Segment {
   public:
     Segment() = default;

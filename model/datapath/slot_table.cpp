@@ -11,7 +11,7 @@ namespace {
 constexpr std::int64_t kLargestScale = std::int64_t{1} << 32;
 constexpr std::int64_t kFallbackScale = std::int64_t{1} << 20;
 
-/// A factor that makes every 1 / Dmultiple whole, or nearly so where the multiples have too little in common.
+/// A factor that makes every 1 / Dmultiple a whole number, or nearly one if the common multiple is too large.
 std::int64_t weight_scale(const ViewportTable& rows) {
     std::int64_t scale = 1;
     for (const ViewportRow& row : rows) {
@@ -21,8 +21,8 @@ std::int64_t weight_scale(const ViewportTable& rows) {
     return scale;
 }
 
-/// What each composer needs a raster row, C_i / T_i, as whole numbers. The rows are valid: no weight is zero,
-/// and no sum of them leaves 64 bits.
+/// What each composer needs per raster row, C_i / T_i, as whole numbers. The rows are valid: no weight is zero, and no
+/// sum of them exceeds 64 bits.
 std::vector<std::int64_t> weights(const ViewportTable& rows) {
     const std::int64_t scale = weight_scale(rows);
     std::vector<std::int64_t> result;
@@ -52,8 +52,8 @@ std::vector<std::int64_t> slot_counts(std::vector<std::int64_t> counts, std::int
     return counts;
 }
 
-/// Smooth weighted round robin: a composer earns its share in every slot and pays the whole table for one, so
-/// that its slots lie as evenly as the others allow.
+/// Smooth weighted round robin: in every slot each composer earns its share of credit. The richest gets the slot and
+/// pays the sum of all shares. So its slots lie as evenly as the others allow.
 std::vector<int> spread(const std::vector<std::int64_t>& counts) {
     const std::int64_t total = sum_of(counts);
     std::vector<std::int64_t> credits(counts.size(), 0);

@@ -12,7 +12,7 @@ constexpr std::uint32_t kEvenBytes = 0x00FF'00FFU;  ///< every other channel, ea
 
 // ---- planes_after_link ----
 
-// What colour_link_bits, with_colour_half and so on amount to, written out: alpha and Z as far as the format has them.
+// The same as colour_link_bits, with_colour_half and so on, written out: alpha and Z as far as the format has them.
 METABUFFER_VECTORIZED
 void link_planes(const Pixel* __restrict colour, const Pixel* __restrict depth, const DepthLayout& layout,
                  std::uint32_t* __restrict argb, std::uint32_t* __restrict z, std::size_t count) {
@@ -29,7 +29,7 @@ void link_planes(const Pixel* __restrict colour, const Pixel* __restrict depth, 
 
 // ---- compose_span ----
 
-/// Z has 24 bits, and signed comparisons are what vector units have.
+/// Z has 24 bits, so a signed comparison, which vector units have, gives the same result.
 METABUFFER_INLINE bool nearer(std::uint32_t local_z, std::uint32_t upstream_z) {
     return static_cast<std::int32_t>(local_z) < static_cast<std::int32_t>(upstream_z);
 }
@@ -94,9 +94,9 @@ void double_values(const std::uint32_t* __restrict source, std::uint32_t* __rest
     }
 }
 
-/// Writes whole runs in blocks of constant size, which are vector stores: what a block writes beyond its run,
-/// the next run overwrites. Leaves the runs at the end that a block would write out of bounds from; returns
-/// how many runs it has written.
+/// Writes whole runs in blocks of constant size, which are vector stores. The next run overwrites what a block writes
+/// beyond its run. Leaves out the runs at the end whose blocks would write out of bounds; returns how many runs it has
+/// written.
 template <std::size_t kBlock>
 METABUFFER_INLINE std::size_t write_runs(const std::uint32_t* __restrict source, std::size_t multiple,
                                          std::uint32_t* __restrict out, std::size_t count) {

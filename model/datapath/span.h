@@ -17,9 +17,9 @@ struct PixelSpan {
     const std::uint32_t* z = nullptr;
 };
 
-/// What a composer has in its buffer once both frames of a pair have come over the link: the colour half of
-/// one image's words, the depth half of another's (of the same, unless frames of two pairs were mixed). The
-/// images must be of one size.
+/// What a composer has in its buffer once both frames of a pair have come over the link: the colour half of one image's
+/// words and the depth half of another's (the same image, unless frames of two pairs were mixed). The images must be of
+/// one size.
 PixelPlanes planes_after_link(const PixelImage& colour, const PixelImage& depth, DepthFormat format);
 
 /// Fills `count` pixels with one.
@@ -34,8 +34,8 @@ void compose_span(Composition composition, PixelSpan local, std::uint32_t* argb,
 void replicate_span(PixelSpan source, int multiple, int skip, std::uint32_t* argb, std::uint32_t* z,
                     std::size_t count);
 
-/// Averages blocks of supersample x supersample pixels: `argb` holds `supersample` raster rows one behind the
-/// other, each display_width * supersample wide; `colours` gets display_width values 0xRRGGBB.
+/// Averages blocks of supersample x supersample pixels: `argb` holds `supersample` raster rows one after the other,
+/// each display_width * supersample wide; `colours` gets display_width values 0xRRGGBB.
 void average_span(const std::uint32_t* argb, int supersample, std::size_t display_width,
                   std::uint32_t* colours);
 

@@ -99,7 +99,7 @@ Bytes content_bytes(const ControlScanline& content) {
     bytes.push_back(static_cast<std::uint8_t>(content.kind));
     append_u16(bytes, static_cast<std::uint16_t>(content.table.size()));
     append_u32(bytes, content.frame_number);
-    append_u32(bytes, 0);  // the CRC's place
+    append_u32(bytes, 0);  // room for the CRC
     for (const ViewportRow& row : content.table) append_row(bytes, row);
     append_u16(bytes, static_cast<std::uint16_t>(content.payload.size()));
     bytes.insert(bytes.end(), content.payload.begin(), content.payload.end());
@@ -129,7 +129,7 @@ bool has_magic(const Bytes& bytes) {
     return true;
 }
 
-/// One past the content's last byte, or 0 if row count or payload length lead out of the scanline.
+/// One past the content's last byte, or 0 if row count or payload length exceed the scanline.
 std::size_t content_end(const Bytes& bytes) {
     if (bytes.size() < kRowsOffset) return 0;
     const std::size_t length_offset = kRowsOffset + u16_at(bytes, kRowCountOffset) * kRowBytes;

@@ -8,9 +8,9 @@
 
 namespace metabuffer {
 
-/// The first scanline of every frame: never displayed, it carries the viewport table and whatever else the
-/// host wants to tell (section 4 of the paper). Its pixels' bytes, in the order R, G, B, hold a little-endian
-/// record: magic, version, kind, row count, frame number, CRC-32, the rows, and a payload.
+/// The first scanline of every frame. It is never displayed, and carries the viewport table and whatever else the host
+/// wants to send (section 4 of the paper). Its pixels' bytes, in the order R, G, B, hold a little-endian record: magic,
+/// version, kind, row count, frame number, CRC-32, the rows, and a payload.
 enum class FrameKind : std::uint8_t { kColour = 0, kDepth = 1 };
 
 struct ControlScanline {
@@ -20,9 +20,9 @@ struct ControlScanline {
     std::vector<std::uint8_t> payload;
 };
 
-/// Why a control scanline is rejected, in the order of the checks. A row count or payload length that leaves
-/// the scanline makes the CRC uncheckable and counts as kCrc. kKind is only told of a scanline whose CRC
-/// holds.
+/// Why a control scanline is rejected, in the order of the checks. A row count or payload length that exceeds the
+/// scanline makes it impossible to check the CRC and counts as kCrc. kKind is reported only for a scanline whose CRC is
+/// right.
 enum class ScanlineDefect : std::uint8_t { kNone, kMagic, kVersion, kCrc, kKind };
 
 struct DecodedScanline {
@@ -41,7 +41,7 @@ constexpr int kControlKindOffset = 5;
 constexpr int kControlRowCountOffset = 6;
 constexpr int kControlCrcOffset = 12;
 
-/// The host's error: the content needs more bytes than the scanline has.
+/// The host's error: the content does not fit the scanline or its 16-bit counts.
 class ScanlineOverflow : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
@@ -52,11 +52,11 @@ std::size_t control_scanline_bytes(const ControlScanline& content);
 /// Bytes of payload for which a scanline of so many pixels has room beside a table of no rows; 0 if it is too narrow.
 std::size_t payload_room_bytes(int width_pixels);
 
-/// The scanline as link pixels (0xRRGGBB), zero behind the content. Throws ScanlineOverflow with a message
-/// that names the bytes needed and the bytes there are.
+/// The scanline as link pixels (0xRRGGBB), zero after the content. Throws ScanlineOverflow with a message that names
+/// the bytes needed and the bytes there are.
 std::vector<std::uint32_t> encode_control_scanline(const ControlScanline& content, int width_pixels);
 
-/// Raises nothing: what is wrong is told in the result.
+/// Raises nothing: the result says what is wrong.
 DecodedScanline decode_control_scanline(const std::vector<std::uint32_t>& link_pixels);
 
 }  // namespace metabuffer

@@ -9,7 +9,7 @@ namespace metabuffer {
 
 /// Where two pictures differ.
 struct ImageDifference {
-    std::int64_t pixels = 0;  ///< so many do
+    std::int64_t pixels = 0;  ///< how many differ
     int x = 0;                ///< the first of them, row by row
     int y = 0;
     std::uint32_t left = 0;  ///< its values

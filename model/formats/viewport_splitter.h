@@ -20,9 +20,9 @@ struct DisplayWall {
     int raster_height_pixels = 0;
 };
 
-/// The host's side of section 5: the table that puts an image of the given size at the viewport, one row per
-/// display it touches. A source pixel that straddles two displays goes to both. Throws std::invalid_argument
-/// if multiple is not 1..255 or a coordinate of a row cannot be held in its 16-bit field.
+/// The host's side of section 5: the table that puts an image of the given size at the viewport, one row per display it
+/// touches. A source pixel that straddles two displays goes to both. Throws std::invalid_argument if multiple is not
+/// 1..255 or a coordinate of a row does not fit its 16-bit field.
 ViewportTable split_viewport(const Viewport& viewport, int image_width_pixels, int image_height_pixels,
                              const DisplayWall& wall);
 

@@ -3,8 +3,8 @@
 namespace metabuffer {
 namespace {
 
-/// One axis of a row against its image and raster, so that each rule is written once for x and y. Fields are
-/// at most 16 bits and multiples up to 65535 are looked at: 64 bits hold every product.
+/// One axis of a row against its image and raster, so that each rule is written once for x and y. Fields, invalid
+/// multiples too, have at most 16 bits: 64 bits hold every product.
 struct Axis {
     const char* name;          ///< "x" or "y", as in Sx, Sdx, Dx
     const char* line;          ///< what a line across this axis is called
@@ -53,8 +53,8 @@ Axis vertical(const ViewportRow& row, const ViewportLimits& limits) {
             limits.raster_height_pixels};
 }
 
-/// The least buffer with which the row cannot wait for ever: a composer that must keep a source row for its
-/// repetitions needs its ready space beside it, or it would never take the pixels that let it go on.
+/// The smallest buffer with which the row cannot wait for ever. A composer that must keep a source row for its
+/// repetitions needs its ready space beside it; otherwise it would never receive the pixels that let it go on.
 std::int64_t least_buffer_pixels(const ViewportRow& row, const ViewportLimits& limits) {
     const std::int64_t window = row.dmultiple > 1 ? row.sdx : 0;
     return window + limits.ready_space_pixels;

@@ -56,7 +56,7 @@ constexpr int kRowDefectCount = 7;
 /// The report's key for a defect: "display", "duplicate", "multiple", "source", "destination", "buffer".
 const char* row_defect_key(RowDefect defect);
 
-/// A row that was dropped, where it stood in the table (from 0), and a sentence saying what would be right.
+/// A row that was dropped: its index in the table (from 0), and a sentence that says what would be right.
 struct RejectedRow {
     int index = 0;
     RowDefect defect = RowDefect::kNone;
@@ -68,10 +68,10 @@ struct ValidatedTable {
     std::vector<RejectedRow> rejected;
 };
 
-/// Checks one row alone: every rule but the one about earlier rows.
+/// Checks one row alone: every rule except the one about earlier rows.
 RowDefect row_defect(const ViewportRow& row, const ViewportLimits& limits);
 
-/// Judges the rows of a table as they come, one behind the other.
+/// Judges the rows of a table as they come, one after the other.
 class TableJudge {
   public:
     explicit TableJudge(const ViewportLimits& limits) : limits_(limits) {}
@@ -89,7 +89,7 @@ class TableJudge {
     int next_index_ = 0;
 };
 
-/// Splits a table into the rows that stand and the rows that are dropped. Raises nothing.
+/// Splits a table into the valid rows and the dropped rows. Raises nothing.
 ValidatedTable validate_table(const ViewportTable& table, const ViewportLimits& limits);
 
 }  // namespace metabuffer

@@ -14,9 +14,9 @@ namespace metabuffer::functional {
 
 namespace {
 
-/// A raster is painted in pieces of a row this long: a piece stays in the first level cache until every
-/// renderer has been merged into it, so that only images and picture go through memory, each once. A multiple
-/// of every supersample.
+/// A raster is painted in pieces of a row this long: a piece stays in the first level cache until every renderer has
+/// been merged into it, so that only the images and the picture pass through memory, each once. The length is a
+/// multiple of every supersample.
 constexpr int kPiecePixels = 128;
 
 /// A half-open range of raster columns or rows.
@@ -46,7 +46,7 @@ class Rectangle {
     const Range& columns() const { return columns_; }
     bool shows_on_row(int y) const { return rows_.contains(y) && !columns_.empty(); }
 
-    /// Its pixels on raster row y, from columns().begin on, until another row is asked for.
+    /// Its pixels on raster row y, from columns().begin on, valid until another row is asked for.
     SourceRun pixels_on_row(int y) {
         const int source_row = row_.sy + (y - row_.dy) / row_.dmultiple;
         const int clipped_away = columns_.begin - row_.dx;
@@ -60,8 +60,8 @@ class Rectangle {
     }
 
   private:
-    /// Replicates those pixels of a source row that show, if only in part. The line then serves every raster
-    /// row that the source row fills.
+    /// Replicates the pixels of a source row that show, wholly or in part. The line then serves every raster row that
+    /// the source row fills.
     void lay_out(int source_row) {
         const int multiple = row_.dmultiple;
         const int first = (columns_.begin - row_.dx) / multiple;
@@ -91,13 +91,13 @@ class PictureBuilder {
         : raster_width_(static_cast<std::size_t>(raster_width)), supersample_(supersample) {
         picture_.width_pixels = raster_width / supersample;
         picture_.height_pixels = raster_height / supersample;
-        // Not resized: setting every pixel to zero first would be one more way through memory.
+        // Not resized: setting every pixel to zero first would be one more pass through memory.
         picture_.values.reserve(static_cast<std::size_t>(picture_.width_pixels) *
                                 static_cast<std::size_t>(picture_.height_pixels));
         if (supersample > 1) rows_.resize(raster_width_ * static_cast<std::size_t>(supersample));
     }
 
-    /// The colours of at most kPiecePixels pixels from raster column x on, a multiple of the supersample.
+    /// Takes the colours of at most kPiecePixels pixels from raster column x on; x is a multiple of the supersample.
     void take(int x, int y, const std::uint32_t* argb, std::size_t count) {
         if (supersample_ == 1) {
             append_mean(argb, 0, count);
@@ -126,14 +126,14 @@ class PictureBuilder {
     ColourImage picture_;
 };
 
-/// Whether the byte that the fault changes belongs to what the control scanline says, and not to the zeros behind it.
+/// Whether the byte that the fault changes belongs to the control scanline's content, and not to the zeros after it.
 bool changes_content(const Scenario& scenario, const Fault& fault) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(fault.renderer)];
     const ControlScanline content = control_content(scenario, renderer, fault.pair, fault.frame);
     return static_cast<std::size_t>(fault.byte) < control_scanline_bytes(content);
 }
 
-/// Whether a fault keeps its frame from being taken.
+/// Whether a fault keeps its frame from being accepted.
 bool spoils_frame(const Scenario& scenario, const Fault& fault) {
     switch (fault_traits(fault.kind).effect) {
         case FaultEffect::kNone:
@@ -148,9 +148,9 @@ bool spoils_frame(const Scenario& scenario, const Fault& fault) {
     return false;
 }
 
-/// Whether a pair with these faults never reaches the back bank in time. A link that is silent for some pair
-/// times and then needs one more for the pair itself is late only past the timeout; a colour frame that comes twice
-/// takes half a pair time more, which counts if the depth frame is then late.
+/// Whether the scenario's faults keep a pair from reaching the back bank in time. A link that is silent for some pair
+/// times needs one more for the pair itself, and is late only if the sum exceeds the timeout. A colour frame that comes
+/// twice takes half a pair time more, which counts if the depth frame is delayed too.
 bool is_lost(const Scenario& scenario, int renderer, std::uint32_t pair) {
     std::int64_t half_pair_times = 2;
     bool colour_repeated = false;
@@ -322,9 +322,9 @@ ColourImage composite_display(const Scenario& scenario, const std::vector<Contri
     return compositor.picture(display);
 }
 
-// With free-running pacing it is time that decides which pair a frame shows, and there is none here: the same
-// rule stands in for it. The clocked model's report tells which pairs were shown (FrameRecord::pairs);
-// contributions_of takes those as well as the ones made here.
+// With free-running pacing, time decides which pair a frame shows. There is no time here, so the same rule is used
+// instead. The clocked model's report says which pairs were shown (FrameRecord::pairs); contributions_of accepts those
+// as well as the ones made here.
 std::vector<std::vector<int>> pairs_without_time(const Scenario& scenario) {
     std::vector<int> last_good(scenario.renderers.size(), -1);
     std::vector<std::vector<int>> result;

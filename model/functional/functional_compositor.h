@@ -11,8 +11,8 @@
 
 namespace metabuffer::functional {
 
-/// What one renderer contributes to one composited frame: its image and the table rows that stand. A null
-/// image is a renderer that has had no good pair yet.
+/// What one renderer contributes to one composited frame: its image and the valid table rows. The image is null if the
+/// renderer has had no good pair yet.
 struct Contribution {
     const PixelImage* image = nullptr;
     ViewportTable rows;
@@ -20,17 +20,17 @@ struct Contribution {
     std::shared_ptr<const PixelImage> copy = nullptr;
 };
 
-/// The golden reference, written without the clocked model's datapath: paints every renderer's rectangle over
-/// the background, top of the pipeline first. One compositor is kept for a whole run: it takes an image over
-/// the link, colour and depth apart, once for all displays and all the frames on end that show it. That needs
-/// 8 bytes for each pixel of a frame's images.
+/// The golden reference, written without the clocked model's datapath. It paints every renderer's rectangle over the
+/// background, top of the pipeline first. One compositor is kept for a whole run. It computes what the link leaves of
+/// an image, with colour and depth apart, once for all displays and all consecutive frames that show it. That needs 8
+/// bytes for each pixel of a frame's images.
 class Compositor {
   public:
     /// The scenario must outlive the compositor.
     explicit Compositor(const Scenario& scenario);
 
-    /// Goes on to the next frame. An image is known by its address: it must neither move nor change while
-    /// frames on end contribute it.
+    /// Goes on to the next frame. An image is known by its address: it must neither move nor change while consecutive
+    /// frames contribute it.
     void begin_frame(std::vector<Contribution> contributions);
 
     /// The frame's raster of one display (counted from 1), before averaging.
@@ -47,7 +47,7 @@ class Compositor {
     const Scenario& scenario_;
     std::vector<Contribution> contributions_;
     std::unordered_map<const PixelImage*, PixelPlanes> planes_;  ///< of this frame's images
-    std::vector<PixelPlanes> spare_planes_;  ///< of images that have gone: memory to use again
+    std::vector<PixelPlanes> spare_planes_;  ///< of images that are no longer used: memory to use again
 };
 
 /// Compositor::raster of a single frame.
@@ -61,8 +61,8 @@ ColourImage average_raster(const PixelImage& raster, int supersample);
 ColourImage composite_display(const Scenario& scenario, const std::vector<Contribution>& contributions,
                               int display);
 
-/// Which pair each renderer contributes to each frame when time does not matter: pair k to frame k, and where
-/// pair k has a fault, the last good one before it (-1: none yet). result[frame][renderer].
+/// Which pair each renderer contributes to each frame when time does not matter: pair k to frame k, and where faults
+/// lose pair k, the last good one before it (-1: none yet). result[frame][renderer].
 std::vector<std::vector<int>> pairs_without_time(const Scenario& scenario);
 
 /// The contributions of one frame, given each renderer's pair (-1: none).

@@ -10,7 +10,7 @@ namespace metabuffer::functional {
 
 namespace {
 
-// The loops take bare pointers: only so do compilers believe that they do not overlap.
+// The loops take bare pointers: only then do compilers assume that they do not overlap.
 
 struct TakeOverLink {
     METABUFFER_REFERENCE_LOOP void operator()(const Pixel* __restrict pixels, std::size_t count,
@@ -40,8 +40,8 @@ struct PlanarPixel {
     std::uint32_t z;
 };
 
-// Choices between two pixels are made with masks, for compilers may turn a choice into a branch, or into a
-// store that depends on the pixel, which costs several times as much where near and far pixels alternate.
+// Choices between two pixels are made with masks. Compilers may turn a choice into a branch, or into a store that
+// depends on the pixel. That costs several times as much where near and far pixels alternate.
 
 /// All ones if the condition holds, else zero.
 inline std::uint32_t mask_of(bool condition) { return 0U - static_cast<std::uint32_t>(condition); }

@@ -8,9 +8,9 @@
 
 namespace metabuffer::functional {
 
-// The reference's arithmetic on runs of pixels: neighbours in a row, colour and depth apart as in
-// PixelPlanes. The loops are such that compilers turn them into vector instructions: no branch depends on
-// a pixel. What is read and what is written must not overlap.
+// The reference's arithmetic on runs of pixels: neighbours in a row, colour and depth apart as in PixelPlanes. The
+// loops are written so that compilers turn them into vector instructions: no branch depends on a pixel. What is read
+// and what is written must not overlap.
 
 /// Pixels to be read.
 struct SourceRun {
@@ -24,8 +24,8 @@ struct TargetRun {
     std::uint32_t* z = nullptr;
 };
 
-/// What is left of the pixels after the link: a depth frame has room for alpha and Z only as its format has them, so an
-/// image that holds more loses it here as it does in the machine.
+/// What the link leaves of the pixels. A depth frame has room only for the alpha and Z bits of its format, so an image
+/// with more bits loses them here as it does in the machine.
 void take_over_link(const Pixel* pixels, std::size_t count, DepthFormat format, TargetRun target);
 
 /// Each of the `count` values `multiple` times: fills count * multiple values.

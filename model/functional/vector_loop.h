@@ -2,10 +2,10 @@
 
 namespace metabuffer::functional {
 
-// A release has to run on every processor of its architecture, so it may not be compiled for AVX2, without
-// which loops over pixels lose much of their speed. So such a loop is compiled twice, and each call takes the
-// one that the processor can run. Where that cannot be had there is just the ordinary one, with the same
-// results. Under the sanitizers too: there speed does not count, and the tests thus try the ordinary loops.
+// A release must run on every processor of its architecture, so it must not be compiled for AVX2 as a whole. But
+// without AVX2, loops over pixels are much slower. So such a loop is compiled twice, and each call runs the version
+// that suits the processor. Where that is not possible there is only the ordinary version, with the same results. Under
+// the sanitizers, where speed does not matter, there is only that one too, so the tests run it.
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define METABUFFER_REFERENCE_SANITIZED 1

@@ -10,14 +10,14 @@
 
 namespace metabuffer::functional {
 
-/// Counts the wrong pixels of displays: those shown that differ from what a machine in which nothing starves shows of the
-/// same pairs. A raster pixel that starves is not seen where another renderer's is nearer.
+/// Counts the wrong pixels of displays: shown pixels that differ from what a machine in which nothing starves shows for
+/// the same pairs. A starved raster pixel is not visible where another renderer's pixel is nearer.
 class WrongPixels {
   public:
     /// The scenario must outlive it.
     explicit WrongPixels(const Scenario& scenario) : scenario_(scenario), compositor_(scenario) {}
 
-    /// In a picture of a frame (from 0) on a display (from 1) that was made of these pairs (-1: none).
+    /// Counts them in the picture of a frame (from 0) on a display (from 1) that was made of these pairs (-1: none).
     std::int64_t count(int frame, int display, const ColourImage& picture, const std::vector<int>& pairs);
 
   private:

@@ -9,14 +9,14 @@
 
 namespace metabuffer::rtl {
 
-/// A time from 0 on.
+/// A time of 0 or more.
 inline sc_core::sc_time picoseconds(std::int64_t count) {
     return sc_core::sc_time(static_cast<double>(count), sc_core::SC_PS);
 }
 
 inline std::int64_t now_picoseconds() { return static_cast<std::int64_t>(sc_core::sc_time_stamp().value()); }
 
-/// What every block of the machine is: a SystemC module that can put its signals into a waveform and say what
+/// The base class of every block of the machine: a SystemC module that can add its signals to a waveform and say what
 /// it waits for when nothing moves.
 class Block : public sc_core::sc_module {
   public:
@@ -36,9 +36,9 @@ class Block : public sc_core::sc_module {
 /// kOff is for the test that shows that gating changes nothing.
 enum class ClockGating : std::uint8_t { kOn, kOff };
 
-/// Clock gating for a clocked method that has nothing to do: after a few idle edges in a row the method
-/// sleeps until one of its inputs changes, and is back at the clock edge behind that change. Behaviour is the
-/// same as without it; what it saves is the activations of blocks that would do nothing.
+/// Clock gating for a clocked method that has nothing to do. After a few idle edges in a row the method sleeps until
+/// one of its inputs changes, and it runs again from the clock edge after that change. Behaviour is the same as without
+/// gating; only activations that would do nothing are saved.
 ///
 ///     void clock_edge() {
 ///         if (gate_.opened()) return;  // woken by an input, between two edges
@@ -65,7 +65,7 @@ class ClockGate {
     }
 
   private:
-    /// Waking costs an activation, so short pauses are not slept through.
+    /// Waking costs an activation, so the method does not sleep in short pauses.
     static constexpr int kIdleEdges = 8;
     ClockGating gating_;
     int idle_edges_ = 0;

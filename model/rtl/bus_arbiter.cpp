@@ -80,7 +80,7 @@ bool BusArbiter::clock_edge() {
     return true;
 }
 
-/// At an edge at which the bus waits for an answer.
+/// Called at an edge at which the bus waits for an answer.
 void BusArbiter::decide() {
     if (found_) {
         --search_wait_;

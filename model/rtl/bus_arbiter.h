@@ -13,31 +13,32 @@
 
 namespace metabuffer::rtl {
 
-/// The bus arbiter of an input framebuffer (section 5.3 of the paper): says whose burst the bus carries next, by the
-/// scenario's policy (datapath/arbitration). Line i of each kind is of row i of the frame's table; a frame with fewer
-/// rows than displays leaves the last lines low.
+/// The bus arbiter of an input framebuffer (section 5.3 of the paper): it decides whose burst the bus carries next, by
+/// the scenario's policy (datapath/arbitration). Line i of each kind belongs to row i of the frame's table; a frame
+/// with fewer rows than displays leaves the last lines low.
 ///
 /// Timing: the answer is combinational, from the request lines and the slot pointer of the clock to the grant lines of
 /// the same clock. So a granted burst's first beat follows the last beat of the burst before it without a gap, and
-/// recovering slots costs no clock. The slot pointer is a register: it goes on at the edge that sees take_i with a grant
-/// or a lost slot. start_i, a clock long, begins a frame: from the next edge on its slot table counts, from slot 0.
+/// recovering slots costs no clock. The slot pointer is a register: it advances at the edge that sees take_i with a
+/// grant or a lost slot. start_i is high for one clock and begins a frame: from the next edge on the frame's slot table
+/// is used, from slot 0.
 ///
-/// With grant_cycles = G > 0 the answer is registered: the edge that sees take_i while a line could be granted, or a
-/// slot lost, decides, and the answer stands behind G edges, that one among them, whatever the lines do meanwhile, until
-/// take_i takes it. A slot table that is built takes a clock a slot behind the edge that sees start_i, and nothing is
-/// decided before. search_o is high while an answer is on its way.
+/// With grant_cycles = G > 0 the answer is registered. It is decided at the edge that sees take_i while a line could be
+/// granted or a slot lost. It stands after G edges, the deciding one included, whatever the lines do meanwhile, until
+/// take_i takes it. A slot table that the hardware builds takes one clock per slot after the edge that sees start_i;
+/// nothing is decided before it is built. search_o is high while an answer is on its way.
 class BusArbiter final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
     sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
     sc_core::sc_in<bool> start_i{"start_i"};
-    sc_core::sc_in<FrontTable> table_i{"table_i"};       ///< its slots count
+    sc_core::sc_in<FrontTable> table_i{"table_i"};       ///< its slots and its number of rows are used
     sc_core::sc_in<bool> take_i{"take_i"};               ///< the bus takes this clock's answer
     sc_core::sc_vector<sc_core::sc_in<bool>> pending_i;  ///< pixels of the row are still to be sent
     sc_core::sc_vector<sc_core::sc_in<bool>> ready_i;    ///< the row's composer takes a slot
     sc_core::sc_vector<sc_core::sc_in<std::uint64_t>>
-        deadline_i;                                     ///< raster position that needs the row's next pixel
-                                                        ///< first; only under a policy that goes by it
+        deadline_i;                                     ///< first raster position that needs the row's next
+                                                        ///< pixel; only under a policy that uses it
     sc_core::sc_vector<sc_core::sc_out<bool>> grant_o;  ///< one-hot
     sc_core::sc_out<bool> grant_valid_o{"grant_valid_o"};  ///< a line of grant_o is high
     sc_core::sc_out<bool> search_o{"search_o"};
@@ -46,7 +47,7 @@ class BusArbiter final : public Block {
         "recovered_o"};                               ///< slots passed over on the way to the one granted
     sc_core::sc_out<std::uint16_t> slot_o{"slot_o"};  ///< the slot pointer
 
-    /// lines: displays.
+    /// lines: number of displays.
     BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus, int lines);
     SC_HAS_PROCESS(BusArbiter);
 
@@ -68,13 +69,13 @@ class BusArbiter final : public Block {
 
     const BusConfig bus_;
     std::unique_ptr<ArbitrationPolicy> policy_;
-    std::vector<BusRequest> requests_;  ///< one a row of the frame
+    std::vector<BusRequest> requests_;  ///< one for each row of the frame
 
     RegisterSet registers_;
-    Register<int> build_wait_;  ///< slots of the table that are still to be made
+    Register<int> build_wait_;  ///< slots of the table that are still to be built
     Register<int> search_wait_{registers_, "search_wait",
                                bits_for(limits::kGrantCycles.high)};  ///< edges until the answer
-    Register<bool> found_{registers_, "found"};                       ///< what the answer will be is decided
+    Register<bool> found_{registers_, "found"};                       ///< the answer has been decided
     BusGrant found_grant_;
 
     BusGrant grant_;            ///< combinational: the answer

@@ -20,7 +20,7 @@ BusFault::BusFault(const sc_core::sc_module_name& name, const Scenario& scenario
     dont_initialize();
 }
 
-/// Called once a beat: two beats that follow each other differ, in their place if in nothing else.
+/// Called once for each beat: two beats in a row differ at least in the frame or the position that they name.
 void BusFault::update() {
     const BusBeat& beat = bus_i.read();
     if (beat.kind != BusBeat::Kind::kNone && loses(beat)) {

@@ -12,19 +12,19 @@
 
 namespace metabuffer::rtl {
 
-/// The bus on its last way to one composer, where faults of the scenario (lost_beat) let beats vanish, those of its
-/// pixels, those of tables or whichever: the composer sees a clock without a beat. Not in the paper: a double for a
-/// broken connector.
+/// The last part of the bus before one composer, where faults of the scenario (lost_beat) remove beats: those of the
+/// composer's pixels, those of tables, or any. Instead of a lost beat the composer sees a clock without a beat. Not in
+/// the paper: a test double for a broken connector.
 ///
-/// Combinational: what is not lost is seen in the same clock. A fault from core cycle c on loses the first beats
+/// Combinational: a beat that is not lost is seen in the same clock. A fault from core cycle c on loses the first beats
 /// that the edge of core cycle c, or a later one, would have read.
 class BusFault final : public Block {
   public:
     sc_core::sc_in<BusBeat> bus_i{"bus_i"};
     sc_core::sc_out<BusBeat> bus_o{"bus_o"};
 
-    /// display: of the composer, index. faults: places in Scenario::faults of its lost_beat. Scenario and tally must
-    /// outlive the module.
+    /// display: index, of the composer. faults: indices in Scenario::faults of its lost_beat faults. Scenario and tally
+    /// must outlive the module.
     BusFault(const sc_core::sc_module_name& name, const Scenario& scenario, std::size_t display,
              std::vector<std::size_t> faults, FaultTally& tally);
     SC_HAS_PROCESS(BusFault);

@@ -126,7 +126,7 @@ void BusPort::process() {
     }
 }
 
-/// Until the link's side answers or reset rises, each clock is as the one before.
+/// True if each clock is like the one before until the link's side answers or reset rises.
 bool BusPort::nothing_comes() const {
     return !scenario_.memory.refreshes() && writes_ == nullptr &&
            (state_ == State::kWait || state_ == State::kDone) && !asked_ && !reset_i.read() &&
@@ -139,7 +139,7 @@ std::int64_t BusPort::uncounted_idle_cycles() const {
     return clock_edge_number(core_period_picoseconds_) - *slept_after_cycle_;
 }
 
-/// At the first clock behind the sleep, which counts itself.
+/// Called at the first clock after the sleep, which counts itself.
 void BusPort::count_slept_cycles() {
     if (slept_after_cycle_.has_value()) {
         bus_.idle_cycles += uncounted_idle_cycles() - 1;
@@ -217,7 +217,8 @@ void BusPort::sample_writes() {
     }
 }
 
-/// After the burst's part of the clock: a burst that it stops has left its bank as the block finds it.
+/// Called after the burst's part of the clock: if that stops a burst, its bank is already in the state that the block
+/// finds.
 void BusPort::write_clock() {
     if (!plan_.writes) {
         return;
@@ -243,7 +244,7 @@ void BusPort::write_clock() {
     }
 }
 
-/// Time passes for what the composers have not answered yet.
+/// Counts the clocks until the composers' answers count what they were sent.
 void BusPort::count_answers() {
     if (table_uncounted_cycles_ > 0) {
         --table_uncounted_cycles_;
@@ -260,7 +261,7 @@ void BusPort::count_answers() {
     ready_changed_ = true;
 }
 
-/// Last of what the clock does: a burst that it has stopped leaves nothing half open where a refresh begins.
+/// Called last in a clock: if a refresh begins, a burst stopped in this clock must not leave a bank half open.
 void BusPort::refresh_clock() {
     if (refresh_left_ > 0) {
         --refresh_left_;
@@ -283,7 +284,7 @@ void BusPort::close_banks() {
     }
 }
 
-/// As the memory's bank will have it when it has obeyed.
+/// Notes the page that the memory's bank has open once it has obeyed.
 void BusPort::note_open(std::int64_t page) {
     Bank& bank = bank_of(page);
     bank.open = true;
@@ -348,7 +349,7 @@ void BusPort::table_clock() {
         table_started_ = true;
         sent_ = BusBeat::frame_start(frame_on_bus(), row_count_ == 0);
         if (loop_cycles_ > 0) {
-            table_uncounted_cycles_ = 2 + loop_cycles_;  // without, asking for a pair takes longer
+            table_uncounted_cycles_ = 2 + loop_cycles_;  // without a loop, asking for a pair takes longer
         }
     } else {
         --table_wait_;
@@ -443,7 +444,7 @@ bool BusPort::take_grant() {
     bus_.recovered_slots += recovered_i.read();
     ++bus_.bursts;
     bursting_ = true;
-    // It is not judged by what is left of the one before.
+    // The new burst is not judged by what is left of the one before.
     announced_before_ = 0;
     announced_line_.fill(0);
     burst_row_ = plan_.row;
@@ -474,7 +475,7 @@ bool BusPort::page_ready(const Plan& plan) {
     return false;
 }
 
-/// The beat of the words that the memory is told to read in this clock.
+/// Makes the beat of the words that the memory reads by this clock's command.
 void BusPort::fill_beat(const Plan& plan) {
     Row& of_row = row(burst_row_);
     const int count = plan.command.count;
@@ -504,8 +505,8 @@ void BusPort::drive_beat() {
     sent_.remaining = static_cast<std::uint32_t>(burst_left_);
     announced_ = burst_left_;
     if (burst_left_ == 0) {
-        // A composer that was sent more than one beat has been told what is behind them, and without a loop it has
-        // answered.
+        // If this was not the only beat, those before it have said how much follows, and without a loop the composer
+        // has answered.
         if (!burst_started_ || stopped_ || loop_cycles_ > 0) {
             pass_over(row(burst_row_).composer(), 1 + loop_cycles_);
         }
@@ -521,7 +522,7 @@ void BusPort::pass_over(std::size_t composer, int clocks) {
     ready_changed_ = true;
 }
 
-/// A beat leaves as many clocks behind the one that sent it as its words come behind their read.
+/// A beat goes out as many clocks after the clock that sent it as its words come after their read.
 void BusPort::put_out() {
     if (data_i.read().count > 0) {
         words_ = data_i.read();
@@ -548,7 +549,7 @@ void BusPort::drive_requests() {
     const bool writes = writes_ != nullptr && writes_->any();
     const bool asks = state_ == State::kSend || closing_ || refresh || writes;
     if (!asks && !asked_) {
-        return;  // most of a run's clocks: what stands says nothing
+        return;  // in most clocks of a run: the outputs are inactive already
     }
     asked_ = asks;
     plan_ = Plan{};
@@ -560,7 +561,7 @@ void BusPort::drive_requests() {
     } else {
         plan_.writes = plan_writes(plan_);
         if (closing_ && refresh_left_ == 0) {
-            plan_.command.kind = MemoryCommand::Kind::kPrechargeAll;  // a frame finds no page open
+            plan_.command.kind = MemoryCommand::Kind::kPrechargeAll;  // each frame starts with no page open
         }
     }
     if (plan_.writes) {
@@ -574,7 +575,7 @@ void BusPort::drive_requests() {
     command_o.write(plan_.command);
 }
 
-/// A composer whose BUSREADY cannot count what it was sent last is passed over.
+/// A composer whose BUSREADY cannot yet count what it was sent last is passed over.
 void BusPort::drive_ready() {
     ready_changed_ = false;
     for (int index = 0; index < row_count_; ++index) {
@@ -592,8 +593,8 @@ void BusPort::drive_deadline(std::size_t line) {
     }
 }
 
-/// A low BUSREADY stops a burst, unless it is the answer to the question whether a further slot would be
-/// taken: that is what a composer answers once the rest of the burst fits one beat.
+/// A low BUSREADY stops a burst, unless it answers whether a further slot would be taken. That is what a composer
+/// answers once the rest of the burst fits one beat.
 bool BusPort::burst_is_stopped() const {
     return bursting_ && announced_before_ > pixels_per_beat_ &&
            !busready_i[row(burst_row_).composer()].read();
@@ -661,7 +662,7 @@ MemoryCommand BusPort::opening_command(const Opening& opening, std::int64_t page
                        page);
 }
 
-/// The memory takes a clock for the link's words.
+/// True if the memory uses this clock for the link's words.
 bool BusPort::plan_writes(const Plan& plan) const {
     if (writes_ == nullptr || refresh_begins() || refresh_left_ > 0 || !writes_->any()) {
         return false;
@@ -678,7 +679,7 @@ bool BusPort::plan_writes(const Plan& plan) const {
            opening_of(write_page(), plan.stop).cycles + memory.write_cycles(words) <= refresh_due_in_;
 }
 
-/// The next words of the block, or the page that must be opened for them.
+/// Plans to write the next words of the block, or to open the page that they need.
 void BusPort::plan_write_command(Plan& plan) const {
     const Writes& writes = *writes_;
     const WriteBlock& block = write_block_i[writes.turn()].read();
@@ -706,7 +707,7 @@ void BusPort::plan_write_command(Plan& plan) const {
     }
 }
 
-/// The next words of the open page, as many as fit one beat, or the page that must be opened for them.
+/// Plans to read the next words of the open page, as many as fit one beat, or to open the page that they need.
 void BusPort::plan_memory(Plan& plan) const {
     const Row& of_row = row(plan.row);
     const int page_words = scenario_.memory.page_words;

@@ -29,7 +29,7 @@ void BusRegisters::end_of_elaboration() {
     }
 }
 
-/// Every stage has what comes in.
+/// Every stage holds what comes in.
 bool BusRegisters::settled() const {
     bool settled = bus_.holds(bus_i.read());
     for (std::size_t composer = 0; composer < busready_.size(); ++composer) {

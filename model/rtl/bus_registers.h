@@ -9,9 +9,9 @@
 
 namespace metabuffer::rtl {
 
-/// The registers between an input framebuffer and its composers (bus.register_stages), which let a long bus keep the
-/// clock: what goes to the composers passes through all of them, a stage a clock, and what they answer through as many.
-/// Not in the paper (its Figure 1 draws the bus without). Only machines with stages have this block.
+/// The registers between an input framebuffer and its composers (bus.register_stages), which let a long bus run at the
+/// core clock. What goes to the composers passes through all of them, one stage per clock, and their answers pass
+/// through as many. Not in the paper (its Figure 1 has a bus without them). Only machines with stages have this block.
 ///
 /// All outputs are registered. Reset empties every stage.
 class BusRegisters final : public Block {
@@ -20,12 +20,12 @@ class BusRegisters final : public Block {
     sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
     sc_core::sc_in<BusBeat> bus_i{"bus_i"};   ///< from the input framebuffer
     sc_core::sc_out<BusBeat> bus_o{"bus_o"};
-    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;  ///< one a composer of the row
+    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;  ///< one per composer of the row
     sc_core::sc_vector<sc_core::sc_out<bool>> busready_o;
     sc_core::sc_vector<sc_core::sc_in<bool>> tableready_i;
     sc_core::sc_vector<sc_core::sc_out<bool>> tableready_o;
 
-    /// stages: 1 or more. composers: of the row.
+    /// stages: 1 or more. composers: number in the row.
     BusRegisters(const sc_core::sc_module_name& name, int stages, std::size_t composers);
     SC_HAS_PROCESS(BusRegisters);
 

@@ -8,11 +8,11 @@
 namespace metabuffer::rtl {
 namespace {
 
-/// A number that is farther ahead of the newest frame's is none that a bus can have come to.
+/// A bus cannot have reached a frame number that is farther ahead of the newest frame's than this.
 constexpr int kMostFramesAhead = 65535;
 constexpr std::int64_t kNoPixel = -1;
 
-/// Of a number of a segment's pixel, or none.
+/// Bits of the index of a segment's pixel, or of none.
 int pixel_bits(const Scenario& scenario) {
     const DisplayConfig& displays = scenario.displays;
     return 1 + bits_for(std::int64_t{displays.raster_width_pixels()} * displays.raster_height_pixels());
@@ -107,7 +107,7 @@ void Composer::clock_edge() {
     }
 }
 
-/// No frame runs or starts (a STARTFRAME may stand while the column is stalled), nothing comes over the bus,
+/// No frame runs or starts (a STARTFRAME may stay high while the column is stalled), nothing comes over the bus,
 /// and nothing is on its way to a register.
 bool Composer::idle(bool was_running) const {
     return !running_ && !was_running && !startframe_ && !startframe_i.read() && !pipe_valid_ &&
@@ -182,7 +182,7 @@ void Composer::end_frame() {
     starved_ = false;
     frame_spans_.back().end_cycle = clock_edge_number(core_period_picoseconds_);
     buffer_.end_frame();
-    word_pixel_ = kNoPixel;  // what stands there is of this frame
+    word_pixel_ = kNoPixel;  // the pixel there belongs to this frame
     bypass_pixel_ = kNoPixel;
 }
 
@@ -207,7 +207,7 @@ void Composer::bus_edge() {
             take_row(beat);
             break;
         case BusBeat::Kind::kPixels:
-            lose_open_table();  // pixels come behind the table's last row
+            lose_open_table();  // pixels come after the table's last row
             if (beat.destination == display_) {
                 take_pixels(beat);
                 return;
@@ -217,15 +217,15 @@ void Composer::bus_edge() {
     if (announced_ > 0) {
         ++silent_cycles_;
         if (silent_cycles_ == longest_gap_cycles_) {
-            // What was announced does not come: it is lost, or its burst was stopped by another than this.
+            // What was announced does not come: it is lost, or something other than this composer stopped its burst.
             announced_ = 0;
         }
     }
 }
 
-/// Every beat names its frame, and the bus sends a frame to its end before it begins the next: what a beat tells of the
-/// frames before it, and of its own if the start of that has been lost. False, and reported, for a frame that has been
-/// or cannot be yet.
+/// Every beat names its frame, and the bus finishes a frame before it begins the next. So a beat shows what was lost of
+/// the frames before it, and of its own frame if the start of that was lost. False, and reported, for a frame that is
+/// over or cannot have begun.
 bool Composer::follow_frames(const BusBeat& beat) {
     const bool begins = beat.kind == BusBeat::Kind::kFrameStart;
     const auto newest = static_cast<std::uint32_t>(buffer_.frames_heard() - 1);
@@ -339,13 +339,14 @@ void Composer::lose_pixels(std::int64_t count) {
 
 // ---- the FIFO ----
 
-/// To read, to write or to release pixels, at this edge.
+/// The FIFO reads, writes or releases pixels at this edge.
 bool Composer::fifo_is_told() const {
     return fifo_wires_.read.read().enable || fifo_wires_.write.read().count > 0 ||
            fifo_wires_.release.read().any();
 }
 
-/// Behind the pipeline and the bus side: what of this clock's pixels the FIFO keeps and lets go of, and what it reads.
+/// Called after the pipeline and the bus side: which of this clock's pixels the FIFO stores and releases, and what it
+/// reads.
 void Composer::drive_fifo(int held_before) {
     follow_read();
     read_ahead();
@@ -363,8 +364,9 @@ void Composer::drive_fifo(int held_before) {
     abandoned_pixels_ = 0;
 }
 
-/// At this edge the FIFO puts out what it was told to read. If that is not what the next position shows, its pixel goes
-/// past the FIFO: it has come at this edge, or the column stands still and what stood at the output is still to be used.
+/// At this edge the FIFO puts out what it was commanded to read. If the next position shows another pixel, that pixel
+/// bypasses the FIFO: it has come at this edge, or the column stands still and the pixel that stood at the output is
+/// still to be used.
 void Composer::follow_read() {
     const std::int64_t stood = word_pixel_;
     if (fifo_wires_.read.read().enable) {
@@ -390,7 +392,8 @@ void Composer::follow_read() {
     }
 }
 
-/// Tells the FIFO to read what the position behind the next one shows, if that is there and not at hand.
+/// Commands the FIFO to read the pixel of the position after the next one, if it has arrived and is not in a register
+/// yet.
 void Composer::read_ahead() {
     const std::int64_t pixel = pixel_ahead();
     const bool reads = pixel != kNoPixel && pixel != word_pixel_ && pixel != bypass_pixel_ &&
@@ -403,7 +406,8 @@ void Composer::read_ahead() {
     }
 }
 
-/// None where the segment does not show. Before a frame it is the frame's first position.
+/// The pixel of the position after the next one; none where the segment does not show. Before a frame, that of its
+/// first position.
 std::int64_t Composer::pixel_ahead() const {
     if (running_) {
         return !ahead_.done() && ahead_.covered() ? ahead_.pixel() : kNoPixel;
@@ -450,8 +454,7 @@ void Composer::drive_handshakes(bool was_running) {
         tableready_o.write(tableready);
     }
 
-    // A PIPEREADY from below that belongs to the frame just composited may still stand at the frame's last
-    // edge.
+    // A PIPEREADY from below that belongs to the frame just composited may still be high at the frame's last edge.
     const bool pipeready =
         !running_ && !was_running && !startframe_ && (pipeready_ || (prefetched() && pipeready_i.read()));
     if (pipeready != pipeready_) {

@@ -12,43 +12,43 @@
 
 namespace metabuffer::rtl {
 
-/// A composer, box C of the paper's Figure 1 (sections 4, 5.2 to 5.4): takes its segment's pixels from its
-/// renderer's bus into its buffer and merges them with the pixels that come down its display's pipeline.
+/// A composer, box C of the paper's Figure 1 (sections 4, 5.2 to 5.4). It receives its segment's pixels from its
+/// renderer's bus in its buffer and merges them with the pixels that come down its display's pipeline.
 ///
-/// Made of a receiver of beats (ComposerBuffer), a walk over the raster (SegmentWalker), a merge stage and handshakes,
-/// in one clocked process, and of composer_fifo, which has pins.
+/// It is made of a receiver of beats (ComposerBuffer), a walk over the raster (SegmentWalker), a merge stage and
+/// handshakes, in one clocked process, and of composer_fifo, a block with pins.
 ///
 /// Timing, in core clocks; all outputs are registered:
 /// - pipeline: the pixel on pipe_i at an edge leaves, composited, on pipe_o after it. STARTFRAME is relayed
 ///   the same way, one clock ahead of pixel 0. The composer strapped PIPEMASTER makes the upstream pixel itself
 ///   (background, A = 0, far) and answers its own PIPEREADY with STARTFRAME one clock later.
 /// - buffer: a pixel sampled from the bus at an edge can be composited at the next one. It is written into the FIFO
-///   after that edge; until a read can bring it back it stands in a register beside the merge stage (bypass). The FIFO
-///   is read a position ahead, unless it stands at that pixel already, as it does while columns are replicated.
-/// - BUSREADY: with no burst for this composer under way, or with the rest of it fitting one beat, high while
-///   ready_space_pixels are free beside that rest: a slot would be taken. Earlier in a burst, high while the
-///   beat on its way and one more fit, and those that read latency and bus registers hold; the first low clock
-///   ends the burst, and the beat sampled after it is its last, or as many clocks later as a beat and its answer
-///   are under way. BUSREADY stays low until then.
-/// - PIPEREADY rises after the edge that sees PIPEREADY from below while this composer is prefetched, and
-///   falls after the edge that sees STARTFRAME. Prefetched: the next frame's table is complete and its segment is
-///   empty, wholly in the buffer, or the buffer takes no further slot.
-/// - starvation: a covered raster pixel whose segment pixel is not there. `glitch`: the upstream pixel passes
-///   and is counted. `stall`: STALL is raised one clock ahead, and the column stands still at the next edge;
-///   while COLUMNSTALL is high no register of the pipeline side changes. In `glitch` mode COLUMNSTALL is not
-///   looked at.
-/// - a pixel lost on the bus shows by the place that the next beat names, or by the next frame's table. What is left
-///   of that frame is abandoned here: every raster pixel that is composited from the next clock on passes as it
-///   comes from above, marked `lost`, which keeps the frame off the displays, and nothing is waited for. If no
-///   raster pixel is left, the frame has gone without its lost pixels, which have starved.
-/// - a frame start or a table row lost shows by the frame that the next beat names, whosever it is, by the place that
-///   the next row names, or by pixels or another frame before the table's last row. The frame is abandoned from its
-///   first raster pixel on, in its turn, and its pixels are dropped.
+///   after that edge; until a read can return it, it stands in a register beside the merge stage (bypass). The FIFO is
+///   read one position ahead, unless its output has that pixel already, as it does while columns are replicated.
+/// - BUSREADY: if no burst for this composer is under way, or its rest fits one beat, BUSREADY is high while
+///   ready_space_pixels are free beside that rest: a slot would be taken. Earlier in a burst it is high while the beat
+///   on its way and one more fit, and those that read latency and bus registers hold. The first low clock ends the
+///   burst. Its last beat is the one sampled after that clock, or as many clocks later as a beat and its answer take.
+///   BUSREADY stays low until then.
+/// - PIPEREADY rises after the edge that sees PIPEREADY from below while this composer is prefetched, and falls after
+///   the edge that sees STARTFRAME. Prefetched means that the next frame's table is complete, and that its segment is
+///   empty or wholly in the buffer, or the buffer takes no further slot.
+/// - starvation: the segment pixel of a covered raster pixel is not there. `glitch`: the upstream pixel passes and is
+///   counted. `stall`: STALL is raised one clock ahead, and the column stands still at the next edge; while COLUMNSTALL
+///   is high no register of the pipeline side changes. In `glitch` mode COLUMNSTALL is not read.
+/// - a pixel lost on the bus is noticed by the index that the next beat names, or by the next frame's table. The rest
+///   of that frame is abandoned here: from the next clock on every raster pixel passes as it comes from above, marked
+///   `lost`, and nothing is waited for. The mark keeps the frame off the displays. If no raster pixel is left, the
+///   frame was composited without its lost pixels, which have starved.
+/// - a lost frame start or table row is noticed by the frame that the next beat names, for whichever composer that is,
+///   by the index that the next row names, or by pixels or another frame before the table's last row. When its turn
+///   comes, the frame is abandoned from its first raster pixel on. Its pixels are dropped.
 /// - a burst ends for the composer with its last beat, with what comes after its own BUSREADY's fall, or when no beat
-///   of it has come for a page miss and a beat.
+///   of it has come for longest_beat_gap_cycles().
 ///
-/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or frame
-/// that has been, a frame more than 65535 ahead of the newest, a pixel without a table, a third frame's table.
+/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or
+/// frame that has come before, a frame more than 65535 ahead of the newest, a pixel without a table, a third frame's
+/// table.
 class Composer final : public Block, public ComposerRecord {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -117,8 +117,8 @@ class Composer final : public Block, public ComposerRecord {
     int raster_height_;
     int ready_space_pixels_;
     int pixels_per_beat_;
-    int in_flight_pixels_;  ///< that may come from BUSREADY's fall in a burst on, with the beat that it falls at
-    int cut_cycles_;        ///< in which they come
+    int in_flight_pixels_;    ///< that may still come when BUSREADY falls in a burst, with that edge's beat
+    int cut_cycles_;          ///< in which they come
     int longest_gap_cycles_;  ///< longest_beat_gap_cycles()
     std::int64_t core_period_picoseconds_;
 
@@ -129,7 +129,7 @@ class Composer final : public Block, public ComposerRecord {
     ComposerFifo fifo_;
     ComposerBuffer buffer_;
     SegmentWalker walker_;
-    SegmentWalker ahead_;  ///< a position further, while a frame runs
+    SegmentWalker ahead_;  ///< one position further, while a frame runs
 
     RegisterSet registers_;
     Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high
@@ -141,18 +141,18 @@ class Composer final : public Block, public ComposerRecord {
     Register<bool> stall_{registers_, "stall"};
     Register<bool> pipe_valid_{registers_, "pipe_valid"};
     Register<bool> starved_{registers_, "starved"};  ///< the pixel that has just left lacks this composer's
-    Register<std::int64_t> read_pixel_;              ///< of its segment, that the FIFO was told to read last
-    Register<std::int64_t> word_pixel_;              ///< that stands at the FIFO's output; -1: none
-    Register<std::int64_t> bypass_pixel_;            ///< that is taken from bypass_word instead; -1: none
+    Register<std::int64_t> read_pixel_;    ///< the segment's pixel that the FIFO was last commanded to read
+    Register<std::int64_t> word_pixel_;    ///< the pixel at the FIFO's output; -1: none
+    Register<std::int64_t> bypass_pixel_;  ///< the pixel in bypass_word; -1: none
     Register<std::uint64_t> bypass_word_{registers_, "bypass_word", 64};
     Register<int> announced_;      ///< pixels of the burst under way that are still to come
     Register<int> silent_cycles_;  ///< since its last beat, while announced_ > 0
-    Register<int> burst_cut_;  ///< clocks in which beats of a burst may still come that BUSREADY has ended
-    Register<std::uint32_t> next_row_;  ///< place in the newest frame's table of the row that must come next
+    Register<int> burst_cut_;  ///< clocks in which beats may still come of a burst that BUSREADY has ended
+    Register<std::uint32_t> next_row_;  ///< index in the newest frame's table of the row that must come next
     Register<int> frame_;               ///< number of the frame composited, from 0
 
-    FifoWrite kept_;                      ///< by this clock
-    std::uint32_t abandoned_pixels_ = 0;  ///< of a frame that this clock has found to lack some
+    FifoWrite kept_;                      ///< written by this clock
+    std::uint32_t abandoned_pixels_ = 0;  ///< of a frame that this clock has found incomplete
 };
 
 }  // namespace metabuffer::rtl

@@ -10,17 +10,18 @@
 
 namespace metabuffer::rtl {
 
-/// A composer's local memory (section 5.2 of the paper): a FIFO of the segment's pixels whose read side is a window that
-/// goes over a source row again as often as the row is replicated, so what is read is not yet let go of. The composer
-/// says at which addresses: it knows which pixels came late or not at all.
+/// A composer's local memory (section 5.2 of the paper): a FIFO of the segment's pixels. Its read side is a window that
+/// reads a source row again as often as the row is replicated, so a read does not release a pixel. The composer gives
+/// the addresses, since it knows which pixels came late or not at all.
 ///
-/// The memory has buffer_addresses(capacity) addresses, behind the last of which comes the first; no more than the
-/// capacity's pixels are held at a time.
+/// The memory has buffer_addresses(capacity) addresses; after the last comes the first. It never holds more pixels than
+/// its capacity.
 ///
 /// All outputs are registered. At a clock's edge
 /// - the words of write_i are stored;
-/// - with read_i.enable word_o becomes the word at the address, one that is written at this edge too. Without, it stays;
-/// - free_o becomes what is free behind write_i and release_i.
+/// - with read_i.enable word_o becomes the word at the address, even one that is written at this edge; without, it
+///   stays;
+/// - free_o becomes what is free after write_i and release_i.
 ///
 /// Raises /metabuffer/composer_fifo/full for more pixels than are free, /metabuffer/composer_fifo/empty for a release of
 /// more than it holds, and /metabuffer/composer_fifo/address for an address that it does not have.

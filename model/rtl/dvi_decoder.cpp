@@ -91,7 +91,7 @@ void DviDecoder::take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEven
     ++x_;
 }
 
-/// What comes of a frame that is no good depth frame is of no use to anyone.
+/// What it passes of a frame that turns out not to be a good depth frame is not used.
 void DviDecoder::pass_payload(std::uint32_t data, DecoderEvent& event) {
     for (int i = 0; i < kLinkBytesPerPixel; ++i) {
         const int place = kLinkBytesPerPixel * x_ + i;

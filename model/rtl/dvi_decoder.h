@@ -12,13 +12,13 @@
 
 namespace metabuffer::rtl {
 
-/// The DVI frame decoder between a renderer's link and its input framebuffer (section 4 of the paper): finds
-/// frames from VSYNC and DE, colour and depth from the control scanline, and pairs from the frame numbers
-/// (PairFollower).
+/// The DVI frame decoder between a renderer's link and its input framebuffer (section 4 of the paper). It finds frames
+/// from VSYNC and DE, colour and depth from the control scanline, and pairs from the frame numbers (PairFollower).
 ///
-/// Timing, all outputs registered: a pixel on the link at one clock is on pixel_o after the next. The verdict
-/// on the control scanline is on event_o after the clock that sees DE fall behind it, and the table's rows
-/// follow one a clock. The payload of a depth frame's, the slot table, is on event_o as it passes. The verdict on a frame is on event_o after the clock that sees VSYNC rise behind it.
+/// Timing: all outputs are registered. A pixel on the link at one clock is on pixel_o after the next. The verdict on
+/// the control scanline is on event_o after the clock that sees DE fall at its end, and the table's rows follow, one
+/// per clock. The payload of a depth frame's control scanline, the slot table, is on event_o as it passes. The verdict
+/// on a frame is on event_o after the clock that sees VSYNC rise at its end.
 ///
 /// Rejects and counts, by cause: a frame of the wrong geometry, a control scanline with a bad magic, version,
 /// CRC or kind, a pair whose two numbers differ or that lacks a frame. After a rejection it ignores
@@ -53,7 +53,7 @@ class DviDecoder final : public Block {
 
     PairFollower pairs_;
     std::vector<std::uint32_t> control_;  ///< memory: the scanline under way
-    ViewportTable table_;                 ///< likewise: rows that next_row_ has not told yet are behind it
+    ViewportTable table_;                 ///< likewise: its rows from next_row_ on are still to be reported
 
     RegisterSet registers_;
     Register<bool> previous_de_{registers_, "previous_de"};
@@ -62,10 +62,10 @@ class DviDecoder final : public Block {
     Register<int> line_;
     Register<std::uint32_t> next_row_{registers_, "next_row", 16};
     Register<int> payload_at_;  ///< byte of the scanline where the payload's length stands
-    Register<std::uint32_t> payload_left_{registers_, "payload_left", 16};  ///< bytes that have not passed
+    Register<std::uint32_t> payload_left_{registers_, "payload_left", 16};  ///< bytes still to pass
     Register<DecodedPixel> pixel_{registers_, "pixel"};
     Register<DecoderEvent> event_{registers_, "event"};
-    Register<bool> event_pending_{registers_, "event_pending"};  ///< event_o has to be taken back
+    Register<bool> event_pending_{registers_, "event_pending"};  ///< event_o must be cleared
 };
 
 }  // namespace metabuffer::rtl

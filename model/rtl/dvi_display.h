@@ -14,7 +14,7 @@ namespace metabuffer::rtl {
 /// A display, box E of the paper's Figure 1: a monitor that captures what it is shown. It knows nothing of
 /// the machine; it finds frames from VSYNC and DE and measures their geometry.
 ///
-/// Timing: a frame is captured at the edge that sees VSYNC rise behind it.
+/// Timing: a frame is captured at the edge that sees VSYNC rise after it.
 /// Raises /metabuffer/dvi_display/geometry (a warning) for a frame whose lines differ in length.
 class DviDisplay final : public Block {
   public:
@@ -35,7 +35,7 @@ class DviDisplay final : public Block {
     std::int64_t frames_captured() const { return frames_captured_; }
 
   private:
-    static constexpr int kSizeBits = 32;  ///< it knows no mode
+    static constexpr int kSizeBits = 32;  ///< enough for any mode, since it knows none
 
     void clock_edge();
     void end_line();

@@ -10,22 +10,23 @@
 
 namespace metabuffer::rtl {
 
-/// A renderer's graphics card as the link sees it, box A of the paper's Figure 1: a test double that sends
-/// the scenario's pairs, colour frame first, depth frame second, each under a control scanline written as the
-/// host would write it (section 4).
+/// A renderer's graphics card as the link sees it, box A of the paper's Figure 1. This test double sends the scenario's
+/// pairs, colour frame first, depth frame second. Each begins with a control scanline as the host would write it
+/// (section 4).
 ///
-/// Timing: after reset one vertical sync, then frame after frame of DviTiming. lockstep: the first clock of a
-/// pair follows the clock that sees pair_request high with no pair under way, and one pair a frame is sent;
-/// between pairs the link stays in blanking. free-running: pair follows pair without pause, for ever.
-/// Faults of the scenario (see Fault) spoil, delay or repeat the frames they name, as LinkProgram tells. A clock that
-/// drifts is not made here: clock_ppm_o, written with the first clock of a pair, tells how far it is to be off.
+/// Timing: after reset comes one vertical sync, then frame after frame of DviTiming. With lockstep pacing the first
+/// clock of a pair follows the clock that sees pair_request high with no pair under way. One pair is sent for each
+/// frame, and between pairs the link stays in blanking. With free-running pacing, pair follows pair without a pause,
+/// for ever. Faults of the scenario (see Fault) corrupt, delay or repeat the frames that they name, as LinkProgram
+/// says. A drifting clock is not made here: clock_ppm_o, written with the first clock of a pair, says how far it must
+/// be off.
 class DviSource final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
     sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
     sc_core::sc_in<bool> pair_request_i{"pair_request_i"};
     sc_core::sc_out<DviLink> link_o{"link_o"};
-    /// Millionths that the link's clock is to run fast: of the newest drift fault whose pair has begun, 0 at first.
+    /// How many millionths the link's clock must run fast, by the newest drift fault whose pair has begun; 0 at first.
     sc_core::sc_out<int> clock_ppm_o{"clock_ppm_o"};
 
     /// The scenario must outlive the module. renderer: index, from 0.

@@ -11,7 +11,7 @@
 namespace metabuffer::rtl {
 namespace {
 
-/// The words, if there is one for each value up to the enumeration's last.
+/// The words; there must be one for each value up to the enumeration's last.
 template <typename Enum, std::size_t kCount>
 std::vector<std::string> words(Enum last, const char* const (&list)[kCount]) {
     if (static_cast<std::size_t>(last) + 1 != kCount) {

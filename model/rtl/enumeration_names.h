@@ -5,8 +5,8 @@
 
 namespace metabuffer::rtl {
 
-/// The words for the values of an enumeration in the waveform. GTKWave shows them by a translate file, which waves/
-/// has for each of these.
+/// The words for the values of an enumeration in the waveform. GTKWave shows them by a translate file; waves/ has one
+/// for each of these.
 struct EnumerationNames {
     std::string signal;              ///< the end of its name in the waveform
     std::string file;                ///< in waves/translate

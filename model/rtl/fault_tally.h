@@ -7,8 +7,8 @@
 
 namespace metabuffer::rtl {
 
-/// What each fault inside the machine has done so far, by its place in Scenario::faults. Several modules may work one
-/// fault, which counts once.
+/// What each fault inside the machine has done so far, by its index in Scenario::faults. Several modules may carry out
+/// one fault; it counts once.
 class FaultTally {
   public:
     explicit FaultTally(std::size_t faults) : counts_(faults, 0) {}

@@ -132,7 +132,8 @@ void FrameMemory::obey(const MemoryCommand& command) {
     }
 }
 
-/// Counts the clocks of a refresh and to the next one, and takes no command in the first and no silence behind the second.
+/// Counts the clocks of a refresh and those until the next one. A command during the refresh is an error, and so is a
+/// refresh that does not come in time.
 void FrameMemory::watch_refresh(const MemoryCommand& command) {
     if (refresh_left_ > 0) {
         --refresh_left_;
@@ -213,7 +214,7 @@ void FrameMemory::refuse(const char* kind, const MemoryCommand& command, const s
     SC_REPORT_ERROR((std::string("/metabuffer/frame_memory/") + kind).c_str(), line.str().c_str());
 }
 
-/// Whether the command may be obeyed shows at the clock's edge, not before it.
+/// The words come before the clock's edge; whether the command is legal is checked only at the edge.
 void FrameMemory::put_out() {
     answer(command_i.read(), data_);
     data_o.write(data_);

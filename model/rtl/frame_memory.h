@@ -13,31 +13,32 @@
 
 namespace metabuffer::rtl {
 
-/// The 64-bit page-mode memory of an input framebuffer (sections 4 and 5.2 of the paper), of one pixel a word; colour
-/// half and depth half of a word are written on their own. It has two devices: the link writes one, and the bus reads the
-/// other, front_i. They are devices of their own, so the two never disturb each other. Or, with `memory.ports: shared`, it
-/// is one device with room for both images and one set of data pins; the link's words wait in write_buffer until they
-/// are free.
+/// The 64-bit page-mode memory of an input framebuffer (sections 4 and 5.2 of the paper), with one pixel per word; the
+/// colour half and the depth half of a word are written separately. It has two separate devices: the link writes one,
+/// and the bus reads the other, which front_i names. So the two never disturb each other. With `memory.ports: shared`
+/// it is one device with room for both images and one set of data pins; the link's words wait in write_buffer until the
+/// pins are free.
 ///
-/// The link's side stores a write at the clock of the link that samples it, unless ports are shared. The bus's side takes
-/// one command in a core clock. Page p lies in bank p mod banks, and each bank has a page open or none:
-/// - activate opens a page of a closed bank. How many clocks the bank is left alone then is the bus port's affair.
-/// - read puts words of a bank's open page out in the same clock, before its edge: up to words_per_cycle of them, each
-///   with a column of its own, as interleaved memory gives them.
-///   With read_latency_cycles the words stand that many clocks later; a read may follow in each clock all the same.
-/// - write, with shared ports, stores words of write_data_i in a bank's open page, the bytes that the mask names, as many
-///   in a clock as a read takes out. Registers at the pins bring them in as much later as a read's words come out, so the
-///   two meet nowhere; what is stored is what a later read finds.
+/// Unless ports are shared, the link's side stores a write at the link clock that samples it. The bus's side takes one
+/// command per core clock. Page p lies in bank p mod banks, and each bank has one page open or none:
+/// - activate opens a page of a closed bank. The bus port counts the clocks in which the bank must then get no command.
+/// - read puts out words of a bank's open page in the same clock, before its edge: up to words_per_cycle words, each
+///   with its own column, as interleaved memory gives them.
+///   With read_latency_cycles the words come that many clocks later; a read may still follow in each clock.
+/// - write, with shared ports, stores words of write_data_i in a bank's open page: the bytes that the mask names, and
+///   as many words per clock as a read puts out. Registers at the pins delay them as much as a read's words, so the two
+///   never meet at the pins. A later read finds what was stored.
 /// - precharge closes the bank's page, precharge-all every bank's.
-/// - refresh closes every bank's page too, and the memory is busy for refresh_cycles, the command's clock the first.
+/// - refresh closes every bank's page too, and the memory is busy for refresh_cycles, the command's clock included.
 /// What takes no clock needs no command: without precharge_cycles an activate closes the page before, and without
 /// activate_cycles a read or write opens its page itself.
 ///
-/// Raises /metabuffer/frame_memory/page for a read or write of a page that is not open and for an activate in a bank that
-/// is not closed, /metabuffer/frame_memory/ports for a write without shared ports, /metabuffer/frame_memory/refresh for a
-/// command while a refresh lasts, for a refresh that comes later than refresh_interval_cycles behind the one before, and
-/// for one that it does not need, /metabuffer/frame_memory/address for a page of another bank and a word that the device
-/// does not have, and /metabuffer/frame_memory/width for more words than it has in a clock.
+/// Raises /metabuffer/frame_memory/page for a read or write of a page that is not open and for an activate in a bank
+/// that is not closed, /metabuffer/frame_memory/ports for a write without shared ports,
+/// /metabuffer/frame_memory/refresh for a command while a refresh lasts, for a refresh that comes later than
+/// refresh_interval_cycles after the one before, and for one that it does not need, /metabuffer/frame_memory/address
+/// for a page of another bank and a word that the device does not have, and /metabuffer/frame_memory/width for more
+/// words than it has in a clock.
 class FrameMemory final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock

@@ -9,9 +9,9 @@
 
 namespace metabuffer::rtl {
 
-/// Every wire between two of the blocks that an input framebuffer is made of, as the block that reads it sees it.
+/// Every wire between two of the blocks that an input framebuffer is made of, as its reader sees it.
 struct FramebufferWires {
-    /// lines: displays. halves: of the write buffer, 0 without one.
+    /// lines: number of displays. halves: number in the write buffer, 0 without one.
     FramebufferWires(int lines, bool deadlines, int halves)
         : pending(static_cast<std::size_t>(lines), Wires::name_of("pending")),
           ready(pending.size(), Wires::name_of("ready")),

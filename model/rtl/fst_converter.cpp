@@ -17,8 +17,8 @@ const FilterProgram& converter() {
     return program;
 }
 
-/// An FST file is a row of sections: a byte that says its kind and eight that say how long the rest is, the eight among
-/// it. A section that was not finished has no length.
+/// An FST file is a sequence of sections. Each begins with a byte for its kind and eight bytes for the length of the
+/// rest, the eight included. A section that was not finished has no length.
 bool is_whole(std::ifstream& file, std::uint64_t size) {
     std::uint64_t at = 0;
     while (at < size) {

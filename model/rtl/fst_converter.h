@@ -11,7 +11,7 @@
 
 namespace metabuffer::rtl {
 
-/// Makes GTKWave's compressed waveform, FST, of a value change dump, by GTKWave's own vcd2fst.
+/// Converts a value change dump to FST, GTKWave's compressed waveform, by GTKWave's own vcd2fst.
 class FstConverter {
   public:
     /// Throws OutputError if the program that does it is not on this computer.
@@ -22,10 +22,10 @@ class FstConverter {
     FstConverter(const FstConverter&) = delete;
     FstConverter& operator=(const FstConverter&) = delete;
 
-    /// A part of the value change dump.
+    /// Takes the next part of the value change dump.
     void write(std::string_view bytes) { process_->feed(bytes); }
-    /// After its end: writes what has come of it. Throws OutputError, also if the file is not whole: vcd2fst does not
-    /// notice a full disk.
+    /// Call it after the dump's end: writes the result. Throws OutputError, also if the file is not whole, since
+    /// vcd2fst does not notice a full disk.
     void finish(OutputFile& output);
 
   private:

@@ -6,7 +6,7 @@
 
 namespace metabuffer::rtl {
 
-/// The handshake wires that a fault can hold low, or, STALL, high.
+/// The handshake wires that a fault can hold: STALL high, the others low.
 enum class Handshake : std::uint8_t {
     kBusready,
     kTableready,

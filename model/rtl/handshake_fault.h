@@ -16,23 +16,23 @@ namespace metabuffer::rtl {
 /// A wire that faults of the scenario hold.
 struct HeldWire {
     Handshake handshake;
-    std::size_t renderer = 0;  ///< of the block that raises it, index; of an output's, the last one
+    std::size_t renderer = 0;  ///< index, as in Wires; the last renderer's for FRAMEDONE and SWAPLOCK
     std::size_t display = 0;   ///< index; 0 where there is one for all
     std::string name;          ///< "BUSREADY_1_2", for the watchdog's report
 };
 
-/// Which edges of a wire's clock find it held by faults: always for a while (busready_low, pipeready_low) or some of the
-/// clocks at random (random_stalls). What is held at random depends on the fault's seed, the wire and the number of its
-/// clock alone.
+/// At which edges of a wire's clock faults hold the wire: at all edges for a while (busready_low, pipeready_low) or at
+/// random edges (random_stalls). The random edges depend only on the fault's seed, the wire and the number of the
+/// clock.
 class WireHolds {
   public:
-    /// faults: places in Scenario::faults. Scenario and tally must outlive it.
+    /// faults: indices in Scenario::faults. Scenario and tally must outlive it.
     WireHolds(const Scenario& scenario, const HeldWire& wire, std::vector<std::size_t> faults,
               FaultTally& tally);
 
     bool at_first_edge() const { return any_holds(0, 0); }
-    /// To be called at each edge: whether the next one finds the wire held. changed: this one has read the wire otherwise
-    /// than it is driven, which is the work of the faults that hold it.
+    /// Call it at each edge: true if the wire is held at the next edge. changed: at this edge the wire was read
+    /// otherwise than it is driven, so the faults that hold it have taken effect.
     bool at_next_edge(bool changed);
 
   private:
@@ -45,40 +45,40 @@ class WireHolds {
     FaultTally& tally_;
     std::int64_t core_period_picoseconds_;
     std::int64_t edge_ = -1;       ///< number of the clock's edge
-    std::int64_t core_cycle_ = 0;  ///< by which the faults have been asked for the edge to come
+    std::int64_t core_cycle_ = 0;  ///< for which the faults of the next edge have been asked
 };
 
-/// A wire of one of the renderers' rows, or of the outputs below the last one, between the block that raises it and the
-/// block that reads it, while faults hold it: low, or STALL high. Not in the paper: a double for a wire that is broken or
-/// for a block that is slow.
+/// A wire that faults hold low (STALL: high), in a renderer's row or of the outputs below the last row. The module lies
+/// between the block that raises the wire and the block that reads it. Not in the paper: a test double for a broken
+/// wire or a slow block.
 ///
-/// Timing: while no fault holds it the output follows the input within the clock. A fault that lasts from core
-/// cycle c on holds the wire as the edge of core cycle c reads it. What the protocol of the wire asks for is kept:
-/// - PIPEREADY and FRAMEDONE are not taken back: a hold delays their rise, and one that stands stays until it falls
-///   itself.
-/// - BUSREADY that is taken away stays low until its composer has lowered it too, or has had the time to see by the
-///   silence of the bus that its burst was stopped: twice the longest gap within a burst, a beat and two clocks,
-///   and what read latency and bus registers add, there and back. (The burst may just have been granted: the bus
-///   opens a page, sends beats until their answer comes back and stops, and the composer waits for as long as a gap
-///   may be.) A composer that still counted on the rest of its burst could be sent more than it has room for.
-/// - TABLEREADY and PAIR_REQUEST may fall and rise at any clock, STALL rise and fall.
+/// Timing: while no fault holds it the output follows the input within the clock. A fault that lasts from core cycle c
+/// on holds the wire from the edge of core cycle c on. The protocol of the wire is kept:
+/// - PIPEREADY and FRAMEDONE are not taken back: a hold delays their rise, and a high wire stays high until its block
+///   lowers it.
+/// - A BUSREADY that a fault has lowered stays low until its composer has lowered it too, or has had time to notice
+///   from the silent bus that its burst was stopped. That time is grant_cycles, twice the longest gap within a burst, a
+///   beat, two clocks, and what read latency and bus registers add, there and back. (The burst may just have been
+///   granted: the bus opens a page, sends beats until their answer comes back, and stops, and the composer waits for
+///   the longest gap.) A composer that still expected the rest of its burst could be sent more than it has room for.
+/// - TABLEREADY, PAIR_REQUEST and STALL may rise and fall at any clock.
 class HandshakeFault final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};    ///< the clock of the block that reads the wire
     sc_core::sc_in<bool> wire_i{"wire_i"};  ///< as it is raised
     sc_core::sc_out<bool> wire_o{"wire_o"};
 
-    /// The row (index) of the PIPEREADY wires at which a fault of a renderer's composer sits: its own, but for the
-    /// PIPEMASTER, which answers its own PIPEREADY without a wire. It is kept from raising it by the wire that it waits
+    /// The row (index) of the PIPEREADY wires that a fault of a renderer's composer holds: the composer's own, except
+    /// for the PIPEMASTER. That one answers its own PIPEREADY without a wire, so the fault holds the wire that it waits
     /// for.
     static constexpr int pipeready_row(int renderer) { return renderer == 0 ? 1 : renderer; }
-    /// Core cycles for which BUSREADY stays low behind a fault at most, see above.
+    /// Core cycles for which BUSREADY stays low after a fault at most, see above.
     static int stopped_burst_cycles(const Scenario& scenario) {
         return scenario.bus.grant_cycles + 2 * longest_beat_gap_cycles(scenario) +
                cycles_per_beat(scenario.bus) + 2 + 2 * bus_loop_cycles(scenario.bus, scenario.memory);
     }
 
-    /// faults: places in Scenario::faults of those that hold this wire. Scenario and tally must outlive the module.
+    /// faults: indices in Scenario::faults of those that hold this wire. Scenario and tally must outlive the module.
     HandshakeFault(const sc_core::sc_module_name& name, const Scenario& scenario, HeldWire wire,
                    std::vector<std::size_t> faults, FaultTally& tally);
     SC_HAS_PROCESS(HandshakeFault);
@@ -96,12 +96,12 @@ class HandshakeFault final : public Block {
     int stopped_burst_cycles_;
 
     sc_core::sc_signal<bool> hold_;
-    int stopped_left_ = 0;  ///< BUSREADY: clocks for which it stays low since it was taken away
+    int stopped_left_ = 0;  ///< BUSREADY: clocks for which it still stays low after a fault
 };
 
-/// The wires from the swap lock to every output framebuffer while faults delay the swap: SWAPLOCK rises later and is not
-/// taken back. SWAPSKIP is delayed too, but not beyond SWAPLOCK, so it stands while SWAPLOCK does, and, like SWAPLOCK,
-/// is not taken back. One module for both, so that all displays see the same swap in the same clock.
+/// The wires from the swap lock to every output framebuffer, where faults delay the swap. SWAPLOCK rises later and is
+/// not taken back. SWAPSKIP is delayed too, but not beyond SWAPLOCK, so it is valid while SWAPLOCK is high, and it is
+/// not taken back either. There is one module for both, so that all displays see the same swap in the same clock.
 class SwapLockFault final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};  ///< core clock, in which FRAMEDONE and FRAMEBAD are driven
@@ -110,7 +110,7 @@ class SwapLockFault final : public Block {
     sc_core::sc_out<bool> swaplock_o{"swaplock_o"};
     sc_core::sc_out<bool> swapskip_o{"swapskip_o"};
 
-    /// faults: places in Scenario::faults. Scenario and tally must outlive the module.
+    /// faults: indices in Scenario::faults. Scenario and tally must outlive the module.
     SwapLockFault(const sc_core::sc_module_name& name, const Scenario& scenario,
                   std::vector<std::size_t> faults, FaultTally& tally);
     SC_HAS_PROCESS(SwapLockFault);

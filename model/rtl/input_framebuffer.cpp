@@ -9,7 +9,7 @@ namespace metabuffer::rtl {
 
 namespace {
 
-/// A row of the table fills two words, on however many clocks.
+/// A row of the table fills two words, however many clocks it takes.
 int words_a_beat(const Scenario& scenario) {
     constexpr int kRowWords = kControlRowBytes / 8;
     return std::max(kRowWords, pixels_per_beat(scenario.bus, scenario.memory));

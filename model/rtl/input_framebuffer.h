@@ -19,15 +19,15 @@ namespace metabuffer::rtl {
 
 struct FramebufferWires;
 
-/// The input framebuffer, box B of the paper's Figure 1 (sections 4 and 5): takes a renderer's pairs into the
-/// back device of its memory and sends the front one's segments over the renderer's bus. It is made of
+/// The input framebuffer, box B of the paper's Figure 1 (sections 4 and 5): receives a renderer's pairs in the back
+/// device of its memory and sends the front device's segments over the renderer's bus. It is made of
 ///
-/// - link_port, in DVI input clocks: writes pixels, keeps the two devices, answers the bus side;
+/// - link_port, in DVI input clocks: writes pixels, keeps track of the two devices, answers the bus side;
 /// - frame_memory: the two devices;
-/// - write_buffer, with shared ports: the link's words until the memory, which is then one device, takes them;
+/// - write_buffer, with shared ports: keeps the link's words until the memory, which is then one device, takes them;
 /// - table_unit: the viewport tables of both, and the slot table;
 /// - bus_port, in core clocks: table and bursts on the bus;
-/// - bus_arbiter: whose burst is next.
+/// - bus_arbiter: decides whose burst is next.
 ///
 /// Their headers say what each does at which clock.
 class InputFramebuffer final : public Block {
@@ -38,7 +38,7 @@ class InputFramebuffer final : public Block {
     sc_core::sc_in<DecodedPixel> pixel_i{"pixel_i"};
     sc_core::sc_in<DecoderEvent> event_i{"event_i"};
     sc_core::sc_out<bool> pair_request_o{"pair_request_o"};  ///< the back device is free (DVI input clock)
-    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;     ///< one a composer of the row
+    sc_core::sc_vector<sc_core::sc_in<bool>> busready_i;     ///< one per composer of the row
     sc_core::sc_vector<sc_core::sc_in<bool>> tableready_i;
     sc_core::sc_out<BusBeat> bus_o{"bus_o"};
 
@@ -50,18 +50,18 @@ class InputFramebuffer final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override { return bus_port_.waiting_for(); }
 
-    /// Counters of bus and table; what the link rejected is the decoder's.
+    /// Counters of bus and table; the decoder counts what the link rejected.
     RendererCounters counters() const;
 
-    /// What each composited frame that has been started was made of.
+    /// The source of each composited frame that has been started.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
     /// A reset is over: the next frame is number 0.
     void forget_frames() { frame_sources_.clear(); }
 
-    /// Pixels taken from the link, for the watchdog.
+    /// Pixels received from the link, for the watchdog.
     std::int64_t link_pixels() const { return link_port_.link_pixels(); }
 
-    /// The wires between the blocks inside, for whoever watches them; none in a replacement that is made otherwise.
+    /// The wires between the blocks inside, for monitors; null in a replacement without these blocks.
     FramebufferWires* inner_wires() { return wires_.get(); }
 
   private:

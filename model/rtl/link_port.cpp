@@ -51,7 +51,8 @@ void LinkPort::clock_edge() {
     previous_edge_picoseconds_ = static_cast<std::int64_t>(sc_core::sc_time_stamp().value());
 }
 
-/// The write comes to the memory a clock later: a pair's verdict is never in the clock of its last pixel.
+/// The write reaches the memory a clock later. That is in time: a pair's verdict is never in the clock of its last
+/// pixel.
 void LinkPort::write_pixel(const DecodedPixel& pixel) {
     if (!pixel.valid) {
         if (write_.value().enable) {
@@ -66,7 +67,7 @@ void LinkPort::write_pixel(const DecodedPixel& pixel) {
     write_ = {true, static_cast<std::uint8_t>(front_ ? 0 : 1), pixel.address, word.word(),
               colour ? MemoryWrite::kColourBytes : MemoryWrite::kDepthBytes};
     write_o.write(write_);
-    // The decoder took the pixel from the link at the edge before.
+    // The decoder received the pixel from the link at the edge before.
     last_pixel_picoseconds_ = previous_edge_picoseconds_;
     ++link_pixels_;
 }

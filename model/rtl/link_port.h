@@ -12,13 +12,13 @@
 
 namespace metabuffer::rtl {
 
-/// The link's side of an input framebuffer (section 4 of the paper): writes what the decoder finds into the back
-/// device of the frame memory, keeps count of the two devices (BankKeeper) and answers the bus side, which asks for
-/// the pair of each frame.
+/// The link's side of an input framebuffer (section 4 of the paper). It writes what the decoder finds into the back
+/// device of the frame memory, keeps track of the two devices (BankKeeper) and answers the bus side, which asks for the
+/// pair of each frame.
 ///
-/// All in DVI input clocks, and every output registered. A question is a change of request_i, an answer a change of
-/// answer_o; each crosses its clock domain through two registers of who receives it. What goes with an answer (fresh_o,
-/// front_o and the front device's table) changes with it and stands still until the next one.
+/// It works in DVI input clocks, and every output is registered. A question is a change of request_i, and an answer is
+/// a change of answer_o; each crosses to the other clock domain through two registers of its receiver. What goes with
+/// an answer (fresh_o, front_o and the front device's table) changes with it and stays until the next one.
 class LinkPort final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
@@ -28,7 +28,7 @@ class LinkPort final : public Block {
     sc_core::sc_in<bool> request_i{"request_i"};             ///< core clock: changes with each question
     sc_core::sc_out<bool> pair_request_o{"pair_request_o"};  ///< the back device is free
     sc_core::sc_out<bool> answer_o{"answer_o"};              ///< changes with each answer
-    sc_core::sc_out<bool> fresh_o{"fresh_o"};                ///< the devices have changed places for it
+    sc_core::sc_out<bool> fresh_o{"fresh_o"};                ///< the devices were swapped for it
     sc_core::sc_out<bool> front_o{"front_o"};                ///< which device the bus reads
     sc_core::sc_out<MemoryWrite> write_o{"write_o"};
 
@@ -45,7 +45,7 @@ class LinkPort final : public Block {
 
     /// Of the pair in the front device.
     const FrameSource& front_source() const { return front_source_; }
-    /// Pixels taken from the link, for the watchdog.
+    /// Pixels received from the link, for the watchdog.
     std::int64_t link_pixels() const { return link_pixels_; }
 
   private:
@@ -69,7 +69,7 @@ class LinkPort final : public Block {
     Register<std::uint32_t> back_number_{registers_, "back_number", 32};
     BankKeeper banks_;
 
-    // What a report tells of the run.
+    // What a report says of the run.
     std::int64_t edge_ = 0;  ///< number of the clock's edge
     std::int64_t previous_edge_picoseconds_ = 0;
     std::int64_t last_pixel_picoseconds_ = 0;  ///< when the last pixel was on the link

@@ -9,7 +9,7 @@
 namespace metabuffer::rtl {
 namespace {
 
-/// A wire's place, named for the waveform.
+/// The names of a wire and of the fault module in it, for the waveform.
 struct WireName {
     std::string wire;   ///< "BUSREADY_1_2"
     std::string fault;  ///< "busready_fault_1_2"
@@ -74,7 +74,7 @@ std::vector<std::size_t> MachineFaults::faults_of_wire(Handshake handshake, std:
             case FaultKind::kPipereadyLow:
                 return handshake == Handshake::kPipeready && is_of_display(fault, display);
             case FaultKind::kRandomStalls:
-                // In glitch mode nothing listens to STALL.
+                // In glitch mode nothing reads STALL.
                 return handshake != Handshake::kStall ||
                        scenario_.composer.on_starvation == StarvationMode::kStall;
             default:
@@ -120,7 +120,7 @@ sc_core::sc_signal<bool>& MachineFaults::raised(Handshake handshake, std::size_t
     return from;
 }
 
-/// A new signal for the block that raises the wire.
+/// Makes a new signal for the block that raises the wire.
 sc_core::sc_signal<bool>& MachineFaults::driven(const HeldWire& wire, const sc_core::sc_signal<bool>& seen) {
     signals_.push_back(std::make_unique<sc_core::sc_signal<bool>>((wire.name + "_raised").c_str()));
     handshakes_.push_back({wire.handshake, wire.renderer, wire.display, *signals_.back(), seen});

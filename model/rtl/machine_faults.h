@@ -14,22 +14,22 @@
 
 namespace metabuffer::rtl {
 
-/// The modules that work a scenario's faults inside the machine, made where a fault asks for one and nowhere else: each
-/// stands between a wire's sender and its reader. Wires holds what the readers see; what the senders drive is here.
+/// The modules that carry out a scenario's faults inside the machine. One is made only where a fault needs it, between
+/// a wire's sender and its reader. Wires holds what the readers see; this class holds what the senders drive.
 class MachineFaults {
   public:
-    /// Scenario and wires must outlive it. To be made, and asked, while the machine is built.
+    /// Scenario and wires must outlive it. Make it, and ask it, while the machine is built.
     MachineFaults(const Scenario& scenario, Wires& wires);
 
     /// The clock of a renderer's link if a fault lets it drift, else null. It follows wires.clock_ppm.
     sc_core::sc_signal<bool>* drifting_clock(std::size_t renderer, std::int64_t nominal_period_picoseconds);
 
-    /// The signal that the block which raises `wire` is to drive: the wire itself if no fault holds it. renderer and
+    /// The signal that the block which raises `wire` must drive: the wire itself if no fault holds it. renderer and
     /// display (indices) are the wire's in Wires; clk is the clock of the block that reads it.
     sc_core::sc_signal<bool>& raised(Handshake handshake, std::size_t renderer, std::size_t display,
                                      sc_core::sc_signal<bool>& wire, sc_core::sc_signal<bool>& clk);
 
-    /// What the swap lock is to drive.
+    /// What the swap lock must drive.
     struct SwapWires {
         sc_core::sc_signal<bool>& swaplock;
         sc_core::sc_signal<bool>& swapskip;
@@ -42,7 +42,7 @@ class MachineFaults {
 
     const std::vector<const Block*>& blocks() const { return blocks_; }
 
-    /// A handshake behind a fault, as its block drives it and as its reader sees it, for whoever looks from outside.
+    /// A handshake wire with a fault module, as its block drives it and as its reader sees it, for monitors.
     struct Handshaking {
         Handshake handshake;
         std::size_t renderer;  ///< of the wire in Wires, index
@@ -53,9 +53,9 @@ class MachineFaults {
     const std::vector<Handshaking>& handshakes() const { return handshakes_; }
 
     static constexpr std::int64_t kNoChange = std::numeric_limits<std::int64_t>::max();
-    /// Whether a fault holds the machine in reset at that core clock; counted.
+    /// Whether a fault holds the machine in reset at that core clock; such a fault is counted.
     bool reset_at(std::int64_t cycle);
-    /// The first core clock behind it at which such a fault begins or ends; kNoChange if there is none.
+    /// The first core clock after `cycle` at which such a fault begins or ends; kNoChange if there is none.
     std::int64_t next_reset_change(std::int64_t cycle) const;
 
     /// How often faults inside the machine have taken effect on a renderer's row; a lost beat counts each time.

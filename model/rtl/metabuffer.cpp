@@ -238,7 +238,7 @@ void Metabuffer::drive_reset() {
     }
 }
 
-/// Behind a reset frames are numbered from 0 again. What has been counted stands.
+/// After a reset frames are numbered from 0 again. Counters keep their values.
 void Metabuffer::forget_frames() {
     shown_ = ShownFrames(displays());
     for (const auto& composer : composers_) {
@@ -275,7 +275,7 @@ void Metabuffer::frame_captured(std::size_t display, const ColourImage& image) {
                          output_framebuffers_[display]->swaps()[f].kept});
     }
     if (on_all_displays && shown_.on_all_displays() == scenario_.frames) {
-        // In a delta cycle of its own: every block has then done the clock that is being executed.
+        // In a later delta cycle, when every block has done the clock that is being executed.
         finish_event_.notify(sc_core::SC_ZERO_TIME);
     }
 }
@@ -310,7 +310,7 @@ std::int64_t Metabuffer::progress() const {
     return count;
 }
 
-/// The look comes before the clocks of its time, if there are any: the run ends when they have been done.
+/// The watchdog checks before the clock edges of the same time, if there are any; the run ends after them.
 void Metabuffer::watchdog_timeout() {
     if (!finished_) {
         watchdog_tripped_ = true;
@@ -331,7 +331,7 @@ void Metabuffer::find_who_waits() {
     }
 }
 
-// ---- what a run tells ----
+// ---- what a run reports ----
 
 std::int64_t Metabuffer::raster_pixels_taken() const {
     std::int64_t count = 0;

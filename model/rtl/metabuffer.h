@@ -51,7 +51,7 @@ class Metabuffer final : public Block {
     /// Called for each starved raster pixel of a composer (renderer and display from 1), `glitch` mode only.
     void on_glitch(const std::function<void(int renderer, int display, const Glitch&)>& callback);
 
-    /// What the watchdog found, one line a block that waits; empty if it has not tripped.
+    /// What the watchdog found, one line for each block that waits; empty if it has not tripped.
     const std::vector<std::string>& watchdog_findings() const { return watchdog_findings_; }
     bool finished() const { return finished_; }
 
@@ -76,7 +76,7 @@ class Metabuffer final : public Block {
         const auto f = static_cast<std::size_t>(frame);
         return f < sources.size() ? std::optional<int>(sources[f].pair) : std::nullopt;
     }
-    /// Core cycle of a frame's last pixel in the last column to end it, once every column has.
+    /// Core cycle of a frame's last pixel in the column that ends it last; Composer::kNever until every column has.
     std::int64_t frame_end_cycle(int frame) const;
 
     std::int64_t core_cycle() const { return clock_edge_number(core_period_picoseconds_); }
@@ -85,7 +85,7 @@ class Metabuffer final : public Block {
     std::int64_t raster_pixels_taken() const;
     std::int64_t raster_pixels_to_take() const { return raster_pixels_of_run(scenario_); }
 
-    /// Every wire between two blocks, for whoever binds to the machine from outside.
+    /// Every wire between two blocks, for code that binds to the machine from outside.
     Wires& wires() { return *wires_; }
     /// The wires inside a renderer's (index) input framebuffer, if it is made of blocks.
     FramebufferWires* inner_wires(std::size_t renderer) {
@@ -95,7 +95,7 @@ class Metabuffer final : public Block {
     FifoWires* fifo_wires(std::size_t renderer, std::size_t display) {
         return composers_[renderer * displays() + display]->fifo_wires();
     }
-    /// What stands between these wires and the blocks that drive them.
+    /// The fault modules between these wires and the blocks that drive them.
     const MachineFaults& faults() const { return *faults_; }
     sc_core::sc_clock& core_clk() { return *core_clk_; }
     sc_core::sc_clock& dvi_in_clk() { return *dvi_in_clk_; }

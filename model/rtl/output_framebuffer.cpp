@@ -64,7 +64,7 @@ void OutputFramebuffer::clock_edge() {
     const bool swapped = swapped_synchronizer_.sample(swapped_.read());
     if (swapped && !swapped_seen_) {
         frame_done_ = false;
-        // Stands since the swap, which has crossed two registers since.
+        // It is stable: it was set at the swap, which has crossed two registers since then.
         if (!swap_skipped_) {
             back_ = 1 - back_;
         }
@@ -164,7 +164,7 @@ void OutputFramebuffer::dvi_clock_edge() {
         swapped_.write(false);
     } else if (!swapped_.read()) {
         swap_pending_ = true;
-        // Needs no registers of its own: it stands at least as long as SWAPLOCK, which has crossed two.
+        // SWAPSKIP needs no synchronizer: it is stable at least as long as SWAPLOCK, which has crossed two registers.
         swap_skipped_ = swapskip_i.read();
     }
 

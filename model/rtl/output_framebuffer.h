@@ -14,19 +14,18 @@
 
 namespace metabuffer::rtl {
 
-/// An output framebuffer, box D of the paper's Figure 1 (sections 4, 5.4 and 7): takes the pixels that leave
-/// its pipeline, averages them, keeps two banks, and drives its display over DVI.
+/// An output framebuffer, box D of the paper's Figure 1 (sections 4, 5.4 and 7). It receives the pixels that leave its
+/// pipeline, averages them, stores them in two banks, and drives its display over DVI.
 ///
-/// Timing: in the core clock, the raster's first pixel is taken at the edge behind the one that sees STARTFRAME,
-/// and no edge with COLUMNSTALL high counts (`stall` mode only); a display pixel is stored with its block's last
-/// raster pixel. FRAMEDONE rises after the edge that takes the raster's last pixel and
-/// falls once the swap has come back. PIPEREADY is high while a bank is free and no frame is under way. In
-/// the DVI output clock, frame follows frame of DviTiming from reset on, in step on all displays. SWAPLOCK
-/// (every FRAMEDONE) crosses through two registers; if it has been seen by the first clock of a DVI
-/// frame, the banks swap there. FRAMEBAD rises with the first pixel marked `lost` and falls when the swap has come
-/// back, so SWAPSKIP (any FRAMEBAD) stands while SWAPLOCK does and is read where SWAPLOCK is seen: if it is high, the
-/// display goes on showing what it shows, and the new frame's bank is free again. Before the first swap with a
-/// good frame the display is shown black.
+/// Timing: in the core clock, the raster's first pixel is received at the edge after the one that sees STARTFRAME, and
+/// edges with COLUMNSTALL high do not count (`stall` mode only). A display pixel is stored with its block's last raster
+/// pixel. FRAMEDONE rises after the edge that receives the raster's last pixel and falls once the swap is reported
+/// back. PIPEREADY is high while a bank is free and no frame is under way. In the DVI output clock, frame follows frame
+/// of DviTiming from reset on, in step on all displays. SWAPLOCK (every FRAMEDONE) crosses through two registers; if it
+/// has been seen by the first clock of a DVI frame, the banks swap there. FRAMEBAD rises with the first pixel marked
+/// `lost` and falls when the swap has been reported back. So SWAPSKIP (any FRAMEBAD) is stable while SWAPLOCK is high,
+/// and is read where SWAPLOCK is seen. If it is high, the display keeps its picture, and the new frame's bank is free
+/// again. Before the first swap with a good frame the display is black.
 class OutputFramebuffer final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};          ///< core clock
@@ -54,9 +53,9 @@ class OutputFramebuffer final : public Block {
     /// The swap to each frame since the last reset.
     const std::vector<Swap>& swaps() const { return swaps_; }
     std::int64_t stalled_cycles() const { return stalled_cycles_; }
-    /// Frames that were not shown since pixels of theirs were lost.
+    /// Frames that were not shown because pixels of them were lost.
     std::int64_t kept_frames() const { return kept_frames_; }
-    /// Raster pixels taken so far, for the watchdog.
+    /// Raster pixels received so far, for the watchdog.
     std::int64_t pixels_taken() const { return pixels_taken_; }
 
   private:
@@ -113,7 +112,7 @@ class OutputFramebuffer final : public Block {
     Register<std::size_t> next_shown_;
     Register<DviLink> link_{dvi_registers_, "link"};
 
-    // What a report tells of the run.
+    // What a report says of the run.
     std::int64_t stalled_cycles_ = 0;
     std::int64_t pixels_taken_ = 0;
     std::int64_t kept_frames_ = 0;

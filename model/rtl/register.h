@@ -36,10 +36,10 @@ class AnyRegister {
     ~AnyRegister() = default;
 };
 
-/// The registers of a block. Each puts itself here where it is declared, so that reset and waveform forget none.
+/// The registers of a block. Each adds itself where it is declared, so that reset and waveform leave none out.
 class RegisterSet {
   public:
-    /// What power-up leaves.
+    /// Gives every register its reset value, as at power-up.
     void reset() {
         for (AnyRegister* const each : registers_) {
             each->reset();
@@ -59,13 +59,13 @@ class RegisterSet {
 
 inline AnyRegister::AnyRegister(RegisterSet& set) { set.registers_.push_back(this); }
 
-/// A register: its name in the waveform, its width and what reset leaves in it. Only the block's clocked method writes
-/// it, and what the method has written it reads at once, as a variable of a clocked process.
+/// A register: its name in the waveform, its width and its reset value. Only the block's clocked method writes it. The
+/// method reads what it has written at once, as with a variable of a clocked process.
 template <typename Value>
 class Register final : public AnyRegister {
   public:
     /// width_bits: of a number or an enumeration; a flag has 1, and a structure traces its members itself. A number has
-    /// no sign in the waveform, unless reset leaves it negative.
+    /// no sign in the waveform, unless its reset value is negative.
     Register(RegisterSet& set, std::string name, int width_bits = 1, Value reset_value = Value{})
         : AnyRegister(set),
           name_(std::move(name)),
@@ -98,7 +98,7 @@ class Register final : public AnyRegister {
                 sc_core::sc_trace(file, value_, name, width_bits_);
                 return;
             }
-            // The others have no sign, and the same bits may be looked at without one.
+            // The others are never negative, so their bits may be read as unsigned.
             using Bits = std::make_unsigned_t<Value>;
             sc_core::sc_trace(file, reinterpret_cast<const Bits&>(value_), name, width_bits_);
         } else {
@@ -113,7 +113,7 @@ class Register final : public AnyRegister {
     Value value_;
 };
 
-/// Registers that a value passes through, one a clock. With none it passes at once.
+/// Registers that a value passes through, one per clock. With none it passes at once.
 template <typename Value>
 class RegisterLine {
   public:
@@ -125,7 +125,7 @@ class RegisterLine {
         }
     }
 
-    /// Once at each edge. What leaves: it came in as many edges ago as there are stages.
+    /// Call it once at each edge. Returns what leaves: it came in as many edges ago as there are stages.
     Value shift(const Value& input) {
         if (stages_.empty()) {
             return input;
@@ -137,7 +137,7 @@ class RegisterLine {
         *stages_.front() = input;
         return leaves;
     }
-    /// In the last stage: what leaves next. Not without stages.
+    /// The value in the last stage, which leaves next. There must be a stage.
     const Value& last() const { return stages_.back()->value(); }
     bool empty() const { return stages_.empty(); }
     /// Every stage has this value.
@@ -156,13 +156,13 @@ class RegisterLine {
 };
 
 /// A level that crosses from another clock domain: two registers in the receiver's domain, so a change is seen at the
-/// second receiver edge after it at the earliest. One bit only; what goes with it must stand still.
+/// second receiver edge after it at the earliest. One bit only; what goes with it must not change.
 class Synchronizer {
   public:
     Synchronizer(RegisterSet& set, const std::string& name)
         : captured_(set, name + "_captured"), stable_(set, name + "_stable") {}
 
-    /// The value as the receiver's logic sees it at this edge, given what stands at the input now. Once at each edge.
+    /// The value as the receiver's logic sees it at this edge, given the input now. Call it once at each edge.
     bool sample(bool input) {
         stable_ = captured_;
         captured_ = input;

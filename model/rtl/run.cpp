@@ -17,7 +17,7 @@
 namespace metabuffer::rtl {
 namespace {
 
-/// Core clocks between two looks at the machine from outside.
+/// Core clocks between two checks of the machine from outside.
 constexpr std::int64_t kChunkCycles = 20'000;
 
 sc_core::sc_time cycles_to_time(const Scenario& scenario, std::int64_t cycles) {
@@ -60,12 +60,12 @@ class Waveform {
     }
     Waveform(const Waveform&) = delete;
     Waveform& operator=(const Waveform&) = delete;
-    /// SystemC cannot close a file that it has not opened: after a first clock that failed, it is left as it is.
+    /// SystemC cannot close a file that it has not opened: if the first clock failed, the file is left as it is.
     ~Waveform() {
         if (trace_ != nullptr && is_open_) sc_core::sc_close_vcd_trace_file(trace_);
     }
 
-    /// After the first clock, which opens the file.
+    /// Call it after the first clock, which opens the file.
     void note_opened() {
         is_open_ = true;
         file_.note_opened();
@@ -84,7 +84,7 @@ class Waveform {
     bool is_open_ = false;
 };
 
-/// Where the window's event was at this level, if that is not where another level has found it; else empty.
+/// Says where the window's event was at this level, if another level has found it elsewhere; else empty.
 std::string misplaced(const TraceWindow& window, const std::optional<CycleSpan>& found,
                       const Metabuffer& machine) {
     if (window.fixed_cycles()) return {};
@@ -96,7 +96,7 @@ std::string misplaced(const TraceWindow& window, const std::optional<CycleSpan>&
            std::to_string(right.first) + "-" + std::to_string(right.last);
 }
 
-/// Once, at its end.
+/// Closes the waveform once, at its end.
 void finish(std::unique_ptr<Waveform>& waveform) {
     if (waveform != nullptr) waveform->finish();
     waveform.reset();
@@ -110,7 +110,7 @@ void check_trace_name(const std::filesystem::path& file) {
     }
 }
 
-/// The machine runs on for a chunk behind an event, so of several the earliest is found.
+/// The machine runs to the end of the chunk after an event, so of several events the earliest is found.
 std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window) {
     return scout(window, [&scenario, &window] {
         Metabuffer machine("metabuffer", scenario);
@@ -166,7 +166,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
             if (!waveform) {
                 waveform = std::make_unique<Waveform>(*waveform_file, *options.trace, machine, *counter);
                 result.traced = CycleSpan{cycle, cycle};
-                next = cycle + 1;  // which opens the file
+                next = cycle + 1;  // this clock opens the file
             }
             if (window->last < next) {
                 next = window->last + 1;

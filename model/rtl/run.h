@@ -22,18 +22,19 @@ struct TraceRequest {
     TraceWindow window;
     std::vector<std::string> blocks;  ///< shell patterns for block names such as composer_1_*; all if empty
     std::string header{};             ///< lines that say what made it; a comment in the file
-    /// Another level's, which knows the clocks of this one sooner; find_window() of this level if there is none.
+    /// Another level's function, which finds the clocks of this level sooner; if empty, this level's find_window() is
+    /// used.
     FindWindow find_window{};
 };
 
 struct RunOptions {
     std::optional<TraceRequest> trace;
-    /// Once the machine has been built and before it starts: for whoever binds to its wires. It lives until the run
-    /// ends; a run that only looks for a waveform's window is not told of.
+    /// Called once the machine has been built and before it starts, for code that binds to its wires. The machine lives
+    /// until the run ends. It is not called for a run that only searches for a waveform's window.
     std::function<void(Metabuffer& machine)> on_built;
-    /// Each composited frame (from 0) on each display (from 1), once it has been shown in full.
+    /// Called for each composited frame (from 0) on each display (from 1), once it has been shown in full.
     FrameShown on_frame_shown;
-    /// Now and then while the run lasts: core clocks done, share of the run's raster pixels composited.
+    /// Called now and then during the run: core clocks done, share of the run's raster pixels composited.
     std::function<void(std::int64_t core_cycles, double share)> on_progress;
 };
 

@@ -269,7 +269,7 @@ std::ostream& operator<<(std::ostream& out, const FrontTable& value) {
     return out << value.rows.size() << " rows, " << value.slots.size() << " slots";
 }
 
-/// Tables are memories, which no waveform has; who is addressed shows on the bus.
+/// Tables are memories, which are not in the waveform; the bus shows which composer is addressed.
 void sc_trace(sc_core::sc_trace_file* /*file*/, const FrontTable& /*value*/, const std::string& /*name*/) {}
 
 std::ostream& operator<<(std::ostream& out, const PipePixel& value) {

@@ -45,7 +45,7 @@ void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std
 
 /// What the decoder has learnt in a clock about frames and pairs.
 struct DecoderEvent : PairEvent {
-    bool row = false;  ///< a row of the colour frame's table, one a clock
+    bool row = false;  ///< a row of the colour frame's table, one per clock
     ViewportRow table_row;
     /// Bytes of the payload of the depth frame's control scanline, as they pass; they count if the pair turns out good.
     std::uint8_t payload_bytes = 0;
@@ -55,16 +55,16 @@ bool operator==(const DecoderEvent& a, const DecoderEvent& b);
 std::ostream& operator<<(std::ostream& out, const DecoderEvent& value);
 void sc_trace(sc_core::sc_trace_file* file, const DecoderEvent& value, const std::string& name);
 
-/// The widest bus, in pixels a beat.
+/// The widest bus, in pixels per beat.
 constexpr int kMaximumBeatPixels = 8;
 
-/// What a renderer's bus carries in a core clock. Every beat names its frame and its place in it, so that a composer
-/// finds out that beats before it were lost.
+/// What a renderer's bus carries in a core clock. Every beat names its frame and its position in it, so that a composer
+/// notices lost beats before it.
 struct BusBeat {
     enum class Kind : std::uint8_t {
         kNone,
         kFrameStart,  ///< a new frame's table follows, or ends here if `last`
-        kTableRow,    ///< one row in words [0] and [1]; `last` with the table's last
+        kTableRow,    ///< one row in words [0] and [1]; `last` in the table's last row
         kPixels,      ///< `count` pixels of a burst
     };
     Kind kind = Kind::kNone;
@@ -72,8 +72,8 @@ struct BusBeat {
     std::uint32_t frame = 0;  ///< number of the composited frame that it is a beat of, from 0
     std::uint8_t count = 0;
     std::uint16_t destination = 0;  ///< display of the composer addressed, from 1
-    std::uint32_t remaining = 0;    ///< pixels of the burst behind this beat
-    /// kPixels: place in the segment of the beat's first pixel; kTableRow: place in the table. From 0.
+    std::uint32_t remaining = 0;    ///< pixels of the burst after this beat
+    /// kPixels: index in the segment of the beat's first pixel; kTableRow: index in the table. From 0.
     std::uint32_t first = 0;
     std::array<std::uint64_t, kMaximumBeatPixels> words{};
 
@@ -117,7 +117,7 @@ struct MemoryCommand {
         kRead,          ///< `count` words of the bank's open page
         kPrecharge,     ///< closes the bank's page
         kPrechargeAll,  ///< closes every bank's page
-        kRefresh,       ///< the same, and no bank takes a command for refresh_cycles, this clock the first
+        kRefresh,       ///< the same, and no bank takes a command for refresh_cycles, this clock included
         kWrite,         ///< with shared ports: `count` words of the link into the bank's open page
     };
     Kind kind = Kind::kNone;
@@ -126,16 +126,16 @@ struct MemoryCommand {
     std::uint8_t count = 0;
     std::uint8_t byte_mask = 0;  ///< of kWrite: bit b, byte b of each word is written
     std::array<std::uint32_t, kMaximumBeatPixels>
-        columns{};  ///< of kRead and kWrite: word in the page, one a word of the beat
+        columns{};  ///< of kRead and kWrite: word in the page, for each word of the beat
 };
 bool operator==(const MemoryCommand& a, const MemoryCommand& b);
 std::ostream& operator<<(std::ostream& out, const MemoryCommand& value);
 /// Without the columns, see trace_lanes.
 void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const std::string& name);
 
-/// A block of the link's words that waits to be written: where it belongs. Its words stay in the write buffer.
+/// The destination of a block of the link's words that waits to be written. Its words stay in the write buffer.
 struct WriteBlock {
-    std::uint64_t address = 0;  ///< of its first word in the memory, both devices counted
+    std::uint64_t address = 0;  ///< of its first word in the memory, counted over both devices
     std::uint32_t words = 0;
     std::uint8_t byte_mask = 0;
 };
@@ -158,7 +158,7 @@ void sc_trace(sc_core::sc_trace_file* file, const MemoryData& value, const std::
 /// What a composer writes into its FIFO in a core clock: a beat's pixels, at addresses that follow each other.
 struct FifoWrite {
     std::uint8_t count = 0;     ///< 0: none
-    std::uint32_t address = 0;  ///< of the first; behind the FIFO's last address comes its first
+    std::uint32_t address = 0;  ///< of the first; after the FIFO's last address comes its first
     std::array<std::uint64_t, kMaximumBeatPixels> words{};
 };
 bool operator==(const FifoWrite& a, const FifoWrite& b);
@@ -166,7 +166,7 @@ std::ostream& operator<<(std::ostream& out, const FifoWrite& value);
 /// Without the words, see trace_lanes.
 void sc_trace(sc_core::sc_trace_file* file, const FifoWrite& value, const std::string& name);
 
-/// What a composer reads of its FIFO in a core clock.
+/// What a composer reads from its FIFO in a core clock.
 struct FifoRead {
     bool enable = false;
     std::uint32_t address = 0;
@@ -190,8 +190,8 @@ inline bool operator==(const FifoRelease& a, const FifoRelease& b) {
 std::ostream& operator<<(std::ostream& out, const FifoRelease& value);
 void sc_trace(sc_core::sc_trace_file* file, const FifoRelease& value, const std::string& name);
 
-/// The table of the pair in the front bank: its valid rows, and whose each slot of the bus is. It stands still from
-/// the swap of the banks to the next one.
+/// The table of the pair in the front bank: its valid rows, and which row owns each slot of the bus. It does not change
+/// from one swap of the banks to the next.
 struct FrontTable {
     ViewportTable rows;
     std::vector<int> slots;  ///< index of a row; none under a policy without slots
@@ -204,7 +204,7 @@ void sc_trace(sc_core::sc_trace_file* file, const FrontTable& value, const std::
 struct PipePixel {
     Pixel pixel;
     bool valid = false;
-    bool lost = false;  ///< a composer's local pixel for this place was lost on its bus
+    bool lost = false;  ///< a composer has abandoned the frame, since beats of it were lost on its bus
 };
 inline bool operator==(const PipePixel& a, const PipePixel& b) {
     return a.pixel == b.pixel && a.valid == b.valid && a.lost == b.lost;

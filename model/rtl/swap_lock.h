@@ -4,9 +4,9 @@
 
 namespace metabuffer::rtl {
 
-/// The swap lock between the output framebuffers: SWAPLOCK is high while every column has composited its
-/// frame, SWAPSKIP while pixels of a frame that any of them holds were lost: then all keep the picture they show.
-/// Combinational.
+/// The swap lock between the output framebuffers, which is combinational. SWAPLOCK is high while every column has
+/// composited its frame. SWAPSKIP is high while any of them holds a frame with lost pixels; then all keep their
+/// pictures.
 class SwapLock final : public Block {
   public:
     sc_core::sc_vector<sc_core::sc_in<bool>> framedone_i;

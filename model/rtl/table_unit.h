@@ -14,12 +14,12 @@
 namespace metabuffer::rtl {
 
 /// The tables of an input framebuffer (sections 5 and 5.3 of the paper): one for each device of the frame memory. The
-/// rows of the pair that comes in are judged one by one as the decoder gives them, and those that stand are kept; so is
-/// the slot table that the host sends with the depth frame. The bus side sees the front device's.
+/// rows of the pair that comes in are judged one by one as the decoder gives them, and the valid ones are kept. The
+/// slot table that the host sends with the depth frame is kept too. The bus side sees the front device's tables.
 ///
 /// Judging a row takes the clock in which it comes. A slot table that is missing or wrong is replaced by one slot for
-/// each row. One that the hardware makes (`bus.slot_table: built`) is shown as if it took no time: bus_arbiter counts the
-/// clocks.
+/// each row. One that the hardware makes (`bus.slot_table: built`) is given at once; bus_arbiter counts the clocks that
+/// it takes.
 class TableUnit final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
@@ -33,7 +33,7 @@ class TableUnit final : public Block {
 
     void trace(sc_core::sc_trace_file* file) const override;
 
-    /// The rows of the pair that came last, those that were dropped among them.
+    /// The rows of the pair that came last, the dropped ones too.
     const ValidatedTable& back_table() const { return back().rows.result(); }
     /// The slot table of that pair is missing or wrong.
     bool back_slots_rejected() const { return slots_of(back()).rejected; }
@@ -56,7 +56,7 @@ class TableUnit final : public Block {
     sc_core::sc_event_or_list wake_events_;
     std::array<Tables, 2> tables_;  ///< by device
     RegisterSet registers_;
-    Register<int> back_rows_;  ///< that stand, of the pair that comes in
+    Register<int> back_rows_;  ///< valid ones, of the pair that comes in
     Register<int> back_slot_bytes_{registers_, "back_slot_bytes", 16};
 };
 

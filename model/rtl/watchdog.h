@@ -10,8 +10,8 @@
 
 namespace metabuffer::rtl {
 
-/// Ends a run in which nothing moves: looks at a progress count every `interval` and calls `on_timeout` when
-/// it has not changed since the last look. It is no part of the machine and costs nothing between two looks.
+/// Ends a run in which nothing moves: checks a progress count every `interval` and calls `on_timeout` if it has not
+/// changed since the last check. It is not a part of the machine and costs nothing between two checks.
 class Watchdog final : public sc_core::sc_module {
   public:
     Watchdog(const sc_core::sc_module_name& name, const sc_core::sc_time& interval,

@@ -24,7 +24,7 @@ namespace {
 constexpr const char* kStem = "waveform";
 constexpr std::string_view kAllWritten = "all written";
 
-/// The text as a comment of a value change dump, which the word $end ends.
+/// The text as a comment in a value change dump; the word $end ends such a comment.
 std::string as_comment(std::string text) {
     for (std::size_t at = text.find('$'); at != std::string::npos; at = text.find('$', at)) text[at] = '?';
     return "$comment\n" + text + "$end\n";
@@ -62,7 +62,7 @@ class WaveformFile::Pipe {
 
     std::string stem() const { return (folder_->path() / kStem).string(); }
 
-    /// In the process that writes: calls take(bytes) with all that comes, until its writer closes it.
+    /// For the process that writes the file: calls take(bytes) with all that comes, until the pipe's writer closes it.
     template <typename Take>
     void read_all(Take take) const {
         pollfd polled{reading_, POLLIN, 0};
@@ -81,8 +81,8 @@ class WaveformFile::Pipe {
         }
     }
 
-    /// In the process that simulates: writing ends with the other end's process. Once both ends are open the pipe needs
-    /// no name, and what has none is not left behind.
+    /// For the process that simulates: from now on writing fails if the process at the other end has ended. Once both
+    /// ends are open the pipe needs no name, so its folder is removed now.
     void close_reading() {
         if (reading_ < 0) return;
         close(reading_);
@@ -113,8 +113,8 @@ void WaveformFile::start() {
     });
 }
 
-/// Hands all that comes to take(bytes), the header first. After a failure it reads on, for the simulation waits until it
-/// does. kAllWritten, or the error.
+/// Gives all that comes to take(bytes), the header first. After a failure it still reads, since the simulation waits
+/// for that. Returns kAllWritten or the error.
 template <typename Take>
 std::string WaveformFile::write_all(Take take) const {
     std::string answer(kAllWritten);

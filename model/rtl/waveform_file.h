@@ -25,15 +25,16 @@ class WaveformFile {
     WaveformFile& operator=(const WaveformFile&) = delete;
     ~WaveformFile();
 
-    /// Starts the process that writes: as late as may be, but before this process elaborates anything. Throws
+    /// Starts the process that writes. Call it as late as possible, but before this process elaborates anything. Throws
     /// OutputError or InputError.
     void start();
     /// The name that SystemC's writer is given; it adds the extension itself.
     std::string stem() const;
-    /// As soon as SystemC has opened its file, which it does at its first clock: from then on it is no longer waited for if
-    /// the other process ends before its time.
+    /// Call it as soon as SystemC has opened its file, which it does at its first clock. From then on SystemC does not
+    /// wait for the other process if that ends early.
     void note_opened();
-    /// After SystemC has closed its file: waits until all is written and puts it in place. Throws OutputError.
+    /// Call it after SystemC has closed its file: waits until all is written and puts the file in place. Throws
+    /// OutputError.
     void put_in_place();
 
   private:
@@ -42,7 +43,7 @@ class WaveformFile {
     std::string write_dump();
     std::string write_compressed();
 
-    /// A folder of this process alone with the pipe in it.
+    /// The pipe, in a folder that only this process uses.
     class Pipe;
 
     std::filesystem::path target_;

@@ -18,7 +18,7 @@ using metabuffer::numbered;
 template <typename Value>
 class SignalBank {
   public:
-    /// One signal, named by its place, for each of `count` places. Each has the initial value.
+    /// Makes `count` signals, each named by its index and with the initial value.
     template <typename NameOf>
     SignalBank(std::size_t count, NameOf name_of, const Value& initial = Value{}) {
         for (std::size_t i = 0; i < count; ++i) {
@@ -32,11 +32,11 @@ class SignalBank {
     std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
 };
 
-/// Every wire between two blocks, as the block that reads it sees it, by the paper's names where it has one. The
+/// Every wire between two blocks, as the block that reads it sees it, with the paper's name where it has one. The
 /// pipeline wires of display d run from PIPE_1_d, above the top composer, to PIPE_(M+1)_d: composer r, from 1, drives
 /// PIPE_(r+1)_d and STARTFRAME_(r+1)_d, and PIPEREADY_r_d to the composer above.
 struct Wires {
-    /// bus_registers: they lie between each input framebuffer and its composers.
+    /// bus_registers: whether registers lie between each input framebuffer and its composers.
     Wires(std::size_t renderers, std::size_t displays, bool bus_registers = false)
         : link_in(renderers, name_of("DVI_IN")),
           clock_ppm(renderers, name_of("CLOCK_PPM")),
@@ -71,7 +71,7 @@ struct Wires {
     sc_core::sc_signal<BusBeat>& bus_seen_by(std::size_t i) {
         return own_bus_[i] ? *own_bus_[i] : bus[i / framedone.size()];
     }
-    /// From now on composer i sees a bus of its own, which whoever asks for it drives.
+    /// From now on composer i sees its own bus, which the caller drives.
     sc_core::sc_signal<BusBeat>& own_bus(std::size_t i) {
         if (!own_bus_[i]) {
             const std::size_t displays = framedone.size();

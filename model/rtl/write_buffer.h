@@ -11,14 +11,14 @@
 
 namespace metabuffer::rtl {
 
-/// Collects what the link writes into blocks, for a frame memory whose data pins link and bus share (`memory.ports:
-/// shared`; sections 4 and 5.2 of the paper). It has two halves of write_block_words words: one fills in DVI input clocks
-/// while bus_port has the other one written to the memory in core clocks.
+/// Collects the link's writes into blocks, for a frame memory whose data pins link and bus share (`memory.ports:
+/// shared`; sections 4 and 5.2 of the paper). It has two halves of write_block_words words: one fills in DVI input
+/// clocks while bus_port writes the other one to the memory in core clocks.
 ///
-/// A half is full with the last word of an aligned block, or of the image. Then its full_o changes, which crosses to the
-/// core clock through two registers of who receives it, and block_o says where its words belong. Both stand still until
-/// the other half is full too and this one fills again. It has been written by then: a scenario in which it might not is
-/// refused (check_write_blocks), so nothing is raised here. A block that is begun anew, because its frame was broken off,
+/// A half is full with the last word of an aligned block, or of the image. Then its full_o changes and crosses to the
+/// core clock through two registers of the receiver, and block_o says where its words belong. Both stay until the other
+/// half is full too and this one fills again. The half has been written by then: check_write_blocks refuses a scenario
+/// in which it might not be, so nothing is raised here. A block that begins again, because its frame was broken off,
 /// replaces what was there.
 ///
 /// In core clocks it puts out the words that a write command names, of the half that drain_i names, in the same clock.

@@ -5,7 +5,8 @@
 
 namespace metabuffer {
 
-/// The name of a block or wire of a renderer or display, and of one of each (indices, from 0): the paper counts from 1.
+/// The name of a block or wire of a renderer or display, or of both. Indices count from 0, names from 1 as in the
+/// paper.
 inline std::string numbered(const std::string& stem, std::size_t index) {
     return stem + "_" + std::to_string(index + 1);
 }

@@ -9,14 +9,14 @@
 
 namespace metabuffer {
 
-/// Runs the kernel for a level that has time: measures what it takes without the host's callback, and brings an
-/// exception of that callback out of the kernel, which would wrap it.
+/// Runs the kernel for a level that has time: measures its time without the host's callback, and brings an exception of
+/// that callback out of the kernel, which would wrap it.
 class SimulationRun {
   public:
     /// on_frame_shown: the host's; may be empty, may throw.
     explicit SimulationRun(FrameShown on_frame_shown) : on_frame_shown_(std::move(on_frame_shown)) {}
 
-    /// For the machine to call within the kernel. After the first exception the callback is left alone.
+    /// The machine calls it within the kernel. After the first exception the host's callback is no longer called.
     void frame_shown(const DisplayedFrame& displayed);
     /// Lets that much time pass, or less if the machine pauses. Throws what the callback has thrown.
     void advance(const sc_core::sc_time& time);

@@ -99,7 +99,7 @@ std::optional<CycleSpan> scout(const TraceWindow& window,
         CycleSpan event = kNotFound;
         try {
             event = look().value_or(kNotFound);
-        } catch (const std::exception&) {  // the run proper reports it
+        } catch (const std::exception&) {  // the real run reports it
         }
         sender.send(&event, sizeof event);
     });

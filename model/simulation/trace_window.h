@@ -32,7 +32,7 @@ struct TraceWindow {
 
     /// Its cycles, if they do not depend on what happens in the run.
     std::optional<CycleSpan> fixed_cycles() const;
-    /// Its cycles, given those of its event: before_cycles and after_cycles more.
+    /// Its cycles, given those of its event: before_cycles more before it, after_cycles more after it.
     CycleSpan around(const CycleSpan& event) const;
 };
 
@@ -40,8 +40,8 @@ struct TraceWindow {
 /// `first-starved-pixel`. Throws InputError.
 TraceWindow parse_trace_window(const std::string& text);
 
-/// The cycles of the event that a window is put around, as a machine of any level has met it; nothing if it has not
-/// yet, or if there is no such event.
+/// The cycles of the event that a window lies around, as a machine of any level has met it; nothing if it has not met
+/// it yet, or if the window has no event.
 template <typename Machine>
 std::optional<CycleSpan> event_of(const TraceWindow& window, const Machine& machine) {
     using Kind = TraceWindow::Kind;
@@ -68,14 +68,14 @@ std::optional<CycleSpan> event_of(const TraceWindow& window, const Machine& mach
     return event;
 }
 
-/// Finds the cycles of a window that depend on the run; nothing if the run does not have its event. Call it before this
-/// process elaborates anything.
+/// Finds the cycles of a window that depends on the run; nothing if the run does not have its event. Call it before
+/// this process elaborates anything.
 using FindWindow =
     std::function<std::optional<CycleSpan>(const Scenario& scenario, const TraceWindow& window)>;
 
-/// What a level's FindWindow is made of: calls `look`, which runs a machine up to the window's event, in a process of
-/// its own. Only the clocks before an event can tell when to start a trace that shows them, and a run is the same each
-/// time. If `look` throws, there is no event: the run proper meets the same error and reports it. Throws InputError.
+/// Makes a level's FindWindow: calls `look` in a separate process, where it runs a machine up to the window's event. A
+/// trace must start before its event, so an earlier run has to find the event; every run is the same. If `look` throws,
+/// there is no event: the real run meets the same error and reports it. Throws InputError.
 std::optional<CycleSpan> scout(const TraceWindow& window,
                                const std::function<std::optional<CycleSpan>()>& look);
 

@@ -10,18 +10,17 @@ namespace metabuffer {
 /// Whose burst is next on a bus; arbitration_table.h says what each of them is.
 enum class Arbitration : std::uint8_t { kIrsa, kSlotAllocation, kRoundRobin, kEdf };
 
-/// What becomes of a slot that its composer cannot use.
+/// What happens to a slot that its composer cannot use.
 enum class IdleSlots : std::uint8_t {
-    kRecovered,  ///< the next composer that is ready has it, so the bus rests only while nobody is ready
+    kRecovered,  ///< the next composer that is ready gets it, so the bus rests only while none is ready
     kLost,       ///< its time passes
 };
 
 /// What the arbiter sees of one table row at a clock.
 struct BusRequest {
-    bool pending = false;  ///< pixels of its segment are still to be sent
-    bool ready = false;    ///< its composer takes a slot
-    std::int64_t deadline =
-        0;  ///< raster position that needs its next pixel first; for policies that go by it
+    bool pending = false;       ///< pixels of its segment are still to be sent
+    bool ready = false;         ///< its composer takes a slot
+    std::int64_t deadline = 0;  ///< first raster position that needs its next pixel; for policies that use it
 };
 
 /// An arbiter's answer for one clock.
@@ -36,8 +35,8 @@ struct BusGrant {
     int recovered_slots = 0;  ///< slots passed over on the way to the one granted
 };
 
-/// Chooses whose burst the bus carries next (section 5.3 of the paper). State without time: the input
-/// framebuffer takes an answer in each clock in which no burst is under way.
+/// Chooses whose burst the bus carries next (section 5.3 of the paper). It has state but no time: the input framebuffer
+/// takes an answer in each clock in which no burst is under way.
 class ArbitrationPolicy {
   public:
     ArbitrationPolicy() = default;
@@ -45,8 +44,8 @@ class ArbitrationPolicy {
     ArbitrationPolicy& operator=(const ArbitrationPolicy&) = delete;
     virtual ~ArbitrationPolicy() = default;
 
-    /// A new frame: whose each slot is (slots_of in arbitration_table.h), and how many rows its table has. Requests are
-    /// indexed as the rows are.
+    /// A new frame: which row owns each slot (slots_of in arbitration_table.h), and how many rows its table has.
+    /// Requests are indexed like the rows.
     virtual void start_frame(const std::vector<int>& slots, std::size_t rows) = 0;
     /// The answer for a clock, which changes nothing. At least one request is pending.
     virtual BusGrant grant(const std::vector<BusRequest>& requests) const = 0;
@@ -57,7 +56,7 @@ class ArbitrationPolicy {
         take(answer);
         return answer;
     }
-    /// The slot that is looked at first; 0 where there is none.
+    /// The slot that is checked first; 0 where there is none.
     virtual int slot() const { return 0; }
 };
 

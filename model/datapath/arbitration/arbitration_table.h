@@ -11,18 +11,18 @@
 
 namespace metabuffer {
 
-/// What is proved of the order in which a policy serves composers. The buffer bound of `metabuffer analyze` rests on it
-/// (docs/analysis.md).
+/// What is proved about the order in which a policy serves composers. The buffer bound of `metabuffer analyze` is based
+/// on it (docs/analysis.md).
 enum class BufferProof : std::uint8_t {
     kNone,       ///< nothing, so there is no bound
     kSlots,      ///< a composer that is ready gets each of its slots, whatever the others do
     kDeadlines,  ///< of the composers that are ready, the one whose next pixel is needed first goes first
 };
 
-/// What a policy must be told of a row that wants the bus.
+/// What a policy must know about a row that wants the bus.
 enum class RequestKind : std::uint8_t {
     kReady,         ///< that it is ready
-    kWithDeadline,  ///< the raster position that needs its next pixel first, too
+    kWithDeadline,  ///< also the first raster position that needs its next pixel
 };
 
 /// One policy: all that is known of it outside of its own class. A new policy is a class, an enumerator and a row.
@@ -62,24 +62,24 @@ std::vector<int> slots_of(Arbitration arbitration, const ViewportTable& rows);
 
 /// The slot table of a frame whose host sends one.
 struct SentSlots {
-    std::vector<int> slots;  ///< index of a row that stands, by slot; none under a policy without slots
+    std::vector<int> slots;  ///< index of a valid row, by slot; none under a policy without slots
     bool rejected = false;   ///< it is missing or wrong: there is one slot for each row instead
 };
 /// payload: of the control scanline of the pair's depth frame.
 SentSlots sent_slots(Arbitration arbitration, const ValidatedTable& table,
                      const std::vector<std::uint8_t>& payload);
 
-/// That payload, as the host makes it: the policy's table, with as many slots as there is room for. Empty under a policy
-/// without slots, and if no row stands.
+/// That payload, as the host makes it: the policy's table, with as many slots as there is room for. Empty under a
+/// policy without slots, if no row is valid, and if there is too little room.
 std::vector<std::uint8_t> slot_payload(Arbitration arbitration, const ValidatedTable& table,
                                        std::size_t room_bytes);
 
-/// Whether the arbiter looks at the requests' deadlines.
+/// Whether the arbiter reads the requests' deadlines.
 constexpr bool goes_by_deadlines(Arbitration arbitration) {
     return arbitration_row(arbitration).requests == RequestKind::kWithDeadline;
 }
 
-/// Whether slots may pass unused while a composer waits that could use them.
+/// Whether slots may pass unused while a composer that could use them waits.
 constexpr bool loses_slots(Arbitration arbitration) {
     return arbitration_row(arbitration).idle_slots == IdleSlots::kLost;
 }

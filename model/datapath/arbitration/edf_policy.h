@@ -6,9 +6,9 @@
 
 namespace metabuffer {
 
-/// Earliest deadline first: the composer whose buffer runs dry first, that is, whose next pixel to be sent is
-/// needed at the earliest raster position; the earlier table row on a tie. The columns' rasters are taken to
-/// run side by side.
+/// Earliest deadline first: chooses the composer whose buffer runs dry first. That is the one whose next pixel to be
+/// sent is needed at the earliest raster position; on a tie, the one of the earlier table row. The columns' rasters are
+/// assumed to run in step.
 class EdfPolicy final : public ArbitrationPolicy {
   public:
     void start_frame(const std::vector<int>& /*slots*/, std::size_t /*rows*/) override {}

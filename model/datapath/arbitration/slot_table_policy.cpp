@@ -8,7 +8,7 @@ void SlotTablePolicy::start_frame(const std::vector<int>& slots, std::size_t row
     find_distances(rows);
 }
 
-/// Backwards through the table twice, so that every slot sees the row's next one behind the table's end too.
+/// Goes backwards through the table twice, so that every slot also finds the row's next slot beyond the table's end.
 void SlotTablePolicy::find_distances(std::size_t rows) {
     const std::size_t slots = table_.size();
     distances_.assign(rows * slots, 0);
@@ -31,7 +31,7 @@ BusGrant SlotTablePolicy::grant(const std::vector<BusRequest>& requests) const {
         const int row = table_[next_];
         return {usable(row) ? BusGrant::Kind::kBurst : BusGrant::Kind::kLost, row, 0};
     }
-    BusGrant grant;  // a poll does not move the table on
+    BusGrant grant;  // a poll does not advance the table
     for (std::size_t row = 0; row < requests.size(); ++row) {
         const int passed = distances_[row * table_.size() + next_];
         if (usable(static_cast<int>(row)) && (grant.row < 0 || passed < grant.recovered_slots)) {

@@ -62,8 +62,8 @@ std::optional<BankKeeper::Answer> BankKeeper::due_answer(std::int64_t edge) cons
             return Answer::kFresh;
         }
         if (superseded_ && pair_under_way(edge)) {
-            // A newer pair has been overwritten. A machine slower than the link would hardly ever meet a whole one
-            // between two overwritings, so it waits for the one under way.
+            // A newer pair has been overwritten. A machine slower than the link would hardly ever find a whole one
+            // between two overwrites, so it waits for the pair under way.
             return std::nullopt;
         }
         again = again || front_valid_;

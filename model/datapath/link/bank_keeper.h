@@ -8,22 +8,22 @@
 
 namespace metabuffer {
 
-/// Keeps the two banks of an input framebuffer (section 4 of the paper): which pair each of them holds, which pairs
-/// are dropped, and what the bus side is answered when it asks for the pair of its next frame. docs/design.md has the
-/// table of the answers.
+/// Keeps track of the two banks of an input framebuffer (section 4 of the paper): which pair each of them holds, which
+/// pairs are dropped, and which answer the bus side gets when it asks for the pair of its next frame. docs/design.md
+/// has the table of the answers.
 ///
 /// It has no clock and keeps no pixels. Events and questions come with the number of the link's clock edge at which
 /// they come, in order of time. At each edge at which something happens or may:
 ///
 ///     const BankKeeper::Taken taken = banks.take(event, edge);  // from the decoder
 ///     if (asked) banks.ask();
-///     if (const auto answer = banks.answer(edge)) ...           // kFresh: the banks have changed places
-///     banks.wants_pair();                                       // what the source is told
+///     if (const auto answer = banks.answer(edge)) ...           // kFresh: the banks are swapped
+///     banks.wants_pair();                                       // what the source is asked for
 class BankKeeper {
   public:
     enum class Answer : std::uint8_t {
         kFresh,  ///< the banks are swapped: the pair is one that no frame has been made of
-        kAgain,  ///< the front pair again; before the first pair, none
+        kAgain,  ///< the front pair again; none before the first pair
     };
     /// What an event does beside filling the back bank.
     struct Taken {
@@ -45,15 +45,15 @@ class BankKeeper {
 
     /// The back bank is free for another pair, or is being filled.
     bool wants_pair() const { return back_ != Back::kWhole; }
-    /// The first edge behind `edge` at which a question could be answered although no event comes; none while there
-    /// is no question or nothing is timed.
+    /// The first edge after `edge` at which a question could be answered although no event comes; none while there is
+    /// no question or no timer runs.
     std::optional<std::int64_t> next_timer(std::int64_t edge) const;
 
   private:
     enum class Back : std::uint8_t { kFree, kFilling, kWhole };
 
     std::optional<Answer> due_answer(std::int64_t edge) const;
-    /// A pair is coming in: its colour frame has begun no longer than a pair time ago.
+    /// A pair is coming in: its colour frame has begun less than a pair time ago.
     bool pair_under_way(std::int64_t edge) const {
         return back_ == Back::kFilling && edge < filling_end_edge();
     }

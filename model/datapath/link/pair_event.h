@@ -6,8 +6,8 @@
 
 namespace metabuffer {
 
-/// What a decoder tells its input framebuffer of frames and pairs. Several of these may come at once; they then count
-/// in the order of the members.
+/// What a decoder reports to its input framebuffer about frames and pairs. Several of these may come at once; they then
+/// count in the order of the members.
 struct PairEvent {
     bool rejected = false;  ///< a frame or a pair was rejected for `cause`
     RejectCause cause = RejectCause::kGeometry;

@@ -57,8 +57,8 @@ void PairFollower::end_control_scanline(const DecodedScanline& scanline, PairEve
 
 void PairFollower::begin_colour(std::uint32_t number, PairEvent& event) {
     if (expect_ == Expect::kDepth) {
-        // The pair before this one never got its depth frame. Sent again, a colour frame begins its pair anew, and
-        // no pair is lost.
+        // The pair before this one never got its depth frame. If a colour frame is sent again, its pair begins again,
+        // and no pair is lost.
         if (number == number_) {
             expect_ = Expect::kAnyColour;
         }
@@ -76,10 +76,10 @@ void PairFollower::begin_depth(std::uint32_t number, PairEvent& event) {
         return;
     }
     if (expect_ == Expect::kColour && number == number_) {
-        reject(RejectCause::kPair, event);  // sent again behind its pair, which is whole and stays so
+        reject(RejectCause::kPair, event);  // sent again after its pair, which is whole and stays so
         return;
     }
-    // Where the two frames of a pair differ, the lower number is the pair that is lost now.
+    // If the numbers of the two frames differ, the pair with the lower one is lost now.
     const std::uint32_t lost = expect_ == Expect::kDepth ? earlier(number, number_) : number;
     if (expect_ == Expect::kAnyColour) {
         in_frame_ = false;  // its colour frame has been rejected or was never seen

@@ -9,26 +9,26 @@
 namespace metabuffer {
 
 /// Finds the pairs among the frames of a link (section 4 of the paper): which two frames make a pair, which frame is
-/// rejected and for what, and which pair can no longer come. It has no clock: the decoders of the clocked levels tell
-/// it what they have seen, at the clocks at which they see it.
+/// rejected and for what, and which pair can no longer come. It has no clock: the decoders of the clocked levels report
+/// to it what they see, at the clocks at which they see it.
 ///
 ///     follower.begin_frame();                         // VSYNC: a frame may come
 ///     follower.end_control_scanline(decoded, event);  // its first line is whole
 ///     follower.reject_geometry(event);                // a line is too short or too long, or is one too many
-///     follower.end_frame(whole, event);               // VSYNC behind a frame of one line or more
+///     follower.end_frame(whole, event);               // VSYNC after a frame of one line or more
 ///
-/// What is learnt is written into `event`, beside what it tells already. Nothing is learnt of a frame that is not
-/// followed (in_frame()): it has been rejected or passed over, or no VSYNC has been seen. Raises nothing.
+/// The results are added to what `event` says already. A frame that is not followed (in_frame()) gives no results: it
+/// has been rejected or passed over, or no VSYNC has been seen. Raises nothing.
 class PairFollower {
   public:
-    /// What makes the next pair go on.
+    /// What the next pair needs to go on.
     enum class Expect : std::uint8_t {
-        kAnyColour,  ///< finding its feet: everything but a good colour frame is passed over
+        kAnyColour,  ///< not in step yet: everything except a good colour frame is passed over
         kColour,     ///< the last pair is whole
         kDepth,      ///< of pair number()
     };
 
-    /// As it is before the first VSYNC. What has been rejected stays counted.
+    /// Goes back to the state before the first VSYNC. What has been rejected stays counted.
     void reset();
     void begin_frame();
     void end_control_scanline(const DecodedScanline& scanline, PairEvent& event);
