@@ -39,10 +39,15 @@ class MessageChannel {
     std::size_t own_ = 0;
 };
 
-/// Does the work, and says in a message how it ended: what it throws is for the other process.
+/// From now on what this process writes to its standard error goes nowhere.
+void be_silent();
+
+/// Does the work, and says in a message how it ended.
 std::string ending_of(const std::function<void()>& work);
 
-/// Throws what the work threw: InputError, OutputError and std::bad_alloc as they were, others as std::runtime_error.
-void throw_if_failed(const std::string& ending);
+/// What the other process's work came to: true if it is done. Throws the InputError or the OutputError that it threw. False
+/// if it failed for another reason, such as memory, or if the message is empty since the process is gone: nothing is known
+/// then, and this process may try the same.
+bool is_done(const std::string& ending);
 
 }  // namespace metabuffer

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -11,7 +12,6 @@
 #include "host/child_process.h"
 #include "host/errors.h"
 #include "host/message_channel.h"
-#include "host/text.h"
 
 namespace metabuffer {
 namespace {
@@ -61,23 +61,22 @@ class ImageProcess::Reader {
         channel_.be_parent();
     }
 
-    bool has_ended() const { return process_.ended(); }
-    PixelImage load(const ImageFiles& files, const std::string& request) {
-        const bool is_sent = channel_.send(request);
-        const std::string ending = is_sent ? channel_.receive() : std::string();
-        if (ending.empty()) fail(files);
-        throw_if_failed(ending);
+    /// Nothing if the process has come to no answer. It is of no more use then.
+    std::optional<PixelImage> load(const std::string& request) {
+        if (!channel_.send(request) || !is_done(channel_.receive())) return std::nullopt;
         Size size;
-        receive(files, &size, sizeof size);
+        if (!receive(&size, sizeof size)) return std::nullopt;
         PixelImage image(size.width_pixels, size.height_pixels);
         static_assert(std::is_trivially_copyable_v<Pixel>);
-        receive(files, image.values.data(), image.values.size() * sizeof image.values[0]);
+        if (!receive(image.values.data(), image.values.size() * sizeof image.values[0])) return std::nullopt;
         return image;
     }
 
   private:
     void serve(const ChildProcess::Sender& pixels) const {
         channel_.be_child();
+        // If it fails, its parent tries the same and says why.
+        be_silent();
         for (std::string request = channel_.receive(); !request.empty(); request = channel_.receive()) {
             PixelImage image;
             const std::string ending = ending_of([&] { image = metabuffer::load(request); });
@@ -88,20 +87,14 @@ class ImageProcess::Reader {
             pixels.send(image.values.data(), image.values.size() * sizeof image.values[0]);
         }
     }
-    void receive(const ImageFiles& files, void* bytes, std::size_t count) {
+    bool receive(void* bytes, std::size_t count) {
         while (received_.size() < count) {
-            if (process_.ended()) fail(files);
+            if (process_.ended()) return false;
             process_.receive(received_);
         }
         std::memcpy(bytes, received_.data(), count);
         received_.erase(0, count);
-    }
-    [[noreturn]] void fail(const ImageFiles& files) {
-        while (!process_.ended()) process_.receive(received_);
-        const std::string& complaint = process_.complaint();
-        throw InputError(
-            text::one_line(files.image.string() + ": the process that reads it " +
-                           (complaint.empty() ? std::string("ended before it was done") : complaint)));
+        return true;
     }
 
     mutable MessageChannel channel_;
@@ -109,29 +102,30 @@ class ImageProcess::Reader {
     ChildProcess process_;
 };
 
+/// Null if this computer has no process for it.
+std::unique_ptr<ImageProcess::Reader> ImageProcess::started() {
+    try {
+        return std::make_unique<Reader>();
+    } catch (const InputError&) {
+        return nullptr;
+    }
+}
+
 ImageProcess::ImageProcess() : owner_(getpid()) {}
 
 ImageProcess::~ImageProcess() = default;
 
 PixelImage ImageProcess::load(const ImageFiles& files, DepthFormat format, const DepthRange& range) {
     const std::string request = packed(files, format, range);
-    if (getpid() != owner_ || request.size() > MessageChannel::kMostBytes) {
-        return image_codec().load(files, format, range);
+    const bool is_here = getpid() != owner_ || reads_here_ || request.size() > MessageChannel::kMostBytes;
+    if (is_here) return image_codec().load(files, format, range);
+    if (reader_ == nullptr) reader_ = started();
+    if (reader_ != nullptr) {
+        if (std::optional<PixelImage> image = reader_->load(request)) return *std::move(image);
     }
-    if (reader_ == nullptr) {
-        try {
-            reader_ = std::make_unique<Reader>();
-        } catch (const InputError&) {
-            // This computer has no process for it.
-            return image_codec().load(files, format, range);
-        }
-    }
-    try {
-        return reader_->load(files, request);
-    } catch (...) {
-        if (reader_->has_ended()) reader_.reset();
-        throw;
-    }
+    reader_.reset();
+    reads_here_ = true;
+    return image_codec().load(files, format, range);
 }
 
 }  // namespace metabuffer

@@ -18,15 +18,18 @@ class ImageProcess {
     /// Ends the process.
     ~ImageProcess();
 
-    /// As ImageCodec::load(). Throws InputError naming the image, too, if the process ends while it reads. Without a
-    /// process, and in a child of the one that made this object, it reads the image itself.
+    /// As ImageCodec::load(). Without a process, from one on that it did not come to, and in a child of the process
+    /// that made this object, it reads the image itself: only an image's own fault is an InputError.
     PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range);
 
   private:
     class Reader;
 
+    static std::unique_ptr<Reader> started();
+
     pid_t owner_;
     std::unique_ptr<Reader> reader_;
+    bool reads_here_ = false;  ///< from the first image on that the process did not come to
 };
 
 }  // namespace metabuffer

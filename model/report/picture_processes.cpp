@@ -13,7 +13,6 @@
 
 #include "host/child_process.h"
 #include "host/message_channel.h"
-#include "host/output_file.h"
 
 namespace metabuffer {
 namespace {
@@ -54,50 +53,54 @@ class PictureProcesses::Worker {
         channel_.be_parent();
     }
 
-    bool is_busy() const { return !name_.empty(); }
+    bool is_busy() const { return is_busy_; }
+    bool is_gone() const { return is_gone_; }
     int descriptor() const { return channel_.descriptor(); }
 
+    /// A process that is gone does not receive it, and settle() says so.
     void hand_over(const std::string& name, const ColourImage& picture) {
         std::copy(picture.values.begin(), picture.values.end(), memory_.pixels());
-        const Size size{picture.width_pixels, picture.height_pixels};
-        std::string message(sizeof size, '\0');
-        std::memcpy(message.data(), &size, sizeof size);
+        size_ = {picture.width_pixels, picture.height_pixels};
+        std::string message(sizeof size_, '\0');
+        std::memcpy(message.data(), &size_, sizeof size_);
         name_ = name;
-        if (!channel_.send(message + name)) fail();
+        is_busy_ = true;
+        channel_.send(message + name);
     }
-    /// Waits until the picture is written.
-    void settle() {
-        const std::string received = channel_.receive();
-        if (received.empty()) fail();
-        name_.clear();
-        throw_if_failed(received);
+    /// Waits until it is idle. True if its picture is written; false if nothing is known of it. Throws what says why it
+    /// cannot be written.
+    bool settle() {
+        const std::string ending = channel_.receive();
+        is_busy_ = false;
+        is_gone_ = ending.empty();
+        return is_done(ending);
+    }
+    const std::string& name() const { return name_; }
+    ColourImage picture() const {
+        ColourImage picture(size_.width_pixels, size_.height_pixels);
+        std::copy_n(memory_.pixels(), picture.values.size(), picture.values.begin());
+        return picture;
     }
 
   private:
     /// What the process does until its parent has gone.
     void serve(const Encode& encode) {
         channel_.be_child();
+        // If it fails, its parent tries the same and says why.
+        be_silent();
         for (std::string message = channel_.receive(); !message.empty(); message = channel_.receive()) {
-            Size size;
-            std::memcpy(&size, message.data(), sizeof size);
-            ColourImage picture(size.width_pixels, size.height_pixels);
-            std::copy_n(memory_.pixels(), picture.values.size(), picture.values.begin());
-            const std::string name = message.substr(sizeof size);
-            if (!channel_.send(ending_of([&] { encode(name, picture); }))) return;
+            std::memcpy(&size_, message.data(), sizeof size_);
+            const std::string ending = ending_of([&] { encode(message.substr(sizeof size_), picture()); });
+            if (!channel_.send(ending)) return;
         }
-    }
-    [[noreturn]] void fail() {
-        const std::string name = std::exchange(name_, {});
-        std::string nothing;
-        while (!process_.ended()) process_.receive(nothing);
-        const std::string& complaint = process_.complaint();
-        fail_to_write(name, "the process that encodes it " +
-                                (complaint.empty() ? std::string("ended before it was done") : complaint));
     }
 
     SharedPixels memory_;
     MessageChannel channel_;
-    std::string name_;  ///< of the picture that is being written; empty if none is
+    Size size_;         ///< of the last picture
+    std::string name_;  ///< of it
+    bool is_busy_ = false;
+    bool is_gone_ = false;
     ChildProcess process_;
 };
 
@@ -114,27 +117,36 @@ PictureProcesses::PictureProcesses(std::size_t processes, std::size_t most_pixel
 PictureProcesses::~PictureProcesses() = default;
 
 void PictureProcesses::take(const std::string& name, const ColourImage& picture) {
-    if (workers_.empty() || picture.values.size() > most_pixels_) {
-        encode_(name, picture);
+    Worker* const worker = picture.values.size() > most_pixels_ ? nullptr : idle_worker();
+    if (worker != nullptr) {
+        worker->hand_over(name, picture);
     } else {
-        idle_worker().hand_over(name, picture);
+        encode_(name, picture);
     }
 }
 
 void PictureProcesses::finish() {
     for (const auto& worker : workers_) {
-        if (worker->is_busy()) worker->settle();
+        if (worker->is_busy()) settle(*worker);
     }
 }
 
-PictureProcesses::Worker& PictureProcesses::idle_worker() {
-    const auto is_idle = [](const auto& worker) { return !worker->is_busy(); };
-    auto idle = std::find_if(workers_.begin(), workers_.end(), is_idle);
-    while (idle == workers_.end()) {
+void PictureProcesses::settle(Worker& worker) const {
+    if (!worker.settle()) encode_(worker.name(), worker.picture());
+}
+
+/// Null if there is no process.
+PictureProcesses::Worker* PictureProcesses::idle_worker() {
+    while (!workers_.empty()) {
+        for (const auto& worker : workers_) {
+            if (!worker->is_busy()) return worker.get();
+        }
         wait_for_any();
-        idle = std::find_if(workers_.begin(), workers_.end(), is_idle);
+        workers_.erase(std::remove_if(workers_.begin(), workers_.end(),
+                                      [](const auto& worker) { return worker->is_gone(); }),
+                       workers_.end());
     }
-    return **idle;
+    return nullptr;
 }
 
 /// All are busy.
@@ -145,7 +157,7 @@ void PictureProcesses::wait_for_any() {
     while (poll(channels.data(), channels.size(), kForEver) < 0 && errno == EINTR) {
     }
     for (std::size_t n = 0; n < workers_.size(); ++n) {
-        if (channels[n].revents != 0) workers_[n]->settle();
+        if (channels[n].revents != 0) settle(*workers_[n]);
     }
 }
 

@@ -26,9 +26,9 @@ class PictureProcesses {
     /// Ends processes that are still at work; their pictures are lost.
     ~PictureProcesses();
 
-    /// Hands a picture to an idle process, waiting until there is one. Throws what `encode` has thrown for an earlier
-    /// picture: OutputError, InputError and std::bad_alloc as they are, others as std::runtime_error. Throws OutputError
-    /// naming an earlier picture whose process ended.
+    /// Hands a picture to an idle process, waiting until there is one. What a process cannot do because memory is short, or
+    /// since it was killed, is done here. Throws the OutputError or InputError that `encode` threw for this picture or
+    /// for an earlier one.
     void take(const std::string& name, const ColourImage& picture);
     /// Waits for all pictures. Throws as take().
     void finish();
@@ -36,8 +36,9 @@ class PictureProcesses {
   private:
     class Worker;
 
-    Worker& idle_worker();
+    Worker* idle_worker();
     void wait_for_any();
+    void settle(Worker& worker) const;
 
     Encode encode_;
     std::size_t most_pixels_;

@@ -407,13 +407,15 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
 
 const std::shared_ptr<const PixelImage>& ImageShelf::image_of(const Key& key) {
     if (const auto known = images_.find(key); known != images_.end()) return known->second;
-    if (const auto failed = failures_.find(key); failed != failures_.end()) throw InputError(failed->second);
+    const auto failed = failures_.find(key);
+    if (failed != failures_.end() && failed->second.is_lasting) throw InputError(failed->second.message);
     const auto& [files, format, near, far] = key;
     try {
         return images_.emplace(key, std::make_shared<const PixelImage>(load_(files, format, {near, far})))
             .first->second;
     } catch (const InputError& error) {
-        failures_.emplace(key, error.what());
+        const bool is_lasting = failed != failures_.end() && failed->second.message == error.what();
+        failures_[key] = {error.what(), is_lasting};
         throw;
     }
 }

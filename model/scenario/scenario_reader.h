@@ -16,7 +16,8 @@
 /// From a scenario's YAML, overrides in place, to the scenario.
 namespace metabuffer::input {
 
-/// Images by their files, each read once however many renderers and scenarios show it, also if it cannot be read.
+/// Images by their files, each read once however many renderers and scenarios show it. What fails twice in the same way is
+/// not tried a third time.
 class ImageShelf {
   public:
     /// load: reads an image. Throws InputError.
@@ -25,13 +26,17 @@ class ImageShelf {
     /// What a pixel depends on: the files, and how depths become Z (format, near, far).
     using Key = std::tuple<ImageFiles, DepthFormat, double, double>;
 
-    /// The image. Stays where it is for as long as the shelf lives. Throws InputError, the same each time.
+    /// The image. Stays where it is for as long as the shelf lives. Throws InputError.
     const std::shared_ptr<const PixelImage>& image_of(const Key& key);
 
   private:
     LoadImage load_;
     std::map<Key, std::shared_ptr<const PixelImage>> images_;
-    std::map<Key, std::string> failures_;  ///< what was wrong with those that are not there
+    struct Failure {
+        std::string message;
+        bool is_lasting = false;  ///< it has come twice
+    };
+    std::map<Key, Failure> failures_;
 };
 
 /// All but the images and what follows from them, the tables of viewports. Throws InputError.

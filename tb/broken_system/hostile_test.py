@@ -358,7 +358,8 @@ class Resources(Hostile):
     def test_a_killed_search_for_the_window_is_an_error(self):
         self.write("large.ppm", b"P6\n64 48\n255\n" + bytes(64 * 48 * 3))
         self.write("long.yaml", LONG_SCENARIO)
-        process = self.start_program("run", "long.yaml", "--trace", "t.vcd", "--trace-window", "first-starved-pixel")
+        process = self.start_program("run", "long.yaml", "--trace", "t.vcd", "--trace-window", "first-starved-pixel",
+                                     "--pictures", "none")  # or there are processes that encode them
         # The program waits for the process that searches for the window; no process writes a waveform yet.
         self.assertTrue(wait_until(lambda: len(alive_in(process.pid)) == 2))
         for child in alive_in(process.pid):

@@ -5,7 +5,6 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <new>
-#include <stdexcept>
 #include <string>
 
 #include "host/errors.h"
@@ -14,7 +13,6 @@
 #include "support/scratch_directory.h"
 
 using namespace metabuffer;
-using Catch::Contains;
 using test::ScratchDirectory;
 
 namespace {
@@ -74,12 +72,10 @@ TEST_CASE("a picture larger than the processes' memory is written by the caller"
     CHECK(input::text_of_file(scratch / "larger") == text_of_picture(ColourImage(13, 5, 1)));
 }
 
-TEST_CASE("what a process throws reaches the caller with its type and text", "[picture]") {
+TEST_CASE("a file that a process cannot write is an error of the caller, with the same text", "[picture]") {
     PictureProcesses pictures(2, kMostPixels, [](const std::string& name, const ColourImage& /*picture*/) {
         if (name == "output") throw OutputError("the disk is full");
         if (name == "input") throw InputError("no module");
-        if (name == "memory") throw std::bad_alloc();
-        if (name == "other") throw std::logic_error("a mistake");
     });
     const auto write = [&pictures](const std::string& name) {
         pictures.take(name, picture_of(0));
@@ -89,8 +85,6 @@ TEST_CASE("what a process throws reaches the caller with its type and text", "[p
     CHECK_THROWS_AS(write("output"), OutputError);
     CHECK_THROWS_WITH(write("input"), "no module");
     CHECK_THROWS_AS(write("input"), InputError);
-    CHECK_THROWS_AS(write("memory"), std::bad_alloc);
-    CHECK_THROWS_WITH(write("other"), "a mistake");
     CHECK_NOTHROW(write("good"));
 }
 
@@ -102,10 +96,30 @@ TEST_CASE("a picture that failed is reported when its process is needed again", 
     CHECK_THROWS_WITH(pictures.take("good", picture_of(0)), "the disk is full");
 }
 
-TEST_CASE("a process that is killed costs one line that names its picture", "[picture]") {
-    PictureProcesses pictures(2, kMostPixels, [](const std::string& name, const ColourImage& /*picture*/) {
-        if (name == "killed") raise(SIGKILL);
+TEST_CASE("what a process cannot do, or was killed at, is done by the caller", "[picture]") {
+    const ScratchDirectory scratch;
+    const pid_t caller = getpid();
+    const PictureProcesses::Encode write = writer_into(scratch);
+    PictureProcesses pictures(2, kMostPixels, [&](const std::string& name, const ColourImage& picture) {
+        if (getpid() != caller && name == "killed") raise(SIGKILL);
+        if (getpid() != caller && name == "no memory") throw std::bad_alloc();
+        if (name == "never") throw std::bad_alloc();
+        write(name, picture);
     });
-    pictures.take("killed", picture_of(0));
-    CHECK_THROWS_WITH(pictures.finish(), Contains("cannot write 'killed'") && Contains("Killed"));
+    // More of each than there are processes.
+    std::uint32_t colour = 0;
+    for (const char* name :
+         {"no memory", "first", "killed", "second", "killed", "third", "fourth", "fifth"}) {
+        INFO(name);
+        pictures.take(name, picture_of(++colour));
+        pictures.finish();
+        CHECK(input::text_of_file(scratch / name) == text_of_picture(picture_of(colour)));
+    }
+    CHECK(input::text_of_file(scratch / "killed.process") == std::to_string(caller));
+    CHECK(input::text_of_file(scratch / "fifth.process") == std::to_string(caller));
+    const auto write_never = [&pictures] {
+        pictures.take("never", picture_of(0));
+        pictures.finish();
+    };
+    CHECK_THROWS_AS(write_never(), std::bad_alloc);
 }

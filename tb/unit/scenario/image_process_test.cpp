@@ -9,6 +9,7 @@
 #include "host/child_process.h"
 #include "images/image_module.h"
 #include "scenario/scenario_template.h"
+#include "support/scratch_directory.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {
@@ -26,6 +27,14 @@ bool has_loaded_the_module() {
     return text_of("/proc/self/maps").find(kImageModuleFile) != std::string::npos;
 }
 
+/// A picture with a Z of 75. The test itself must not use OpenImageIO for it: a child of a process that has used OpenEXR
+/// outside of the codec waits for threads that it does not have.
+ImageFiles write_picture_with_z(const std::filesystem::path& file, int width, int height) {
+    const auto bytes = static_cast<std::size_t>(3 * width * height);
+    std::ofstream(file) << "P6\n" << width << " " << height << "\n255\n" << std::string(bytes, 'a');
+    return {file, std::nullopt, 75.0};
+}
+
 /// The process that this one has started.
 pid_t only_child() {
     const std::string pid = std::to_string(getpid());
@@ -35,64 +44,68 @@ pid_t only_child() {
 }  // namespace
 
 TEST_CASE("image process: it reads what the codec reads, and this process stays small") {
-    const ScenarioFixture fixture;
-    const std::filesystem::path exr = fixture.directory() / "image.exr";
-    const std::filesystem::path png = fixture.directory() / "colours.png";
-    write_black(png, 24, 5);
+    const ScratchDirectory scratch;
+    const ImageFiles wide = write_picture_with_z(scratch / "wide.ppm", 24, 5);
+    ImageFiles two_files = write_picture_with_z(scratch / "square.ppm", 9, 9);
+    two_files.z.reset();
+    two_files.depth = scratch / "depth.pgm";
+    std::ofstream(*two_files.depth) << "P5\n9 9\n65535\n" << std::string(std::size_t{9} * 9 * 2, 'b');
     ImageProcess images;
-    const PixelImage with_z = images.load({exr}, kFormat, kRange);
-    const PixelImage far = images.load({png, std::nullopt, 75.0}, kFormat, kRange);
-    write_black(fixture.directory() / "depth.exr", 24, 5);
-    const PixelImage two_files = images.load({png, fixture.directory() / "depth.exr"}, kFormat, kRange);
+    const PixelImage one = images.load(wide, kFormat, kRange);
+    const PixelImage two = images.load(two_files, kFormat, kRange);
+    CHECK(one.width_pixels == 24);
+    CHECK(two.height_pixels == 9);
     CHECK_FALSE(has_loaded_the_module());
 
-    CHECK((with_z == load_image_here({exr}, kFormat, kRange)));
-    CHECK((far == load_image_here({png, std::nullopt, 75.0}, kFormat, kRange)));
-    CHECK_FALSE((far == two_files));
-    CHECK((two_files == load_image_here({png, fixture.directory() / "depth.exr"}, kFormat, kRange)));
+    CHECK((one == load_image_here(wide, kFormat, kRange)));
+    CHECK((two == load_image_here(two_files, kFormat, kRange)));
     CHECK(has_loaded_the_module());
 }
 
 TEST_CASE(
     "image process: what is wrong with an image is said as the codec says it, and the next one is read") {
-    const ScenarioFixture fixture;
-    const std::filesystem::path missing = fixture.directory() / "missing.exr";
+    const ScratchDirectory scratch;
+    const ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
+    const std::filesystem::path missing = scratch / "missing.exr";
     ImageProcess images;
     const std::string message = input_error_of([&] { images.load({missing}, kFormat, kRange); });
     CHECK(message.find("missing.exr") != std::string::npos);
-    CHECK(images.load({fixture.directory() / "image.exr"}, kFormat, kRange).width_pixels == 16);
+    CHECK(images.load(good, kFormat, kRange).width_pixels == 16);
+    CHECK_FALSE(has_loaded_the_module());
     CHECK(message == input_error_of([&] { load_image_here({missing}, kFormat, kRange); }));
 }
 
-TEST_CASE("image process: one that is killed costs one image, and another takes its place") {
-    const ScenarioFixture fixture;
-    const std::filesystem::path exr = fixture.directory() / "image.exr";
+TEST_CASE("image process: what it does not come to is read by this one, as all that follows") {
+    const ScratchDirectory scratch;
+    const ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
     ImageProcess images;
-    images.load({exr}, kFormat, kRange);
+    images.load(good, kFormat, kRange);
     kill(only_child(), SIGKILL);
-    const std::string message = input_error_of([&] { images.load({exr}, kFormat, kRange); });
-    CHECK(message.find("image.exr: the process that reads it ended by a signal: Killed") !=
-          std::string::npos);
-    CHECK(images.load({exr}, kFormat, kRange).width_pixels == 16);
+    CHECK_FALSE(has_loaded_the_module());
+    CHECK((images.load(good, kFormat, kRange) == load_image_here(good, kFormat, kRange)));
+    CHECK(images.load(good, kFormat, kRange).width_pixels == 16);
 }
 
 TEST_CASE("image process: a child of this process reads by itself") {
-    const ScenarioFixture fixture;
-    const std::filesystem::path exr = fixture.directory() / "image.exr";
+    const ScratchDirectory scratch;
+    const ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
     ImageProcess images;
-    images.load({exr}, kFormat, kRange);
+    images.load(good, kFormat, kRange);
     ChildProcess child([&](const ChildProcess::Sender& sender) {
-        const bool reads = images.load({exr}, kFormat, kRange).width_pixels == 16 && has_loaded_the_module();
+        const bool reads = images.load(good, kFormat, kRange).width_pixels == 16 && has_loaded_the_module();
         sender.send(reads ? "yes" : "no ", 3);
     });
     std::string answer;
     while (!child.ended()) child.receive(answer);
     CHECK(answer == "yes");
     // The two have not mixed up their images.
-    CHECK(images.load({exr}, kFormat, kRange).width_pixels == 16);
+    CHECK(images.load(good, kFormat, kRange).width_pixels == 16);
+    CHECK_FALSE(has_loaded_the_module());
 }
 
-TEST_CASE("image process: a scenario's image that cannot be read is tried once") {
+TEST_CASE(
+    "image process: a scenario's image that cannot be read is tried twice, in case that the system was at "
+    "fault") {
     const ScenarioFixture fixture;
     int reads = 0;
     const ScenarioTemplate scenarios(
@@ -105,9 +118,10 @@ TEST_CASE("image process: a scenario's image that cannot be read is tried once")
     CHECK(first.find("renderers[0].frames[0].image: ") != std::string::npos);
     CHECK(first.find("is broken") != std::string::npos);
     CHECK(input_error_of([&] { scenarios.scenario({{"bus.width_bits", "64"}}); }) == first);
-    CHECK(reads == 1);
-    input_error_of([&] { scenarios.scenario({{"depth_range", "[0, 50]"}}); });
+    for (int n = 0; n < 3; ++n) CHECK(input_error_of([&] { scenarios.scenario({}); }) == first);
     CHECK(reads == 2);
+    input_error_of([&] { scenarios.scenario({{"depth_range", "[0, 50]"}}); });
+    CHECK(reads == 3);
 }
 
 }  // namespace metabuffer::test
