@@ -14,8 +14,8 @@
 #include "support/rows.h"
 #include "support/scenarios.h"
 
-// The policies are tested against independent code in the datapath's unit tests; here, that the arbiter's pins do what
-// the policy says, at the clock at which its header says it.
+// The datapath's unit tests check the policies against independent code. These tests check that the arbiter's pins
+// follow the policy, at the clock that its header states.
 namespace metabuffer::test {
 namespace {
 
@@ -39,7 +39,7 @@ std::vector<std::uint64_t> first_needs(const ViewportTable& rows) {
     return needs;
 }
 
-/// What the arbiter is told before an edge, and what it must have answered by then.
+/// The arbiter's inputs before an edge, and the answer that it must have given by then.
 struct Clock {
     std::vector<bool> ready;
     int row = -1;  ///< granted
@@ -135,7 +135,7 @@ struct ArbiterBench {
             core.drive(deadline[line], clock, needs[line]);
         }
     }
-    /// The lines that edge `clock` samples.
+    /// Drives the lines that edge `clock` samples.
     void drive(int clock, const Clock& now) {
         for (std::size_t line = 0; line < kLines; ++line) {
             core.drive(pending[line], clock, line < now.pending.size() && now.pending[line]);
@@ -143,7 +143,7 @@ struct ArbiterBench {
         }
         core.drive(take, clock, now.take);
     }
-    /// The row whose grant line edge `clock` samples high; never more than one line is.
+    /// The row whose grant line edge `clock` samples high; at most one line is high.
     int granted_at(int clock) const {
         int row = -1;
         for (int line = 0; line < kLines; ++line) {
@@ -196,7 +196,7 @@ TEST_CASE("bus arbiter: an answer that is not taken does not move the slot point
           {{true, true, true}, 1}});
 }
 
-TEST_CASE("bus arbiter: a row with nothing left is granted nothing, however ready its composer is") {
+TEST_CASE("bus arbiter: a row without pixels left is granted nothing, even if its composer is ready") {
     play(Arbitration::kRoundRobin, three_rows(),
          {{{true, true, true}, 1, false, 1, true, {false, true, true}},
           {{true, true, true}, 2, false, 0, true, {false, true, true}},
@@ -204,7 +204,7 @@ TEST_CASE("bus arbiter: a row with nothing left is granted nothing, however read
           {{true, true, true}, -1, false, 0, true, {false, false, false}}});
 }
 
-TEST_CASE("bus arbiter: slot-allocation tells a lost slot and goes on to the next one") {
+TEST_CASE("bus arbiter: slot-allocation reports a lost slot and goes on to the next one") {
     const ViewportTable rows{table_row(1, {0, 0}, {10, 1}, {0, 50}), table_row(2, {0, 0}, {20, 1}, {0, 0})};
     REQUIRE(slots_of(Arbitration::kSlotAllocation, rows) == std::vector<int>{1, 0, 1});
     play(Arbitration::kSlotAllocation, rows,
@@ -216,7 +216,7 @@ TEST_CASE("bus arbiter: slot-allocation tells a lost slot and goes on to the nex
           {{true, false}, 0}});
 }
 
-TEST_CASE("bus arbiter: edf grants the row whose deadline line shows the earliest place") {
+TEST_CASE("bus arbiter: edf grants the row whose deadline line shows the earliest position") {
     ClockedTestbench bench;
     ArbiterBench dut(bench, Arbitration::kEdf);
     dut.start_at(ArbiterBench::kStart, three_rows());
@@ -247,7 +247,7 @@ TEST_CASE("bus arbiter: irsa gives slots in proportion to need") {
     CHECK(granted == std::vector<int>{30, 10, 10});
 }
 
-TEST_CASE("bus arbiter: a new frame's table counts from its start on, from the first slot") {
+TEST_CASE("bus arbiter: a new frame's table is used from its start on, beginning with the first slot") {
     ClockedTestbench bench;
     ArbiterBench dut(bench, Arbitration::kRoundRobin);
     dut.start_at(ArbiterBench::kStart, three_rows());
@@ -257,14 +257,14 @@ TEST_CASE("bus arbiter: a new frame's table counts from its start on, from the f
     dut.start_at(kSecond, {three_rows()[2], three_rows()[0]});
     for (int i = 1; i < 5; ++i) dut.drive(kSecond + i, {{true, true}, -1, false, 0, true, {true, true}});
     bench.run_through(kSecond + 6);
-    CHECK(dut.granted_at(kSecond) == 2);  // the old frame's pointer still
+    CHECK(dut.granted_at(kSecond) == 2);  // still the old frame's pointer
     for (int i = 1; i < 5; ++i) CHECK(dut.granted_at(kSecond + i) == (i - 1) % 2);
     CHECK(dut.slots.at(kSecond + 1) == 0);
     CHECK(dut.slots.at(kSecond + 2) == 1);
 }
 
 TEST_CASE(
-    "bus arbiter: a grant that takes clocks stands behind so many edges, whatever the lines do meanwhile") {
+    "bus arbiter: a grant that takes clocks stands after that many edges, whatever the lines do meanwhile") {
     ClockedTestbench bench;
     ArbiterBench dut(bench, Arbitration::kRoundRobin, 3);
     dut.start_at(ArbiterBench::kStart, three_rows());
@@ -282,13 +282,13 @@ TEST_CASE(
     CHECK(dut.granted_at(kAsked + 3) == 1);
     CHECK(dut.recovered_slots.at(kAsked + 3) == 1);
     CHECK_FALSE(dut.searches.at(kAsked + 3));
-    // The next answer is looked for from the clock on that follows the one in which this one was taken.
+    // The search for the next answer begins in the clock after the one in which this answer was taken.
     for (int clock = kAsked + 4; clock < kAsked + 7; ++clock) CHECK(dut.granted_at(clock) == -1);
     CHECK(dut.granted_at(kAsked + 7) == 0);
     CHECK(dut.slots.at(kAsked + 4) == 2);
 }
 
-TEST_CASE("bus arbiter: a lost slot takes the clocks of an answer as well") {
+TEST_CASE("bus arbiter: a lost slot takes as many clocks as an answer") {
     ClockedTestbench bench;
     ArbiterBench dut(bench, Arbitration::kSlotAllocation, 2);
     dut.start_at(ArbiterBench::kStart, three_rows());
@@ -297,7 +297,7 @@ TEST_CASE("bus arbiter: a lost slot takes the clocks of an answer as well") {
     for (int i = 0; i < 8; ++i) CHECK(dut.lost_slots.at(ArbiterBench::kFirst + i) == (i % 3 == 2));
 }
 
-TEST_CASE("bus arbiter: a slot table that is built takes a clock a slot, and nothing is granted before") {
+TEST_CASE("bus arbiter: building a slot table takes one clock per slot, and nothing is granted before") {
     ClockedTestbench bench;
     ArbiterBench dut(bench, Arbitration::kIrsa, 0, SlotTableMaker::kBuilt);
     dut.start_at(ArbiterBench::kStart, three_rows());
@@ -328,7 +328,7 @@ void check_reset_at(int reset_at) {
         CHECK_FALSE(dut.searches.at(clock));
         CHECK(dut.granted_at(clock) == -1);
     }
-    // Three slots are built, then five clocks searched.
+    // Three clocks build the slots, then five clocks search.
     for (int clock = kSecond + 1; clock < kSecond + 9; ++clock) CHECK(dut.granted_at(clock) == -1);
     CHECK(dut.granted_at(kSecond + 9) == 0);
 }
@@ -355,15 +355,15 @@ void check_reset(Arbitration policy) {
     for (int i = 0; i < 5; ++i) CHECK(dut.granted_at(13 + i) == dut.granted_at(ArbiterBench::kFirst + i));
 }
 
-TEST_CASE("bus arbiter: a reset takes the table away, and the next frame begins at its first slot") {
+TEST_CASE("bus arbiter: a reset clears the table, and the next frame begins at its first slot") {
     check_reset(Arbitration::kIrsa);
 }
-TEST_CASE("bus arbiter: a reset takes slot-allocation's table away too, so that no slot is lost") {
+TEST_CASE("bus arbiter: a reset clears slot-allocation's table too, so that no slot is lost") {
     check_reset(Arbitration::kSlotAllocation);
 }
-TEST_CASE("bus arbiter: a reset takes edf's rows away") { check_reset(Arbitration::kEdf); }
+TEST_CASE("bus arbiter: a reset clears edf's rows") { check_reset(Arbitration::kEdf); }
 
-/// The policy itself is asked beside the pins, clock by clock.
+/// Asks the policy itself in each clock, and compares its answer with the pins.
 void check_against_policy(Arbitration policy) {
     Random random(random_seed(181));
     ClockedTestbench bench;

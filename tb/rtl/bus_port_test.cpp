@@ -12,8 +12,8 @@
 #include "support/rows.h"
 #include "support/scenarios.h"
 
-// What the bus carries at which clock is tested at the input framebuffer's pins, with the blocks beside it. Here: what
-// the port asks of arbiter and memory, both played by the test.
+// The input framebuffer's tests check at its pins what the bus carries at which clock. These tests check what the port
+// asks of arbiter and memory; the test plays both.
 namespace metabuffer::test {
 namespace {
 
@@ -42,7 +42,7 @@ struct PortBench {
     rtl::SignalBank<bool> write_full{rtl::WriteBuffer::kHalves, rtl::Wires::name_of("write_full")};
     rtl::SignalBank<rtl::WriteBlock> write_block{rtl::WriteBuffer::kHalves,
                                                  rtl::Wires::name_of("write_block")};
-    std::vector<bool> starts;  ///< fresh or not
+    std::vector<bool> starts;  ///< for each frame start, whether its pair is fresh
     BusCounters counters;
     BusPort dut;
     const Recording<MemoryCommand>& commands;
@@ -127,7 +127,7 @@ struct PortBench {
         scenario.renderers.push_back(renderer_of({PixelImage(kWidth, 8)}));
         return scenario;
     }
-    /// The answer to the first question, seen at edge kAnswer: the frame's first grant may be taken at edge kSend.
+    /// The answer to the first question is seen at edge kAnswer. The frame's first grant may be taken at edge kSend.
     static constexpr int kAnswer = 6;
     static constexpr int kSend = kAnswer + 1 + 1 + 2;  // frame start, two rows
     void begin(const ViewportTable& rows) {
@@ -135,7 +135,7 @@ struct PortBench {
         core.drive(fresh, kAnswer - 1, true);
         core.drive(answer, kAnswer - 1, true);  // captured there, seen at the next edge
     }
-    /// Row `row` (none: -1) has the grant at edge `clock` and the ones behind it.
+    /// Row `row` (none: -1) has the grant from edge `clock` on.
     void give(int clock, int row) {
         for (std::size_t line = 0; line < kDisplays; ++line) {
             core.drive(grant[line], clock, static_cast<int>(line) == row);
@@ -162,7 +162,7 @@ ViewportTable two_rows() {
     return {table_row(1, {0, 0}, {5, 3}, {0, 0}), table_row(2, {0, 4}, {kWidth, 2}, {0, 0})};
 }
 
-TEST_CASE("bus port: a grant's page is activated in its clock, and read when the page miss is over") {
+TEST_CASE("bus port: a page is activated in the clock of its grant, and read when the page miss is over") {
     ClockedTestbench bench;
     PortBench dut(bench);
     dut.begin(two_rows());
@@ -189,7 +189,7 @@ TEST_CASE("bus port: a grant's page is activated in its clock, and read when the
     CHECK(dut.columns_at(granted + 7) == Columns{8, 9});
 }
 
-TEST_CASE("bus port: a beat goes over the source row's end, and stops at the page's") {
+TEST_CASE("bus port: a beat continues past the source row's end, and stops at the page's end") {
     ClockedTestbench bench;
     PortBench dut(bench);
     dut.begin(two_rows());
@@ -232,7 +232,7 @@ TEST_CASE("bus port: a bank with a page open is precharged, then activated, then
 TEST_CASE("bus port: a page whose opening was broken off in its precharge is not open for the next burst") {
     ClockedTestbench bench;
     PortBench dut(bench, Arbitration::kRoundRobin, 5, 128, 1, 2);
-    // Row 1's fourth burst goes from page 2 to page 3 behind its first beat; row 0 lies in page 3.
+    // Row 1's fourth burst goes from page 2 to page 3 after its first beat; row 0 lies in page 3.
     dut.begin({table_row(1, {0, 6}, {kWidth, 1}, {0, 0}), table_row(2, {2, 4}, {13, 3}, {0, 0})});
     dut.give(PortBench::kSend, 1);
     dut.core.drive(dut.busready[1], PortBench::kSend + 17, false);
@@ -251,7 +251,7 @@ TEST_CASE("bus port: a page whose opening was broken off in its precharge is not
     CHECK(dut.columns_at(PortBench::kSend + 22) == Columns{0, 1});
 }
 
-TEST_CASE("bus port: no row asks for the bus behind a reset") {
+TEST_CASE("bus port: no row asks for the bus after a reset") {
     ClockedTestbench bench;
     PortBench dut(bench);
     dut.begin(two_rows());
@@ -281,7 +281,7 @@ TEST_CASE("bus port: a refresh is sent when it is due, whatever the bus does") {
     CHECK(dut.counters.idle_cycles == 61 + 2);  // and those of reset
 }
 
-TEST_CASE("bus port: a burst waits for a refresh, and opens its page behind it") {
+TEST_CASE("bus port: a burst waits for a refresh, and opens its page after it") {
     ClockedTestbench bench;
     RefreshedPortBench dut(bench);
     dut.begin(two_rows());
@@ -295,7 +295,7 @@ TEST_CASE("bus port: a burst waits for a refresh, and opens its page behind it")
     CHECK(dut.counters.page_miss_cycles == 6);
 }
 
-TEST_CASE("bus port: a page that is being opened when a refresh begins is opened anew") {
+TEST_CASE("bus port: a page that is being opened when a refresh begins is opened again") {
     ClockedTestbench bench;
     RefreshedPortBench dut(bench);
     dut.begin(two_rows());
@@ -323,7 +323,8 @@ TEST_CASE("bus port: a grant in a refresh is taken at once and waits") {
 
 // ---- shared ports ----
 
-/// The image takes pages 0 to 3, the other one's are 4 to 7. Three clocks to open a page; two words a clock.
+/// The image has pages 0 to 3, the other image pages 4 to 7. A page takes three clocks to open; two words are moved in
+/// a clock.
 struct SharedPortBench : PortBench {
     const Recording<bool>& drains;
 
@@ -336,7 +337,8 @@ struct SharedPortBench : PortBench {
         scenario.memory.write_block_words = 16;
         return scenario;
     }
-    /// A block whose first command may go out at edge `clock`: its half is seen to be full at the edge before.
+    /// Fills a half with a block. The block's first command may go out at edge `clock`: the edge before sees the half
+    /// full.
     void fill(int clock, std::size_t half, int address, int words, bool full = true) {
         core.drive(write_block[half], clock - 2,
                    rtl::WriteBlock{static_cast<std::uint64_t>(address), static_cast<std::uint32_t>(words),
@@ -418,7 +420,7 @@ TEST_CASE("bus port: a block waits for a page that is being opened") {
     CHECK(dut.clocks_of(Command::kRead, 20) == Clocks{18, 19, 20});
 }
 
-TEST_CASE("bus port: a block that would not be done before a refresh is written behind it") {
+TEST_CASE("bus port: a block that would not be done before a refresh is written after it") {
     ClockedTestbench bench;
     SharedPortBench dut(bench, 1, 40);
     dut.fill(34, 0, 128, 8);  // 3 + 4 clocks: 34 to 40
@@ -452,7 +454,7 @@ TEST_CASE("bus port: the front image's words are read, and its pages stay open f
     CHECK(dut.clocks_of(Command::kPrechargeAll, 18).empty());
 }
 
-TEST_CASE("bus port: without a page miss to wait for a grant is read in its own clock") {
+TEST_CASE("bus port: if a page miss takes no clocks, a grant's words are read in its own clock") {
     ClockedTestbench bench;
     PortBench dut(bench, Arbitration::kRoundRobin, 0);
     dut.begin(two_rows());
@@ -462,7 +464,7 @@ TEST_CASE("bus port: without a page miss to wait for a grant is read in its own 
     CHECK(dut.columns_at(PortBench::kSend) == Columns{0, 1});
 }
 
-TEST_CASE("bus port: the words that stand at a read's edge are what the bus carries") {
+TEST_CASE("bus port: the bus carries the words that stand at a read's edge") {
     ClockedTestbench bench;
     PortBench dut(bench);
     dut.begin(two_rows());
@@ -482,7 +484,7 @@ TEST_CASE("bus port: the words that stand at a read's edge are what the bus carr
     CHECK(beat.words[1] == 78);
 }
 
-TEST_CASE("bus port: it takes the arbiter's answer in each clock without a burst, and in no other") {
+TEST_CASE("bus port: the arbiter's answer is taken in each clock without a burst, and in no other") {
     ClockedTestbench bench;
     PortBench dut(bench);
     dut.begin(two_rows());
@@ -518,7 +520,7 @@ TEST_CASE("bus port: a row asks as long as it has pixels, and is ready with its 
     CHECK(dut.readies[1]->at(kFirst + 4));
 }
 
-TEST_CASE("bus port: a row that was sent a burst of one beat is not ready for a clock") {
+TEST_CASE("bus port: after a burst of one beat its row is not ready for a clock") {
     ClockedTestbench bench;
     PortBench dut(bench, Arbitration::kRoundRobin, 0);
     ViewportTable rows = two_rows();
@@ -533,8 +535,7 @@ TEST_CASE("bus port: a row that was sent a burst of one beat is not ready for a 
     CHECK(dut.pendings[0]->at(kFirst + 20));
 }
 
-TEST_CASE(
-    "bus port: the deadline lines show the place on the raster that needs each row's next pixel first") {
+TEST_CASE("bus port: the deadline lines show the first raster position that needs each row's next pixel") {
     ClockedTestbench bench;
     PortBench dut(bench, Arbitration::kEdf, 0);
     ViewportTable rows = two_rows();
@@ -553,12 +554,13 @@ TEST_CASE(
 
 // ---- read latency and registers on the bus ----
 
-/// A memory that answers `latency` clocks later, played by the test: word w of the image is 1000 + w.
+/// A memory that answers `latency` clocks later, played by the test. Word w of the image is 1000 + w.
 struct DelayedPortBench : PortBench {
     DelayedPortBench(ClockedTestbench& bench, int latency, int stages, int page_miss = 0)
         : PortBench(bench, with_delays(latency, stages, page_miss)) {
         core.each_clock([this, latency](int next) {
-            // What the edge before has sampled is the command `latency` edges before the words' own.
+            // The edge before has sampled the newest command; the words belong to the command `latency` edges before
+            // theirs.
             MemoryData put_out;
             if (const int read = next - latency; latency > 0 && read >= 0 && read < commands.end_clock()) {
                 const MemoryCommand& sent = commands.at(read);
@@ -578,7 +580,7 @@ struct DelayedPortBench : PortBench {
         scenario.composer.ready_space_pixels = in_flight_pixels(scenario.bus, scenario.memory);
         return scenario;
     }
-    /// The edges behind which beats of pixels stand on the bus.
+    /// The edges after which beats of pixels stand on the bus.
     Clocks pixel_clocks() const {
         return beats.clocks_where([](const BusBeat& beat) { return beat.kind == BusBeat::Kind::kPixels; });
     }
@@ -588,7 +590,8 @@ struct DelayedPortBench : PortBench {
     }
 };
 
-TEST_CASE("bus port: with read latency, reads follow each other and every beat goes out as much later") {
+TEST_CASE(
+    "bus port: with read latency reads follow each other, and every beat goes out that many clocks later") {
     constexpr int kLatency = 3;
     ClockedTestbench bench;
     DelayedPortBench dut(bench, kLatency, 0);
@@ -606,7 +609,7 @@ TEST_CASE("bus port: with read latency, reads follow each other and every beat g
         CHECK(sent.words[1] == 1000U + 65 + 2 * static_cast<unsigned>(beat));
         CHECK(sent.remaining == 6U - 2 * static_cast<unsigned>(beat));
     }
-    // The table keeps its place before the pixels.
+    // The table still comes before the pixels.
     CHECK(dut.beats.at(PortBench::kAnswer + 1 + kLatency).kind == BusBeat::Kind::kFrameStart);
     CHECK(dut.beats.at(PortBench::kAnswer + 2 + kLatency).kind == BusBeat::Kind::kTableRow);
     CHECK(dut.beats.at(PortBench::kAnswer + 3 + kLatency).kind == BusBeat::Kind::kTableRow);
@@ -631,7 +634,7 @@ void check_passed_over(int latency, int stages) {
     }
 }
 
-TEST_CASE("bus port: without a loop nobody is passed over behind a burst of several beats") {
+TEST_CASE("bus port: without a loop no composer is passed over after a burst of several beats") {
     check_passed_over(0, 0);
 }
 
@@ -658,14 +661,14 @@ TEST_CASE("bus port: a low BUSREADY stops the burst whose beat it answers, and n
     const int send = PortBench::kSend;
     dut.scenario.bus.burst_pixels = 16;  // read as a burst starts
     dut.give(send + 1, -1);
-    // Before any beat of it can have been answered, and once its first beat has.
+    // BUSREADY is low before any beat of the burst can have been answered, and again once its first beat has.
     dut.core.drive(dut.busready[1], send + 1, false);
     dut.core.drive(dut.busready[1], send + 1 + kLoop, true);
     dut.core.drive(dut.busready[1], send + 2 + kLoop, false);
     bench.run_through(send + 12 + kLoop);
     CHECK(dut.read_clocks() == clock_range(send, send + 2 + kLoop));
     CHECK(dut.counters.bursts == 1);
-    // What had been decided on goes out.
+    // The beats that had been decided on go out.
     CHECK(dut.pixel_clocks() == clock_range(send + kLatency, send + kLatency + 2 + kLoop));
 }
 

@@ -63,11 +63,11 @@ void check_stages(int stages) {
     RegistersBench dut(bench, stages);
     dut.send(3, 30);
     dut.send(4, 40);
-    dut.send(40, 50);  // behind a pause that the block sleeps through
+    dut.send(40, 50);  // after a pause that the block sleeps through
     bench.core.pulse(dut.busready_in[0], 5);
     bench.core.pulse(dut.tableready_in[1], 60);
     bench.run_through(70);
-    const int later = stages - 1;  // what edge n samples stands behind edge n + stages - 1
+    const int later = stages - 1;  // what edge n samples stands after edge n + stages - 1
     CHECK(dut.beat_clocks() == std::vector<int>{3 + later, 4 + later, 40 + later});
     CHECK(dut.beats.at(3 + later).first == 30);
     CHECK(dut.beats.at(4 + later).words[0] == 0xABCD'0000'0000'0028U);
@@ -97,10 +97,10 @@ TEST_CASE("bus registers: reset empties every stage") {
     CHECK(dut.busready[0]->high().empty());
 }
 
-TEST_CASE("bus registers: a reset finds them asleep, too") {
+TEST_CASE("bus registers: a reset also empties registers that are asleep") {
     ClockedTestbench bench;
     RegistersBench dut(bench, 2);
-    bench.core.drive(dut.busready_in[0], 3, true);  // and stands
+    bench.core.drive(dut.busready_in[0], 3, true);  // and stays high
     bench.core.pulse(bench.reset, 60);
     bench.run_through(70);
     CHECK(dut.busready[0]->at(59));

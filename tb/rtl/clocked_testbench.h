@@ -111,7 +111,7 @@ class ClockDomain final : public sc_core::sc_module {
         return *recording;
     }
 
-    /// The same of what each edge samples, a combinational wire too: at(n) is what stands just before edge n.
+    /// Records what each edge samples, of a combinational wire too: at(n) is the value just before edge n.
     template <typename Value>
     const Recording<Value>& record_sampled(const sc_core::sc_signal<Value>& signal) {
         auto recording = std::make_shared<Recording<Value>>();
@@ -132,11 +132,11 @@ class ClockDomain final : public sc_core::sc_module {
         drive(signal, clock + 1, false);
     }
 
-    /// Calls a driver before each edge with the edge's number, from 0: it reads what stands and writes what
-    /// the edge is to sample.
+    /// Calls a driver before each edge with the edge's number, from 0. It reads the present values and writes those
+    /// that the edge must sample.
     void each_clock(std::function<void(int)> driver) { drivers_.push_back(std::move(driver)); }
 
-    /// Edges up to and including `reset_clocks` of them are in reset.
+    /// The first `reset_clocks` edges are in reset.
     void set_reset_clocks(int reset_clocks) {
         reset_clocks_ = reset_clocks;
         clock_ = -reset_clocks - 1;
@@ -169,8 +169,8 @@ class ClockDomain final : public sc_core::sc_module {
     std::vector<std::function<void(int)>> drivers_;
 };
 
-/// The receiver's clock at which its logic sees, behind two registers, what the sender's edge `clock` has
-/// changed: the first edge of the receiver after it captures it, the next one sees it.
+/// The receiver's clock at which its logic sees, behind two registers, a change by the sender's edge `clock`. The
+/// receiver's first edge after that captures the change, and its next edge sees it.
 inline int seen_at(const ClockDomain& sender, int clock, const ClockDomain& receiver) {
     const std::int64_t time = (clock + std::int64_t{sender.reset_clocks()}) * sender.period_picoseconds();
     const std::int64_t capturing_edge = time / receiver.period_picoseconds() + 1;
@@ -201,7 +201,7 @@ class ClockedTestbench {
     explicit ClockedTestbench(std::int64_t core_period_picoseconds = kCorePeriodPicoseconds)
         : core("core", core_period_picoseconds) {}
 
-    /// A second clock, whose first rising edge is at time 0 as that of all clocks.
+    /// A second clock. Its first rising edge is at time 0, like that of all clocks.
     ClockDomain& add_clock(const char* name, std::int64_t period_picoseconds) {
         others_.push_back(std::make_unique<ClockDomain>(name, period_picoseconds));
         return *others_.back();
@@ -236,7 +236,7 @@ class ClockedTestbench {
             domain->set_reset_clocks(static_cast<int>(release / domain->period_picoseconds()) + 1);
         }
         core.drive(reset, 0, false);
-        // A port's signal can be followed once the ports are bound for good.
+        // A port's signal can be followed once all ports are bound.
         sc_core::sc_start(sc_core::SC_ZERO_TIME);
         trace_ = std::make_unique<TraceSwitch>();
         trace_->add(core.clk, "core_clk");

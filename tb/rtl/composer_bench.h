@@ -23,14 +23,13 @@ enum class StallWire : std::uint8_t { kOwn, kDriven };
 struct FrameOnBus {
     std::optional<ViewportRow> row;
     bool table_lost = false;                 ///< a beat of its table did not arrive
-    std::map<std::int64_t, int> sampled_at;  ///< by the pixel's place in the segment
+    std::map<std::int64_t, int> sampled_at;  ///< by the pixel's index in the segment
     std::optional<int>
-        loss_seen_at;  ///< the edge that samples what shows that a pixel was lost; of a table, its
+        loss_seen_at;  ///< the edge of the beat that shows the loss of a pixel; for a table, of its lost beat
 };
 
-/// A composer of display 1 between a bus, a pipeline above and a pipeline below, all played by the test. It is
-/// reached through its ports alone, `composer` apart, which is there for the counters. Its protocol monitor watches
-/// everything that it drives.
+/// A composer of display 1 between a bus, a pipeline above and a pipeline below, all played by the test. The test uses
+/// its ports alone, except for the counters of `composer`. A protocol monitor watches everything that the test drives.
 struct ComposerBench {
     Scenario scenario;
     ClockDomain& core;
@@ -99,7 +98,7 @@ struct ComposerBench {
 
     // ---- the bus: what edge `clock` samples ----
 
-    /// Called before each edge, to put() what it is to sample.
+    /// Called before each edge, to put() what the edge samples.
     std::function<void(int)> bus_master;
 
     /// The beat gets its frame's number as it is driven: that of the last frame start.
@@ -109,9 +108,9 @@ struct ComposerBench {
     void lose_from_to(int first_clock, int last_clock) {
         for (int clock = first_clock; clock <= last_clock; ++clock) lose(clock);
     }
-    /// A beat that is put there says that it is of another frame.
+    /// A beat that is put there claims to be of another frame.
     void misname(int clock, int frame) { misnamed_[clock] = frame; }
-    /// A frame-start beat at `clock` and the rows at the edges behind it. The last beat's edge.
+    /// Puts a frame-start beat at `clock` and the rows at the edges after it. Returns the last beat's edge.
     int put_table(int clock, const ViewportTable& rows) {
         put(clock, rtl::BusBeat::frame_start(0, rows.empty()));
         for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -141,10 +140,10 @@ struct ComposerBench {
 
     // ---- the pipeline above ----
 
-    /// STARTFRAME is sampled at edge `clock` (later if COLUMNSTALL is high), the raster behind it.
+    /// STARTFRAME is sampled at edge `clock` (later if COLUMNSTALL is high), the raster after it.
     void start_frame(int clock) { starts_.push_back(clock); }
 
-    // ---- pixel values that tell where they come from ----
+    // ---- pixel values that say where they come from ----
 
     /// Pixel k of the segment of a frame: nearer than every upstream pixel.
     static Pixel local(int frame, std::int64_t k) {
@@ -167,8 +166,8 @@ struct ComposerBench {
         return picture;
     }
 
-    /// What the bus has been made to carry, in its order: what follows from it for the pictures follows from
-    /// the ports alone.
+    /// The frames that the bus has carried, in their order. What they mean for the pictures follows from the ports
+    /// alone.
     std::vector<FrameOnBus> frames_on_bus() const {
         std::vector<FrameOnBus> frames;
         std::size_t over = 0;  // frames that are known not to be sent any more
@@ -196,9 +195,9 @@ struct ComposerBench {
         return frames;
     }
 
-    /// The raster that must follow STARTFRAME at clock `start`, if nothing stalls. A segment pixel shows if an
-    /// earlier edge has sampled it; from the edge behind the one that shows a loss on, no segment pixel does, and
-    /// every raster pixel says so.
+    /// The raster that must follow STARTFRAME at clock `start`, if nothing stalls. A segment pixel shows if an earlier
+    /// edge has sampled it. From the edge after the one that shows a loss, no segment pixel shows and every raster
+    /// pixel is marked lost.
     std::vector<rtl::PipePixel> due_behind(int start, int frame,
                                            const std::function<Pixel(int)>& from_above = upstream) const {
         const FrameOnBus on_bus = frames_on_bus().at(static_cast<std::size_t>(frame));
@@ -218,7 +217,7 @@ struct ComposerBench {
         return raster;
     }
 
-    /// The raster as it has left, each pixel with what goes with it.
+    /// The raster as it has left, each pixel with its marks.
     std::vector<rtl::PipePixel> raster_behind(int start) const {
         std::vector<rtl::PipePixel> raster;
         for (int i = 0; i < raster_pixels(); ++i) raster.push_back(pipes.at(start + 1 + i));
@@ -266,7 +265,7 @@ struct ComposerBench {
         });
     }
 
-    /// Rules that not the composer but those who play its neighbours break, where the test wants it so.
+    /// Rules that the played neighbours break where the test wants it so, and not the composer.
     static bool is_about_stimulus(const monitors::Violation& violation) {
         return violation.rule == "pipeready/unready" || violation.rule == "composer/table" ||
                violation.rule == "composer/occupancy";
@@ -275,7 +274,7 @@ struct ComposerBench {
     static std::int64_t segment_pixels(const FrameOnBus& frame) {
         return frame.row ? std::int64_t{frame.row->sdx} * frame.row->sdy : 0;
     }
-    /// All pixels before `come` have been sent.
+    /// All pixels before `come` have been sent: those that have not come are lost.
     static void note_loss(FrameOnBus& frame, int clock, std::int64_t come) {
         const std::int64_t next = frame.sampled_at.empty() ? 0 : frame.sampled_at.rbegin()->first + 1;
         if (come > next && !frame.loss_seen_at) frame.loss_seen_at = clock;
@@ -317,8 +316,8 @@ struct ComposerBench {
 
     /// A composer above: its registers move on at every edge at which the column does not stand still.
     void play_upstream(int clock) {
-        // Whether edge clock - 1 has seen COLUMNSTALL: a registered one has moved on since, one that the test
-        // drives moves on only now.
+        // Whether edge clock - 1 has seen COLUMNSTALL. A registered one has changed since; one that the test drives
+        // changes only now.
         const bool standing = stall_wire_ == StallWire::kOwn ? stall.read() : column_stall.read();
         const bool held = stall_wire_ == StallWire::kDriven ? standing : std::exchange(stood_, standing);
         if (held) return;

@@ -86,7 +86,7 @@ TEST_CASE("composer fifo: a word that is written at the edge that reads it is re
         dut.get(10 + 4 * lane, 20 + lane);
         dut.let_go(11 + 4 * lane, 4);
     }
-    // The word beside the beat is the old one.
+    // The word next to those of the beat is the old one.
     dut.put(40, 4, 4, 500);
     dut.get(40, 3);
     bench.run_through(44);
@@ -97,7 +97,7 @@ TEST_CASE("composer fifo: a word that is written at the edge that reads it is re
     CHECK(dut.words.at(40) == kTag + 13);
 }
 
-TEST_CASE("composer fifo: behind the last address comes the first, in a beat too") {
+TEST_CASE("composer fifo: the first address follows the last one, within a beat too") {
     ClockedTestbench bench;
     FifoBench dut(bench, 20);  // 32 addresses
     dut.put(2, 29, 8, 1);
@@ -109,13 +109,13 @@ TEST_CASE("composer fifo: behind the last address comes the first, in a beat too
     CHECK(dut.words.at(20) == kTag + 52);
 }
 
-TEST_CASE("composer fifo: what is free follows what is written and let go of, to the brim") {
+TEST_CASE("composer fifo: the free space follows what is written and released, until the FIFO is full") {
     ClockedTestbench bench;
     FifoBench dut(bench, 10);
     dut.put(2, 0, 8, 0);
     dut.let_go(3, 3);
     dut.put(4, 8, 5, 0);
-    dut.let_go(5, 1, 4);  // the oldest, and four of a frame that is given up
+    dut.let_go(5, 1, 4);  // the oldest, and four of a frame that is abandoned
     dut.put(8, 13, 2, 0);
     dut.let_go(8, 5);
     bench.run_through(12);
@@ -129,7 +129,7 @@ TEST_CASE("composer fifo: what is free follows what is written and let go of, to
     CHECK(dut.frees.at(12) == 8);
 }
 
-TEST_CASE("composer fifo: a pixel may be let go of at the edge that brings it") {
+TEST_CASE("composer fifo: a pixel may be released at the edge that brings it") {
     ClockedTestbench bench;
     FifoBench dut(bench, 4);
     dut.put(2, 0, 4, 0);
@@ -176,7 +176,7 @@ TEST_CASE("composer fifo: a write to an address that it does not have is reporte
     CHECK(report.count() == 1);
 }
 
-TEST_CASE("composer fifo: reset lets go of everything") {
+TEST_CASE("composer fifo: reset releases everything") {
     ClockedTestbench bench;
     FifoBench dut(bench, 10);
     dut.put(2, 0, 8, 40);
@@ -193,7 +193,7 @@ TEST_CASE("composer fifo: reset lets go of everything") {
     CHECK(dut.words.at(9) == kTag + 62);
 }
 
-TEST_CASE("composer fifo: under random use it is a memory and a count, at every clock") {
+TEST_CASE("composer fifo: under random use it agrees with a memory and a count at every clock") {
     const auto seed = random_seed(913);
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
@@ -211,7 +211,7 @@ TEST_CASE("composer fifo: under random use it is a memory and a count, at every 
     int write_address = 0;
     bool pause = false;
     for (int clock = 0; clock < kClocks; ++clock) {
-        if (random.one_in(pause ? 12 : 60)) pause = !pause;  // long enough to be slept through
+        if (random.one_in(pause ? 12 : 60)) pause = !pause;  // long enough for the block to sleep
         FifoWrite write;
         FifoRead read;
         FifoRelease release;

@@ -22,7 +22,7 @@ using rtl::PipePixel;
 
 // ---- pipeline ----
 
-TEST_CASE("composer: in reset all is low, BUSREADY and TABLEREADY rise at the first clock behind it") {
+TEST_CASE("composer: in reset all is low, BUSREADY and TABLEREADY rise at the first clock after it") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario());
     bench.run_through(10);
@@ -67,7 +67,7 @@ TEST_CASE(
     const int ready = 30;
     for (ComposerBench* dut : {&a8z16, &z24}) {
         dut->put_table(5, {});
-        dut->start_frame(12);  // what hangs on the pins above is not listened to
+        dut->start_frame(12);  // the pins from above are ignored
         bench.core.drive(dut->pipeready_in, ready, true);
     }
     bench.run_through(ready + kPixels + 20);
@@ -81,7 +81,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("composer: rows and pixels for other displays are not taken") {
+TEST_CASE("composer: rows and pixels for other displays are ignored") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario());
     const ViewportRow own = table_row(1, {0, 0}, {2, 1}, {1, 1});
@@ -98,8 +98,8 @@ TEST_CASE("composer: rows and pixels for other displays are not taken") {
 // ---- the buffer's timing and starvation ----
 
 TEST_CASE(
-    "composer: a beat sampled at an edge can be composited at the next, one clock later its first pixel "
-    "starves") {
+    "composer: a pixel can be composited at the edge after the one that samples it, and starves if it is "
+    "needed before") {
     ClockedTestbench bench;
     const ComposerSizes sizes{12, 5, 2};
     ComposerBench in_time(bench, "in_time", composer_scenario(sizes));
@@ -124,7 +124,7 @@ TEST_CASE(
     CHECK(late.picture_behind(start) == wanted);
 }
 
-TEST_CASE("composer: pixels later than their last use are dropped and displace no later pixel") {
+TEST_CASE("composer: pixels that come after their last use are dropped and displace no later pixel") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({24, 17, 8}));
     const int start = 40;
@@ -175,11 +175,11 @@ TEST_CASE("composer: BUSREADY is high while exactly ready_space_pixels are free,
     CHECK(dut.busreadies.at(19));        // 10 held, 6 free
     CHECK_FALSE(dut.busreadies.at(20));  // 11 held, 5 free
     CHECK(dut.busreadies.falls() == std::vector<int>{20});
-    // Pixel 0 is let go at the edge that composites it.
+    // Pixel 0 is released at the edge that composites it.
     CHECK(dut.busreadies.rises() == std::vector<int>{0, start + 1});
 }
 
-TEST_CASE("composer: a rest that fits one beat is counted beside the space for a slot") {
+TEST_CASE("composer: a burst's rest that fits one beat is counted beside the space for a slot") {
     ClockedTestbench bench;
     ComposerBench fits(bench, "fits", composer_scenario({16, 6, 1}));
     ComposerBench lacks(bench, "lacks", composer_scenario({16, 6, 1}));
@@ -187,7 +187,7 @@ TEST_CASE("composer: a rest that fits one beat is counted beside the space for a
     lacks.put_table(5, {whole_raster()});
     fits.put_single_pixels(10, 0, 8);
     lacks.put_single_pixels(10, 0, 9);
-    // A burst of two beats: behind the first, one pixel is still to come.
+    // A burst of two beats: after the first, one pixel is still to come.
     fits.put_pixels(20, 8, 1, 1);
     fits.put_pixels(22, 9, 1, 0);
     lacks.put_pixels(20, 9, 1, 1);
@@ -199,7 +199,7 @@ TEST_CASE("composer: a rest that fits one beat is counted beside the space for a
 
 TEST_CASE(
     "composer: in a burst BUSREADY drops when the beat on its way and one more do not fit, and what is in "
-    "flight is taken") {
+    "flight is received") {
     ClockedTestbench bench;
     ComposerBench one(bench, "one", composer_scenario({16, 6, 1}));
     ComposerBench two(bench, "two", composer_scenario({16, 6, 2}));
@@ -216,22 +216,22 @@ TEST_CASE(
     CHECK(two.busreadies.falls() == std::vector<int>{16});
 }
 
-TEST_CASE("composer: a burst whose rest fits is not cut, though it fills the buffer to the brim") {
+TEST_CASE("composer: a burst whose rest fits is not cut, though it fills the buffer completely") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}));
     dut.put_table(5, {whole_raster()});
     for (int i = 0; i < 16; ++i) dut.put_pixels(10 + i, i, 1, 15 - i);
     bench.run_through(40);
-    // High to the last but one beat, from where on it answers for a further slot.
+    // BUSREADY is high to the last beat but one. From there on it answers for a further slot.
     CHECK(dut.busreadies.falls() == std::vector<int>{24});
 }
 
-TEST_CASE("composer: a drop lasts one clock when a slot can be taken behind it") {
+TEST_CASE("composer: a drop lasts one clock when a slot can be taken after it") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({16, 2, 1}));
     dut.put_table(5, {whole_raster()});
     for (int i = 0; i < 15; ++i) dut.put_pixels(10 + i, i, 1, 19 - i);
-    // The edge behind the drop composites pixel 0 and samples no beat: two pixels are free.
+    // The edge after the drop composites pixel 0 and samples no beat: two pixels are free.
     dut.start_frame(24);
     bench.run_through(26);
     CHECK(dut.busreadies.falls() == std::vector<int>{24});
@@ -240,7 +240,7 @@ TEST_CASE("composer: a drop lasts one clock when a slot can be taken behind it")
 
 TEST_CASE(
     "composer: read latency and bus registers widen the margin, and BUSREADY stays low until all has come") {
-    // Four clocks more from a beat to the answer that is read of it: six beats can be on their way.
+    // A beat's answer is read four clocks later than otherwise: six beats can be on their way.
     Scenario delayed = composer_scenario({16, 6, 1});
     delayed.memory.read_latency_cycles = 2;
     delayed.bus.register_stages = 1;
@@ -251,7 +251,7 @@ TEST_CASE(
     stopped.put_table(5, {whole_raster()});
     // A burst of 20: with 10 held six more fit, with 11 held five. Those five come.
     for (int i = 0; i < 16; ++i) full.put_pixels(10 + i, i, 1, 19 - i);
-    // Of the other one only two come, since the memory has to open a page.
+    // Only two pixels of the other burst come, since the memory has to open a page.
     for (int i = 0; i < 13; ++i) stopped.put_pixels(10 + i, i, 1, 19 - i);
     stopped.start_frame(21);  // releases a pixel at each edge from 22 on: with the one of 24 a slot would fit
     bench.run_through(30);
@@ -269,11 +269,11 @@ TEST_CASE("composer: what a cut burst had announced no longer counts") {
     const int start = 40;
     dut.start_frame(start);
     bench.run_through(start + 12);
-    // Pixel k is let go at start + 1 + k: six are free at start + 6, whatever the burst still promised.
+    // Pixel k is released at start + 1 + k. Six are free at start + 6, whatever the burst still announced.
     CHECK(dut.busreadies.rises() == std::vector<int>{0, start + 6});
 }
 
-TEST_CASE("composer: a pixel for a full buffer is a broken protocol, reported and not taken") {
+TEST_CASE("composer: a pixel for a full buffer breaks the protocol, is reported and is dropped") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}));
     ExpectedReport report("/metabuffer/composer/protocol");
@@ -299,7 +299,7 @@ TEST_CASE(
     CHECK(dut.tablereadies.rises() == std::vector<int>{0, 30 + kPixels});
 }
 
-TEST_CASE("composer: a third frame's table is a broken protocol") {
+TEST_CASE("composer: a third frame's table breaks the protocol") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario());
     ExpectedReport report("/metabuffer/composer/protocol");
@@ -372,7 +372,7 @@ TEST_CASE("composer: PIPEREADY once given stands until STARTFRAME, whatever come
 }
 
 TEST_CASE(
-    "composer: with the next frame prefetched PIPEREADY rises one clock behind the last pixel, never with "
+    "composer: with the next frame prefetched PIPEREADY rises one clock after the last pixel, never with "
     "it") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario());
@@ -388,7 +388,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "composer: back-to-back frames, each STARTFRAME three clocks behind the last pixel of the one before") {
+    "composer: back-to-back frames, each STARTFRAME three clocks after the last pixel of the frame before") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}), Strap::kMaster);
     bench.core.drive(dut.pipeready_in, 20, true);  // a display side that is always ready
@@ -402,7 +402,7 @@ TEST_CASE(
     dut.put_table(21 + kPixels + 2, {third});
     dut.put_single_pixels(21 + kPixels + 5, 0, 3, 2);
     bench.run_through(20 + 4 * (kPixels + 3));
-    // PIPEREADY at 20, STARTFRAME at 21, last pixel at 21 + w h, PIPEREADY one clock behind it.
+    // PIPEREADY at 20, STARTFRAME at 21, last pixel at 21 + w h, PIPEREADY one clock after it.
     const int period = kPixels + 2;
     CHECK(dut.pipereadies.high() == std::vector<int>{20, 20 + period, 20 + 2 * period});
     CHECK(dut.startframes.high() == std::vector<int>{21, 21 + period, 21 + 2 * period});
@@ -421,7 +421,7 @@ TEST_CASE("composer: the bus carries frame k + 1 while frame k is composited, an
     dut.put_single_pixels(10, 0, kPixels, 0);
     const int start = 50;
     dut.start_frame(start);
-    // Table and pixels of the second frame come between the first one's pixels being used.
+    // The second frame's table and pixels come while the first frame's pixels are being used.
     dut.put_table(start + 3, {second});
     dut.put_single_pixels(start + 6, 0, 6, 1);
     const int next = start + kPixels + 3;
@@ -463,7 +463,7 @@ TEST_CASE("composer: replicated pixels are read again from the window, clipped a
 
 TEST_CASE("composer: a replicated pixel's space is free at its last repetition and not before") {
     ClockedTestbench bench;
-    // Two source rows of three pixels, doubled, over the top left of the raster; a buffer of one slot beside.
+    // Two source rows of three pixels, doubled, over the top left of the raster. The buffer has room for three more.
     ComposerBench dut(bench, "dut", composer_scenario({9, 4, 1}));
     dut.put_table(5, {table_row(1, {0, 0}, {3, 2}, {0, 0}, 2)});
     dut.put_single_pixels(10, 0, 6);
@@ -478,7 +478,8 @@ TEST_CASE("composer: a replicated pixel's space is free at its last repetition a
 // ---- stall ----
 
 TEST_CASE(
-    "composer: STALL is raised one clock ahead of a missing pixel, and the column stands until it has come") {
+    "composer: STALL is raised one clock before the column needs a pixel that has not come, and the column "
+    "stands until it has") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({12, 5, 2}, StarvationMode::kStall));
     const int start = 40;
@@ -512,7 +513,7 @@ TEST_CASE("composer: in stall mode a beat exactly in time stalls nothing") {
     dut.start_frame(start);
     for (int k = 12; k < kPixels; k += 2) dut.put_pixels(start + k, k, 2, 0);
     bench.run_through(start + kPixels + 10);
-    // STALL tells at edge n what is missing for edge n + 1, where the beat sampled at n already counts.
+    // STALL signals at edge n that the pixel for edge n + 1 has not come; the beat sampled at n already counts.
     CHECK(dut.stalls.high().empty());
     CHECK(dut.picture_behind(start) == dut.painted(whole_raster(), 0));
 }
@@ -532,7 +533,7 @@ TEST_CASE("composer: while COLUMNSTALL is high the pipeline side stands still an
     bench.core.drive(dut.column_stall, from + stalled, false);
     dut.put_single_pixels(from + 2, 8, 8);
     bench.run_through(start + kPixels + stalled + 5);
-    // Three pixels have been let go before: 5 + 8 of 16 are held after the eighth beat, 11 after the sixth.
+    // Three pixels have been released before: 5 + 8 of 16 are held after the eighth beat, 11 after the sixth.
     CHECK(dut.busreadies.falls() == std::vector<int>{from + 2 + 5});
     for (int clock = from; clock < from + stalled; ++clock) {
         CHECK(dut.pipes.at(clock) == dut.pipes.at(from - 1));
@@ -553,7 +554,7 @@ TEST_CASE("composer: a frame's last pixel stands for as long as COLUMNSTALL does
     const int start = 30;
     dut.start_frame(start);
     const int last = start + kPixels;
-    const int stalled = 40;  // more than idle clocks after which the clock gate closes
+    const int stalled = 40;  // longer than the idle clocks after which the clock gate closes
     bench.core.drive(dut.column_stall, last + 1, true);
     bench.core.drive(dut.column_stall, last + 1 + stalled, false);
     bench.run_through(last + stalled + 20);
@@ -588,7 +589,7 @@ TEST_CASE("composer: COLUMNSTALL holds STARTFRAME back at its input and high at 
           clock_range(36, 36 + kPixels));
 }
 
-TEST_CASE("composer: in glitch mode COLUMNSTALL is not looked at") {
+TEST_CASE("composer: in glitch mode COLUMNSTALL is not read") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario(), Strap::kRelay, StallWire::kDriven);
     dut.put_table(5, {});
@@ -605,7 +606,7 @@ TEST_CASE("composer: in glitch mode COLUMNSTALL is not looked at") {
 // ---- pixels lost on the bus ----
 
 TEST_CASE(
-    "composer: from the clock behind the beat that shows a loss on every raster pixel passes, marked lost") {
+    "composer: from the clock after the beat that shows a loss every raster pixel passes, marked lost") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({40, 6, 1}));
     const ViewportRow row = table_row(1, {0, 0}, {4, 4}, {0, 0});
@@ -648,7 +649,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("composer: pixels lost at the end of a segment show with the next frame's table") {
+TEST_CASE("composer: pixels lost at the end of a segment are noticed by the next frame's table") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({40, 6, 1}));
     bench.core.drive(dut.pipeready_in, 0, true);
@@ -667,7 +668,7 @@ TEST_CASE("composer: pixels lost at the end of a segment show with the next fram
     CHECK(dut.picture_behind(50 + kPixels + 5) == dut.painted(row, 1));
 }
 
-TEST_CASE("composer: a frame that is abandoned gives its room back and takes none") {
+TEST_CASE("composer: an abandoned frame frees its space and stores no more pixels") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({16, 6, 1}));
     dut.put_table(5, {whole_raster()});
@@ -699,10 +700,10 @@ TEST_CASE("composer: a mark from above is passed on with its pixel") {
     const auto marked = [](const PipePixel& pixel) { return pixel.lost; };
     CHECK(dut.pipes.clocks_where(marked) == std::vector<int>{32, 36});
     CHECK(dut.picture_behind(30) == dut.painted(row, 0));
-    CHECK(master.pipes.clocks_where(marked).empty());  // what hangs on the pins above is not listened to
+    CHECK(master.pipes.clocks_where(marked).empty());  // the pins from above are ignored
 }
 
-TEST_CASE("composer: a pixel sent again and a pixel without a table are broken protocol") {
+TEST_CASE("composer: a pixel sent again and a pixel without a table break the protocol") {
     ClockedTestbench bench;
     ComposerBench again(bench, "again", composer_scenario());
     ComposerBench bare(bench, "bare", composer_scenario());
@@ -719,7 +720,7 @@ TEST_CASE("composer: a pixel sent again and a pixel without a table are broken p
     CHECK(report.count() == 2);
 }
 
-TEST_CASE("composer: a burst of which nothing comes for a page miss and a beat is over") {
+TEST_CASE("composer: a burst is over if nothing of it comes for a page miss and a beat") {
     ClockedTestbench bench;
     Scenario scenario = composer_scenario({16, 6, 1});
     scenario.memory.page_miss_cycles = 4;
@@ -730,7 +731,7 @@ TEST_CASE("composer: a burst of which nothing comes for a page miss and a beat i
         dut->put_single_pixels(10, 0, 9);
         dut->put_pixels(20, 9, 1, 1);  // beside the one still to come there is no room for a slot
     }
-    waits.put_pixels(25, 10, 1, 0);  // as late as a beat may be
+    waits.put_pixels(25, 10, 1, 0);  // as late as a beat may come
     bench.run_through(40);
     CHECK(stopped.busreadies.falls() == std::vector<int>{20});
     CHECK(stopped.busreadies.rises() == std::vector<int>{0, 25});
@@ -888,8 +889,8 @@ TEST_CASE("composer: a reset in the middle of a burst forgets what was announced
     CHECK(dut.busreadies.rises() == std::vector<int>{0, 22});  // the whole buffer is free
 }
 
-/// The same frame round after round, with a reset a clock later in each. Behind it everything must happen as in the round
-/// before.
+/// Plays the same frame in each round, with a reset one clock later each time. After the reset everything must happen
+/// as in the round before.
 void check_resets(StarvationMode mode, Strap strap) {
     constexpr int kRound = 140;
     constexpr int kFirstReset = 4;
@@ -897,14 +898,14 @@ void check_resets(StarvationMode mode, Strap strap) {
     constexpr int kStart = 30;
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario({8, 4, 2}, mode), strap);
-    // A composer that takes the model's place may have no such wires.
+    // A composer that replaces the model may have no such wires.
     rtl::FifoWires* const fifo = dut.composer.fifo_wires();
     const auto* const fifo_writes = fifo == nullptr ? nullptr : &bench.core.record(fifo->write);
     const auto* const fifo_reads = fifo == nullptr ? nullptr : &bench.core.record(fifo->read);
     const auto* const fifo_releases = fifo == nullptr ? nullptr : &bench.core.record(fifo->release);
     const auto reset_at = [](int round) { return kFirstReset + round; };
     for (int round = 0; round < kRounds; ++round) {
-        // Behind the reset its neighbours say nothing more of this round.
+        // After the reset its neighbours send nothing more in this round.
         const auto when = [&](int clock, const std::function<void(int)>& happens) {
             if (clock < reset_at(round) || round == kRounds - 1) happens(round * kRound + clock);
         };
@@ -944,7 +945,7 @@ void check_resets(StarvationMode mode, Strap strap) {
         CHECK(fifo_reads->at(reset) == rtl::FifoRead{});
         CHECK(fifo_releases->at(reset) == rtl::FifoRelease{});
     }
-    // The rounds are worth something: the last one shows a burst that was cut, and pixels that came late.
+    // The rounds reach what they must: in the last one a burst was cut and pixels came late.
     const int last = (kRounds - 1) * kRound;
     CHECK_FALSE(dut.busreadies.at(last + 12));
     CHECK(dut.composer.counters().busready_drops > 0);
@@ -962,7 +963,7 @@ TEST_CASE("composer: a reset at any clock of a frame leaves what power-up leaves
     check_resets(StarvationMode::kGlitch, Strap::kMaster);
 }
 
-TEST_CASE("composer: PIPEMASTER is a strap, read while reset is high and not behind it") {
+TEST_CASE("composer: PIPEMASTER is a strap, read while reset is high and not after it") {
     ClockedTestbench bench;
     ComposerBench master(bench, "master", composer_scenario(), Strap::kMaster);
     ComposerBench relay(bench, "relay", composer_scenario(), Strap::kRelay);
@@ -980,7 +981,7 @@ TEST_CASE("composer: PIPEMASTER is a strap, read while reset is high and not beh
     CHECK(relay.picture_behind(30) == relay.painted({}, 0));
 }
 
-TEST_CASE("composer: a reset is taken after any number of idle clocks") {
+TEST_CASE("composer: a reset is seen after any number of idle clocks") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", composer_scenario());
     dut.put_table(5, {});
@@ -1000,14 +1001,14 @@ struct RandomTraffic {
     std::vector<ViewportRow> rows;  ///< of one frame each
     int beat_pixels = 1;
     int burst_pixels = 1;
-    int laziness = 2;  ///< one clock in so many starts nothing
-    // One beat in so many does not arrive, but for the last frame's; 0: all arrive.
+    int laziness = 2;  ///< one clock in this many starts nothing
+    // One beat in this many does not arrive, except in the last frame; 0: all arrive.
     int beats_a_loss = 0;        ///< of pixels
     int table_beats_a_loss = 0;  ///< of tables
 };
 
-/// A bus that keeps the input framebuffer's side of the protocol and does everything it may do besides:
-/// bursts and beats of any length, gaps as of page misses, other composers' traffic; and loses beats if told to.
+/// A bus that keeps the input framebuffer's side of the protocol and otherwise does everything that it may: bursts and
+/// beats of any length, gaps as of page misses, other composers' traffic. If asked to, it loses beats.
 class RandomBusMaster {
   public:
     RandomBusMaster(ComposerBench& dut, RandomTraffic traffic, std::uint64_t seed)
@@ -1174,7 +1175,7 @@ constexpr int kRandomStallClocks = 8000;
 
 Pixel black_background(int) { return {0, 0, 0, 0, 0xFFFF}; }
 
-/// The segment's places on the raster that do not show their pixel, and are not marked lost, frame by frame.
+/// The segment's raster positions that do not show their pixel and are not marked lost, frame by frame.
 std::vector<Glitch> starved_places(const RandomRun& run) {
     std::vector<Glitch> places;
     const std::vector<int> starts = run.dut->startframes.high();
@@ -1194,7 +1195,7 @@ std::vector<Glitch> starved_places(const RandomRun& run) {
 
 TEST_CASE(
     "composer: under a random bus that keeps the protocol no buffer overflows, and exactly the pixels that "
-    "come too late are missing") {
+    "come too late starve") {
     const auto seed = random_seed(71);
     INFO("METABUFFER_SEED=" << seed);
     ClockedTestbench bench;
@@ -1215,7 +1216,7 @@ TEST_CASE(
         all_starved += starved_places(*run).size();
         all_falls += dut.busreadies.falls().size();
     }
-    // The sample is worth something: both have happened.
+    // The sample is large enough: both have happened.
     CHECK(all_starved > 30);
     CHECK(all_falls > 30);
 }
@@ -1244,8 +1245,8 @@ TEST_CASE("composer: under the same random bus in stall mode every picture is wh
 }
 
 TEST_CASE(
-    "composer: under a random bus that loses beats a frame says from the right clock on that it lacks "
-    "pixels, and the others are whole") {
+    "composer: under a random bus that loses beats a frame is marked lost from the right clock on, and the "
+    "others are whole") {
     const auto seed = random_seed(73);
     INFO("METABUFFER_SEED=" << seed);
     ClockedTestbench bench;
@@ -1269,7 +1270,8 @@ TEST_CASE(
     CHECK(untouched > 30);
 }
 
-TEST_CASE("composer: in stall mode a lost beat stops no column, and what is not marked lost is right") {
+TEST_CASE(
+    "composer: in stall mode a lost beat does not stop the column, and what is not marked lost is right") {
     const auto seed = random_seed(74);
     INFO("METABUFFER_SEED=" << seed);
     ClockedTestbench bench;
@@ -1300,9 +1302,10 @@ TEST_CASE("composer: in stall mode a lost beat stops no column, and what is not 
 }
 
 // ---- the counters ----
-// They are no behaviour of the hardware and reach the device beside its ports; whatever takes its place offers them.
+// Counters are not hardware behaviour: the test reads them beside the ports. A block that replaces the composer offers
+// them too.
 
-TEST_CASE("composer's counters: starved and late pixels, and where they were missing") {
+TEST_CASE("composer's counters: starved and late pixels, and the positions of the starved ones") {
     ClockedTestbench bench;
     ComposerBench in_time(bench, "in_time", composer_scenario({24, 17, 8}));
     ComposerBench late(bench, "late", composer_scenario({24, 17, 8}));
@@ -1413,7 +1416,7 @@ TEST_CASE("composer's counters: clocks that the column stood still for this comp
     CHECK(other.composer.counters().stalled_cycles == 0);
 }
 
-TEST_CASE("composer's counters: lost pixels, from the places that beats name and from the next table") {
+TEST_CASE("composer's counters: lost pixels, from the indexes that beats name and from the next table") {
     ClockedTestbench bench;
     ComposerBench gap(bench, "gap", composer_scenario({32, 6, 1}));
     ComposerBench tail(bench, "tail", composer_scenario({32, 6, 1}));
@@ -1442,7 +1445,7 @@ TEST_CASE("composer's counters: frames begin at their STARTFRAME and end with th
     CHECK(span.end_cycle == start + kPixels + bench.core.reset_clocks());
 }
 
-TEST_CASE("composer's counters: under the random bus they say what the ports show") {
+TEST_CASE("composer's counters: under the random bus they agree with the ports") {
     const auto seed = random_seed(71);
     INFO("METABUFFER_SEED=" << seed);
     ClockedTestbench bench;

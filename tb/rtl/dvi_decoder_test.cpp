@@ -26,8 +26,8 @@ constexpr int kFrame = frame_clocks(kWidth, kActiveLines);
 constexpr int kStartLines = 2;  // of VSYNC before the first frame
 constexpr int kStart = kStartLines * line_clocks(kWidth);
 
-/// Clocks in a frame at which the decoder can tell something: the first one behind the control scanline, the
-/// one behind an active line, and the one at which VSYNC rises.
+/// Clocks in a frame at which the decoder can report something: the first one after the control scanline, the first one
+/// after an active line, and the one at which VSYNC rises.
 constexpr int kBehindControl = clock_in_frame(kWidth, kWidth, 0);
 constexpr int kVsync = vsync_in_frame(kWidth, kActiveLines);
 constexpr int behind_line(int active_line) { return clock_in_frame(kWidth, kWidth, active_line); }
@@ -67,7 +67,7 @@ struct DecoderBench {
     }
 
     void add_start() { append_blank_lines(wave, kWidth, kStartLines, true); }
-    /// Appends a frame; tells the clock at which it starts.
+    /// Appends a frame. Returns the clock at which it starts.
     int add(const LinkLines& lines) {
         const auto start = static_cast<int>(wave.size());
         append_frame(wave, kWidth, lines);
@@ -121,7 +121,7 @@ DecoderEvent rejected(RejectCause cause, std::uint32_t lost) {
     return event;
 }
 
-/// At the clocks given there are these events, and none at any other.
+/// Checks that these events come at their clocks, and none at any other.
 void check_events(const DecoderBench& dut, const std::vector<NumberedEvent>& wanted) {
     std::vector<int> clocks;
     for (const NumberedEvent& entry : wanted) clocks.push_back(entry.clock);
@@ -156,7 +156,7 @@ std::int64_t all_rejects(const DecoderBench& dut) {
     return sum;
 }
 
-TEST_CASE("dvi decoder: in reset and on an idle link nothing is told") {
+TEST_CASE("dvi decoder: in reset and on an idle link nothing is reported") {
     DecoderBench dut;
     dut.bench.run_through(500);
     CHECK(dut.events.at(-1) == DecoderEvent{});
@@ -215,8 +215,8 @@ TEST_CASE("dvi decoder: the control scanline's verdict comes as DE falls, the pa
 }
 
 TEST_CASE(
-    "dvi decoder: the colour frame's rows follow its verdict one a clock, the depth frame's count for "
-    "nothing") {
+    "dvi decoder: the colour frame's rows follow its verdict one a clock, the depth frame's rows are "
+    "ignored") {
     const ViewportTable table = {table_row(1, {1, 2}, {3, 1}, {-1, -2}, 3),
                                  table_row(2, {0, 0}, {1, 1}, {5, 6}),
                                  table_row(9, {7, 0}, {2, 2}, {0, 0}, 255)};
@@ -243,7 +243,7 @@ TEST_CASE(
     const PixelImage image = noise_image(1, kWidth, kHeight);
     const std::vector<std::uint8_t> payload{10, 20, 30, 40, 50, 60, 70};
     dut.add(renderer_lines(image, FrameKind::kColour, 7, {}, payload));
-    // Rows move the payload: 16 + 16 + 2 bytes before it.
+    // Rows shift the payload: 16 + 16 + 2 bytes come before it.
     const int start =
         dut.add(renderer_lines(image, FrameKind::kDepth, 7, {table_row(1, {0, 0}, {1, 1}, {0, 0})}, payload));
     dut.run();
@@ -291,7 +291,7 @@ TEST_CASE("dvi decoder: a long table's rows run on beside the first pixels") {
     CHECK(dut.pixel_clocks() == clock_range(first_pixel, first_pixel + kWide));
 }
 
-// ---- finding its feet ----
+// ---- start-up ----
 
 TEST_CASE("dvi decoder: a link that comes up in the middle of a frame is ignored up to the first VSYNC") {
     DecoderBench dut;
@@ -301,8 +301,7 @@ TEST_CASE("dvi decoder: a link that comes up in the middle of a frame is ignored
     const int start = dut.add(colour(4));
     dut.add(depth(4));
     dut.run();
-    // The depth frame's own colour frame was never seen whole: nothing is rejected, but its pair will not
-    // come.
+    // The depth frame's own colour frame was never seen whole. Nothing is rejected, but its pair will not come.
     std::vector<NumberedEvent> events = {{start - kFrame + kBehindControl, pair_lost(3)}};
     expect_pair(events, start, 4);
     check_events(dut, events);
@@ -310,7 +309,7 @@ TEST_CASE("dvi decoder: a link that comes up in the middle of a frame is ignored
     CHECK(all_rejects(dut) == 0);
 }
 
-TEST_CASE("dvi decoder: a further VSYNC without lines between is no frame") {
+TEST_CASE("dvi decoder: a further VSYNC without lines between them is not a frame") {
     DecoderBench dut;
     dut.add_start();
     append_blank_lines(dut.wave, kWidth, 3, false);
@@ -343,9 +342,9 @@ TEST_CASE("dvi decoder: VSYNC ends a frame as it rises, not for as long as it st
 
 // ---- rejections ----
 
-/// Plays good pair 0, pair 1 with one frame spoilt, good pair 2. The rejection is due at `clock` of the
-/// spoilt frame with the event given; the other frame of pair 1, if it is a depth frame, is passed over and
-/// tells that its pair is lost, if that is not known yet.
+/// Plays good pair 0, pair 1 with one corrupt frame, good pair 2. The rejection is due at `clock` of the corrupt frame
+/// with the event given. If the other frame of pair 1 is a depth frame, it is ignored, and its pair is reported as lost
+/// unless that is known already.
 void check_rejection(FrameKind spoilt, const std::function<void(LinkLines&)>& spoil, int clock,
                      RejectCause cause, bool lost_known) {
     DecoderBench dut;
@@ -375,7 +374,7 @@ void check_rejection(FrameKind spoilt, const std::function<void(LinkLines&)>& sp
     check_events(dut, events);
     CHECK(rejects(dut, cause) == 1);
     CHECK(all_rejects(dut) == 1);
-    // From the rejection to the next good colour frame not one pixel is let through.
+    // From the rejection to the next good colour frame no pixel is passed on.
     for (const int pixel_clock : dut.pixel_clocks()) {
         INFO("pixel at clock " << pixel_clock);
         CHECK((pixel_clock < verdict || pixel_clock > good));
@@ -412,7 +411,7 @@ TEST_CASE("dvi decoder: rejects an unknown kind under a good CRC") {
         [](LinkLines& lines) { lines.front() = control_line(kWidth, static_cast<FrameKind>(2), 1); },
         kBehindControl, RejectCause::kKind, true);
 }
-TEST_CASE("dvi decoder: rejects a line one pixel short as DE falls behind it") {
+TEST_CASE("dvi decoder: rejects a line one pixel short as DE falls after it") {
     check_rejection(
         FrameKind::kColour, [](LinkLines& lines) { lines[2].pop_back(); }, behind_line(2) - 1,
         RejectCause::kGeometry, true);
@@ -422,17 +421,17 @@ TEST_CASE("dvi decoder: rejects a line one pixel long at the pixel too many") {
         FrameKind::kDepth, [](LinkLines& lines) { lines[3].push_back(0); }, behind_line(3),
         RejectCause::kGeometry, true);
 }
-TEST_CASE("dvi decoder: rejects a control scanline one pixel short before it looks into it") {
+TEST_CASE("dvi decoder: rejects a control scanline one pixel short before it reads its content") {
     check_rejection(
         FrameKind::kColour, [](LinkLines& lines) { lines[0].pop_back(); }, kBehindControl - 1,
         RejectCause::kGeometry, false);
 }
-TEST_CASE("dvi decoder: rejects a frame one line short as VSYNC rises behind it") {
+TEST_CASE("dvi decoder: rejects a frame one line short as VSYNC rises after it") {
     check_rejection(
         FrameKind::kDepth, [](LinkLines& lines) { lines.pop_back(); },
         vsync_in_frame(kWidth, kActiveLines - 1), RejectCause::kGeometry, true);
 }
-TEST_CASE("dvi decoder: rejects a colour frame one line short as VSYNC rises behind it") {
+TEST_CASE("dvi decoder: rejects a colour frame one line short as VSYNC rises after it") {
     check_rejection(
         FrameKind::kColour, [](LinkLines& lines) { lines.pop_back(); },
         vsync_in_frame(kWidth, kActiveLines - 1), RejectCause::kGeometry, true);
@@ -443,7 +442,7 @@ TEST_CASE("dvi decoder: rejects a frame one line long at the first pixel of that
         clock_in_frame(kWidth, 0, kActiveLines), RejectCause::kGeometry, true);
 }
 
-TEST_CASE("dvi decoder: a colour frame behind a colour frame tears the first pair and starts the second") {
+TEST_CASE("dvi decoder: a colour frame after a colour frame tears the first pair and starts the second") {
     DecoderBench dut;
     dut.add_start();
     const int first = dut.add(colour(0));
@@ -478,7 +477,7 @@ TEST_CASE("dvi decoder: a depth frame of another number tears the pair, and the 
     expect_pair(events, good, 9);
     check_events(dut, events);
     CHECK(rejects(dut, RejectCause::kPair) == 2);
-    // The depth half of a torn pair is never let through.
+    // The depth half of a torn pair is never passed on.
     for (const int clock : dut.pixel_clocks()) {
         if (clock < good) CHECK(dut.pixels.at(clock).kind == FrameKind::kColour);
     }
@@ -504,7 +503,7 @@ TEST_CASE("dvi decoder: frame numbers count on from 2^32 - 1 to 0 and the one be
     check_events(dut, events);
 }
 
-TEST_CASE("dvi decoder: a depth frame behind a whole pair lacks its colour frame") {
+TEST_CASE("dvi decoder: a depth frame after a whole pair lacks its colour frame") {
     DecoderBench dut;
     dut.add_start();
     const int first = dut.add(colour(0));
@@ -520,7 +519,7 @@ TEST_CASE("dvi decoder: a depth frame behind a whole pair lacks its colour frame
     check_events(dut, events);
 }
 
-TEST_CASE("dvi decoder: a colour frame sent twice begins its pair anew and loses none") {
+TEST_CASE("dvi decoder: a colour frame sent twice begins its pair again and loses none") {
     DecoderBench dut;
     dut.add_start();
     const int first = dut.add(colour(4));
@@ -536,7 +535,7 @@ TEST_CASE("dvi decoder: a colour frame sent twice begins its pair anew and loses
     CHECK(rejects(dut, RejectCause::kPair) == 1);
 }
 
-TEST_CASE("dvi decoder: a depth frame sent twice is rejected behind its whole pair and loses none") {
+TEST_CASE("dvi decoder: a depth frame sent twice is rejected after its whole pair and loses none") {
     DecoderBench dut;
     dut.add_start();
     const int first = dut.add(colour(4));
@@ -558,7 +557,7 @@ TEST_CASE("dvi decoder: a depth frame sent twice is rejected behind its whole pa
     for (const int clock : dut.pixel_clocks()) CHECK((clock < second || clock >= good));
 }
 
-TEST_CASE("dvi decoder: after a rejection further bad frames are counted, depth frames are passed over") {
+TEST_CASE("dvi decoder: after a rejection further bad frames are counted, depth frames are ignored") {
     DecoderBench dut;
     dut.add_start();
     LinkLines bad_first = colour(0);
@@ -592,7 +591,7 @@ TEST_CASE("dvi decoder: a reset in the middle of a pair forgets it") {
     dut.add(depth(1));
     dut.bench.core.pulse(dut.bench.reset, first + kFrame - line_clocks(kWidth));
     dut.run();
-    // It reset within the first frame's VSYNC, which is high behind the reset: frames start there.
+    // The reset fell within the first frame's VSYNC, which is still high after it: frames start there.
     std::vector<NumberedEvent> events = {{first + kBehindControl, colour_start(0)},
                                          {lone + kBehindControl, pair_lost(0)}};
     expect_pair(events, good, 1);
@@ -618,7 +617,7 @@ TEST_CASE("dvi decoder: a reset at any moment of a pair leaves what power-up lea
     const std::vector<int> told = dut.event_clocks();
     for (std::size_t i = 0; i < resets.size(); ++i) {
         INFO("the reset at clock " << resets[i]);
-        // No row of the table before it.
+        // No row of the table before the reset comes after it.
         REQUIRE(std::none_of(told.begin(), told.end(), [&](int clock) {
             return clock >= resets[i] && clock < good[i] && dut.events.at(clock).row;
         }));

@@ -36,7 +36,7 @@ struct DisplayBench {
         display.reset_i(bench.reset);
         display.link_i(link);
         bench.trace(display);
-        // The edge under way is the one behind the last that the driver has recorded.
+        // The edge under way is the one after the last that the driver has recorded.
         display.on_frame([this](const ColourImage& image) {
             captures.push_back({bench.core.clock() + 1, image});
         });
@@ -70,7 +70,7 @@ std::vector<std::uint32_t> flat(const LinkLines& lines) {
     return values;
 }
 
-TEST_CASE("dvi display: captures the picture it is shown at the edge that sees VSYNC rise behind it") {
+TEST_CASE("dvi display: captures the picture it is shown at the edge that sees VSYNC rise after it") {
     DisplayBench dut;
     append_blank_lines(dut.wave, kWidth, 1, true);
     const int first = dut.add(picture(1));
@@ -115,7 +115,7 @@ TEST_CASE("dvi display: measures the geometry it is shown, which may change from
     CHECK(dut.captures[1].image.values == flat(low));
 }
 
-TEST_CASE("dvi display: a VSYNC without lines before it is no frame") {
+TEST_CASE("dvi display: a VSYNC without lines before it is not a frame") {
     DisplayBench dut;
     append_blank_lines(dut.wave, kWidth, 1, true);
     append_blank_lines(dut.wave, kWidth, 3, false);
@@ -125,7 +125,7 @@ TEST_CASE("dvi display: a VSYNC without lines before it is no frame") {
     CHECK(dut.captures.size() == 1);
 }
 
-TEST_CASE("dvi display: a frame of unequal lines is warned of and not captured, the next one is") {
+TEST_CASE("dvi display: a frame of unequal lines causes a warning and is not captured, the next one is") {
     DisplayBench dut;
     ExpectedReport report("/metabuffer/dvi_display/geometry");
     append_blank_lines(dut.wave, kWidth, 1, true);

@@ -26,7 +26,7 @@ constexpr int kFirstSync = kSyncLines * line_clocks(kWidth);
 constexpr int kFrame = frame_clocks(kWidth, kActiveLines);
 constexpr int kPair = 2 * kFrame;
 
-/// A source and its wires. The link's timing is watched by its monitor, but in frames that a fault spoils.
+/// A source and its wires. A monitor watches the link's timing, except in frames that a fault corrupts.
 struct SourceBench {
     Scenario scenario;
     sc_core::sc_signal<bool> request;
@@ -104,7 +104,7 @@ Waveform first_sync() {
     return wave;
 }
 
-/// A frame whose only difference is in its last control bytes or lines: the waveform of the fault.
+/// Checks that the link carries this waveform from `first_clock` on.
 void check_wave(const Recording<DviLink>& sent, int first_clock, const Waveform& wanted) {
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         const int clock = first_clock + static_cast<int>(i);
@@ -237,11 +237,11 @@ TEST_CASE("dvi source: however long it has been idle, a pair starts in the clock
     }
 }
 
-TEST_CASE("dvi source: a request during a pair is no request: the level counts behind the pair") {
+TEST_CASE("dvi source: a request during a pair is ignored, only its level after the pair counts") {
     ClockedTestbench bench;
     SourceBench dut(bench, "source", source_scenario(2));
     bench.core.drive(dut.request, 0, true);
-    // High until the pair's last clock, low at the clock behind it, high again 50 clocks later.
+    // High until the pair's last clock, low at the clock after it, high again 50 clocks later.
     const int behind_pair = kFirstSync + kPair;
     bench.core.drive(dut.request, behind_pair, false);
     bench.core.drive(dut.request, behind_pair + 50, true);
@@ -252,8 +252,8 @@ TEST_CASE("dvi source: a request during a pair is no request: the level counts b
     const auto second_pair = std::lower_bound(active.begin(), active.end(), behind_pair);
     REQUIRE(second_pair != active.end());
     CHECK(*second_pair == behind_pair + 50 + first_pixel);
-    // Between the pairs the link stays in blanking, and no further VSYNC rises that a receiver would take for
-    // the end of a frame.
+    // Between the pairs the link stays in blanking. No further VSYNC rises, which for a receiver would be the end of a
+    // frame.
     for (int clock = behind_pair; clock < behind_pair + 50 + first_pixel; ++clock) {
         INFO("clock " << clock);
         REQUIRE_FALSE(dut.sent.at(clock).de);
@@ -315,28 +315,28 @@ void flip(std::vector<std::uint32_t>& line, int byte) {
     line[static_cast<std::size_t>(byte / 3)] ^= 0xFFU << (16 - 8 * (byte % 3));
 }
 
-TEST_CASE("dvi source: fault magic spoils the magic and nothing else") {
+TEST_CASE("dvi source: fault magic corrupts the magic and nothing else") {
     check_spoilt_frame(FaultKind::kMagic, FrameKind::kColour, [](LinkLines& lines) {
         flip(lines.front(), 0);
         REQUIRE(decode_control_scanline(lines.front()).defect == ScanlineDefect::kMagic);
     });
 }
 
-TEST_CASE("dvi source: fault version spoils the version and nothing else") {
+TEST_CASE("dvi source: fault version corrupts the version and nothing else") {
     check_spoilt_frame(FaultKind::kVersion, FrameKind::kDepth, [](LinkLines& lines) {
         flip(lines.front(), 4);
         REQUIRE(decode_control_scanline(lines.front()).defect == ScanlineDefect::kVersion);
     });
 }
 
-TEST_CASE("dvi source: fault crc spoils the CRC and nothing else") {
+TEST_CASE("dvi source: fault crc corrupts the CRC and nothing else") {
     check_spoilt_frame(FaultKind::kCrc, FrameKind::kDepth, [](LinkLines& lines) {
         flip(lines.front(), 12);
         REQUIRE(decode_control_scanline(lines.front()).defect == ScanlineDefect::kCrc);
     });
 }
 
-TEST_CASE("dvi source: fault kind sends kind 2 under a CRC that holds") {
+TEST_CASE("dvi source: fault kind sends kind 2 under a correct CRC") {
     check_spoilt_frame(FaultKind::kKind, FrameKind::kColour, [](LinkLines& lines) {
         const DecodedScanline good = decode_control_scanline(lines.front());
         lines.front() = control_line(kWidth, static_cast<FrameKind>(2), 1, good.content.table);
@@ -344,7 +344,7 @@ TEST_CASE("dvi source: fault kind sends kind 2 under a CRC that holds") {
     });
 }
 
-TEST_CASE("dvi source: fault number sends the pair's number plus one under a CRC that holds") {
+TEST_CASE("dvi source: fault number sends the pair's number plus one under a correct CRC") {
     check_spoilt_frame(FaultKind::kNumber, FrameKind::kDepth, [](LinkLines& lines) {
         const DecodedScanline good = decode_control_scanline(lines.front());
         lines.front() = control_line(kWidth, FrameKind::kDepth, 2, good.content.table);
@@ -446,7 +446,7 @@ TEST_CASE("dvi source: fault repeated sends a frame twice without a gap and each
 }
 
 TEST_CASE(
-    "dvi source: fault repeated on a depth frame holds a requested pair up and no request starts it early") {
+    "dvi source: fault repeated on a depth frame delays a requested pair and no request starts it early") {
     ClockedTestbench bench;
     SourceBench dut(bench, "source",
                     source_scenario(2, {fault_of(FaultKind::kRepeated, 0, FrameKind::kDepth)}));
@@ -459,7 +459,8 @@ TEST_CASE(
     check_wave(dut.sent, 0, wanted);
 }
 
-TEST_CASE("dvi source: fault drift is told with the first clock of its pair and stands until the next") {
+TEST_CASE(
+    "dvi source: fault drift is reported with the first clock of its pair and stands until the next drift") {
     ClockedTestbench bench;
     Fault fast = fault_of(FaultKind::kDrift, 1, FrameKind::kColour);
     fast.ppm = 300;
@@ -538,7 +539,7 @@ TEST_CASE("dvi source: fault delay keeps the link silent for whole pair times be
     silent(second, kFirstSync + kPair + kFrame, 2 * kPair);
 }
 
-TEST_CASE("dvi source: a reset in the middle of a pair starts all over with the first sync and pair 0") {
+TEST_CASE("dvi source: a reset in the middle of a pair starts again with the first sync and pair 0") {
     ClockedTestbench bench;
     SourceBench dut(bench, "source", source_scenario(2));
     bench.core.drive(dut.request, 0, true);
@@ -551,7 +552,7 @@ TEST_CASE("dvi source: a reset in the middle of a pair starts all over with the 
     check_wave(dut.sent, reset_clock + 1, wanted);
 }
 
-TEST_CASE("dvi source: a reset is taken after any number of idle clocks") {
+TEST_CASE("dvi source: a reset is seen after any number of idle clocks") {
     ClockedTestbench bench;
     SourceBench dut(bench, "source", source_scenario(1));
     const int restart = kFirstSync + 500;

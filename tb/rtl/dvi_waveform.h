@@ -8,8 +8,8 @@
 #include "formats/image.h"
 #include "rtl/signals.h"
 
-/// DVI waveforms made in the plainest way, to drive a link and to judge one. The blanking is written out here
-/// and not taken from the model.
+/// DVI waveforms made in the simplest way, to drive a link and to check one. The blanking is written out here and not
+/// copied from the model.
 namespace metabuffer::test {
 
 constexpr int kFrontPixels = 8;

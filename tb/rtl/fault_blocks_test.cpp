@@ -46,7 +46,7 @@ Scenario fault_scenario(FaultKind kind, int from_clock, std::optional<int> clock
     return scenario;
 }
 
-/// A register: what it holds behind edge n is what edge n has read.
+/// A register: what it holds after edge n is what edge n has read.
 class Register final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};
@@ -110,7 +110,7 @@ TEST_CASE(
     CHECK(dut.tally.count(0) == 1);
 }
 
-TEST_CASE("handshake fault: PIPEREADY that stands is not taken back, its next rise waits") {
+TEST_CASE("handshake fault: a PIPEREADY that is high is not lowered, its next rise waits") {
     ClockedTestbench bench;
     WireBench dut(bench, "dut", Handshake::kPipeready, fault_scenario(FaultKind::kPipereadyLow, 20, 30));
     bench.core.drive(dut.raised, 10, true);
@@ -121,7 +121,7 @@ TEST_CASE("handshake fault: PIPEREADY that stands is not taken back, its next ri
     CHECK(dut.tally.count(0) == 1);
 }
 
-TEST_CASE("handshake fault: FRAMEDONE that stands is not taken back, its next rise waits") {
+TEST_CASE("handshake fault: a FRAMEDONE that is high is not lowered, its next rise waits") {
     ClockedTestbench bench;
     WireBench dut(bench, "dut", Handshake::kFramedone, fault_scenario(FaultKind::kPipereadyLow, 20, 30));
     bench.core.drive(dut.raised, 10, true);
@@ -150,7 +150,7 @@ TEST_CASE(
     CHECK(dut.tally.count(0) == 1);
 }
 
-TEST_CASE("handshake fault: a STALL that stands anyway is not the fault's work") {
+TEST_CASE("handshake fault: a STALL that is high anyway is not counted as an effect of the fault") {
     ClockedTestbench bench;
     WireBench dut(bench, "dut", Handshake::kStall, fault_scenario(FaultKind::kBusreadyLow, 20, 5));
     bench.core.drive(dut.raised, 18, true);
@@ -162,7 +162,8 @@ TEST_CASE("handshake fault: a STALL that stands anyway is not the fault's work")
     CHECK(dut.tally.count(0) == 0);
 }
 
-TEST_CASE("handshake fault: a fault that finds its wire low, or standing, has not taken effect") {
+TEST_CASE(
+    "handshake fault: a fault that finds its wire low, or PIPEREADY already high, has not taken effect") {
     ClockedTestbench bench;
     WireBench low(bench, "low", Handshake::kTableready, fault_scenario(FaultKind::kBusreadyLow, 20, 5));
     WireBench standing(bench, "standing", Handshake::kPipeready,
@@ -175,7 +176,7 @@ TEST_CASE("handshake fault: a fault that finds its wire low, or standing, has no
 }
 
 TEST_CASE(
-    "handshake fault: BUSREADY that is taken away stays low until its composer knows that its burst is "
+    "handshake fault: a BUSREADY that the fault lowers stays low until its composer knows that its burst is "
     "over") {
     ClockedTestbench bench;
     const Scenario one_clock = fault_scenario(FaultKind::kBusreadyLow, 20, 1);
@@ -187,7 +188,7 @@ TEST_CASE(
     slow_beats.bus.width_bits = 16;
     WireBench narrow(bench, "narrow", Handshake::kBusready, slow_beats);
     for (WireBench* dut : {&kept, &lowered, &long_fault, &narrow}) bench.core.drive(dut->raised, 10, true);
-    // Low itself, as edge 22 reads it.
+    // The wire itself is low, as edge 22 reads it.
     bench.core.drive(lowered.raised, 22, false);
     bench.core.drive(lowered.raised, 23, true);
     bench.run_through(60);
@@ -200,7 +201,7 @@ TEST_CASE(
     CHECK(read_high(long_fault) == both(clock_range(10, 20), clock_range(40, 61)));
 }
 
-TEST_CASE("handshake fault: held for ever it says so") {
+TEST_CASE("handshake fault: a wire that is held for ever is reported") {
     ClockedTestbench bench;
     WireBench dut(bench, "dut", Handshake::kBusready,
                   fault_scenario(FaultKind::kBusreadyLow, -kResetClocks, std::nullopt));
@@ -210,7 +211,7 @@ TEST_CASE("handshake fault: held for ever it says so") {
     CHECK(dut.fault.waiting_for() == "holds WIRE low");
 }
 
-TEST_CASE("handshake fault: a STALL that is held for ever says so") {
+TEST_CASE("handshake fault: a STALL that is held for ever is reported") {
     ClockedTestbench bench;
     WireBench dut(bench, "dut", Handshake::kStall,
                   fault_scenario(FaultKind::kBusreadyLow, -kResetClocks, std::nullopt));
@@ -219,7 +220,7 @@ TEST_CASE("handshake fault: a STALL that is held for ever says so") {
     CHECK(dut.fault.waiting_for() == "holds WIRE high");
 }
 
-TEST_CASE("handshake fault: random stalls hold in their share of the clocks, and as seed and wire say") {
+TEST_CASE("handshake fault: random stalls hold in their share of the clocks, as seed and wire determine") {
     constexpr int kClocks = 100'000;
     ClockedTestbench bench;
     const auto scenario = [](int percent, std::uint64_t seed) {
@@ -239,7 +240,7 @@ TEST_CASE("handshake fault: random stalls hold in their share of the clocks, and
         bench.core.drive(dut->raised, 0, true);
     }
     bench.run_through(kClocks - 1);
-    // Half a hundredth is four times what chance does.
+    // Half a percent is four times the deviation that chance gives.
     CHECK(std::abs(static_cast<int>(few.wires.high().size()) - kClocks * 95 / 100) < kClocks / 200);
     CHECK(std::abs(static_cast<int>(many.wires.high().size()) - kClocks * 20 / 100) < kClocks / 200);
     CHECK(many.wires.high() == same.wires.high());
@@ -249,7 +250,7 @@ TEST_CASE("handshake fault: random stalls hold in their share of the clocks, and
     CHECK(std::abs(static_cast<int>(stall.wires.high().size()) - kClocks * 80 / 100) < kClocks / 50);
 }
 
-TEST_CASE("handshake fault: random stalls hold each wire at clocks of its own, under each seed") {
+TEST_CASE("handshake fault: random stalls hold each wire at different clocks, under each seed") {
     constexpr int kEdges = 64;
     constexpr std::size_t kPlaces = 8;
     std::set<std::vector<bool>> sequences;
@@ -343,10 +344,10 @@ struct SwapBench {
 
 }  // namespace
 
-TEST_CASE("swap lock fault: SWAPLOCK rises later, SWAPSKIP with it, and neither is taken back") {
+TEST_CASE("swap lock fault: SWAPLOCK rises later, SWAPSKIP with it, and neither is lowered") {
     ClockedTestbench bench;
     SwapBench dut(bench, "dut", fault_scenario(FaultKind::kPipereadyLow, 20, 30));
-    // A swap that is over before the fault ends, one that falls to it, and one behind it.
+    // One swap is over before the fault ends, one is delayed by the fault, and one comes after it.
     bench.core.drive(dut.swaplock, 10, true);
     bench.core.drive(dut.swapskip, 5, true);
     bench.core.drive(dut.swaplock, 25, false);
@@ -365,7 +366,7 @@ TEST_CASE("swap lock fault: SWAPLOCK rises later, SWAPSKIP with it, and neither 
     CHECK(dut.fault.waiting_for().empty());
 }
 
-TEST_CASE("swap lock fault: SWAPSKIP that stands when the fault begins stays, SWAPLOCK waits") {
+TEST_CASE("swap lock fault: a SWAPSKIP that is high when the fault begins stays high, SWAPLOCK waits") {
     ClockedTestbench bench;
     SwapBench dut(bench, "dut", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
     bench.core.drive(dut.swapskip, 15, true);
@@ -387,7 +388,7 @@ TEST_CASE("swap lock fault: a fault that delays SWAPSKIP alone has taken effect"
     CHECK(dut.tally.count(0) == 1);
 }
 
-TEST_CASE("swap lock fault: a fault that finds both wires low, or standing, has not taken effect") {
+TEST_CASE("swap lock fault: a fault that finds both wires low, or both high, has not taken effect") {
     ClockedTestbench bench;
     SwapBench low(bench, "low", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
     SwapBench standing(bench, "standing", fault_scenario(FaultKind::kPipereadyLow, 20, 10));
@@ -401,7 +402,9 @@ TEST_CASE("swap lock fault: a fault that finds both wires low, or standing, has 
     CHECK(standing.tally.count(0) == 0);
 }
 
-TEST_CASE("swap lock fault: held at random SWAPSKIP stands while SWAPLOCK does, and the seed says how long") {
+TEST_CASE(
+    "swap lock fault: under random stalls SWAPSKIP is high while SWAPLOCK is, and the seed determines the "
+    "delays") {
     constexpr int kPeriod = 24;
     constexpr int kSwaps = 160;
     constexpr int kClocks = kSwaps * kPeriod;
@@ -453,7 +456,7 @@ TEST_CASE("swap lock fault: held at random SWAPSKIP stands while SWAPLOCK does, 
     CHECK(dut.locks.rises().size() == std::size_t{kSwaps});
 }
 
-/// The clocks whose beats a fault of these beats, from cycle 20 on, lets vanish. All else must be seen in the same clock.
+/// The clocks whose beats a fault of this kind loses, from cycle 20 on. All else must be seen in the same clock.
 std::vector<int> lost_clocks(LostBeats of, int beats, std::int64_t pixels_lost) {
     ClockedTestbench bench;
     Scenario scenario = fault_scenario(FaultKind::kLostBeat, 20, std::nullopt);
@@ -518,7 +521,7 @@ TEST_CASE("bus fault: a clock without a beat loses none") {
     CHECK(lost_clocks(LostBeats::kAny, 8, 9) == std::vector<int>{20, 21, 22, 23, 24, 25, 26, 28});
 }
 
-TEST_CASE("link clock: nominal until it is told, then off by the millionths it is told, exact on average") {
+TEST_CASE("link clock: nominal until a drift is set, then off by that many millionths, exact on average") {
     constexpr std::int64_t kPeriod = 9'999;
     struct Count final : sc_core::sc_module {
         sc_core::sc_in<bool> clk_i{"clk_i"};
@@ -551,7 +554,8 @@ TEST_CASE("link clock: nominal until it is told, then off by the millionths it i
     CHECK(count.edges == 1'000);  // the first at time 0
     CHECK(count.last == sc_core::sc_time(999.0 * kPeriod, sc_core::SC_PS));
     told.write(kPpm);
-    // The edge at 1000 periods reads it. A million and ppm periods from there take a million nominal ones.
+    // The edge at 1000 periods reads the drift. From there a million and ppm periods take as long as a million nominal
+    // ones.
     run_to(1'000 * kPeriod + 1'000'000 * kPeriod + 1);
     CHECK(count.edges == 1'000 + 1 + 1'000'000 + kPpm);
     CHECK(count.last == sc_core::sc_time(1'001'000.0 * kPeriod, sc_core::SC_PS));

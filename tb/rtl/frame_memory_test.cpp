@@ -78,7 +78,7 @@ struct MemoryBench {
         }
         send(clock, what);
     }
-    /// Words of the link for one page, behind each other, of which the mask's bytes are stored.
+    /// Consecutive words of the link for one page; of each the mask's bytes are stored.
     void write_words(int clock, int address, const std::vector<std::uint64_t>& words,
                      std::uint8_t byte_mask = 0xFF) {
         MemoryCommand what = make(Kind::kWrite, address / config.page_words);
@@ -231,7 +231,7 @@ MemoryConfig banks_of(int banks, int precharge_cycles, int activate_cycles) {
     return config;
 }
 
-TEST_CASE("frame memory: each bank has a page open of its own until it is precharged") {
+TEST_CASE("frame memory: each bank has its own open page until it is precharged") {
     ExpectedReport report("/metabuffer/frame_memory/page");
     ClockedTestbench bench;
     MemoryBench dut(bench, banks_of(2, 2, 3));
@@ -256,7 +256,7 @@ TEST_CASE("frame memory: each bank has a page open of its own until it is precha
     CHECK(report.count() == 1);
 }
 
-TEST_CASE("frame memory: a bank that must be precharged takes no activate before") {
+TEST_CASE("frame memory: a bank that must be precharged accepts no activate before") {
     ExpectedReport report("/metabuffer/frame_memory/page");
     ClockedTestbench bench;
     MemoryBench dut(bench, banks_of(1, 2, 3));
@@ -312,7 +312,7 @@ TEST_CASE("frame memory: a refresh that is overdue is reported at each clock unt
     CHECK(report.count() == 4);
 }
 
-TEST_CASE("frame memory: reset counts the clocks to the first refresh anew") {
+TEST_CASE("frame memory: reset starts the count of clocks to the first refresh again") {
     ExpectedReport report("/metabuffer/frame_memory/refresh");
     ClockedTestbench bench;
     MemoryBench dut(bench, refreshed());
@@ -326,7 +326,7 @@ TEST_CASE("frame memory: reset counts the clocks to the first refresh anew") {
     CHECK(report.count() == 1);
 }
 
-TEST_CASE("frame memory: one that needs no refresh takes none") {
+TEST_CASE("frame memory: a memory that needs no refresh accepts none") {
     ExpectedReport report("/metabuffer/frame_memory/refresh");
     ClockedTestbench bench;
     MemoryBench dut(bench, banks_of(2, 2, 3));
@@ -361,7 +361,7 @@ TEST_CASE(
     CHECK(report.count() == 1);
 }
 
-TEST_CASE("frame memory: without a page miss to wait for a read opens its page itself") {
+TEST_CASE("frame memory: if a page miss takes no clocks, a read opens its page itself") {
     ExpectedReport report("/metabuffer/frame_memory/page");
     ClockedTestbench bench;
     MemoryBench dut(bench, pages_of(16, 0));
@@ -371,7 +371,7 @@ TEST_CASE("frame memory: without a page miss to wait for a read opens its page i
 }
 
 TEST_CASE(
-    "frame memory: a word that it does not have, and more words than it gives in a clock, are reported") {
+    "frame memory: a word outside of the memory, and more words than it gives in a clock, are reported") {
     ExpectedReport address("/metabuffer/frame_memory/address");
     ExpectedReport width("/metabuffer/frame_memory/width");
     ClockedTestbench bench;
@@ -406,7 +406,7 @@ TEST_CASE("frame memory: a wrong command is reported at each clock that it stand
     CHECK(report.count() == 12);
 }
 
-TEST_CASE("frame memory: the report says which memory was sent what, and why it cannot take it") {
+TEST_CASE("frame memory: the report names the memory, the command, and why the memory cannot accept it") {
     ClockedTestbench bench;
     MemoryBench dut(bench, pages_of(16));
     dut.activate(2, 1);
@@ -446,7 +446,7 @@ TEST_CASE("frame memory: random reads give what was written last") {
     for (int clock = 1; clock < 3000; ++clock) {
         if (random.one_in(100)) pause = random.between(0, 20);  // long enough for the clock gates to close
         if (pause-- > 0) continue;
-        // The link writes device 1 and the bus reads device 0, so what is read is settled.
+        // The link writes device 1 and the bus reads device 0, so the words read are known.
         const int address = random.between(0, kWords - 1);
         const std::uint64_t word = random.bits();
         if (clock < 1000) {
@@ -493,7 +493,7 @@ void check_latency(int latency) {
     dut.read(36, {4});
     dut.read(37, {5, 9});
     dut.read(39, {6});
-    dut.precharge(40);  // closes the page behind the last read, whose words are on their way
+    dut.precharge(40);  // closes the page after the last read, whose words are on their way
     bench.run_through(60);
     const auto stand = dut.sampled.clocks_where([](const MemoryData& put_out) { return put_out.count > 0; });
     CHECK(stand == std::vector<int>{36 + latency, 37 + latency, 39 + latency});
@@ -526,7 +526,7 @@ TEST_CASE("frame memory: words on their way out are those of the device that was
     CHECK(dut.words_at(21) == Words{2});
 }
 
-TEST_CASE("frame memory: reset takes words on their way out away") {
+TEST_CASE("frame memory: reset drops words on their way out") {
     ClockedTestbench bench;
     MemoryConfig config = pages_of(16);
     config.read_latency_cycles = 4;
@@ -564,7 +564,8 @@ TEST_CASE("frame memory: with shared ports a write stores words of the link, hal
 }
 
 TEST_CASE(
-    "frame memory: with shared ports it has room for two images, and front and link's wires say nothing") {
+    "frame memory: with shared ports it has room for two images, and the wires of front and link are "
+    "ignored") {
     ClockedTestbench bench;
     MemoryBench dut(bench, shared_pages_of(16));
     dut.store(1, 0, 3, 77);
@@ -582,14 +583,14 @@ TEST_CASE(
     CHECK(dut.words_at(20) == Words{0});
 }
 
-TEST_CASE("frame memory: a write needs its page open, fits the pins, and stays within the memory") {
+TEST_CASE("frame memory: a write needs its page open, must fit the pins, and must stay within the memory") {
     ExpectedReport page("/metabuffer/frame_memory/page");
     ExpectedReport width("/metabuffer/frame_memory/width");
     ExpectedReport address("/metabuffer/frame_memory/address");
     ClockedTestbench bench;
     MemoryBench dut(bench, shared_pages_of(16));
     dut.write_words(2, 0, {1});
-    dut.write_words(4, 1, {1, 2});  // which that one has opened, for the model goes on
+    dut.write_words(4, 1, {1, 2});  // the write before has opened the page: the model goes on
     bench.run_through(5);
     CHECK(page.count() == 1);
     dut.write_words(8, 2, {1, 2, 3});
@@ -599,7 +600,7 @@ TEST_CASE("frame memory: a write needs its page open, fits the pins, and stays w
     CHECK(address.count() == 0);
 }
 
-TEST_CASE("frame memory: without shared ports no write comes from the bus's side") {
+TEST_CASE("frame memory: without shared ports a write from the bus's side is reported") {
     ExpectedReport report("/metabuffer/frame_memory/ports");
     ClockedTestbench bench;
     MemoryConfig config = pages_of(16, 0);

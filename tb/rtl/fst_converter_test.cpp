@@ -13,7 +13,7 @@
 #include "host/output_file.h"
 #include "support/scratch_directory.h"
 
-// GTKWave's vcd2fst does not notice a full disk, so what it leaves is looked at. Here another program has its name.
+// GTKWave's vcd2fst does not notice a full disk, so its output is checked. Here another program has its name.
 namespace metabuffer::test {
 namespace {
 
@@ -24,7 +24,7 @@ std::string text_of(const std::filesystem::path& file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// The PATH leads to a vcd2fst that reads all, leaves what it is told to, and notes where.
+/// PATH leads to a vcd2fst that reads all its input, writes the file that the test wants, and notes the file's path.
 class Bench {
   public:
     Bench() {
@@ -36,10 +36,10 @@ class Bench {
     std::filesystem::path temporary() const { return scratch_ / "temporary"; }
     std::filesystem::path target() const { return scratch_ / "target.fst"; }
     std::filesystem::path given() const { return scratch_ / "given"; }
-    /// The file that vcd2fst was told to write.
+    /// The path that vcd2fst was asked to write to.
     std::filesystem::path told() const { return text_of(scratch_ / "told"); }
 
-    /// The error of a waveform of which the program makes this; empty if there is none.
+    /// The error if the program writes these bytes; empty if there is none.
     std::string error_of(const std::string& made) {
         return error_with("cp " + scratch_.write("made", made).string() + " \"$2\"");
     }
@@ -65,7 +65,7 @@ class Bench {
     ScratchDirectory scratch_;
 };
 
-/// A section of an FST file: its kind, and how long the rest is, these eight bytes among it.
+/// A section of an FST file: its kind, the length of the rest with these eight bytes, and its content.
 std::string section(char kind, const std::string& content) {
     constexpr std::size_t kLengthBytes = 8;
     std::string bytes(1, kind);
@@ -74,9 +74,9 @@ std::string section(char kind, const std::string& content) {
     return bytes + content;
 }
 
-TEST_CASE("FST converter: the dump goes in, what comes out is the file, and nothing else is left") {
+TEST_CASE("FST converter: the dump is its input, the file is its output, and nothing else is left") {
     Bench bench;
-    // A section longer than one byte tells, one without content, and a last one.
+    // A section whose length needs more than one byte, one without content, and a last one.
     const std::string made = section(0, std::string(300, 'h')) + section(1, "") + section(4, "hierarchy");
     CHECK(bench.error_of(made).empty());
     CHECK(text_of(bench.given()) == "a dump in two parts");

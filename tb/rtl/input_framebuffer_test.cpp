@@ -83,7 +83,7 @@ struct InputBench {
         });
     }
 
-    // ---- what the decoder tells, by link clock ----
+    // ---- what the decoder reports, by link clock ----
 
     DecoderEvent& event_at(int clock) { return events_[clock]; }
     void colour_start(int clock, std::uint32_t number) {
@@ -98,7 +98,7 @@ struct InputBench {
         event_at(clock).pair_lost = true;
         event_at(clock).lost_number = number;
     }
-    /// One frame's pixels, one a clock. The clock behind the last.
+    /// One frame's pixels, one a clock. Returns the clock after the last.
     int put_pixels(int clock, const PixelImage& image, FrameKind kind) {
         std::uint32_t address = 0;
         for (const auto& line : image_lines(image, kind)) {
@@ -107,7 +107,7 @@ struct InputBench {
         }
         return clock;
     }
-    /// A colour frame's verdict, rows and pixels. The clock behind the last pixel.
+    /// A colour frame's verdict, rows and pixels. Returns the clock after the last pixel.
     int put_colour(int clock, std::uint32_t number, const ViewportTable& table, const PixelImage& image) {
         colour_start(clock, number);
         int row_clock = clock;
@@ -128,7 +128,7 @@ struct InputBench {
             event.payload[event.payload_bytes++] = payload[byte];
         }
     }
-    /// A whole pair from `clock` on. The clock of its verdict: good.
+    /// A whole pair from `clock` on. Returns the clock of its verdict: good.
     int put_pair(int clock, std::uint32_t number, const ViewportTable& table, const PixelImage& image) {
         const int depth = put_colour(clock, number, table, image);
         put_slots(depth, table);
@@ -167,8 +167,8 @@ struct InputBench {
     std::map<int, DecodedPixel> pixels_;
 };
 
-/// With link and core on one clock: the pair's verdict is answered in its clock, crosses through two
-/// registers, and the broadcast begins in the clock behind.
+/// With link and core on one clock, the pair's verdict is answered in its clock and crosses two registers. The
+/// broadcast begins in the clock after that.
 constexpr int kVerdictToFrameStart = 3;
 /// From a frame's last beat: one clock to ask, two registers to the link, two back, and the broadcast.
 constexpr int kLastBeatToFrameStart = 6;
@@ -232,7 +232,7 @@ std::vector<Pixel> sent_to(const InputBench& dut, int destination, int from, int
     return pixels;
 }
 
-/// Every beat at its clock, and nothing at all the others.
+/// Checks that each of these beats is on the bus at its clock, and none at any other.
 void check_bus(const InputBench& dut, const std::map<int, BusBeat>& wanted) {
     for (int clock = 0; clock < dut.beats.end_clock(); ++clock) {
         const auto entry = wanted.find(clock);
@@ -268,17 +268,17 @@ TEST_CASE(
     CHECK(dut.clocks_of(BeatKind::kNone) == clock_range(0, 51));
 }
 
-TEST_CASE("input framebuffer: a good pair that is waited for is broadcast three clocks behind its verdict") {
+TEST_CASE("input framebuffer: a good pair that is waited for is broadcast three clocks after its verdict") {
     ClockedTestbench bench;
     InputBench dut(bench, "dut", input_scenario({}));
     dut.put_pair_until(kVerdict, 0, one_line_each(1), image_of(81));
     bench.run_through(kFrameStart + 60);
     CHECK(dut.clocks_of(BeatKind::kFrameStart) == std::vector<int>{kFrameStart});
-    // The pair went straight to the front: the back bank was never taken.
+    // The pair went straight to the front: the back bank was never occupied.
     CHECK(dut.requests.falls().empty());
 }
 
-TEST_CASE("input framebuffer: a pair that is good before it is asked for takes the back bank until it is") {
+TEST_CASE("input framebuffer: a pair that is good before it is asked for occupies the back bank until then") {
     ClockedTestbench bench;
     InputBench dut(bench, "dut", input_scenario({}, 1, 2));
     dut.put_pair_until(kVerdict, 0, one_line_each(1), image_of(82));
@@ -325,10 +325,10 @@ void check_crossing(std::int64_t link_period_picoseconds) {
     CHECK(sent_to(dut, 1, last_beat + 1, 9999) == segment_pixels(second, one_line_each(1)[0]));
 }
 
-TEST_CASE("input framebuffer: from a faster link every word crosses at its two registers' clock") {
+TEST_CASE("input framebuffer: from a faster link each value crosses at its two registers' clock") {
     check_crossing(6'100);
 }
-TEST_CASE("input framebuffer: from a slower link every word crosses at its two registers' clock") {
+TEST_CASE("input framebuffer: from a slower link each value crosses at its two registers' clock") {
     check_crossing(33'300);
 }
 
@@ -409,10 +409,10 @@ TEST_CASE("input framebuffer: rows that break a rule are dropped and counted, th
 
 // ---- bursts, beats and pages ----
 
-/// When and how the pixels of one segment go to a lone composer that is always ready: from the first clock
-/// behind the table, a burst's first beat in the clock of its grant, beats without a gap on an open page,
-/// page_miss clocks before a word of another page, and one clock off behind a burst of one beat, which its
-/// BUSREADY cannot count yet.
+/// When and how one segment's pixels go to a lone composer that is always ready. The first burst begins in the first
+/// clock after the table, each burst in the clock of its grant. On an open page beats follow without a gap; a word of
+/// another page comes page_miss clocks later. A burst of one beat is followed by a clock without a beat, since BUSREADY
+/// cannot count it yet.
 std::map<int, BusBeat> lone_schedule(const BusSpeed& speed, const PixelImage& image, const ViewportRow& row,
                                      int first_clock) {
     const int bus_pixels = std::max(1, speed.width_bits / 64);
@@ -491,8 +491,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "input framebuffer: two composers in turn, each burst's first beat behind the last beat of the one "
-    "before") {
+    "input framebuffer: two composers in turn, each burst's first beat right after the last beat of the "
+    "burst before") {
     ClockedTestbench bench;
     InputBench eights(bench, "eights", input_scenario({}, 2));
     BusSpeed one_beat;
@@ -583,7 +583,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("input framebuffer: a stop while a page is being opened ends the burst there and then") {
+TEST_CASE("input framebuffer: a stop while a page is being opened ends the burst at once") {
     ClockedTestbench bench;
     BusSpeed speed;
     speed.page_words = 4;
@@ -628,11 +628,11 @@ TEST_CASE(
     const int from = granted_at(2);
     CHECK(two.beats.at(from + 3).remaining == 7);
     CHECK(two.beats.at(from + 7).destination == 1);
-    CHECK(two.beats.at(from + 7).remaining == 0);  // what is not to come is not announced
+    CHECK(two.beats.at(from + 7).remaining == 0);  // pixels that will not come are not announced
     CHECK(two.beats.at(from + 11).destination == 2);
     CHECK(two.pixel_clocks_of(1)[1] == from + 7);
 
-    // BUSREADY does not count the second beat yet in the clock behind it: the composer is passed over once.
+    // In the clock after the second beat BUSREADY does not count it yet: the composer is passed over once.
     const int alone = granted_at(1);
     const std::vector<int> clocks = lone.pixel_clocks_of(1);
     CHECK(clocks[0] == alone + 3);
@@ -659,7 +659,9 @@ TEST_CASE(
 
 // ---- arbitration on the bus ----
 
-TEST_CASE("input framebuffer: slots that their composer cannot use are recovered in no time and counted") {
+TEST_CASE(
+    "input framebuffer: slots that their composer cannot use are recovered without a lost clock and "
+    "counted") {
     ClockedTestbench bench;
     InputBench dut(bench, "dut", input_scenario({}, 3));
     const PixelImage image = image_of(97);
@@ -727,7 +729,7 @@ constexpr int kTimeout =
 constexpr int kSendClocks = 2 + kImageWidth;  ///< from frame start to last beat with one_line_each(1)
 
 TEST_CASE(
-    "input framebuffer: lockstep repeats the last pair in the clock that hears the wanted one is lost") {
+    "input framebuffer: lockstep repeats the last pair in the clock that reports the wanted one as lost") {
     ClockedTestbench bench;
     InputBench while_asking(bench, "while_asking", input_scenario({}, 1, 2));
     InputBench before(bench, "before", input_scenario({}, 1, 2));
@@ -824,7 +826,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "input framebuffer: a pair that was too late starts the timeout anew, for the next comes only then") {
+    "input framebuffer: a pair that was too late starts the timeout again, since the next one comes only "
+    "then") {
     ClockedTestbench bench;
     InputBench dut(bench, "dut", input_scenario({}, 1, 3));
     dut.put_pair_until(kVerdict, 0, one_line_each(1), image_of(103));
@@ -839,7 +842,7 @@ TEST_CASE(
     CHECK(dut.counters().repeated_frames == 2);
 }
 
-TEST_CASE("input framebuffer: no pair is given up while it comes in, but for a pair time at most") {
+TEST_CASE("input framebuffer: a pair that is coming in is not given up, for one pair time at most") {
     ClockedTestbench bench;
     InputBench coming(bench, "coming", input_scenario({}, 1, 2));
     InputBench stuck(bench, "stuck", input_scenario({}, 1, 2));
@@ -885,8 +888,8 @@ TEST_CASE("input framebuffer: a torn pair never shows, neither its pixels nor it
     CHECK(dut.requests.falls().empty());
 }
 
-/// The same pair and the same BUSREADY round after round, with a reset at a later moment of each. Behind it everything
-/// must happen as in the round before.
+/// Plays the same pair and the same BUSREADY in each round, with a reset at a later moment each time. After the reset
+/// everything must happen as in the round before.
 void check_resets(const BusSpeed& speed) {
     constexpr int kRound = 700;
     constexpr int kRoundVerdict = 150;
@@ -912,7 +915,7 @@ void check_resets(const BusSpeed& speed) {
         for (int clock = 0; clock < reset_at(round - 1); ++clock) {
             INFO("round " << round << ", clock " << clock);
             const int now = round * kRound + clock;
-            if (clock < 2) continue;  // the round before may have been asking still
+            if (clock < 2) continue;  // the bus may still have been asking in the round before
             REQUIRE(dut.beats.at(now) == dut.beats.at(now - kRound));
             REQUIRE(dut.requests.at(now) == dut.requests.at(now - kRound));
         }
@@ -947,7 +950,7 @@ TEST_CASE("input framebuffer: after the scenario's last frame the bus stays idle
     bench.run_through(verdict + 300);
     CHECK(dut.clocks_of(BeatKind::kFrameStart) == std::vector<int>{kFrameStart});
     CHECK(dut.clocks_of(BeatKind::kPixels).back() == kFrameStart + kSendClocks);
-    CHECK(dut.requests.falls() == std::vector<int>{verdict});  // nobody wants it: the bank stays taken
+    CHECK(dut.requests.falls() == std::vector<int>{verdict});  // nobody asks for it: the bank stays occupied
     CHECK(dut.requests.rises() == std::vector<int>{0});
 }
 
@@ -967,8 +970,7 @@ TEST_CASE(
     for (std::uint32_t pair = 1; pair <= 3; ++pair) {
         verdict = dut.put_pair(verdict + 1, pair, one_line_each(1), image_of(111 + pair));
     }
-    // A fourth is under way when frame 1 is asked for, and for the rest of the run: the whole one in the back
-    // bank is gone with its first pixel. So frame 0 is held until just before.
+    // Frame 0 is held until pair 3 is whole. So pairs 1 and 2 are overwritten before frame 1 is asked for.
     const int hold = verdict + 5;
     dut.drop_busready(1, 0, hold);
     bench.run_through(hold + 200);
@@ -1004,7 +1006,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "input framebuffer: free-running takes a new pair whatever its number, after any number of repeats") {
+    "input framebuffer: free-running accepts a new pair whatever its number, after any number of repeats") {
     ClockedTestbench bench;
     Scenario scenario = input_scenario({}, 1, 8);
     scenario.pacing = Pacing::kFreeRunning;
@@ -1034,8 +1036,7 @@ TEST_CASE(
     InputBench rejected(bench, "rejected", scenario);
     const PixelImage first = image_of(117);
     const PixelImage third = image_of(119);
-    // Pair 1 comes whole while frame 0 is held, pair 2's colour frame overwrites it before frame 1 is asked
-    // for.
+    // Pair 1 is whole while frame 0 is held. Pair 2's colour frame overwrites it before frame 1 is asked for.
     int overwritten = 0;
     for (InputBench* dut : {&whole, &rejected}) {
         dut->put_pair_until(kVerdict, 0, one_line_each(1), first);
@@ -1062,8 +1063,8 @@ TEST_CASE(
 
 // ---- random ----
 
-/// Follows the bus clock by clock and holds each against the rules, from the pins alone. On a bus without
-/// page misses and of whole pixels a clock, each clock of the sending is a beat or a poll.
+/// Follows the bus clock by clock and checks each clock against the rules, from the pins alone. On a bus without page
+/// misses that moves whole pixels in a clock, each clock of the sending is a beat or a poll.
 class BusMonitor {
   public:
     BusMonitor(const InputBench& dut, const PixelImage& image, ViewportTable rows, int most)
@@ -1100,7 +1101,7 @@ class BusMonitor {
     void check_clock(int clock) {
         const BusBeat& beat = dut_.beats.at(clock);
         const int passed_over = std::exchange(one_beat_row_, -1);
-        // What the composer had been told when it wrote the BUSREADY that is read now.
+        // What had been announced to the composer when it wrote the BUSREADY that is read now.
         const int seen = announced_.size() >= 2 ? announced_[announced_.size() - 2] : 0;
         if (row_ >= 0 && seen > most_ && !busready(row_, clock)) {
             row_ = -1;
@@ -1214,7 +1215,7 @@ TEST_CASE(
         for (const ViewportRow& row : run.table) pixels += std::int64_t{row.sdx} * row.sdy;
         CHECK(bus.pixels_sent == pixels);
         CHECK(bus.busy_cycles == static_cast<std::int64_t>(run.dut->clocks_of(BeatKind::kPixels).size()));
-        // Every clock of the run, reset and all, is one of these and no more than one.
+        // Every clock of the run, reset included, is exactly one of these.
         CHECK(bus.busy_cycles + bus.table_cycles + bus.page_miss_cycles + bus.poll_cycles + bus.lost_cycles +
                   bus.idle_cycles ==
               kLastClock + 1 + run.dut->core.reset_clocks());
@@ -1226,7 +1227,7 @@ TEST_CASE(
         CHECK(bus.bursts >= whole_bursts);
         stops += bus.bursts - whole_bursts;
     }
-    CHECK(stops > 30);  // the sample is worth something
+    CHECK(stops > 30);  // the sample has enough stops
 }
 
 TEST_CASE(

@@ -13,7 +13,7 @@ constexpr std::int64_t kMillion = 1'000'000;
 
 std::int64_t now_picoseconds() { return static_cast<std::int64_t>(sc_core::sc_time_stamp().value()); }
 
-/// A link's clock at a deviation that stands from the start, and when it has risen.
+/// A link's clock with a deviation from the start on. It records when the clock rises and falls.
 class ClockBench : public sc_core::sc_module {
   public:
     ClockBench(const sc_core::sc_module_name& name, std::int64_t period_picoseconds, int ppm)
@@ -66,7 +66,7 @@ void check_edges(const ClockBench& bench, std::int64_t period_picoseconds, int p
 }
 
 TEST_CASE("link clock: edge n is at n periods divided by 1 + ppm / 10^6 and nothing is lost by rounding") {
-    // 2 periods of 4951 ps at 101 ppm are 9901 ps less one millionth part: any part too much would round them up.
+    // Two periods of 4951 ps at 101 ppm are 9901 ps less a millionth of one: any error upwards would give 9901.
     ClockBench just_below("just_below", 4951, 101);
     ClockBench nominal("nominal", 10'000, 0);
     ClockBench fast("fast", 10'000, 100'000);

@@ -8,8 +8,8 @@
 #include "support/images.h"
 #include "support/scenarios.h"
 
-// Which pair is answered when is BankKeeper's, tested in its unit tests, and what the core sees of it is tested at the
-// input framebuffer's pins. Here: the port's own pins, at the link's clock.
+// BankKeeper's unit tests check which pair is answered when. The input framebuffer's tests check what the core sees of
+// it at its pins. These tests check the port's own pins, at the link's clock.
 namespace metabuffer::test {
 namespace {
 
@@ -111,7 +111,7 @@ TEST_CASE("link port: z24 has 24 bits of Z in the depth half, and alpha 255") {
     CHECK(dut.writes.at(3).data == 0x00AB'CDEF'FF00'0000U);
 }
 
-TEST_CASE("link port: a question is answered three edges behind it, fresh, and the devices change places") {
+TEST_CASE("link port: a question is answered three edges later with a new pair, and the devices swap") {
     ClockedTestbench bench;
     LinkBench dut(bench);
     dut.colour_start(2, 0);
@@ -130,7 +130,9 @@ TEST_CASE("link port: a question is answered three edges behind it, fresh, and t
     CHECK(dut.dut.front_source().pair == 0);
 }
 
-TEST_CASE("link port: what goes with an answer stands still until the next one, which is another change") {
+TEST_CASE(
+    "link port: the wires beside an answer stand still until the next answer, which toggles the answer wire "
+    "again") {
     ClockedTestbench bench;
     LinkBench dut(bench);
     dut.colour_start(2, 0);
@@ -149,7 +151,7 @@ TEST_CASE("link port: what goes with an answer stands still until the next one, 
 }
 
 TEST_CASE("link port: a reset leaves what power-up leaves, whatever was under way") {
-    // The same pair and question, behind power-up in the first round and behind a reset in each other.
+    // The same pair and question, after power-up in the first round and after a reset in each other.
     ClockedTestbench bench;
     LinkBench dut(bench);
     constexpr int kPeriod = 60;
@@ -181,7 +183,7 @@ TEST_CASE("link port: a reset leaves what power-up leaves, whatever was under wa
     }
 }
 
-TEST_CASE("link port: behind a reset the front device holds no pair") {
+TEST_CASE("link port: after a reset the front device holds no pair") {
     ClockedTestbench bench;
     LinkBench dut(bench);
     dut.colour_start(2, 0);

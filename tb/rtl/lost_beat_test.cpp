@@ -57,7 +57,7 @@ TEST_CASE("composer: a gap found while it prefetches marks the whole frame and t
     dut.start_frame(second);
     bench.run_through(second + kPixels + 5);
 
-    // Nothing is waited for any more: PIPEREADY at the edge that finds the gap.
+    // Nothing is waited for any more: PIPEREADY rises at the edge that finds the gap.
     CHECK(dut.pipereadies.rises() == std::vector<int>{16});
     CHECK(lost_clocks(dut) == clock_range(start + 1, start + 1 + kPixels));
     CHECK(dut.picture_behind(start) == from_above());
@@ -70,7 +70,7 @@ TEST_CASE("composer: a gap found while it prefetches marks the whole frame and t
 TEST_CASE("composer: a gap found while it composites marks every pixel from the next clock on") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", lossy_scenario());
-    // Covers half the raster: what is not covered is marked as well.
+    // The row covers half the raster: what is not covered is marked as well.
     const ViewportRow row = table_row(1, {0, 0}, {kWidth, 2}, {0, 0});
     dut.put_table(5, {row});
     dut.put_single_pixels(10, 0, 6);
@@ -87,7 +87,7 @@ TEST_CASE("composer: a gap found while it composites marks every pixel from the 
     CHECK(dut.composer.counters().lost_pixels == 1);
 }
 
-TEST_CASE("composer: the next table tells that the last pixels of a segment were lost") {
+TEST_CASE("composer: the next table shows that the last pixels of a segment were lost") {
     ClockedTestbench bench;
     const ViewportRow row = table_row(1, {0, 0}, {kWidth, 2}, {0, 0});
     ComposerBench in_time(bench, "in_time", lossy_scenario());
@@ -107,7 +107,7 @@ TEST_CASE("composer: the next table tells that the last pixels of a segment were
     }
     bench.run_through(last + 30 + kPixels + 5);
     CHECK(lost_clocks(in_time) == std::vector<int>{last});
-    // The frame has gone: its last two pixels have starved, which is known only now not to be lateness.
+    // The frame has left. Its last two pixels have starved; only now is it known that they are lost and not late.
     CHECK(lost_clocks(late).empty());
     for (const ComposerBench* dut : {&in_time, &late}) {
         CHECK(dut->composer.counters().starved_pixels == 2);
@@ -116,7 +116,7 @@ TEST_CASE("composer: the next table tells that the last pixels of a segment were
     }
 }
 
-TEST_CASE("composer: pixels of a frame that is over are counted as late or lost each for itself") {
+TEST_CASE("composer: each pixel of a frame that is over is counted as late or as lost") {
     ClockedTestbench bench;
     const ViewportRow row = table_row(1, {0, 0}, {kWidth, 2}, {0, 0});
     ComposerBench dut(bench, "dut", lossy_scenario());
@@ -148,15 +148,15 @@ TEST_CASE("composer: STALL for a lost pixel falls at the edge that finds the gap
     const int told = start + 20;
     dut.put_pixels(told, 7, 1, 0);
     bench.run_through(told + kPixels + 5);
-    // Pixel 6 is missed one edge ahead of the one that would composite it.
+    // Pixel 6 has not come one edge before the edge that would composite it.
     CHECK(dut.stalls.high() == clock_range(start + 6, told));
     CHECK(dut.composer.counters().lost_pixels == 1);
     CHECK(dut.composer.counters().starved_pixels == 0);
-    // Pixel 6 leaves at the edge that reads STALL low; six have gone.
+    // Pixel 6 leaves at the edge that reads STALL low; six have left before.
     CHECK(lost_clocks(dut) == clock_range(told + 1, told + 1 + kPixels - 6));
 }
 
-TEST_CASE("composer: what comes from above marked as lost goes on so") {
+TEST_CASE("composer: a pixel that comes from above marked as lost leaves with the mark") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", lossy_scenario());
     dut.put_table(5, {});
@@ -171,11 +171,11 @@ TEST_CASE("composer: what comes from above marked as lost goes on so") {
 
 TEST_CASE("composer: a burst whose end is lost is over after a page miss and a beat") {
     ClockedTestbench bench;
-    // No room beside what a slot needs: as long as two pixels are counted on, no slot is taken.
+    // There is no space beside that of a slot: while two more pixels are announced, no slot is taken.
     ComposerBench dut(bench, "dut", lossy_scenario({8, 7, 2}));
     dut.put_table(5, {whole_raster()});
-    dut.put_pixels(10, 0, 1, 2);  // 2 of the burst behind it, which do not come
-    // It must be let go: the pixel that is held by being composited.
+    dut.put_pixels(10, 0, 1, 2);  // announces 2 more of the burst, which do not come
+    // The pixel that is held must be released by being composited.
     dut.start_frame(12);
     bench.run_through(12 + kPixels);
     // Pixel 0 is released at edge 13; the gap is longer than a page miss and a beat at edge 10 + 4.
@@ -209,7 +209,7 @@ TEST_CASE("composer: pixels of an abandoned frame take no room") {
     }
 }
 
-TEST_CASE("composer: one that does nothing else counts the clocks of a burst whose end is lost as well") {
+TEST_CASE("composer: an otherwise idle composer counts the clocks of a burst whose end is lost as well") {
     constexpr int kLongMiss = 40;  // longer than a composer without work stays awake
     ClockedTestbench bench;
     Scenario scenario = lossy_scenario({8, 7, 2});
@@ -240,19 +240,19 @@ TEST_CASE("composer: a pixel that is sent again and one without a table are repo
 
 // ---- tables ----
 
-/// A frame of which nothing shows, and from its first raster pixel on it says so.
+/// Checks that nothing of the frame shows, and that it is marked from its first raster pixel on.
 void check_abandoned(const ComposerBench& dut, int start) {
     CHECK(dut.picture_behind(start) == from_above());
     for (int i = 0; i < kPixels; ++i) REQUIRE(dut.pipes.at(start + 1 + i).lost);
 }
 
-/// A frame that is shown whole.
+/// Checks that the frame is shown whole.
 void check_whole(const ComposerBench& dut, int start, const ViewportRow& row, int frame) {
     CHECK(dut.picture_behind(start) == dut.painted(row, frame));
     for (int i = 0; i < kPixels; ++i) REQUIRE_FALSE(dut.pipes.at(start + 1 + i).lost);
 }
 
-/// The next frame comes whole behind `clock` and is composited. Its STARTFRAME.
+/// The next frame comes whole after `clock` and is composited. Returns its STARTFRAME.
 int put_next_frame(ComposerBench& dut, int clock, int frame) {
     const int last = dut.put_table(clock, {whole_raster()});
     dut.put_single_pixels(last + 1, 0, kPixels, frame);
@@ -261,7 +261,8 @@ int put_next_frame(ComposerBench& dut, int clock, int frame) {
 }
 
 TEST_CASE(
-    "composer: whatever of a table is lost shows at the next beat that tells and the next frame is right") {
+    "composer: any lost part of a table is noticed at the next beat that shows it and the next frame is "
+    "right") {
     // Rows at 6, 7 and 8, the second of them this composer's; pixels for another from 12 on, for this one from 20 on.
     struct Case {
         std::vector<int> lost;
@@ -311,7 +312,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("composer: the next frame's start tells of rows lost and of frames that did not come at all") {
+TEST_CASE("composer: the next frame's start shows lost rows and frames that did not come at all") {
     ClockedTestbench bench;
     ComposerBench rows(bench, "rows", lossy_scenario());
     ComposerBench last_row(bench, "last_row", lossy_scenario());
@@ -372,7 +373,7 @@ TEST_CASE("composer: a frame that did not come takes its turn between two that a
     check_whole(dut, third, row, 2);
     CHECK(dut.composer.counters().lost_tables == 1);
     CHECK(dut.composer.counters().late_pixels == 0);
-    // Three frames are known as the third one's start comes; two from the first one's end on, one from the second's.
+    // Three frames are known when the third one's start comes, two from the first one's end on, one from the second's.
     CHECK(dut.tablereadies.falls() == std::vector<int>{start + 10});
     CHECK(dut.tablereadies.rises() == std::vector<int>{0, missed + kPixels});
 }
@@ -391,7 +392,7 @@ TEST_CASE("composer: TABLEREADY counts a frame that is known to be lost") {
     CHECK(dut.tablereadies.rises() == std::vector<int>{0, start + kPixels});
 }
 
-TEST_CASE("composer: a table that is lost tells of the pixels before it as one that comes does") {
+TEST_CASE("composer: a lost table shows the lost pixels before it as one that comes does") {
     ClockedTestbench bench;
     ComposerBench prefetching(bench, "prefetching", lossy_scenario());
     ComposerBench over(bench, "over", lossy_scenario());
@@ -429,14 +430,14 @@ TEST_CASE("composer: pixels of a frame without a table count for BUSREADY as ann
     ComposerBench dut(bench, "dut", lossy_scenario({8, 7, 2}));
     dut.put_table(5, {whole_raster()});
     dut.lose(5);
-    dut.put_pixels(10, 0, 1, 2);  // 2 of the burst behind it, which do not come
+    dut.put_pixels(10, 0, 1, 2);  // announces 2 more of the burst, which do not come
     bench.run_through(30);
     CHECK(dut.busreadies.falls() == std::vector<int>{10});
     CHECK(dut.busreadies.rises() == std::vector<int>{0, 10 + kPageMiss + 1});
     CHECK(dut.composer.counters().buffer_high_water == 0);
 }
 
-TEST_CASE("composer: pixels kept of the frame before a lost table stay") {
+TEST_CASE("composer: pixels that are kept of the frame before a lost table stay") {
     ClockedTestbench bench;
     ComposerBench dut(bench, "dut", lossy_scenario());
     dut.put_table(5, {whole_raster()});
@@ -496,7 +497,7 @@ TEST_CASE("composer: hundreds of frames in a row may be lost, and the frames kee
     CHECK(many.composer.counters().lost_tables == 65534);
 }
 
-TEST_CASE("composer: beats that go back are reported as no loss can make them") {
+TEST_CASE("composer: beats that go back are reported, since no loss can cause them") {
     ClockedTestbench bench;
     ExpectedReport report("/metabuffer/composer/protocol");
     int reports = 0;
@@ -508,7 +509,7 @@ TEST_CASE("composer: beats that go back are reported as no loss can make them") 
     };
     ComposerBench dut(bench, "dut", lossy_scenario());
     dut.put_table(5, {whole_raster(2), whole_raster(), whole_raster(3)});
-    dut.put(9, BusBeat::table_row(0, 3, whole_raster(4), false));  // behind the last
+    dut.put(9, BusBeat::table_row(0, 3, whole_raster(4), false));  // after the last
     dut.put_table(20, {whole_raster(2), whole_raster(3), whole_raster()});
     dut.put(22, BusBeat::table_row(0, 0, whole_raster(2), false));  // the first again
     dut.put_pixels(30, 0, 1, 0);
@@ -526,7 +527,8 @@ TEST_CASE("composer: beats that go back are reported as no loss can make them") 
     CHECK(report.count() == reports);
 }
 
-TEST_CASE("composer: a frame that begins again is reported though there is room for it and changes nothing") {
+TEST_CASE(
+    "composer: a frame that begins again is reported even if there is room for it and changes nothing") {
     ClockedTestbench bench;
     ExpectedReport report("/metabuffer/composer/protocol");
     ComposerBench dut(bench, "dut", lossy_scenario());

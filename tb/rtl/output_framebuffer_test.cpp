@@ -93,8 +93,8 @@ struct OutputBench {
                 [] { return monitors::DviMonitor::Frame{}; }};
     }
 
-    /// STARTFRAME at edge `clock`, the raster's pixels at the edges behind it. Stalled clocks stretch what
-    /// the pipeline shows then, as its registers would.
+    /// STARTFRAME at edge `clock`, the raster's pixels at the edges after it. In stalled clocks the pipeline's pixel
+    /// stands still, as its registers would hold it.
     void send_frame(int clock, const std::vector<Pixel>& raster, const std::vector<int>& stalled = {},
                     const std::vector<int>& lost = {}) {
         const auto is_stalled = [&stalled](int at) {
@@ -148,7 +148,7 @@ void check_wave(const Recording<DviLink>& links, const Waveform& wanted) {
     }
 }
 
-TEST_CASE("output framebuffer: in reset all is low, PIPEREADY rises at the first clock behind it") {
+TEST_CASE("output framebuffer: in reset all is low, PIPEREADY rises at the first clock after it") {
     ClockedTestbench bench;
     OutputBench dut(bench, "dut", output_scenario(), bench.core);
     bench.run_through(20);
@@ -173,13 +173,13 @@ TEST_CASE(
     CHECK(dut.framedones.falls().empty());  // SWAPLOCK has never come
 }
 
-TEST_CASE("output framebuffer: the first pixel taken is the one sampled one clock behind STARTFRAME") {
+TEST_CASE("output framebuffer: the first pixel received is the one sampled one clock after STARTFRAME") {
     ClockedTestbench bench;
     OutputBench dut(bench, "dut", output_scenario(), bench.core);
     const int start = 10;
     const auto pixels = raster(32);
     dut.send_frame(start, pixels);
-    // Before and behind the frame the pipeline shows valid pixels that are none of its own.
+    // Before and after the frame the pipeline shows valid pixels that do not belong to it.
     bench.core.drive(dut.pipe, start, PipePixel{Pixel(0x123456U), true});
     bench.core.drive(dut.pipe, start + kPixels + 1, PipePixel{Pixel(0x654321U), true});
     bench.run_through(dvi_frame_start(1));
@@ -210,7 +210,7 @@ TEST_CASE(
     bench.run_through(dvi_frame_start(3));
     check_wave(in_time.links, display_wave({black(), shown(pixels), shown(pixels)}));
     check_wave(late.links, display_wave({black(), black(), shown(pixels)}));
-    // The swap comes back through two registers: the edge behind it captures it, the next one sees it.
+    // The swap comes back through two registers: the edge after it captures it, the next one sees it.
     CHECK(in_time.framedones.falls() == std::vector<int>{frame_1 + 2});
     CHECK(late.framedones.falls() == std::vector<int>{dvi_frame_start(2) + 2});
     CHECK(in_time.pipereadies.rises() == std::vector<int>{0, frame_1 + 2});
@@ -249,7 +249,7 @@ TEST_CASE("output framebuffer: one bank is shown, and again and again, while the
 
 // ---- averaging ----
 
-/// Each channel of each block: the sum and half the block, divided by the block.
+/// Each channel of each block: the sum plus half the block's size, divided by the block's size.
 LinkLines averaged(const std::vector<Pixel>& pixels, int s) {
     LinkLines lines(kHeight, std::vector<std::uint32_t>(kWidth));
     for (int y = 0; y < kHeight; ++y) {
@@ -277,7 +277,7 @@ LinkLines averaged(const std::vector<Pixel>& pixels, int s) {
     return lines;
 }
 
-TEST_CASE("output framebuffer: averages each block of 2 x 2 and 4 x 4, in every frame anew") {
+TEST_CASE("output framebuffer: averages each block of 2 x 2 and 4 x 4, again in every frame") {
     ClockedTestbench bench;
     OutputBench two(bench, "two", output_scenario(2), bench.core);
     OutputBench four(bench, "four", output_scenario(4), bench.core);
@@ -301,7 +301,8 @@ TEST_CASE("output framebuffer: averages each block of 2 x 2 and 4 x 4, in every 
 // ---- stall ----
 
 TEST_CASE(
-    "output framebuffer: while COLUMNSTALL is high no pixel is taken, and the frame ends that much later") {
+    "output framebuffer: while COLUMNSTALL is high no pixel is received, and the frame ends that much "
+    "later") {
     ClockedTestbench bench;
     OutputBench dut(bench, "dut", output_scenario(1, StarvationMode::kStall), bench.core);
     const int start = 20;
@@ -379,7 +380,7 @@ TEST_CASE("output framebuffer: with SWAPSKIP the picture stays and the frame's b
     CHECK(dut.framebuffer.kept_frames() == 3);
 }
 
-TEST_CASE("output framebuffer: SWAPSKIP of another display keeps a good frame off this one") {
+TEST_CASE("output framebuffer: SWAPSKIP of another display keeps a good frame off this display") {
     ClockedTestbench bench;
     OutputBench dut(bench, "dut", output_scenario(), bench.core, Swaplock::kDriven);
     const auto first = raster(77);
@@ -410,7 +411,7 @@ TEST_CASE(
     OutputBench dut(bench, "dut", output_scenario(), bench.core, Swaplock::kDriven);
     const auto pixels = raster(80);
     dut.send_frame(10, pixels);
-    // Both rise for the edge that is the last to bring the swap: seen one edge later, at the frame's first clock.
+    // Both rise for the last edge that can cause the swap. They are seen one edge later, at the frame's first clock.
     const int frame_1 = dvi_frame_start(1);
     bench.core.drive(dut.swaplock, frame_1 - 1, true);
     bench.core.drive(dut.swapskip, frame_1 - 1, true);
@@ -472,7 +473,7 @@ void check_clock_ratio(std::int64_t dvi_period_picoseconds, int gap) {
     std::vector<LinkLines> pictures;
     int next_dvi_frame = 0;
     for (int frame = 0; frame < kFrames; ++frame) {
-        // The first DVI frame whose first clock finds SWAPLOCK's rise seen.
+        // The first DVI frame at whose first clock SWAPLOCK's rise has been seen.
         const int seen = seen_at(bench.core, done[static_cast<std::size_t>(frame)], dvi);
         while (dvi_frame_start(next_dvi_frame) < seen) {
             pictures.push_back(pictures.empty() ? black() : pictures.back());
@@ -490,7 +491,7 @@ void check_clock_ratio(std::int64_t dvi_period_picoseconds, int gap) {
     check_wave(dut.links, display_wave(pictures));
 }
 
-/// Frame after frame, every other one of lost pixels: the good ones alone are shown, and in their order.
+/// Sends frame after frame, every other one with lost pixels: only the good ones are shown, in their order.
 void check_lossy_clock_ratio(std::int64_t dvi_period_picoseconds, int gap) {
     constexpr int kFrames = 5;
     constexpr int kDviFrames = kFrames + 3;
@@ -571,7 +572,7 @@ TEST_CASE("output framebuffer: a bubble in the pipeline is reported") {
     CHECK(report.count() == 1);
 }
 
-TEST_CASE("output framebuffer: a reset in the middle of a frame starts all over") {
+TEST_CASE("output framebuffer: a reset in the middle of a frame starts everything again") {
     ClockedTestbench bench;
     OutputBench dut(bench, "dut", output_scenario(), bench.core);
     const int restart = dvi_frame_start(1) + 5;

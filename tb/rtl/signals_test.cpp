@@ -49,7 +49,7 @@ TEST_CASE("signals: a table row crosses the bus in two words and comes out as it
     }
 }
 
-TEST_CASE("signals: a frame's start carries no word and tells whether a table follows") {
+TEST_CASE("signals: a frame's start carries no word and says whether a table follows") {
     for (const bool last : {false, true}) {
         const BusBeat beat = BusBeat::frame_start(200, last);
         CHECK(beat.kind == BusBeat::Kind::kFrameStart);
@@ -91,7 +91,7 @@ TEST_CASE("signals: the words of a beat are traced by their numbers, as many as 
 }
 
 TEST_CASE(
-    "signals: every enumeration has its words in a translate file for GTKWave, and no file is left over") {
+    "signals: every enumeration has its names in a translate file for GTKWave, and no file is left over") {
     const std::filesystem::path folder =
         std::filesystem::path(METABUFFER_SOURCE_DIRECTORY) / "waves/translate";
     for (const rtl::EnumerationNames& enumeration : rtl::enumeration_names()) {
@@ -107,7 +107,7 @@ TEST_CASE(
           rtl::enumeration_names().size());
 }
 
-TEST_CASE("signals: the save files show enumerations by their words") {
+TEST_CASE("signals: the save files show enumerations by their names") {
     int shown = 0;
     for (const auto& entry :
          std::filesystem::directory_iterator(std::filesystem::path(METABUFFER_SOURCE_DIRECTORY) / "waves")) {

@@ -56,7 +56,8 @@ struct TableBench {
         dut.table_o(table);
         bench.trace(dut);
     }
-    /// A colour frame begins at edge `clock`, and its rows come one a clock from the next edge on. The clock behind.
+    /// A colour frame begins at edge `clock`, and its rows come one a clock from the next edge on. Returns the clock
+    /// after.
     int give(int clock, const ViewportTable& rows) {
         DecoderEvent start;
         start.colour_start = true;
@@ -70,7 +71,7 @@ struct TableBench {
         core.drive(event, clock, DecoderEvent{});
         return clock;
     }
-    /// The payload of a depth frame's control scanline, from edge `clock` on. The clock behind.
+    /// The payload of a depth frame's control scanline, from edge `clock` on. Returns the clock after.
     int give_payload(int clock, const std::vector<std::uint8_t>& payload) {
         for (std::size_t byte = 0; byte < payload.size(); byte += kLinkBytesPerPixel, ++clock) {
             DecoderEvent event_now;
@@ -91,8 +92,7 @@ ViewportTable two_rows() {
 }
 ViewportTable one_row() { return {table_row(4, {5, 5}, {8, 8}, {3, 3})}; }
 
-TEST_CASE(
-    "table unit: the back device's rows show when the devices change places, and stand until they do again") {
+TEST_CASE("table unit: the back device's rows show when the devices swap, and stand until they swap again") {
     ClockedTestbench bench;
     TableBench dut(bench);
     dut.give(2, two_rows());
@@ -105,13 +105,12 @@ TEST_CASE(
     for (int clock = 40; clock < 50; ++clock) CHECK(dut.tables.at(clock).rows == one_row());
 }
 
-TEST_CASE(
-    "table unit: a row that breaks a rule is left out, and the slot table is that of the rows that stand") {
+TEST_CASE("table unit: a row that breaks a rule is left out, and the slot table is that of the valid rows") {
     ClockedTestbench bench;
     TableBench dut(bench);
     ViewportTable rows = two_rows();
     rows.insert(rows.begin(), table_row(5, {0, 0}, {10, 10}, {0, 0}));      // no such display
-    rows.insert(rows.begin() + 2, table_row(2, {0, 0}, {10, 10}, {0, 0}));  // taken
+    rows.insert(rows.begin() + 2, table_row(2, {0, 0}, {10, 10}, {0, 0}));  // display 2 has a row already
     const int behind = dut.give(2, rows);
     dut.core.drive(dut.front, behind + 2, true);
     bench.run_through(behind);
@@ -126,7 +125,7 @@ TEST_CASE(
 TEST_CASE("table unit: rows that are all the same, one a clock, are each judged") {
     ClockedTestbench bench;
     TableBench dut(bench);
-    // More of them than idle clocks after which the clock gate closes.
+    // More rows than the idle clocks after which the clock gate closes.
     const int behind = dut.give(2, ViewportTable(20, one_row().front()));
     bench.run_through(behind);
     CHECK(dut.dut.back_table().rows.size() == 1);
@@ -143,7 +142,7 @@ TEST_CASE("table unit: a policy without slots has no slot table") {
     CHECK(dut.tables.at(11).slots.empty());
 }
 
-TEST_CASE("table unit: a colour frame that begins again takes the rows of the one before") {
+TEST_CASE("table unit: a colour frame that begins again replaces the rows of the one before") {
     ClockedTestbench bench;
     TableBench dut(bench);
     dut.give(2, two_rows());
@@ -183,7 +182,7 @@ TEST_CASE("table unit: the host's slot table is the one that the bus sees") {
     CHECK(dut.tables.at(23).slots == kHostSlots);
 }
 
-TEST_CASE("table unit: the slots of a table with dropped rows are those of the rows that stand") {
+TEST_CASE("table unit: the slots of a table with dropped rows are those of the valid rows") {
     ClockedTestbench bench;
     TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
     ViewportTable rows = two_rows();
@@ -200,8 +199,8 @@ TEST_CASE("table unit: a slot table that is missing or wrong gives each row a sl
     TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
     const std::vector<std::vector<std::uint8_t>> payloads{
         {},                          // missing
-        encode_slots({0, 0, 0}, 2),  // none of row 1
-        encode_slots({0, 1, 2}, 3),  // one of a row that is not there
+        encode_slots({0, 0, 0}, 2),  // no slot of row 1
+        encode_slots({0, 1, 2}, 3),  // a slot of a row that is not there
         {'S', 1, 2},                 // cut short
         {'M', 1, 2, 0, 0b10},        // something else
     };
@@ -224,7 +223,8 @@ TEST_CASE("table unit: a slot table that is missing or wrong gives each row a sl
     }
 }
 
-TEST_CASE("table unit: a missing slot table is told, and a colour frame takes the slots of the one before") {
+TEST_CASE(
+    "table unit: a missing slot table is reported, and a colour frame drops the slots of the one before") {
     ClockedTestbench bench;
     TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
     dut.give(2, two_rows());
@@ -236,7 +236,7 @@ TEST_CASE("table unit: a missing slot table is told, and a colour frame takes th
     CHECK(dut.dut.back_slots_rejected());
 }
 
-TEST_CASE("table unit: who takes no slot table of the host does not miss it") {
+TEST_CASE("table unit: a policy that uses no slot table of the host does not report it as missing") {
     ClockedTestbench bench;
     TableBench by_deadlines(bench, Arbitration::kEdf, SlotTableMaker::kHost);
     by_deadlines.give(2, two_rows());

@@ -48,7 +48,7 @@ class WatchdogBench : public sc_core::sc_module {
     Watchdog watchdog_;
 };
 
-TEST_CASE("watchdog: trips at the first look that finds nothing moved since the look before, and once only") {
+TEST_CASE("watchdog: trips at the first check that finds no progress since the check before, and only once") {
     WatchdogBench never("never", {});
     WatchdogBench until_250("until_250", {50, 150, 250});
     WatchdogBench just_in_time("just_in_time", {99, 199, 299, 399, 499, 599, 699, 799, 899, 999});
@@ -58,7 +58,7 @@ TEST_CASE("watchdog: trips at the first look that finds nothing moved since the 
     CHECK(just_in_time.tripped_at_ns.empty());
 }
 
-TEST_CASE("watchdog: looks once an interval and no more") {
+TEST_CASE("watchdog: checks once an interval and no more") {
     WatchdogBench bench("bench", {50, 150, 250, 350, 450});
     sc_core::sc_start(sc_time(499, sc_core::SC_NS));
     CHECK(bench.looks == 5);  // at 0, 100, 200, 300 and 400 ns
@@ -73,7 +73,7 @@ TEST_CASE("watchdog: a count that goes down is progress too") {
     CHECK_FALSE(tripped);
 }
 
-TEST_CASE("watchdog: a count that stands at -1 from the beginning trips it as any other") {
+TEST_CASE("watchdog: a count that stands at -1 from the beginning trips it like any other") {
     bool tripped = false;
     Watchdog watchdog(
         "watchdog", kInterval, [] { return std::int64_t{-1}; }, [&] { tripped = true; });

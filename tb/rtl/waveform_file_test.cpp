@@ -15,7 +15,7 @@
 #include "host/errors.h"
 #include "support/scratch_directory.h"
 
-// The process that writes a waveform is at the other end of a pipe: the test stands for SystemC's writer.
+// A process at the other end of a pipe writes the waveform. The test takes the role of SystemC's writer.
 namespace metabuffer::test {
 namespace {
 
@@ -41,13 +41,13 @@ void put(int descriptor, std::string_view bytes) {
 
 void ignore_signal(int /*number*/) {}
 
-/// From here on a signal to this process and those that it starts reaches nobody else.
+/// From here on a signal to this process and those that it starts reaches no other process.
 void be_a_process_group() {
     setpgid(0, 0);
     REQUIRE(getpgrp() == getpid());
 }
 
-TEST_CASE("waveform file: what comes is written behind the header, be it a byte") {
+TEST_CASE("waveform file: what comes is written behind the header, even a single byte") {
     const ScratchDirectory scratch;
     for (const std::string bytes : {"x", "$var wire 1 ! clk $end\n"}) {
         WaveformFile file(scratch / "short.vcd", kHeader);
@@ -99,7 +99,7 @@ TEST_CASE("waveform file: a signal while nothing has come yet does not keep the 
     CHECK(text_of(scratch / "interrupted.vcd") == "$comment\n" + std::string(kHeader) + "$end\nall");
 }
 
-TEST_CASE("waveform file: of a writer that is killed the error says how it ended") {
+TEST_CASE("waveform file: the error of a killed writer says how it ended") {
     const ScratchDirectory scratch;
     scratch.write("killed.vcd", "an earlier one");
     be_a_process_group();
@@ -107,7 +107,7 @@ TEST_CASE("waveform file: of a writer that is killed the error says how it ended
     file.start();
     const int pipe = opened(file);
     file.note_opened();
-    REQUIRE(std::signal(SIGTERM, ignore_signal) != SIG_ERR);  // here alone
+    REQUIRE(std::signal(SIGTERM, ignore_signal) != SIG_ERR);  // only in this process
     kill(0, SIGTERM);
     close(pipe);
     CHECK_THROWS_WITH(file.put_in_place(), Catch::Contains("killed.vcd") && Catch::Contains("its process") &&

@@ -16,7 +16,8 @@ using rtl::Wires;
 constexpr std::size_t kRenderers = 2;
 constexpr std::size_t kDisplays = 3;
 
-TEST_CASE("wires: a composer sees its renderer's bus until it gets one of its own and the others go on so") {
+TEST_CASE(
+    "wires: a composer sees its renderer's bus until it gets its own, and the others keep the renderer's") {
     Wires wires(kRenderers, kDisplays);
     for (std::size_t i = 0; i < kRenderers * kDisplays; ++i) {
         CHECK(&wires.bus_seen_by(i) == &wires.bus[i / kDisplays]);
@@ -40,7 +41,7 @@ TEST_CASE("wires: an input framebuffer has its composers' bus") {
     CHECK(&direct.tableready_read(4) == &direct.tableready[4]);
 }
 
-TEST_CASE("wires: where registers lie between, an input framebuffer has a bus of its own") {
+TEST_CASE("wires: with registers between, an input framebuffer has a bus of its own") {
     Wires registered(kRenderers, kDisplays, true);
     std::set<const void*> distinct;
     for (std::size_t i = 0; i < kRenderers * kDisplays; ++i) {
@@ -53,7 +54,7 @@ TEST_CASE("wires: where registers lie between, an input framebuffer has a bus of
     CHECK(distinct.size() == 4 * kRenderers * kDisplays + 2 * kRenderers);
 }
 
-TEST_CASE("wires: a single renderer's bus, too, is another one before the registers than behind them") {
+TEST_CASE("wires: with a single renderer too, the bus before the registers is not the one behind them") {
     Wires registered(1, 1, true);
     const std::set<const void*> distinct{&registered.bus[0],        &registered.bus_driven(0),
                                          &registered.busready[0],   &registered.busready_read(0),
@@ -61,7 +62,7 @@ TEST_CASE("wires: a single renderer's bus, too, is another one before the regist
     CHECK(distinct.size() == 6);
 }
 
-TEST_CASE("wires: whoever asks for a composer's FIFO gets the wires of that composer and of no other") {
+TEST_CASE("wires: asking for a composer's FIFO gives the wires of that composer and of no other") {
     Scenario scenario = small_scenario(8, 4, 3);
     for (int r = 0; r < 2; ++r) add_renderer(scenario, renderer_of({PixelImage(8, 4)}));
     rtl::Metabuffer machine("machine", scenario);

@@ -56,7 +56,8 @@ struct BufferBench {
         config.write_block_words = 4;
         return config;
     }
-    /// Words of the link from edge `clock` on, one a clock: `address` and those behind it, each 100 more than its place.
+    /// Words of the link from edge `clock` on, one a clock, to `address` and those after it. A word is 100 more than
+    /// its address.
     void bring(int clock, int device, int address, int words, std::uint8_t mask = kColour) {
         for (int word = address; word < address + words; ++word, ++clock) {
             core.drive(write, clock,
@@ -82,7 +83,7 @@ struct BufferBench {
 using Words = std::vector<std::uint64_t>;
 using Clocks = std::vector<int>;
 
-TEST_CASE("write buffer: a half is full with its block's last word, and the other one fills") {
+TEST_CASE("write buffer: a half is full with its block's last word, and then the other one fills") {
     ClockedTestbench bench;
     BufferBench dut(bench);
     dut.bring(2, 0, 0, 10);
@@ -91,7 +92,7 @@ TEST_CASE("write buffer: a half is full with its block's last word, and the othe
     CHECK(dut.blocks[0]->at(5) == WriteBlock{0, 4, kColour});
     CHECK(dut.fulls[1]->rises() == Clocks{9});
     CHECK(dut.blocks[1]->at(9) == WriteBlock{4, 4, kColour});
-    // The image's last words are a block, too; the first half's change is the second one now.
+    // The image's last words are a block, too. The first half is full for the second time, so its wire falls.
     CHECK(dut.fulls[0]->falls() == Clocks{11});
     CHECK(dut.blocks[0]->at(11) == WriteBlock{8, 2, kColour});
 }
@@ -110,7 +111,7 @@ TEST_CASE("write buffer: a block of a frame that was broken off is replaced by t
     ClockedTestbench bench;
     BufferBench dut(bench);
     dut.bring(2, 0, 0, 6);   // a block, and half of one
-    dut.bring(20, 0, 0, 4);  // its place in the second half
+    dut.bring(20, 0, 0, 4);  // the same block, in the second half
     dut.ask(30, true, {0, 1});
     dut.ask(31, true, {2, 3});
     bench.run_through(32);
@@ -120,7 +121,7 @@ TEST_CASE("write buffer: a block of a frame that was broken off is replaced by t
     CHECK(dut.words_at(31) == Words{102, 103});
 }
 
-TEST_CASE("write buffer: a write command's words stand in its own clock, of the half that is written") {
+TEST_CASE("write buffer: a write command's words, of the half that is written, stand in its own clock") {
     ClockedTestbench bench;
     BufferBench dut(bench);
     dut.bring(0, 0, 0, 8);

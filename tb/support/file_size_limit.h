@@ -7,7 +7,7 @@
 
 namespace metabuffer::test {
 
-/// Files may hold so many bytes while it lives, as with a disk that is full after them.
+/// While it lives, files may hold at most this many bytes, as if the disk were full after them.
 class FileSizeLimit {
   public:
     explicit FileSizeLimit(rlim_t bytes) {

@@ -17,7 +17,7 @@ inline Pixel noise_pixel(Random& random, std::uint32_t farthest = far_z(DepthFor
             static_cast<std::uint32_t>(bits >> 32) & farthest};
 }
 
-/// Any colour, but few depths and alphas, so that ties, clear and opaque pixels are common; and now and then any word.
+/// Any colour, but few depths and alphas, so that ties, clear and opaque pixels are common. Now and then any word.
 inline Pixel corner_pixel(Random& random) {
     if (random.one_in(4)) return noise_pixel(random);
     constexpr std::array<std::uint32_t, 9> kDepths{0, 1, 2, 3, 0x7FFF, 0xFFFF, 0x10000, 0x80'0000, 0xFF'FFFF};
@@ -27,7 +27,7 @@ inline Pixel corner_pixel(Random& random) {
     return {any.r(), any.g(), any.b(), alpha, one_of(random, kDepths)};
 }
 
-/// An image of noise whose Z fits every link unless told otherwise.
+/// An image of noise. Its Z fits every link unless `farthest` is given.
 inline PixelImage noise_image(Random& random, int width, int height,
                               std::uint32_t farthest = far_z(DepthFormat::kA8Z16)) {
     PixelImage image(width, height);

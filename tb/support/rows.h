@@ -80,7 +80,7 @@ inline ViewportTable random_valid_rows(Random& random, int rows, Size raster, in
     return table;
 }
 
-/// The rows in any order: it is the order of the bus.
+/// Puts the rows in any order, which is their order on the bus.
 inline void shuffle_rows(Random& random, ViewportTable& table) {
     for (std::size_t i = table.size(); i > 1; --i) {
         std::swap(table[i - 1], table[static_cast<std::size_t>(random.between(0, static_cast<int>(i) - 1))]);

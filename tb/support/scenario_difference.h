@@ -47,8 +47,8 @@ inline std::string text_of(const std::optional<KeyValue>& value) {
     return value ? value_text(*value) : std::string("none");
 }
 
-/// What makes two scenarios different machines or different input of one, empty if nothing does. Where in a file
-/// a table stands does not count, nor do images that no frame uses.
+/// Why two scenarios are different machines or different input of one, empty if they are not. The position of a table
+/// in a file does not count, nor do images that no frame uses.
 inline std::string scenario_difference(const Scenario& left, const Scenario& right) {
     FirstDifference first;
     for (const ObjectKey<Scenario>& key : setting_rows()) {

@@ -16,7 +16,7 @@
 #include "scenario/scenario_loader.h"
 #include "support/rows.h"
 
-/// What the tests' scenarios are put together from. A test starts from these and changes the members it is about.
+/// The parts of the tests' scenarios. A test starts from these and changes the members it is about.
 namespace metabuffer::test {
 
 /// Displays of the given size side by side, every other value at its default, no renderer yet.

@@ -14,7 +14,7 @@ namespace metabuffer::test {
 /// the test case writes DIR/<its name>.vcd; without, this does nothing.
 ///
 ///     TraceSwitch trace;
-///     trace.add(composer);  // whatever has trace(sc_trace_file*)
+///     trace.add(composer);  // anything that has trace(sc_trace_file*)
 ///     trace.add(busready, "busready");
 ///     sc_core::sc_start(...);
 class TraceSwitch {

@@ -92,7 +92,7 @@ TEST_CASE("banked memory: with one bank the machine reports what it does with it
     CHECK(four_banks.report().total_starved_pixels() < own.report().total_starved_pixels());
 }
 
-/// A memory without page misses, whose answers are spoilt.
+/// A memory without page misses, whose answers are corrupted.
 class SpoiltMemory final : public sc_core::sc_module {
   public:
     using Spoil = void (*)(tlm::MemoryAccess& access);
@@ -113,7 +113,7 @@ class SpoiltMemory final : public sc_core::sc_module {
     Spoil spoil_;
 };
 
-/// What the machine says of such a memory; nothing if the run ends well.
+/// What the machine reports about such a memory; empty if the run ends well.
 std::string complaint_about(SpoiltMemory::Spoil spoil) {
     const Scenario scenario = scenario_of("case-2");
     tlm::Metabuffer::Options options;
@@ -136,11 +136,11 @@ std::string complaint_about(SpoiltMemory::Spoil spoil) {
     return {};
 }
 
-TEST_CASE("own memory: one that always has its words ends well") {
+TEST_CASE("own memory: a run with one that always has its words ends well") {
     CHECK(complaint_about([](tlm::MemoryAccess&) {}).empty());
 }
 
-TEST_CASE("own memory: one that has no word for a burst is reported, or it would never end") {
+TEST_CASE("own memory: one that has no word for a burst is reported, since the run would never end") {
     CHECK(complaint_about([](tlm::MemoryAccess& access) { access.words = 0; }).find(" 0 of ") !=
           std::string::npos);
 }
@@ -153,7 +153,7 @@ TEST_CASE("own memory: a refresh that is longer than the wait for it is reported
           }).find("after 4 clocks, 2 and 3 of them for a refresh") != std::string::npos);
 }
 
-TEST_CASE("own memory: one whose next refresh begins before the words can go is reported") {
+TEST_CASE("own memory: one whose next refresh begins before the words can be read is reported") {
     CHECK_FALSE(complaint_about([](tlm::MemoryAccess& access) {
                     access.wait_cycles = 4;
                     access.beats_before = access.cycle + 4;

@@ -71,9 +71,9 @@ TEST_CASE("bus: a composer's notice goes back to the input framebuffer with its 
     CHECK(tableready == std::vector<bool>{false, true});
 }
 
-// ---- the smallest block of all ----
+// ---- the smallest block ----
 
-TEST_CASE("dvi display: takes each frame as it is on the link") {
+TEST_CASE("dvi display: receives each frame as it is on the link") {
     Initiator<tlm::ShownFrame> framebuffer("framebuffer");
     tlm::DviDisplay display("display");
     framebuffer.socket.bind(display.dvi_socket);

@@ -23,7 +23,7 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "clock domain: a level from another domain is captured by the edge behind its change and seen by the "
+    "clock domain: a level from another domain is captured by the edge after its change and seen by the "
     "next") {
     const tlm::ClockDomain clock(7);
     CHECK(clock.edge_seeing(0) == 2);

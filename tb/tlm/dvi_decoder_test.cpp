@@ -25,7 +25,7 @@ constexpr int kFrame = frame_clocks(kWidth, kActiveLines);
 /// Clocks in a frame at which something shows on the link.
 constexpr int kBehindControl = clock_in_frame(kWidth, kWidth, 0);
 constexpr int kVsync = vsync_in_frame(kWidth, kActiveLines);
-/// A clock of the link is taken by the decoder one clock later, and read by the framebuffer another one later.
+/// The decoder samples a clock of the link one clock later, and the framebuffer reads it another clock later.
 constexpr int kClocksBehindLink = 2;
 
 struct DecoderBench {
@@ -61,7 +61,7 @@ struct DecoderBench {
     }
 };
 
-TEST_CASE("dvi decoder: a pair's verdicts come behind its control scanline and at its vertical sync") {
+TEST_CASE("dvi decoder: a pair's verdicts come after its control scanline and at its vertical sync") {
     DecoderBench dut;
     elaborate();
     const ViewportTable table = {table_row(1, {1, 2}, {3, 1}, {-1, -2}, 3)};
@@ -84,7 +84,7 @@ TEST_CASE("dvi decoder: a pair's verdicts come behind its control scanline and a
     CHECK(good.number == 7);
     CHECK(good.colour == &dut.image);
     CHECK(good.depth == &dut.image);
-    // Both the link's clocks and what takes a pixel are told; this one is the pixel in the decoder.
+    // The event's edge is that of the framebuffer; this one is that of the decoder, which samples the pixel.
     CHECK(good.last_pixel_edge == 1000 + kFrame + clock_in_frame(kWidth, kWidth - 1, kActiveLines - 1) + 1);
     CHECK(dut.decoder.rejected_frames(100'000) == std::array<std::int64_t, kRejectCauseCount>{});
 }
@@ -131,7 +131,7 @@ std::vector<FaultCase> fault_cases() {
     return cases;
 }
 
-TEST_CASE("dvi decoder: each fault is told at the clock in which it shows and costs its own pair only") {
+TEST_CASE("dvi decoder: each fault is reported at the clock in which it shows and loses its own pair only") {
     DecoderBench dut;
     elaborate();
     std::int64_t edge = 50;
@@ -157,7 +157,7 @@ TEST_CASE("dvi decoder: each fault is told at the clock in which it shows and co
         CHECK(event.edge == edge + fault.clock + kClocksBehindLink);
         CHECK(event.pair_lost == fault.lost_known);
         if (fault.lost_known) CHECK(event.lost_number == 1);
-        // It has been counted from the clock in which the decoder takes it.
+        // The rejection has been counted since the clock in which the decoder samples it.
         ++rejected;
         const auto count = [&](std::int64_t through) {
             std::int64_t sum = 0;
@@ -169,7 +169,7 @@ TEST_CASE("dvi decoder: each fault is told at the clock in which it shows and co
         CHECK(dut.decoder.waiting_for(edge + fault.clock + 1) == "waits for a good colour frame");
         edge += 2 * kFrame;
         if (colour_spoilt) {
-            // The other frame of the pair is passed over in silence; its pair is known to be lost.
+            // The other frame of the pair is ignored; its pair is known to be lost.
             dut.make(FrameKind::kDepth, 1);
             const tlm::DecodedFrame depth = dut.send(edge);
             REQUIRE(depth.events.size() == 1);
@@ -188,7 +188,7 @@ TEST_CASE("dvi decoder: each fault is told at the clock in which it shows and co
     }
 }
 
-TEST_CASE("dvi decoder: a vertical sync without lines before it is no frame") {
+TEST_CASE("dvi decoder: a vertical sync without lines before it is not a frame") {
     DecoderBench dut;
     elaborate();
     dut.make(FrameKind::kColour, 3);

@@ -38,9 +38,9 @@ TEST_CASE("dvi source: a frame's payload is its control scanline, a word a pixel
     CHECK(decode_control_scanline(payloads[1]).content.kind == FrameKind::kDepth);
 }
 
-TEST_CASE("dvi source: in lockstep a pair starts at the clock that reads the request, one behind its rise") {
+TEST_CASE("dvi source: in lockstep a pair starts at the clock that reads the request, one after its rise") {
     constexpr int kWidth = 24;
-    constexpr std::int64_t kRise = 5'000;  // behind the first sync
+    constexpr std::int64_t kRise = 5'000;  // after the first sync
     Scenario scenario = small_scenario(kWidth, 4);
     scenario.pacing = Pacing::kLockstep;
     add_renderer(scenario, renderer_of({noise_image(1, kWidth, 4)}, {segment_row({kWidth, 4})}));

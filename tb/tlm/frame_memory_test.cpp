@@ -57,7 +57,7 @@ TEST_CASE("frame memory: a page miss of no clocks is still a page miss") {
     CHECK(dut.user.access(4, 1) == Access{false, 0, 1});
 }
 
-TEST_CASE("frame memory: each bank has a page open of its own, and a run ends at a page all the same") {
+TEST_CASE("frame memory: each bank has its own open page, and a run still ends at a page's end") {
     FrameMemoryBench dut(16, 6, 2);
     CHECK(dut.user.access(0, 1, true) == Access{true, 6, 1});
     CHECK(dut.user.access(16, 1) == Access{true, 6, 1});
@@ -126,7 +126,7 @@ TEST_CASE("frame memory: agrees with one page register under random use") {
     CHECK(dut.user.all_ok);
 }
 
-/// Written apart: a memory of one page a bank that goes clock by clock.
+/// An independent memory of one page per bank that goes clock by clock.
 class SteppedMemory {
   public:
     SteppedMemory(const MemoryConfig& config, std::int64_t first_cycle)
@@ -136,7 +136,7 @@ class SteppedMemory {
         int broken = 0, refresh = 0, opening = 0;
         bool miss = false;
     };
-    /// A word is wanted from a clock on, which lies behind the last one's.
+    /// A word is wanted from a clock on, later than the last access's.
     Answer access(std::int64_t cycle, std::int64_t page) {
         while (clock_ < cycle) step();
         Answer answer;
@@ -235,23 +235,23 @@ TEST_CASE("frame memory: what is broken off in a refresh, or before one, has ope
     CHECK(dut.user.all_ok);
 }
 
-TEST_CASE("frame memory: what an opening leaves that is broken off hangs on how far it has come") {
+TEST_CASE("frame memory: what a broken-off opening leaves depends on how far it has come") {
     // Two clocks to close a page, four to open one.
     FrameMemoryBench dut(16, 6, 1, 2);
     std::int64_t cycle = 0;
     for (int clocks = 1; clocks <= 5; ++clocks) {
-        INFO("broken off behind " << clocks << " clocks");
+        INFO("broken off after " << clocks << " clocks");
         CHECK(dut.user.access_at(cycle, 0, 1, true).wait_cycles == 4);
         CHECK(dut.user.access_at(cycle + 10, 16, 1).wait_cycles == 6);
         dut.user.break_off(16, clocks);
-        // Still closing: neither page is open, and the bank must be closed again. Behind that it is the new page's.
+        // Still closing: neither page is open, and the bank must be closed again. After that it is the new page's.
         CHECK(dut.user.access_at(cycle + 20, 16, 1).wait_cycles == (clocks <= 2 ? 6 : 0));
         cycle += 100;
     }
     CHECK(dut.user.all_ok);
 }
 
-TEST_CASE("frame memory: what a wait over a refresh leaves that is broken off hangs on how far it has come") {
+TEST_CASE("frame memory: what a broken-off wait over a refresh leaves depends on how far it has come") {
     MemoryConfig config = memory_config(16, 6, 1, 2);
     config.refresh_cycles = 5;
     config.refresh_interval_cycles = 100;
@@ -259,11 +259,11 @@ TEST_CASE("frame memory: what a wait over a refresh leaves that is broken off ha
     // Wanted three clocks before the refresh of clock 100: those, the refresh, and four to activate the page.
     std::int64_t refresh = 100;
     for (int clocks = 1; clocks <= 11; ++clocks) {
-        INFO("broken off behind " << clocks << " clocks");
+        INFO("broken off after " << clocks << " clocks");
         dut.user.access_at(refresh - 40, 0, 1);
         CHECK(dut.user.access_at(refresh - 3, 16, 1).wait_cycles == 3 + 5 + 4);
         dut.user.break_off(16, clocks);
-        // Only what was begun behind the refresh stays.
+        // Only what was begun after the refresh stays.
         CHECK(dut.user.access_at(refresh + 20, 16, 1).wait_cycles == (clocks <= 3 + 5 ? 4 : 0));
         refresh += 100;
     }
@@ -277,7 +277,7 @@ TEST_CASE("frame memory: an access without its extension is an error of the mode
 
 // ---- shared ports ----
 
-/// Written apart: a memory with shared ports that goes clock by clock.
+/// An independent memory with shared ports that goes clock by clock.
 class SteppedSharedMemory {
   public:
     SteppedSharedMemory(const MemoryConfig& config, std::int64_t first_cycle)
@@ -301,7 +301,7 @@ class SteppedSharedMemory {
         }
         return waits;
     }
-    /// The first clock from the present one on in which it does something else than read, if no page is opened.
+    /// The first clock from the present one on in which it does something other than read, if no page is opened.
     std::int64_t next_interruption() const {
         SteppedSharedMemory ahead = *this;
         const std::int64_t end = clock_ + 10'000;
@@ -335,7 +335,7 @@ class SteppedSharedMemory {
         if (opening_ > 0 || blocks_.empty() || blocks_.front().ready > clock_) return false;
         return opening(blocks_.front().page) + blocks_.front().cycles <= to_refresh();
     }
-    /// One clock. True, and no clock passes, if the page can be read in it.
+    /// Plays one clock. Returns true, and no clock passes, if the page can be read in it.
     bool step(Waits* waits, std::int64_t page) {
         if (refreshing()) {
             std::fill(pages_.begin(), pages_.end(), -1);

@@ -41,7 +41,7 @@ class MemoryUser {
         all_ok = initiator.send(message_.payload()) == ::tlm::TLM_OK_RESPONSE && all_ok;
         return {message_->page_miss, message_->wait_cycles, message_->words};
     }
-    /// The same, wanted at a core clock: all that the memory answers.
+    /// The same, wanted at a core clock. Returns all that the memory answers.
     const tlm::MemoryAccess& access_at(std::int64_t cycle, std::int64_t word, int words,
                                        bool new_frame = false) {
         cycle_ = cycle;
@@ -61,7 +61,7 @@ class MemoryUser {
         message_->cycle = cycle;
         all_ok = initiator.send(message_.payload()) == ::tlm::TLM_OK_RESPONSE && all_ok;
     }
-    /// The last access, so many clocks behind its first.
+    /// Breaks off the last access, this many clocks after its first.
     void break_off(std::int64_t word, int clocks = 1) {
         message_.payload().set_address(static_cast<sc_dt::uint64>(word) * 8);
         *message_ = tlm::MemoryAccess{};

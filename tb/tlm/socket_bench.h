@@ -9,7 +9,7 @@
 
 namespace metabuffer::test {
 
-/// What drives a block's target socket, of the protocol whose extension is Content.
+/// Drives a block's target socket, of the protocol whose extension is Content.
 template <typename Content>
 class Initiator final : public sc_core::sc_module {
   public:
@@ -19,7 +19,7 @@ class Initiator final : public sc_core::sc_module {
         socket.register_nb_transport_bw(this, &Initiator::take_notice);
     }
 
-    /// The response status behind a blocking transport, which takes no time.
+    /// The response status after a blocking transport, which takes no time.
     ::tlm::tlm_response_status send(::tlm::tlm_generic_payload& payload) {
         sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
         socket->b_transport(payload, delay);
@@ -38,7 +38,7 @@ class Initiator final : public sc_core::sc_module {
     }
 };
 
-/// What stands behind a block's initiator socket.
+/// The other side of a block's initiator socket.
 template <typename Content>
 class Target final : public sc_core::sc_module {
   public:
@@ -67,7 +67,7 @@ class Target final : public sc_core::sc_module {
 /// Sockets are connected when the simulation starts.
 inline void elaborate() { sc_core::sc_start(sc_core::SC_ZERO_TIME); }
 
-/// Sends a payload without any extension; the id of the report that it raises.
+/// Sends a payload without any extension. Returns the id of the report that it raises.
 template <typename Content>
 std::string report_of_empty_payload(Initiator<Content>& initiator) {
     ::tlm::tlm_generic_payload payload;

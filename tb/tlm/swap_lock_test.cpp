@@ -56,7 +56,7 @@ class NaiveSwaps {
         std::int64_t dvi = 0;
         while (swaps_.size() < lengths_.size() || swaps_.back().shown_picoseconds < 0) {
             const std::int64_t time = std::min(core * core_period_, dvi * dvi_period_);
-            // Both domains read what stood before.
+            // Both domains read the values before the edge.
             const bool swaplock = swaplock_;
             const bool swapped = swapped_;
             if (time == core * core_period_) core_edge(core++, swapped);
@@ -112,7 +112,7 @@ class NaiveSwaps {
         } else if (!swapped_) {
             pending_ = true;
         }
-        // The display reads the vertical sync a clock behind the edge that drives it.
+        // The display reads the vertical sync a clock after the edge that drives it.
         if (vsync_driven_) {
             for (Swap& swap : swaps_) {
                 if (swap.frame < static_cast<int>(swap_times.size()) && swap.shown_picoseconds < 0) {
@@ -216,7 +216,7 @@ void compare(const Scenario& scenario, const Lengths& lengths) {
     REQUIRE(lock.end_picoseconds() == wanted.back().shown_picoseconds);
 }
 
-/// Ratios that meet edge on edge, nearly so, and not at all.
+/// Clock ratios whose edges coincide, nearly coincide, or never do.
 void compare_clocks(std::uint64_t default_seed, const std::vector<double>& dvi_mhz) {
     const auto seed = random_seed(default_seed);
     INFO("METABUFFER_SEED=" << seed);

@@ -1,6 +1,6 @@
-// The bus arbiter of an input framebuffer: says whose burst the bus carries next. The answer is combinational, from the
-// request lines and the slot pointer of the clock, or is registered and stands some clocks later; the slot pointer and
-// the frame's table are registers.
+// The bus arbiter of an input framebuffer: decides whose burst the bus carries next. The answer is combinational, from
+// the request lines and the slot pointer of the clock, or it is registered and stands some clocks later. The slot
+// pointer and the frame's table are registers.
 // docs/replacing-a-block.md says what the pins mean.
 module bus_arbiter #(
     parameter  int LINES      = 16,  // rows that a frame's table may have, 2 or more
@@ -14,7 +14,7 @@ module bus_arbiter #(
 
     // The policy: constant while reset is low.
     input logic by_deadline_i,  // 1: the earliest deadline first, no slots. 0: by the slot table
-    input logic lose_idle_i,    // a slot that its owner cannot use: 1 its time passes, 0 the next that is ready has it
+    input logic lose_idle_i,    // a slot that its owner cannot use: 1 its time passes, 0 the next that is ready gets it
     input logic [7:0] grant_cycles_i,  // edges from the one that decides to the answer; 0: combinational
     input logic build_i,               // 1: a frame's slot table takes a clock a slot
 
@@ -126,7 +126,8 @@ module bus_arbiter #(
       candidate_valid = any_slot && built;
       candidate_line = slots[granted_slot*LINE_BITS+:LINE_BITS];
       candidate_slot = granted_slot;
-      // Round the end the sum may leave the pointer's width; what is left of it is right, for it is below slot_count.
+      // Past the table's end the sum may exceed the pointer's width. Its low bits are right, since the result is below
+      // slot_count.
       if (candidate_valid) begin
         candidate_recovered = granted_slot - slot_o + (any_behind ? '0 : slot_count[SLOT_BITS-1:0]);
       end

@@ -1,9 +1,9 @@
-// A composer of the Metabuffer: takes its segment's pixels from its renderer's bus into its local memory and merges
-// them with the pixels that come down its display's pipeline. Every output is registered; docs/replacing-a-block.md
-// says what the pins mean and which of them the machine is wired to.
+// A composer of the Metabuffer. It receives its segment's pixels from its renderer's bus in its local memory and merges
+// them with the pixels that come down its display's pipeline. Every output is registered. docs/replacing-a-block.md
+// says what the pins mean and to which of them the machine is wired.
 //
-// One clock edge is worked out in three steps, each on what the one before leaves: the pipeline side composites a
-// pixel, the bus side takes a beat, the handshakes are driven.
+// One clock edge is computed in three steps, each from the results of the one before: the pipeline side composites a
+// pixel, the bus side receives a beat, the handshakes are driven.
 module composer #(
     parameter  int MAX_BUFFER_PIXELS = 4096,  // a power of two, 16 or more
     localparam int ADDRESS_BITS      = $clog2(MAX_BUFFER_PIXELS),
@@ -23,7 +23,7 @@ module composer #(
     input logic [7:0]            in_flight_pixels_i,    // that may come once BUSREADY falls, with the beat it falls at
     input logic [4:0]            cut_cycles_i,          // from BUSREADY's fall to the last beat of its burst: 1..17
     input logic [1:0]            composition_i,         // 0 nearer wins, 1 the same with alpha key, 2 over
-    input logic                  stall_mode_i,          // a missing pixel: 1 stalls the column, 0 is a glitch
+    input logic                  stall_mode_i,          // a starved pixel: 1 stalls the column, 0 is a glitch
     input logic [63:0]           background_i,
     input logic                  pipemaster_i,          // strap, read in reset
 
@@ -33,8 +33,8 @@ module composer #(
     input  logic [31:0]      bus_frame_i,        // the composited frame that the beat is of, from 0
     input  logic [3:0]       bus_count_i,        // pixels in this beat, 0..8
     input  logic [15:0]      bus_destination_i,
-    input  logic [15:0]      bus_remaining_i,    // pixels of the burst behind this beat
-    input  logic [31:0]      bus_first_i,        // place in the segment of the beat's first pixel; of a row in its table
+    input  logic [15:0]      bus_remaining_i,    // pixels of the burst after this beat
+    input  logic [31:0]      bus_first_i,        // segment index of the beat's first pixel; of a row in its table
     input  logic [511:0]     bus_words_i,        // word 0 lowest
     output logic             busready_o,
     output logic             tableready_o,
@@ -54,14 +54,14 @@ module composer #(
 
     // Status, for counters and debuggers. What happened at the edge just past:
     output logic        composited_o,  // a raster pixel
-    output logic        starved_o,     // and its local pixel was missing
+    output logic        starved_o,     // and its local pixel had not come
     output logic        replayed_o,    // and its local pixel came from the window again
     output logic        stalled_o,     // the column stood still for this composer
     output logic        cut_o,         // BUSREADY was dropped in a burst
     output logic        cutting_o,     // and beats of it may still come
     output logic [3:0]  late_o,        // pixels dropped that came after their last use
-    output logic [31:0] lost_o,        // pixels found not to come any more
-    output logic [31:0] lost_tables_o, // tables found not to come any more, in part or whole
+    output logic [31:0] lost_o,        // pixels found to be lost
+    output logic [31:0] lost_tables_o, // tables found to be lost, in part or whole
     output logic [2:0]  error_o,       // see ERROR_...
     // What stands now:
     output logic                  running_o,
@@ -74,7 +74,7 @@ module composer #(
     output logic [31:0]           row_first_pixel_o,  // of the source row that this raster row shows
     output logic [15:0]           column_o,           // in it
     output logic [7:0]            row_phase_o,        // the source row's repetition, from 0
-    output logic [31:0]           expected_o,         // place in the segment that the bus must bring next
+    output logic [31:0]           expected_o,         // index in the segment of the pixel that the bus must bring next
     output logic [COUNT_BITS-1:0] held_o,
     output logic [15:0]           announced_o
 );
@@ -85,23 +85,23 @@ module composer #(
 
   localparam logic [2:0] ERROR_NONE = 3'd0;
   localparam logic [2:0] ERROR_FULL = 3'd1;      // a pixel for a full buffer
-  localparam logic [2:0] ERROR_ORDER = 3'd2;     // a pixel that has been there
+  localparam logic [2:0] ERROR_ORDER = 3'd2;     // a pixel that has come before
   localparam logic [2:0] ERROR_NO_TABLE = 3'd3;  // a pixel of no frame
   localparam logic [2:0] ERROR_TABLES = 3'd4;    // a third frame's table
   localparam logic [2:0] ERROR_FRAME = 3'd5;     // a beat of a frame that is over, or that cannot have begun
-  localparam logic [2:0] ERROR_ROW = 3'd6;       // a row that has been
+  localparam logic [2:0] ERROR_ROW = 3'd6;       // a row that has come before
 
   localparam logic [1:0] COMPOSE_Z = 2'd0;
   localparam logic [1:0] COMPOSE_Z_ALPHA_KEY = 2'd1;
 
-  localparam int MOST_FRAMES_AHEAD = 65535;  // of the newest frame that is known: no bus gets there
+  localparam int MOST_FRAMES_AHEAD = 65535;  // beyond the newest frame that is known: no bus gets there
   localparam int SPACE_BITS = (COUNT_BITS > 16 ? COUNT_BITS : 16) + 1;  // counts and announced pixels together
 
   // ---- registers ----
 
   logic pipemaster;
 
-  // Two frames: the one that is composited or is next to be (`head`), and the one behind it on the bus. Segment bounds
+  // Two frames: the one that is composited or is next to be (`head`), and the one after it on the bus. Segment bounds
   // are clipped to the raster, end values one past the last.
   logic [31:0] number[2];
   logic        table_complete[2];      // or lost
@@ -123,18 +123,18 @@ module composer #(
   logic [31:0] heard;                  // number of the frame that is to begin next
   logic [31:0] composited;             // number of the frame that is composited or is next to be
   logic        table_lost;             // of the newest frame: its pixels are dropped
-  logic [15:0] next_row;               // place of the table row that must come next
+  logic [15:0] next_row;               // index of the table row that must come next
   logic        receiving_ended;        // pixels of a frame that is over, the one that is not `head`, still come
   logic [31:0] released;               // pixels of the head frame that have had their last use
   logic [COUNT_BITS-1:0]   held;       // the FIFO's level
   logic [ADDRESS_BITS-1:0] write_address;
   logic [19:0]             silent_cycles;  // since the burst's last beat, while more of it is announced
 
-  // The walk over the raster; x_o, y_o and the like are part of it.
+  // The walk over the raster; x_o, y_o and other outputs are part of it.
   logic        running;
   logic        row_covered;
   logic        covered;
-  logic        missing;                // covered, and the segment pixel is not there
+  logic        missing;                // covered, and the segment pixel has not come
   logic [7:0]  column_phase;
   logic [7:0]  first_row_phase;        // of the source row shown: not 0 only for one cut by the raster's top
 
@@ -213,7 +213,7 @@ module composer #(
     pixel_next = row_first_pixel_next + {16'd0, column_next};
   end
 
-  // What the frame's end leaves to the bus side.
+  // The state that the frame's end leaves to the bus side.
   logic        head_1;
   logic [1:0]  frames_1;
   logic [31:0] composited_1;
@@ -243,7 +243,7 @@ module composer #(
     end
   end
 
-  // Merging. The FIFO has read the local pixel at the edge before, be it that it came at that edge.
+  // Merging. The FIFO has read the local pixel at the edge before, even if the pixel came at that edge.
   logic [63:0] local_pixel, merged_pixel, upstream_pixel;
   logic        upstream_lost;
 
@@ -311,9 +311,9 @@ module composer #(
   assign row_right = clipped_end(row_dx, row_sdx, row_multiple, raster_width_i);
   assign row_bottom = clipped_end(row_dy, row_sdy, row_multiple, raster_height_i);
 
-  // A beat tells by its frame what there was before it, and by its place what of its own frame.
+  // A beat's frame number shows what was sent before its frame, and its index what was sent of its frame.
   logic beat, begins, goes_back, too_many, follows, newer, table_open, row_beat, taking_row, losing_table;
-  logic signed [31:0] ahead;  // frames behind the newest that is known
+  logic signed [31:0] ahead;  // frames after the newest that is known
   logic [31:0] missed_count, heard_1;
   logic table_lost_1;
   logic beginning, own_row, table_ends;
@@ -331,7 +331,7 @@ module composer #(
   always_comb begin : take_beat
     error_next = ERROR_NONE;
 
-    // The frame whose pixels come: the newest, be it over already.
+    // The frame whose pixels come: the newest, even if it is over already.
     source_1 = frames_1 == 2'd2 || receiving_ended_1 ? !head_1 : head_1;
     nothing_due = frames_1 == 2'd0 && !receiving_ended_1;
     released_source = '0;
@@ -401,7 +401,7 @@ module composer #(
     free_3 = buffer_pixels_i - held_3;
     arrived_3 = in_order ? arrived_2 + {28'd0, taken_count} : arrived_2;
 
-    // What is announced and does not come is lost, or its burst was stopped by another than this composer.
+    // What is announced and does not come is lost, or something other than this composer stopped its burst.
     announced_1 = announced_o;
     silent_cycles_1 = silent_cycles;
     if ((in_order && !overfull) || dropping) begin
@@ -439,7 +439,7 @@ module composer #(
       .free_o(fifo_free),
       .error_o(fifo_error)
   );
-  // It is never told more than it can do, and what is late is let go of as it comes.
+  // These pins stay unused: the FIFO is never asked for more than it can do, and late pixels are released as they come.
   logic unused_fifo;
   assign unused_fifo = ^{fifo_free, fifo_error};
 

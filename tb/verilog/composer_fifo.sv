@@ -1,10 +1,10 @@
 // A composer's local memory: a ring of pixels with a write port of a beat and a read port of a pixel, and a count of
-// what it holds. The composer says at which addresses and what need not be held any more; see
+// what it holds. The composer gives the addresses and says what need not be held any more; see
 // model/rtl/composer_fifo.h, whose pins these are.
 //
-// What stands at the ports before a clock's edge is done at the edge. A read gives the word that is written to its
-// address at the same edge. Each word of a beat lies in another bank, so the ring has as many addresses as a power of
-// two, 16 or more.
+// What the ports ask for before a clock's edge is done at the edge. A read gives the word that is written to its
+// address at the same edge. Each word of a beat lies in another bank, so the number of the ring's addresses is a power
+// of two, 16 or more.
 module composer_fifo #(
     parameter  int MAX_PIXELS   = 4096,  // a power of two, 16 or more
     localparam int ADDRESS_BITS = $clog2(MAX_PIXELS),
@@ -49,7 +49,7 @@ module composer_fifo #(
 
   for (genvar bank = 0; bank < BANKS; bank = bank + 1) begin : gen_bank
     logic [2:0] lane;
-    logic [ADDRESS_BITS-4:0] address;  // in the bank: one further for the lanes behind the ring's bank 7
+    logic [ADDRESS_BITS-4:0] address;  // in the bank: one further for the lanes past the ring's bank 7
     assign lane = 3'(bank) - write_address_i[2:0];
     assign address = (write_address_i[ADDRESS_BITS-1:3] + (ADDRESS_BITS - 3)'(lane > ~write_address_i[2:0])) &
                      last_address_i[ADDRESS_BITS-1:3];

@@ -1,5 +1,5 @@
 // One bank of a composer's local memory: a write port and a registered read port, as a block RAM has them. A word that
-// is written at the edge that reads it is not seen: the composer brings it past the memory.
+// is written at the edge that reads it is not seen: the FIFO has a bypass for it.
 module pixel_bank #(
     parameter int DEPTH = 512,
     localparam int ADDRESS_BITS = $clog2(DEPTH)

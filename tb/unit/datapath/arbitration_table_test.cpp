@@ -39,7 +39,9 @@ std::vector<BusRequest> random_requests(test::Random& random, const std::vector<
 
 bool usable(const BusRequest& request) { return request.pending && request.ready; }
 
-TEST_CASE("arbitration: every policy loses slots if its row says so, and else rests only with nobody ready") {
+TEST_CASE(
+    "arbitration: every policy loses slots if its row says so, and otherwise grants none only if nobody is "
+    "ready") {
     test::Random random(test::random_seed(161));
     for (const ArbitrationRow& policy : kArbitrationTable) {
         INFO(policy.name);
@@ -64,8 +66,10 @@ TEST_CASE("arbitration: every policy loses slots if its row says so, and else re
     }
 }
 
-/// Of the first row: however the others come and go, rotations of the table bring it all slots that it has in them.
-TEST_CASE("arbitration: where it is proved to, a composer that stays ready gets each of its slots") {
+/// Checks the first row: whatever the others request, each rotation of the table gives it all its slots.
+TEST_CASE(
+    "arbitration: under a policy that is proved to do so, a composer that stays ready gets each of its "
+    "slots") {
     test::Random random(test::random_seed(162));
     for (const ArbitrationRow& policy : kArbitrationTable) {
         if (policy.proof != BufferProof::kSlots) continue;
@@ -93,7 +97,9 @@ TEST_CASE("arbitration: where it is proved to, a composer that stays ready gets 
     }
 }
 
-TEST_CASE("arbitration: where it is proved to, the ready composer whose pixel is needed first goes first") {
+TEST_CASE(
+    "arbitration: under a policy that is proved to do so, the ready composer whose pixel is needed first "
+    "goes first") {
     test::Random random(test::random_seed(163));
     for (const ArbitrationRow& policy : kArbitrationTable) {
         if (policy.proof != BufferProof::kDeadlines) continue;
@@ -114,7 +120,7 @@ TEST_CASE("arbitration: where it is proved to, the ready composer whose pixel is
     }
 }
 
-TEST_CASE("arbitration: the host sends the policy's slot table, and the machine takes it") {
+TEST_CASE("arbitration: the host sends the policy's slot table, and the machine accepts it") {
     const auto seed = test::random_seed(164);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
@@ -133,7 +139,7 @@ TEST_CASE("arbitration: the host sends the policy's slot table, and the machine 
     }
 }
 
-/// A host has no more than a scanline.
+/// A host has room for a scanline at most.
 TEST_CASE("arbitration: with little room the host sends fewer slots, with none it sends no table") {
     const auto seed = test::random_seed(165);
     INFO("METABUFFER_SEED=" << seed);
@@ -152,7 +158,7 @@ TEST_CASE("arbitration: with little room the host sends fewer slots, with none i
 }
 
 TEST_CASE("arbitration: where there is room for a slot each, each row has one") {
-    // In proportion the first row would have two slots of the four there is room for, and so would be one too many.
+    // In proportion the first row would have two of the four slots that there is room for, one too many.
     const ValidatedTable table{{{1, 0, 0, 60, 1, 0, 0, 1},
                                 {2, 0, 0, 1, 1, 0, 0, 5},
                                 {3, 0, 0, 1, 1, 0, 0, 5},
@@ -166,7 +172,7 @@ TEST_CASE("arbitration: where there is room for a slot each, each row has one") 
     CHECK(taken.slots == std::vector<int>{0, 1, 2, 3});
 }
 
-TEST_CASE("arbitration: without a good slot table of the host's each row has a slot") {
+TEST_CASE("arbitration: without a good slot table from the host each row has a slot") {
     const ValidatedTable table{{{1, 0, 0, 9, 1, 0, 0, 1}, {2, 0, 0, 3, 1, 0, 0, 1}}, {}};
     for (const Arbitration policy :
          {Arbitration::kIrsa, Arbitration::kSlotAllocation, Arbitration::kRoundRobin}) {
@@ -174,7 +180,7 @@ TEST_CASE("arbitration: without a good slot table of the host's each row has a s
         CHECK(none.rejected);
         CHECK(none.slots == std::vector<int>{0, 1});
         CHECK(sent_slots(policy, table, encode_slots({0, 0}, 2)).rejected);
-        // Nobody would have a slot.
+        // Without rows no slot table is missing.
         CHECK_FALSE(sent_slots(policy, {}, {}).rejected);
     }
     CHECK_FALSE(sent_slots(Arbitration::kEdf, table, {}).rejected);

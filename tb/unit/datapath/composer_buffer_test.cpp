@@ -19,7 +19,7 @@ constexpr int kWidth = 12;
 constexpr int kHeight = 8;
 constexpr test::Size kRaster{kWidth, kHeight};
 
-/// With the memory that it gives addresses for.
+/// A buffer with the memory that it gives addresses for.
 class StoredBuffer : public ComposerBuffer {
   public:
     StoredBuffer(int capacity_pixels, int raster_width_pixels, int raster_height_pixels)
@@ -62,12 +62,14 @@ TEST_CASE("composer buffer: a new one is empty, has no frame and takes two table
     CHECK_THROWS_AS(buffer.begin_frame(), std::logic_error);
 }
 
-TEST_CASE("composer buffer: a frame has no segment until its row comes, and its table ends when it is told") {
+TEST_CASE(
+    "composer buffer: a frame has no segment until its row comes, and no complete table until the end is "
+    "signalled") {
     StoredBuffer buffer(4, kWidth, kHeight);
     buffer.begin_frame();
     CHECK_FALSE(buffer.table_complete());
     CHECK_FALSE(buffer.has_segment());
-    CHECK(buffer.segment_complete());  // nothing is missing of no segment
+    CHECK(buffer.segment_complete());  // without a segment no pixel is to come
     buffer.set_row(row_of(2, 1));
     CHECK(buffer.has_segment());
     CHECK_FALSE(buffer.segment_complete());
@@ -76,7 +78,7 @@ TEST_CASE("composer buffer: a frame has no segment until its row comes, and its 
     CHECK(buffer.table_complete());
 }
 
-TEST_CASE("composer buffer: filled to the brim and not beyond") {
+TEST_CASE("composer buffer: it can be filled completely and not beyond") {
     StoredBuffer buffer(3, kWidth, kHeight);
     begin(buffer, row_of(5, 1));
     for (int k = 0; k < 3; ++k) {
@@ -103,7 +105,7 @@ TEST_CASE("composer buffer: a pixel that comes after its release is dropped, the
     CHECK(buffer.at_address(buffer.address_of(3)) == numbered(3));
 }
 
-TEST_CASE("composer buffer: a release lets go of all before it, there or not") {
+TEST_CASE("composer buffer: a release frees all pixels up to it, whether they have come or not") {
     StoredBuffer buffer(6, kWidth, kHeight);
     begin(buffer, row_of(6, 1));
     for (int k = 0; k < 4; ++k) buffer.push(numbered(k));
@@ -116,7 +118,7 @@ TEST_CASE("composer buffer: a release lets go of all before it, there or not") {
     CHECK(buffer.held_pixels() == 1);
 }
 
-TEST_CASE("composer buffer: what still comes of a frame that is over is dropped") {
+TEST_CASE("composer buffer: pixels that still come of a frame that is over are dropped") {
     StoredBuffer buffer(4, kWidth, kHeight);
     begin(buffer, row_of(2, 2));
     buffer.push(numbered(0));
@@ -161,7 +163,7 @@ TEST_CASE("composer buffer: a loss abandons its frame: nothing of it is held, ke
     CHECK_FALSE(buffer.next_pixel().has_value());  // it was whole
 }
 
-TEST_CASE("composer buffer: a second loss in a frame lets go of nothing twice") {
+TEST_CASE("composer buffer: a second loss in a frame frees nothing twice") {
     StoredBuffer buffer(4, kWidth, kHeight);
     begin(buffer, row_of(2, 1));
     buffer.push(numbered(0));
@@ -185,7 +187,7 @@ TEST_CASE("composer buffer: a second loss in a frame lets go of nothing twice") 
     CHECK(buffer.held_pixels() == 0);
 }
 
-TEST_CASE("composer buffer: losses of pixels that were used without having come give nothing back") {
+TEST_CASE("composer buffer: lost pixels that were used without having come free nothing") {
     StoredBuffer buffer(4, kWidth, kHeight);
     begin(buffer, row_of(10, 1));
     buffer.push(numbered(0));
@@ -195,7 +197,7 @@ TEST_CASE("composer buffer: losses of pixels that were used without having come 
     CHECK(buffer.next_pixel() == std::int64_t{3});
 }
 
-TEST_CASE("composer buffer: the frame behind an abandoned one is kept apart and found where it was stored") {
+TEST_CASE("composer buffer: the frame after an abandoned one is kept apart and found where it was stored") {
     for (int lost = 1; lost < 12; ++lost) {
         INFO(lost << " pixels lost");
         StoredBuffer buffer(5, kWidth, kHeight);
@@ -214,7 +216,7 @@ TEST_CASE("composer buffer: the frame behind an abandoned one is kept apart and 
     }
 }
 
-TEST_CASE("composer buffer: what is lost of a frame that is over is known, and abandons no other") {
+TEST_CASE("composer buffer: losses in a frame that is over are known, and abandon no other frame") {
     StoredBuffer buffer(4, kWidth, kHeight);
     begin(buffer, row_of(6, 1));
     buffer.push(numbered(0));
@@ -237,7 +239,7 @@ TEST_CASE("composer buffer: what is lost of a frame that is over is known, and a
     CHECK(buffer.at_address(buffer.address_of(0)) == numbered(50));
 }
 
-TEST_CASE("composer buffer: an abandoned frame that is over is abandoned still") {
+TEST_CASE("composer buffer: an abandoned frame stays abandoned when it is over") {
     StoredBuffer buffer(4, kWidth, kHeight);
     begin(buffer, row_of(6, 1));
     buffer.lose(2);
@@ -261,7 +263,7 @@ TEST_CASE("composer buffer: a frame that was missed takes its turn, has no segme
     buffer.miss_frame();
     CHECK(buffer.frames_heard() == 2);
     CHECK_FALSE(buffer.wants_frame());
-    CHECK(buffer.can_begin_frame());  // there is room for the one behind it
+    CHECK(buffer.can_begin_frame());  // there is room for the one after it
     CHECK(buffer.table_lost());
     CHECK_FALSE(buffer.next_pixel().has_value());
     CHECK(buffer.missing_pixels() == 0);
@@ -284,7 +286,7 @@ TEST_CASE("composer buffer: a frame that was missed takes its turn, has no segme
     CHECK(buffer.segment_complete());
     CHECK(buffer.abandoned());
     CHECK_FALSE(buffer.wants_frame());
-    buffer.push(numbered(11));  // of the frame behind it
+    buffer.push(numbered(11));  // of the frame after it
     buffer.end_frame();
 
     CHECK(buffer.wants_frame());
@@ -310,7 +312,7 @@ TEST_CASE("composer buffer: a frame that was missed lacks no pixels, whatever th
     CHECK(buffer.missing_pixels() == 0);
 }
 
-TEST_CASE("composer buffer: several frames missed with none before and none behind them") {
+TEST_CASE("composer buffer: several frames missed with none before and none after them") {
     StoredBuffer buffer(4, kWidth, kHeight);
     for (int frame = 0; frame < 3; ++frame) buffer.miss_frame();
     for (int frame = 0; frame < 3; ++frame) {
@@ -328,7 +330,7 @@ TEST_CASE("composer buffer: several frames missed with none before and none behi
     CHECK_FALSE(buffer.abandoned());
 }
 
-TEST_CASE("composer buffer: a frame whose table is lost keeps its place and loses its segment") {
+TEST_CASE("composer buffer: a frame whose table is lost keeps its turn and loses its segment") {
     StoredBuffer buffer(8, kWidth, kHeight);
     begin(buffer, row_of(2, 1));
     buffer.push(numbered(0));
@@ -369,7 +371,7 @@ TEST_CASE("composer buffer: pixels of a frame that is over do not come once a la
     CHECK(buffer.push(numbered(5)));
 }
 
-TEST_CASE("composer buffer: a frame that is started and not known ends without a trace") {
+TEST_CASE("composer buffer: the end of a frame that is not known changes nothing") {
     StoredBuffer buffer(4, kWidth, kHeight);
     buffer.end_frame();
     CHECK_FALSE(buffer.has_frame());
@@ -381,7 +383,7 @@ TEST_CASE("composer buffer: a frame that is started and not known ends without a
     begin(buffer, row_of(1, 1));
     buffer.push(numbered(0));
     buffer.end_frame();
-    CHECK_FALSE(buffer.abandoned());  // nor is it what a frame was that is over
+    CHECK_FALSE(buffer.abandoned());  // nor does it have the state of the frame that is over
 }
 
 TEST_CASE("composer buffer: the next frame's pixels do not count for the one that is composited") {
@@ -509,17 +511,17 @@ void play(test::Random& random, int capacity, int steps) {
                     check_same(buffer, wanted);
                 }
                 break;
-            case 2:  // the pipeline: lets pixels go, there or not
+            case 2:  // the pipeline: releases pixels, whether they have come or not
                 if (head == nullptr || !head->complete) break;
                 for (int i = random.between(1, 8); i > 0 && head->released < head->pixels; --i) {
-                    // Mostly it takes what is there; starving is the exception.
+                    // Mostly it releases pixels that have come; starving is the exception.
                     if (head->released >= head->arrived && !random.one_in(20)) break;
                     buffer.release_through(head->released);
                     wanted.release();
                     check_same(buffer, wanted);
                 }
                 break;
-            default:  // the pipeline: the raster is through
+            default:  // the pipeline: the raster is finished
                 if (head == nullptr || !head->complete || head->released < head->pixels) break;
                 buffer.end_frame();
                 wanted.end_frame();

@@ -74,7 +74,7 @@ TEST_CASE("composition z: the nearer pixel wins and a tie keeps the upstream one
     CHECK(compose(Composition::kZ, local, Pixel(9, 9, 9, 9, 1000)) == Pixel(9, 9, 9, 9, 1000));
 }
 
-TEST_CASE("composition z: alpha has no say") {
+TEST_CASE("composition z: alpha has no effect") {
     const Pixel transparent(1, 2, 3, 0, 5);
     CHECK(compose(Composition::kZ, transparent, Pixel(9, 9, 9, 255, 6)) == transparent);
 }

@@ -15,7 +15,7 @@ using test::PaintedSegment;
 
 constexpr test::Size kRaster{40, 30};
 
-TEST_CASE("edf: the composer whose next pixel is needed first, found by painting, the earlier row on a tie") {
+TEST_CASE("edf: grants the row whose next pixel painting needs first, the earlier row on a tie") {
     const auto seed = test::random_seed(151);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
@@ -65,7 +65,7 @@ TEST_CASE("edf: the composer whose next pixel is needed first, found by painting
             polls += wanted < 0 ? 1 : 0;
         }
     }
-    // The sample is worth something.
+    // The sample is large enough.
     CHECK(polls > 100);
     CHECK(ties > 100);
 }

@@ -55,7 +55,7 @@ TEST_CASE("segment walker: without a segment it walks the whole raster and cover
     CHECK(walker.done());
 }
 
-TEST_CASE("segment walker: a fresh one is done, it has no raster") { CHECK(SegmentWalker().done()); }
+TEST_CASE("segment walker: a new one is done, since it has no raster") { CHECK(SegmentWalker().done()); }
 
 TEST_CASE("segment walker: agrees with painting for every valid row on a small raster") {
     const Size raster{5, 4};

@@ -35,7 +35,7 @@ bool usable(const std::vector<BusRequest>& requests, int row) {
     return requests[static_cast<std::size_t>(row)].pending && requests[static_cast<std::size_t>(row)].ready;
 }
 
-/// The same by a ring that is turned slot by slot: its front is the slot whose turn it is.
+/// The same by a ring that turns slot by slot: its front is the present slot.
 class SlotRing {
   public:
     explicit SlotRing(const std::vector<int>& table) : slots_(table.begin(), table.end()) {}
@@ -92,12 +92,13 @@ void check_against_ring(std::vector<int> (*make_table)(const ViewportTable& rows
             polls += got.kind == Kind::kPoll ? 1 : 0;
         }
     }
-    // The sample is worth something: with recovery it has polled, without it never does.
+    // The sample is large enough: with recovery it has polled, without recovery it never does.
     CHECK((polls > 100) == (idle_slots == IdleSlots::kRecovered));
 }
 
 TEST_CASE(
-    "irsa: a slot nobody can use goes to the next in the table at once, and a poll does not move it on") {
+    "irsa: a slot that its owner cannot use goes to the next in the table at once, and a poll does not "
+    "advance the table") {
     check_against_ring(slot_table, IdleSlots::kRecovered, 141);
 }
 TEST_CASE("slot-allocation: the slot's owner or nobody, and the table moves on either way") {
@@ -127,7 +128,7 @@ TEST_CASE("irsa: with everyone ready each composer gets its C / T share of every
     CHECK(granted == std::vector<int>{10, 30, 40, 10, 30, 40});
 }
 
-TEST_CASE("irsa: a composer that is not ready loses its turn and no more, the others share its time") {
+TEST_CASE("irsa: a composer that is not ready loses its slot and no more, the others share its time") {
     SlotTablePolicy policy(IdleSlots::kRecovered);
     policy.start_frame({0, 1, 2}, 3);
     std::vector<BusRequest> requests(3);

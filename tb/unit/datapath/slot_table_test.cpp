@@ -81,7 +81,7 @@ TEST_CASE("slot table: case four of the paper, l and w - l beside a whole width"
     CHECK(slots_of_each(slot_table(rows), 6) == std::vector<int>{2, 3, 5, 2, 3, 5});
 }
 
-TEST_CASE("slot table: a multiple divides the need, for a source row then serves several raster rows") {
+TEST_CASE("slot table: a multiple divides the need, since a source row then serves several raster rows") {
     CHECK(slots_of_each(slot_table({segment(10, 1), segment(10, 2)}), 2) == std::vector<int>{2, 1});
     CHECK(slots_of_each(slot_table({segment(10, 4), segment(10, 1)}), 2) == std::vector<int>{1, 4});
     CHECK(slot_table({segment(10, 1), segment(20, 2), segment(40, 4)}) == std::vector<int>{0, 1, 2});
@@ -94,7 +94,7 @@ TEST_CASE("slot table: proportions are exact for multiples that are no powers of
     CHECK(slots_of_each(slot_table({segment(10, 3), segment(10, 5)}), 2) == std::vector<int>{5, 3});
 }
 
-TEST_CASE("slot table: height and place of a segment have no say") {
+TEST_CASE("slot table: height and position of a segment have no effect") {
     ViewportRow tall = segment(30, 1);
     tall.sdy = 900;
     tall.dcomp = 7;
@@ -114,7 +114,7 @@ TEST_CASE("slot table: proportions are exact up to the limit and rounded to near
 
 TEST_CASE(
     "slot table: needs are exact before rounding as long as the multiples have a common one up to 2^32") {
-    // The multiples' least common one is 2,328,406,311, between 2^31 and 2^32. The third row is due 55.5001 slots.
+    // The multiples' least common one is 2,328,406,311, between 2^31 and 2^32. The third row's share is 55.5001 slots.
     const ViewportTable rows = {segment(3, 201), segment(2, 211), segment(3, 253), segment(4, 217)};
     CHECK(slots_of_each(slot_table(rows), rows.size()) == std::vector<int>{70, 44, 56, 86});
 }
@@ -145,8 +145,8 @@ TEST_CASE("slot table: shares of random rows are in proportion to C / T and the 
                           << rows[i].dmultiple << ", " << slots[i] << " of " << table.size() << " slots");
             const long double share = static_cast<long double>(rows[i].sdx) / rows[i].dmultiple / need;
             CHECK(slots[i] >= 1);
-            // Of a table within the limit the share is exact but for the weights' fixed point; of a longer
-            // one it was rounded when the table was still thought to have 256 slots.
+            // In a table within the limit the share is exact, except for the weights' fixed point. In a longer one it
+            // was rounded as for a table of 256 slots.
             const bool exact = std::fabs(share * table.size() - slots[i]) < 0.01L;
             const bool rounded = std::fabs(share * 256 - slots[i]) <= 0.501L;
             const bool raised = share * 256 < 1 && slots[i] == 1;
@@ -166,7 +166,7 @@ TEST_CASE("slot table: each slot goes to the row that is owed most, the first of
         const auto length = static_cast<std::int64_t>(table.size());
         std::vector<std::int64_t> had(rows.size(), 0);
         for (std::int64_t t = 0; t < length; ++t) {
-            // What a row is owed after t + 1 slots, in length-ths of a slot, from its share and what it had.
+            // What a row is owed after t + 1 slots, in units of 1 / length slots: its share less the slots that it had.
             std::size_t most_owed = 0;
             std::int64_t most = 0;
             for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -247,7 +247,9 @@ TEST_CASE("slot table: the host counts the rows that it sends, the machine those
           std::vector<int>{2, 4});
 }
 
-TEST_CASE("slot table: a sent one is wrong with a slot of a dropped row, without one of a row, or too long") {
+TEST_CASE(
+    "slot table: a sent table is wrong if it has a slot of a dropped row or none of a valid one, or is too "
+    "long") {
     CHECK_FALSE(judge_slots({0, 2, 3, 1}, three_of_five()));
     CHECK_FALSE(judge_slots({0, 2, 3, 5}, three_of_five()));
     CHECK_FALSE(judge_slots({0, 2, 0}, three_of_five()));

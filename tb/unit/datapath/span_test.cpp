@@ -17,8 +17,7 @@ using Values = std::vector<std::uint32_t>;
 constexpr std::uint32_t kGuard = 0xDEAD'BEEFU;  ///< stands where a function must not write
 constexpr std::size_t kGuardValues = 40;        ///< more than any vector unit writes at once
 
-/// A run of pixels somewhere in planes of which nothing else is to be touched. Each plane has an alignment of
-/// its own.
+/// A run of pixels somewhere in planes; nothing else in them may change. Each plane has its own alignment.
 struct Run {
     std::size_t count;
     std::size_t argb_start;
@@ -96,7 +95,7 @@ TEST_CASE("span: planes hold what the link makes of one image's colour and anoth
 
 // ---- fill_span ----
 
-TEST_CASE("span: a filled run holds one pixel and its neighbours what they held") {
+TEST_CASE("span: a filled run holds one pixel, and its neighbours are unchanged") {
     const auto seed = test::random_seed(172);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
@@ -243,7 +242,7 @@ TEST_CASE("span: result n of a replicated run is source pixel (skip + n) / multi
 
 // ---- average_span ----
 
-/// `values` raster pixels in a random place of a plane; alpha too, which must not show.
+/// `values` raster pixels at a random position of a plane; alpha too, which must not show.
 void check_average(test::Random& random, int supersample, std::size_t display_width, const Values& values) {
     INFO("supersample " << supersample << ", display width " << display_width);
     Run raster(random, values.size());

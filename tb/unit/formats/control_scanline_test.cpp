@@ -124,7 +124,7 @@ TEST_CASE("control scanline: hand-built bytes are decoded field by field, negati
     CHECK(decoded.content.table[0].dy == -32768);
 }
 
-TEST_CASE("control scanline: the kind tells colour and depth frames apart") {
+TEST_CASE("control scanline: the kind distinguishes colour and depth frames") {
     ControlScanline content = sample();
     for (const FrameKind kind : {FrameKind::kColour, FrameKind::kDepth}) {
         content.kind = kind;
@@ -167,7 +167,7 @@ TEST_CASE("control scanline: random content survives the link, zero behind it") 
     }
 }
 
-TEST_CASE("control scanline: any wrong byte of the content is told, by its first cause") {
+TEST_CASE("control scanline: any wrong byte of the content is reported, by its first cause") {
     const Bytes good = sample_bytes();
     for (std::size_t position = 0; position < kSampleBytes; ++position) {
         const ScanlineDefect wanted = position < 4    ? ScanlineDefect::kMagic
@@ -200,7 +200,7 @@ TEST_CASE("control scanline: the link has 24 bits and what stands above them is 
     check_same(decoded.content, sample());
 }
 
-TEST_CASE("control scanline: a wrong magic is told even if the CRC holds") {
+TEST_CASE("control scanline: a wrong magic is reported even if the CRC is correct") {
     for (std::size_t position = 0; position < 4; ++position) {
         Bytes bytes = sample_bytes();
         bytes[position] ^= 0x20;
@@ -209,7 +209,7 @@ TEST_CASE("control scanline: a wrong magic is told even if the CRC holds") {
     }
 }
 
-TEST_CASE("control scanline: every version but 1 is unknown even if the CRC holds") {
+TEST_CASE("control scanline: every version but 1 is unknown even if the CRC is correct") {
     for (int version = 0; version < 256; ++version) {
         Bytes bytes = sample_bytes();
         bytes[4] = static_cast<std::uint8_t>(version);
@@ -219,7 +219,7 @@ TEST_CASE("control scanline: every version but 1 is unknown even if the CRC hold
     }
 }
 
-TEST_CASE("control scanline: an unknown kind is told of a scanline whose CRC holds") {
+TEST_CASE("control scanline: an unknown kind is reported for a scanline whose CRC is correct") {
     for (int kind = 2; kind < 256; ++kind) {
         Bytes bytes = sample_bytes();
         bytes[5] = static_cast<std::uint8_t>(kind);
@@ -230,7 +230,7 @@ TEST_CASE("control scanline: an unknown kind is told of a scanline whose CRC hol
     }
 }
 
-TEST_CASE("control scanline: defects are told in the order magic, version, CRC, kind") {
+TEST_CASE("control scanline: defects are reported in the order magic, version, CRC, kind") {
     Bytes bytes = sample_bytes();
     bytes[5] = 9;
     CHECK(defect_of(bytes) == ScanlineDefect::kCrc);
@@ -240,13 +240,13 @@ TEST_CASE("control scanline: defects are told in the order magic, version, CRC, 
     CHECK(defect_of(bytes) == ScanlineDefect::kMagic);
 }
 
-TEST_CASE("control scanline: a row count that leaves the scanline counts as a CRC error") {
+TEST_CASE("control scanline: a row count that goes beyond the scanline counts as a CRC error") {
     // 57 bytes hold two rows and the payload's length, not three.
     for (const int rows : {3, 4, 255, 256, 65535}) {
         Bytes bytes = sample_bytes();
         bytes[6] = static_cast<std::uint8_t>(rows % 256);
         bytes[7] = static_cast<std::uint8_t>(rows / 256);
-        seal(bytes, bytes.size());  // a decoder that clamped the count to the scanline would believe it
+        seal(bytes, bytes.size());  // a decoder that clamped the count to the scanline would accept it
         INFO(rows << " rows");
         CHECK(defect_of(bytes) == ScanlineDefect::kCrc);
     }
@@ -260,7 +260,7 @@ TEST_CASE("control scanline: rows that end with the scanline leave no room for t
     CHECK(defect_of(bytes) == ScanlineDefect::kCrc);
 }
 
-TEST_CASE("control scanline: a payload length that leaves the scanline counts as a CRC error") {
+TEST_CASE("control scanline: a payload length that goes beyond the scanline counts as a CRC error") {
     // Payload lengths up to 57 - 50 = 7 stay inside.
     for (const int length : {7, 8, 255, 65535}) {
         Bytes bytes = sample_bytes();
@@ -276,7 +276,7 @@ TEST_CASE("control scanline: a payload one byte beyond the scanline is refused w
     Bytes bytes = sample_bytes();
     bytes[48] = 8;
     for (int beyond = 0; beyond < 256; ++beyond) {
-        // One of these CRCs would hold for a decoder that read on behind the scanline.
+        // One of these CRCs would be correct for a decoder that read on behind the scanline.
         Bytes longer = bytes;
         longer.push_back(static_cast<std::uint8_t>(beyond));
         seal(longer, longer.size());
@@ -286,7 +286,7 @@ TEST_CASE("control scanline: a payload one byte beyond the scanline is refused w
     }
 }
 
-TEST_CASE("control scanline: a scanline too short for its own header is told, not read past its end") {
+TEST_CASE("control scanline: a scanline too short for its own header is reported, not read past its end") {
     const Bytes good = sample_bytes();
     const auto start = [&good](std::ptrdiff_t bytes) { return Bytes(good.begin(), good.begin() + bytes); };
     CHECK(defect_of({}) == ScanlineDefect::kMagic);
@@ -299,7 +299,7 @@ TEST_CASE("control scanline: a scanline too short for its own header is told, no
     CHECK(defect_of(start(54)) == ScanlineDefect::kNone);
 }
 
-TEST_CASE("control scanline: random link data is never taken for a control scanline") {
+TEST_CASE("control scanline: random link data is never accepted as a control scanline") {
     const auto seed = test::random_seed(111);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
@@ -307,7 +307,8 @@ TEST_CASE("control scanline: random link data is never taken for a control scanl
     for (int trial = 0; trial < 20000; ++trial) {
         Bytes bytes(static_cast<std::size_t>(3 * random.between(0, 30)));
         for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random.between(0, 255));
-        // Mostly past magic and version, to reach what reads counts and lengths; small counts stay inside.
+        // Most have the right magic and version, to reach the code that reads counts and lengths. Small counts stay
+        // inside.
         for (std::size_t i = 0; i < bytes.size() && i < 5; ++i) bytes[i] = good[i];
         if (bytes.size() > 7) bytes[6] = static_cast<std::uint8_t>(random.between(0, 5));
         if (bytes.size() > 7 && !random.one_in(4)) bytes[7] = 0;

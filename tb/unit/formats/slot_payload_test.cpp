@@ -21,7 +21,7 @@ TEST_CASE("slot payload: mark, bits of a slot, their number, and the slots from 
     CHECK(encode_slots(std::vector<int>(258, 1), 2)[3] == 1);
 }
 
-TEST_CASE("slot payload: what was sent is what comes") {
+TEST_CASE("slot payload: the slots that come are those that were sent") {
     const auto seed = test::random_seed(171);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
@@ -38,7 +38,7 @@ TEST_CASE("slot payload: what was sent is what comes") {
     }
 }
 
-TEST_CASE("slot payload: a payload that is none, or not as long as it says, is no slot table") {
+TEST_CASE("slot payload: a payload of another kind, or not as long as it says, is not a slot table") {
     const Bytes good = encode_slots({2, 0, 1, 2, 1}, 3);
     REQUIRE(decode_slots(good));
     for (std::size_t bytes = 0; bytes < good.size(); ++bytes) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr ViewportLimits kLimits{4, 100, 80, 201, 150, 1024, 32};
 
-/// A valid row in the middle of everything.
+/// A valid row, far from every limit.
 ViewportRow good_row() { return test::table_row(1, {10, 10}, {20, 15}, {30, 40}, 3); }
 
 using Change = std::function<void(ViewportRow&)>;
@@ -42,8 +42,7 @@ bool shows(int destination, int multiple, int index, int raster) {
     return false;
 }
 
-/// The rules by what they are for: a display there is, pixels there are, and a first and a last one that
-/// show.
+/// The rules by their purpose: the display exists, the pixels exist, and the first and the last one show.
 RowDefect judged(const ViewportRow& row, const ViewportLimits& limits) {
     std::set<int> displays;
     for (int display = 1; display <= limits.displays; ++display) displays.insert(display);
@@ -64,7 +63,7 @@ RowDefect judged(const ViewportRow& row, const ViewportLimits& limits) {
     return free_beside_window < limits.ready_space_pixels ? RowDefect::kBuffer : RowDefect::kNone;
 }
 
-TEST_CASE("viewport table: the paper's sample table stands as it is") {
+TEST_CASE("viewport table: the paper's sample table is valid as it is") {
     const ViewportTable table = {{1, 0, 0, 75, 75, 25, 25, 1},
                                  {2, 75, 0, 25, 75, 0, 25, 1},
                                  {3, 0, 75, 75, 25, 25, 0, 1},
@@ -243,7 +242,7 @@ TEST_CASE("viewport table: a display is taken by the first valid row that names 
     CHECK((rejected[4].index == 6 && rejected[4].defect == RowDefect::kDuplicate));
 }
 
-TEST_CASE("viewport table: random tables fall apart as the rules say") {
+TEST_CASE("viewport table: rows of random tables are accepted and dropped as the rules say") {
     const auto seed = test::random_seed(112);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
@@ -293,7 +292,7 @@ TEST_CASE("viewport table: random tables fall apart as the rules say") {
     for (const int count : seen) CHECK(count > 100);  // the random tables reach every rule
 }
 
-TEST_CASE("viewport table: a dropped row is told with what is wrong and what would be right") {
+TEST_CASE("viewport table: a dropped row is reported with what is wrong and what would be right") {
     CHECK(message_after([](ViewportRow& row) { row.dcomp = 5; }) == "Dcomp 5 is not a display: 1 to 4");
     CHECK(message_after([](ViewportRow& row) { row.dmultiple = 0; }) == "Dmultiple 0 is outside 1 to 255");
     CHECK(message_after([](ViewportRow& row) { row.sdx = 0; }) ==
@@ -322,7 +321,7 @@ TEST_CASE("viewport table: a dropped row is told with what is wrong and what wou
           "Dcomp 1 is taken by an earlier row of the table: one row for each display");
 }
 
-TEST_CASE("viewport table: a buffer too small is told with the size that would do") {
+TEST_CASE("viewport table: a buffer too small is reported with the size that would do") {
     ViewportLimits limits = kLimits;
     limits.buffer_pixels = 16;
     CHECK(message_after([](ViewportRow&) {}, limits) ==

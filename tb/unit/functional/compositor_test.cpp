@@ -10,8 +10,8 @@
 #include "support/scenarios.h"
 #include "unit/functional/naive_pixels.h"
 
-// The functional compositor paints forwards; the reference in this file asks backwards, position by position,
-// which source pixel shows there, and blends in floating point.
+// The functional compositor goes through the source pixels. The reference in this file goes through the raster: it
+// looks up which source pixel shows at each position, and blends in floating point.
 
 using namespace metabuffer;
 using functional::composite_display;
@@ -252,7 +252,7 @@ TEST_CASE("a compositor kept for a run shows what a new one for each picture wou
     }
 }
 
-TEST_CASE("a compositor forgets an image that a frame has gone without", "[functional]") {
+TEST_CASE("a compositor forgets an image that a frame has not used", "[functional]") {
     const Scenario scenario = one_display(2, 2);
     const PixelImage other(3, 1, Pixel(1, 1, 1, 255, 1));
     PixelImage image(2, 2, Pixel(9, 9, 9, 255, 0));
@@ -413,7 +413,7 @@ TEST_CASE("only a row for the display and a renderer with a good pair contribute
     CHECK(composite_raster(scenario, {{&image, {}}}, 2) == background);
 }
 
-TEST_CASE("an image that holds more than the link carries loses it", "[functional]") {
+TEST_CASE("what the link does not carry of an image is lost", "[functional]") {
     Scenario scenario = one_display(1, 1);
     const PixelImage image(1, 1, Pixel(9, 8, 7, 0, 0x12'3456));
 

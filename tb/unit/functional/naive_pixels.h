@@ -9,8 +9,8 @@
 
 namespace metabuffer::test {
 
-// What happens to single pixels, written down anew and as plainly as can be, in floating point where there is
-// something to divide. The functional level is tested against it.
+// What happens to single pixels, written independently and as simply as possible, with floating point where something
+// is divided. The functional level is tested against it.
 
 /// What a link of this depth format leaves of a pixel.
 inline Pixel naive_after_link(Pixel pixel, DepthFormat format) {

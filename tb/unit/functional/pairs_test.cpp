@@ -59,11 +59,11 @@ TEST_CASE("faulty pairs in a row keep the same good one", "[functional][pairs]")
           Pairs{{0, -1}, {1, -1}, {2, 2}, {3, 3}});
 }
 
-TEST_CASE("a fault of a pair that no frame shows does no harm", "[functional][pairs]") {
+TEST_CASE("a fault of a pair that no frame shows has no effect", "[functional][pairs]") {
     CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 4)})) == kUndisturbed);
 }
 
-TEST_CASE("a delay loses the pair only past the link timeout", "[functional][pairs]") {
+TEST_CASE("a delay loses the pair only beyond the link timeout", "[functional][pairs]") {
     const Pairs lost{{0, 0}, {1, 0}, {2, 2}, {3, 3}};
 
     Scenario scenario = four_frames({fault(FaultKind::kDelay, 1, FrameKind::kColour, 1)});
@@ -118,7 +118,7 @@ TEST_CASE("a byte of the control scanline loses the pair if it belongs to the co
     }
 }
 
-TEST_CASE("a colour frame sent twice counts beside a late depth frame", "[functional][pairs]") {
+TEST_CASE("the time of a repeated colour frame adds to a depth frame's delay", "[functional][pairs]") {
     const Pairs lost{{0, 0}, {1, 0}, {2, 2}, {3, 3}};
     Scenario scenario = four_frames({fault(FaultKind::kDelay, 1, FrameKind::kDepth, 1)});
     scenario.link_timeout_pairs = 2;
@@ -157,7 +157,7 @@ TEST_CASE("flipped bits are contributed in the pair's own image and in no other"
     CHECK(pixel_of(2) == Pixel(0x1F, 0xD0, 0x31, 0x40, 0x0FA061));
 }
 
-TEST_CASE("contributions are the pair's image and the rows that stand", "[functional][pairs]") {
+TEST_CASE("contributions are the pair's image and the valid rows", "[functional][pairs]") {
     Scenario scenario = test::small_scenario(8, 8, 2);
     scenario.composer.buffer_pixels = 34;
     scenario.composer.ready_space_pixels = 32;

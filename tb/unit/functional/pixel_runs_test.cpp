@@ -11,8 +11,8 @@
 #include "support/random_seed.h"
 #include "unit/functional/naive_pixels.h"
 
-// Runs of every length and at every alignment, against the same done pixel by pixel. Memory around what is
-// written must stay as it was: vector instructions could reach too far.
+// Runs of every length and at every alignment, against the same work done pixel by pixel. Memory around what is written
+// must stay as it was: vector instructions could write too far.
 
 using namespace metabuffer;
 using functional::SourceRun;

@@ -24,11 +24,11 @@ TEST_CASE("wrong pixels: those that differ from the picture of the same pairs, f
     spoilt.at(3, 4) ^= 1U;
     spoilt.at(15, 7) ^= 0x800000U;
     CHECK(wrong.count(0, 1, spoilt, {0}) == 2);
-    CHECK(wrong.count(0, 2, of_first, {0}) == 16 * 8);  // the image is not there
+    CHECK(wrong.count(0, 2, of_first, {0}) == 16 * 8);  // the image is on display 1
     // The second frame is judged by its own pair, which may be the first one again.
     CHECK(wrong.count(1, 2, of_second, {1}) == 0);
     CHECK(wrong.count(2, 1, of_first, {0}) == 0);
-    // Behind a reset a frame may come again, of other pairs.
+    // After a reset a frame may come again, of other pairs.
     CHECK(wrong.count(2, 1, of_first, {1}) == 16 * 8);
     CHECK(wrong.count(3, 1, of_first, {-1}) == 16 * 8);
 }

@@ -38,7 +38,8 @@ TEST_CASE("a file is written as it is, over an older one too", "[output]") {
     CHECK(scratch.names() == std::vector<std::string>{"report.json"});
 }
 
-TEST_CASE("a name as long as the file system takes it is no longer aside", "[output]") {
+TEST_CASE("a file name of the greatest length can be written, since its temporary name is no longer",
+          "[output]") {
     const ScratchDirectory scratch;
     const std::string name(255, 'n');
     write_output_file(scratch / name, "text");
@@ -79,7 +80,8 @@ TEST_CASE("a failure to write is one line and leaves what was there", "[output]"
     }
 }
 
-TEST_CASE("a symbolic link leads to the file that is written, the name aside never does", "[output]") {
+TEST_CASE("a symbolic link leads to the file that is written, one at the temporary name never does",
+          "[output]") {
     const ScratchDirectory scratch;
 
     SECTION("a link at the file's own name stays") {
@@ -90,7 +92,7 @@ TEST_CASE("a symbolic link leads to the file that is written, the name aside nev
         CHECK(input::text_of_file(scratch / leads_to) == "new");
         CHECK(fs::is_symlink(scratch / "report.json"));
     }
-    SECTION("a link at the name aside is somebody's, and what it leads to too") {
+    SECTION("a link at the temporary name stays, and the file that it leads to") {
         const fs::path stranger = scratch.write("stranger", "kept");
         const fs::path aside = scratch / (".metabuffer-" + std::to_string(getpid()) + "-0.part");
         fs::create_symlink(stranger, aside);
@@ -105,7 +107,7 @@ TEST_CASE("a symbolic link leads to the file that is written, the name aside nev
         CHECK(failure_of(scratch / "a") ==
               "cannot write '" + (scratch / "a").string() + "': Too many levels of symbolic links");
     }
-    SECTION("a device is no place for a file") {
+    SECTION("a device is refused") {
         fs::create_symlink("/dev/null", scratch / "a");
         CHECK(failure_of(scratch / "a") == "cannot write '" + (scratch / "a").string() +
                                                "': it is no regular file; name a file in a folder");

@@ -55,7 +55,7 @@ TEST_CASE("text: control characters are those of ASCII") {
     CHECK_FALSE(has_control("a b \xc3\xa9 \x85"));
 }
 
-TEST_CASE("text: a message says where if that is known") {
+TEST_CASE("text: a message gives its location if that is known") {
     CHECK(located("a.yaml:3", "is\nempty") == "a.yaml:3: is empty");
     CHECK(located("", "is empty") == "is empty");
 }

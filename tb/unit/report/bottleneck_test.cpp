@@ -7,8 +7,8 @@
 namespace metabuffer {
 namespace {
 
-/// Two renderers, one display; three frames of 1000 raster clocks and one for the second composer, in which a pair a
-/// frame is new. The second bus works 300 clocks a frame, the first one 100.
+/// Two renderers, one display, three frames. A frame takes 1000 raster clocks and one for the second composer, and has
+/// a new pair. The first bus works 100 clocks a frame, the second one 300.
 RunReport run() {
     RunReport report;
     report.rate_limits = RateLimits{1e6, 1000.0, 500.0, {400.0, 400.0}};
@@ -44,7 +44,8 @@ std::int64_t cycles(const RunReport& report, Resource resource) {
 std::string name(const RunReport& report) { return resource_name(find_bottleneck(report)->what()); }
 
 TEST_CASE(
-    "bottleneck: every clock from the first frame's start to the last one's end is put to one resource") {
+    "bottleneck: every clock from the first frame's start to the last one's end is assigned to one "
+    "resource") {
     const RunReport report = run();
     CHECK(cycles(report, Resource::kRaster) == 3 * 1001);
     CHECK(cycles(report, Resource::kDisplays) == 2 * 999);
@@ -66,7 +67,7 @@ TEST_CASE("bottleneck: displays, if the next frame begins as soon as the swap al
     CHECK(cycles(report, Resource::kDisplays) == 0);
 }
 
-TEST_CASE("bottleneck: links, up to the newest pair of the frame that is waited for, and then the supply") {
+TEST_CASE("bottleneck: links, until the newest pair that the frame waits for has come, and then the supply") {
     RunReport report = run();
     for (FrameRecord& frame : report.frames) {
         frame.start_cycle *= 4;
@@ -83,7 +84,7 @@ TEST_CASE("bottleneck: links, up to the newest pair of the frame that is waited 
     CHECK(cycles(report, Resource::kBuffers) == 500 + 6999);
 }
 
-TEST_CASE("bottleneck: clocks that a column stands still are the supply's") {
+TEST_CASE("bottleneck: clocks in which a column stands still are assigned to the supply") {
     RunReport report = run();
     report.frames[2].end_cycle += 5000;
     report.composers[1].stalled_cycles = 5000;
@@ -93,7 +94,7 @@ TEST_CASE("bottleneck: clocks that a column stands still are the supply's") {
     CHECK(name(report) == "buffers");
 }
 
-TEST_CASE("bottleneck: a bus that works for longer than the raster is to blame itself, or its memory") {
+TEST_CASE("bottleneck: a bus that works for longer than the raster is the bottleneck, or its memory is") {
     RunReport report = run();
     report.composers[0].starved_pixels = 3;
     CHECK(find_bottleneck(report)->supply_renderer == "ball");
@@ -102,7 +103,8 @@ TEST_CASE("bottleneck: a bus that works for longer than the raster is to blame i
     bus.busy_cycles = bus.pixels_sent = 3300;
     CHECK(name(report) == "bus");
     CHECK(find_bottleneck(report)->share() == Approx(1.1));
-    // Each alone: the bus its pixels, tables and arbiter, the memory its pixels and what must come before.
+    // Each is counted alone: the bus with its pixels, tables and arbiter, the memory with its pixels and what must come
+    // before.
     bus.table_cycles = 200;
     bus.grant_cycles = 150;
     bus.lost_cycles = 50;
@@ -115,7 +117,7 @@ TEST_CASE("bottleneck: a bus that works for longer than the raster is to blame i
     bus.write_cycles = 101;
     report.memory_words_per_cycle = 2;
     CHECK(name(report) == "bus");
-    // A bus that could carry more words than the memory reads is not what is waited for.
+    // A bus that could carry more words than the memory reads is not the bottleneck.
     report.bus_width_bits = 256;
     CHECK(name(report) == "memory");
 }
@@ -136,7 +138,7 @@ TEST_CASE("bottleneck: none without frames or clocks") {
     CHECK_FALSE(find_bottleneck(report));
 }
 
-TEST_CASE("bottleneck: report and summary say it, with what else took its time") {
+TEST_CASE("bottleneck: report and summary name it, and what else took time") {
     RunReport report = run();
     const auto json = nlohmann::ordered_json::parse(report_json(report))["bottleneck"];
     CHECK(json["resource"] == "raster");

@@ -34,7 +34,7 @@ FrameRecord frame(std::int64_t start, std::int64_t swap, int pair, bool kept = f
     return record;
 }
 
-TEST_CASE("frame rates: none of a frame, and of two none that is shown") {
+TEST_CASE("frame rates: one frame has no rate, and two frames have no rate of shown frames") {
     CHECK_FALSE(run_of({}).frame_rates().composition_hz);
     const FrameRates one = run_of({frame(0, 10'000, 0)}).frame_rates();
     CHECK_FALSE(one.composition_hz);
@@ -84,7 +84,7 @@ TEST_CASE("frame rates: a picture counts once, and one that was replaced by the 
     std::vector<FrameRecord> kept = all;
     kept[3].kept = true;
     CHECK(run_of(kept).frame_rates().display_hz == Approx(2e6 / 40'000));
-    // What was kept off is new when it comes again.
+    // A pair whose frame was replaced is new when it comes again.
     kept[4].pairs = {3};
     CHECK(run_of(kept).frame_rates().display_hz == Approx(2e6 / 40'000));
     CHECK(run_of(kept).frame_rates().composition_hz == Approx(4e6 / 40'000));
@@ -111,7 +111,7 @@ TEST_CASE("frame rates: the report has them, with what the machine allows") {
     CHECK(untimed["pairs_per_second"].empty());
 }
 
-TEST_CASE("frame rates: the summary says each with what it goes by, and what allows no more") {
+TEST_CASE("frame rates: the summary gives each with its basis, and with what limits it") {
     RunReport report = run_of({frame(0, 10'000, 0)});
     report.displays.resize(1);
     const auto has = [&report](const std::string& text) {

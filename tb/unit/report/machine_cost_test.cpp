@@ -64,7 +64,7 @@ TEST_CASE("machine cost: the fit of a composer's cells is as close to each row o
         const MachineCost four = machine_cost(scenario);
         const MachineCost eight = machine_cost(twice);
         CHECK(eight.lookup_tables == 2 * four.lookup_tables);
-        // Of two displays the arbiter is a row of its own table.
+        // With two displays the arbiter is a row of its own table.
         const double arbiter_tables = synthesis::kArbiters.front().lookup_tables;
         const double arbiter_error = synthesis::kArbiterLookupTables.largest_error * arbiter_tables;
         const double tables = (static_cast<double>(two.lookup_tables) - arbiter_tables) / 2.0;
@@ -81,7 +81,7 @@ TEST_CASE("machine cost: the fit of a composer's cells is as close to each row o
 }
 
 TEST_CASE("machine cost: the fit of an arbiter's cells is as close to each row of the table as it says") {
-    // Of so many displays: what a machine has beyond its composers, which are the same in each.
+    // The cells of a machine with so many displays; its composers are all the same.
     const auto cells = [](int displays, auto member) {
         Scenario scenario = machine();
         scenario.renderers.resize(1);

@@ -90,7 +90,7 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     CHECK(report.frames[0].starved_pixels == std::vector<std::int64_t>{0, 0, 0});
     CHECK(report.frames[0].wrong_pixels == std::vector<std::int64_t>{0, 0, 0});
     CHECK(report.frames[1].starved_pixels == std::vector<std::int64_t>{0, 3, 0});
-    CHECK_FALSE(report.frames[1].wrong_pixels);  // only pictures tell
+    CHECK_FALSE(report.frames[1].wrong_pixels);  // only pictures show them
     REQUIRE(report.rate_limits.has_value());
     CHECK(report.rate_limits->raster_hz == Approx(100e6 / 32));
     CHECK(report.frames[0].latency_cycles == 62 - 4);

@@ -96,7 +96,7 @@ TEST_CASE("a picture that failed is reported when its process is needed again", 
     CHECK_THROWS_WITH(pictures.take("good", picture_of(0)), "the disk is full");
 }
 
-TEST_CASE("what a process cannot do, or was killed at, is done by the caller", "[picture]") {
+TEST_CASE("the caller writes a picture that a process cannot write or is killed at", "[picture]") {
     const ScratchDirectory scratch;
     const pid_t caller = getpid();
     const PictureProcesses::Encode write = writer_into(scratch);

@@ -80,7 +80,7 @@ TEST_CASE("a PNG holds the picture, pixel for pixel", "[picture]") {
     }
 }
 
-TEST_CASE("a picture that cannot be written is told in one line and leaves nothing", "[picture]") {
+TEST_CASE("a picture that cannot be written is reported in one line and leaves nothing", "[picture]") {
     const ScratchDirectory scratch;
 
     SECTION("the directory does not exist") {
@@ -97,7 +97,7 @@ TEST_CASE("a picture that cannot be written is told in one line and leaves nothi
     CHECK(scratch.names().empty());
 }
 
-TEST_CASE("the collage hangs the displays row by row with grey gaps", "[picture]") {
+TEST_CASE("the collage shows the displays row by row with grey gaps", "[picture]") {
     DisplayConfig config;
     config.columns = 2;
     config.rows = 2;

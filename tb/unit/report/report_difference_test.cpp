@@ -15,7 +15,7 @@ namespace {
 
 using Lines = std::vector<std::string>;
 
-/// Two renderers, two displays, two frames, a number of its own for every counter.
+/// Two renderers, two displays, two frames, and a different number for every counter.
 RunReport some_report() {
     RunReport report;
     report.scenario = "some";
@@ -54,7 +54,7 @@ Lines differences(const RunReport& left, const RunReport& right) {
     return compare_reports(report_json(left), report_json(right)).differences;
 }
 
-/// What one change in the right report makes; the totals, which follow from the rest, are left out.
+/// The differences that one change in the right report makes, without those in the totals, which follow from the rest.
 template <typename Change>
 Lines differences_of(Change change) {
     RunReport right = some_report();
@@ -100,7 +100,7 @@ TEST_CASE("every value of a report is compared", "[report]") {
     CHECK(changed == leaves(original) - 1);
 }
 
-TEST_CASE("a difference is told by its key path with names", "[report]") {
+TEST_CASE("a difference is reported by its key path with names", "[report]") {
     CHECK(differences_of([](RunReport& report) { report.core_cycles = 5001; }) ==
           Lines{"core_cycles: rtl 5000, tlm 5001"});
     CHECK(differences_of([](RunReport& report) { report.core_mhz = 133.25; }) ==
@@ -120,7 +120,7 @@ TEST_CASE("a difference is told by its key path with names", "[report]") {
           Lines{"frames[1].latency_cycles: rtl null, tlm 0"});
 }
 
-TEST_CASE("what only one report has is told", "[report]") {
+TEST_CASE("what only one report has is reported", "[report]") {
     CHECK(differences_of([](RunReport& report) { report.frames.pop_back(); }) ==
           Lines{"frames[1]: only in rtl"});
     CHECK(differences_of([](RunReport& report) { report.displays.emplace_back(); }) ==
@@ -136,7 +136,7 @@ TEST_CASE("what only one report has is told", "[report]") {
           Lines{"a: rtl 1, tlm none", "b: only in tlm"});
 }
 
-TEST_CASE("a list of texts is told by the first that differs", "[report]") {
+TEST_CASE("a list of texts is reported by the first that differs", "[report]") {
     CHECK(differences_of([](RunReport& report) { report.watchdog = {"composer_1_1 waits for a pixel"}; }) ==
           Lines{R"(watchdog[0]: rtl none, tlm "composer_1_1 waits for a pixel")"});
     RunReport left = some_report();
@@ -157,7 +157,7 @@ TEST_CASE("values of different kinds differ", "[report]") {
             .differences == Lines{"a: rtl [1], tlm 1", "b: rtl {}, tlm []", R"(c: rtl "1", tlm 1)"});
 }
 
-TEST_CASE("a difference is one line however the renderer is called", "[report]") {
+TEST_CASE("a difference is one line whatever the renderer's name is", "[report]") {
     RunReport left = some_report();
     left.renderers[0].name = "two\nlines";
     RunReport right = left;
@@ -182,7 +182,7 @@ TEST_CASE("the runs go by the names they are given", "[report]") {
     CHECK(picture_difference(1, 0, nullptr, &picture, names) == "display_1 frame 0: shown by after only");
 }
 
-TEST_CASE("what is no report is refused", "[report]") {
+TEST_CASE("what is not a report is refused", "[report]") {
     CHECK_THROWS_AS(compare_reports("", "{}"), std::invalid_argument);
     CHECK_THROWS_AS(compare_reports("{}", "[1]"), std::invalid_argument);
 }

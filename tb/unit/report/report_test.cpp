@@ -368,7 +368,8 @@ rejected table rows:
                Catch::Contains("3 frames, 4 table rows and 1 slot table rejected\n"));
 }
 
-TEST_CASE("the summary says what is seen of what starved, where and in which frames", "[report]") {
+TEST_CASE("the summary says how many pixels starved and are shown wrong, where and in which frames",
+          "[report]") {
     RunReport report = troubled_run();
     report.frames[0].wrong_pixels = {0, 0};
     report.frames[1].wrong_pixels = {0, 0};

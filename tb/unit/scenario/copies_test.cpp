@@ -73,7 +73,7 @@ TEST_CASE("copies: faults name one of them") {
           "test.yaml:10: faults[0].renderer: 'cube' is not a renderer; the nearest is cube_1");
 }
 
-TEST_CASE("copies: what is wrong is told at the entry that makes them") {
+TEST_CASE("copies: what is wrong is reported at the entry that makes them") {
     const ScenarioFixture fixture;
     const std::string at = "test.yaml:5: renderers[1].copies: ";
     CHECK(fixture.error(with_copies("0")) == at + "0 is out of range; use 1 to 65536");

@@ -15,7 +15,7 @@ Scenario machine_of(int image_width_pixels, int image_height_pixels, int link_ti
     return scenario;
 }
 
-TEST_CASE("derived timing: the watchdog looks away for longer than the longest wait for a link") {
+TEST_CASE("derived timing: the watchdog's interval is longer than the longest wait for a link") {
     const Scenario quick = machine_of(32, 24, 2);
     const Scenario patient = machine_of(32, 24, 50);
     const auto timeout_picoseconds = [](const Scenario& scenario) {
@@ -47,7 +47,7 @@ TEST_CASE("derived timing: a reset lasts two of the slowest clock, and the watch
           2 * 70'000 * clock_period_picoseconds(with.clocks.core_mhz));
 }
 
-TEST_CASE("derived timing: of several links the slowest one counts and its place among them does not") {
+TEST_CASE("derived timing: of several links the slowest one counts, at whatever position") {
     Scenario first_is_slow = machine_of(200, 150, 20);
     first_is_slow.renderers.push_back(machine_of(32, 24, 20).renderers.front());
     Scenario last_is_slow = machine_of(32, 24, 20);
@@ -57,7 +57,8 @@ TEST_CASE("derived timing: of several links the slowest one counts and its place
     CHECK(interval > watchdog_interval_picoseconds(machine_of(200, 150, 20)));
 }
 
-TEST_CASE("derived timing: within a burst a page miss, a refresh and the page's opening anew may fall") {
+TEST_CASE(
+    "derived timing: within a burst there may be a page miss, a refresh and another opening of the page") {
     Scenario scenario;
     scenario.bus.width_bits = 16;  // four clocks a beat
     scenario.memory.page_miss_cycles = 9;
@@ -118,7 +119,7 @@ TEST_CASE(
     CHECK(bus_delay_cycles(scenario.bus, scenario.memory) == 5);
     CHECK(bus_loop_cycles(scenario.bus, scenario.memory) == 7);
     CHECK(in_flight_pixels(scenario.bus, scenario.memory) == (2 + 7) * 2);
-    // The registers do not move faster than the beats: of four clocks each, one fits seven.
+    // The registers do not move faster than the beats: with four clocks a beat, one more beat fits the loop of seven.
     scenario.bus.width_bits = 16;
     CHECK(in_flight_pixels(scenario.bus, scenario.memory) == 2 + 1);
     CHECK(longest_beat_gap_cycles(scenario) == scenario.memory.page_miss_cycles + 4);

@@ -63,7 +63,7 @@ TEST_CASE("frames: a viewport moves evenly between the positions of its path") {
     CHECK(at(15) == std::vector<int>{2, 90, 3});  // 2.5
     CHECK(at(16) == std::vector<int>{-5, 90, 1});
     CHECK(at(99) == std::vector<int>{-5, 90, 1});
-    // The largest ways that a scenario can have.
+    // The longest paths that a scenario can have.
     const std::vector<input::PathPosition> far{{0, {-1'000'000'000, 0, 1}},
                                                {2'000'000'000, {1'000'000'000, 0, 1}}};
     CHECK(viewport_on_path(far, 1'000'000'001).x == 1);
@@ -117,7 +117,7 @@ TEST_CASE("frames: depth files have numbers, too") {
     }
 }
 
-TEST_CASE("frames: what is wrong with a range or a path is said in one line") {
+TEST_CASE("frames: what is wrong with a range or a path is reported in one line") {
     const ScenarioFixture fixture;
     const std::string where = "test.yaml:4: renderers[0].frames[0].";
     const auto error = [&fixture](const std::string& members) { return fixture.error(with_entry(members)); };

@@ -46,7 +46,7 @@ std::string error_of(const ImageFiles& files, DepthFormat format = DepthFormat::
     return input_error_of([&] { image_codec().load(files, format, range); });
 }
 
-/// What is wrong with it but that it may have no Z.
+/// What is wrong with it; that it has no Z is allowed.
 std::string error_of(const std::filesystem::path& file,
                      const std::optional<std::filesystem::path>& depth = std::nullopt,
                      DepthFormat format = DepthFormat::kA8Z16) {
@@ -69,7 +69,7 @@ std::vector<std::uint32_t> depths(const ScratchDirectory& directory, const std::
 
 }  // namespace
 
-TEST_CASE("image: one without Z is refused, for it would hide all others, unless it is given one depth") {
+TEST_CASE("image: one without Z is refused, since it would hide all others, unless it is given one depth") {
     const ScratchDirectory directory;
     write_picture<std::uint8_t>(directory / "a.png", 2, 1, {}, {0, 1, 2, 3, 4, 5});
     const ImageFiles none{directory / "a.png"};
@@ -89,7 +89,7 @@ TEST_CASE("image: one without Z is refused, for it would hide all others, unless
     CHECK(z_at(30.0, DepthFormat::kZ24) == 0xFF'FFFF);
 }
 
-TEST_CASE("image: one depth for all of it takes the place of its own Z") {
+TEST_CASE("image: one depth for all of it replaces its own Z") {
     const ScratchDirectory directory;
     write_picture<float>(directory / "a.exr", 1, 1, {kRgbaz}, {0, 0, 0, 1, 0.75F});
     CHECK(image_codec().load({directory / "a.exr"}, DepthFormat::kA8Z16, {0.0, 1.0}).at(0, 0).z() == 49151);
@@ -292,7 +292,7 @@ TEST_CASE("image: a Z of the image and a depth file of its own") {
     write_picture<float>(directory / "a.exr", 2, 1, {kRgbaz, TypeDesc::FLOAT},
                          {1.0F, 1.0F, 1.0F, 1.0F, kNan, 1.0F, 1.0F, 1.0F, 1.0F, 0.5F});
     write_picture<std::uint16_t>(directory / "z.png", 2, 1, {{"Y"}, TypeDesc::UINT16}, {11, 22});
-    // The file of its own counts, the image's own Z is not even looked at.
+    // The depth file counts; the image's own Z is not even read.
     const PixelImage image =
         image_codec().load({directory / "a.exr", directory / "z.png"}, DepthFormat::kA8Z16, {});
     CHECK(image.values == std::vector<Pixel>{Pixel(255, 255, 255, 255, 11), Pixel(255, 255, 255, 255, 22)});
@@ -324,7 +324,7 @@ TEST_CASE("image: missing channels are named") {
               ": has the channels R, G and Z; use R, G and B, and A and Z if need be");
 }
 
-TEST_CASE("image: what is not a number is told with its place") {
+TEST_CASE("image: what is not a number is reported with its position") {
     const ScratchDirectory directory;
     for (std::size_t channel = 0; channel < 5; ++channel) {
         for (const auto type : {TypeDesc::FLOAT, TypeDesc::HALF}) {
@@ -355,7 +355,7 @@ TEST_CASE("image: signed integers are rejected") {
               ": channel Y holds int values; use unsigned integers, half, float or double");
 }
 
-TEST_CASE("image: doubles that the library does not read from TIFF are told, not taken for zeros") {
+TEST_CASE("image: doubles that the library does not read from TIFF are reported, not read as zeros") {
     const ScratchDirectory directory;
     write_picture<double>(directory / "line.tif", 3, 1, {{"Z"}, TypeDesc::DOUBLE}, {0.1, 0.2, 0.3});
     write_black(directory / "colour.png", 3, 1);
@@ -410,7 +410,7 @@ TEST_CASE("image: files that cannot be read") {
     }
 }
 
-TEST_CASE("image: formats are told by the file's first bytes, not by its name") {
+TEST_CASE("image: formats are recognized by the file's first bytes, not by its name") {
     const ScratchDirectory directory;
     // Grey, since some of the formats only come near to a colour.
     const std::vector<std::uint8_t> samples(std::size_t{16} * 16 * 3, 128);
@@ -473,11 +473,11 @@ TEST_CASE("image: sizes up to 8192 a side") {
           (directory / "higher.png").string() + ": has 1 x 8193 pixels; use 1 to 8192 per side");
 }
 
-TEST_CASE("image: a WebP file's canvas is looked at before there is room made for it") {
+TEST_CASE("image: a WebP file's canvas is checked before memory is allocated for it") {
     using namespace std::string_literals;
     const ScratchDirectory directory;
     const std::filesystem::path file = directory / "canvas.webp";
-    // An extended header that says to be animated, and nothing behind it: OpenImageIO asks for 16 TB before it sees that.
+    // An extended header that claims an animation, and nothing behind it: OpenImageIO asks for 16 TB before it notices.
     const auto check = [&](const std::string& canvas, const std::string& size) {
         directory.write("canvas.webp", "RIFF\x16\0\0\0WEBPVP8X\x0a\0\0\0\x02\0\0\0"s + canvas);
         CHECK(error_of(file) == file.string() + ": has " + size + " pixels; use 1 to 8192 per side");
@@ -502,7 +502,7 @@ TEST_CASE("image: an SGI file has one or two bytes a channel") {
     std::string bytes(std::istreambuf_iterator<char>(stream), {});
     constexpr std::size_t kChannelBytesPlace = 3;
     REQUIRE(bytes[kChannelBytesPlace] == 1);
-    // OpenImageIO takes any: it reads beyond its memory with none, and throws with a negative number.
+    // OpenImageIO accepts any number: with 0 it reads beyond its memory, with a negative one it throws.
     for (const int count : {0, 3, 189, 255}) {
         bytes[kChannelBytesPlace] = static_cast<char>(count);
         directory.write("channels.sgi", bytes);

@@ -27,8 +27,8 @@ bool has_loaded_the_module() {
     return text_of("/proc/self/maps").find(kImageModuleFile) != std::string::npos;
 }
 
-/// A picture with a Z of 75. The test itself must not use OpenImageIO for it: a child of a process that has used OpenEXR
-/// outside of the codec waits for threads that it does not have.
+/// A picture with a Z of 75. The test itself must not use OpenImageIO for it: a child of a process that has used
+/// OpenEXR outside of the codec waits for threads that it does not have.
 ImageFiles write_picture_with_z(const std::filesystem::path& file, int width, int height) {
     const auto bytes = static_cast<std::size_t>(3 * width * height);
     std::ofstream(file) << "P6\n" << width << " " << height << "\n255\n" << std::string(bytes, 'a');
@@ -63,7 +63,7 @@ TEST_CASE("image process: it reads what the codec reads, and this process stays 
 }
 
 TEST_CASE(
-    "image process: what is wrong with an image is said as the codec says it, and the next one is read") {
+    "image process: what is wrong with an image is reported as by the codec, and the next one is read") {
     const ScratchDirectory scratch;
     const ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
     const std::filesystem::path missing = scratch / "missing.exr";
@@ -75,7 +75,7 @@ TEST_CASE(
     CHECK(message == input_error_of([&] { load_image_here({missing}, kFormat, kRange); }));
 }
 
-TEST_CASE("image process: what it does not come to is read by this one, as all that follows") {
+TEST_CASE("image process: if it ends, this process reads the image itself, and all that follow") {
     const ScratchDirectory scratch;
     const ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
     ImageProcess images;

@@ -123,7 +123,7 @@ TEST_CASE("override: an unknown key names the nearest") {
           "--set frames.x=1: frames: has nothing inside; use --set frames=VALUE");
 }
 
-TEST_CASE("override: a path that is none") {
+TEST_CASE("override: a path that is not valid") {
     const ScenarioFixture fixture;
     for (const std::string path : {".", "bus.", ".bus", "bus..width_bits", "renderers[0", "renderers[]",
                                    "[0]", "renderers[0]name", "renderers]0["}) {

@@ -46,7 +46,7 @@ TEST_CASE("refresh rates: one of clock and rate is given, or both that agree") {
           "test.yaml:1: clocks.dvi_in_mhz: 2 is not what dvi_in_refresh_hz needs, 2.304; use one of the two");
 }
 
-TEST_CASE("refresh rates: a reset is held to a link's clock that is by a refresh rate") {
+TEST_CASE("refresh rates: a reset must be long enough for a link's clock that a refresh rate gives") {
     const ScenarioFixture fixture;
     const std::string text = fixture.minimal("clocks: {core_mhz: 100, dvi_in_refresh_hz: 1000}\n") +
                              "faults: [{kind: reset, from_cycle: 500, cycles: 80}]\n";

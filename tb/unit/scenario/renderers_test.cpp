@@ -105,7 +105,7 @@ TEST_CASE("renderers: viewports") {
     CHECK(scenario.renderers[0].frames[0].table.empty());
 }
 
-TEST_CASE("renderers: tables are taken as they are") {
+TEST_CASE("renderers: tables are used as they are") {
     const ScenarioFixture fixture;
     const auto table = [&fixture](const std::vector<std::string>& rows) {
         return fixture.parse(with_rows(rows)).renderers[0].frames[0].table;

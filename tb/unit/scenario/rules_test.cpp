@@ -33,7 +33,7 @@ std::string error_after(const std::function<void(Scenario&)>& spoil) {
 
 }  // namespace
 
-TEST_CASE("rules: a scenario's name is no path, and a pair's number is spoilt in one frame only") {
+TEST_CASE("rules: a scenario's name is not a path, and a pair's number is corrupted in one frame only") {
     CHECK(error_after([](Scenario& s) { s.name = "../elsewhere"; }) ==
           "name: '../elsewhere' is a path; use a plain name, without slashes");
     CHECK(
@@ -121,7 +121,7 @@ TEST_CASE("rules: settings") {
           "memory.refresh_interval_cycles: 11 leaves no cycle for a beat beside refresh_cycles and "
           "page_miss_cycles; use 12 or more");
     CHECK(error_after(refreshed(12)).empty());
-    // An image of one line is judged a line after it, 100 clocks or so.
+    // The pair of an image of one line is judged a line after it, about 100 clocks later.
     const auto shared = [](int block_words, int refresh_interval) {
         return [block_words, refresh_interval](Scenario& s) {
             s.clocks = {100.0, 50.0, 50.0};
@@ -143,7 +143,7 @@ TEST_CASE("rules: settings") {
           "and the bus has its page open again 25 may pass; use more words_per_cycle, a faster core_mhz or "
           "larger blocks");
     CHECK(error_after(shared(16, 0)).empty());
-    // Behind the last pixel the last block is written, however many there are before it.
+    // After the last pixel the last block is written, however many there are before it.
     CHECK(error_after([&shared](Scenario& s) {
               shared(16, 0)(s);
               s.renderers[0] = renderer_of({PixelImage(16, 128)}, {segment_row({16, 8})});
@@ -153,7 +153,7 @@ TEST_CASE("rules: settings") {
           "written "
           "and the bus has its page open again 48 may pass; use more words_per_cycle, a faster core_mhz or "
           "larger blocks");
-    // A link that a fault makes a tenth faster brings 16 words in 29 clocks, and needs 29.
+    // A link that a fault makes a tenth faster brings 16 words in 29 clocks, and 29 clocks are needed.
     const auto drifting = [&](int page_miss) {
         return [&shared, page_miss](Scenario& s) {
             shared(16, 0)(s);
@@ -312,7 +312,7 @@ TEST_CASE("rules: a fault's keys go with its kind and lie within its image and t
     CHECK(error_of(fault) == "faults[0].seed: -1 is out of range; use 0 to 1000000000000000");
 }
 
-TEST_CASE("rules: faults of a frame that undo each other or make a pair of parts are refused") {
+TEST_CASE("rules: faults that undo each other, or make a good pair of two pairs' halves, are refused") {
     const auto fault = [](FaultKind kind, FrameKind frame = FrameKind::kColour, std::uint32_t pair = 1) {
         Fault made;
         made.kind = kind;
@@ -375,7 +375,7 @@ TEST_CASE("rules: faults of a frame that undo each other or make a pair of parts
           "of those frames come");
 }
 
-TEST_CASE("rules: a level without clocks refuses faults that happen clock by clock and names their place") {
+TEST_CASE("rules: a level without clocks refuses faults that happen clock by clock and says where they are") {
     Scenario scenario = built();
     CHECK_NOTHROW(refuse_faults_of_level_rtl(scenario, "tlm"));
     for (const auto& kind : EnumNames<FaultKind>::kTable) {

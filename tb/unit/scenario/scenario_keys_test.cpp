@@ -11,7 +11,7 @@
 namespace metabuffer::test {
 namespace {
 
-/// A scenario in which every key stands, so that each can be spoiled.
+/// A scenario with every key, so that each can be given a wrong value.
 constexpr const char* kEveryKey =
     "name: every key\n"
     "displays: {columns: 2, rows: 1, width: 16, height: 8, supersample: 1, background: [1, 2, 3]}\n"
@@ -44,7 +44,7 @@ constexpr const char* kEveryKey =
     "  - {renderer: ball, kind: lost_beat, display: 1, beats: 1, of: any}\n"
     "  - {renderer: ball, kind: random_stalls, percent: 1, seed: 0}\n";
 
-/// Which of the faults has the key; `bits` in the one that takes the most of it.
+/// Which of the faults has the key; for `bits` the fault with the widest range.
 std::string index_of_fault(const std::string& pattern) {
     const std::vector<std::pair<std::string, int>> indices{
         {"lines", 1},      {"byte", 2},   {"bits", 3},  {"x", 3},  {"y", 3},       {"ppm", 4}, {"display", 5},
@@ -139,7 +139,7 @@ TEST_CASE("scenario keys: every key's surroundings are in the list with the righ
     }
 }
 
-TEST_CASE("scenario keys: what a whole-number key takes is what the reader takes") {
+TEST_CASE("scenario keys: what a whole-number key accepts is what the reader accepts") {
     const ScenarioFixture fixture;
     write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
                   std::vector<std::uint16_t>(std::size_t{16} * 8));

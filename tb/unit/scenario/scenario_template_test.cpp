@@ -97,7 +97,8 @@ TEST_CASE("scenario template: settings are the values in force and need no image
     CHECK(template_in(directory, ScenarioFixture::minimal()).settings({}).at("name") == "test");
 }
 
-TEST_CASE("scenario template: settings have every single value outside of lists and make the same again") {
+TEST_CASE(
+    "scenario template: settings have every single value outside of lists and make the same scenario again") {
     const ScratchDirectory directory;
     const ScenarioTemplate scenarios = template_in(directory);
     const std::map<std::string, std::string> settings = scenarios.settings({{"memory.words_per_cycle", "4"}});
@@ -110,7 +111,7 @@ TEST_CASE("scenario template: settings have every single value outside of lists 
     CHECK(setting_keys() == keys);
     std::vector<ScenarioOverride> all;
     for (const std::string& key : keys) {
-        // These stand for a clock, which is there.
+        // These stand for a clock, which is among the settings.
         const bool is_refresh_rate = key == "clocks.dvi_in_refresh_hz" || key == "clocks.dvi_out_refresh_hz";
         CHECK((settings.count(key) == 0) == is_refresh_rate);
         if (!is_refresh_rate) all.push_back({key, settings.at(key)});

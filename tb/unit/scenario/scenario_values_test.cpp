@@ -45,7 +45,7 @@ void check_error(const ScenarioFixture& fixture, const std::string& path, const 
           "test.yaml:" + std::to_string(key_lines(path, value).line) + ": " + path + ": " + message);
 }
 
-/// What an integer key takes and what it rejects, with what its messages say would be right.
+/// What an integer key accepts and what it rejects, and what its messages say would be right.
 template <typename Get>
 void check_integer_key(const ScenarioFixture& fixture, const std::string& path, const std::string& low,
                        const std::string& high, Get get) {
@@ -253,7 +253,7 @@ TEST_CASE("scenario: ready space is a burst by default, but never less than what
     check_error(fixture, "composer.ready_space_pixels", "1",
                 "1 is less than the 2 pixels that can be in flight; use 2 or more");
     check_error(fixture, "composer.ready_space_pixels", "0", "0 is out of range; use 1 to 16777216");
-    // The buffer's own limit is a matter of the rows: they are dropped and counted.
+    // The rows are checked against the buffer's own limit: they are dropped and counted.
     CHECK(ready_space("composer: {ready_space_pixels: 64, buffer_pixels: 8}\n") == 64);
 }
 
@@ -329,7 +329,7 @@ TEST_CASE("scenario: what must be there") {
           "test.yaml:2: renderers: is nothing; use a list of renderers");
 }
 
-TEST_CASE("scenario: a map that is none") {
+TEST_CASE("scenario: a value that should be a map and is not") {
     const ScenarioFixture fixture;
     check_error(fixture, "bus", "64",
                 "is '64'; use a map with the keys width_bits, burst_pixels, arbitration, grant_cycles, "
@@ -382,7 +382,7 @@ TEST_CASE("scenario: a key twice in a map") {
           "test.yaml:3: width_bits: is here twice, first on line 2; use each key once in a map");
 }
 
-TEST_CASE("scenario: aliases are written out, endless ones are told") {
+TEST_CASE("scenario: aliases are written out, endless ones are reported") {
     const ScenarioFixture fixture;
     const Scenario scenario = fixture.parse(
         "displays: {width: &side 16, height: *side}\n"

@@ -195,7 +195,7 @@ TEST_CASE("names that no file can hold are refused", "[scenario][writer]") {
     CHECK_FALSE(std::filesystem::exists(directory / "out"));
 }
 
-TEST_CASE("a place that cannot be written is told in one line", "[scenario][writer]") {
+TEST_CASE("a folder that cannot be written is reported in one line", "[scenario][writer]") {
     const ScratchDirectory directory;
     const Scenario scenario = unusual_scenario(DepthFormat::kZ24);
     const auto error_of = [&scenario](const std::filesystem::path& place) {

@@ -16,7 +16,7 @@ TEST_CASE("a key's value is written as files write it") {
     CHECK(value_text(std::vector<double>{0.5, 20.0}) == "[0.5, 20]");
 }
 
-TEST_CASE("a rule says what it takes, and takes just that") {
+TEST_CASE("a rule says what it accepts, and accepts just that") {
     const ValueRule range = ValueRule::whole_numbers({1, 64});
     CHECK(range.allowed() == "1 to 64");
     CHECK(range.complaint(std::int64_t{1}).empty());
@@ -36,7 +36,7 @@ TEST_CASE("a rule says what it takes, and takes just that") {
     CHECK(ValueRule().allowed().empty());
 }
 
-/// One is what the other two leave.
+/// Each of these keys follows from the other two.
 bool of_one_sum(const ObjectKey<Scenario>& key) {
     const std::string path = key.schema.pattern;
     return path == "memory.page_miss_cycles" || path == "memory.precharge_cycles" ||
@@ -48,7 +48,7 @@ TEST_CASE("each setting that is written to a scenario is read back, and no other
         if (key.value == nullptr) continue;
         INFO(key.schema.pattern);
         const ValueRule& rule = key.schema.rule;
-        KeyValue value = key.value(Scenario()).value_or(0.0);  // one that need not be given is a number
+        KeyValue value = key.value(Scenario()).value_or(0.0);  // an optional one is a number
         if (auto* const whole = std::get_if<std::int64_t>(&value)) {
             *whole = rule.only.empty() ? rule.whole.high : rule.only.back();
         } else if (auto* const number = std::get_if<double>(&value)) {

@@ -21,7 +21,7 @@ Value parse(const std::string& text) {
 
 std::string flow(const std::string& text) { return input::flow_text(parse(text)); }
 
-/// Equal in what a reader can tell: quotation marks count where they keep a text from being a number.
+/// Equal as far as a reader can distinguish: quotation marks count where they keep a text from being a number.
 bool same(const Value& left, const Value& right) {
     if (left.kind != right.kind || left.text != right.text || left.items.size() != right.items.size() ||
         left.members.size() != right.members.size()) {
@@ -100,7 +100,7 @@ TEST_CASE("flow text: plain words and numbers stay as they are") {
     CHECK(flow("null") == "~");
 }
 
-TEST_CASE("quoted scalar: reads back as the same text, bytes that are no UTF-8 too") {
+TEST_CASE("quoted scalar: reads back as the same text, bytes that are not UTF-8 too") {
     CHECK(input::quoted_scalar("it's") == "'it''s'");
     for (const std::string text : {"64", "", "a\n\"b\"\\", "\xe4.png"}) {
         const Value scalar = parse(input::quoted_scalar(text));
@@ -122,7 +122,7 @@ TEST_CASE("flow text: reads back as the same") {
     }
 }
 
-TEST_CASE("key path: written one way whatever the way it came") {
+TEST_CASE("key path: written in one way, in whatever way it came") {
     const Schema& schema = scenario_schema();
     for (const std::string path : {"renderers.0.frames.12.viewport.x", "renderers[0].frames[12].viewport.x",
                                    "renderers.0.frames[12].viewport.x"}) {
@@ -134,7 +134,7 @@ TEST_CASE("key path: written one way whatever the way it came") {
     CHECK(input::find_key_path(schema, "displays.background.1", "").pattern == "displays.background[]");
 }
 
-TEST_CASE("key path: what is none is told with the nearest that is") {
+TEST_CASE("key path: an invalid one is reported with the nearest valid one") {
     const auto error = [](const std::string& path) {
         return input_error_of([&] { input::find_key_path(scenario_schema(), path, "here"); });
     };

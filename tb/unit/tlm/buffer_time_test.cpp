@@ -82,7 +82,8 @@ TEST_CASE("buffer time: wide rasters of small rows and many frames count like na
 }
 
 TEST_CASE(
-    "buffer time: the level told is what the buffer holds at that clock and levels come in order of time") {
+    "buffer time: the level reported is what the buffer holds at that clock and levels come in order of "
+    "time") {
     const auto seed = random_seed(507);
     INFO("METABUFFER_SEED=" << seed);
     for (const bool stall : {false, true}) {
@@ -142,7 +143,7 @@ TEST_CASE(
     CHECK(full.prefetched_cycle(0) == 31);
 }
 
-TEST_CASE("buffer time: a slot is taken a clock behind the last use that makes the ready space free") {
+TEST_CASE("buffer time: a slot is taken a clock after the last use that makes the ready space free") {
     ColumnTime column(1, kWidth * kHeight, false);
     const ViewportRow row = segment_row({8, 2});
     BufferTime buffer(config_of(8, 2), column);
@@ -198,7 +199,7 @@ TEST_CASE("buffer time: a pixel sampled in the clock of its use starves and is l
     }
 }
 
-TEST_CASE("buffer time: levels fall to nothing behind a frame, though the next one's table has come") {
+TEST_CASE("buffer time: levels fall to zero after a frame, though the next one's table has come") {
     ColumnTime column(1, kWidth * kHeight, false);
     const ViewportRow row = segment_row({8, 2});
     BufferTime buffer(config_of(32, 2), column);
@@ -217,7 +218,7 @@ TEST_CASE("buffer time: levels fall to nothing behind a frame, though the next o
     CHECK(levels.back().second == 0);
 }
 
-TEST_CASE("buffer time: a drop of BUSREADY behind the end of the run has not happened") {
+TEST_CASE("buffer time: a drop of BUSREADY after the end of the run has not happened") {
     ColumnTime column(1, kWidth * kHeight, false);
     BufferTime buffer(config_of(8, 2), column);
     buffer.begin_frame(0, nullptr, 10, 10);

@@ -11,11 +11,11 @@
 
 namespace metabuffer::test {
 
-/// Tells a ColumnTime and its BufferTimes what the buses of a naive column did, as their callers do: decision by
-/// decision, sometimes ahead of the present, and checks every answer against what happened.
+/// Reports to a ColumnTime and its BufferTimes what the buses of a naive column did, as their callers do: decision by
+/// decision, sometimes ahead of the present. Checks every answer against what happened.
 class ColumnReplay {
   public:
-    /// The run ends behind clock `end`.
+    /// The run ends after clock `end`.
     ColumnReplay(const NaiveSetup& setup, const NaiveColumnLog& log, std::int64_t end, std::uint64_t seed)
         : setup_(setup),
           log_(log),
@@ -58,7 +58,7 @@ class ColumnReplay {
         finish();
     }
 
-    /// How much the replay has met of what it is meant to check.
+    /// How often the replay has met what it is meant to check.
     struct Met {
         int bursts = 0;
         int slots_unknown = 0;
@@ -68,7 +68,7 @@ class ColumnReplay {
         int callbacks = 0;
         int levels = 0;
         int wrong_levels = 0;      ///< not what is held at that clock
-        int unordered_levels = 0;  ///< earlier than one told before
+        int unordered_levels = 0;  ///< earlier than one reported before
         std::string first_wrong_level;
         std::int64_t starved = 0;
         std::int64_t late = 0;
@@ -102,7 +102,7 @@ class ColumnReplay {
         std::size_t frame = 0;  ///< to send next or under way
         bool table_sent = false;
         std::size_t burst = 0;
-        std::size_t beat = 0;  ///< not 0: BUSREADY is not known yet, look again
+        std::size_t beat = 0;  ///< not 0: BUSREADY is not known yet, ask again
         std::int64_t earliest = 0;
         tlm::SlotTime slot;
         std::int64_t newest_level = -1;
@@ -233,7 +233,7 @@ class ColumnReplay {
         }
         ++met_.slots_unknown;
         REQUIRE(bus.slot.not_before <= burst.slot_clock);
-        // It hangs on a step of the column: the slot is taken a clock behind it.
+        // It depends on a step of the column: the slot is taken a clock after it.
         const std::int64_t step =
             log_.steps[static_cast<std::size_t>(bus.slot.frame)][static_cast<std::size_t>(bus.slot.step)];
         REQUIRE(std::max(bus.earliest, step + 1) == burst.slot_clock);
@@ -287,7 +287,7 @@ class ColumnReplay {
             do {
                 const NaiveBeat& beat = burst.beats[bus.beat++];
                 run.pixels += beat.pixels;
-                // What is on its way when BUSREADY falls is sent without a look at it.
+                // Beats on their way when BUSREADY falls are sent without another check of it.
                 const bool looks = may_cut && (burst.drop_clock < 0 || beat.cycle < burst.drop_clock);
                 if (looks) {
                     const auto verdict = bus.buffer->busready_in_burst(
@@ -440,7 +440,7 @@ class ColumnReplay {
 
     void check_level(std::size_t r, std::int64_t cycle, int held) {
         const std::vector<int>& truth = log_.composers[r].held;
-        // Behind the last clock simulated everything has been let go of.
+        // After the last clock simulated everything has been released.
         const int wanted =
             cycle < static_cast<std::int64_t>(truth.size()) ? truth[static_cast<std::size_t>(cycle)] : 0;
         ++met_.levels;
@@ -477,7 +477,7 @@ class ColumnReplay {
     }
 
     void finish() {
-        INFO("the run ends behind clock " << end_);
+        INFO("the run ends after clock " << end_);
         REQUIRE(column_.stalled_cycles(end_) == through(log_.stalls, end_));
         for (std::size_t r = 0; r < buses_.size(); ++r) {
             INFO("composer " << r);
@@ -602,7 +602,7 @@ inline NaiveSetup random_setup(Random& random, const SetupRange& range) {
     return setup;
 }
 
-/// Replays random columns; the ends of the runs are random too, every other one behind all.
+/// Replays random columns. The ends of the runs are random too; every other one lies after all events.
 inline ColumnReplay::Met replay_random_columns(std::uint64_t seed, int cases, const SetupRange& range) {
     Random random(seed);
     ColumnReplay::Met met;

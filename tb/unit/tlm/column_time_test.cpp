@@ -15,7 +15,7 @@ using tlm::kNoStep;
 using tlm::kUnknownCycle;
 using tlm::MinimumTree;
 
-TEST_CASE("minimum tree: tells the smallest of its values whatever their number") {
+TEST_CASE("minimum tree: gives the smallest of its values whatever their number") {
     const auto seed = random_seed(511);
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
@@ -39,7 +39,7 @@ TEST_CASE("frame time: a step takes a clock and a stall is clocks without a step
     Random random(seed);
     for (int trial = 0; trial < 300; ++trial) {
         INFO("trial " << trial);
-        // Each step is told to be no earlier than some clock; the naive column takes them one by one.
+        // Each step is delayed to no earlier than some clock; the naive column takes them one by one.
         constexpr int kSteps = 60;
         const std::int64_t start = random.between(0, 50);
         FrameTime time;
@@ -80,7 +80,8 @@ TEST_CASE("frame time: a step takes a clock and a stall is clocks without a step
     }
 }
 
-TEST_CASE("column time: in stall mode only step 0 is known before the composers have told what they need") {
+TEST_CASE(
+    "column time: in stall mode only step 0 is known before the composers have reported what they need") {
     constexpr std::int64_t kStart = 100;
     ColumnTime stalling(2, 10, true);
     stalling.start(0, kStart);
@@ -126,7 +127,7 @@ TEST_CASE("column time: in glitch mode a frame passes without a gap") {
     CHECK(column.known_through(160) == 203);
 }
 
-TEST_CASE("column time: what waits for a step is told once and in the order of steps") {
+TEST_CASE("column time: what waits for a step is called once and in the order of steps") {
     ColumnTime column(2, 50, true);
     std::vector<int> told;
     column.when_known(1, 0, [&told] { told.push_back(100); });
@@ -152,7 +153,7 @@ TEST_CASE("column time: what waits for a step is told once and in the order of s
     CHECK(told.size() == 4);
 }
 
-TEST_CASE("column time: the column stands still from the missing pixel's step to the pixel's arrival") {
+TEST_CASE("column time: the column stands still from the step that needs a pixel to the pixel's arrival") {
     ColumnTime column(2, 50, true);
     column.start(0, 30);
     column.set_needed_step(0, kNoStep);
@@ -194,7 +195,9 @@ TEST_CASE("column time: two composers that wait for one clock each count it and 
     CHECK(column.stalled_cycles_for(2, 100) == 9);
 }
 
-TEST_CASE("column time: who waits for a pixel on its way waits no longer than that when another waits on") {
+TEST_CASE(
+    "column time: a composer that waits for a pixel on its way waits no longer than that when another waits "
+    "on") {
     ColumnTime column(2, 50, true);
     column.start(0, 30);
     column.set_needed_step(0, 9);

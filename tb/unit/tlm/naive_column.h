@@ -11,8 +11,8 @@
 #include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
-/// A column of composers and their buses, clock by clock, written from the rules in docs/design.md and nothing
-/// else: what level tlm works out is compared with what happens here.
+/// A column of composers and their buses, clock by clock, written from the rules in docs/design.md alone. What level
+/// tlm computes is compared with what happens here.
 namespace metabuffer::test {
 
 struct NaiveComposerSetup {
@@ -41,7 +41,7 @@ struct NaiveBeat {
     std::int64_t first_pixel = 0;
     int pixels = 0;
     std::int64_t cycle = 0;  ///< on the bus; sampled one clock later
-    int remaining = 0;       ///< pixels of the burst behind it, if it is not stopped
+    int remaining = 0;       ///< pixels of the burst after it, if it is not stopped
     bool starts_run = false;
 };
 
@@ -163,7 +163,7 @@ class NaiveColumn {
         int moving = 0;  ///< clocks until the beat is on the bus
         int delay = 0;
         bool pass_over = false;
-        int told = 0;  ///< pixels behind the newest beat, two clocks ago and one clock ago
+        int told = 0;  ///< pixels announced after the newest beat; below: one and two clocks ago
         int told_before = 0;
         int told_seen = 0;
         std::int64_t slot_clock = -1;
@@ -171,7 +171,7 @@ class NaiveColumn {
         NaiveBeat beat;  ///< being moved
         std::optional<NaiveBeat> on_bus;
         bool start_on_bus = false;
-        int beat_remaining = 0;  ///< what the beat on the bus tells
+        int beat_remaining = 0;  ///< what the beat on the bus announces
     };
 
     std::int64_t raster_pixels() const { return std::int64_t{setup_.raster.width} * setup_.raster.height; }
@@ -319,7 +319,7 @@ class NaiveColumn {
         }
         c.wires.tableready = c.kept.size() < 2;
         for (const auto& frame : c.kept) {
-            // What the frame before it holds is let go of before this one can start.
+            // What the frame before it holds is released before this one can start.
             const bool full =
                 c.setup->capacity_pixels - static_cast<int>(frame->arrived) < c.setup->ready_space_pixels;
             const bool whole =
@@ -393,7 +393,7 @@ class NaiveColumn {
         c.told_before = c.told;
         const bool passed_over = c.pass_over;
         c.pass_over = false;
-        // BUSREADY is the answer to what the composer was told two clocks ago.
+        // BUSREADY is the answer to what was announced to the composer two clocks ago.
         if (c.in_burst && c.told_seen > c.setup->pixels_per_beat && !wires.busready) {
             c.stopped_moving = c.moving > 0;
             c.in_burst = false;

@@ -21,12 +21,12 @@ TEST_CASE("relay: a message has arrived when pass() returns, hop after hop", "[r
     relay.pass([&hop] { hop(0); });
     REQUIRE(visited.size() == 100'001);
     CHECK(visited.back() == 100'000);
-    CHECK(deepest == 1);  // none from within another
+    CHECK(deepest == 1);  // no hop runs within another
     relay.pass([&hop] { hop(99'999); });
     CHECK(visited.size() == 100'003);
 }
 
-TEST_CASE("relay: what one carries may start another, which ends first", "[relay]") {
+TEST_CASE("relay: a message may start another relay, which ends first", "[relay]") {
     Relay up;
     Relay down;
     std::vector<int> visited;

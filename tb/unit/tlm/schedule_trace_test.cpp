@@ -45,7 +45,7 @@ void write_file(const fs::path& file, const std::string& text) {
     std::ofstream(file, std::ios::binary) << text;
 }
 
-/// The text of a trace of what `tell` tells.
+/// The text of a trace of what `tell` reports.
 template <typename Tell>
 std::string text_of(const Scenario& scenario, Tell tell, std::int64_t core_cycles = 1000) {
     const ScratchDirectory scratch;
@@ -328,7 +328,7 @@ TEST_CASE("names are written whatever they are made of", "[schedule]") {
     CHECK(Json::parse(text)["otherData"]["scenario"] == "a \"machine\"");
 }
 
-TEST_CASE("a name that is not UTF-8 is mended, not refused", "[schedule]") {
+TEST_CASE("a name that is not UTF-8 is repaired, not refused", "[schedule]") {
     Scenario scenario = machine();
     scenario.name = "\xFF";
     scenario.renderers[0].name =
@@ -357,7 +357,7 @@ TEST_CASE("a long schedule is whole", "[schedule]") {
     CHECK(wrong == 0);
 }
 
-TEST_CASE("a window cuts slices at its edges and tells where they really begin and end", "[schedule]") {
+TEST_CASE("a window cuts slices at its edges and says where they really begin and end", "[schedule]") {
     const std::string text = text_of(machine(), [](ScheduleTrace& trace) {
         trace.show_only({100, 199});
         trace.poll(1, {0, 99});
@@ -410,7 +410,7 @@ TEST_CASE("a window begins with the level of every buffer", "[schedule]") {
         trace.buffer_level(1, 2, 100, 9);
         trace.buffer_level(1, 2, 199, 8);
         trace.buffer_level(1, 2, 200, 6);
-        trace.buffer_level(2, 1, 99, 30);  // nothing more is told of it
+        trace.buffer_level(2, 1, 99, 30);  // nothing more is reported of it
         trace.buffer_level(2, 2, 150, 0);
         trace.buffer_level(2, 2, 250, 10);
     });
@@ -426,7 +426,7 @@ TEST_CASE("a window begins with the level of every buffer", "[schedule]") {
                                       {"renderer sea, display 1", 1.0, 30}});
 }
 
-TEST_CASE("a window that reaches over the run's end shows what is left, and one behind it nothing",
+TEST_CASE("a window that reaches over the run's end shows what is left, and one after it nothing",
           "[schedule]") {
     const ScratchDirectory scratch;
     constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
@@ -447,13 +447,13 @@ TEST_CASE("a window that reaches over the run's end shows what is left, and one 
     CHECK(Json::parse(content(scratch / "schedule.json"))["otherData"]["window_last_cycle"] == 999);
 }
 
-TEST_CASE("the file takes its place when it is whole", "[schedule]") {
+TEST_CASE("the file gets its name when it is complete", "[schedule]") {
     const ScratchDirectory scratch;
     const fs::path file = scratch / "schedule.json";
     write_file(file, "the old one");
     auto trace = std::make_unique<ScheduleTrace>(file, machine());
     trace->poll(1, {0, 9});
-    CHECK(scratch.names().size() == 2);  // one is aside
+    CHECK(scratch.names().size() == 2);  // one has its temporary name
     CHECK(content(file) == "the old one");
 
     SECTION("finished") {
@@ -482,7 +482,7 @@ TEST_CASE("a schedule's name ends in .json", "[schedule]") {
     CHECK(scratch.names().empty());
 }
 
-TEST_CASE("a schedule that cannot be written is told in one line", "[schedule]") {
+TEST_CASE("a schedule that cannot be written is reported in one line", "[schedule]") {
     const ScratchDirectory scratch;
     const auto open = [](const fs::path& file) {
         return failure_of<OutputError>([&] { ScheduleTrace(file, machine()); });

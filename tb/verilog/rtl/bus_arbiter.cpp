@@ -28,7 +28,7 @@ static_assert(kLines >= 3 && kLines <= 64, "the request lines are one integer, t
 static_assert(kSlots >= most_slots(kLines));
 static_assert(limits::kGrantCycles.high <= std::numeric_limits<CData>::max());
 
-/// Registers that reset does not set start with values of their own.
+/// Registers that reset does not set start with random values.
 constexpr int kRandomRegisters = 2;
 
 /// Puts a row's number into the packed slot table. It may lie across two elements.

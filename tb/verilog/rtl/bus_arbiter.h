@@ -28,7 +28,7 @@ class BusArbiter final : public Block {
     sc_core::sc_in<bool> take_i{"take_i"};
     sc_core::sc_vector<sc_core::sc_in<bool>> pending_i;
     sc_core::sc_vector<sc_core::sc_in<bool>> ready_i;
-    sc_core::sc_vector<sc_core::sc_in<std::uint64_t>> deadline_i;  ///< only under a policy that goes by it
+    sc_core::sc_vector<sc_core::sc_in<std::uint64_t>> deadline_i;  ///< only under a policy that uses it
     sc_core::sc_vector<sc_core::sc_out<bool>> grant_o;
     sc_core::sc_out<bool> grant_valid_o{"grant_valid_o"};
     sc_core::sc_out<bool> search_o{"search_o"};
@@ -36,7 +36,7 @@ class BusArbiter final : public Block {
     sc_core::sc_out<std::uint16_t> recovered_o{"recovered_o"};
     sc_core::sc_out<std::uint16_t> slot_o{"slot_o"};
 
-    /// lines: displays.
+    /// lines: number of displays.
     BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus, int lines);
     ~BusArbiter() override;
     SC_HAS_PROCESS(BusArbiter);

@@ -37,7 +37,7 @@ constexpr int kErrorFrame = 5;
 
 constexpr int kMaximumBufferPixels = COMPOSER_MAX_BUFFER_PIXELS;
 constexpr int kHalfWordBits = 32;
-/// Registers that reset leaves alone start with values of their own.
+/// Registers that reset does not set start with random values.
 constexpr int kRandomRegisters = 2;
 
 bool high(unsigned char pin) { return pin != 0; }
@@ -98,7 +98,7 @@ void Composer::end_of_elaboration() {
     wake_events_ |= pipeready_i.value_changed_event();
 }
 
-/// One rising edge: the pins are as they stand, the outputs change behind it as registers do.
+/// One rising edge: the pins have their present values, and the outputs change after it as registers do.
 void Composer::clock_edge() {
     if (gate_.opened()) {
         return;
@@ -157,7 +157,7 @@ void Composer::drive_outputs() {
     stall_o.write(high(verilated_->stall_o));
 }
 
-/// The counters are no part of the hardware: they follow from what it says of the edge just past.
+/// The counters are not part of the hardware: they follow from the status outputs about the edge just past.
 void Composer::count(const Before& before) {
     const std::int64_t cycle = clock_edge_number(core_period_picoseconds_);
     count_frame(before, cycle);

@@ -14,7 +14,7 @@ class VerilatedComposer;
 namespace metabuffer::rtl {
 
 /// The composer of tb/verilog/composer.sv, verilated, in the place of model/rtl's: the same ports with the same
-/// meaning, timing and errors, which are written at that class. What is no pin of the composer (counters, frame
+/// meaning, timing and errors, which are written at that class. What is not a pin of the composer (counters, frame
 /// spans, what it waits for) is derived here from the status outputs of the SystemVerilog module.
 ///
 /// Raises /metabuffer/composer/protocol as model/rtl's composer does, and /metabuffer/composer/size at elaboration
@@ -48,7 +48,7 @@ class Composer final : public Block, public ComposerRecord {
     FifoWires* fifo_wires() { return nullptr; }
 
   private:
-    /// What the status outputs showed before an edge that a counter needs behind it.
+    /// The status outputs before an edge, as a counter needs them after it.
     struct Before {
         bool running = false;
         int x = 0;

@@ -20,13 +20,13 @@ namespace {
 constexpr int kMaximumPixels = COMPOSER_MAX_BUFFER_PIXELS;
 constexpr int kWordBits = 32;  // of a wide pin's elements
 
-/// Registers that reset does not set start with values of their own.
+/// Registers that reset does not set start with random values.
 constexpr int kRandomRegisters = 2;
 
 constexpr int kErrorFull = 1;
 constexpr int kErrorEmpty = 2;
 
-/// A number that a narrower pin cannot take would look like another one.
+/// A number that does not fit a narrower pin would look like another one.
 template <typename Pin>
 void put(Pin& pin, std::uint32_t value) {
     pin = static_cast<Pin>(std::min<std::uint32_t>(value, std::numeric_limits<Pin>::max()));

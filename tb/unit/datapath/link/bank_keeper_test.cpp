@@ -38,10 +38,10 @@ std::string name_of(const Step& step) {
     return name + (step.asks ? "asked" : "") + "; ";
 }
 
-// ---- the reference: everything is worked out anew from the list of what has happened ----
+// ---- the reference: everything is computed again from the list of events ----
 
-/// Written from the words of docs/design.md, "The link and the input framebuffer". It keeps no state but the story,
-/// and has nothing of the model's code.
+/// Written from the text of docs/design.md, "The link and the input framebuffer". It keeps no state except for the list
+/// of events, and shares no code with the model.
 class Story {
   public:
     explicit Story(const Link& link) : link_(link) {}
@@ -60,7 +60,7 @@ class Story {
     }
     bool pair_stands_in_back_bank() const { return back(told_.size()).whole; }
     std::uint32_t wanted() const { return wanted_before(told_.size()); }
-    /// Whether the newest event's pair has been taken, and how many pairs it has cost.
+    /// Whether the newest event's pair has been accepted, and how many pairs it has cost.
     bool taken() const { return told_.back().step.event.pair_good && !too_late(told_.size() - 1); }
     int dropped() const {
         const PairEvent& event = told_.back().step.event;
@@ -91,13 +91,13 @@ class Story {
         return answers;
     }
 
-    /// "In lockstep a pair whose frame has been composited without it is dropped when it comes."
+    /// "In lockstep a late pair, whose frame has been composited without it, is dropped when it comes."
     bool too_late(std::size_t entry) const {
         const std::uint32_t behind = wanted_before(entry) - told_[entry].step.event.number;
         return link_.pacing == Pacing::kLockstep && behind != 0 && behind < 0x8000'0000U;
     }
 
-    /// What the back bank holds behind so many entries: the newest thing that has changed it tells.
+    /// What the back bank holds after this many entries, by the newest entry that has changed it.
     Back back(std::size_t entries) const {
         bool rejected_since = false;
         for (std::size_t i = entries; i-- > 0;) {
@@ -162,7 +162,7 @@ struct Banks {
         : keeper(link.pacing, link.pair_clocks, link.timeout_clocks), story(link) {
         keeper.reset(edge);
     }
-    /// False where they differ.
+    /// Returns false if the two differ.
     bool agree(const Step& step) {
         ++edge;
         const std::optional<std::int64_t> timer = keeper.next_timer(edge - 1);
@@ -173,7 +173,7 @@ struct Banks {
         }
         const BankKeeper::Taken taken = keeper.take(step.event, edge);
         if (step.asks) keeper.ask();
-        // Where nothing happens, only a timer that has been told of brings an answer.
+        // If nothing happens, only a timer that has been announced brings an answer.
         const bool quiet = !step.asks && !step.event.tells_something();
         const bool foretold = !quiet || !answer || timer == edge;
         return taken.dropped_pairs == story.dropped() && taken.pair_accepted == story.taken() &&
@@ -182,8 +182,8 @@ struct Banks {
     }
 };
 
-/// What may come at an edge: nothing, a question, and what a decoder tells, of the wanted pair, the one before and
-/// the one behind it.
+/// What may come at an edge: nothing, a question, and a decoder's events about the wanted pair, the one before and the
+/// one after it.
 std::vector<Step> steps(const Story& story) {
     std::vector<Step> all(2);
     all[0].reset = true;
@@ -231,7 +231,7 @@ class Stories {
         if (!banks.agree(step)) {
             std::string text;
             for (const Step& taken : taken_) text += name_of(taken);
-            FAIL("otherwise at the last of: " << text);
+            FAIL("different at the last of: " << text);
         }
         fresh += banks.answer == Answer::kFresh ? 1 : 0;
         again += banks.answer == Answer::kAgain ? 1 : 0;
@@ -279,7 +279,9 @@ TEST_CASE("bank keeper: every sequence of four edges is answered as the rules sa
     }
 }
 
-TEST_CASE("bank keeper: so is every sequence of four behind a first pair, and behind one overwritten") {
+TEST_CASE(
+    "bank keeper: every sequence of four edges after a first pair or an overwritten one is answered as the "
+    "rules say") {
     for (const Link& link : links()) {
         if (link.pair_clocks != 2) continue;  // one of each pacing
         Stories stories;
@@ -307,7 +309,7 @@ TEST_CASE("bank keeper: long random sequences are answered as the rules say") {
             links()[static_cast<std::size_t>(random.between(0, static_cast<int>(links().size()) - 1))]);
         for (int edge = 0; edge < 40; ++edge) {
             const std::vector<Step> possible = steps(banks.story);
-            // A reset, the first of them, now and then.
+            // Now and then a reset, which is the first of them.
             const int first = random.one_in(30) ? 0 : 1;
             stories.take(banks, possible[static_cast<std::size_t>(
                                     random.between(first, static_cast<int>(possible.size()) - 1))]);
@@ -318,13 +320,13 @@ TEST_CASE("bank keeper: long random sequences are answered as the rules say") {
     CHECK(stories.again > 1'000);
 }
 
-TEST_CASE("bank keeper: a silent link is answered at the timeout, of which the keeper tells in advance") {
+TEST_CASE("bank keeper: a silent link is answered at the timeout, which the keeper announces in advance") {
     for (const Pacing pacing : {Pacing::kLockstep, Pacing::kFreeRunning}) {
         BankKeeper banks(pacing, 10, 25);
         banks.reset(100);
         CHECK_FALSE(banks.next_timer(100));
         banks.ask();
-        // A colour frame begins in time, and nothing comes behind it: it holds the timeout for a pair time.
+        // A colour frame begins in time, and nothing comes after it: it holds the timeout for a pair time.
         PairEvent event;
         event.colour_start = true;
         banks.take(event, 120);

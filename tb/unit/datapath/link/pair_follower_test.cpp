@@ -15,7 +15,7 @@ namespace {
 enum class Top { kNoLine, kWrongLength, kMagic, kVersion, kCrc, kKind, kColour, kDepth };
 enum class Rest { kWhole, kBadLine, kLinesMissing, kReset };
 
-/// A frame, or what is left of one: its control scanline and what comes of the rest.
+/// A frame, or what is left of one: its control scanline, and how the rest of it comes.
 struct SentFrame {
     Top top = Top::kNoLine;
     std::uint32_t number = 0;
@@ -30,11 +30,11 @@ std::string name_of(const SentFrame& frame) {
            rests[static_cast<std::size_t>(frame.rest)];
 }
 
-/// What must be told of a frame.
+/// What must be reported about a frame.
 struct Verdict {
-    PairEvent at_control;         ///< behind its control scanline
+    PairEvent at_control;         ///< after its control scanline
     bool reaches_memory = false;  ///< its pixels do
-    PairEvent at_end;             ///< at the line that is wrong, or at the VSYNC behind it
+    PairEvent at_end;             ///< at the line that is wrong, or at the VSYNC after it
 };
 
 PairEvent rejection(RejectCause cause, std::optional<std::uint32_t> lost) {
@@ -46,21 +46,21 @@ PairEvent rejection(RejectCause cause, std::optional<std::uint32_t> lost) {
     return event;
 }
 
-// ---- the reference: whole frames, judged by what became of the frame before ----
+// ---- the reference: whole frames, judged by the outcome of the frame before ----
 
-/// What is left behind by the frames so far.
+/// The state that the frames so far have left.
 struct Outcome {
     enum class Kind { kNothing, kColourTaken, kPairWhole };
     Kind kind = Kind::kNothing;
     std::uint32_t pair = 0;
 };
 
-/// Written from the words of docs/design.md, "The link and the input framebuffer". It has nothing of the model's code.
+/// Written from the text of docs/design.md, "The link and the input framebuffer". It shares no code with the model.
 class Judge {
   public:
     Verdict judge(const SentFrame& frame) {
         const Outcome before = outcome_;
-        // The pair whose colour frame has been taken dies with a bad frame in place of its depth frame.
+        // A bad frame in place of its depth frame ends the pair whose colour frame was received.
         std::optional<std::uint32_t> open_pair;
         if (before.kind == Outcome::Kind::kColourTaken) open_pair = before.pair;
         Verdict verdict;
@@ -90,7 +90,7 @@ class Judge {
         } else if (open_pair == frame.number) {
             verdict.reaches_memory = true;
         } else if (before.kind == Outcome::Kind::kNothing) {
-            // "good depth frames are passed over in silence"; their pair can no longer come
+            // "the decoder ignores good depth frames"; their pair can no longer come
             verdict.at_control.pair_lost = true;
             verdict.at_control.lost_number = frame.number;
         } else if (open_pair) {
@@ -99,7 +99,7 @@ class Judge {
             verdict.at_control = rejection(RejectCause::kPair, counts_up ? *open_pair : frame.number);
             count(RejectCause::kPair);
         } else {
-            // "a second depth frame behind its whole pair", or "a depth frame without its colour frame"
+            // "a second depth frame after its whole pair", or "a depth frame without its colour frame"
             const bool again = before.pair == frame.number;
             verdict.at_control =
                 rejection(RejectCause::kPair, again ? std::optional<std::uint32_t>() : frame.number);
@@ -196,7 +196,7 @@ bool same(const PairFollower& follower, const Judge& judge) {
     return false;
 }
 
-/// Every sequence of so many frames out of an alphabet, each behind the one that it begins with.
+/// Every sequence of this many frames out of an alphabet. Sequences with the same beginning share its state.
 class Sequences {
   public:
     Sequences(std::vector<SentFrame> alphabet, std::size_t length)
@@ -225,7 +225,7 @@ class Sequences {
                 told.reaches_memory != due.reaches_memory || !same(next_follower, next_judge)) {
                 std::string text;
                 for (const SentFrame& sent : sent_) text += name_of(sent) + ", ";
-                FAIL("told otherwise of the last of: " << text);
+                FAIL("reported otherwise for the last of: " << text);
             }
             go_on(next_follower, next_judge);
             sent_.pop_back();
@@ -272,7 +272,8 @@ TEST_CASE("pair follower: every sequence of six frames of three pairs is judged 
     }
 }
 
-TEST_CASE("pair follower: nothing is learnt before the first VSYNC, nor of a frame that a reset cuts off") {
+TEST_CASE(
+    "pair follower: nothing is reported before the first VSYNC, nor about a frame that a reset cuts off") {
     PairFollower follower;
     for (int time = 0; time < 2; ++time) {
         PairEvent event;
@@ -292,7 +293,7 @@ TEST_CASE("pair follower: nothing is learnt before the first VSYNC, nor of a fra
     }
 }
 
-TEST_CASE("pair follower: what is learnt is added to what the event tells already") {
+TEST_CASE("pair follower: a new report is added to what the event reports already") {
     PairFollower follower;
     follower.begin_frame();
     PairEvent event;

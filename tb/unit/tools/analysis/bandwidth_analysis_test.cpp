@@ -106,7 +106,7 @@ TEST_CASE("demand is what a raster painted pixel by pixel shows", "[analysis][ra
     }
 }
 
-TEST_CASE("a bus that is too slow is short by what a frame has too many", "[analysis]") {
+TEST_CASE("a bus that is too slow falls short by the pixels that a frame has too many", "[analysis]") {
     Scenario scenario = paper_case(3);
     scenario.memory.page_miss_cycles = 0;
     scenario.bus.width_bits = 32;  // a pixel in two clocks
@@ -146,8 +146,9 @@ TEST_CASE("the answer comes first, and the tables in full only if asked for", "[
     CHECK(text.find("  with on_starvation: stall ") != std::string::npos);
 }
 
-TEST_CASE("the bottleneck is the slowest part, and the memory rather than the bus if it is slower alone",
-          "[analysis]") {
+TEST_CASE(
+    "the bottleneck is the slowest part, and the memory rather than the bus if the memory alone is slower",
+    "[analysis]") {
     Scenario scenario = paper_case(3);
     scenario.clocks.dvi_in_mhz = scenario.clocks.dvi_out_mhz = 10'000.0;
     scenario.memory.page_miss_cycles = 0;
@@ -239,7 +240,7 @@ TEST_CASE("each different table of the run stands once with its frames and rejec
     REQUIRE(all.tables[1].rejected.size() == 1);
     CHECK(all.tables[1].rejected.front().defect == RowDefect::kDisplay);
     CHECK(analysis_text(all, true).find("row 1 rejected (display): Dcomp 9") != std::string::npos);
-    // Without details a line for the renderer, of the table of most work; what is rejected is told in any case.
+    // Without details a line for the renderer, of the table of most work; what is rejected is reported in any case.
     const std::string answer = analysis_text(all, false);
     CHECK(answer.find("frames 0, 2, the most of 2 tables") != std::string::npos);
     CHECK(answer.find("row 1 rejected (display): Dcomp 9") != std::string::npos);
@@ -267,7 +268,7 @@ TEST_CASE("the least buffer is the ready space and for replicated rows a source 
     }
 }
 
-TEST_CASE("a row that the scenario's own buffers are too small for is told and still analyzed",
+TEST_CASE("a row that the scenario's own buffers are too small for is reported and still analyzed",
           "[analysis]") {
     Scenario scenario = paper_case(3);
     scenario.composer.buffer_pixels = 40;
@@ -302,7 +303,7 @@ TEST_CASE("without a bound a line says so, and the JSON has none", "[analysis]")
     CHECK(json.find("\"safe_is_legal\": null") != std::string::npos);
 }
 
-TEST_CASE("of a memory that is refreshed nothing is proved, and its refreshes are not counted",
+TEST_CASE("for a memory that is refreshed nothing is proved, and its refreshes are not counted",
           "[analysis]") {
     Scenario scenario = paper_case(4);
     scenario.memory.refresh_interval_cycles = 780;
@@ -316,7 +317,7 @@ TEST_CASE("of a memory that is refreshed nothing is proved, and its refreshes ar
     CHECK(analysis_text(analyze(paper_case(4)), true).find("refresh") == std::string::npos);
 }
 
-TEST_CASE("of a memory with shared ports nothing is proved, and the link's words are not counted",
+TEST_CASE("for a memory with shared ports nothing is proved, and the link's words are not counted",
           "[analysis]") {
     Scenario scenario = paper_case(4);
     scenario.memory.ports = MemoryPorts::kShared;
@@ -332,7 +333,7 @@ TEST_CASE("of a memory with shared ports nothing is proved, and the link's words
     CHECK(analysis_text(analyze(paper_case(4)), true).find("link's writes") == std::string::npos);
 }
 
-TEST_CASE("of a bus with read latency or registers nothing is proved", "[analysis]") {
+TEST_CASE("for a bus with read latency or registers nothing is proved", "[analysis]") {
     for (const bool registers : {false, true}) {
         Scenario scenario = paper_case(4);
         (registers ? scenario.bus.register_stages : scenario.memory.read_latency_cycles) = 1;

@@ -75,7 +75,7 @@ TEST_CASE("a buffer for the whole segment is always safe and less than the legal
     }
 }
 
-TEST_CASE("of a policy of which nothing is proved only a buffer for the whole segment is safe",
+TEST_CASE("under a policy for which nothing is proved only a buffer for the whole segment is safe",
           "[analysis][random]") {
     test::Random random(test::random_seed(7));
     for (const ArbitrationRow& row : kArbitrationTable) {

@@ -24,8 +24,8 @@ ViewportTable random_rows(test::Random& random) {
     return rows;
 }
 
-/// Plays the arbiter itself: `row` and `rival` are always ready, the others now and then. Behind each burst its
-/// composer is passed over for one clock if `passed_over`, and the bus polls if nobody else is ready.
+/// Plays the arbiter itself: `row` and `rival` are always ready, the others now and then. After each burst its composer
+/// is passed over for one clock if `passed_over`, and the bus polls if nobody else is ready.
 struct PlayedBus {
     std::vector<std::size_t> grants;  ///< rows
     std::int64_t polls = 0;

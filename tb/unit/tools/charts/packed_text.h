@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <string>
 
-// What a page's script does to long lists: it shares no code with what packs them.
+// Unpacks long lists as a page's script does. It shares no code with the packing.
 namespace metabuffer::test {
 
 inline std::string from_base64(const std::string& text) {
@@ -26,7 +26,7 @@ inline std::string from_base64(const std::string& text) {
     return bytes;
 }
 
-/// Of a MiB at most.
+/// The result has one MiB at most.
 inline std::string inflated(const std::string& bytes) {
     std::string text(std::size_t{1} << 20U, '\0');
     uLongf size = text.size();

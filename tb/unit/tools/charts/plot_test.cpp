@@ -42,7 +42,7 @@ std::size_t marks(const std::string& svg, const std::string& kind, const std::st
     return result;
 }
 
-/// Other programs are found nowhere while it lives.
+/// While it lives, no other program is found.
 class NoPrograms {
   public:
     explicit NoPrograms(const ScratchDirectory& empty) {
@@ -67,13 +67,13 @@ TEST_CASE("A program gets all of its input and gives all of its output", "[chart
     CHECK(filtered({{"cat"}, "coreutils"}, "").empty());
 }
 
-TEST_CASE("A program that fails is told in one line", "[charts]") {
+TEST_CASE("A program that fails is reported in one line", "[charts]") {
     CHECK_THROWS_WITH(filtered({{"false"}, "coreutils"}, "text"), "metabuffer: false: failed");
     CHECK_THROWS_WITH(filtered({{"cat", "/nonexistent/file"}, "coreutils"}, ""),
                       Contains("cat: failed: ") && Contains("/nonexistent/file") && !Contains("\n"));
 }
 
-TEST_CASE("A program that is not there is told with its package", "[charts]") {
+TEST_CASE("A program that is not there is reported with its package", "[charts]") {
     const ScratchDirectory scratch;
     const auto file = sample_results(scratch);
     const ScratchDirectory empty;
@@ -155,7 +155,7 @@ TEST_CASE("The front leaves out what costs as much and gives less", "[charts]") 
             double rate;
             std::int64_t starved;
         };
-        // The one with the highest rate starves, so it is not on the front; of two at the same cost the faster is.
+        // The one with the highest rate starves, so it is not on the front. Of two at the same cost the faster one is.
         int width = 0;
         for (const Machine& machine : {Machine{100, 10.0, 0}, Machine{200, 30.0, 0}, Machine{200, 20.0, 0},
                                        Machine{300, 25.0, 0}, Machine{400, 40.0, 0}, Machine{150, 90.0, 5}}) {
@@ -168,7 +168,7 @@ TEST_CASE("The front leaves out what costs as much and gives less", "[charts]") 
     }
     const std::string svg = plot_svg({scratch / "results.db"}, request_of(ChartKind::kPareto));
     CHECK(marks(svg, "symbol", "points") == 6);
-    // Steps: each of the three on the front adds a corner to the path behind the first.
+    // Steps: each of the three on the front adds a corner to the path after the first.
     const std::size_t line = svg.find("<g class=\"mark-line role-mark front\"");
     REQUIRE(line != std::string::npos);
     const std::string path = svg.substr(svg.find(" d=\"", line), 400);
@@ -304,7 +304,7 @@ TEST_CASE("The picture has the size asked for and a PNG twice that", "[charts]")
           std::string("\0\0\x03\xE8\0\0\x02\x58", 8));  // 1000 by 600, as the header has it
 }
 
-TEST_CASE("What cannot be drawn is told with the option at fault", "[charts]") {
+TEST_CASE("What cannot be drawn is reported with the option at fault", "[charts]") {
     const ScratchDirectory scratch;
     const auto file = sample_results(scratch);
     PlotRequest request;

@@ -76,7 +76,7 @@ std::string nesting_error(const std::string& markup) {
     return open.empty() ? "" : open.back() + " is not closed";
 }
 
-/// The place of a figure in the rows of the data.
+/// The index of a figure in the rows of the data.
 std::size_t figure_place(const json& data, const std::string& name) {
     for (std::size_t n = 0; n < data["figures"].size(); ++n) {
         if (data["figures"][n]["name"] == name) return n;
@@ -151,7 +151,7 @@ TEST_CASE("Nothing in the results can become markup", "[charts]") {
     CHECK(count(page, "<!--") == count(harmless, "<!--"));
     CHECK_THAT(nesting_error(markup_of(page)), Equals(""));
     CHECK_THAT(page, Contains("<h1>&lt;/script&gt;&lt;script&gt;alert(1)"));
-    // As data it is all there; what is no UTF-8 is replaced.
+    // As data it is all there; what is not UTF-8 is replaced.
     const std::string kept = evil.substr(0, evil.size() - 1) + "\xEF\xBF\xBD";
     const json data = data_of(page);
     CHECK(data["sources"][0]["name"] == kept);

@@ -45,7 +45,7 @@ inline exploration::PointRecord point_of(const exploration::RunRecord& run) {
     return point;
 }
 
-/// Two widths by two policies, all done, but the last point, which failed.
+/// Two widths by two policies, all done except the last point, which failed.
 inline std::filesystem::path sample_results(const ScratchDirectory& scratch,
                                             const std::string& file = "results.db",
                                             const std::string& name = "sample",

@@ -105,7 +105,7 @@ Simulation starving(const Scenario& scenario, bool /*pictures*/) {
     return simulation;
 }
 
-/// Without the test framework's word on it.
+/// Aborts without the test framework's message.
 void abort_quietly() {
     std::signal(SIGABRT, SIG_DFL);
     std::abort();
@@ -216,7 +216,7 @@ TEST_CASE("explorer: settings that make no scenario are recorded as the scenario
     CHECK(points[2].status == RunStatus::kInvalid);
 }
 
-TEST_CASE("explorer: what is killed goes on with the points that had not ended") {
+TEST_CASE("explorer: a killed sweep goes on with the points that had not ended") {
     const Place place;
     const std::filesystem::path started = place.directory / "started";
     const SweepPlan plan = place.plan("composer.buffer_pixels", numbers(10, 209));
@@ -244,7 +244,7 @@ TEST_CASE("explorer: what is killed goes on with the points that had not ended")
         REQUIRE(waitpid(victim, &status, 0) == victim);
         REQUIRE(WIFSIGNALED(status));
         const std::size_t rows = ResultsReader(file).results().rows.size();
-        CHECK(rows >= kept + 20);  // what it had been told had ended
+        CHECK(rows >= kept + 20);  // those that were reported to have ended
         kept = rows;
     }
     // Children of the killed ones die with them; until then they may still note their start.
@@ -283,13 +283,13 @@ TEST_CASE("explorer: a search finds the smallest value and keeps every simulatio
     std::vector<Setting> settings = exploration.points[0].settings;
     settings.push_back({"composer.buffer_pixels", "100"});
     CHECK(results.find_run(settings).value().first == known->run);
-    // Nothing of it is run again.
+    // None of it is run again.
     const Exploration again = explorer.run(&results, with_processes(4));
     CHECK(again.progress.runs == 0);
     CHECK(again.points[0].smallest == 100);
 }
 
-TEST_CASE("explorer: what is known of a search without a run is not run") {
+TEST_CASE("explorer: runs whose result is known without simulation are left out of a search") {
     const Place place;
     SweepPlan plan = place.plan("watchdog_cycles", {"100", "57", "3"});
     plan.search = buffer_search(60'000);
@@ -322,7 +322,7 @@ TEST_CASE("explorer: what is known of a search without a run is not run") {
         CHECK(pixels >= 40);
         CHECK(pixels <= 500);
     }
-    // Of an answer that the results have, figures are there, too.
+    // For an answer that the results have, figures are there, too.
     const Exploration again = explorer.run(&results, options);
     CHECK(again.progress.runs == 0);
     CHECK(figure_index("starved_pixels").value() < again.points[0].figures.size());
@@ -345,7 +345,7 @@ TEST_CASE("explorer: the cost is what the sweep says it is") {
         const auto bits = static_cast<double>(std::get<std::int64_t>(row[2]));
         CHECK(row[1] == Value(3.0 * pixels + 0.5 * bits));
     }
-    // Results of another cost are others.
+    // A file with another cost holds other results.
     SweepPlan other = plan;
     other.cost.clear();
     CHECK_THROWS_AS(ResultsDatabase::open(place.directory / "r.db", Explorer(other, starving).identity("1")),
@@ -483,7 +483,7 @@ TEST_CASE("explorer: what was killed from outside or missed a file is tried agai
     const auto statuses = [&] {
         const Explorer explorer(plan, simulate);
         ResultsIdentity identity = explorer.identity("1");
-        identity.inputs.erase("late.ppm");  // it is no other content but none so far
+        identity.inputs.erase("late.ppm");  // the file has not changed, it has not been there so far
         ResultsDatabase results = ResultsDatabase::open(place.directory / "r.db", identity);
         std::vector<RunStatus> result;
         for (const PointRecord& point : explorer.run(&results, with_processes(1)).points) {

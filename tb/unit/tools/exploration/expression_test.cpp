@@ -101,13 +101,13 @@ TEST_CASE("expression: values that a text could hide in are bound and not read")
     CHECK(evaluated("a = 'x'", hostile) == Value(std::int64_t{0}));
 }
 
-TEST_CASE("expression: its names are told once each") {
+TEST_CASE("expression: its names are reported once each") {
     const Expression expression("frames > 1 and bus.width_bits > frames", names_of(machine()), "");
     CHECK(expression.names() == std::vector<std::string>{"frames", "bus.width_bits"});
     CHECK(expression.text() == "frames > 1 and bus.width_bits > frames");
 }
 
-TEST_CASE("expression: nothing and zero do not hold") {
+TEST_CASE("expression: null and zero are not true") {
     CHECK(holds("1"));
     CHECK(holds("0.5"));
     CHECK(holds("-1"));
@@ -120,7 +120,7 @@ TEST_CASE("expression: nothing and zero do not hold") {
                       "WHERE: 'bus.arbitration' is the text 'edf', neither true nor false; use a comparison");
 }
 
-TEST_CASE("expression: unknown names are told with the nearest") {
+TEST_CASE("expression: unknown names are reported with the nearest") {
     CHECK(refusal("bus.width_bit = 3") ==
           "WHERE: 'bus.width_bit' is not known; the nearest is bus.width_bits");
     CHECK(refusal("bus.arbitration = edf").find("write 'edf'") != std::string::npos);
@@ -130,7 +130,7 @@ TEST_CASE("expression: unknown names are told with the nearest") {
     CHECK_THROWS_WITH(Expression("x", {}, ""), "'x' is not known; if it is a text, write 'x'");
 }
 
-TEST_CASE("expression: what is none is refused on one line") {
+TEST_CASE("expression: an invalid one is refused on one line") {
     const std::vector<std::string> wrong{"",
                                          "  ",
                                          "frames >",

@@ -104,7 +104,7 @@ bool contains(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
 }
 
-/// A process that does one thing and writes to a pipe what came of it.
+/// A process that does one thing and writes the outcome to a pipe.
 class Child {
   public:
     /// `work` gets the pipe's end to write to.
@@ -165,7 +165,7 @@ class Child {
         waitpid(process_, nullptr, 0);
         process_ = -1;
     }
-    /// Whether it ended of its own accord and well.
+    /// Whether it ended by itself and well.
     bool ended_well() {
         int status = 0;
         waitpid(process_, &status, 0);
@@ -446,7 +446,7 @@ TEST_CASE("results: a finished file is one file that is complete by itself") {
     CHECK(ResultsReader(directory / "moved.db").results().rows.size() == 1);
 }
 
-TEST_CASE("results: two tables tell what they are") {
+TEST_CASE("results: two tables describe the file") {
     const ScratchDirectory directory;
     SQLite::Database database(finished_file(directory).string(), SQLite::OPEN_READONLY);
     CHECK(database.execAndGet("SELECT value FROM meta WHERE key = 'schema_version'").getString() == "2");
@@ -516,7 +516,7 @@ TEST_CASE("results: whatever moment the writer is killed at - what it had added 
         told += child.read_all().size();
         rounds_with_points += told > 0 ? 1 : 0;
 
-        // The same once by a reader and once by the next writer, whoever is first to see what is left.
+        // The check is the same whether a reader or the next writer is the first to see what is left.
         if (random.one_in(2) && std::filesystem::exists(file) && added + static_cast<int>(told) > 0) {
             const auto rows = ResultsReader(file).results().rows.size();
             REQUIRE(rows >= static_cast<std::size_t>(added) + told);
@@ -533,7 +533,7 @@ TEST_CASE("results: whatever moment the writer is killed at - what it had added 
             REQUIRE(run->second.figures.at(figure_index("starved_pixels").value()) == Value(std::int64_t{n}));
         }
         added += static_cast<int>(told);
-        // One that was added and not told of is there in full or not at all.
+        // One that was added and not reported is there in full or not at all.
         const bool is_one_more = database.find_point(settings_of(added, "irsa")).has_value();
         REQUIRE(database.find_run(settings_of(added, "irsa")).has_value() == is_one_more);
         added += is_one_more ? 1 : 0;
@@ -553,7 +553,7 @@ TEST_CASE("results: whatever moment the writer is killed at - what it had added 
     }
 }
 
-TEST_CASE("results: a writer that is killed as it makes the file leaves one that can be gone on with") {
+TEST_CASE("results: a writer that is killed as it makes the file leaves one that can be continued") {
     for (const int microseconds : {0, 100, 300, 600, 1000, 1500, 2000, 3000, 5000, 8000}) {
         const ScratchDirectory directory;
         Child child([&](int descriptor) {
@@ -612,7 +612,7 @@ TEST_CASE("results: a writer that is killed holds no file - even while a child o
     for (const int end : life) close(end);
 }
 
-TEST_CASE("results: writers that come and go never meet") {
+TEST_CASE("results: of several writers only one at a time has the file open") {
     const ScratchDirectory directory;
     const auto file = finished_file(directory);
     const auto mark = directory / "mark";
@@ -632,7 +632,7 @@ TEST_CASE("results: writers that come and go never meet") {
                     Child::tell(descriptor, error.what());
                     return;
                 }
-                // Not too soon, or the first would never be met; at all sorts of moments.
+                // At all sorts of moments, but not too soon, or no writer would ever find another one.
                 usleep(static_cast<useconds_t>(opened));
             }
         }
@@ -728,7 +728,7 @@ TEST_CASE("results: files of other kinds are refused and left as they are") {
     CHECK(contains(refusal_to_write("/dev/null"), "is no file"));
 }
 
-TEST_CASE("results: files that are not there are told of") {
+TEST_CASE("results: files that are not there are reported") {
     const ScratchDirectory directory;
     CHECK(contains(refusal_to_read(directory / "none.db"), "there is no such file"));
     CHECK(directory.names().empty());
@@ -810,7 +810,7 @@ TEST_CASE("results: what cannot be written is an OutputError and leaves what was
         } catch (const OutputError& error) {
             Child::tell(descriptor, std::to_string(added) + " " + error.what());
         }
-        // The failed one is not there, not even as seen from here.
+        // The failed one is not there, not even to its own writer.
         const bool is_half_there = database.find_run(settings_of(1000 + added, "edf")).has_value();
         Child::tell(descriptor, is_half_there ? " half" : " whole");
     });
@@ -826,7 +826,7 @@ TEST_CASE("results: what cannot be written is an OutputError and leaves what was
 
 namespace {
 
-/// Does something as a user who may not write to the folder, and tells how it ended.
+/// Does something as a user who may not write to the folder, and reports how it ended.
 std::string as_stranger(const ScratchDirectory& directory, const std::function<void()>& action) {
     chmod(directory.path().c_str(), 0555);
     for (const std::string& name : directory.names()) chmod((directory / name).c_str(), 0444);
@@ -879,7 +879,7 @@ TEST_CASE("results: a killed sweep's file is read where nothing can be written o
     const std::string message = as_stranger(directory, read_both);
     CHECK(contains(message, "-wal' takes a folder that can be written to"));
 
-    // Copied as told, both rows are there.
+    // Copied as the message says, both rows are there.
     const ScratchDirectory copy;
     for (const std::string name : {"results.db", "results.db-wal"}) {
         std::filesystem::copy_file(directory / name, copy / name);
@@ -887,14 +887,14 @@ TEST_CASE("results: a killed sweep's file is read where nothing can be written o
     }
     CHECK(ResultsReader(copy / "results.db").results().rows.size() == 2);
 
-    // Without changes that wait the file itself is complete as far as it goes.
+    // If the file of waiting changes is gone, the file itself is complete without them.
     std::filesystem::remove(file.string() + "-wal");
     CHECK(as_stranger(directory, [&file] {
               if (ResultsReader(file).results().rows.size() != 1) throw InputError("rows are missing");
           }) == "done");
 }
 
-TEST_CASE("results: names of files with signs of URIs in them are no matter") {
+TEST_CASE("results: names of files may contain characters of URIs") {
     const ScratchDirectory directory;
     const auto file = killed_file(directory);
     std::filesystem::remove(file.string() + "-wal");

@@ -20,7 +20,7 @@ SearchDescription range(std::int64_t from, std::int64_t to, int checks = 16) {
     return description;
 }
 
-/// Runs a search against a goal; the values it looked at.
+/// Runs a search against a goal. Returns the values that it tried.
 std::set<std::int64_t> run(SmallestValueSearch& search, const std::function<bool(std::int64_t)>& meets) {
     std::set<std::int64_t> looked_at;
     while (!search.finished()) {
@@ -66,7 +66,7 @@ TEST_CASE("smallest value search: a goal that no value meets ends at the end of 
     CHECK(search.monotonic());
 }
 
-TEST_CASE("smallest value search: candidates are the only values looked at") {
+TEST_CASE("smallest value search: candidates are the only values tried") {
     SearchDescription description = range(0, 0);
     description.candidates = {16, 32, 64, 128, 256, 512};
     SmallestValueSearch search(description);
@@ -79,7 +79,9 @@ TEST_CASE("smallest value search: candidates are the only values looked at") {
     }
 }
 
-TEST_CASE("smallest value search: a miss above the value is told, with where it settles") {
+TEST_CASE(
+    "smallest value search: a miss above the value is reported, with the value from which on all meet the "
+    "goal") {
     // 50 meets it, 52 and 53 do not.
     SmallestValueSearch search(range(1, 1 << 20));
     run(search, [](std::int64_t value) { return value >= 50 && value != 52 && value != 53; });
@@ -89,8 +91,8 @@ TEST_CASE("smallest value search: a miss above the value is told, with where it 
           "not monotonic: 50 meets the goal, 52, 53 do not; from 54 on every value tried does");
 }
 
-TEST_CASE("smallest value search: a value below that meets the goal becomes the answer and is told") {
-    // Halving from 64 finds 50; the checks just below it come upon the island from 44 to 46.
+TEST_CASE("smallest value search: a value below that meets the goal becomes the answer and is reported") {
+    // Halving from 64 finds 50; the checks just below it find the island from 44 to 46.
     SmallestValueSearch search(range(1, 1 << 20));
     run(search, [](std::int64_t value) { return value >= 50 || (value >= 44 && value <= 46); });
     CHECK(search.smallest() == 44);
@@ -99,7 +101,7 @@ TEST_CASE("smallest value search: a value below that meets the goal becomes the 
     CHECK(search.note().find("from 50 on every value tried does") != std::string::npos);
 }
 
-TEST_CASE("smallest value search: with as many checks as values nothing below is left unseen") {
+TEST_CASE("smallest value search: with as many checks as values no value below is left untried") {
     const auto seed = std::random_device{}();
     INFO("seed " << seed);
     std::mt19937_64 random(seed);
@@ -115,8 +117,7 @@ TEST_CASE("smallest value search: with as many checks as values nothing below is
     }
 }
 
-TEST_CASE(
-    "smallest value search: what it answers was looked at and no smaller value looked at meets the goal") {
+TEST_CASE("smallest value search: its answer was tried and no smaller value tried meets the goal") {
     const auto seed = std::random_device{}();
     INFO("seed " << seed);
     std::mt19937_64 random(seed);
@@ -154,7 +155,7 @@ TEST_CASE("smallest value search: a goal that holds in a window only is found be
     CHECK_FALSE(search.monotonic());
 }
 
-TEST_CASE("smallest value search: with enough checks a goal that is not met has been looked for everywhere") {
+TEST_CASE("smallest value search: with enough checks every value has been tried before a goal is unmet") {
     SmallestValueSearch search(range(-20, 40, 100));
     const auto looked_at = run(search, [](std::int64_t) { return false; });
     CHECK(looked_at.size() == 61);

@@ -141,7 +141,7 @@ TEST_CASE("sweep file: random viewports") {
     CHECK(bursts.size() == 200);
 }
 
-TEST_CASE("sweep file: every mistake is told in one line with its line") {
+TEST_CASE("sweep file: every mistake is reported in one line with its line") {
     const SweepFixture fixture;
     struct Case {
         std::string text;
@@ -292,7 +292,7 @@ TEST_CASE("sweep file: every mistake is told in one line with its line") {
     for (const Case& one : cases) {
         INFO(one.text);
         const std::string error = fixture.error(one.text);
-        // Those that end in ": " or "; " are cut: others' words follow.
+        // Those that end in ": " or "; " are cut: the words of a library follow.
         const bool cut = one.error.size() > 2 && one.error.back() == ' ';
         CHECK((cut ? error.substr(0, one.error.size()) : error) == one.error);
         CHECK(error.size() >= one.error.size());

@@ -44,7 +44,7 @@ class SweepFixture {
         return exploration::parse_sweep(text, "test.yaml", directory_.path());
     }
     exploration::SweepPlan plan(const std::string& text) const { return exploration::make_plan(parse(text)); }
-    /// Of reading the text and making its plan.
+    /// The error of reading the text and making its plan.
     std::string error(const std::string& text) const {
         return sweep_error_of([&] { plan(text); });
     }
@@ -53,12 +53,12 @@ class SweepFixture {
     ScratchDirectory directory_;
 };
 
-/// "bus.width_bits=32 composer.buffer_pixels=64" for each point.
-/// All points, made.
+/// All points of the plan.
 inline std::vector<exploration::Point> points_of(const exploration::SweepPlan& plan) {
     return {plan.points.begin(), plan.points.end()};
 }
 
+/// "bus.width_bits=32 composer.buffer_pixels=64" for each point.
 inline std::vector<std::string> point_texts(const exploration::SweepPlan& plan) {
     std::vector<std::string> texts;
     for (const exploration::Point& point : plan.points) {

@@ -65,7 +65,7 @@ TEST_CASE("values: ranges of a command line") {
     CHECK(parsed("64..500*1.5") == Texts{"64", "96", "144", "216", "324", "486"});
 }
 
-TEST_CASE("values: what is none") {
+TEST_CASE("values: lists and ranges that are refused") {
     CHECK(values_error("") == "--over: has no values; use some, like 32,64,128 or 64..4096*2");
     CHECK(values_error("32,,64").rfind("--over: ", 0) == 0);
     CHECK(values_error("32,~") == "--over: '32,~' has an empty value; use values with one comma between two");
@@ -277,7 +277,7 @@ TEST_CASE("plan: shards are parts of the sweep, each point in one of them, whate
             axes.push_back(axis);
         }
         SweepDescription description = description_in(fixture, axes);
-        // Half of them with a filter that goes by the axis that changes fastest.
+        // Half of them with a filter that depends on the axis that changes fastest.
         const bool filtered = random.between(0, 1) == 1;
         if (filtered) description.filter = "memory.page_words % 2 = 1";
         const SweepPlan whole = make_plan(description);
@@ -310,7 +310,8 @@ TEST_CASE("plan: shards are parts of the sweep, each point in one of them, whate
 }
 
 TEST_CASE("plan: no shard is in step with an axis") {
-    // Axes as long as the number of shards, half as long, and of two values, which plain counting would deal out badly.
+    // Axes as long as the number of shards, twice as long, and of two values, which plain counting would distribute
+    // badly.
     for (const std::int64_t count : {2, 3, 5, 8, 15, 16}) {
         for (const std::int64_t period : {std::int64_t{2}, count, 2 * count}) {
             constexpr std::int64_t kRows = 2000;
@@ -320,7 +321,7 @@ TEST_CASE("plan: no shard is in step with an axis") {
                     ++seen[static_cast<std::size_t>(Shard{index, count}.number_in(row) % period)];
                 }
                 CAPTURE(count, period, index);
-                // Five standard deviations of what chance would do.
+                // Five standard deviations of a random distribution.
                 const double mean = static_cast<double>(kRows) / static_cast<double>(period);
                 for (const std::int64_t times : seen) {
                     CHECK(std::abs(static_cast<double>(times) - mean) < 5.0 * std::sqrt(mean));
@@ -362,7 +363,7 @@ TEST_CASE("plan: a filter sees settings and defaults and fixed values and keys i
     CHECK(points("composer.ready_space_pixels >= bus.burst_pixels") == 2);
 }
 
-TEST_CASE("plan: points that make no scenario are kept for their run to tell") {
+TEST_CASE("plan: points that make no scenario are kept for their run to report") {
     const SweepFixture fixture;
     SweepDescription description = description_in(
         fixture, {{{"bus.width_bits"}, {{"48", "64"}}, {}}, {{"renderers.7.name"}, {{"a"}}, {}}});
@@ -432,7 +433,7 @@ TEST_CASE("plan: keys that undo each other") {
     CHECK(plan_error(description).empty());
 }
 
-TEST_CASE("plan: axes that are no axes and too many points") {
+TEST_CASE("plan: invalid axes and too many points") {
     const SweepFixture fixture;
     const auto error = [&](const std::vector<Axis>& axes) {
         return plan_error(description_in(fixture, axes));
@@ -465,7 +466,7 @@ TEST_CASE("plan: axes that are no axes and too many points") {
     CHECK(plan_error(description).find("none.yaml: cannot be read: No such file") != std::string::npos);
 }
 
-TEST_CASE("search: what a key takes is what is searched") {
+TEST_CASE("search: a search covers what its key accepts") {
     const SearchDescription buffer = describe_search("composer.buffer_pixels", {}, {}, "--minimize");
     CHECK(buffer.key == "composer.buffer_pixels");
     CHECK(buffer.from == 1);
@@ -493,7 +494,7 @@ TEST_CASE("search: a key that takes fractions is searched in steps") {
     CHECK(clock.number_of(133) == 66.5);
     const SearchDescription usual = describe_search("clocks.core_mhz", {}, {}, "--minimize");
     CHECK(usual.step == 0.1);
-    CHECK(usual.from == 1);  // 0.001 is no multiple
+    CHECK(usual.from == 1);  // 0.001 is not a multiple
     CHECK(usual.to == 100'000);
     CHECK(usual.text_of(3) == "0.3");  // and not 0.30000000000000004
     CHECK(usual.text_of(666) == "66.6");

@@ -15,7 +15,7 @@ namespace {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-/// Reads CSV by the grammar of RFC 4180 and fails on all that it does not have.
+/// Reads CSV by the grammar of RFC 4180 and fails on everything else.
 Rows rows_of(const std::string& csv) {
     Rows rows;
     std::size_t position = 0;
@@ -82,7 +82,7 @@ TEST_CASE("table text: an empty field alone on its line is still a row") {
 
 namespace {
 
-/// What a spreadsheet would take for a formula has an apostrophe before it; numbers have not.
+/// A text that a spreadsheet would read as a formula has an apostrophe before it; numbers have not.
 std::string harmless_text(const Value& value) {
     const auto* words = std::get_if<std::string>(&value);
     const bool is_formula = words != nullptr && !words->empty() &&
@@ -148,7 +148,7 @@ TEST_CASE("table text: random tables read back from CSV and JSON") {
     }
 }
 
-TEST_CASE("table text: JSON mends texts that are not UTF-8") {
+TEST_CASE("table text: JSON repairs texts that are not UTF-8") {
     const auto json = nlohmann::json::parse(json_text({{"a"}, {{std::string("x\xff")}}}));
     CHECK(json[0]["a"] == "x\xef\xbf\xbd");
     CHECK(json_text({{"a"}, {}}) == "[\n]\n");

@@ -17,7 +17,7 @@ TEST_CASE("value: a text that is a number is one") {
     CHECK(value_of("9223372036854775808") == Value(9223372036854775808.0));
 }
 
-TEST_CASE("value: what is no number in full is a text") {
+TEST_CASE("value: what is not a number in full is a text") {
     CHECK(value_of("") == Value());
     for (const std::string text : {"irsa", "64 ", " 64", "64bits", "0x10", "inf", "-inf", "nan", "-nan",
                                    "INF", "1e999", "1,2", "[1, 2]", "-", ".", "e5", "'64'"}) {
