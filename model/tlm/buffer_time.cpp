@@ -12,7 +12,7 @@ BufferTime::BufferTime(const Config& config, ColumnTime& column) : config_(confi
 // ---- the bus side ----
 
 void BufferTime::begin_frame(int frame, const ViewportRow* row, std::int64_t table_cycle, std::int64_t now) {
-    // What is left of earlier frames may not wait for beats of this one: it may have none.
+    // Earlier frames are settled here, not when beats of this frame come: it may have none.
     settle(table_cycle, now);
     newest_frame_ = frame;
     Frame& state = slot(frame);
@@ -72,7 +72,7 @@ std::int64_t BufferTime::not_before(const Release& release, std::int64_t now) co
     std::int64_t cycle = column_.not_before(release.frame, release.step, now);
     const Frame& frame = slot(release.frame);
     if (!column_.started(release.frame) && frame.prefetched_cycle != kUnknownCycle) {
-        // PIPEREADY climbs from here, and STARTFRAME follows.
+        // From here PIPEREADY climbs to the top, and STARTFRAME follows.
         cycle = std::max(cycle, frame.prefetched_cycle + config_.renderer + 1 + release.step);
     }
     return cycle;
@@ -159,9 +159,9 @@ void BufferTime::tell_needed_step(const Frame& frame) {
                                                   : kNoStep);
 }
 
-/// Where a pixel arrives later than the column would need it if nothing else held it up, the column must be
-/// told. Each pixel is needed at least a step behind the one before it, so on a bus of a beat a clock the
-/// first pixel of a run stands for all.
+/// Reports to the column each pixel that arrives later than the column needs it if nothing else delays the column. Each
+/// pixel is needed at least a step after the one before it, so on a bus with a beat each clock the first pixel of a run
+/// stands for all.
 void BufferTime::tell_late_arrivals(const Run& run) {
     const Segment& segment = slot(run.frame).segment;
     const FrameTime& time = column_.frame(run.frame);
@@ -230,7 +230,8 @@ void BufferTime::close_frame(int frame, std::int64_t limit, std::int64_t now) {
     counters_.replayed_pixels += replayed;
 }
 
-/// Behind the segment's last pixel, if nothing of the next frame follows, no run of beats shows the level.
+/// Reports the level after the segment's last pixel if nothing of the next frame follows: no run of beats shows it
+/// then.
 void BufferTime::tell_decline(const Frame& frame, std::int64_t now) {
     constexpr std::int64_t kPoints = 16;
     const std::int64_t end = std::min(frame_end_cycle(frame.number), now);
@@ -295,7 +296,7 @@ std::int64_t BufferTime::held_of_previous(int frame, std::int64_t cycle) const {
     return previous.pixels - released(previous, cycle);
 }
 
-/// All that the run's arrival meets is known: what is released by then, and which of its pixels starve.
+/// All that must be known about the run's arrival is known: what is released by then, and which of its pixels starve.
 bool BufferTime::is_settled(const Run& run, std::int64_t now) const {
     const std::int64_t last = last_arrival(run);
     const Frame& frame = slot(run.frame);
@@ -306,14 +307,14 @@ bool BufferTime::is_settled(const Run& run, std::int64_t now) const {
     const std::int64_t first_use = config_.renderer + frame.segment.first_use(run.first_pixel);
     const Release first_step{run.frame, 0};
     const std::int64_t start = not_before(first_step, now);
-    // The pixels of the frame before are still let go of as they are used, which is known only so far.
+    // The pixels of the frame before are still being released as they are used, which is known only up to some clock.
     const bool previous_known = !keeps(run.frame - 1) || last <= column_.known_through(now) ||
                                 (column_.started(run.frame - 1) &&
                                  column_.frame(run.frame - 1).last_known_step() >= frame_end_step());
     return previous_known && last <= start + config_.renderer && last <= start + first_use;
 }
 
-/// Counts what cannot change any more, so that little is kept.
+/// Counts what cannot change any more, so that little need be kept.
 void BufferTime::settle(std::int64_t through_cycle, std::int64_t now) {
     std::size_t settled = 0;
     while (settled < runs_.size() && last_arrival(runs_[settled]) <= through_cycle &&
@@ -353,8 +354,8 @@ void BufferTime::count_run(const Run& run) {
     }
 }
 
-/// On a bus of a beat a clock what is held never falls from one beat to the next, for a clock releases a pixel
-/// at most; so the last beat of a run stands for all.
+/// On a bus with a beat each clock the number of held pixels never falls from one beat to the next, since a clock
+/// releases at most one pixel; so the last beat of a run stands for all.
 void BufferTime::count_high_water(const Run& run) {
     if (counters_.buffer_high_water == config_.capacity_pixels) {
         return;
@@ -372,7 +373,7 @@ void BufferTime::tell_levels(const Run& run) {
     const auto tell = [this, &run](int pixels, std::int64_t cycle) {
         on_level_(cycle, held_with(run, pixels, cycle));
     };
-    // Of the earlier runs none goes so far.
+    // No earlier run lasts until that clock.
     const std::int64_t wanted = wanted_level_cycle_ < last ? std::exchange(wanted_level_cycle_, -1) : -1;
     if (wanted >= 0 && wanted < before) tell(0, wanted);
     tell(0, before);
@@ -383,14 +384,14 @@ void BufferTime::tell_levels(const Run& run) {
     tell(run.pixels, last);
 }
 
-/// What is held at a clock with so many pixels of the run arrived and nothing behind it.
+/// The pixels held at a clock if `pixels` pixels of the run have arrived and nothing after them.
 int BufferTime::held_with(const Run& run, int pixels, std::int64_t cycle) const {
     const std::int64_t own = run.first_pixel + pixels - released(slot(run.frame), cycle);
     return static_cast<int>(std::max<std::int64_t>(0, own) + held_of_previous(run.frame, cycle));
 }
 
-/// `glitch` mode, frame started: a raster position goes without its pixel if it is composited no later than
-/// the clock in which the pixel is sampled; a pixel whose last position has been is late.
+/// `glitch` mode, frame started: a raster position starves if it is composited no later than the clock in which its
+/// pixel is sampled; a pixel whose last position has passed is late.
 void BufferTime::count_starved_and_late(const Run& run, bool count_late) {
     Frame& frame = slot(run.frame);
     if (!column_.started(run.frame)) {
@@ -400,14 +401,14 @@ void BufferTime::count_starved_and_late(const Run& run, bool count_late) {
     const std::int64_t base = column_.frame(run.frame).start_cycle() + config_.renderer;
     const bool in_order = config_.cycles_per_beat == 1;
     if (in_order && run.first_arrival - base <= segment.first_use(run.first_pixel)) {
-        return;  // and each pixel behind it has as much time or more
+        return;  // and each pixel after it has as much time or more
     }
     const bool note_starved = !run.starved_counted && !frame.closed;
     const ViewportRow& row = segment.row();
     const int multiple = row.dmultiple;
     for (std::int64_t i = 0; i < run.pixels; ++i) {
         const std::int64_t k = run.first_pixel + i;
-        const std::int64_t missing_before = arrival(run, i) - base;  // positions that go without it
+        const std::int64_t missing_before = arrival(run, i) - base;  // positions before this one starve
         if (segment.first_use(k) >= missing_before) {
             if (in_order) {
                 return;
@@ -447,7 +448,7 @@ void BufferTime::add_starved(Frame& frame, int y, int x_begin, int x_end) const 
     frame.starved.push_back({frame.number, y, x_begin, x_end - 1});
 }
 
-/// Every position before `limit` of a pixel that is not on its way has gone without it.
+/// For a pixel that is not on its way, every position before `limit` has starved.
 void BufferTime::starve_unsent(Frame& frame, std::int64_t limit) const {
     const Segment& segment = frame.segment;
     const ViewportRow& row = segment.row();

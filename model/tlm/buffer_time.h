@@ -12,46 +12,46 @@
 
 namespace metabuffer::tlm {
 
-/// Beats of a burst that follow each other without a gap, pixels_per_beat pixels each but for the last.
+/// Beats of a burst that follow each other without a gap, each of pixels_per_beat pixels except for the last.
 struct BeatRun {
     std::int64_t first_pixel = 0;  ///< index in the segment
     int pixels = 0;
     std::int64_t first_cycle = 0;  ///< the clock in which the first beat is on the bus
 };
 
-/// What a composer decides on at a beat of a burst, whether BUSREADY stays high.
+/// A beat of a burst, at which a composer decides whether BUSREADY stays high.
 struct BurstBeat {
     std::int64_t first_missing = 0;  ///< pixels of the newest frame from this one on have not been sampled
     std::int64_t sampled = 0;        ///< the clock that samples the beat
-    int remaining = 0;               ///< pixels of the burst behind it
+    int remaining = 0;               ///< pixels of the burst after it
 };
 
-/// From which clock on the bus may give a slot to a composer.
+/// The clock from which the bus may give a slot to a composer.
 struct SlotTime {
-    std::int64_t cycle = kUnknownCycle;  ///< BUSREADY is high for an arbitration at this clock and behind it
+    std::int64_t cycle = kUnknownCycle;  ///< BUSREADY is high for an arbitration at this clock or later
     std::int64_t not_before = 0;         ///< if the cycle is not known: it is no earlier than this
-    /// What it hangs on, if it is not known: a step of the column.
+    /// The step of the column that the cycle depends on, if it is not known.
     int frame = 0;
     std::int64_t step = 0;
 };
 
-/// A composer's buffer (section 5.2 of the paper) as arithmetic: which pixels are on their way or have
-/// arrived is known from the bus, which have been used from the column's time, so that what is held, when
-/// BUSREADY changes, and which raster pixels starve follows without simulating a clock. The rules are those
-/// of the timing table in docs/design.md.
+/// A composer's buffer (section 5.2 of the paper) as arithmetic. The bus says which pixels are on their way or have
+/// arrived; the column's time says which have been used. From both follow, without simulating a clock, the pixels held,
+/// the changes of BUSREADY and the raster pixels that starve. The rules are those of the timing table in
+/// docs/design.md.
 ///
 /// Frames come in order; the table of frame f may come when frame f - 2 has been composited. "now" is a clock
 /// before which every decision of the machine has been taken.
 class BufferTime {
   public:
     struct Config {
-        int renderer = 0;            ///< place in the column, from 0
-        int capacity_pixels = 0;     ///< of the buffer
-        int ready_space_pixels = 0;  ///< free space that a slot needs
-        int pixels_per_beat = 1;     ///< 1..8
-        int cycles_per_beat = 1;     ///< more than 1 on a bus narrower than a pixel
-        int in_flight_pixels = 2;  ///< that may come from BUSREADY's fall on, with the beat that it falls at
-        int answer_cycles = 0;     ///< registers on the way back: BUSREADY is read that many clocks later
+        int renderer = 0;             ///< index in the column, from 0
+        int capacity_pixels = 0;      ///< of the buffer
+        int ready_space_pixels = 0;   ///< free space that a slot needs
+        int pixels_per_beat = 1;      ///< 1..8
+        int cycles_per_beat = 1;      ///< more than 1 on a bus narrower than a pixel
+        int in_flight_pixels = 2;     ///< that may come once BUSREADY falls, with the beat it falls at
+        int answer_cycles = 0;        ///< registers on the way back: BUSREADY is read that many clocks later
         int raster_width_pixels = 0;  ///< of the display
         int raster_height_pixels = 0;
     };
@@ -64,11 +64,11 @@ class BufferTime {
     /// The frame's table has been sent: its row for this composer, null if it has none, and the clock in which
     /// the composer knows the whole table.
     void begin_frame(int frame, const ViewportRow* row, std::int64_t table_cycle, std::int64_t now);
-    /// The clock in which the composer lets go of a frame; TABLEREADY rises there for the table two frames on.
+    /// The clock in which the composer releases a frame; in it TABLEREADY rises for the table two frames later.
     std::int64_t frame_end_cycle(int frame) const;
     std::int64_t frame_end_step() const { return config_.renderer + column_.raster_pixels(); }
 
-    /// What BUSREADY does to beats of a burst.
+    /// What happens to BUSREADY at a beat of a burst.
     enum class Verdict : std::uint8_t { kTaken, kDropped, kUndecided };
     /// Whether BUSREADY stays high at a beat.
     Verdict busready_in_burst(const BurstBeat& beat, std::int64_t now) const;
@@ -80,7 +80,8 @@ class BufferTime {
     /// Beats that are certain to be sent: `first_pixel` continues the segment. `granted`: the clock in which
     /// their burst got its slot; the run lasts until then at least.
     void add(const BeatRun& beats, std::int64_t granted, std::int64_t now);
-    /// From when on another slot is taken, given the first clock in which BUSREADY counts all that was sent.
+    /// The clock from which another slot is taken. earliest: the first clock in which BUSREADY counts all that was
+    /// sent.
     SlotTime slot_time(std::int64_t earliest, std::int64_t now) const;
 
     // ---- the pipeline side ----
@@ -89,15 +90,15 @@ class BufferTime {
     std::int64_t prefetched_cycle(int frame) const;
     /// The clock in which it knows the frame's whole table, if that is known.
     std::int64_t table_cycle(int frame) const;
-    /// Pixels of a frame that have arrived at the end of a clock, the present.
+    /// Pixels of a frame that have arrived by the end of a clock, which must be the present one.
     std::int64_t arrived(int frame, std::int64_t through_cycle) const;
-    /// The column starts the newest frame whose table has been sent or the one before; in `stall` mode tells
-    /// the column what it needs.
+    /// The column starts the newest frame whose table has been sent, or the one before it. In `stall` mode this reports
+    /// to the column what the buffer needs.
     void start_frame(int frame);
     /// The frame has been composited up to raster position `limit` by the clock `now`: counts what starved.
     void close_frame(int frame, std::int64_t limit, std::int64_t now);
-    /// A frame's segment, null if there is none, and the raster pixels of it that starved, in raster order,
-    /// runs as long as can be. From close_frame until the frame's place is taken by a later one.
+    /// A frame's segment, null if there is none, and its starved raster pixels: in raster order, in runs as long as
+    /// possible. Valid from close_frame until a later frame takes this frame's entry.
     const Segment* segment(int frame) const;
     const std::vector<StarvedRun>& starved(int frame) const { return slot(frame).starved; }
 
@@ -108,16 +109,16 @@ class BufferTime {
     std::int64_t first_drop_cycle() const { return first_drop_cycle_; }
     std::int64_t first_starved_cycle() const { return first_starved_cycle_; }
 
-    /// Called with what is held before and behind each run of beats and as a frame runs out, in order of time,
-    /// once that is settled; and at the clock `wanted_cycle`, unless that is -1.
+    /// Called with the pixels held before and after each run of beats and while a frame runs out, in order of time,
+    /// once they are certain. Also called for the clock `wanted_cycle`, unless that is -1.
     void on_level(std::function<void(std::int64_t cycle, int held_pixels)> callback,
                   std::int64_t wanted_cycle = -1) {
         on_level_ = std::move(callback);
         wanted_level_cycle_ = wanted_cycle;
     }
-    /// What has been counted so far: of starved pixels, those of frames that are closed.
+    /// What has been counted so far; of starved pixels, only those of closed frames.
     const ComposerCounters& counters() const { return counters_; }
-    /// Counts all that has happened up to a clock, the present; once.
+    /// Counts all that has happened up to a clock, which must be the present one. Call it once.
     const ComposerCounters& finish(std::int64_t through_cycle, std::int64_t stalled_cycles);
 
   private:
@@ -128,7 +129,7 @@ class BufferTime {
         Segment segment;
         std::int64_t pixels = 0;
         std::int64_t planned = 0;        ///< pixels whose arrival is known
-        std::int64_t prefetched_at = 0;  ///< so many pixels make it prefetched
+        std::int64_t prefetched_at = 0;  ///< with that many pixels it is prefetched
         std::int64_t prefetched_cycle = kUnknownCycle;
         bool closed = false;
         std::vector<StarvedRun> starved;
@@ -140,7 +141,7 @@ class BufferTime {
         std::int64_t first_arrival = 0;  ///< the clock in which the composer samples the first beat
         bool starved_counted = false;
     };
-    /// A pixel must have been released: after `step` of `frame` it has.
+    /// A condition: some pixel has been released, which `step` of `frame` does.
     struct Release {
         int frame = -1;  ///< -1: nothing need be released
         std::int64_t step = 0;

@@ -8,9 +8,9 @@
 
 namespace metabuffer::tlm {
 
-/// A renderer's bus, from its input framebuffer to the composers of its row (section 5 of the paper): takes each
-/// transfer to the composer of the display that the payload's address names, and notices back. Wires, no time
-/// of its own.
+/// A renderer's bus, from its input framebuffer to the composers of its row (section 5 of the paper): carries each
+/// transfer to the composer of the display that the payload's address names, and notices back. It stands for wires and
+/// adds no time.
 class Bus final : public sc_core::sc_module {
   public:
     TargetSocket<Bus, BusTransfer> framebuffer_socket{"framebuffer_socket"};  ///< BusTransfer

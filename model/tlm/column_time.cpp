@@ -81,7 +81,7 @@ void ColumnTime::start(int frame, std::int64_t cycle) {
     start_cycles_.push_back(cycle);
     current().start(cycle);
     if (may_stall_) {
-        // Step 0 is known, and what it does not need may follow.
+        // Step 0 is known; later steps wait until the composers report what they need.
         current().set_last_known_step(0);
         for (int r = 0; r < renderers_; ++r) {
             needed_steps_.set(static_cast<std::size_t>(r), 0);
@@ -128,7 +128,7 @@ void ColumnTime::forget_stalls(std::int64_t now) {
         newest_stalls_.erase(std::remove_if(newest_stalls_.begin(), newest_stalls_.end(),
                                             [now](const Stall& stall) { return stall.last <= now; }),
                              newest_stalls_.end());
-        // Where most of them are still to come, looking at all of them each time would take for ever.
+        // If most of them are still to come, checking all of them each time would take too long.
         forget_at_ = std::max(kMany, 2 * newest_stalls_.size());
     }
 }
@@ -153,7 +153,7 @@ void ColumnTime::tell() {
 
 std::int64_t ColumnTime::not_before(int frame, std::int64_t step, std::int64_t now) const {
     if (!started(frame)) {
-        // PIPEREADY climbs a composer a clock, and STARTFRAME follows it by one.
+        // PIPEREADY climbs one composer in each clock; STARTFRAME follows a clock later.
         return std::max(now + 2, pipeready_cycle_ + renderers_ + 1) + step;
     }
     const FrameTime& time = this->frame(frame);
@@ -195,7 +195,7 @@ std::int64_t ColumnTime::stalled_cycles_for(int renderer, std::int64_t through_c
             count -= stall.last - std::max(stall.first - 1, through_cycle);
         }
     }
-    // Who waits for a pixel whose arrival is not known waits up to now.
+    // A composer that waits for a pixel whose arrival is not known has waited until now.
     if (may_stall_ && newest_frame_ >= 0) {
         const std::int64_t blocked = needed_steps_.minimum();
         if (blocked < kNoStep &&

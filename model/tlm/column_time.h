@@ -14,8 +14,8 @@ constexpr std::int64_t kUnknownCycle = std::numeric_limits<std::int64_t>::max();
 /// A pipeline step that nothing ever needs.
 constexpr std::int64_t kNoStep = std::numeric_limits<std::int64_t>::max();
 
-/// Frames whose timing may be asked for at the same time: one being composited, one behind it, and those that
-/// are done with but not yet let go.
+/// Frames whose timing can be queried at the same time: one being composited, the one after it, and those that are
+/// finished but not released yet.
 constexpr int kFramesKept = 4;
 
 /// The smallest of a fixed number of values that change one at a time.
@@ -31,9 +31,9 @@ class MinimumTree {
     std::vector<std::int64_t> tree_;
 };
 
-/// When a column's pipeline did what in one frame. The column moves in steps: the top composer sees its start
-/// in step 0, composer r in step r; composer r composites raster position p in step r + 1 + p. A step takes a
-/// clock, and a stall is clocks without a step. Steps up to last_known_step() are settled for ever.
+/// The clocks of a column's pipeline in one frame. The column moves in steps: the top composer sees its start in step
+/// 0, composer r in step r; composer r composites raster position p in step r + 1 + p. A step takes a clock, and a
+/// stall is clocks without a step. The clocks of steps up to last_known_step() are final.
 class FrameTime {
   public:
     void start(std::int64_t cycle);
@@ -45,15 +45,15 @@ class FrameTime {
     std::int64_t cycle_of(std::int64_t step) const {
         return started() && step <= last_known_step_ ? extrapolated_cycle(step) : kUnknownCycle;
     }
-    /// The clock of a step if nothing stalls that has not been told yet: no later than the truth.
+    /// The clock of a step if there are no stalls except those reported so far; the real clock is this one or later.
     std::int64_t extrapolated_cycle(std::int64_t step) const;
     /// The last step at or before a clock, -1 if there is none.
     std::int64_t step_at(std::int64_t cycle) const;
 
     std::int64_t last_known_step() const { return last_known_step_; }
     void set_last_known_step(std::int64_t step) { last_known_step_ = step; }
-    /// The clock of `step` is no earlier than `cycle`. Steps behind it have not been told any delay yet.
-    /// Returns the clocks that this adds.
+    /// Makes the clock of `step` no earlier than `cycle`; no later step may have been delayed yet. Returns the clocks
+    /// that this adds.
     std::int64_t delay_step(std::int64_t step, std::int64_t cycle);
 
   private:
@@ -66,9 +66,9 @@ class FrameTime {
     std::int64_t last_known_step_ = kNoStep;
 };
 
-/// The time of one display's pipeline, frame by frame (section 5.4 of the paper), and in `stall` mode the
-/// clocks in which it stands still (COLUMNSTALL). No clock is simulated: each composer tells which step needs
-/// the first pixel whose arrival is not known yet, and which known arrivals come too late for their step.
+/// The time of one display's pipeline, frame by frame (section 5.4 of the paper), and in `stall` mode the clocks in
+/// which it stands still (COLUMNSTALL). No clock is simulated: each composer reports which step needs the first pixel
+/// whose arrival is not known yet, and which known arrivals come too late for their step.
 class ColumnTime {
   public:
     ColumnTime(int renderers, std::int64_t raster_pixels, bool may_stall);
@@ -77,37 +77,38 @@ class ColumnTime {
     int renderers() const { return renderers_; }
     bool may_stall() const { return may_stall_; }
 
-    /// The output framebuffer takes another frame from this clock on.
+    /// The output framebuffer can receive another frame from this clock on.
     void set_pipeready_cycle(std::int64_t cycle) { pipeready_cycle_ = cycle; }
-    /// The frame's step 0 is at that clock. In `stall` mode nothing behind it is known before every composer
-    /// has told what it needs.
+    /// The frame's step 0 is at that clock. In `stall` mode no later step is known before every composer has reported
+    /// what it needs.
     void start(int frame, std::int64_t cycle);
-    /// The frame composited or last composited, -1: none yet.
+    /// The frame that is being composited or was the last one; -1: none yet.
     int newest_frame() const { return newest_frame_; }
     const FrameTime& frame(int frame) const { return frames_[static_cast<std::size_t>(frame % kFramesKept)]; }
     bool started(int frame) const { return frame <= newest_frame_; }
 
-    /// `stall` mode, frame newest_frame(): the step that needs composer r's first pixel without a known
-    /// arrival, kNoStep if it has them all.
+    /// `stall` mode, frame newest_frame(): the step that needs composer r's first pixel without a known arrival,
+    /// kNoStep if all arrivals are known.
     void set_needed_step(int renderer, std::int64_t step) {
         needed_steps_.set(static_cast<std::size_t>(renderer), step);
     }
-    /// `stall` mode: a pixel that is needed behind `step` arrives at `arrival`: step + 1 is later than that.
+    /// `stall` mode: a pixel that is needed after `step` arrives at `arrival`, so step + 1 comes later than that.
     void add_arrival(int renderer, std::int64_t step, std::int64_t arrival);
     /// `stall` mode: works out what has become known. `now` as for not_before.
     void advance(std::int64_t now);
 
     /// Calls back, once, when a frame's step is known: at once if it is, else from start() or advance().
     void when_known(int frame, std::int64_t step, std::function<void()> callback);
-    /// Calls those whose time has come. After start() and advance(), and when the caller's own state is whole.
+    /// Calls the callbacks whose steps are known now. To be called after start() and advance(), once the caller's own
+    /// state is consistent.
     void tell();
 
-    /// No step of the frame that is not known yet is earlier than this. `now`: every decision of the machine
+    /// The step's clock; if it is not known yet, a clock that it cannot precede. `now`: every decision of the machine
     /// at an earlier clock has been taken.
     std::int64_t not_before(int frame, std::int64_t step, std::int64_t now) const;
     /// All that happens up to this clock is known.
     std::int64_t known_through(std::int64_t now) const;
-    /// The last composer's output framebuffer takes the newest frame's last pixel in this step.
+    /// The output framebuffer receives the newest frame's last pixel in this step.
     std::int64_t last_step() const { return renderers_ + raster_pixels_; }
 
     /// Called with each stretch of clocks in which the column stands still.
@@ -125,7 +126,8 @@ class ColumnTime {
     void note_composited();
     bool composited(int frame) const { return static_cast<std::size_t>(frame) < spans_.size(); }
 
-    /// Clocks that the column stood still, and for whose sake, up to a clock at or behind `now`.
+    /// Clocks in which the column stood still, in all and because of one composer, up to a clock that is `now` or
+    /// later.
     std::int64_t stalled_cycles(std::int64_t through_cycle) const;
     std::int64_t stalled_cycles_for(int renderer, std::int64_t through_cycle) const;
     /// The first clock in which a composer finds that the column must stand still in the next one, as far as is known;
@@ -147,7 +149,7 @@ class ColumnTime {
             return a.frame != b.frame ? a.frame > b.frame : a.step > b.step;
         }
     };
-    /// Clocks first..last without a step: of one composer's sake, or (renderer -1) of the whole column.
+    /// Clocks first..last without a step: caused by one composer, or (renderer -1) of the whole column.
     struct Stall {
         int renderer;
         std::int64_t first;
@@ -176,7 +178,7 @@ class ColumnTime {
     std::int64_t stalled_cycles_ = 0;
     std::int64_t first_stall_cycle_ = kUnknownCycle;  ///< of those that are counted
     std::vector<std::int64_t> stalled_for_;
-    std::size_t forget_at_ = 0;         ///< so many of them are worth a look
+    std::size_t forget_at_ = 0;         ///< size of newest_stalls_ at which it is cleaned up
     std::vector<Stall> newest_stalls_;  ///< counted already, perhaps beyond the present
 };
 

@@ -136,7 +136,7 @@ void Composer::tell_slot() {
     bus_socket->nb_transport_bw(notice_.payload(), phase, delay);
 }
 
-/// The end of a frame is known, and with it the clock of TABLEREADY for the table two frames on.
+/// The end of a frame is known, and with it the clock of TABLEREADY for the table two frames later.
 void Composer::tell_table(int frame) {
     notice_->frame = frame + 2;
     notice_->table_cycle = buffer_.frame_end_cycle(frame);
@@ -155,7 +155,7 @@ void Composer::tell_table(int frame) {
     return ::tlm::TLM_ACCEPTED;
 }
 
-/// PIPEREADY rises in the clock that sees it from below and this composer prefetched.
+/// PIPEREADY rises in the clock that sees both PIPEREADY from below and this composer prefetched.
 void Composer::raise_pipeready() {
     const std::int64_t prefetched = buffer_.prefetched_cycle(next_frame_);
     if (below_pipeready_ == kUnknownCycle || prefetched == kUnknownCycle) {
@@ -177,7 +177,7 @@ void Composer::raise_pipeready() {
     });
 }
 
-/// The PIPEMASTER answers its own PIPEREADY.
+/// The PIPEMASTER answers its own PIPEREADY with STARTFRAME.
 void Composer::start_column(int frame, std::int64_t cycle) {
     column_.start(frame, cycle);
     pipeline_->frame = frame;
@@ -213,7 +213,7 @@ void Composer::start_frame(::tlm::tlm_generic_payload& payload) {
 
 // ---- compositing ----
 
-/// The frame's last pixel has left the column: its pixels follow, all at once.
+/// The frame's last pixel has left the column by its clock; now the values of all its pixels follow at once.
 void Composer::send_frame_down() {
     column_.note_composited();
     const int height = scenario_.displays.raster_height_pixels();
@@ -232,7 +232,7 @@ void Composer::send_frame_down() {
     }
 }
 
-/// The delay is zero all the way, since the pixels' own clocks are the column's.
+/// The delay is zero all the way, since the column's time already has the pixels' clocks.
 void Composer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {
     const auto& band = content_of<PipelineFrame>(payload);
     if (band.first_row == 0) {
@@ -309,10 +309,10 @@ void Composer::composite_row(const PipelineFrame& band, int y, const PixelPlanes
     }
 }
 
-// ---- what a run tells ----
+// ---- what a run reports ----
 
 const ComposerCounters& Composer::finish(std::int64_t through_cycle) {
-    // A run that the watchdog has ended may stand in the middle of a frame.
+    // A run that the watchdog has ended may be in the middle of a frame.
     if (const int frame = column_.newest_frame(); frame >= 0) {
         const std::int64_t composited = column_.frame(frame).step_at(through_cycle) - settings_.renderer;
         buffer_.close_frame(frame, std::clamp<std::int64_t>(composited, 0, column_.raster_pixels()),

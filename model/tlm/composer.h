@@ -16,9 +16,9 @@
 
 namespace metabuffer::tlm {
 
-/// A composer, box C of the paper's Figure 1 (sections 4, 5.2 to 5.4): answers its bus for its buffer, tells the
-/// composer above when it is prefetched, and composites its segment onto what comes down the pipeline, a band
-/// of raster rows at a time. Rules and clocks are those of level rtl (docs/design.md).
+/// A composer, box C of the paper's Figure 1 (sections 4, 5.2 to 5.4): answers its bus for its buffer, signals the
+/// composer above when it is prefetched, and composites its segment onto what comes down the pipeline, a band of raster
+/// rows at a time. Rules and clocks are those of level rtl (docs/design.md).
 ///
 /// The composer strapped PIPEMASTER starts the column's frames and, when one has been composited, sends it down
 /// the pipeline.
@@ -29,12 +29,12 @@ class Composer final : public sc_core::sc_module {
     InitiatorSocket<Composer, PipelineFrame> pipe_out_socket{"pipe_out_socket"};     ///< PipelineFrame
 
     struct Settings {
-        int renderer = 0;  ///< place in the column, from 0; composer 0 is the PIPEMASTER
+        int renderer = 0;  ///< index in the column, from 0; composer 0 is the PIPEMASTER
         int display = 1;   ///< from 1
         bool images = true;
         ScheduleObserver* observer = nullptr;
     };
-    /// Scenario, column and relays must outlive the module. A column and its relays are those of all composers of it.
+    /// Scenario, column and relays must outlive the module. All composers of a column share it and its relays.
     Composer(const sc_core::sc_module_name& name, const Scenario& scenario, ColumnTime& column,
              ColumnRelays& relays, const Settings& settings);
     SC_HAS_PROCESS(Composer);
@@ -43,7 +43,7 @@ class Composer final : public sc_core::sc_module {
     std::int64_t starved_pixels_of(int frame) const { return buffer_.counters().starved_pixels_of(frame); }
     std::int64_t first_busready_drop_cycle() const { return buffer_.first_drop_cycle(); }
     std::int64_t first_starved_cycle() const { return buffer_.first_starved_cycle(); }
-    /// Counts up to a core clock, the present; once.
+    /// Counts up to a core clock, which must be the present one. Call it once.
     const ComposerCounters& finish(std::int64_t through_cycle);
     std::string waiting_for(std::int64_t through_cycle) const;
 
@@ -78,7 +78,7 @@ class Composer final : public sc_core::sc_module {
     ColumnRelays& relays_;
     BufferTime buffer_;
     std::array<FrameContent, kFramesKept> content_;
-    bool slot_wanted_ = false;  ///< the bus waits to be told
+    bool slot_wanted_ = false;  ///< the bus waits for the notice
     std::int64_t earliest_slot_ = 0;
 
     int next_frame_ = 0;                            ///< to start next

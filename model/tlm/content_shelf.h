@@ -11,13 +11,13 @@
 
 namespace metabuffer::tlm {
 
-/// The images as the input framebuffers hold them, each converted once however many renderers show it, and let
-/// go when no frame needs it any more.
+/// A cache of the images as the input framebuffers hold them. Each is converted once, however many renderers show it,
+/// and released when no frame needs it any more.
 class ContentShelf {
   public:
     explicit ContentShelf(DepthFormat format) : format_(format) {}
 
-    /// The colour half of one image's words with the depth half of another's.
+    /// The colour half of one image with the depth half of another.
     FrameContent content(const PixelImage& colour, const PixelImage& depth) {
         std::weak_ptr<const PixelPlanes>& place = shelf_[{&colour, &depth}];
         FrameContent content = place.lock();

@@ -9,8 +9,7 @@
 namespace metabuffer::tlm {
 namespace {
 
-/// From a clock of the link to the clock in which the decoder takes it, and on to the one in which the input
-/// framebuffer does.
+/// Clocks from the link to the decoder, and from the decoder to the input framebuffer.
 constexpr std::int64_t kDecoderClocks = 1;
 constexpr std::int64_t kFramebufferClocks = 1;
 
@@ -27,7 +26,7 @@ void DviDecoder::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_ti
     framebuffer_socket->b_transport(decoded_.payload(), delay);
 }
 
-/// The follower has learnt something at a clock, or gone on without a word.
+/// The follower of pairs has a new state from a clock on, with or without an event to report.
 void DviDecoder::learnt(LinkEvent event, std::int64_t edge) {
     newest_moments_.push_back({edge, pairs_});
     if (event.tells_something()) {
@@ -36,8 +35,8 @@ void DviDecoder::learnt(LinkEvent event, std::int64_t edge) {
     }
 }
 
-/// Walks through the frame as the clocked decoder does, from one end of a line to the next. `edge` is always
-/// the clock in which the decoder takes what is at the end of the line.
+/// Walks through the frame as the clocked decoder does, from one end of a line to the next. `edge` is always the clock
+/// in which the decoder receives the end of the line.
 void DviDecoder::decode(const DviFrame& frame) {
     DecodedFrame& decoded = *decoded_;
     decoded.events.clear();

@@ -12,9 +12,9 @@
 
 namespace metabuffer::tlm {
 
-/// The DVI frame decoder between a renderer's link and its input framebuffer (section 4 of the paper): tells
-/// colour from depth by the control scanline, finds pairs, rejects what is spoilt, and says at which clocks the
-/// input framebuffer learns of it. The causes and clocks are those of level rtl.
+/// The DVI frame decoder between a renderer's link and its input framebuffer (section 4 of the paper): distinguishes
+/// colour from depth by the control scanline, finds pairs, rejects corrupt frames, and reports at which clocks the
+/// input framebuffer receives each event. The causes and clocks are those of level rtl.
 class DviDecoder final : public sc_core::sc_module {
   public:
     TargetSocket<DviDecoder, DviFrame> link_socket{"link_socket"};                       ///< DviFrame
@@ -28,7 +28,7 @@ class DviDecoder final : public sc_core::sc_module {
     std::string waiting_for(std::int64_t through_edge) const;
 
   private:
-    /// The follower of pairs as it is from a clock on.
+    /// The state of the follower of pairs from a clock on.
     struct Moment {
         std::int64_t edge = 0;
         PairFollower pairs;
@@ -44,7 +44,7 @@ class DviDecoder final : public sc_core::sc_module {
     PairFollower pairs_;
     const PixelImage* colour_image_ = nullptr;
     std::vector<std::uint8_t> payload_;   ///< of the newest control scanline
-    std::vector<Moment> newest_moments_;  ///< before the frame under way, and through it
+    std::vector<Moment> newest_moments_;  ///< before the frame under way and during it
     Message<DecodedFrame> decoded_;
 };
 

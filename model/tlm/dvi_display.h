@@ -9,7 +9,7 @@
 
 namespace metabuffer::tlm {
 
-/// A display, box E of the paper's Figure 1: takes the frames that have been on its DVI link.
+/// A display, box E of the paper's Figure 1: receives the frames that have been on its DVI link.
 class DviDisplay final : public sc_core::sc_module {
   public:
     TargetSocket<DviDisplay, ShownFrame> dvi_socket{"dvi_socket"};  ///< ShownFrame

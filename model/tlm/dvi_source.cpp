@@ -38,7 +38,7 @@ void DviSource::process() {
     }
 }
 
-/// What follows a frame, a silence or a pause.
+/// Decides what follows a frame, a silence or a pause.
 void DviSource::decide(std::int64_t edge) {
     if (state_ == State::kFrame) {
         program_.end_frame();
@@ -82,7 +82,7 @@ std::string DviSource::waiting_for(std::int64_t picoseconds) const {
     if (state_ == State::kSilence) {
         return waits::in_silence(program_.pair());
     }
-    // A frame's last clock leaves the source without one.
+    // At a frame's last clock the source is idle already.
     const bool idle = state_ == State::kIdle ||
                       (state_ == State::kFrame && picoseconds >= clock_.picoseconds_of(next_edge_ - 1));
     if (!idle || program_.all_pairs_sent()) {

@@ -50,8 +50,8 @@ class DviSource final : public sc_core::sc_module {
     State state_ = State::kFirstSync;
     std::int64_t next_edge_;  ///< the next clock with a decision
     Message<DviFrame> frame_;
-    /// Images with flipped bits. Whoever is told of a frame knows its image by its address, as long as the machine
-    /// stands.
+    /// Images with flipped bits. They stay as long as this module: receivers of a frame identify its image by its
+    /// address.
     std::vector<std::shared_ptr<const PixelImage>> images_;
 };
 

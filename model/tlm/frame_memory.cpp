@@ -18,7 +18,7 @@ std::int64_t FrameMemory::refreshes_by(std::int64_t cycle) const {
     return config_.refreshes() ? (cycle - first_cycle_) / config_.refresh_interval_cycles : 0;
 }
 
-/// Between two refreshes there is time to open a page, and no port is shared, so no wait meets two of them.
+/// Without shared ports: between two refreshes there is time to open a page, so no wait includes two of them.
 void FrameMemory::wait_for_page(MemoryAccess& access, std::int64_t open_page) const {
     int opening = access.page_miss ? config_.opening_cycles(open_page != kNoPage) : 0;
     access.broken_cycles = access.refresh_cycles = 0;
@@ -40,8 +40,8 @@ void FrameMemory::wait_for_page(MemoryAccess& access, std::int64_t open_page) co
     access.wait_cycles = access.broken_cycles + access.refresh_cycles + opening;
 }
 
-/// What is left of the last opening in its bank, if it ends before this clock. A page counts as open as soon as it is
-/// activated; before that its bank is neither closed nor open.
+/// The state of its bank if the last opening ends before this clock. A page counts as open as soon as it is activated;
+/// before that its bank is neither closed nor open.
 FrameMemory::Bank FrameMemory::broken_off(std::int64_t cycle) const {
     const std::int64_t clocks = cycle - opening_.cycle;
     const std::int64_t refreshes = refreshes_by(cycle - 1);
@@ -74,7 +74,7 @@ CycleSpan FrameMemory::writing_of(const Block& block) const {
     }
 }
 
-/// Those that are begun at this clock or before.
+/// Writes the blocks that begin at this clock or before.
 void FrameMemory::write_blocks(std::int64_t cycle) {
     while (!blocks_.empty()) {
         const Block& block = blocks_.front();
@@ -89,7 +89,7 @@ void FrameMemory::write_blocks(std::int64_t cycle) {
     }
 }
 
-/// Asked again at `end`, it can say more.
+/// Answers only a wait: at `end` it can be asked again and knows more.
 void FrameMemory::wait(MemoryAccess& access, std::int64_t end, int MemoryAccess::*cause) const {
     access.wait_cycles = access.*cause = static_cast<int>(end - access.cycle);
     access.page_miss = false;

@@ -11,15 +11,16 @@
 
 namespace metabuffer::tlm {
 
-/// The time of an input framebuffer's page-mode memory (sections 4 and 5.2 of the paper): words of the open
-/// page at the bus's pace; another page of a closed bank behind activate_cycles, of a bank with a page open behind
-/// precharge_cycles more. A frame starts with no page open. Each refresh_interval_cycles, from first_cycle on, a refresh
-/// closes all banks and lasts for refresh_cycles; what is being opened then is opened anew.
+/// The timing of an input framebuffer's page-mode memory (sections 4 and 5.2 of the paper). Words of the open page come
+/// at the bus's pace. Opening another page takes activate_cycles, and precharge_cycles more if its bank has a page
+/// open. A frame starts with no page open. Each refresh_interval_cycles, from first_cycle on, a refresh closes all
+/// banks and lasts for refresh_cycles; a page that is being opened then is opened again.
 ///
 /// With shared ports it is one memory for both images, whose pages stay open from frame to frame. A block of the link's
-/// words is written as soon as no page is being opened, none is refreshed and the block is done before the next refresh.
+/// words is written as soon as no page is being opened, no refresh is under way and the block ends before the next
+/// refresh.
 ///
-/// Answers MemoryAccess. A memory with another policy takes its place by answering the same; see
+/// Answers MemoryAccess. A memory with another policy can replace it if it answers the same; see
 /// tb/examples/banked_memory.h.
 class FrameMemory final : public sc_core::sc_module {
   public:
@@ -37,7 +38,7 @@ class FrameMemory final : public sc_core::sc_module {
 
     struct Bank {
         std::int64_t page = kNoPage;
-        std::int64_t refreshes = 0;  ///< that had begun when it was opened; another one has closed it
+        std::int64_t refreshes = 0;  ///< that had begun when it was opened; a later one has closed it
     };
 
     std::int64_t refreshes_by(std::int64_t cycle) const;
@@ -72,12 +73,12 @@ class FrameMemory final : public sc_core::sc_module {
     std::int64_t first_cycle_;
     std::vector<Bank> banks_;
     std::int64_t last_page_ = kNoPage;
-    /// What the last access but peeks waits for.
+    /// What the last access waits for; peeks do not count.
     struct Opening {
         std::int64_t cycle = 0;  ///< its first clock
         std::int64_t page = kNoPage;
-        int broken_cycles = 0;      ///< of it that a refresh breaks off
-        int refresh_cycles = 0;     ///< behind them
+        int broken_cycles = 0;      ///< clocks of it before a refresh breaks it off
+        int refresh_cycles = 0;     ///< after them
         bool closes_first = false;  ///< the page before must be closed
     };
     Opening opening_;

@@ -41,7 +41,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
     banks_.reset(settings_.first_link_edge - 1);
     link_socket.register_b_transport(this, &InputFramebuffer::take_frame);
     bus_socket.register_nb_transport_bw(this, &InputFramebuffer::take_notice);
-    // The first two tables find every composer empty, from the clock behind the first without reset.
+    // For the first two tables every composer has room, from the clock after the first one without reset.
     for (int frame = 0; frame < 2; ++frame) {
         table_ready_[static_cast<std::size_t>(frame)] = {frame, scenario.displays.count(),
                                                          settings_.first_cycle};
@@ -83,7 +83,7 @@ void InputFramebuffer::tell_link_frame(const DecodedFrame& frame) const {
     seen.pair = frame.number;
     for (const LinkEvent& event : frame.events) {
         seen.taken = seen.taken || event.colour_start || event.pair_good;
-        // What a colour frame's beginning rejects is the pair before it.
+        // A colour frame's beginning rejects the pair before it, not this frame.
         if (event.rejected && !event.colour_start) {
             seen.taken = false;
             seen.cause = event.cause;
@@ -417,7 +417,7 @@ void InputFramebuffer::start_burst(std::int64_t cycle, int row, int recovered_sl
     recovered_slots_ = recovered_slots;
     granted_ = cycle;
     at_cycle_ = next_cycle_;
-    // A slot is given only to who has its ready space free, so a burst that fits it is never cut.
+    // Only a composer whose ready space is free gets a slot, so a burst that fits into it is never cut.
     may_cut_ = scenario_.composer.ready_space_pixels < burst_left_;
     unjudged_.clear();
     stop_cycle_ = kUnknownCycle;
@@ -460,11 +460,12 @@ void InputFramebuffer::continue_burst() {
                 pixels_before(beats_before, pixels_on_page(row, first_words, at_cycle_, beats_before)));
         }
     }
-    // Beats that are not judged yet keep BUSREADY high: where it falls, more is to come than goes out in spite of it.
+    // Beats that are not judged yet do not stop the burst: BUSREADY falls only if more pixels follow than can go out
+    // after its fall.
     end_burst(burst_left_ == 0 && stop_cycle_ == kUnknownCycle);
 }
 
-/// The first clock in which the burst does not go on, or in which it hangs on an answer of BUSREADY that is not known yet.
+/// The first clock in which the burst does not go on, or in which that depends on a BUSREADY that is not known yet.
 /// Until then it goes on whatever BUSREADY does.
 std::int64_t InputFramebuffer::judge_beats() {
     while (stop_cycle_ == kUnknownCycle && !unjudged_.empty()) {
@@ -488,7 +489,7 @@ void InputFramebuffer::go_on_at(std::int64_t cycle) {
     next_cycle_ = cycle;
 }
 
-/// A burst that is stopped at that clock gets no word of this access, or none of the page that it would have opened.
+/// A burst that stops at that clock receives no word of this access, or does not begin to open its page.
 bool InputFramebuffer::ends_at(const MemoryAccess& access, std::int64_t limit) const {
     if (limit == kUnknownCycle) {
         return false;
@@ -518,7 +519,7 @@ MemoryAccess& InputFramebuffer::access_memory(const Row& row, int words, std::in
     const bool goes_on = answer.words >= 1 ? answer.beats_before - cycle > answer.wait_cycles
                                            : answer.words == 0 && answer.wait_cycles > 0;
     if (!payload.is_response_ok() || !adds_up || !goes_on || answer.words > words) {
-        // An architect's own memory may stand there; without progress the burst would never end.
+        // This may be a user's own memory; if it made no progress the burst would never end.
         SC_REPORT_ERROR(
             "/metabuffer/input_framebuffer/memory",
             (std::string(name()) + ": its memory answered " + payload.get_response_string() + ", " +
@@ -554,7 +555,7 @@ void InputFramebuffer::wait_for_page(const MemoryAccess& access, std::int64_t en
     }
 }
 
-/// counts: as the opening of a page, not as more clocks of one.
+/// counts: the clocks are a new opening of a page, not more clocks of the same one.
 void InputFramebuffer::open_page(std::int64_t clocks, bool counts) {
     counters_.bus.page_misses += counts ? 1 : 0;
     counters_.bus.page_miss_cycles += clocks;
@@ -570,7 +571,7 @@ void InputFramebuffer::open_page(std::int64_t clocks, bool counts) {
     at_cycle_ += clocks;
 }
 
-/// Clocks that are counted, and told of, as of one cause.
+/// Counts and reports clocks that have one cause.
 void InputFramebuffer::wait_for_memory(std::int64_t clocks, const MemoryWait& wait) {
     if (clocks == 0) {
         return;
@@ -582,8 +583,8 @@ void InputFramebuffer::wait_for_memory(std::int64_t clocks, const MemoryWait& wa
     at_cycle_ += clocks;
 }
 
-/// How many of the burst's pixels follow without a page miss, over the ends of source rows. Of those whose beats begin at
-/// `beats_before` or later it need not say so.
+/// How many of the burst's pixels follow without a page miss, across the ends of source rows. Pixels whose beats begin
+/// at `beats_before` or later need not be counted.
 int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64_t cycle,
                                      std::int64_t beats_before) {
     int pixels = first_words;
@@ -606,7 +607,7 @@ int InputFramebuffer::pixels_on_page(const Row& row, int first_words, std::int64
     return pixels;
 }
 
-/// Of so many pixels from at_cycle_ on, those whose beats begin before a clock.
+/// Of `pixels` pixels sent from at_cycle_ on, those whose beats begin before a clock.
 int InputFramebuffer::pixels_before(std::int64_t cycle, int pixels) const {
     if (cycle == kUnknownCycle) {
         return pixels;
@@ -625,14 +626,16 @@ void InputFramebuffer::advance(Row& row, int pixels) const {
     }
 }
 
-/// Puts up to so many pixels on the bus, beat by beat from at_cycle_ on; fewer if BUSREADY falls, or may fall, at one.
+/// Puts up to `pixels` pixels on the bus, beat by beat from at_cycle_ on; fewer if BUSREADY falls, or may fall, at a
+/// beat.
 void InputFramebuffer::send_beats(int pixels) {
     Row& row = rows_[static_cast<std::size_t>(burst_row_)];
     bus_transfer_->kind = BusTransfer::Kind::kBeats;
     bus_transfer_->beats = {row.sent, pixels, at_cycle_ + cycles_per_beat_ - 1 + delay_cycles_};
     bus_transfer_->remaining = burst_left_ - pixels;
     bus_transfer_->granted = granted_;
-    // Behind a beat at which BUSREADY falls or may fall, the others go out as far as they do without being asked for.
+    // After a beat at which BUSREADY falls or may fall, the next beats go out without asking, up to the clock that
+    // reads it.
     bus_transfer_->heed_busready = may_cut_ && unjudged_.empty() && stop_cycle_ == kUnknownCycle;
     const BusTransfer& answer = transfer(row.segment.row().dcomp);
     const int taken = answer.pixels_taken;
@@ -670,8 +673,8 @@ void InputFramebuffer::end_burst(bool whole) {
     Row& row = rows_[static_cast<std::size_t>(burst_row_)];
     state_ = State::kSend;
     next_cycle_ = at_cycle_;
-    // A BUSREADY that cannot count the last beat yet is not trusted. Without a loop, if the burst had a beat before, the
-    // composer has been told what is behind it.
+    // A BUSREADY that cannot count the last beat yet is not trusted. It can without delays on the way, if the burst had
+    // a beat before: that one announced the rest.
     const bool trusted =
         whole && loop_cycles_ == 0 && burst_beats_ > 1 &&
         scenario_.composer.buffer_pixels - last_beat_pixels_ >= scenario_.composer.ready_space_pixels;
@@ -690,8 +693,8 @@ void InputFramebuffer::ask_for_slot(Row& row) {
     row.slot = transfer(row.segment.row().dcomp).slot;
 }
 
-/// A notice may come while this bus plans a burst of its own: what it has sent may start a column. It only
-/// changes what is known of rows that wait; run_bus() looks again behind each decision.
+/// A notice may come while this bus plans a burst: the pixels that it has sent may start a column. The notice only
+/// changes what is known of waiting rows; run_bus() checks them again after each decision.
 ::tlm::tlm_sync_enum InputFramebuffer::take_notice(::tlm::tlm_generic_payload& payload,
                                                    ::tlm::tlm_phase& phase, sc_core::sc_time& /*delay*/) {
     const auto& notice = content_of<BusNotice>(payload);
@@ -735,9 +738,9 @@ bool InputFramebuffer::has_next_block() const {
            link_writes_.next_word + next_block_words() <= newest_link_frame_.pixels;
 }
 
-/// The first one in which the memory may write the next block.
+/// The first clock in which the memory may write the next block.
 std::int64_t InputFramebuffer::next_block_cycle() const {
-    constexpr int kBufferClocks = 1;  // from the clock in which the framebuffer takes a block's last pixel
+    constexpr int kBufferClocks = 1;  // from the clock in which the framebuffer receives a block's last pixel
     const DecodedFrame& frame = newest_link_frame_;
     const std::int64_t last = link_writes_.next_word + next_block_words() - 1;
     const std::int64_t edge = frame.first_pixel_edge + last / frame.line_pixels * frame.line_clocks +
@@ -753,7 +756,7 @@ void InputFramebuffer::write_block() {
                         kBytesPerWord);
     payload.set_data_length(static_cast<unsigned>(words) * kBytesPerWord);
     message->write = true;
-    // A burst that waits for an answer goes on where it was.
+    // A burst that waits for an answer goes on at the clock where it stopped.
     message->settled_before = state_ == State::kRecheck ? at_cycle_ : core_.edge_at(now_picoseconds());
     message->cycle = newest_block_cycle_ = next_block_cycle();
     sc_core::sc_time delay = sc_core::SC_ZERO_TIME;
@@ -761,7 +764,7 @@ void InputFramebuffer::write_block() {
     link_writes_.next_word += words;
 }
 
-/// Tells the memory of the blocks that it may write before a clock, and of one more.
+/// Sends the memory the blocks that it may write before a clock, and one more.
 void InputFramebuffer::write_blocks(std::int64_t cycle) {
     while (link_writes_.placed && has_next_block() && newest_block_cycle_ <= cycle) {
         write_block();
@@ -776,7 +779,7 @@ std::int64_t InputFramebuffer::writes_known_before() const {
     if (!link_writes_.placed && has_next_block()) {
         return next_block_cycle();
     }
-    // The next frame is told of in its first clock.
+    // The next frame is reported in its first clock.
     const DviTiming timing = renderer_.timing();
     constexpr int kLinesBeforePixels = DviTiming::kVerticalBackLines + 1;
     const std::int64_t edge =
@@ -785,7 +788,7 @@ std::int64_t InputFramebuffer::writes_known_before() const {
     return core_.edge_seeing(dvi_.picoseconds_of(edge)) + 1;
 }
 
-// ---- what a run tells ----
+// ---- what a run reports ----
 
 void InputFramebuffer::note_span(SpanKind kind, CycleSpan cycles, int pixels) {
     newest_spans_.push_back({kind, cycles, pixels});
@@ -797,7 +800,7 @@ RendererCounters InputFramebuffer::counters(std::int64_t through_cycle) const {
     if (polling_) {
         bus.poll_cycles += std::max<std::int64_t>(0, through_cycle + 1 - poll_from_);
     }
-    // A burst or a slot under way has been counted to its end, and before its arbiter has answered.
+    // A burst or a slot under way has been counted to its end already, even if its arbiter has not answered yet.
     if (newest_grant_.cycle > through_cycle) {
         --bus.bursts;
         bus.recovered_slots -= newest_grant_.recovered_slots;

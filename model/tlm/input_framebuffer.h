@@ -25,10 +25,10 @@ namespace metabuffer::tlm {
 /// banks and sends the front one's segments over the bus, burst by burst. Rules and clocks are those of level
 /// rtl (docs/design.md).
 ///
-/// The link's side acts at the DVI input clocks in which the decoder tells something, a request arrives or a
-/// timeout ends. The bus side takes its decisions one behind the other at the core clocks where an arbitration
-/// falls; it runs ahead of the kernel's time as long as nothing that it does not know yet could change a
-/// decision, and no further than run_limit, behind which the run may have ended.
+/// The link's side acts at the DVI input clocks in which the decoder reports something, a request arrives or a timeout
+/// ends. The bus side takes its decisions one after the other, at the core clocks of the arbitrations. It runs ahead of
+/// the kernel's time as long as nothing that is still unknown could change a decision. It stops at run_limit, since the
+/// run may end after that clock.
 class InputFramebuffer final : public sc_core::sc_module {
   public:
     TargetSocket<InputFramebuffer, DecodedFrame> link_socket{"link_socket"};         ///< DecodedFrame
@@ -52,10 +52,10 @@ class InputFramebuffer final : public sc_core::sc_module {
     /// What each composited frame that has been started was made of.
     const std::vector<FrameSource>& frame_sources() const { return frame_sources_; }
 
-    /// Everything up to a core clock, the present; `core_cycles` of the run are one more.
+    /// Everything counted up to a core clock, which must be the present one; `core_cycles` of the run are one more.
     RendererCounters counters(std::int64_t through_cycle) const;
-    /// What the watchdog looks at: pixels and table clocks on the bus up to a core clock; pixels taken from the
-    /// link up to a DVI input clock.
+    /// What the watchdog checks: pixels and table clocks on the bus up to a core clock; pixels received from the link
+    /// up to a DVI input clock.
     std::int64_t bus_progress(std::int64_t through_cycle) const;
     std::int64_t link_pixels(std::int64_t through_edge) const;
     std::string waiting_for(std::int64_t through_cycle) const;
@@ -73,11 +73,11 @@ class InputFramebuffer final : public sc_core::sc_module {
     // ---- the bus side (core clock) ----
     enum class State : std::uint8_t {
         kRequest,  ///< asks the link's side for a pair
-        kWait,     ///< for its answer
+        kWait,     ///< waits for its answer
         kStart,    ///< reads the answer
-        kTable,    ///< broadcasts the table, once every composer takes it
+        kTable,    ///< broadcasts the table, once every composer can receive it
         kSend,     ///< arbitrates
-        kRecheck,  ///< in a burst: BUSREADY at a beat was not known yet when its answer is read
+        kRecheck,  ///< in a burst: BUSREADY at a beat is not known yet in the clock that reads it
         kDone,
     };
     struct Row {
@@ -168,8 +168,8 @@ class InputFramebuffer final : public sc_core::sc_module {
     int cycles_per_table_row_;
     int lost_slot_cycles_;
     int stages_;        ///< registers on the bus, and as many on the way back
-    int delay_cycles_;  ///< by which a beat reaches the composers later
-    int loop_cycles_;   ///< and by which its answer is read later
+    int delay_cycles_;  ///< a beat reaches the composers this much later
+    int loop_cycles_;   ///< and its answer is read this much later
 
     // The link's side.
     sc_core::sc_event link_wake_;
@@ -187,9 +187,9 @@ class InputFramebuffer final : public sc_core::sc_module {
     FrameSource front_source_;
     FrameContent front_content_;
     bool answer_fresh_ = false;
-    bool front_device_ = false;  ///< of the memory, as level rtl counts them
+    bool front_device_ = false;  ///< of the memory, numbered as at level rtl
     LinkWrites link_writes_;
-    std::int64_t newest_block_cycle_ = -1;  ///< of those that the memory knows of
+    std::int64_t newest_block_cycle_ = -1;  ///< of the last block reported to the memory
 
     // The bus side.
     sc_core::sc_event bus_wake_;
@@ -219,14 +219,14 @@ class InputFramebuffer final : public sc_core::sc_module {
         int recovered_slots = 0;
     };
     Grant newest_grant_;
-    std::int64_t slot_table_cycle_ = 0;  ///< from which the frame's slot table is there
+    std::int64_t slot_table_cycle_ = 0;  ///< from which the frame's slot table is ready
     std::int64_t at_cycle_ = 0;          ///< of the next beat or page miss
     bool may_cut_ = false;
     std::deque<BurstBeat> unjudged_;           ///< beats at which BUSREADY is not known yet
     std::int64_t stop_cycle_ = kUnknownCycle;  ///< of the burst: BUSREADY's fall is read
     std::vector<std::int64_t>
         counted_from_;  ///< [display]: BUSREADY before this clock does not count all that was sent
-    std::int64_t table_counted_from_ = 0;  ///< nor TABLEREADY the newest frame
+    std::int64_t table_counted_from_ = 0;  ///< TABLEREADY before it does not count the newest frame
 
     Message<MemoryAccess> memory_access_;
     Message<BusTransfer> bus_transfer_;

@@ -42,7 +42,7 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
     dont_initialize();
 }
 
-/// The kernel finds a port that goes by looking at the newest first, so the newest modules go first.
+/// For each destroyed port the kernel searches its list from the newest on, so the newest modules are destroyed first.
 Metabuffer::~Metabuffer() {
     while (!composers_.empty()) {
         composers_.pop_back();
@@ -137,8 +137,8 @@ void Metabuffer::make_composers() {
     }
 }
 
-/// The run ends when the last frame has been shown, long after its last pixel has been composited, or where the
-/// watchdog looks.
+/// The run ends when the last frame has been shown, long after its last pixel has been composited, or at a check of the
+/// watchdog.
 std::int64_t Metabuffer::run_limit() const {
     const std::int64_t before_look = next_look_ == 0 ? kUnknownCycle : core_.edge_at(next_look_ - 1);
     if (swap_lock_->end_picoseconds() != kUnknownCycle) {
@@ -214,7 +214,7 @@ void Metabuffer::look() {
     next_trigger(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(watchdog_interval_)));
 }
 
-/// In a delta cycle of its own: every block has then done the clock that is being executed.
+/// In a separate delta cycle, so that every block has executed the present clock before.
 void Metabuffer::settle() { finish_event_.notify(sc_core::SC_ZERO_TIME); }
 
 void Metabuffer::finish() {
@@ -228,7 +228,7 @@ void Metabuffer::finish() {
     }
 }
 
-// ---- what a run tells ----
+// ---- what a run reports ----
 
 std::int64_t Metabuffer::raster_pixels_taken(std::int64_t through_cycle) const {
     std::int64_t count = 0;
@@ -245,9 +245,9 @@ std::int64_t Metabuffer::last_pixel_cycle(int frame) const {
     return cycle;
 }
 
-/// Buses run ahead of each other, and what starves is counted when a frame has been composited. Behind the display of
-/// a frame nothing is told any more of clocks up to its last pixel; and what is told of clocks behind the run's end does
-/// not happen.
+/// Buses run ahead of each other, and what starves is counted when a frame has been composited. Once a frame has been
+/// shown, nothing more is reported for clocks up to its last pixel. What was reported for clocks after the run's end
+/// does not happen.
 std::int64_t Metabuffer::if_certain(std::int64_t cycle) const {
     const int shown = shown_.on_all_displays();
     std::int64_t through = -1;
@@ -312,7 +312,7 @@ std::vector<std::string> Metabuffer::who_waits() const {
 
 RunReport Metabuffer::make_report() {
     const std::int64_t cycle = core_cycle();
-    // Before the composers close their books.
+    // Before the composers finish their counters.
     std::vector<std::string> findings = watchdog_tripped_ ? who_waits() : std::vector<std::string>{};
     MachineReport report(scenario_, "tlm", shown_, cycle + 1);
     for (std::size_t r = 0; r < renderers(); ++r) {

@@ -30,15 +30,15 @@
 
 namespace metabuffer::tlm {
 
-/// The whole machine of the paper's Figure 1 as TLM-2.0 modules, from the renderers' graphics cards to the
-/// displays, by the names that level rtl gives them. Reports and pictures are those of level rtl, clock for clock.
+/// The whole machine of the paper's Figure 1 as TLM-2.0 modules, from the renderers' graphics cards to the displays,
+/// with the names of level rtl. Reports and pictures are those of level rtl, clock for clock.
 ///
 /// Throws InputError if the scenario has a fault that happens clock by clock, which only level rtl has. Otherwise only
 /// the blocks' own errors are raised; see their headers.
 class Metabuffer final : public sc_core::sc_module {
   public:
-    /// What takes the place of FrameMemory for a renderer (index, from 0): any module with a target socket that
-    /// answers MemoryAccess, at once: it is asked from methods, and must not wait.
+    /// What replaces FrameMemory for a renderer (index, from 0): any module with a target socket that answers
+    /// MemoryAccess. It must answer at once, without wait(), since SystemC methods call it.
     struct Memory {
         std::unique_ptr<sc_core::sc_module> module;
         AnyTargetSocket<MemoryAccess>* socket = nullptr;
@@ -55,21 +55,21 @@ class Metabuffer final : public sc_core::sc_module {
     SC_HAS_PROCESS(Metabuffer);
 
     void on_frame_shown(FrameShown callback) { on_frame_shown_ = std::move(callback); }
-    /// Called once, when the scenario's last frame has been shown on every display or the watchdog has found
-    /// that nothing moves. What a machine does behind its end, if it stands beside others in one elaboration,
-    /// means nothing.
+    /// Called once, when the scenario's last frame has been shown on every display or the watchdog has found that
+    /// nothing moves. If several machines are in one elaboration, what a machine does after its end means nothing.
     void on_finished(std::function<void()> callback) { on_finished_ = std::move(callback); }
     bool finished() const { return finished_; }
 
     /// The run from its start to its end; call it from on_finished or later.
     const RunReport& report() const { return report_; }
 
-    /// The events that a trace window can start at, as core cycles, those of level rtl. ComposerRecord::kNever if not
-    /// yet, as far as is certain: a later frame has been shown, or the run has finished.
+    /// The events at which a trace window can start, as core cycles, the same as at level rtl. An event is
+    /// ComposerRecord::kNever until it is certain: until a frame that ends at its clock or later has been shown, or the
+    /// run has finished.
     std::int64_t first_busready_drop_cycle() const;
     std::int64_t first_starved_cycle() const;
     std::int64_t startframe_cycle(int frame) const;
-    /// Core cycle of a frame's last pixel in the last column to end it.
+    /// Core cycle of a frame's last pixel in the column that ends it last.
     std::int64_t frame_end_cycle(int frame) const;
 
     std::int64_t core_cycle() const { return core_.edge_at(now_picoseconds()); }

@@ -37,7 +37,7 @@ void OutputFramebuffer::raise_pipeready(int frame, std::int64_t cycle) {
 ::tlm::tlm_sync_enum OutputFramebuffer::take_startframe(::tlm::tlm_generic_payload& /*payload*/,
                                                         ::tlm::tlm_phase& /*phase*/,
                                                         sc_core::sc_time& /*delay*/) {
-    return ::tlm::TLM_ACCEPTED;  // when its pixels come, the column knows
+    return ::tlm::TLM_ACCEPTED;  // the column knows when its pixels come
 }
 
 void OutputFramebuffer::take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& /*delay*/) {

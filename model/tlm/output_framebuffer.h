@@ -15,9 +15,9 @@
 
 namespace metabuffer::tlm {
 
-/// An output framebuffer, box D of the paper's Figure 1 (sections 4, 5.4 and 7): takes what leaves its pipeline,
-/// averages it, keeps two banks, raises PIPEREADY when one is free, and gives whole frames to its display at the
-/// time at which they have been on the DVI link.
+/// An output framebuffer, box D of the paper's Figure 1 (sections 4, 5.4 and 7): receives the pixels of its pipeline,
+/// averages them, keeps two banks, raises PIPEREADY when one is free, and gives whole frames to its display when they
+/// have been on the DVI link.
 class OutputFramebuffer final : public sc_core::sc_module, public SwapListener {
   public:
     TargetSocket<OutputFramebuffer, PipelineFrame> pipe_socket{"pipe_socket"};  ///< PipelineFrame
@@ -31,7 +31,7 @@ class OutputFramebuffer final : public sc_core::sc_module, public SwapListener {
 
     void swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) override;
 
-    /// Raster pixels taken up to a core clock.
+    /// Raster pixels received up to a core clock.
     std::int64_t pixels_taken(std::int64_t through_cycle) const;
     std::string waiting_for(std::int64_t through_cycle) const;
 

@@ -18,9 +18,9 @@
 #include "report/report.h"
 #include "tlm/buffer_time.h"
 
-/// What the transactions between two boxes carry. Every box has standard TLM-2.0 sockets and generic payloads;
-/// these extensions say what the standard fields cannot. Core clocks and DVI clocks are counted from time 0, as
-/// everywhere; docs/transaction-level.md describes each socket.
+/// What the transactions between two boxes carry. Every box has standard TLM-2.0 sockets and generic payloads; these
+/// extensions hold what the standard fields cannot. Core clocks and DVI clocks are counted from time 0, as everywhere;
+/// docs/transaction-level.md describes each socket.
 namespace metabuffer::tlm {
 
 /// An extension that its Message owns, as it owns the payload.
@@ -33,8 +33,8 @@ class Extension : public ::tlm::tlm_extension<Self> {
     }
 };
 
-/// A payload with its extension, for the module that starts its transactions. The command is IGNORE: the
-/// extension says it all.
+/// A payload with its extension, for the module that starts its transactions. The command is IGNORE: the extension
+/// holds everything.
 template <typename Content>
 class Message {
   public:
@@ -66,7 +66,7 @@ Content& content_of(::tlm::tlm_generic_payload& payload) {
     if (content == nullptr) {
         const char* const message = "a transaction came without the extension that it needs";
         SC_REPORT_ERROR("/metabuffer/tlm/extension", message);
-        throw std::logic_error(message);  // if error reports have been told not to throw
+        throw std::logic_error(message);  // if error reports are set not to throw
     }
     return *content;
 }
@@ -87,14 +87,14 @@ using TargetSocket = ::tlm_utils::passthrough_target_socket<Module, kSocketBits,
 template <typename Module, typename Content>
 using OptionalTargetSocket =
     ::tlm_utils::passthrough_target_socket_optional<Module, kSocketBits, Protocol<Content>>;
-/// What any target socket of a protocol is, whatever its module.
+/// The base class of each target socket of a protocol, whatever its module.
 template <typename Content>
 using AnyTargetSocket =
     ::tlm::tlm_base_target_socket_b<kSocketBits, ::tlm::tlm_fw_transport_if<Protocol<Content>>,
                                     ::tlm::tlm_bw_transport_if<Protocol<Content>>>;
 
-/// DVI link, dvi_source to dvi_decoder: a frame, told when its first clock is on the link. The payload's data
-/// are the link words of its first scanline.
+/// DVI link, dvi_source to dvi_decoder: a frame, sent when its first clock is on the link. The payload's data are the
+/// link words of its first scanline.
 struct DviFrame : Extension<DviFrame> {
     const PixelImage* image = nullptr;   ///< lives as long as scenario and source
     std::vector<std::uint32_t> control;  ///< the control scanline as it is on the link
@@ -113,7 +113,7 @@ struct LinkEvent : PairEvent {
     std::int64_t last_pixel_edge = 0;  ///< with pair_good: the DVI input clock of the pair's last pixel
 };
 
-/// dvi_decoder to input_framebuffer: a frame and what becomes of it.
+/// dvi_decoder to input_framebuffer: a frame and the decoder's events for it.
 struct DecodedFrame : Extension<DecodedFrame> {
     std::vector<LinkEvent> events;      ///< in order of time
     std::optional<FrameKind> kind;      ///< none: the control scanline cannot be read
@@ -131,26 +131,26 @@ constexpr unsigned kBytesPerWord = kPixelBits / 8;
 /// in bytes, 8 a word.
 struct MemoryAccess : Extension<MemoryAccess> {
     bool new_frame = false;   ///< the first access of a frame
-    bool peek = false;        ///< only ask: the access may not come to be
+    bool peek = false;        ///< only a question: the access may never be made
     bool broken_off = false;  ///< no access: the last one's wait ended at `cycle`, before its words
-    /// No access, with shared ports: the words are a block of the link's, which may be written from `cycle` on. Blocks come
-    /// in order, each before any access of its cycle or a later one, and one more than that.
+    /// No access, with shared ports: the words are a block from the link, which may be written from `cycle` on. Blocks
+    /// come in order, each before any access at its cycle or later; one more block than that is always known.
     bool write = false;
-    std::int64_t settled_before = 0;  ///< with write: no access of an earlier clock is to come
+    std::int64_t settled_before = 0;  ///< with write: no access at an earlier clock follows
     std::int64_t cycle = 0;           ///< core clock in which the first word is wanted
     // What the memory answers.
-    // The wait is for what is being opened when a refresh begins, if it is broken off, for the refresh, for blocks of the
-    // link's words, and for the page. A memory that cannot see that far ahead answers no words: it wants to be asked again
-    // after the wait.
+    // The wait consists, in this order, of an opening that a refresh breaks off, the refresh, blocks of the link's
+    // words, and the opening of the page. A memory that cannot know all of it yet answers 0 words: ask it again after
+    // the wait.
     bool page_miss = false;   ///< a page must be opened
-    bool other_page = false;  ///< than the last access's that was no peek: no beat runs over this point
+    bool other_page = false;  ///< than the last access's (peeks do not count): no beat crosses this point
     int wait_cycles = 0;      ///< clocks without data before the first word
     int broken_cycles = 0;    ///< of them, first: an opening that a refresh breaks off
     int refresh_cycles = 0;   ///< of them, next: the refresh, or what is left of it
     int write_cycles = 0;     ///< of them, next: the link's words
     int words = 0;            ///< how many of the words asked for follow without another page miss
     std::int64_t beats_before =
-        kUnknownCycle;  ///< the first clock, behind the wait, in which no beat can begin
+        kUnknownCycle;  ///< the first clock, after the wait, in which no beat can begin
 };
 
 /// The pixels of a frame on a bus. Shared, since a frame's pixels are used long after they have been sent.
@@ -161,8 +161,8 @@ struct BusTransfer : Extension<BusTransfer> {
     enum class Kind : std::uint8_t {
         kTable,       ///< a frame's table, to every composer
         kBeats,       ///< beats of a burst that follow each other without a gap
-        kRecheck,     ///< nothing moves: BUSREADY could not be told at a beat sent before, can it be now?
-        kEndOfBurst,  ///< nothing moves: from when on will a slot be taken?
+        kRecheck,     ///< nothing moves: is BUSREADY at an earlier beat, unknown then, known now?
+        kEndOfBurst,  ///< nothing moves: from which clock on is a slot taken?
     };
     Kind kind = Kind::kTable;
     std::int64_t now = 0;  ///< core clock before which every decision of the machine has been taken
@@ -175,7 +175,7 @@ struct BusTransfer : Extension<BusTransfer> {
 
     // kBeats
     BeatRun beats;
-    int remaining = 0;           ///< pixels of the burst behind these beats
+    int remaining = 0;           ///< pixels of the burst after these beats
     std::int64_t granted = 0;    ///< core clock whose requests the arbiter decided on
     bool heed_busready = false;  ///< the burst may be cut
 
@@ -186,8 +186,7 @@ struct BusTransfer : Extension<BusTransfer> {
     std::int64_t earliest = 0;  ///< no slot before this clock
 
     // What the composer answers.
-    int pixels_taken =
-        0;  ///< kBeats: up to and including the beat behind which BUSREADY fell or is not known
+    int pixels_taken = 0;  ///< kBeats: up to and including the beat after which BUSREADY fell or is not known
     BufferTime::Verdict verdict = BufferTime::Verdict::kTaken;  ///< kBeats, kRecheck
     SlotTime slot;                                              ///< kEndOfBurst
 };
@@ -210,7 +209,7 @@ struct PipelineFrame : Extension<PipelineFrame> {
     PixelPlanes* line = nullptr;    ///< room for one raster row
 };
 
-/// DVI out, output_framebuffer to dvi_display: a frame, told when it has been on the link to its last line.
+/// DVI out, output_framebuffer to dvi_display: a frame, sent when all its lines have been on the link.
 struct ShownFrame : Extension<ShownFrame> {
     int frame = 0;
     const ColourImage* image = nullptr;  ///< null without images
@@ -218,7 +217,7 @@ struct ShownFrame : Extension<ShownFrame> {
 
 TLM_DECLARE_EXTENDED_PHASE(pipeready_phase);   ///< backward: PIPEREADY rises
 TLM_DECLARE_EXTENDED_PHASE(startframe_phase);  ///< forward: STARTFRAME
-TLM_DECLARE_EXTENDED_PHASE(busready_phase);    ///< backward: from when on a slot is taken has become known
+TLM_DECLARE_EXTENDED_PHASE(busready_phase);    ///< backward: the clock from which a slot is taken is known
 TLM_DECLARE_EXTENDED_PHASE(tableready_phase);  ///< backward: likewise a table
 
 }  // namespace metabuffer::tlm

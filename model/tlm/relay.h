@@ -5,16 +5,16 @@
 
 namespace metabuffer::tlm {
 
-/// Carries a message along a column in a loop, from composer to composer. Each would otherwise call the next from within
-/// its own transport method, as deep as the column is high, and a column of 65,536 composers is higher than a stack.
+/// Carries a message along a column in a loop, from composer to composer. Otherwise each composer would call the next
+/// from within its own transport method, and in a column of 65,536 composers these nested calls overflow the stack.
 ///
 /// A message has one receiver at a time: while a hop is under way, at most one further hop may be asked for.
 class Relay {
   public:
     using Hop = std::function<void()>;
 
-    /// Outside a hop: makes it and all that it asks for, and returns when the message has arrived. Within a hop: makes
-    /// it as soon as that one has returned.
+    /// Outside a hop: makes the hop and all that it asks for, and returns when the message has arrived. Within a hop:
+    /// makes the new hop as soon as the current one has returned.
     void pass(Hop hop) {
         next_ = std::move(hop);
         if (is_running_) return;
@@ -28,7 +28,7 @@ class Relay {
     bool is_running_ = false;
 };
 
-/// What travels along a column's pipeline: each has its own way.
+/// The messages along a column's pipeline; each kind has its own relay.
 struct ColumnRelays {
     Relay pipeready;   ///< up
     Relay startframe;  ///< down

@@ -6,7 +6,7 @@
 namespace metabuffer::tlm {
 namespace {
 
-/// Between two looks at the machine from outside: most frames take longer.
+/// Clocks between two checks of the machine from outside; most frames take longer.
 constexpr std::int64_t kChunkCycles = 2'000'000;
 
 sc_core::sc_time chunk_of(const Scenario& scenario) {

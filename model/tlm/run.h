@@ -15,9 +15,9 @@ namespace metabuffer::tlm {
 struct RunOptions {
     /// False: the same clocks and counters, but no pixel is touched and on_frame_shown is not called.
     bool images = true;
-    /// Each composited frame (from 0) on each display (from 1), once it has been shown in full.
+    /// Called with each composited frame (from 0) of each display (from 1), once it has been shown in full.
     FrameShown on_frame_shown;
-    /// Now and then while the run lasts: core clocks done, share of the run's raster pixels composited.
+    /// Called now and then during the run: core clocks done, share of the run's raster pixels composited.
     std::function<void(std::int64_t core_cycles, double share)> on_progress;
     /// Not owned; null: nobody listens.
     ScheduleObserver* observer = nullptr;
@@ -29,13 +29,12 @@ struct RunResult {
     double simulation_seconds = 0.0;
 };
 
-/// A FindWindow that runs this level's machine without images up to a frame behind the event. The clocks are those of
-/// level rtl, if that has no faults of its own.
+/// A FindWindow that runs this level's machine without images up to a frame after the event. The clocks are those of
+/// level rtl, if the scenario has no faults that only level rtl has.
 std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow& window);
 
-/// Builds the machine and runs the scenario to its end, at level tlm: every counter and picture as at level
-/// rtl. SystemC elaborates once in a process, so this can be called once. Lets the blocks' sc_report errors
-/// through.
+/// Builds the machine and runs the scenario to its end, at level tlm: every counter and picture as at level rtl.
+/// SystemC elaborates once in a process, so this can be called once. Does not catch the blocks' sc_report errors.
 RunResult run(const Scenario& scenario, const RunOptions& options);
 
 }  // namespace metabuffer::tlm

@@ -10,13 +10,13 @@
 
 namespace metabuffer::tlm {
 
-/// A frame of a link, as the decoder has understood it.
+/// A frame of a link, as the decoder has read it.
 struct LinkFrameSeen {
     CycleSpan span;                 ///< from its first pixel to its last, in the input framebuffer
     std::optional<FrameKind> kind;  ///< none: its control scanline cannot be read
     std::uint32_t pair = 0;         ///< with kind
-    bool taken = false;             ///< it is half of a pair, as far as it can tell
-    std::optional<RejectCause> cause = std::nullopt;  ///< why it was rejected; none: it was passed over
+    bool taken = false;             ///< it is half of a pair, as far as is known at its end
+    std::optional<RejectCause> cause = std::nullopt;  ///< why it was rejected; none: it was ignored
 };
 
 /// Listens to what the transaction-level machine does with its time. Renderers and displays count from 1,
@@ -31,8 +31,8 @@ class ScheduleObserver {
 
     /// A frame's table on the bus, from its frame-start beat on.
     virtual void table(int renderer, int frame, CycleSpan span) = 0;
-    /// Beats of one burst that follow each other on an open page. A burst with page misses in it comes in
-    /// several parts; `recovered_slots` is told with the first (and 0 with the others).
+    /// Beats of one burst that follow each other on an open page. A burst with page misses in it comes in several
+    /// parts; `recovered_slots` is given with the first part (0 with the others).
     virtual void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
                        int recovered_slots, CycleSpan span) = 0;
     /// The bus waits for its memory to open a page.
@@ -41,15 +41,15 @@ class ScheduleObserver {
     virtual void refresh(int renderer, CycleSpan span) = 0;
     /// A burst waits for the link's words to be written to its memory.
     virtual void memory_write(int renderer, CycleSpan span) = 0;
-    /// There is something to send and no composer takes it.
+    /// There is something to send, but no composer can receive it.
     virtual void poll(int renderer, CycleSpan span) = 0;
     /// The bus waits for its arbiter's answer, or for the slot table.
     virtual void arbitration(int renderer, CycleSpan span) = 0;
     /// A slot whose composer could not use it (slot allocation).
     virtual void lost_slot(int renderer, CycleSpan span) = 0;
-    /// What a composer's buffer holds at the end of a clock, at points where its slope may change.
+    /// The pixels that a composer's buffer holds at the end of a clock; called where the slope may change.
     virtual void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) = 0;
-    /// A clock in which buffer_level is told of every buffer that is used; -1: none. Asked before the run.
+    /// A clock for which buffer_level is called for every buffer in use; -1: none. Called before the run.
     virtual std::int64_t level_wanted_cycle() const { return -1; }
     /// A frame's composition in one column, from its first pixel in the top composer to its last in the
     /// bottom one.
@@ -59,10 +59,10 @@ class ScheduleObserver {
     /// A frame on the display's screen: from the swap to the clock in which it has been shown in full once.
     virtual void shown(int display, int frame, CycleSpan span) = 0;
 
-    // For those who want to know.
-    /// A frame of a renderer's link; its span may end behind the run.
+    // An observer need not override these.
+    /// A frame of a renderer's link; its span may end after the run.
     virtual void link_frame(int /*renderer*/, const LinkFrameSeen& /*frame*/) {}
-    /// Raster pixels of a frame that a composer went without. Once the frame has been composited, in raster order.
+    /// Raster pixels of a frame that starved in a composer. Called once the frame has been composited, in raster order.
     virtual void starved(int /*renderer*/, int /*display*/, const StarvedRun& /*run*/) {}
 };
 

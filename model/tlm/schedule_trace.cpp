@@ -19,8 +19,8 @@ using Json = nlohmann::ordered_json;
 constexpr int kBuses = 1;
 constexpr int kBuffers = 2;
 constexpr int kDisplays = 3;
-// Threads are numbered apart from processes: one with its process's number would pass for a main thread and be
-// put first.
+// Threads have other numbers than processes: a viewer takes a thread with its process's number for the main thread and
+// puts it first.
 constexpr int kFirstThread = 100;
 
 constexpr std::string_view kNextEvent = ",\n";
@@ -30,15 +30,15 @@ constexpr int bus_thread(int renderer) { return kFirstThread + renderer; }
 constexpr int pipeline_thread(int display) { return kFirstThread + 2 * display - 1; }
 constexpr int screen_thread(int display) { return kFirstThread + 2 * display; }
 
-// Colours of chrome://tracing. Perfetto takes its own from the name without its numbers, so a name must tell
-// the kind of an event.
+// Colours of chrome://tracing. Perfetto chooses its own from the name without its numbers, so a name must show the kind
+// of an event.
 constexpr std::string_view kAnyColour = "";
 constexpr std::string_view kGood = R"("cname":"good",)";
 constexpr std::string_view kBad = R"("cname":"bad",)";
 constexpr std::string_view kTerrible = R"("cname":"terrible",)";
 constexpr std::string_view kGrey = R"("cname":"grey",)";
 
-/// Names come from the user's file and need not be UTF-8: what is not is replaced, not refused.
+/// Names come from the user's file and need not be UTF-8: invalid bytes are replaced, not refused.
 std::string json_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 /// What stands between the quotes of a JSON string.
@@ -195,7 +195,7 @@ std::optional<CycleSpan> ScheduleTrace::finish(std::int64_t core_cycles) {
     const CycleSpan run{0, core_cycles - 1};
     const CycleSpan shown = in_window(run);
     if (shown.cycles() > 0) {
-        // Nothing is told any more of a buffer that is not used again.
+        // A buffer that is not used again is not reported any more.
         for (int renderer = 1; renderer <= static_cast<int>(counter_names_.size()); ++renderer) {
             for (int display = 1; display <= displays_; ++display) {
                 const Level& last = level(renderer, display);
@@ -213,8 +213,7 @@ std::optional<CycleSpan> ScheduleTrace::finish(std::int64_t core_cycles) {
         facts["window_first_cycle"] = shown.first;
         facts["window_last_cycle"] = shown.last;
     }
-    // No line end behind it: Perfetto gets a large file in pieces and refuses one that comes after the last
-    // brace.
+    // No line end after it: Perfetto reads a large file in pieces and refuses a piece that comes after the last brace.
     output_->write(kLineEnd, R"(],"otherData":)", json_text(facts), "}");
     output_->put_in_place();
     return shown;
@@ -250,7 +249,7 @@ void ScheduleTrace::table(int renderer, int frame, CycleSpan span) {
 void ScheduleTrace::beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
                           int recovered_slots, CycleSpan span) {
     if (!open_slice(kBuses, bus_thread(renderer), span)) return;
-    // How many stays out of the name, so that both names can be searched and counted.
+    // The number is not in the name, so that both names can be searched and counted.
     output_->write("display ", display, recovered_slots > 0 ? ", recovered" : "");
     open_arguments(span, recovered_slots > 0 ? kGood : kAnyColour);
     output_->write(R"(,"frame":)", frame, R"(,"first_pixel":)", first_pixel, R"(,"pixels":)", pixels,
@@ -301,7 +300,7 @@ void ScheduleTrace::write_level(int renderer, int display, std::int64_t cycle, i
     if (of_buffer.written == held_pixels) return;
     of_buffer.written = held_pixels;
     if (!window_ || cycle > window_->first) is_empty_ = false;
-    // No clock among the arguments: each of a counter's would be drawn.
+    // No clock among the arguments: each argument of a counter is drawn.
     output_->write(kNextEvent, counter_names_[static_cast<std::size_t>(renderer - 1)], display, R"(","ts":)",
                    time_of(cycle, period_picoseconds_), R"(,"args":{"pixels":)", held_pixels, "}}");
 }

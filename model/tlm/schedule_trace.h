@@ -13,20 +13,20 @@
 
 namespace metabuffer::tlm {
 
-/// Writes what it is told as a trace for ui.perfetto.dev and chrome://tracing (Trace Event Format, JSON):
-/// a track for each bus, a counter for each composer's buffer, two tracks for each display.
-/// docs/schedule-trace.md is the reader's side of it.
+/// Writes what is reported to it as a trace for ui.perfetto.dev and chrome://tracing (Trace Event Format, JSON): a
+/// track for each bus, a counter for each composer's buffer, two tracks for each display. docs/schedule-trace.md
+/// explains how to read it.
 ///
-/// Times are in microseconds, to the nanosecond: core clock n is at n periods, rounded, and a span ends where
-/// the clock behind it begins. Perfetto rounds `ts` and `dur` to nanoseconds, each on its own. With finer
-/// numbers neighbours would come to overlap by one, and it takes slices that overlap off their track.
-/// `first_cycle` among the arguments is the exact core clock.
+/// Times are in microseconds, to the nanosecond: core clock n is at n periods, rounded, and a span ends where the clock
+/// after it begins. Perfetto rounds `ts` and `dur` to nanoseconds separately. With finer numbers neighbouring slices
+/// could overlap by one nanosecond, and Perfetto removes overlapping slices from their track. `first_cycle` among the
+/// arguments is the exact core clock.
 ///
-/// Of a window, what lies in it is written, and slices are cut at its edges; the whole slice's clocks are then among the
-/// arguments. Levels begin at its first clock.
+/// With a window, only what lies in it is written. Slices are cut at its edges; their arguments then have the clocks of
+/// the whole slice. Levels begin at the window's first clock.
 ///
-/// Events are written as they come: memory is a buffer and a few numbers for each composer. The file grows as
-/// FILE.part and takes its place when finish() has written it whole; without that it is removed.
+/// Events are written as they come, so memory holds only a buffer and a few numbers for each composer. The file grows
+/// as FILE.part and gets its name when finish() has completed it; without that it is removed.
 class ScheduleTrace final : public ScheduleObserver {
   public:
     /// Throws InputError unless the name ends in .json, OutputError if the file cannot be written.
@@ -36,12 +36,12 @@ class ScheduleTrace final : public ScheduleObserver {
     /// Throws InputError unless the file's name ends in .json.
     static void check_name(const std::filesystem::path& file);
 
-    /// Only these clocks are shown. Before any event.
+    /// Only these clocks are shown. Call it before any event.
     void show_only(CycleSpan window);
 
-    /// Completes the file and puts it in place, once, behind all events. Returns the clocks that it shows; with a window
-    /// in which nothing has happened there is none, and no file. Throws OutputError, also for a write that failed
-    /// earlier: an event is never the place where a run fails.
+    /// Completes the file and puts it in place. Call it once, after all events. Returns the clocks that the file shows;
+    /// nothing, and no file is left, if nothing has happened in the window. Throws OutputError, also for a write that
+    /// failed earlier: a run never fails at an event.
     std::optional<CycleSpan> finish(std::int64_t core_cycles);
 
     // Spans without a clock are left out.
@@ -71,10 +71,10 @@ class ScheduleTrace final : public ScheduleObserver {
     [[nodiscard]] bool open_slice(int process, std::int64_t thread, CycleSpan span);
     void open_arguments(CycleSpan span, std::string_view colour);
 
-    /// What a composer's buffer has been told to hold.
+    /// The level of a composer's buffer.
     struct Level {
         int written = -1;        ///< the last in the file; -1: none
-        bool is_before = false;  ///< the last told is of a clock before the window
+        bool is_before = false;  ///< the last one reported is of a clock before the window
         int told = 0;
     };
     void write_level(int renderer, int display, std::int64_t cycle, int held_pixels);
@@ -87,10 +87,11 @@ class ScheduleTrace final : public ScheduleObserver {
     double core_mhz_;
     std::int64_t period_picoseconds_;
     int displays_;
-    std::vector<std::string> counter_names_;  ///< of each renderer's composers, up to the display's number
-    std::vector<Level> levels_;               ///< by renderer and display
+    std::vector<std::string>
+        counter_names_;          ///< of each renderer's composers, the text before the display's number
+    std::vector<Level> levels_;  ///< by renderer and display
     std::optional<CycleSpan> window_;
-    bool is_empty_ = true;  ///< nothing has been written but what the window begins with
+    bool is_empty_ = true;  ///< nothing has been written except for the window's first levels
 };
 
 }  // namespace metabuffer::tlm

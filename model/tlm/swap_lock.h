@@ -20,15 +20,15 @@ class SwapListener {
     SwapListener& operator=(const SwapListener&) = delete;
     virtual ~SwapListener() = default;
 
-    /// The frame goes to the display. A bank is free, and PIPEREADY rises, at that core clock; the frame has been
-    /// shown in full at that time.
+    /// The frame goes to the display. At pipeready_cycle a bank is free and PIPEREADY rises; at shown_picoseconds the
+    /// frame has been shown in full.
     virtual void swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) = 0;
 };
 
-/// The swap lock between the output framebuffers (section 5.4 of the paper): SWAPLOCK is high while every column
-/// has composited its frame, and all displays swap at the start of the next DVI frame that sees it. The swap
-/// goes back to the core clock, FRAMEDONE falls, and does not rise again before the answer has been taken back:
-/// clocks as in docs/design.md.
+/// The swap lock between the output framebuffers (section 5.4 of the paper): SWAPLOCK is high while every column has
+/// composited its frame, and all displays swap at the start of the next DVI frame that sees it. The swap crosses back
+/// to the core clock and FRAMEDONE falls; it does not rise again before the answer has been withdrawn. Clocks are as in
+/// docs/design.md.
 class SwapLock final : public sc_core::sc_module {
   public:
     /// first_edge: the first DVI output clock without reset. pipeready_cycle: the core clock in which the output
@@ -43,13 +43,13 @@ class SwapLock final : public sc_core::sc_module {
     /// A column has composited a frame at that core clock.
     void frame_done(int frame, std::int64_t cycle);
 
-    /// Swaps before a time, of all displays together.
+    /// Swaps before a time; all displays swap together.
     std::int64_t swaps_before(std::int64_t picoseconds) const;
     /// The swap to a frame, if its time is known.
     Swap swap_to(int frame) const { return {swap_picoseconds_[static_cast<std::size_t>(frame)], false}; }
     /// Swaps whose time is known.
     int swaps() const { return static_cast<int>(swap_picoseconds_.size()); }
-    /// The core clock in which the output framebuffers learn of the last of them, or come out of reset.
+    /// The core clock in which the output framebuffers see the last of these swaps, or come out of reset.
     std::int64_t pipeready_cycle() const { return pipeready_cycle_; }
     /// When the run ends, once that is known; otherwise kUnknownCycle.
     std::int64_t end_picoseconds() const { return end_picoseconds_; }
@@ -66,7 +66,7 @@ class SwapLock final : public sc_core::sc_module {
     ScheduleObserver* observer_ = nullptr;
     int columns_done_ = 0;
     std::int64_t last_done_cycle_ = 0;
-    std::int64_t earliest_framedone_ = 0;  ///< the answer to the swap before has been taken back
+    std::int64_t earliest_framedone_ = 0;  ///< the answer to the swap before has been withdrawn
     std::int64_t pipeready_cycle_;
     std::int64_t end_picoseconds_;
     std::vector<std::int64_t> swap_picoseconds_;  ///< by frame
