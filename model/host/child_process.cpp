@@ -31,7 +31,7 @@ std::string how_it_ended(int status) {
 }
 
 [[noreturn]] void be_the_child(const ChildProcess::Work& work, int descriptor, pid_t parent) {
-    // A run that nobody waits for ends, however its parent did.
+    // A run that nobody waits for must end, however its parent ended.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(EXIT_FAILURE);
     int status = EXIT_SUCCESS;
@@ -40,7 +40,7 @@ std::string how_it_ended(int status) {
     } catch (...) {
         status = EXIT_FAILURE;
     }
-    // What the kernel printed; the parent's destructors are the parent's business.
+    // Flushes what the kernel printed. The parent's destructors must not run here.
     std::cout.flush();
     std::fflush(nullptr);
     _exit(status);
@@ -62,7 +62,7 @@ void ChildProcess::Sender::send(const void* bytes, std::size_t count) const {
 ChildProcess::ChildProcess(const Work& work) {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) fail_to_start("pipe");
-    // Or both processes would print what is still in there.
+    // Otherwise both processes would print what is still in the buffers.
     std::cout.flush();
     std::fflush(nullptr);
     const pid_t parent = getpid();

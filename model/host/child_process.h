@@ -8,8 +8,8 @@
 
 namespace metabuffer {
 
-/// Work done in a process of its own, which hands bytes over by a pipe and waits while nobody reads. SystemC elaborates
-/// once in a process, and what crashes there does no harm here.
+/// Work done in a separate process, which sends bytes through a pipe and waits while nobody reads. SystemC elaborates
+/// only once in a process, and a crash there does no harm here.
 class ChildProcess {
   public:
     /// The child's end of the pipe.
@@ -25,24 +25,24 @@ class ChildProcess {
     };
     using Work = std::function<void(const Sender&)>;
 
-    /// Starts it. The child ends when `work` returns, and dies with this process. An exception that leaves `work` ends
-    /// it badly. Construct it before this process elaborates anything. Throws InputError if this computer has no
-    /// process for it.
+    /// Starts it. The child ends when `work` returns, and dies with this process. An exception from `work` ends it as a
+    /// failure. Construct it before this process elaborates anything. Throws InputError if this computer cannot start
+    /// the process.
     explicit ChildProcess(const Work& work);
-    /// Ends the child if it is still at work.
+    /// Ends the child if it still runs.
     ~ChildProcess();
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
-    /// Whether all has been received that will ever come.
+    /// Whether everything has been received and nothing more comes.
     bool ended() const { return descriptor_ < 0; }
     /// To poll for reading until it has ended.
     int descriptor() const { return descriptor_; }
-    /// Appends what is there, waiting if there is nothing.
+    /// Appends the bytes that have come; waits if there are none.
     void receive(std::string& bytes);
     /// Sends the child SIGTERM, unless all has been received.
     void ask_to_end() const;
-    /// Once it has ended: empty if well, else how ("ended by a signal: Aborted").
+    /// Once it has ended: empty if it ended well, else how it ended ("ended by a signal: Aborted").
     const std::string& complaint() const { return complaint_; }
 
   private:

@@ -92,7 +92,7 @@ class SpawnPlan {
 
 }  // namespace
 
-/// The program at work, its three streams at this end of their pipes.
+/// The running program, and this end of the pipes of its three streams.
 struct FilterProcess::Running {
     explicit Running(const FilterProgram& program);
     Running(const Running&) = delete;
@@ -144,7 +144,7 @@ void receive(Descriptor& descriptor, std::string& bytes) {
     }
 }
 
-/// Hands over as much as fits; closes if the program reads no more.
+/// Sends as much as fits; closes if the program reads no more.
 void send(Descriptor& descriptor, std::string_view& rest) {
     const ssize_t count = write(descriptor.number(), rest.data(), rest.size());
     if (count >= 0) {
@@ -166,7 +166,7 @@ class WithoutBrokenPipeSignal {
     void (*before_)(int);
 };
 
-/// The line that says most: node's come as "Error: ..." in the midst of where it happened.
+/// The line that says most: node prints it as "Error: ..." between lines that say where it happened.
 std::string first_complaint(const std::string& complaints) {
     std::string first;
     std::size_t at = 0;
@@ -215,9 +215,9 @@ std::string FilterProcess::finish() {
     fail(program_, complaint.empty() ? "failed" : "failed: " + complaint);
 }
 
-/// Waits until something can be handed over or taken, and does so.
+/// Waits until something can be sent or received, and does so.
 void FilterProcess::exchange(std::string_view& input) {
-    // A negative descriptor is one that poll() passes over.
+    // poll() ignores a negative descriptor.
     std::array<pollfd, 3> polled{{{running_->input.number(), POLLOUT, 0},
                                   {running_->output.number(), POLLIN, 0},
                                   {running_->complaints.number(), POLLIN, 0}}};

@@ -10,25 +10,25 @@ namespace metabuffer {
 /// Another program, by its name on the PATH, that turns its standard input into its standard output.
 struct FilterProgram {
     std::vector<std::string> command;
-    std::string package;  ///< of Debian, which has it
+    std::string package;  ///< of Debian, that has it
     std::string needed_by = "the chart";
 };
 
-/// Such a program at work. Its complaints are kept, and shown only if it fails.
+/// Such a program while it runs. Its error output is kept, and shown only if it fails.
 class FilterProcess {
   public:
     /// Throws OutputError, in one line, if it is not there (naming the package) or cannot be started.
     explicit FilterProcess(const FilterProgram& program);
     FilterProcess(const FilterProcess&) = delete;
     FilterProcess& operator=(const FilterProcess&) = delete;
-    /// Ends it if it is still at work.
+    /// Ends it if it still runs.
     ~FilterProcess();
 
-    /// Hands input over. What a program that reads no more is given is lost, without an error: finish() says how it
+    /// Sends input. If the program reads no more, the input is lost without an error: finish() reports how the program
     /// ended.
     void feed(std::string_view input);
-    /// The end of its input: waits for its end and returns its output. Throws OutputError if it fails, with the first
-    /// line that it complains in.
+    /// Ends its input, waits for its end and returns its output. Throws OutputError if it fails, with its first error
+    /// line.
     std::string finish();
 
   private:
@@ -42,11 +42,11 @@ class FilterProcess {
     std::string complaints_;
 };
 
-/// Whether the PATH leads to it.
+/// Whether the PATH has it.
 bool is_installed(const FilterProgram& program);
 
-/// What the program makes of the input. Throws OutputError, in one line, if it is not there (naming the package) or
-/// fails (with the first line that it complains in).
+/// The program's output for the input. Throws OutputError, in one line, if it is not there (naming the package) or
+/// fails (with its first error line).
 std::string filtered(const FilterProgram& program, const std::string& input);
 
 }  // namespace metabuffer

@@ -13,7 +13,7 @@
 namespace metabuffer {
 namespace {
 
-/// The first byte of how work ended; the text of what was thrown follows.
+/// The first byte of a message on how work ended; the exception's text follows.
 enum class Ending : char { kDone = 'd', kInputError = 'i', kOutputError = 'o', kOther = 'x' };
 
 std::string message_of(Ending ending, std::string_view text = {}) {

@@ -8,7 +8,7 @@
 
 namespace metabuffer {
 
-/// Messages both ways between this process and a child that it forks after the construction; each is received whole.
+/// Messages in both directions between this process and a child that it forks later. Each message is received whole.
 class MessageChannel {
   public:
     static constexpr std::size_t kMostBytes =
@@ -20,8 +20,8 @@ class MessageChannel {
     MessageChannel& operator=(const MessageChannel&) = delete;
     ~MessageChannel();
 
-    /// Once, after the fork: says which of the two this process is. From then on the other end closes with the other
-    /// process.
+    /// Call one of these once, after the fork, to say which of the two this process is. From then on the other end
+    /// closes with the other process.
     void be_parent() { keep(0); }
     void be_child() { keep(1); }
 
@@ -39,15 +39,15 @@ class MessageChannel {
     std::size_t own_ = 0;
 };
 
-/// From now on what this process writes to its standard error goes nowhere.
+/// From now on what this process writes to its standard error is discarded.
 void be_silent();
 
-/// Does the work, and says in a message how it ended.
+/// Does the work, and reports in a message how it ended.
 std::string ending_of(const std::function<void()>& work);
 
-/// What the other process's work came to: true if it is done. Throws the InputError or the OutputError that it threw. False
-/// if it failed for another reason, such as memory, or if the message is empty since the process is gone: nothing is known
-/// then, and this process may try the same.
+/// The result of the other process's work: true if it is done. Throws the InputError or the OutputError that the work
+/// threw. False if it failed for another reason, such as memory, or if the message is empty because the process has
+/// ended: then nothing more is known, and this process may try the same.
 bool is_done(const std::string& ending);
 
 }  // namespace metabuffer

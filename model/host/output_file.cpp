@@ -19,7 +19,7 @@ void fail_to_write(const std::filesystem::path& file, const std::string& why) {
 
 OutputFile::OutputFile(const std::filesystem::path& target) : name_(target), target_(target) {
     follow_links();
-    // Better now than at the end of a long run, when the file is to take its place.
+    // Checked now, not at the end of a long run when the file is put in place.
     std::error_code error;
     if (std::filesystem::is_directory(target_, error)) fail(EISDIR);
     if (input::is_no_regular_file(target_)) {
@@ -28,7 +28,7 @@ OutputFile::OutputFile(const std::filesystem::path& target) : name_(target), tar
     open_aside();
 }
 
-/// Also to a file that is not there yet.
+/// A link may also lead to a file that is not there yet.
 void OutputFile::follow_links() {
     constexpr int kMostLinks = 40;  // as many as Linux follows
     std::error_code error;
@@ -56,7 +56,7 @@ void OutputFile::open_aside() {
         aside_ = target_;
         aside_.replace_filename(".metabuffer-" + std::to_string(getpid()) + "-" + std::to_string(n) +
                                 ".part");
-        // Never through a link, and never into a file that somebody else has.
+        // Never through a link, and never into a file that another process has.
         descriptor_ = open(aside_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         is_aside_ = descriptor_ >= 0;
         if (is_aside_) return;

@@ -6,25 +6,25 @@
 
 namespace metabuffer {
 
-/// Throws the OutputError that says of a file why it cannot be written.
+/// Throws the OutputError that says why a file cannot be written.
 [[noreturn]] void fail_to_write(const std::filesystem::path& file, const std::string& why);
 
-/// A file that is put in place whole: it grows aside in the same folder, under a name that nobody else has, and takes its
-/// place when its last byte is written. Until then there is what was there before, and without put_in_place() there stays
-/// so. A symbolic link is followed to the file that it names; the aside file is never reached through one.
+/// A file that appears only when it is whole. It is written aside, in the same folder under a unique name;
+/// put_in_place() then gives it its own name. Until then, and without put_in_place(), an earlier file stays as it was.
+/// A symbolic link is followed to the file that it names; the aside file is never opened through a link.
 class OutputFile {
   public:
-    /// Throws OutputError if nothing can be written there, or what is there is no regular file.
+    /// Throws OutputError if nothing can be written there, or if what is there is not a regular file.
     explicit OutputFile(const std::filesystem::path& target);
     OutputFile(const OutputFile&) = delete;
     OutputFile& operator=(const OutputFile&) = delete;
     ~OutputFile();
 
-    /// Where it grows, for a library that writes files by their names.
+    /// Where it is written, for a library that writes files by their names.
     const std::filesystem::path& aside() const { return aside_; }
     /// Throws OutputError.
     void write(std::string_view bytes);
-    /// Brings what is in it to the disk, whoever wrote it. Throws OutputError.
+    /// Brings its content to the disk, whoever wrote it. Throws OutputError.
     void sync();
     /// Throws OutputError. Nothing can be written afterwards.
     void put_in_place();
@@ -35,7 +35,7 @@ class OutputFile {
     void open_aside();
 
     std::filesystem::path name_;    ///< as the caller has it
-    std::filesystem::path target_;  ///< where that leads
+    std::filesystem::path target_;  ///< the same, links followed
     std::filesystem::path aside_;
     int descriptor_ = -1;
     bool is_aside_ = false;

@@ -26,8 +26,8 @@ bool other_threads_sleep() {
         if (task.path().filename() == own) continue;
         std::ifstream stream(task.path() / "stat");
         std::string stat;
-        std::getline(stream, stat);  // of a thread that has ended meanwhile: nothing
-        // The state stands behind the name, which may hold anything.
+        std::getline(stream, stat);  // empty if the thread has ended meanwhile
+        // The state comes after the name, which may have any characters.
         const std::size_t name_end = stat.rfind(')');
         if (name_end != std::string::npos && stat.compare(name_end, 3, ") S") != 0) return false;
     }

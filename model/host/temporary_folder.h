@@ -4,7 +4,7 @@
 
 namespace metabuffer {
 
-/// A folder of this object alone, where temporary files lie. It goes with the object, and what is in it.
+/// A folder for temporary files of this object. It is removed with the object, and with it all files in it.
 class TemporaryFolder {
   public:
     /// Throws std::system_error if none can be made.

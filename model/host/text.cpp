@@ -127,7 +127,7 @@ std::string out_of_range(double value, const NumberRange& allowed) {
 }
 
 int edit_distance(std::string_view left, std::string_view right) {
-    // Three rows of the usual table: the one before last is what a swap of neighbours looks back at.
+    // Three rows of the usual table: a swap of neighbours needs the one before last.
     std::vector<int> before_last(right.size() + 1);
     std::vector<int> last(right.size() + 1);
     std::vector<int> current(right.size() + 1);

@@ -20,7 +20,7 @@ std::string one_line(std::string_view text);
 constexpr std::size_t kLongestMessage = 400;
 
 /// A message for the user, whatever input it repeats: on one line, and cut in the middle if it is longer than
-/// kLongestMessage. Where it is and what would be right stand at its ends.
+/// kLongestMessage. Its ends say where the error is and what would be right.
 std::string message(std::string_view text);
 
 /// The text between quotation marks, on one line, cut when it is long.
@@ -29,7 +29,7 @@ std::string quoted(std::string_view text);
 /// The text between quotation marks, those in it doubled: a literal or a name of SQL, a field of CSV, a scalar of YAML.
 std::string literal(std::string_view text, char quote);
 
-/// A message on one line: "where: message", without a place just the message.
+/// A message on one line: "where: message", without `where` just the message.
 std::string located(std::string_view where, std::string_view message);
 
 /// "a, b, c".
@@ -44,7 +44,7 @@ std::string joined(const std::vector<std::string>& items, std::string_view conju
 /// The shortest text that reads back as the same number.
 std::string number(double value);
 
-/// With so many digits behind the point.
+/// With `digits` digits after the point.
 std::string decimal(double value, int digits);
 
 /// "1 pair", "3 pairs".

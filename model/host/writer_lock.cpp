@@ -39,7 +39,7 @@ void WriterLock::take(const std::string& instead) {
     // Not flock(): a forked child, which may outlive this process by a moment, would hold that lock as well.
     if (fcntl(descriptor_, F_SETLK, &request) == 0) return;
     const int error = errno;
-    // A file system without locks keeps nobody out.
+    // On a file system without locks every process may write.
     if (error == ENOLCK || error == ENOSYS || error == EOPNOTSUPP) return;
     const bool is_held = error == EAGAIN || error == EACCES;
     const bool is_told = is_held && fcntl(descriptor_, F_GETLK, &request) == 0 && request.l_type != F_UNLCK;

@@ -5,11 +5,12 @@
 
 namespace metabuffer {
 
-/// That this process alone writes something: a lock on a file of its own, which goes with the process however it ends.
+/// Ensures that this process alone writes something: a lock on a separate file. It ends with the process, however that
+/// ends.
 class WriterLock {
   public:
-    /// what: that which is written, as complaints name it; instead: what else to do. Throws InputError if another process
-    /// holds the lock, with that one's number, or the file cannot be made.
+    /// what: the name, in messages, of what is written; instead: what else to do. Throws InputError if another process
+    /// holds the lock, with that process's number, or if the file cannot be made.
     WriterLock(const std::filesystem::path& lock_file, std::string what, const std::string& instead);
     WriterLock(const WriterLock&) = delete;
     WriterLock& operator=(const WriterLock&) = delete;

@@ -25,7 +25,7 @@ namespace {
                                     "; install metabuffer again, or build all of it"));
 }
 
-/// Whether this process may start so many more. All are alive at once.
+/// Whether this process may start `processes` more, all alive at the same time.
 bool can_start(unsigned processes) {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0) return false;
@@ -33,7 +33,7 @@ bool can_start(unsigned processes) {
     pid_t child = 0;
     while (children.size() < processes && (child = fork()) > 0) children.push_back(child);
     if (child == 0 && children.size() < processes) {
-        // Until the parent has closed its end, however it does.
+        // Waits until the parent has closed its end, in whatever way.
         close(ends[1]);
         char nothing = 0;
         static_cast<void>(!read(ends[0], &nothing, 1));
@@ -48,8 +48,8 @@ bool can_start(unsigned processes) {
     return children.size() == processes;
 }
 
-/// Of OpenImageIO's libraries one starts a thread for each processor and others a few, as they are loaded. If they may not,
-/// one waits for ever, with all signals blocked.
+/// When OpenImageIO's libraries are loaded, one starts a thread for each processor and others start a few. If they may
+/// not, one waits for ever, with all signals blocked.
 void check_threads() {
     constexpr unsigned kOthers = 6;
     if (!can_start(std::thread::hardware_concurrency() + kOthers)) {
@@ -61,7 +61,7 @@ void check_threads() {
 
 const ImageCodec& load_codec() {
     check_threads();
-    // By its name: the program says where its modules are, built or installed. Never unloaded, for OpenImageIO's
+    // By its name: the program says where its modules are, built or installed. Never unloaded, since OpenImageIO's
     // libraries start threads.
     void* module = dlopen(kImageModuleFile, RTLD_LAZY | RTLD_LOCAL);
     if (module == nullptr) fail_to_load();

@@ -16,8 +16,8 @@ struct DepthRange {
     double far = 1.0;
 };
 
-/// What reads and writes image files. OpenImageIO does it, whose libraries take a third of a second to load: they are in
-/// a module of their own, loaded when the first image is asked for.
+/// Reads and writes image files by OpenImageIO. Its libraries take a third of a second to load, so they are in a
+/// separate module, which is loaded for the first image.
 class ImageCodec {
   public:
     ImageCodec() = default;
@@ -25,9 +25,9 @@ class ImageCodec {
     ImageCodec& operator=(const ImageCodec&) = delete;
     virtual ~ImageCodec() = default;
 
-    /// Reads a renderer's image: channels R G B, A where it has one (else 255), and Z, unless that is given for all of the
-    /// image or comes from a one-channel file of its own. image_file.h tells the formats. Throws InputError naming the
-    /// file and what it lacks.
+    /// Reads a renderer's image: channels R G B, A where it has one (else 255), and Z, unless that is given for all of
+    /// the image or comes from a separate one-channel file. image_file.h describes the formats. Throws InputError
+    /// naming the file and what it lacks.
     virtual PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const = 0;
 
     /// The bytes of an 8-bit RGB PNG file: the same for the same picture. `file` is what an error names. Throws
@@ -41,14 +41,14 @@ class ImageCodec {
                                    const std::filesystem::path& file) const = 0;
 };
 
-/// The codec of this process. Call it before the process forks if the children need it too, or each loads it anew.
+/// The codec of this process. Call it before the process forks if the children need it too, or each loads it again.
 /// Throws InputError if the module cannot be loaded.
 const ImageCodec& image_codec();
 
 /// Reads an image as ImageCodec::load() does.
 using LoadImage =
     std::function<PixelImage(const ImageFiles& files, DepthFormat format, const DepthRange& range)>;
-/// By the codec of this process.
+/// The same, by the codec of this process.
 PixelImage load_image_here(const ImageFiles& files, DepthFormat format, const DepthRange& range);
 
 }  // namespace metabuffer

@@ -11,12 +11,12 @@
 namespace metabuffer {
 namespace {
 
-/// Of 0 to 9. Writing the pictures takes longer than level tlm takes to make them; higher levels take several times as
-/// long again and save little.
+/// From 0 to 9. Writing the pictures takes longer than level tlm takes to make them. A higher compression takes several
+/// times as long and saves little.
 constexpr int kPngCompressionLevel = 1;
 
-/// libpng's PNG_FILTER_SUB: each sample minus its left neighbour. To try all filters on each row takes twice as long and
-/// makes files that are no more than a sixth smaller.
+/// libpng's PNG_FILTER_SUB: each sample minus its left neighbour. Trying all filters on each row takes twice as long
+/// and makes files smaller by a sixth at most.
 constexpr int kPngFilter = 0x10;
 
 /// The file that holds the samples, pixel by pixel. `file` is what an error names.

@@ -20,14 +20,14 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// To the end of WebP's canvas size, the farthest of what is looked at.
+/// Up to the end of WebP's canvas size, the last bytes that are checked.
 constexpr std::size_t kLookedAtBytes = 30;
 
 struct ImageFormat {
     const char* reader = nullptr;  ///< OpenImageIO's name
     const char* name = nullptr;
     bool (*is_begun_by)(std::string_view bytes) = nullptr;
-    /// Refuses what OpenImageIO would take and should not; may be null.
+    /// Refuses what OpenImageIO would accept and should not; may be null.
     void (*check)(const std::filesystem::path& file, std::string_view bytes) = nullptr;
 };
 
@@ -41,14 +41,14 @@ std::int64_t webp_side(std::string_view bytes) {
     return side + 1;
 }
 
-/// OpenImageIO makes room for all of a WebP file's canvas when it opens the file, before its size can be asked: up to
-/// 16 TB for a file of 100 bytes. Only the extended form can say more than 16383 pixels a side.
+/// OpenImageIO allocates all of a WebP file's canvas when it opens the file, before its size can be checked: up to 16
+/// TB for a file of 100 bytes. Only the extended form can say more than 16383 pixels a side.
 void check_webp_canvas(const std::filesystem::path& file, std::string_view bytes) {
     if (bytes.size() < kLookedAtBytes || bytes.substr(8, 8) != "WEBPVP8X"sv) return;
     check_image_size(file, webp_side(bytes.substr(24, 3)), webp_side(bytes.substr(27, 3)));
 }
 
-/// OpenImageIO takes any number of bytes a channel as an SGI file names it, and with none reads beyond its memory.
+/// OpenImageIO accepts any number of bytes a channel that an SGI file names; with 0 it reads beyond its memory.
 void check_sgi_channels(const std::filesystem::path& file, std::string_view bytes) {
     constexpr std::size_t kChannelBytesPlace = 3;
     if (bytes.size() <= kChannelBytesPlace) return;
@@ -89,7 +89,8 @@ std::string formats() {
     return text::joined(names, "or");
 }
 
-/// The file's first bytes. Says in the system's words why it cannot be opened: the readers' differ from each other.
+/// The file's first bytes. If it cannot be opened, the error has the system's message: the readers' messages differ
+/// from each other.
 std::string first_bytes(const std::filesystem::path& file) {
     input::check_is_regular_file(file);
     errno = 0;
@@ -102,7 +103,7 @@ std::string first_bytes(const std::filesystem::path& file) {
     return bytes;
 }
 
-/// What the bytes begin; null: none of these formats.
+/// The format that begins with the bytes; null if none does.
 const ImageFormat* format_begun_by(std::string_view bytes) {
     const auto* const format = std::find_if(
         kFormats.begin(), kFormats.end(), [bytes](const ImageFormat& one) { return one.is_begun_by(bytes); });
@@ -115,10 +116,10 @@ bool is_targa(const std::filesystem::path& file) {
 }
 
 /// Keeps OpenImageIO and OpenEXR from making threads. A sweep reads images and forks, and the child reads more: there
-/// OpenEXR would wait for ever for its threads, which fork() does not take along.
+/// OpenEXR would wait for ever for its threads, which fork() does not copy.
 void read_in_this_thread() {
-    // OpenEXR has threads of its own, one even for a count of 1; -1 is none. Of the state of the process, not of a
-    // scenario: once is enough.
+    // OpenEXR has threads of its own, one even for a count of 1; -1 means none. This is a setting of the process, not
+    // of a scenario: once is enough.
     static const bool done = OIIO::attribute("threads", 1) && OIIO::attribute("exr_threads", -1);
     static_cast<void>(done);
 }
@@ -154,7 +155,7 @@ void fail_image(const std::filesystem::path& file, const std::string& message) {
 }
 
 void fail_unreadable_image(const std::filesystem::path& file, const std::string& why) {
-    // Some readers repeat a complaint for each strip of an image.
+    // Some readers repeat a message for each strip of an image.
     constexpr std::size_t kLongestReason = 150;
     const std::string reason = text::one_line(std::string_view(why).substr(0, kLongestReason));
     fail_image(file, "is not a readable image: " + (reason.empty() ? "no reason given" : reason) +

@@ -11,24 +11,24 @@
 
 namespace metabuffer {
 
-/// Opens an image in one of the formats that renderers and frame grabbers write, told by its first bytes and not by its
-/// name (Targa, which has none of its own, by its name). The readers of other formats are never asked: some of
-/// OpenImageIO 2.4's write beyond their memory, that of ICO for a file without a fault. Throws InputError
-/// naming the file and why it cannot be read.
+/// Opens an image in one of the formats that renderers and frame grabbers write, recognized by its first bytes and not
+/// by its name (only Targa, which has no such bytes, by its name). The readers of other formats are never called: some
+/// readers of OpenImageIO 2.4 write beyond their memory, the one for ICO even with a file without a fault. Throws
+/// InputError naming the file and why it cannot be read.
 std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& file);
 
 /// Throws the InputError that names the file and its size unless both sides lie in kImageSidePixels.
 void check_image_size(const std::filesystem::path& file, std::int64_t width_pixels,
                       std::int64_t height_pixels);
 
-/// Throws the InputError that says of a file what is wrong with it.
+/// Throws the InputError that names a file and says what is wrong with it.
 [[noreturn]] void fail_image(const std::filesystem::path& file, const std::string& message);
 
-/// Throws the InputError of a file that cannot be opened, or read to its end, as an image. why: in the reader's words,
-/// which may be none.
+/// Throws the InputError of a file that cannot be opened, or read to its end, as an image. why: the reader's message,
+/// which may be empty.
 [[noreturn]] void fail_unreadable_image(const std::filesystem::path& file, const std::string& why);
 
-/// Asks one of OpenImageIO's readers. What it throws at a damaged file is the file's fault; a lack of memory is not.
+/// Calls one of OpenImageIO's readers. What it throws is the fault of a damaged file, except for a lack of memory.
 template <typename Question>
 auto ask_reader(const std::filesystem::path& file, Question question) {
     try {

@@ -13,12 +13,12 @@
 namespace metabuffer {
 namespace {
 
-/// While it lives, what libraries print about an image goes nowhere: libpng and libtiff do, and cannot be told not to.
-/// What is wrong with the image they also report to the caller.
+/// While it lives, what libraries print about an image is discarded: libpng and libtiff print, and this cannot be
+/// switched off. They also report to the caller what is wrong with the image.
 class QuietLibraries {
   public:
     QuietLibraries() {
-        std::fflush(nullptr);  // what is the program's own and still on its way
+        std::fflush(nullptr);  // the program's own output that is still buffered
         const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
         for (std::size_t i = 0; nowhere >= 0 && i < kStreams.size(); ++i) {
             saved_[i] = fcntl(kStreams[i], F_DUPFD_CLOEXEC, 0);

@@ -16,7 +16,7 @@
 namespace metabuffer {
 namespace {
 
-/// What precedes the two paths in a request. Both processes are the same program, so the layout is its compiler's.
+/// What precedes the two paths in a request. Both processes are the same program, so the layout is the same.
 struct Request {
     DepthFormat format{};
     DepthRange range;
@@ -61,7 +61,7 @@ class ImageProcess::Reader {
         channel_.be_parent();
     }
 
-    /// Nothing if the process has come to no answer. It is of no more use then.
+    /// Nothing if the process has given no answer. It cannot be used any more then.
     std::optional<PixelImage> load(const std::string& request) {
         if (!channel_.send(request) || !is_done(channel_.receive())) return std::nullopt;
         Size size;
@@ -102,7 +102,7 @@ class ImageProcess::Reader {
     ChildProcess process_;
 };
 
-/// Null if this computer has no process for it.
+/// Null if this computer cannot start the process.
 std::unique_ptr<ImageProcess::Reader> ImageProcess::started() {
     try {
         return std::make_unique<Reader>();

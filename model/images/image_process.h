@@ -8,8 +8,8 @@
 
 namespace metabuffer {
 
-/// Reads images in a process of its own, which is started for the first of them. OpenImageIO's libraries are loaded
-/// there, and this process stays small: a fork copies far fewer pages.
+/// Reads images in a separate process, which is started for the first image. OpenImageIO's libraries are loaded there,
+/// and this process stays small: a fork copies far fewer pages.
 class ImageProcess {
   public:
     ImageProcess();
@@ -18,8 +18,8 @@ class ImageProcess {
     /// Ends the process.
     ~ImageProcess();
 
-    /// As ImageCodec::load(). Without a process, from one on that it did not come to, and in a child of the process
-    /// that made this object, it reads the image itself: only an image's own fault is an InputError.
+    /// As ImageCodec::load(). It reads the image itself if there is no process, once the process has given no answer,
+    /// and in a child of the process that made this object. So only an image's own fault is an InputError.
     PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range);
 
   private:
@@ -29,7 +29,7 @@ class ImageProcess {
 
     pid_t owner_;
     std::unique_ptr<Reader> reader_;
-    bool reads_here_ = false;  ///< from the first image on that the process did not come to
+    bool reads_here_ = false;  ///< from the first image on for which the process gave no answer
 };
 
 }  // namespace metabuffer

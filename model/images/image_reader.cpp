@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kNoChannel = -1;
 
-/// A half as its file has it; the standard library has no type for it.
+/// A 16-bit float as its file has it; the standard library has no type for it.
 struct Half {
     std::uint16_t bits = 0;
 };
@@ -49,10 +49,10 @@ std::uint32_t scaled(double value, std::uint32_t maximum) {
     return static_cast<std::uint32_t>(std::floor(std::clamp(value, 0.0, 1.0) * maximum + 0.5));
 }
 
-/// What reads a channel's samples needs: the file as it is, unconverted.
+/// An open image file, for reading a channel's samples unconverted.
 class NativeImage {
   public:
-    /// Opens the file and checks what can be told before its pixels are read.
+    /// Opens the file and checks what can be checked before its pixels are read.
     explicit NativeImage(const std::filesystem::path& file) : file_(file), input_(open_image_file(file)) {
         spec_ = input_->spec();
         if (spec_.deep || spec_.depth > 1)
@@ -90,7 +90,7 @@ class NativeImage {
         const bool whole = ask_reader(file_, [&] {
             return input_->read_image(0, 0, first, last + 1, OIIO::TypeUnknown, samples_.data());
         });
-        // A strip that cannot be read leaves an error behind a read that claims to have worked.
+        // With a strip that cannot be read, the read claims to have worked but leaves an error.
         if (!whole || input_->has_error()) fail_unreadable_image(file_, input_->geterror());
         input_->close();
     }
@@ -128,7 +128,7 @@ class NativeImage {
     }
 
   private:
-    /// OpenImageIO 2.4 claims to read such files and hands out zeros, or nothing at all.
+    /// OpenImageIO 2.4 claims to read such files and returns zeros, or nothing at all.
     void reject_unread_doubles(int first, int last) const {
         const bool is_affected =
             std::string(input_->format_name()) == "tiff" && (spec_.tile_width != 0 || spec_.height == 1);
@@ -212,7 +212,7 @@ std::vector<std::uint32_t> depth_channel(const NativeImage& image, int channel, 
     return values;
 }
 
-/// Z from a file of its own.
+/// Z from a separate file.
 std::vector<std::uint32_t> depth_of_file(const std::filesystem::path& file, int width, int height,
                                          DepthFormat format, const DepthRange& range) {
     NativeImage image(file);
@@ -244,11 +244,11 @@ PixelImage load_image(const ImageFiles& files, DepthFormat format, const DepthRa
         fail_image(files.image,
                    "has the channels " + image.channel_list() + "; use R, G and B, and A and Z if need be");
     }
-    // Without alpha on the link, every receiver takes a pixel as opaque.
+    // Without alpha on the link, every receiver treats a pixel as opaque.
     const int alpha = layout_of(format).has_alpha() ? image.find_channel("A") : kNoChannel;
     const bool own_depth = !files.depth.has_value() && !files.z.has_value();
     const int depth = own_depth ? image.find_channel("Z") : kNoChannel;
-    // As the nearest of all, it would hide every other image.
+    // Without Z it would be the nearest of all and hide every other image.
     if (own_depth && depth == kNoChannel) {
         fail_image(files.image, "has the channels " + image.channel_list() +
                                     " and no Z; use depth, a file of Z, or z, one depth for all of it");

@@ -74,7 +74,7 @@ std::size_t ArbiterMonitor::lines_high() const {
         grant_i.begin(), grant_i.end(), [](const sc_core::sc_in<bool>& line) { return line.read(); }));
 }
 
-/// With one line high.
+/// The row whose line is high; there must be one.
 std::size_t ArbiterMonitor::granted_row() const {
     const auto line = std::find_if(grant_i.begin(), grant_i.end(),
                                    [](const sc_core::sc_in<bool>& grant) { return grant.read(); });
@@ -83,7 +83,7 @@ std::size_t ArbiterMonitor::granted_row() const {
 
 // ---- what the policy would choose ----
 
-/// None: it asks again at the next clock.
+/// Nothing if no row is chosen: the bus asks again at the next clock.
 std::optional<ArbiterMonitor::Choice> ArbiterMonitor::choice() const {
     return policy_.proof == BufferProof::kDeadlines ? choice_by_deadline() : choice_by_slot();
 }
@@ -189,7 +189,7 @@ void ArbiterMonitor::check_choice(std::int64_t edge) {
     }
 }
 
-/// Goes on from what the arbiter has said, so that one mistake is told once.
+/// Goes on from the arbiter's answer, so that one mistake is reported once.
 void ArbiterMonitor::take_answer() {
     decided_ = false;
     if (!grant_valid_i.read() && !lost_i.read()) {

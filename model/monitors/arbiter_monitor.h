@@ -17,17 +17,17 @@
 namespace metabuffer::monitors {
 
 /// Checks a bus arbiter (section 5.3 of the paper) from outside: its request lines and its answers, at each edge of the
-/// core clock at which the bus takes the answer. Slots are passed over one by one here, and deadlines compared one by
-/// one; of a policy of which nothing is proved, order and slots are not judged.
+/// core clock at which the bus receives the answer. Here slots are passed over and deadlines compared one by one. For a
+/// policy without a proof, order and slots are not checked.
 ///
-/// Rules, of which the first that is broken at an edge is told:
+/// Rules; at each edge only the first broken one is reported:
 /// - arbiter/one-hot: as many grant lines are high as GRANT_VALID says, one or none
-/// - arbiter/search: an answer comes grant_cycles behind the edge at which somebody could be granted, and none before the
-///   slot table is built; SEARCH is high until then
+/// - arbiter/search: an answer comes grant_cycles after the edge at which some row could be granted, and none before
+///   the slot table is built; SEARCH is high until then
 /// - arbiter/request: a grant is for a row that has pixels left and whose composer took a slot when it was decided
 /// - arbiter/order: the grant, or the lost slot, is the policy's choice
-/// - arbiter/recovered: RECOVERED tells how many slots were passed over
-/// - arbiter/slot: the slot pointer stands behind the slot that was granted or lost last
+/// - arbiter/recovered: RECOVERED is the number of slots that were passed over
+/// - arbiter/slot: the slot pointer is one past the slot that was granted or lost last
 class ArbiterMonitor final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -50,7 +50,7 @@ class ArbiterMonitor final : public sc_core::sc_module {
                    ViolationLog& log);
     SC_HAS_PROCESS(ArbiterMonitor);
 
-    /// Answers that the bus has taken: grants and lost slots.
+    /// Answers that the bus has received: grants and lost slots.
     std::int64_t grants() const { return grants_; }
     std::int64_t lost_slots() const { return lost_slots_; }
     std::int64_t recovered_slots() const { return recovered_slots_; }
@@ -92,13 +92,13 @@ class ArbiterMonitor final : public sc_core::sc_module {
     sc_core::sc_event_or_list wake_events_;
 
     std::int64_t frame_ = -1;  ///< on the bus
-    std::vector<int> slots_;   ///< whose each is: a row
+    std::vector<int> slots_;   ///< the row that owns each slot
     std::size_t rows_ = 0;
-    std::size_t slot_ = 0;           ///< that is looked at first
-    std::int64_t decides_from_ = 0;  ///< the first edge at which the slot table is there
+    std::size_t slot_ = 0;           ///< that is checked first
+    std::int64_t decides_from_ = 0;  ///< the first edge at which the slot table is ready
     // An answer that takes clocks.
     bool decided_ = false;
-    std::int64_t due_ = 0;  ///< the edge at which it stands
+    std::int64_t due_ = 0;  ///< the edge at which it must come
     std::vector<bool> requests_;
     std::optional<Choice> chosen_;
 

@@ -95,9 +95,9 @@ void BusMonitor::clock_edge() {
         first_edge_ = now;
     }
     sample_busready(now);
-    // Everything is judged at the edge that would sample the beat if words had no latency.
+    // Everything is checked at the edge that would sample the beat if words had no latency.
     const std::int64_t edge = now - latency_cycles_;
-    // What BUSREADY answers at that edge: it was written at the one before, with what was announced then.
+    // What BUSREADY answers at that edge: it was written at the edge before, for the pixels announced then.
     const std::int64_t announced = announced_.pass(active_ ? remaining_ : 0);
     const std::int64_t bursts_before = bursts_;
     const rtl::BusBeat& beat = bus_i.read();
@@ -138,7 +138,7 @@ void BusMonitor::sample_busready(std::int64_t edge) {
             continue;
         }
         levels.push_back({edge, high});
-        // No grant that is still to be judged lies before this.
+        // No grant that is still to be checked is earlier than this.
         const std::int64_t oldest_grant =
             edge - latency_cycles_ - grant_cycles_ - longest_wait_cycles_ - cycles_per_beat_;
         while (levels.size() > 1 && levels[1].edge <= oldest_grant) {
@@ -362,15 +362,15 @@ std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, st
     check_grant(beat.destination - std::size_t{1}, page_of(row, row.sent), edge);
     active_ = true;
     stopped_ = false;
-    announced_.fill(0);  // it is not judged by what was left of the one before
+    announced_.fill(0);  // what was left of the burst before does not count
     display_ = beat.destination - std::size_t{1};
     beats_ = 1;
     ++bursts_;
     return std::min(burst_pixels_, row.pixels - row.sent);
 }
 
-/// The first beat of a burst is sampled at `edge`: when was the grant, and could it be? Of the clocks in which a burst
-/// may have begun to wait for a refresh, any will do.
+/// The first beat of a burst is sampled at `edge`: checks when the grant was and whether it was allowed. A burst may
+/// have waited for a refresh; any clock in which that wait may have begun is accepted.
 void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_t edge) {
     const std::int64_t read = edge - cycles_per_beat_;
     std::int64_t grant = kNone;
@@ -445,7 +445,7 @@ void BusMonitor::expect_next(const Row& row, std::int64_t edge) {
 
 void BusMonitor::end_burst(std::int64_t edge) {
     // BUSREADY of this edge was written before its composer could count the burst's only or unannounced last beat, or
-    // has come a long way.
+    // was delayed on its way.
     if (beats_ == 1 || stopped_ || answer_cycles_ > 0) {
         counted_from_[display_] = edge + 1 + answer_cycles_;
     }
@@ -470,7 +470,7 @@ void BusMonitor::check_overdue(std::int64_t edge) {
     }
 }
 
-/// What a burst that is stopped before the page of its next word was read leaves in the page's bank.
+/// A burst is stopped before it reads the page of its next word: notes the state of that page's bank.
 void BusMonitor::note_stopped_opening(std::int64_t edge) {
     std::int64_t from = beat_edge_;  // the opening's first clock
     if (const std::int64_t refreshes = refreshes_by(edge); refreshes > 0) {
@@ -481,7 +481,8 @@ void BusMonitor::note_stopped_opening(std::int64_t edge) {
         set_open_page(next_page_, kNone, edge);
         return;
     }
-    // Broken off before it is activated, a bank with another page open is closed only, and has to be closed again.
+    // If another page was open and the opening ends before its activation, the bank is left half open: it must be
+    // closed again.
     const std::int64_t open = open_page_beside(next_page_, from);
     const std::int64_t opened_for = edge - from;
     const bool broken_off = open != next_page_ && open != kNone && opened_for <= memory_.precharge_cycles &&
@@ -489,7 +490,7 @@ void BusMonitor::note_stopped_opening(std::int64_t edge) {
     set_open_page(next_page_, broken_off ? kHalfOpen : next_page_, edge);
 }
 
-/// BUSREADY low while it answers for the burst: what is read at this edge ends it.
+/// A low BUSREADY that answers for the burst ends it at the edge that reads it.
 void BusMonitor::stop_on_busready(std::int64_t edge, std::int64_t announced) {
     if (!active_ || stopped_ || announced <= beat_pixels_ || busready_at(display_, edge)) {
         return;
@@ -497,7 +498,7 @@ void BusMonitor::stop_on_busready(std::int64_t edge, std::int64_t announced) {
     if (edge > beat_edge_) {
         note_stopped_opening(edge);
     }
-    // The beat that moves next, in the memory: it may have begun.
+    // The next beat may have begun already in the memory.
     const std::int64_t begins = waits_are_known_ ? due_ - cycles_per_beat_ : beat_edge_;
     if (begins < edge && cycles_per_beat_ > 1) {
         stopped_ = true;

@@ -16,14 +16,14 @@
 
 namespace metabuffer::monitors {
 
-/// Watches one renderer's bus (sections 5.2 and 5.3 of the paper) as its input framebuffer drives it, beside the
+/// Watches one renderer's bus (sections 5.2 and 5.3 of the paper) as its input framebuffer drives it, together with the
 /// BUSREADY and TABLEREADY that the input framebuffer reads. Changes nothing.
 ///
 /// Rules: bus/tableready, bus/incomplete, bus/frames, bus/frame-number, bus/table, bus/row, bus/row-number,
 /// bus/destination, bus/one-burst, bus/count, bus/remaining, bus/order, bus/beyond, bus/pace, bus/busready,
-/// bus/passed-over; docs/monitors.md says what each means. The values of pixels are the scoreboard's.
-/// A violation's cycle is the edge that samples the beat; the input framebuffer drove it at the edge before, and decided
-/// on it as many clocks earlier as the memory's read latency has. BUSREADY and TABLEREADY are judged at that decision.
+/// bus/passed-over; docs/monitors.md says what each means. The scoreboard checks the values of pixels. A violation's
+/// cycle is the edge that samples the beat; the input framebuffer drove it at the edge before, and decided on it
+/// earlier by the memory's read latency. BUSREADY and TABLEREADY are checked at that decision.
 class BusMonitor final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -37,7 +37,7 @@ class BusMonitor final : public sc_core::sc_module {
                ViolationLog& log);
     SC_HAS_PROCESS(BusMonitor);
 
-    /// Frames whose table has been broadcast, or begun to be.
+    /// Frames whose table has been broadcast, at least in part.
     int frames_started() const { return frames_started_; }
     std::int64_t bursts() const { return bursts_; }
     std::int64_t pixels_sent() const { return pixels_sent_; }
@@ -58,9 +58,9 @@ class BusMonitor final : public sc_core::sc_module {
     };
     struct Bank {
         std::int64_t page = kNone;
-        std::int64_t refreshes = 0;  ///< that had begun when it was opened; another one has closed it
+        std::int64_t refreshes = 0;  ///< that had begun when it was opened; a later one has closed it
     };
-    /// A line of values, a clock apart: what comes out went in as many clocks ago as the line is long.
+    /// A delay line: each value comes out `clocks` clocks after it went in.
     template <typename Value>
     class Line {
       public:
@@ -131,9 +131,9 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t page_words_;
     MemoryConfig memory_;
     std::int64_t latency_cycles_;  ///< from the clock that reads a word to the one that puts it on the bus
-    std::int64_t answer_cycles_;   ///< by which a beat's answer is read later, for latency and registers
+    std::int64_t answer_cycles_;   ///< a beat's answer is read this much later, for latency and registers
     std::int64_t longest_wait_cycles_;  ///< for a word, while the burst is under way
-    /// What a word costs shows on the bus. With shared ports it does not: the link's words take clocks, too.
+    /// The bus shows how long each word takes. With shared ports it does not: the link's words take clocks, too.
     bool waits_are_known_;
     std::int64_t grant_cycles_;
     std::int64_t burst_pixels_;
@@ -150,7 +150,7 @@ class BusMonitor final : public sc_core::sc_module {
     std::string bus_name_;
     std::vector<std::string> busready_names_;
 
-    std::vector<std::deque<Level>> levels_;  ///< of BUSREADY, by display: as long back as a grant can lie
+    std::vector<std::deque<Level>> levels_;  ///< of BUSREADY, by display: back to the oldest possible grant
     Line<bool> tables_ready_;                ///< every TABLEREADY was high
     bool tables_taken_ = false;              ///< every TABLEREADY was high at the edge before
     std::int64_t table_counted_from_ = 0;    ///< TABLEREADY before this edge does not count the newest frame
@@ -165,19 +165,19 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t first_edge_ = kNone;  ///< without reset, from which the refreshes are counted
 
     // The burst under way.
-    Line<std::int64_t> announced_;  ///< pixels that were to come of it
+    Line<std::int64_t> announced_;  ///< pixels of it that were still to come
     bool active_ = false;
     bool stopped_ = false;        ///< by BUSREADY; the beat that was moving is still to come
-    std::size_t display_ = 0;     ///< whose it is
-    std::int64_t remaining_ = 0;  ///< pixels behind its last beat
+    std::size_t display_ = 0;     ///< that it is for
+    std::int64_t remaining_ = 0;  ///< pixels after its last beat
     int beats_ = 0;
     std::int64_t beat_edge_ = kNone;  ///< of its last beat
-    std::int64_t next_page_ = kNone;  ///< of the pixel behind it
-    std::int64_t due_ = kNone;        ///< edge that samples its next beat, or the last that may
+    std::int64_t next_page_ = kNone;  ///< of the pixel after it
+    std::int64_t due_ = kNone;        ///< edge that samples its next beat, or the last edge that may
 
     // The next grant.
-    std::int64_t free_from_ = 0;              ///< cannot lie before this edge
-    std::vector<std::int64_t> counted_from_;  ///< [display]: cannot be its before this edge
+    std::int64_t free_from_ = 0;              ///< it cannot be before this edge
+    std::vector<std::int64_t> counted_from_;  ///< [display]: it cannot be for this display before this edge
 
     std::int64_t bursts_ = 0;
     std::int64_t pixels_sent_ = 0;

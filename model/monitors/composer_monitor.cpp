@@ -34,7 +34,7 @@ ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scen
         const FaultWindow hold = FaultWindow(fault).and_behind(1);
         if (fault.renderer == renderer && own_display) {
             if (stalls || fault.kind == FaultKind::kBusreadyLow) {
-                // Behind the fault BUSREADY stays low until the burst that it has stopped is over for the composer too.
+                // After the fault BUSREADY stays low until the burst that it has stopped is over for the composer too.
                 busready_holds_.push_back(
                     hold.and_behind(rtl::HandshakeFault::stopped_burst_cycles(scenario)));
             }
@@ -131,7 +131,7 @@ void ComposerMonitor::check_outputs(std::int64_t cycle) {
     check_pipe(cycle);
     const bool startframe = startframe_o.read();
     if (startframe != expected.startframe) {
-        // Which raster place comes next is not known any more: the frame's pixels are not judged.
+        // The next raster position is not known any more: the frame's pixels are not checked.
         const std::int64_t frame = observer_.frame() + (startframe && !observer_.running() ? 1 : 0);
         check_wire(observer_.stood_still() ? "pipeline/freeze" : "pipeline/startframe", startframe,
                    expected.startframe, startframe_name_, cycle, frame,

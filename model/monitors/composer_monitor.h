@@ -16,16 +16,16 @@
 
 namespace metabuffer::monitors {
 
-/// Watches one composer (box C; sections 4 and 5.2 to 5.4 of the paper): everything that it drives, against what a
-/// ComposerObserver expects of it. The ports have the names of the composer's, but all are inputs. Changes nothing.
+/// Watches one composer (box C; sections 4 and 5.2 to 5.4 of the paper): compares everything that it drives with what a
+/// ComposerObserver expects. The ports have the names of the composer's, but all are inputs. Changes nothing.
 ///
 /// Rules: composer/pixel, composer/lost, composer/busready, composer/tableready, composer/stall, composer/occupancy,
 /// composer/table, pipeline/raster, pipeline/startframe, pipeline/freeze, pipeready/prefetched, pipeready/below,
 /// pipeready/taken-back, pipeready/startframe, pipeready/late, pipeready/unready; docs/monitors.md says what each
 /// means.
-/// A handshake that a fault of the scenario holds low on its way is not held to be high, nor a STALL that one may raise
-/// to be low.
-/// A violation's cycle is the edge that samples the wrong value: it stands in the waveform since the edge before.
+/// A handshake that a fault of the scenario holds low on its way need not be high; a STALL that a fault may raise need
+/// not be low.
+/// A violation's cycle is the edge that samples the wrong value: the waveform shows it from the edge before on.
 class ComposerMonitor final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -77,10 +77,10 @@ class ComposerMonitor final : public sc_core::sc_module {
     FaultWindows tableready_holds_;
     FaultWindows pipeready_holds_;
     FaultWindows stall_holds_;
-    bool seen_reset_ = false;        ///< what stands on the outputs is defined
+    bool seen_reset_ = false;        ///< the values on the outputs are defined
     bool pipeready_before_ = false;  ///< own PIPEREADY as sampled one edge ago
     bool startframe_read_ = false;   ///< a frame has started at the last edge
-    int pixel_x_ = 0;                ///< raster place of the pixel on pipe_o
+    int pixel_x_ = 0;                ///< raster position of the pixel on pipe_o
     int pixel_y_ = 0;
 
     std::string busready_name_;

@@ -9,7 +9,7 @@
 namespace metabuffer::monitors {
 namespace {
 
-constexpr std::int64_t kMostFramesAtOnce = 65535;  ///< that a beat may tell of
+constexpr std::int64_t kMostFramesAtOnce = 65535;  ///< that a beat may report
 
 std::uint64_t power_of_two_from(std::int64_t least) {
     std::uint64_t size = 1;
@@ -190,10 +190,10 @@ void ComposerObserver::take_bus(const rtl::BusBeat& beat) {
     }
 }
 
-/// What a beat tells by its frame's number alone. False for one that breaks the bus's protocol.
+/// What the frame's number of a beat alone says. False for a beat that breaks the bus's protocol.
 bool ComposerObserver::follow_frames(const rtl::BusBeat& beat) {
     const bool starts = beat.kind == rtl::BusBeat::Kind::kFrameStart;
-    // Begun since the newest frame that is known; none at all, by number -1, before the first.
+    // Frames begun since the newest known one; before the first frame the number is -1, so there are none.
     std::int64_t begun = std::int64_t{static_cast<std::int32_t>(beat.frame)} + 1 - tables_;
     if (begun < 0 || begun > kMostFramesAtOnce || (starts && begun == 0)) {
         return false;
@@ -316,7 +316,7 @@ bool ComposerObserver::prefetched() const {
 
 void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs, std::int64_t cycle) {
     if (dropped_edges_ == 1) {
-        announced_ = 0;  // what the bus sent on has come: the burst is over
+        announced_ = 0;  // the beats sent after the drop have come: the burst is over
     }
     dropped_edges_ = std::max<std::int64_t>(dropped_edges_ - 1, 0);
     const std::int64_t room = free_pixels();
@@ -333,7 +333,7 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
     }
     expected_.tableready = frames_.size() < kFrames;
 
-    // PIPEREADY from below that stands at a frame's last edge is still that frame's.
+    // A PIPEREADY from below at a frame's last edge still belongs to that frame.
     below_was_ready_ = inputs.pipeready && !was_running;
     const bool ready = expected_.pipeready || (below_was_ready_ && prefetched());
     expected_.pipeready = ready && !running_ && !was_running && !expected_.startframe;

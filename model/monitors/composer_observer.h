@@ -11,7 +11,7 @@
 
 namespace metabuffer::monitors {
 
-/// What a composer samples at a clock edge; made for the call, it refers to what the signals hold.
+/// What a composer samples at a clock edge. Made for one call: it refers to the signals' present values.
 struct ComposerInputs {
     const rtl::BusBeat& bus;
     bool startframe;             ///< from above
@@ -20,7 +20,7 @@ struct ComposerInputs {
     bool column_stall;
 };
 
-/// What stands on a composer's outputs behind a clock edge.
+/// The values on a composer's outputs after a clock edge.
 struct ComposerOutputs {
     bool busready = false;
     bool tableready = false;
@@ -30,10 +30,10 @@ struct ComposerOutputs {
     bool stall = false;
 };
 
-/// A composer (box C of the paper's Figure 1) as it looks from outside: from what it samples at each core clock edge
-/// it works out what must stand on its outputs behind that edge, and its counters. It keeps what any composer must:
-/// tables and pixels received, the place on the raster, which pixels are held. No SystemC, and nothing of the
-/// composer's own code, so that it can judge one, or count for one that has no counters:
+/// A composer (box C of the paper's Figure 1) as seen from outside. From what a composer samples at each core clock
+/// edge this derives its counters and what its outputs must be after that edge. It keeps what any composer must keep:
+/// tables and pixels received, the raster position, the pixels held. It has no SystemC and none of the composer's own
+/// code, so it can check a composer, or count for one that has no counters:
 ///
 ///     ComposerObserver observer(scenario, renderer, display);  // indices
 ///     at each rising edge of the core clock, with what the composer samples at it:
@@ -42,7 +42,7 @@ struct ComposerOutputs {
 ///     observer.expected();  // until the next edge
 ///     observer.counters();
 ///
-/// Raises nothing: a bus that breaks its protocol is passed over as a composer does after its report.
+/// Reports no errors: beats that break the bus's protocol are ignored, as a composer does after its report.
 class ComposerObserver : public ComposerRecord {
   public:
     /// display, renderer: indices, from 0. The scenario is only read here.
@@ -53,19 +53,19 @@ class ComposerObserver : public ComposerRecord {
     /// An edge that sees reset low. cycle: number of the edge, for the spans.
     void edge(const ComposerInputs& inputs, std::int64_t cycle);
 
-    /// What must stand on the outputs since the last edge. The pixel counts while `valid`.
+    /// What the outputs must be since the last edge. The pixel counts only while `valid`.
     const ComposerOutputs& expected() const { return expected_; }
     /// PIPEREADY as the composer really has it, where that differs from what was expected.
     void set_pipeready(bool pipeready) { expected_.pipeready = pipeready; }
-    /// With the inputs as they are nothing changes at further edges.
+    /// With these inputs nothing changes at further edges.
     bool idle(const ComposerInputs& inputs) const;
 
-    // ---- where it stands ----
+    // ---- its state ----
 
     int frame() const { return frame_; }                 ///< composited, from 0; -1: none yet
     int frames_received() const { return tables_ - 1; }  ///< number of the newest frame known; -1: none yet
     bool running() const { return running_; }            ///< raster pixels of frame() are being composited
-    int x() const { return x_; }                         ///< raster place composited next
+    int x() const { return x_; }                         ///< raster position composited next
     int y() const { return y_; }
     bool prefetched() const;  ///< for the next frame
     bool below_was_ready() const {
@@ -83,23 +83,23 @@ class ComposerObserver : public ComposerRecord {
 
     bool has_frame() const { return !frames_.empty(); }
     bool has_room_for_table() const;
-    /// Of the oldest, which is composited or comes next. What was lost counts as arrived.
+    /// Of the oldest frame, which is composited or comes next. What was lost counts as arrived.
     bool table_complete() const { return has_frame() && oldest().table_complete; }
     bool has_segment() const { return oldest().has_segment; }
     const SegmentPlaces& segment() const { return oldest().places; }  ///< while has_segment()
     std::int64_t arrived_pixels() const { return oldest().arrived; }
     bool segment_complete() const { return oldest().abandoned || oldest().missing() == 0; }
-    /// Still to come, of the newest or of one that is over and that the bus still sends.
+    /// Pixels still to come, of the newest frame or of a finished one that the bus still sends.
     std::int64_t missing_pixels() const;
 
-    /// The segment's pixel that shows at the raster place composited next.
+    /// The segment's pixel that shows at the raster position composited next.
     struct LocalPixel {
         std::int64_t index = 0;  ///< in the segment
         int column = 0;          ///< in its source row
         bool arrived = false;    ///< or was lost
         bool abandoned = false;  ///< its frame is: the pixel from above passes
         bool repeated = false;   ///< its source row shows in the raster row above too
-        bool last_use = false;   ///< it shows nowhere behind this place
+        bool last_use = false;   ///< it shows at no later position
         Pixel pixel;             ///< if it has arrived and is not abandoned
 
         bool starves() const { return !arrived && !abandoned; }
@@ -110,7 +110,7 @@ class ComposerObserver : public ComposerRecord {
   private:
     /// A frame that is known and not composited to its end.
     struct Frame {
-        bool missed = false;          ///< nothing of its table was taken
+        bool missed = false;          ///< nothing of its table was received
         bool table_complete = false;  ///< or lost
         bool has_segment = false;
         bool abandoned = false;  ///< pixels of it, or of its table, were lost
@@ -154,7 +154,7 @@ class ComposerObserver : public ComposerRecord {
     std::int64_t ready_space_pixels_;
     std::int64_t beat_pixels_;
     std::int64_t in_flight_pixels_;    ///< that may come once BUSREADY falls, with the beat it falls at
-    std::int64_t cut_edges_;           ///< from BUSREADY's fall to the last beat that goes out in spite of it
+    std::int64_t cut_edges_;           ///< from BUSREADY's fall to the last beat that still goes out
     std::int64_t longest_gap_cycles_;  ///< between two beats of a burst
 
     bool pipemaster_ = false;
@@ -172,7 +172,7 @@ class ComposerObserver : public ComposerRecord {
     int tables_ = 0;
     std::int64_t announced_ = 0;
     std::int64_t silent_edges_ = 0;   ///< since the last beat
-    std::int64_t dropped_edges_ = 0;  ///< in which beats of a burst may still come that BUSREADY has ended
+    std::int64_t dropped_edges_ = 0;  ///< in which beats may still come of a burst that BUSREADY has ended
     bool below_was_ready_ = false;
     bool stood_still_ = false;
     bool overflowed_ = false;

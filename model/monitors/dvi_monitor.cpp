@@ -13,7 +13,7 @@ DviMonitor::DviMonitor(const sc_core::sc_module_name& name, Link link, Violation
     dont_initialize();
 }
 
-/// An edge samples what the edge before it has driven, so the first edge behind reset has nothing to look at yet.
+/// An edge samples what the edge before it has driven, so at the first edge after reset there is nothing to check yet.
 void DviMonitor::clock_edge() {
     ++cycle_;
     if (reset_i.read()) {
@@ -57,7 +57,7 @@ void DviMonitor::begin_frame() {
     line_ = 0;
 }
 
-/// The clock that is looked at next may be a frame's first, or one of a pause.
+/// The clock that is checked next may be a frame's first, or one of a pause.
 void DviMonitor::end_frame() {
     ++frames_seen_;
     if (link_.kind == Kind::kOutput) {
@@ -83,7 +83,7 @@ void DviMonitor::step_first_sync(const rtl::DviLink& link) {
     }
 }
 
-/// The lines ahead of a frame's first active one look like blanking up to the first HSYNC, which tells when the frame
+/// The lines ahead of a frame's first active one look like blanking up to the first HSYNC, which shows when the frame
 /// has begun.
 void DviMonitor::step_between(const rtl::DviLink& link) {
     const int sync_start = link_.timing.active_pixels + DviTiming::kHorizontalFrontPixels;
@@ -106,7 +106,7 @@ void DviMonitor::step_between(const rtl::DviLink& link) {
 
 void DviMonitor::step_frame(const rtl::DviLink& link) {
     if (frame_.spoilt) {
-        // Its number of lines is not known, but that it ends with its vertical sync.
+        // Its number of lines is not known, only that it ends with its vertical sync.
         if (x_ == 0 && !link.vsync && vsync_clocks_ > 0) {
             end_spoilt_frame(link);
             return;
@@ -127,7 +127,7 @@ void DviMonitor::end_spoilt_frame(const rtl::DviLink& link) {
     step_between(link);
 }
 
-/// The end of a vertical sync tells where the next frame can begin. A pulse of VSYNC is none.
+/// The end of a vertical sync shows where the next frame can begin. A short pulse of VSYNC does not count.
 void DviMonitor::step_lost(const rtl::DviLink& link) {
     if (link.vsync || vsync_clocks_ < link_.timing.line_clocks()) return;
     end_frame();

@@ -11,15 +11,15 @@
 namespace metabuffer::monitors {
 
 /// Checks a DVI link's DE, HSYNC and VSYNC clock by clock against its mode. It binds to the link from outside and
-/// changes nothing; data are not looked at.
+/// changes nothing; data are not checked.
 ///
-/// An output runs from reset on, its first frame preceded by its vertical sync, frame behind frame. An input comes up
-/// with one vertical sync (no horizontal ones) and may then stay in blanking for as long as it likes behind the last
-/// clock of a frame, and nowhere else. Of a frame that the scenario spoils only HSYNC, and VSYNC's place in the line
-/// and its length, are held against the mode.
+/// An output runs from reset on: a vertical sync, then frame after frame. An input begins with one vertical sync (no
+/// horizontal ones). After that, and after the last clock of a frame, it may stay in blanking for any time, but nowhere
+/// else. If a fault of the scenario changes a frame's lines, only HSYNC, VSYNC's position in the line and VSYNC's
+/// length are checked against the mode.
 ///
-/// Rules: dvi/active-lines, dvi/active-pixels, dvi/line-length, dvi/hsync, dvi/vsync, dvi/vsync-at-line-start.
-/// The first violation of a frame is told; the monitor looks on from the frame behind it.
+/// Rules: dvi/active-lines, dvi/active-pixels, dvi/line-length, dvi/hsync, dvi/vsync, dvi/vsync-at-line-start. Only the
+/// first violation of a frame is reported; the monitor goes on with the next frame.
 class DviMonitor final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< the link's clock
@@ -31,7 +31,7 @@ class DviMonitor final : public sc_core::sc_module {
     /// What the monitor should know of a frame that begins.
     struct Frame {
         std::int64_t number = -1;  ///< a violation's frame
-        bool spoilt = false;       ///< kInput: told by the scenario to have other lines than the mode
+        bool spoilt = false;       ///< kInput: by the scenario it has other lines than the mode
     };
 
     struct Link {
@@ -46,7 +46,7 @@ class DviMonitor final : public sc_core::sc_module {
     DviMonitor(const sc_core::sc_module_name& name, Link link, ViolationLog& log);
     SC_HAS_PROCESS(DviMonitor);
 
-    /// Frames that have been seen to their end, those with violations among them.
+    /// Frames that have been seen to their end, also those with violations.
     std::int64_t frames_seen() const { return frames_seen_; }
 
   private:

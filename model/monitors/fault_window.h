@@ -9,7 +9,7 @@
 
 namespace metabuffer::monitors {
 
-/// Core cycles at whose edges a fault of the scenario may hold a wire otherwise than it is driven.
+/// Core cycles at whose edges a fault of the scenario may hold a wire at another level than the driven one.
 struct FaultWindow {
     std::int64_t first_cycle = 0;
     std::int64_t last_cycle = 0;
@@ -18,7 +18,7 @@ struct FaultWindow {
         : first_cycle(fault.from_cycle),
           last_cycle(fault.cycles ? fault.from_cycle + *fault.cycles - 1 : kForEver) {}
 
-    /// With so many cycles behind it.
+    /// The window with `cycles` more cycles at its end.
     FaultWindow and_behind(std::int64_t cycles) const {
         FaultWindow longer = *this;
         longer.last_cycle += cycles;
@@ -32,7 +32,7 @@ struct FaultWindow {
 
 using FaultWindows = std::vector<FaultWindow>;
 
-/// Any of the windows has that cycle.
+/// Whether any of the windows has that cycle.
 inline bool contain(const FaultWindows& windows, std::int64_t cycle) {
     return std::any_of(windows.begin(), windows.end(),
                        [cycle](const FaultWindow& window) { return window.contains(cycle); });

@@ -71,7 +71,7 @@ void FifoMonitor::clock_edge() {
     }
 }
 
-/// What the edge before has left.
+/// Checks the values that the edge before has left.
 void FifoMonitor::check_outputs(std::int64_t edge) {
     if (word_i.read() != word_) {
         violate("fifo/word", "word", edge,

@@ -14,15 +14,15 @@
 
 namespace metabuffer::monitors {
 
-/// Checks a composer's FIFO (section 5.2 of the paper) from outside, at each edge of the core clock: what the composer
-/// tells it, and what it puts out. Which pixels are held is kept here as a list of addresses.
+/// Checks a composer's FIFO (section 5.2 of the paper) from outside, at each edge of the core clock: the composer's
+/// commands to it, and its outputs. The monitor keeps the held pixels as a list of addresses.
 ///
 /// Rules:
 /// - fifo/overwrite: a word is written to an address that holds none, so nothing in the window is lost
 /// - fifo/read: what is read is held, or comes at the edge that reads it
-/// - fifo/release: no more is let go of than is held
+/// - fifo/release: no more is released than is held
 /// - fifo/word: WORD is what was written to the address read last
-/// - fifo/free: FREE is what the capacity leaves beside what is held
+/// - fifo/free: FREE is the capacity less what is held
 class FifoMonitor final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -66,8 +66,8 @@ class FifoMonitor final : public sc_core::sc_module {
 
     std::vector<Word> words_;         ///< by address
     std::deque<std::uint32_t> held_;  ///< addresses, the oldest pixel's first
-    bool started_ = false;            ///< an edge without reset has been
-    std::uint64_t word_ = 0;          ///< that stands at the output
+    bool started_ = false;            ///< there has been an edge without reset
+    std::uint64_t word_ = 0;          ///< the value at the output
     std::int64_t pixels_written_ = 0;
 };
 

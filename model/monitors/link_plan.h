@@ -7,8 +7,8 @@
 
 namespace metabuffer::monitors {
 
-/// The frames that a renderer's link sends, one after the other, as the scenario scripts them: what a monitor
-/// must know to tell a fault that is wanted from one that is not.
+/// The frames that a renderer's link sends, one after the other, as the scenario scripts them. With it a monitor can
+/// distinguish intended faults from errors.
 class LinkPlan {
   public:
     /// The scenario must outlive the plan. renderer: index, from 0.
@@ -19,9 +19,9 @@ class LinkPlan {
         FrameKind kind = FrameKind::kColour;
         bool spoilt = false;  ///< a fault changes its lines or their number
     };
-    /// The next frame on the link. Frames that are not sent are passed over, one sent twice comes twice.
+    /// The next frame on the link. Frames that are not sent are left out; one that is sent twice comes twice.
     Frame next();
-    /// The link comes up anew.
+    /// The link starts again.
     void restart();
 
   private:

@@ -309,7 +309,7 @@ std::int64_t MachineMonitors::resets() const {
                          [](const Fault& fault) { return fault.kind == FaultKind::kReset; });
 }
 
-/// What the machine has put into a beat, or granted, the bus may show only a little later.
+/// The bus may show only a little later what the machine has put into a beat or granted.
 void MachineMonitors::finish_bus(std::size_t r, const RendererCounters& counters, std::int64_t cycle) {
     const std::int64_t pixels_to_come = counters.bus.pixels_sent - buses_[r]->pixels_sent();
     const std::int64_t bursts_to_come = counters.bus.bursts - buses_[r]->bursts();
@@ -317,7 +317,7 @@ void MachineMonitors::finish_bus(std::size_t r, const RendererCounters& counters
     const int cycles = cycles_per_beat(scenario_.bus);
     const std::int64_t in_flight = 1 + (scenario_.memory.read_latency_cycles + cycles - 1) / cycles;
     const std::int64_t beats_to_come =
-        (1 + resets()) * in_flight;  // what is on its way as a reset begins is gone
+        (1 + resets()) * in_flight;  // what is on its way when a reset begins is lost
     if (pixels_to_come >= 0 && pixels_to_come <= beats_to_come * beat && bursts_to_come >= 0 &&
         bursts_to_come <= beats_to_come) {
         return;
@@ -328,7 +328,7 @@ void MachineMonitors::finish_bus(std::size_t r, const RendererCounters& counters
                   std::to_string(buses_[r]->pixels_sent()) + " in " + std::to_string(buses_[r]->bursts())});
 }
 
-/// The report may have been made behind the edge that counts what the monitor sees at the next one, or the reverse.
+/// The report may count already what the monitor sees only at the next edge, or the reverse.
 void MachineMonitors::finish_arbiter(const ArbiterMonitor& arbiter, const RendererCounters& counters,
                                      std::int64_t cycle) {
     const std::int64_t bursts_apart = counters.bus.bursts - arbiter.grants();

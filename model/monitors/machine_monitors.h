@@ -27,13 +27,13 @@ struct Wires;
 
 namespace metabuffer::monitors {
 
-/// Every rule that a bound machine is held to, by the name that a violation has.
+/// Every rule that a bound machine is checked against, by the name that a violation has.
 const std::vector<std::string>& machine_rules();
 
 /// All monitors and scoreboards of a machine, bound to its wires from outside: a BusMonitor, an ArbiterMonitor, a
-/// MemoryMonitor and two ends of a link's way for each renderer, a ComposerMonitor and a FifoMonitor for each composer, a
-/// PipelineMonitor and a DviMonitor for each display, one SwapLockMonitor and one Scoreboard; none for what is inside a
-/// block that shows no wires. To be made after the machine and before the simulation starts.
+/// MemoryMonitor and a DviMonitor for each renderer, a ComposerMonitor and a FifoMonitor for each composer, a
+/// PipelineMonitor and a DviMonitor for each display, one SwapLockMonitor and one Scoreboard. The inside of a block
+/// that shows no wires has no monitor. To be made after the machine and before the simulation starts.
 ///
 /// A link whose clock the scenario lets drift is watched at that clock.
 class MachineMonitors final : public sc_core::sc_module {
@@ -53,7 +53,7 @@ class MachineMonitors final : public sc_core::sc_module {
     /// composer: renderer * displays + display, indices.
     const ComposerMonitor& composer(std::size_t composer) const { return *composers_[composer]; }
     const PipelineMonitor& pipeline(std::size_t display) const { return *pipelines_[display]; }
-    /// Violations that were seen and not told, since one of the same wire and frame was.
+    /// Violations that were seen and not reported, since one of the same wire and frame was.
     std::int64_t unreported() const;
 
   private:

@@ -80,7 +80,7 @@ void MemoryMonitor::write_edge() {
     }
 }
 
-/// A frame that begins anew leaves what was not a whole block of the one before.
+/// When a block begins, words before it that are not a whole block are dropped: their frame has ended early.
 void MemoryMonitor::await_word(const rtl::MemoryWrite& write) {
     const auto block_words = static_cast<std::uint32_t>(config_.write_block_words);
     if (write.address % block_words == 0) {

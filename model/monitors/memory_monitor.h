@@ -16,22 +16,23 @@
 namespace metabuffer::monitors {
 
 /// Checks an input framebuffer's memory (sections 4 and 5.2 of the paper) from outside: what the link writes, the bus
-/// port's commands, and the words that come for them. What is stored, which pages are open and when a refresh is due is
-/// kept here.
+/// port's commands, and the words that come for them. The monitor keeps what is stored, which pages are open and when a
+/// refresh is due.
 ///
 /// Rules:
 /// - memory/device: the link writes the device that the bus does not read
-/// - memory/open: a read or write is of the page that its bank has open, by an activation or, where that takes no clock,
-///   by itself
-/// - memory/write: with shared ports each word of the link's whole blocks is written once, in order, as the link brought
-///   it, into the image that is not read, and no third block begins while two wait
-/// - memory/activate: a page is opened in a closed bank that was closed precharge_cycles before, and of the bank that it
-///   lies in
-/// - memory/refresh: a refresh comes every refresh_interval_cycles and no other, and no command in its refresh_cycles
-/// - memory/data: the words of a read stand read_latency_cycles later, as they were written, and none at other clocks
+/// - memory/open: a read or write is of the page that is open in its bank; where an activation takes no clock, it opens
+///   the page itself
+/// - memory/write: with shared ports each word of the link's whole blocks is written once, in order and unchanged, into
+///   the image that is not read; no third block begins while two wait
+/// - memory/activate: a page is opened in the bank that it lies in, and only if that bank was closed precharge_cycles
+///   before or earlier
+/// - memory/refresh: a refresh comes every refresh_interval_cycles and at no other time; no command comes in its
+///   refresh_cycles
+/// - memory/data: the words of a read come read_latency_cycles later, as they were written; none come at other clocks
 ///
-/// How long a page is activated before it is read is not among them: a burst that BUSREADY stops leaves its page open at
-/// once, and the next burst may read it.
+/// No rule says how long before a read its page is activated: a burst that BUSREADY stops leaves its page open at once,
+/// and the next burst may read it.
 class MemoryMonitor final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock
@@ -93,11 +94,11 @@ class MemoryMonitor final : public sc_core::sc_module {
         std::uint64_t data = 0;
     };
     std::deque<Awaited> awaited_;
-    std::deque<std::size_t> whole_blocks_;  ///< of them, first: words of each whole block
+    std::deque<std::size_t> whole_blocks_;  ///< words of each whole block, which come first in awaited_
     std::vector<Bank> banks_;
     std::deque<rtl::MemoryData> due_;       ///< words of the reads on their way, one a clock
     std::int64_t first_edge_ = kNone;       ///< without reset
-    std::int64_t refreshed_until_ = kNone;  ///< edge before which a refresh takes no command
+    std::int64_t refreshed_until_ = kNone;  ///< edge before which the refresh allows no command
     std::int64_t words_read_ = 0;
 };
 

@@ -11,9 +11,9 @@
 
 namespace metabuffer::monitors {
 
-/// Who wins a raster pixel and with what, also where some renderers' pixels were not there in time: what the functional
-/// level, which composites whole rasters, does not tell. Computed apart from both the machine's datapath and the
-/// compositor, one renderer after the other.
+/// Which renderer wins a raster pixel and with which value, also where some renderers' pixels were not there in time.
+/// The functional level does not report this, since it composites whole rasters. Computed independently of the
+/// machine's datapath and of the compositor, one renderer after the other.
 class PictureReference {
   public:
     /// The scenario must outlive the reference.
@@ -22,10 +22,10 @@ class PictureReference {
     /// What a renderer (index, from 0) contributes with a pair; -1: none yet.
     functional::Contribution contribution(std::size_t renderer, int pair) const;
 
-    /// What is left of an image's pixel in a word of the memory, behind the link.
+    /// What is left of an image's pixel in a word of the memory, after the link.
     Pixel over_the_link(Pixel pixel) const;
 
-    /// A renderer's local pixel at a raster place.
+    /// A renderer's local pixel at a raster position.
     struct Local {
         int source_x = 0;  ///< in its image
         int source_y = 0;
@@ -34,7 +34,7 @@ class PictureReference {
     std::optional<Local> local(const functional::Contribution& contribution, int display, int x, int y) const;
 
     static constexpr int kBackground = -1;
-    /// The pipeline of a display (from 1) at a raster place.
+    /// The pipeline of a display (from 1) at a raster position.
     struct Column {
         std::vector<Pixel> stages;  ///< out of each composer, from the top
         int winner = kBackground;   ///< index of the renderer that changed the pixel last
@@ -50,8 +50,8 @@ class PictureReference {
     const Scenario& scenario_;
 };
 
-/// The first place at which two pictures of one size differ, if any: "pixel 12,5: #102030 instead of #112030", and how
-/// many differ; told too if the sizes do.
+/// The first position at which two pictures differ, if any: "pixel 12,5: #102030 instead of #112030", and how many
+/// pixels differ. Also reports different sizes.
 std::optional<std::string> picture_fault(const ColourImage& seen, const ColourImage& expected);
 
 /// 0xRRGGBB as "#rrggbb".

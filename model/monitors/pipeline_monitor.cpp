@@ -81,7 +81,7 @@ bool PipelineMonitor::check_skew(std::int64_t edge) {
         const auto startframe = static_cast<std::uint8_t>(startframe_o[r].read());
         const auto valid = static_cast<std::uint8_t>(pipe_o[r].read().valid);
         moves = moves || startframe != 0 || valid != 0;
-        // A stage that stands still shows what it did; the top one makes its own.
+        // A stage that stands still shows what it showed before; the top stage makes its own values.
         const bool judged = r > 0 || stood_still_;
         if (judged && startframe != (stood_still_ ? startframe_[r] : startframe_above)) {
             reporter_.report(kSkew, "pipeline/skew", startframe_names_[r], edge, frame_,
@@ -103,7 +103,7 @@ bool PipelineMonitor::check_skew(std::int64_t edge) {
     return moves;
 }
 
-/// What the output framebuffer reads at this edge, and its PIPEREADY since the one before.
+/// Checks what the output framebuffer reads at this edge, and its PIPEREADY since the edge before.
 void PipelineMonitor::check_framebuffer(std::int64_t edge) {
     const bool pipeready = pipeready_i.read();
     if (pipeready_ && !pipeready && !startframe_read_ && !receiving_) {

@@ -15,7 +15,7 @@ namespace metabuffer::monitors {
 
 /// Watches one display's pipeline from its top composer to its output framebuffer (sections 4 and 5.4 of the paper),
 /// without knowing what a composer does: STARTFRAME and raster pixels from stage to stage, and what the output
-/// framebuffer gets and answers. Changes nothing.
+/// framebuffer receives and answers. Changes nothing.
 ///
 /// Rules: pipeline/skew, pipeline/frame, pipeline/bubble, pipeline/outside, pipeready/framebuffer; docs/monitors.md
 /// says what each means.

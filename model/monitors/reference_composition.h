@@ -5,8 +5,8 @@
 
 namespace metabuffer::monitors {
 
-/// What a composer makes of its local pixel and the one from upstream, as docs/design.md has it: written apart from
-/// model/datapath, which it judges.
+/// The pixel that a composer makes of its local pixel and the one from upstream, by docs/design.md. Written
+/// independently of model/datapath, which it checks.
 Pixel reference_composition(Composition composition, Pixel local, Pixel upstream);
 
 /// A channel of premultiplied `front` over `back`, each 0 to 255, before it is limited to 255.

@@ -9,8 +9,8 @@
 
 namespace metabuffer::monitors {
 
-/// What a monitor reports through: of each wire one violation a frame goes to the log, so that one mistake does not
-/// bury the next; the others are counted. A wire may have several groups of rules, each reported on its own.
+/// The way from a monitor to the log. For each wire one violation a frame is logged, so that one mistake does not hide
+/// the next; the others are only counted. A wire may have several groups of rules, each reported separately.
 class RuleReporter {
   public:
     static constexpr std::int64_t kNoFrame = -1;
@@ -19,7 +19,7 @@ class RuleReporter {
         : log_(log), clock_(std::move(clock)) {}
 
     /// Reports the violation unless one of the same wire and group was reported for that frame. frame: kNoFrame where
-    /// the wires do not tell.
+    /// the wires do not show it.
     void report(const char* group, const char* rule, const std::string& signal, std::int64_t cycle,
                 std::int64_t frame, const std::string& detail);
     /// Violations of that wire and group are only counted for the rest of the frame.

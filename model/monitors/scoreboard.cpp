@@ -19,20 +19,20 @@ constexpr std::int64_t kClocksAround = 20;
 
 /// What is known of a renderer's bus.
 struct Scoreboard::Bus {
-    std::set<std::int64_t> whole_pairs;  ///< that EVENT has told of, the older ones forgotten
+    std::set<std::int64_t> whole_pairs;  ///< that EVENT has reported; older ones are removed
     int frame = -1;                      ///< under way, from 0
     int pair = -1;
-    bool known = false;  ///< what the frame is made of
+    bool known = false;  ///< it is known what the frame is made of
     functional::Contribution contribution;
     std::vector<const ViewportRow*> row_of_display;
     std::size_t rows = 0;  ///< broadcast so far
-    bool told = false;     ///< of a wrong pixel in this frame
+    bool told = false;     ///< a wrong pixel in this frame has been reported
 };
 
 /// What is known of a display's pipeline.
 struct Scoreboard::Column {
     bool stood_still = false;  ///< COLUMNSTALL was high at the edge before
-    // What the composers have put out at the last edges that moved, by edge modulo their number.
+    // What the composers have put out at the last edges without a stall, by edge modulo the number of composers.
     std::vector<std::vector<std::uint64_t>> words;
     std::vector<std::int64_t> cycles;
     std::size_t now = 0;
@@ -40,12 +40,12 @@ struct Scoreboard::Column {
     int frame = -1;
     int position = 0;  ///< of the next raster pixel at the bottom, 0: between frames
     bool known = false;
-    bool told = false;  ///< of a wrong pixel in this frame
+    bool told = false;  ///< a wrong pixel in this frame has been reported
     PixelImage raster;  ///< the functional level's, less what starved
-    std::unordered_map<std::int64_t, std::vector<int>> starved;  ///< renderers by frame and place
+    std::unordered_map<std::int64_t, std::vector<int>> starved;  ///< renderers by frame and position
 
     std::map<std::int64_t, ColourImage> pictures;  ///< composited and not yet shown, by frame
-    std::map<std::int64_t, std::string> wrong;     ///< what was told of their pixels
+    std::map<std::int64_t, std::string> wrong;     ///< what was reported of their pixels
     ColourImage shown;
 };
 
@@ -80,7 +80,7 @@ Scoreboard::Scoreboard(const sc_core::sc_module_name& name, const Scenario& scen
 
 Scoreboard::~Scoreboard() = default;
 
-/// Behind a reset frames are numbered from 0 again.
+/// After a reset frames are numbered from 0 again.
 void Scoreboard::restart() {
     for (Bus& bus : buses_) bus = Bus();
     for (Column& column : columns_) {
@@ -183,7 +183,7 @@ void Scoreboard::check_pixels(std::size_t r, const rtl::BusBeat& beat, std::int6
     bus_pixels_ += beat.count;
     if (!bus.known || bus.told || beat.destination < 1 || beat.destination > displays_) return;
     const ViewportRow* const row = bus.row_of_display[beat.destination - std::size_t{1}];
-    if (row == nullptr) return;  // the bus monitor's affair
+    if (row == nullptr) return;  // the bus monitor checks this
     int x = static_cast<int>(beat.first % row->sdx);
     int y = static_cast<int>(beat.first / row->sdx);
     for (int i = 0; i < beat.count && y < row->sdy; ++i) {
@@ -299,8 +299,8 @@ void Scoreboard::take_raster_pixel(std::size_t d, std::int64_t cycle) {
     log_.add(violation);
 }
 
-/// Who should have won the pixel that is at the bottom now, who did, and where it went wrong first: that goes into
-/// the violation.
+/// Which renderer should have won the pixel that is at the bottom now, which one did, and where it was first wrong:
+/// that place goes into the violation.
 std::string Scoreboard::trace_back(std::size_t d, const PictureReference::Column& wanted,
                                    Violation& violation) const {
     const Column& column = columns_[d];

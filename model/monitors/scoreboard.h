@@ -25,11 +25,11 @@ struct Wires;
 
 namespace metabuffer::monitors {
 
-/// Holds what a machine does against the functional level, value by value, from the machine's wires:
+/// Compares what a machine does with the functional level, value by value, on the machine's wires:
 /// - scoreboard/pair: a frame is made of a pair that the renderer's link has brought whole (EVENT), and never of an
-///   older one than the frame before
+///   older pair than the frame before
 /// - scoreboard/table: a bus broadcasts the valid rows of the pair's table, in their order
-/// - scoreboard/bus: each pixel on a bus is the one of the pair's image at its place
+/// - scoreboard/bus: each pixel on a bus is the one of the pair's image at its position
 /// - scoreboard/pixel: each raster pixel at the bottom of a pipeline is the functional level's, less the local pixels
 ///   that starved there; one marked `lost` is not compared
 /// - scoreboard/picture: each picture that a display shows is the averaged raster; that of a frame with lost pixels is
@@ -41,7 +41,7 @@ namespace metabuffer::monitors {
 class Scoreboard final : public sc_core::sc_module {
   public:
     /// The pair that a renderer (index, from 0) contributes to a composited frame (from 0), -1: none yet; nothing if
-    /// the frame has not been started there. No wire tells it.
+    /// the frame has not been started there. No wire shows it.
     using PairOfFrame = std::function<std::optional<int>(std::size_t renderer, int frame)>;
 
     /// Binds to the wires. Scenario and wires must outlive the simulation.
@@ -51,8 +51,8 @@ class Scoreboard final : public sc_core::sc_module {
     ~Scoreboard() override;
     SC_HAS_PROCESS(Scoreboard);
 
-    /// Renderer's and display's (indices, from 0) local pixel starved: to be told before the raster pixel leaves the
-    /// pipeline.
+    /// The local pixel of a renderer and display (indices, from 0) starved. To be called before the raster pixel leaves
+    /// the pipeline.
     void starved(std::size_t renderer, std::size_t display, const Glitch& glitch);
     /// A display has shown a composited frame in full for the first time.
     void shown(const SwapLockMonitor::Shown& shown);

@@ -5,7 +5,7 @@
 namespace metabuffer::monitors {
 namespace {
 
-/// [place, place + length) has something in common with [0, end).
+/// [place, place + length) overlaps with [0, end).
 bool shows(int place, int length, int end) { return place < end && place + length > 0; }
 
 }  // namespace

@@ -7,8 +7,8 @@
 
 namespace metabuffer::monitors {
 
-/// Where the pixels of a table row's segment lie on its display's raster, by division, written apart from
-/// model/datapath, which it judges. Pixels count from 0 in their segment's raster order. Any row can be asked, also one
+/// The positions of a table row's segment on its display's raster, by division. Written independently of
+/// model/datapath, which it checks. Pixels count from 0 in their segment's raster order. Any row can be given, also one
 /// that no table may have.
 class SegmentPlaces {
   public:
@@ -37,9 +37,9 @@ class SegmentPlaces {
 
     /// Only in a covered row: the segment shows at that column of the raster.
     bool covers(int x) const { return x >= dx_ && x < right_; }
-    /// Only at a covered place: the pixel's place in its source row.
+    /// Only at a covered position: the pixel's index in its source row.
     int column_at(int x) const { return multiple_ == 1 ? x - dx_ : (x - dx_) / multiple_; }
-    /// Only at a covered place: pixels of the source row that do not show to the right of it.
+    /// Only at a covered position: pixels of the source row that do not show to the right of it.
     int columns_used_up(int x) const { return x + 1 == right_ ? width_ : column_at(x + 1); }
 
   private:

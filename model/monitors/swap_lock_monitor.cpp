@@ -150,7 +150,7 @@ void SwapLockMonitor::synchronize() {
         state_.rise_cycle = now_picoseconds() / core_period_picoseconds_ + kSynchronizerEdges + 1;
     } else if (swaplock && !state_.swap_level) {
         state_.swap_pending = true;
-        state_.skip_pending = swapskip_i.read();  // stands as long as SWAPLOCK
+        state_.skip_pending = swapskip_i.read();  // stable as long as SWAPLOCK
     }
 }
 
@@ -190,7 +190,7 @@ void SwapLockMonitor::take_clock() {
 void SwapLockMonitor::take_pixel(std::size_t d, std::uint32_t data) {
     Display& display = state_.displays[d];
     std::vector<std::uint32_t>& values = display.picture.values;
-    if (display.next_value == values.size()) return;  // more than a frame has: the DVI monitor's affair
+    if (display.next_value == values.size()) return;  // more than a frame has: the DVI monitor checks this
     std::uint32_t& value = values[display.next_value];
     if (value != data) {
         if ((!state_.fresh || state_.kept) && !display.told) {

@@ -17,17 +17,17 @@
 namespace metabuffer::monitors {
 
 /// Checks the swap lock (sections 5.4 and 7 of the paper) from outside: FRAMEDONE, FRAMEBAD, SWAPLOCK and SWAPSKIP at
-/// the core clock, and the pictures on the DVI outputs. When the banks swap is not to be seen on a wire. It follows
-/// from SWAPLOCK, which takes two registers of the DVI output clock, and from the outputs' frames, which run in step
-/// from reset on: the swap is due at the first clock of the next one.
+/// the core clock, and the pictures on the DVI outputs. No wire shows when the banks swap. This follows from SWAPLOCK,
+/// delayed by two registers of the DVI output clock, and from the outputs' frames, which run in step from reset on: the
+/// swap is due at the first clock of the next frame.
 ///
 /// Rules:
-/// - swap-lock/all-done: SWAPLOCK is high exactly while every FRAMEDONE is; while a fault of the scenario holds it, it may
-///   rise later, and is not taken back
+/// - swap-lock/all-done: SWAPLOCK is high exactly while every FRAMEDONE is; while a fault of the scenario holds it, it
+///   may rise later, and is not withdrawn
 /// - swap-lock/any-bad: SWAPSKIP is high exactly while any FRAMEBAD is; while a fault holds SWAPLOCK, it may rise later
-///   too, but not behind SWAPLOCK, and is not taken back
-/// - swap-lock/framedone-fall: FRAMEDONE falls two registers of the core clock behind a swap, on all displays, and
-///   never otherwise
+///   too, but not after SWAPLOCK, and is not withdrawn
+/// - swap-lock/framedone-fall: FRAMEDONE falls two registers of the core clock after a swap, on all displays, and never
+///   otherwise
 /// - swap-lock/framedone-rise: FRAMEDONE rises once for a swap, and not before the swap's level has come back
 /// - swap-lock/framebad: FRAMEBAD does not change while FRAMEDONE is high
 /// - swap-lock/in-step: the outputs' VSYNC is the same on every display
@@ -49,7 +49,7 @@ class SwapLockMonitor final : public sc_core::sc_module {
     SwapLockMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, ViolationLog& log);
     SC_HAS_PROCESS(SwapLockMonitor);
 
-    /// A picture that a display (from 0) has shown in full, in the first DVI frame behind a swap. dvi_cycle: the clock
+    /// A picture that a display (from 0) has shown in full, in the first DVI frame after a swap. dvi_cycle: the clock
     /// of its last pixel.
     struct Shown {
         std::size_t display;
@@ -76,7 +76,7 @@ class SwapLockMonitor final : public sc_core::sc_module {
         // DVI output clock
         ColourImage picture;  ///< as shown last, black at first; overwritten as the next one comes
         std::size_t next_value = 0;
-        bool told = false;  ///< of a violation in this DVI frame
+        bool told = false;  ///< a violation in this DVI frame has been reported
     };
 
     void restart();
@@ -101,15 +101,15 @@ class SwapLockMonitor final : public sc_core::sc_module {
     FaultWindows holds_;  ///< of the swap lock's wires
     std::int64_t kept_frames_ = 0;
 
-    /// All that a reset forgets.
+    /// All that a reset clears.
     struct State {
         std::vector<Display> displays;
-        bool wires_told = false;  ///< of SWAPLOCK or SWAPSKIP, until they are right again
+        bool wires_told = false;  ///< SWAPLOCK or SWAPSKIP is reported as wrong; until they are right again
         bool swaplock = false;    ///< as sampled one edge ago
         bool swapskip = false;
         std::int64_t swaps = 0;
 
-        // Core clock: when the swap, and its level's end, are seen, as the edge that samples their effect.
+        // Core clock: the edges that sample the effects of the swap and of the end of its level.
         std::int64_t fall_cycle = kNever;
         std::int64_t rise_cycle = 0;
         std::int64_t previous_rise_cycle = 0;  ///< of the swap before the last
@@ -122,7 +122,7 @@ class SwapLockMonitor final : public sc_core::sc_module {
         bool swap_level = false;    ///< a swap has been made for this SWAPLOCK
         bool swap_pending = false;  ///< due at the next DVI frame
         bool skip_pending = false;
-        bool fresh = false;  ///< the first DVI frame behind a swap
+        bool fresh = false;  ///< the first DVI frame after a swap
         bool kept = false;   ///< that swap was skipped
         bool in_step_told = false;
     };

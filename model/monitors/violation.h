@@ -20,11 +20,11 @@ struct Violation {
 /// "bus/busready: BUS_1, core clock 1204, frame 0: ..."
 std::string to_string(const Violation& violation);
 
-/// Of a wire, for a violation's detail.
+/// A wire's level, for a violation's detail.
 constexpr const char* level_name(bool high) { return high ? "high" : "low"; }
 
-/// Where monitors tell of violations. Without a listener each is an SC_REPORT_ERROR of type
-/// /metabuffer/monitor/<rule>, which ends a test.
+/// Where monitors report violations. Without a listener each is an SC_REPORT_ERROR of type /metabuffer/monitor/<rule>,
+/// which ends a test.
 class ViolationLog {
   public:
     void on_violation(std::function<void(const Violation&)> listener) { listener_ = std::move(listener); }

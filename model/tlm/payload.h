@@ -134,7 +134,7 @@ struct MemoryAccess : Extension<MemoryAccess> {
     bool peek = false;        ///< only a question: the access may never be made
     bool broken_off = false;  ///< no access: the last one's wait ended at `cycle`, before its words
     /// No access, with shared ports: the words are a block from the link, which may be written from `cycle` on. Blocks
-    /// come in order, each before any access at its cycle or later; one more block than that is always known.
+    /// come in order. An access comes after all blocks of its cycle or earlier, and after one more.
     bool write = false;
     std::int64_t settled_before = 0;  ///< with write: no access at an earlier clock follows
     std::int64_t cycle = 0;           ///< core clock in which the first word is wanted
