@@ -10,7 +10,7 @@ namespace {
 /// Clocks that a bus works.
 std::int64_t work_of(const BusCounters& bus) { return bus.wanted_cycles() - bus.poll_cycles; }
 
-/// The renderer that is worst off; an index.
+/// The index of the worst renderer.
 std::size_t worst_off(const RunReport& report) {
     std::vector<std::int64_t> missed(report.renderers.size());
     for (const ComposerCounters& composer : report.composers) {
@@ -41,7 +41,7 @@ std::int64_t handshake_cycles(const RunReport& report) {
     return kCrossing + static_cast<std::int64_t>(report.renderers.size());
 }
 
-/// Puts the clocks from the end of a frame to the start of the next one to what was there last.
+/// Assigns the clocks from the end of a frame to the start of the next one to the resource that was ready last.
 void blame_gap(const RunReport& report, const FrameRecord& frame, const FrameRecord& next,
                Bottleneck& found) {
     const auto cycles = [&found](Resource resource) -> std::int64_t& {
@@ -91,7 +91,7 @@ SupplyAlone supply_alone(double pixels, double waiting_cycles, double bus_only_c
 
 std::optional<Bottleneck> find_bottleneck(const RunReport& report) {
     const bool has_frames = !report.frames.empty() && !report.renderers.empty() && report.rate_limits;
-    // Buses have worked for frames that nobody saw.
+    // In these runs buses have also worked for frames that were never shown.
     if (!has_frames || report.begins_anew || !report.watchdog.empty()) return std::nullopt;
     Bottleneck found;
     const RendererCounters& worst = report.renderers[worst_off(report)];

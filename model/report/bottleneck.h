@@ -17,30 +17,30 @@ constexpr std::size_t kResourceCount = 6;
 /// "raster", "displays", "links", "memory", "bus", "buffers".
 const char* resource_name(Resource resource);
 
-/// What holds a run up. Each clock from the first frame's start to the last frame's end is put to one resource:
+/// What limits a run. Each clock from the first frame's start to the last frame's end is assigned to one resource:
 ///
 /// - raster: the pixels of a frame go through the pipelines;
 /// - displays: between two frames, if the next one begins as soon as the swap allows;
 /// - links: between two frames otherwise, until the newest pair of the next one has come;
-/// - supply: the rest of that time, and the clocks that a column stands still for want of pixels.
+/// - supply: the rest of that time, and the clocks in which a column stands still and waits for pixels.
 ///
-/// So between frames the last thing that was waited for is to blame, since to have the others sooner would not help.
+/// So between frames the resource that was waited for last counts, since to have the others sooner would not help.
 ///
-/// Supply is the memory's, the bus's or the buffers' fault, by the renderer that is worst off: the one whose pixels starve
-/// or stall most, else the one whose bus works most. If its bus works for less than the raster's clocks in each frame, on
-/// the average, it could keep pace, and deeper buffers would do. Otherwise it is the memory or the bus, whichever would
+/// Supply means the memory, the bus or the buffers, by the worst renderer: the one whose pixels starve or stall most,
+/// else the one whose bus works most. If its bus works, on the average, for fewer clocks in each frame than the raster
+/// has, the bus could keep pace, and deeper buffers would help. Otherwise it is the memory or the bus, whichever would
 /// take longer if the other took no time.
 struct Bottleneck {
     std::array<std::int64_t, kResourceCount> cycles{};  ///< by Resource
-    Resource supply = Resource::kBus;                   ///< whose fault it is if pixels do not come in time
-    std::string supply_renderer;                        ///< worst off
+    Resource supply = Resource::kBus;                   ///< the cause if pixels do not come in time
+    std::string supply_renderer;                        ///< the worst one
     double bus_load = 0.0;  ///< of its bus: clocks of work over clocks of the raster
     bool starves = false;   ///< pixels starved, so that supply is the bottleneck
 
     std::int64_t total_cycles() const;
-    /// The supply if pixels starve, else what most of the clocks are put to.
+    /// The supply if pixels starve, else the resource that most of the clocks are assigned to.
     Resource what() const;
-    /// Of the clocks; of supply while pixels starve, the bus's load.
+    /// Its share of the clocks; if pixels starve, the bus's load instead.
     double share() const;
 };
 
@@ -56,7 +56,8 @@ struct SupplyAlone {
 SupplyAlone supply_alone(double pixels, double waiting_cycles, double bus_only_cycles, int words_per_cycle,
                          int bus_width_bits);
 
-/// None of a run that has composited nothing, that was reset or ended by the watchdog, or of a level without clocks.
+/// Nothing for a run that has composited nothing, or was reset, or ended by the watchdog, or for a level without
+/// clocks.
 std::optional<Bottleneck> find_bottleneck(const RunReport& report);
 
 }  // namespace metabuffer

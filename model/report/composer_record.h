@@ -9,8 +9,8 @@
 
 namespace metabuffer {
 
-/// What a composer of level rtl tells beside its ports, and what an observer of the ports tells in its stead: its
-/// counters, and when things happened, in core cycles. It is no hardware.
+/// What a composer of level rtl reports besides its ports, or what an observer of the ports reports instead of it: its
+/// counters, and when things happened, in core cycles. It is not hardware.
 class ComposerRecord {
   public:
     static constexpr std::int64_t kNever = -1;
@@ -22,7 +22,7 @@ class ComposerRecord {
         std::int64_t end_cycle = kNever;
     };
 
-    /// Renderer and display may be left to whoever knows them.
+    /// Renderer and display may be filled in by a caller that knows them.
     const ComposerCounters& counters() const { return counters_; }
     /// One for each frame that has started.
     const std::vector<FrameSpan>& frame_spans() const { return frame_spans_; }

@@ -7,10 +7,10 @@
 #include "report/report.h"
 
 /// The table of counters. JSON, totals, figures of sweeps, the monitors' comparison, `metabuffer counters` and the
-/// documentation go by it. A new counter is a member, a row, and the places that count it.
+/// documentation use it. A new counter needs a member, a row, and the code that counts it.
 namespace metabuffer {
 
-/// What many counts make together.
+/// How many counts make a total.
 enum class CounterTotal : std::uint8_t { kSum, kMost };
 
 template <typename Owner>
@@ -140,7 +140,7 @@ struct Counters<DisplayCounters> {
     };
 };
 
-/// Takes what one owner has counted into the total.
+/// Adds the counts of one owner to the total.
 template <typename Owner>
 void add_counters(Owner& total, const Owner& one) {
     for (const Counter<Owner>& counter : Counters<Owner>::kTable) {

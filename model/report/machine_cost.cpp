@@ -16,12 +16,12 @@ namespace {
 
 constexpr int kPictureBits = 24;
 constexpr int kBanks = 2;  ///< of an output framebuffer, and images of an input framebuffer
-/// Beside a pixel: valid, lost, STARTFRAME, PIPEREADY, STALL and COLUMNSTALL.
+/// Besides a pixel: valid, lost, STARTFRAME, PIPEREADY, STALL and COLUMNSTALL.
 constexpr int kPipelineSideBits = 6;
-/// Beside a device's words and addresses: a byte mask and the command.
+/// Besides a device's words and addresses: a byte mask and the command.
 constexpr int kMemoryMaskBits = 8;
 constexpr int kMemoryCommandBits = 3;
-/// Behind a DVI receiver: DE, HSYNC, VSYNC and the clock, beside the data.
+/// Behind a DVI receiver: DE, HSYNC, VSYNC and the clock, besides the data.
 constexpr int kDviSidePins = 4;
 constexpr int kBlockRamBits = 32 * 1024;  ///< of 36 Kbit without parity
 constexpr int kFifoBanks = 8;             ///< of the composer in SystemVerilog: each a block RAM or more

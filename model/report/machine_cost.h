@@ -7,8 +7,8 @@
 
 namespace metabuffer {
 
-/// What the hardware of a scenario takes, by its own shape: bits of memories, wires and pins, memory devices, and what
-/// synthesis makes of the blocks in SystemVerilog (synthesis_table.h).
+/// What the hardware of a scenario needs: bits of memories, wires and pins, memory devices, and the results of
+/// synthesis for the blocks in SystemVerilog (synthesis_table.h).
 struct MachineCost {
     // Bits that are held.
     std::int64_t buffer_bits = 0;  ///< composers' FIFOs
@@ -36,7 +36,7 @@ struct MachineCost {
     double composer_mhz = 0.0;
     double arbiter_mhz = 0.0;
 
-    /// In one number, by the usual weights (cost_items): what a wire costs is 1.
+    /// In one number, by the usual weights (cost_items): a wire costs 1.
     double weighted() const;
 };
 

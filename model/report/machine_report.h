@@ -44,7 +44,7 @@ class ShownFrames {
     int on_all_displays_ = 0;
 };
 
-/// Puts together the report of a machine's run, at whatever level, of what its blocks have counted:
+/// Puts together the report of a machine's run, at any level, from what its blocks have counted:
 ///
 ///     MachineReport report(scenario, "rtl", shown, core_cycles);
 ///     for each renderer: report.add_renderer(counters, sources);
@@ -54,9 +54,8 @@ class ShownFrames {
 ///     for each of these frames: report.add_swap(frame, swap);
 ///     report.finish(watchdog_findings);
 ///
-/// Names and numbers of renderers and displays, the frames shown and what starved in each are filled in here. What of that
-/// is seen is for whoever has the pictures to say. Scenario and shown frames
-/// must outlive it.
+/// Names and numbers of renderers and displays, the frames shown and what starved in each are filled in here. Wrong
+/// pixels are filled in by the code that has the pictures. Scenario and shown frames must outlive it.
 class MachineReport {
   public:
     MachineReport(const Scenario& scenario, const std::string& level, const ShownFrames& shown,

@@ -36,7 +36,7 @@ class SharedPixels {
     std::uint32_t* pixels_ = nullptr;
 };
 
-/// What precedes a picture's name in the message that hands it over.
+/// What precedes a picture's name in the message to the process.
 struct Size {
     std::int32_t width_pixels = 0;
     std::int32_t height_pixels = 0;
@@ -57,7 +57,7 @@ class PictureProcesses::Worker {
     bool is_gone() const { return is_gone_; }
     int descriptor() const { return channel_.descriptor(); }
 
-    /// A process that is gone does not receive it, and settle() says so.
+    /// A process that has ended does not receive it, and settle() reports that.
     void hand_over(const std::string& name, const ColourImage& picture) {
         std::copy(picture.values.begin(), picture.values.end(), memory_.pixels());
         size_ = {picture.width_pixels, picture.height_pixels};
@@ -67,8 +67,8 @@ class PictureProcesses::Worker {
         is_busy_ = true;
         channel_.send(message + name);
     }
-    /// Waits until it is idle. True if its picture is written; false if nothing is known of it. Throws what says why it
-    /// cannot be written.
+    /// Waits until it is idle. True if its picture is written; false if nothing is known of it. Throws the error that
+    /// says why it cannot be written.
     bool settle() {
         const std::string ending = channel_.receive();
         is_busy_ = false;
@@ -83,7 +83,7 @@ class PictureProcesses::Worker {
     }
 
   private:
-    /// What the process does until its parent has gone.
+    /// What the process does until its parent has ended.
     void serve(const Encode& encode) {
         channel_.be_child();
         // If it fails, its parent tries the same and says why.
@@ -110,7 +110,7 @@ PictureProcesses::PictureProcesses(std::size_t processes, std::size_t most_pixel
         while (workers_.size() < processes)
             workers_.push_back(std::make_unique<Worker>(most_pixels, encode_));
     } catch (const std::exception&) {
-        // This computer has no memory or no process for one more: those that there are do the work, or this one does.
+        // This computer has no memory or no process for one more: the existing processes do the work, or this one does.
     }
 }
 
@@ -149,7 +149,7 @@ PictureProcesses::Worker* PictureProcesses::idle_worker() {
     return nullptr;
 }
 
-/// All are busy.
+/// Call it when all are busy.
 void PictureProcesses::wait_for_any() {
     constexpr int kForEver = -1;
     std::vector<pollfd> channels;

@@ -168,7 +168,7 @@ std::optional<double> FrameRates::held_hz() const {
 
 namespace {
 
-/// most_hz: that can be composited.
+/// most_hz: frames a second that can be composited.
 SlowestInterval slowest_interval(const std::vector<FrameRecord>& frames, double core_hz, double most_hz) {
     SlowestInterval slowest;
     for (std::size_t f = 1; f < frames.size(); ++f) {
@@ -179,7 +179,7 @@ SlowestInterval slowest_interval(const std::vector<FrameRecord>& frames, double 
     return slowest;
 }
 
-/// Frames from the third on that show pairs which the picture before did not, while the displays took them.
+/// Frames from the third on that the displays switched to and that show other pairs than the picture before.
 std::int64_t different_frames_shown(const std::vector<FrameRecord>& frames) {
     std::int64_t count = 0;
     const FrameRecord* shown = nullptr;

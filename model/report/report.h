@@ -109,7 +109,7 @@ struct ComposerCounters {
     }
     /// Counts a starved raster pixel and where it lies. Pixels come in raster order.
     void add_glitch(const Glitch& glitch);
-    /// The same for a run of them that no other touches.
+    /// The same for a run of pixels that touches no other run.
     void add_starved_run(const StarvedRun& run);
 
   private:
@@ -131,7 +131,8 @@ struct FrameRecord {
     std::optional<std::int64_t> latency_cycles;  ///< from the pairs' last DVI pixel; none if no pair is new
     std::vector<int> pairs;                      ///< the pair each renderer contributed, -1: none
     std::vector<std::int64_t> starved_pixels{};  ///< by display: of its raster, over its composers
-    /// By display: shown pixels that differ from those of a machine in which nothing starves. None if nobody has looked.
+    /// By display: shown pixels that differ from those of a machine in which nothing starves. None if nobody has
+    /// compared them.
     std::optional<std::vector<std::int64_t>> wrong_pixels = std::nullopt;
 };
 
@@ -145,8 +146,8 @@ struct SlowestInterval {
 /// Frames that a run must have for all of FrameRates.
 constexpr int kFramesForRates = 3;
 
-/// How fast frames came in a run. None is more than displays, links and raster allow, though few frames may begin closer
-/// together than many can: a frame that no display has to be waited for does not wait.
+/// How fast frames came in a run. No rate is higher than displays, links and raster allow. A few frames may begin
+/// closer together than many can, since the first ones need not wait for a display.
 struct FrameRates {
     std::optional<double>
         composition_hz;  ///< from the first frame's start to the last one's; with two frames or more
@@ -154,7 +155,7 @@ struct FrameRates {
     std::optional<double>
         display_hz;  ///< different frames shown, from the second swap to the last; with three or more
 
-    /// The least of the three, if all are there: a goal of so many frames a second is met by no less.
+    /// The least of the three, if all are there: it must reach a goal in frames a second for the goal to be met.
     std::optional<double> held_hz() const;
 };
 
@@ -162,7 +163,7 @@ struct FrameRates {
 struct CheckRecord {
     static constexpr std::size_t kViolationsKept = 10;
 
-    int rules = 0;              ///< that every wire was held to; 0: only pictures were compared
+    int rules = 0;              ///< that every wire was checked against; 0: only pictures were compared
     std::int64_t pictures = 0;  ///< compared with the functional level
     std::int64_t violations = 0;
     std::vector<std::string> first_violations;  ///< a line each, the first kViolationsKept
@@ -173,7 +174,7 @@ struct CheckRecord {
     }
 };
 
-/// Everything report.json tells of a run.
+/// Everything that report.json reports of a run.
 struct RunReport {
     std::string scenario;
     std::string level;
@@ -183,7 +184,7 @@ struct RunReport {
     std::int64_t raster_pixels = 0;         ///< of one display
     int memory_words_per_cycle = 1;
     int bus_width_bits = kPixelBits;
-    bool begins_anew = false;         ///< a fault resets the machine: counters go on, frames begin at 0
+    bool begins_anew = false;         ///< a fault resets the machine: counters go on, frames begin at 0 again
     std::optional<MachineCost> cost;  ///< none of a report that is not of a machine
     std::vector<FrameRecord> frames;
     std::vector<RendererCounters> renderers;
@@ -193,13 +194,13 @@ struct RunReport {
     std::vector<std::string> watchdog;  ///< what waited for what, if the watchdog ended the run
     std::optional<CheckRecord> check;   ///< only of a run that was checked
 
-    // Over the machine; lists of places and messages stay empty.
+    // Totals over the machine; lists of positions and messages stay empty.
     BusCounters total_bus() const;
     RendererCounters total_renderer() const;  ///< without the bus
     ComposerCounters total_composer() const;
     DisplayCounters total_display() const;
     std::int64_t total_starved_pixels() const { return total_composer().starved_pixels; }
-    /// None if nobody has looked at a frame in which pixels starved.
+    /// None if nobody has compared a frame in which pixels starved.
     std::optional<std::int64_t> total_wrong_pixels() const;
     std::optional<std::int64_t> wrong_pixels_of_display(std::size_t display) const;  ///< index
     std::int64_t starved_pixels_of_display(std::size_t display) const;

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A report, for the names of its parts.
+/// The names of a report's parts.
 class PartNames {
   public:
     explicit PartNames(const Json& report) {
@@ -28,8 +28,8 @@ class PartNames {
         }
     }
 
-    /// What stands between the brackets for an entry of a list: who it is about where that is known, else its
-    /// index.
+    /// The text between the brackets for an entry of a list: the renderer or display that it belongs to if known, else
+    /// its index.
     std::string entry(const std::string& list, const Json& value, std::size_t index) const {
         if (list == "renderers" && index < renderers_.size()) return renderers_[index];
         if (list == "pairs" && index < renderers_.size()) return "renderer " + renderers_[index];
@@ -63,7 +63,7 @@ class PartNames {
     std::vector<std::string> renderers_;
 };
 
-/// One line of JSON; a report's texts may have been anything.
+/// One line of JSON; a report's texts may have any bytes.
 std::string shown(const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 std::string member_path(const std::string& path, const std::string& key) {

@@ -9,7 +9,7 @@
 
 namespace metabuffer {
 
-/// What the lines call the two runs that are compared, for example their levels.
+/// The names of the two compared runs in the lines, for example their levels.
 struct ComparedNames {
     std::string left = "rtl";
     std::string right = "tlm";
@@ -19,14 +19,13 @@ struct ReportComparison {
     /// One line each: the key path with names, then both values:
     /// "composers[renderer ball, display 3].starved_pixels: rtl 12, tlm 13".
     std::vector<std::string> differences;
-    /// Numbers, texts and nulls compared; one that a single report has counts, too.
+    /// Numbers, texts and nulls compared; a value that only one report has counts, too.
     std::size_t values = 0;
 };
 
-/// Compares two reports, texts as report_json() makes them, value by value; the key `level` may differ. Of a
-/// list of texts (starved runs, the watchdog's lines) only the first that differs is told, with the number of
-/// those that do, since one text too many shifts all behind it. Throws std::invalid_argument if a text is not a
-/// JSON object.
+/// Compares two reports, texts as report_json() makes them, value by value; the key `level` may differ. Of a list of
+/// texts (starved runs, the watchdog's lines) only the first that differs is reported, with the number of those that
+/// differ, since one text too many shifts all after it. Throws std::invalid_argument if a text is not a JSON object.
 ReportComparison compare_reports(const std::string& left, const std::string& right,
                                  const ComparedNames& names = {});
 

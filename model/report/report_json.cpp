@@ -205,7 +205,7 @@ std::string report_json(const RunReport& report) {
                          {"violations", report.check->violations},
                          {"first_violations", report.check->first_violations}};
     }
-    // Names come from the user's file and need not be UTF-8: what is not is replaced, not refused.
+    // Names come from the user's file and need not be UTF-8: invalid bytes are replaced, not refused.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -17,8 +17,8 @@ namespace {
 using text::counted;
 using text::decimal;
 
-// The machine may have thousands of composers and the terminal has 100 columns: past these counts the summary
-// tells of the whole and of the worst, and leaves the rest to report.json.
+// The machine may have thousands of composers and the terminal has 100 columns: beyond these counts the summary shows
+// totals and the worst ones, and leaves the rest to report.json.
 constexpr std::size_t kDisplaysAcross = 8;
 constexpr std::size_t kRenderersDown = 16;
 constexpr std::size_t kListedLines = 8;
@@ -63,7 +63,7 @@ std::string machine(const RunReport& report) {
            counted(static_cast<std::int64_t>(report.displays.size()), "display");
 }
 
-/// Each figure with what it goes by.
+/// Each rate with the clocks or frames that it is taken from.
 std::string rate_lines(const RunReport& report) {
     const std::string indent(12, ' ');
     const auto hz = [](double rate) { return decimal(rate, 2); };
@@ -116,7 +116,7 @@ std::string bottleneck_line(const RunReport& report) {
     return text + "\n";
 }
 
-/// What the machine takes, and whether its clock is within reach.
+/// What the machine needs, and whether its clock can be reached.
 std::string cost_lines(const RunReport& report) {
     if (!report.cost) return "";
     const MachineCost& cost = *report.cost;
@@ -302,7 +302,7 @@ std::string in_frames(const std::vector<int>& frames) {
                       std::to_string(frames.size()) + " of them");
 }
 
-/// What is seen of what starved.
+/// The pixels that displays show wrong because some starved.
 std::string wrong_list(const RunReport& report) {
     if (report.total_starved_pixels() == 0) return "";
     if (!report.total_wrong_pixels()) return "\nshown wrong: not known without pictures\n";
@@ -385,7 +385,7 @@ std::string rejected_verdict(const RunReport& report) {
     return rejected.empty() ? "" : text::joined(rejected, "and") + " rejected";
 }
 
-/// What only a scenario with faults has to tell of.
+/// What only a scenario with faults has to report.
 std::string faults_verdict(const RunReport& report) {
     const std::int64_t faults = report.total_renderer().injected_faults;
     return faults == 0 ? "" : counted(faults, "fault") + " injected";
@@ -414,7 +414,7 @@ std::string joined(const std::vector<std::string>& parts) {
     return text;
 }
 
-/// The functional level has no clock and so no buses, buffers or starvation to tell of.
+/// The functional level has no clock and so no buses, buffers or starvation to report.
 std::string functional_summary(const RunReport& report) {
     const std::string rejected = rejected_verdict(report);
     return report.scenario + " (functional: " + machine(report) + ", no clock)\n" + "frames      " +

@@ -7,13 +7,13 @@
 
 namespace metabuffer {
 
-/// Characters a UTF-8 text takes on the screen: its bytes without those that continue a character.
+/// Characters that a UTF-8 text needs on the screen: its bytes without those that continue a character.
 std::size_t screen_width(const std::string& text);
 
-/// Text in columns as wide as their widest cell, for a terminal. Numbers stand to the right.
+/// Text in columns as wide as their widest cell, for a terminal. Numbers are aligned to the right.
 class TextTable {
   public:
-    /// Which columns stand to the left; the others stand to the right.
+    /// Which columns are aligned to the left; the others are aligned to the right.
     explicit TextTable(std::vector<std::size_t> left_columns = {0})
         : left_columns_(std::move(left_columns)) {}
 

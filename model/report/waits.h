@@ -7,8 +7,8 @@
 #include "datapath/link/pair_follower.h"
 
 /// What a block waits for when the watchdog ends a run, in the words of the report: the same at every level, and for
-/// whatever stands in a block's place. Each is the rest of a line that begins with the block's name. Pairs and frames
-/// count from 0, displays from 1.
+/// any replacement of a block. Each is the rest of a line that begins with the block's name. Pairs and frames count
+/// from 0, displays from 1.
 namespace metabuffer::waits {
 
 // ---- DVI source ----
@@ -29,7 +29,7 @@ std::string for_lost_slot();
 std::string for_busready(const std::vector<int>& displays, std::int64_t pixels, std::int64_t frame);
 
 // ---- composer ----
-/// pixel: its place in the segment; x, y: the raster position that needs it.
+/// pixel: its index in the segment; x, y: the raster position that needs it.
 std::string for_segment_pixel(std::int64_t pixel, std::int64_t frame, int x, int y);
 std::string for_column();
 std::string for_table(std::int64_t frame);

@@ -70,9 +70,6 @@ int longest_beat_gap_cycles(const Scenario& scenario) {
     return longest_word_wait_cycles(scenario) + cycles_per_beat(scenario.bus);
 }
 
-/// Nothing may move while a link or the next frame of the DVI outputs is waited for, a page is opened, or all
-/// slots of a table are lost; twice the longest such silence, and some for what is short, is safe. In floating
-/// point, since legal settings multiply to more than a 64-bit count of picoseconds; a run never gets that far.
 std::int64_t least_reset_cycles(const ClockConfig& clocks) {
     constexpr std::int64_t kEdges = 2;
     const std::int64_t core = clock_period_picoseconds(clocks.core_mhz);
@@ -81,6 +78,9 @@ std::int64_t least_reset_cycles(const ClockConfig& clocks) {
     return (kEdges * slowest + core - 1) / core;
 }
 
+/// Nothing may move while the machine waits for a link or for the next frame of the DVI outputs, while a page is opened, or
+/// while all slots of a table are lost. Twice the longest such silence, and some for short waits, is safe. In floating
+/// point, since legal settings multiply to more than a 64-bit count of picoseconds; a run never gets that far.
 std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
     constexpr double kShortWaitsCycles = 10'000.0;
     constexpr double kLongestPicoseconds = 4.0e18;

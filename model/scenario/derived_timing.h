@@ -17,38 +17,38 @@ std::int64_t link_timeout_clocks(const Scenario& scenario, const Renderer& rende
 /// Core clocks that a lost slot takes: the beats of a full burst.
 int lost_slot_cycles(const Scenario& scenario);
 
-/// Core clocks in which a memory with shared ports writes a block of the link's words, at the most: a page is closed,
+/// The most core clocks in which a memory with shared ports writes a block of the link's words: a page is closed,
 /// another opened, and the words follow. words: of the block.
 int longest_write_cycles(const MemoryConfig& memory, int words);
 
-/// Core clocks from a block's last word to the end of its writing, at the most: two registers of the core clock and the
+/// The most core clocks from a block's last word to the end of its writing: two registers of the core clock and the
 /// clock that begins, a page that is being opened, a refresh that leaves no room before it, and the writing.
 int longest_write_delay_cycles(const MemoryConfig& memory);
 
-/// Core clocks that a block of the link's words must take to come, at the least: it is written before the next one is
-/// full, and the bus has its page open again before that.
+/// The least core clocks in which a block of the link's words may come: before the next one is full the block must be
+/// written, and the bus must have its page open again.
 int least_block_cycles(const MemoryConfig& memory);
 
-/// Core clocks from one refresh to the next, at the least: in between a page can be opened and a beat read, or the bus
-/// would never go on. With shared ports two blocks of the link's words may come before that, and each may close the page,
-/// so that no wait for a word meets two refreshes.
+/// The least core clocks from one refresh to the next: in between a page can be opened and a beat read, otherwise the
+/// bus would never go on. With shared ports two blocks of the link's words may come before that, and each may close the
+/// page, so that no wait for a word meets two refreshes.
 std::int64_t least_refresh_interval_cycles(const MemoryConfig& memory);
 
-/// Of a renderer's link, where its drift makes it fastest.
+/// The clock period of a renderer's link where its drift makes it fastest.
 std::int64_t shortest_link_period_picoseconds(const Scenario& scenario, std::size_t renderer);
 
-/// Core clocks that a burst waits for its next word, at the most: a page miss, or one with a refresh within it and the
-/// page's opening anew. With shared ports blocks of the link's words may come between, three at the most, and each may
-/// close the burst's page.
+/// The most core clocks that a burst waits for its next word: a page miss, or one with a refresh within it and the page
+/// opened again. With shared ports blocks of the link's words may come between, three at the most, and each may close
+/// the burst's page.
 int longest_word_wait_cycles(const Scenario& scenario);
 
-/// Core clocks from a beat of a burst to the next one, at the most: that wait, and the beat.
+/// The most core clocks from a beat of a burst to the next one: that wait, and the beat.
 int longest_beat_gap_cycles(const Scenario& scenario);
 
-/// Core clocks that a reset must last at the least for every clock of the machine to see it: two of the slowest.
+/// The least core clocks that a reset must last so that every clock of the machine sees it: two of the slowest clock.
 std::int64_t least_reset_cycles(const ClockConfig& clocks);
 
-/// Between two looks of the watchdog: watchdog_cycles if that is set, otherwise a little more than twice the
+/// The time between two checks of the watchdog: watchdog_cycles if that is set, otherwise a little more than twice the
 /// longest silence that a healthy run can have.
 std::int64_t watchdog_interval_picoseconds(const Scenario& scenario);
 

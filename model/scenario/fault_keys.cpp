@@ -59,7 +59,7 @@ std::vector<std::string> kinds_with(const FaultKey& key) {
 const char* FaultKey::name() const { return schema.pattern + std::strlen(kList); }
 
 const std::vector<FaultKey>& fault_keys() {
-    // The image, or its link, sets closer bounds where it knows them.
+    // The image, or its link, sets narrower bounds once it is known.
     constexpr IntegerRange kPosition{0, kImageSidePixels.high - 1};
     constexpr IntegerRange kOneOrMoreCycles{1, limits::kCycles.high};
     static const std::vector<FaultKey> keys{

@@ -11,7 +11,7 @@
 /// The keys of faults; fault_kinds.h has which of them go with which kind.
 namespace metabuffer {
 
-/// A key of a fault beside `kind`, which all have, and `renderer`.
+/// A key of a fault other than `kind`, which all have, and `renderer`.
 struct FaultKey : ObjectKey<Fault> {
     /// "pair": without the list before it.
     const char* name() const;
@@ -32,14 +32,14 @@ const std::vector<FaultKeyUse>& fault_keys_of(FaultKind kind);
 /// The key among them; null if it does not go with the kind.
 const FaultKeyUse* use_of(const FaultKey& key, FaultKind kind);
 
-/// "does not go with kind crc; use it with kind delay only": for a key that stands at the wrong kind.
+/// "does not go with kind crc; use it with kind delay only": for a key that is given with the wrong kind.
 std::string misplaced_fault_key(const FaultKey& key, FaultKind kind);
 
-/// Faults of a renderer's link, as against those inside the machine.
+/// Whether it is a fault of a renderer's link, not one inside the machine.
 bool is_on_link(FaultKind kind);
 
-/// Throws InputError, which names the fault by its place in the file if it is from one, if the scenario has a
-/// fault that level `level`, which knows no clock by clock, cannot show.
+/// Throws InputError if the scenario has a fault that level `level` cannot show, since that level does not simulate
+/// each clock. The error names the fault, by its place in the file if it is from one.
 void refuse_faults_of_level_rtl(const Scenario& scenario, const std::string& level);
 
 }  // namespace metabuffer

@@ -9,7 +9,7 @@
 #include "host/range.h"
 #include "scenario/scenario.h"
 
-/// One row of traits for each kind of fault: what everything beside the code that does it goes by.
+/// One row of traits for each kind of fault. All code uses it, except for the code that carries the fault out.
 namespace metabuffer {
 
 /// Where a fault happens.
@@ -22,7 +22,7 @@ enum class FaultPlace : std::uint8_t {
 
 /// What a fault does to the frame that it names.
 enum class FaultEffect : std::uint8_t {
-    kNone,      ///< nothing: the frame is as it was, if it comes at another time
+    kNone,      ///< nothing: the frame is unchanged, but may come at another time
     kHeader,    ///< its control scanline says something else
     kGeometry,  ///< it has another shape
     kPixels,    ///< its pixels differ
@@ -32,7 +32,7 @@ enum class FaultEffect : std::uint8_t {
 /// A key that goes with a kind.
 struct FaultKeyOfKind {
     const char* name = nullptr;   ///< null: there is none
-    IntegerRange range = {1, 0};  ///< closer than the key's own, unless empty
+    IntegerRange range = {1, 0};  ///< narrower than the key's own, unless empty
     bool required = false;        ///< of this kind, though others have a default
 };
 
@@ -45,17 +45,17 @@ struct FaultTraits {
     const char* meaning = nullptr;
     FaultPlace place = FaultPlace::kFrame;
     FaultEffect effect = FaultEffect::kNone;
-    /// Beside `kind` and, if it names one, `renderer`, in the order of files.
+    /// Besides `kind` and, if it names one, `renderer`; in the order of files.
     std::array<FaultKeyOfKind, kMostKeys> keys{};
-    /// Of the control scanline's byte that is inverted, for kinds that do only that.
+    /// Offset of the control scanline's byte that is inverted, for kinds that do only that.
     int control_offset = kNoOffset;
 
-    /// The frame has content of its own, which must be made.
+    /// The frame's content differs from the pair's and must be made separately.
     constexpr bool changes_frame() const {
         return effect == FaultEffect::kHeader || effect == FaultEffect::kGeometry ||
                effect == FaultEffect::kPixels;
     }
-    /// It happens clock by clock, which level rtl alone has.
+    /// It happens at single clocks, which only level rtl simulates.
     constexpr bool only_at_level_rtl() const { return place != FaultPlace::kFrame; }
     constexpr bool names_renderer() const { return place != FaultPlace::kMachine; }
 };

@@ -18,7 +18,7 @@ std::optional<int> frame_number(const std::string& text) {
 
 bool is_digit(char character) { return character >= '0' && character <= '9'; }
 
-/// from and to at frames 0 and `frames`; to the nearest, a half away from zero.
+/// Between `from` at frame 0 and `to` at frame `frames`; rounded to nearest, a half away from zero.
 int between(int from, int to, int frame, int frames) {
     const std::int64_t way = (std::int64_t{to} - from) * frame;
     const std::int64_t half = (way < 0 ? -frames : frames) / 2;

@@ -18,7 +18,7 @@ struct FrameNumbers {
     int count() const { return last - first + 1; }
 };
 
-/// "0-299" or "7". Nothing if it is neither, or if its numbers do not rise.
+/// "0-299" or "7". Nothing if it is neither, or if the first number is the larger one.
 std::optional<FrameNumbers> parse_frame_numbers(const std::string& text);
 
 /// The name with the number in place of its %d, or of %04d in so many digits at least; a name without % as it is. Nothing
@@ -31,9 +31,9 @@ struct PathPosition {
     Viewport viewport;
 };
 
-/// Where a viewport is in a frame: between two positions it moves evenly, to whole raster pixels, with the magnification
-/// of the position before. Before the first position it stands there, after the last one there. path: at least one
-/// position, in the order of frames, no two in one frame.
+/// Where a viewport is in a frame: between two positions it moves evenly, to whole raster pixels, with the
+/// magnification of the position before. Before the first position it is at the first one, after the last position at
+/// the last one. path: at least one position, in the order of frames, no two in one frame.
 Viewport viewport_on_path(const std::vector<PathPosition>& path, int frame);
 
 }  // namespace metabuffer::input

@@ -9,15 +9,15 @@
 
 namespace metabuffer {
 
-/// Bounds that more than one place goes by; scenario_keys.cpp has those of single keys. Those that the hardware does
-/// not set keep products of cycles and pixels far inside 64 bits.
+/// Bounds that several files use; scenario_keys.cpp has those of single keys. Bounds that the hardware does not set
+/// keep products of cycles and pixels far inside 64 bits.
 namespace limits {
 
 constexpr IntegerRange kGridDisplays{1, 64};
 constexpr IntegerRange kWordsPerCycle{1, 8};
 constexpr std::array<int, 4> kMemoryBanks{1, 2, 4, 8};
-/// All banks close between two frames, in the clocks that lie between the question for the next pair and the first
-/// activation for it at the least: a fast link's answer, the frame's start and one row.
+/// All banks close between two frames, within the least number of clocks from the request for the next pair to its
+/// first activation: a fast link's answer, the frame's start and one row.
 constexpr IntegerRange kPrechargeCycles{0, 4};
 constexpr IntegerRange kReadLatencyCycles{0, 8};
 constexpr IntegerRange kRegisterStages{0, 4};

@@ -19,7 +19,7 @@ void flip(std::vector<std::uint32_t>& link_pixels, int byte, std::uint32_t bits)
     link_pixels[pixel] ^= bits << shift;
 }
 
-/// The bits of one half of a word, flipped as they are on the link.
+/// A pixel with bits of one half flipped, as that half is on the link.
 Pixel flipped(Pixel pixel, FrameKind half, std::uint32_t bits, DepthFormat format) {
     return half == FrameKind::kColour ? with_colour_half(pixel, colour_link_bits(pixel) ^ bits)
                                       : with_depth_half(pixel, depth_link_bits(pixel, format) ^ bits, format);
@@ -36,7 +36,7 @@ std::vector<const Fault*> spoiling_faults(const Scenario& scenario, int renderer
     return faults;
 }
 
-/// What is changed in a frame whose content and control scanline have been made.
+/// Applies a fault to a frame whose content and control scanline have been made.
 void spoil(LinkFrame& link, const Fault& fault, DepthFormat format) {
     if (const int offset = fault_traits(fault.kind).control_offset; offset != FaultTraits::kNoOffset) {
         flip(link.control, offset, kByteBits);
@@ -71,7 +71,7 @@ void spoil(LinkFrame& link, const Fault& fault, DepthFormat format) {
     }
 }
 
-/// The slots that a scenario gives by display, as places of rows.
+/// The slots that a scenario gives by display, as indices of rows.
 std::vector<std::uint8_t> given_payload(const std::vector<int>& displays, const ViewportTable& table) {
     if (displays.empty()) return {};
     std::vector<int> places;
@@ -194,7 +194,7 @@ void LinkProgram::end_frame() {
     next_frame();
 }
 
-/// Leaves the frame behind that has been sent, or is missing.
+/// Goes on to the next frame, after one that has been sent or is left out.
 void LinkProgram::next_frame() {
     delay_served_ = false;
     sent_again_ = false;

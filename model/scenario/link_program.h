@@ -9,7 +9,7 @@
 #include "scenario/scenario.h"
 
 /// What a renderer's link carries, frame by frame, with the faults that the scenario asks for. Every level that has
-/// time sends what is told here.
+/// time sends these frames.
 namespace metabuffer {
 
 /// One frame as it is on the link.
@@ -19,7 +19,7 @@ struct LinkFrame {
     bool image_is_copy = false;               ///< made for this frame, with flipped bits
     int active_lines = 0;                     ///< control scanline included; lines beyond the image are 0
     int last_line_pixels = 0;                 ///< of the last line; a pixel beyond the image is 0
-    std::int64_t faults = 0;                  ///< that spoil it
+    std::int64_t faults = 0;                  ///< that change it
 };
 
 /// The slot table of a pair with this table, by index of its valid rows: what the host has sent in the payload of the
@@ -53,9 +53,9 @@ class LinkProgram {
 
     /// What begins in this clock of the link, with nothing under way.
     Step next(bool pair_requested);
-    /// The frame that next() told has been sent.
+    /// The frame of the last next() has been sent.
     void end_frame();
-    /// The link comes up anew; what has been counted stands.
+    /// The link starts again; the counts stay.
     void reset();
 
     const LinkFrame& frame() const { return frame_; }

@@ -12,13 +12,14 @@
 #include "scenario/names.h"
 #include "scenario/schema.h"
 
-/// Rows that say of a key both what files may hold there and where an object keeps it.
+/// Rows for keys: each says what files may hold there and where an object keeps it.
 namespace metabuffer {
 
 template <typename Object>
 struct ObjectKey {
     SchemaKey schema;
-    /// None of the next for a map, whose keys have rows of their own. Nothing if an optional member is empty.
+    /// A map has none of the following members: its keys have their own rows. The value is nothing if an optional
+    /// member is empty.
     std::optional<KeyValue> (*value)(const Object&) = nullptr;
     void (*set)(Object&, const KeyValue&) = nullptr;
     bool required = false;
@@ -72,7 +73,7 @@ struct ClassOf<Type Class::*> {
     using type = Class;
 };
 
-/// The member at the end of a way of members: (object.*First).*Second and so on.
+/// The member at the end of a path of members: (object.*First).*Second and so on.
 template <auto First, auto... Rest, typename Object>
 auto& member_at(Object& object) {
     if constexpr (sizeof...(Rest) == 0) {
@@ -114,13 +115,13 @@ auto number(const char* path, const char* unit, const char* meaning, const Numbe
     return row<Members...>({path, KeyShape::kScalar, meaning, ValueRule::numbers(range), unit});
 }
 
-/// Of an enumeration with names.
+/// The row of an enumeration with names.
 template <typename Enum, auto... Members>
 auto choice(const char* path, const char* meaning) {
     return row<Members...>({path, KeyShape::kScalar, meaning, ValueRule::choice_of<Enum>()});
 }
 
-/// Must be given.
+/// A key that must be given.
 template <typename Object>
 ObjectKey<Object> required(ObjectKey<Object> key) {
     key.required = true;
@@ -128,7 +129,7 @@ ObjectKey<Object> required(ObjectKey<Object> key) {
     return key;
 }
 
-/// Has a default that depends on others: `words` say which.
+/// A key with a default that depends on others; `words` describe it.
 template <typename Object>
 ObjectKey<Object> otherwise(ObjectKey<Object> key, const char* words,
                             KeyValue (*derived)(const Object&) = nullptr) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kPicosecondsPerSecond = 1e12;
 
-/// How often something happens that takes so many clocks.
+/// How often a second something happens that takes `clocks` clocks.
 double rate_of(std::int64_t clocks, std::int64_t period_picoseconds) {
     return kPicosecondsPerSecond / (static_cast<double>(clocks) * static_cast<double>(period_picoseconds));
 }

@@ -8,7 +8,8 @@
 
 namespace metabuffer {
 
-/// What a rate that is asked for is allowed to lack: clocks have whole picoseconds, and a frame begins at a core clock.
+/// The share by which a requested rate may be missed: clocks have whole picoseconds, and a frame begins at a core
+/// clock.
 constexpr double kRateTolerance = 0.001;
 
 /// What displays, links and raster allow, in frames a second. Clocks have whole picoseconds, so that these are the rates
@@ -21,11 +22,11 @@ struct RateLimits {
     Pacing pacing = Pacing::kLockstep;
 
     double slowest_pairs_per_second() const;
-    /// How many of its frames a display shows each composited one for, at the least: the next one is composited behind
-    /// the swap, and a swap is at the start of a frame of the display.
+    /// The least number of its own frames for which a display shows each composited frame: the next one is composited
+    /// after the swap, and a swap is at the start of a frame of the display.
     std::int64_t refreshes_per_frame() const;
 
-    /// Composited frames that displays and raster can take.
+    /// Composited frames that displays and raster allow.
     double displays_hz() const;
     /// Different frames that the links can bring: in lockstep, where a frame has a new pair of every renderer, no more
     /// than the slowest brings; in free-running pacing no more than all together.
@@ -36,7 +37,7 @@ struct RateLimits {
     double different_hz() const { return std::min(displays_hz(), links_hz()); }
 };
 
-/// Takes a scenario with its images' sizes.
+/// The scenario must have its images' sizes.
 RateLimits rate_limits(const Scenario& scenario);
 
 }  // namespace metabuffer

@@ -37,8 +37,8 @@ enum class SlotTableMaker : std::uint8_t {
     kBuilt,  ///< the arbiter, a slot a clock; the frame's first grant waits for it
 };
 
-/// What a scenario makes go wrong, on a renderer's link or inside the machine, to see the machine cope. fault_kinds.h
-/// says of each kind what it is and which fields go with it.
+/// What a scenario makes go wrong, on a renderer's link or inside the machine, to test how the machine reacts.
+/// fault_kinds.h says of each kind what it is and which fields go with it.
 enum class FaultKind : std::uint8_t {
     kMagic,
     kVersion,
@@ -70,8 +70,8 @@ enum class LostBeats : std::uint8_t {
     kAny,     ///< whichever comes, pixels for others as well
 };
 
-/// The units and ranges of its members, as of those of the structures below, are in the key tables (scenario_keys.h,
-/// fault_keys.h).
+/// The key tables (scenario_keys.h, fault_keys.h) have the units and ranges of its members and of those of the
+/// structures below.
 struct Fault {
     int renderer = 0;  ///< index into Scenario::renderers
     std::uint32_t pair = 0;
@@ -93,7 +93,7 @@ struct Fault {
     std::uint64_t seed = 1;
     std::string where = std::string();  ///< "file.yaml:7: faults[1]", empty if it is not from a file
 
-    /// Of one that has from_cycle and cycles.
+    /// For a fault that has from_cycle and cycles.
     bool lasts_at(std::int64_t core_cycle) const {
         return core_cycle >= from_cycle && (!cycles || core_cycle - from_cycle < *cycles);
     }
@@ -123,11 +123,11 @@ struct ClockConfig {
     std::optional<double> given_dvi_in_refresh_hz = std::nullopt;
     std::optional<double> given_dvi_out_refresh_hz = std::nullopt;
 
-    /// Not until images are read, if it is by a refresh rate.
+    /// False until images are read, if a refresh rate gives the clock.
     bool dvi_in_is_known() const { return !given_dvi_in_refresh_hz || dvi_in_mhz > 0.0; }
 };
 
-/// The pixel clock at which a mode has so many frames a second.
+/// The pixel clock at which a mode has `refresh_hz` frames a second.
 constexpr double mhz_of_refresh(double refresh_hz, const DviTiming& timing) {
     return refresh_hz * static_cast<double>(timing.frame_clocks()) / 1.0e6;
 }
@@ -140,10 +140,10 @@ constexpr std::int64_t clock_period_picoseconds(double mhz) {
 
 struct MemoryConfig {
     int page_words = 512;
-    int banks = 1;             ///< page p lies in bank p mod banks; each has a page open of its own
+    int banks = 1;             ///< page p lies in bank p mod banks; each bank has its own open page
     int precharge_cycles = 0;  ///< to close a bank's page
     int page_miss_cycles =
-        6;  ///< to close a page and to open another; to open one in a closed bank takes the rest
+        6;  ///< to close a page and to open another; less precharge_cycles in a closed bank
     int words_per_cycle = 1;
     int read_latency_cycles = 0;      ///< from a read to its words; a read may follow in each clock
     int refresh_interval_cycles = 0;  ///< from one refresh's beginning to the next one's; 0: none
@@ -156,7 +156,7 @@ struct MemoryConfig {
     constexpr int activate_cycles() const { return page_miss_cycles - precharge_cycles; }
     constexpr bool refreshes() const { return refresh_cycles > 0; }
     constexpr bool shared() const { return ports == MemoryPorts::kShared; }
-    /// With shared ports: words of the pages that an image takes. After them the other one's pages begin.
+    /// With shared ports: words of the pages that an image takes. After them the other image's pages begin.
     constexpr std::int64_t device_words(std::int64_t image_words) const {
         return (image_words + page_words - 1) / page_words * page_words;
     }
@@ -164,7 +164,7 @@ struct MemoryConfig {
     constexpr std::int64_t memory_words(std::int64_t image_words) const {
         return shared() ? device_words(image_words) + image_words : image_words;
     }
-    /// Clocks that so many words of the link take on the data pins.
+    /// Clocks that `words` words of the link take on the data pins.
     constexpr int write_cycles(int words) const { return (words + words_per_cycle - 1) / words_per_cycle; }
     /// Clocks until a page that is not open can be read.
     constexpr int opening_cycles(bool another_is_open) const {
@@ -176,15 +176,15 @@ struct BusConfig {
     int width_bits = 64;
     int burst_pixels = 32;
     Arbitration arbitration = Arbitration::kIrsa;
-    int grant_cycles = 0;  ///< from the requests that an arbiter looks at to its answer
+    int grant_cycles = 0;  ///< from the requests that an arbiter samples to its answer
     SlotTableMaker slot_table = SlotTableMaker::kHost;
     int register_stages = 0;  ///< registers on the way to the composers, and as many on the way back
 
-    /// An arbiter that answers at once with a table that is there is what proofs speak of.
+    /// Proofs hold only for an arbiter that answers at once and whose table is there when the frame begins.
     constexpr bool arbiter_takes_time() const {
         return grant_cycles > 0 || slot_table == SlotTableMaker::kBuilt;
     }
-    /// Clocks that a slot table of so many slots takes, from the one in which the frame's rows are known.
+    /// Clocks that building a table of `slots` slots takes, from the one in which the frame's rows are known.
     constexpr int build_cycles(std::size_t slots) const {
         return slot_table == SlotTableMaker::kBuilt ? static_cast<int>(slots) : 0;
     }
@@ -209,7 +209,7 @@ constexpr int cycles_per_beat(const BusConfig& bus) {
 constexpr int bus_delay_cycles(const BusConfig& bus, const MemoryConfig& memory) {
     return memory.read_latency_cycles + bus.register_stages;
 }
-/// The same from a beat to what the input framebuffer reads of its composer's answer.
+/// The same for the way from a beat to the input framebuffer's reading of its composer's answer.
 constexpr int bus_loop_cycles(const BusConfig& bus, const MemoryConfig& memory) {
     return bus_delay_cycles(bus, memory) + bus.register_stages;
 }
@@ -257,7 +257,7 @@ struct Renderer {
         return frames[std::min<std::size_t>(pair, frames.size() - 1)];
     }
     const PixelImage& image_of_pair(std::uint32_t pair) const { return *images[frame_of_pair(pair).image]; }
-    /// A pixel a word.
+    /// One word for each pixel.
     std::int64_t image_words() const { return std::int64_t{image_width_pixels} * image_height_pixels; }
     DviTiming timing() const { return renderer_dvi_timing(image_width_pixels, image_height_pixels); }
 };
@@ -280,7 +280,7 @@ struct Scenario {
     int frames = 1;                    ///< composited frames to show
     std::vector<Renderer> renderers;   ///< at least one
     std::vector<Fault> faults;
-    /// Of the images that were read from files.
+    /// The files of the images that were read from files.
     std::map<const PixelImage*, ImageFiles> image_files;
 
     Pixel background_pixel() const {

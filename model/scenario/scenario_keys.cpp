@@ -28,14 +28,14 @@ constexpr NumberRange kDepth{-1e30, 1e30};
 
 ObjectKey<Scenario> map(const char* path) { return {{path, KeyShape::kMap, "a map"}}; }
 
-/// A list that always has so many numbers; the row of its entries follows it.
+/// A list that always has `length` numbers; the row of its entries follows it.
 SchemaKey numbers(const char* path, const char* meaning, std::size_t length) {
     SchemaKey key{path, KeyShape::kList, meaning};
     key.length = length;
     return key;
 }
 
-/// What stands in a list, or is read by code of its own.
+/// A key in a list, or one that is read by separate code.
 SchemaKey scalar(const char* path, const char* meaning, ValueRule::Type type = ValueRule::Type::kText,
                  const char* fallback = "required") {
     SchemaKey key{path, KeyShape::kScalar, meaning};
@@ -127,7 +127,7 @@ std::vector<SchemaKey> all_keys() {
 
 constexpr IntegerRange kPageMissCycles{0, 1'000'000};
 
-/// By a refresh rate it is known when the images are, whose size is the mode's (scenario_reader).
+/// If a refresh rate gives it, it is known only when the images are: their size sets the mode (scenario_reader).
 ObjectKey<Scenario> dvi_in_mhz() {
     ObjectKey<Scenario> key = otherwise(
         number<&Scenario::clocks, &ClockConfig::dvi_in_mhz>("clocks.dvi_in_mhz", "MHz",
@@ -142,7 +142,7 @@ ObjectKey<Scenario> dvi_in_mhz() {
     return key;
 }
 
-/// Kept as what page_miss_cycles leaves: one of the two may be given, or both if they agree (scenario_rules).
+/// It follows from page_miss_cycles: one of the two may be given, or both if they agree (scenario_rules).
 ObjectKey<Scenario> activate_cycles() {
     ObjectKey<Scenario> key;
     key.schema = {"memory.activate_cycles",

@@ -12,13 +12,13 @@
 #include "scenario/schema.h"
 
 /// The table of scenario keys: what a file may hold and where the scenario keeps it. Reader, rules, writer, overrides,
-/// sweeps, `metabuffer keys` and the documentation go by it. A new key is a member and a row.
+/// sweeps, `metabuffer keys` and the documentation use it. A new key needs a member and a row.
 namespace metabuffer {
 
 /// Every place of a scenario file, in the order of the documentation.
 const Schema& scenario_schema();
 
-/// The keys outside of lists, and the maps that they stand in.
+/// The keys outside of lists, and the maps that they are in.
 const std::vector<ObjectKey<Scenario>>& setting_rows();
 
 /// The keys of a viewport.

@@ -22,7 +22,7 @@ namespace {
 
 /// A frame as the file has it, before images are read.
 struct FrameSource {
-    Entry entry;  ///< of the renderer's list; that of many frames if it has a range
+    Entry entry;  ///< of the renderer's list; the same for many frames if it has a range
     ImageFiles files;
     RendererFrame frame;
     std::size_t index = 0;        ///< of the entry
@@ -43,7 +43,7 @@ struct Draft {
     std::vector<RendererSource> sources;
 };
 
-/// Those of the keys that stand there, and what follows for the others.
+/// Reads the keys that are given, and derives values for others.
 template <typename Object>
 void read_keys(const Entry& base, const std::vector<ObjectKey<Object>>& keys, std::size_t prefix_length,
                Object& object) {
@@ -110,7 +110,7 @@ std::filesystem::path numbered_file(const Entry& entry, const std::filesystem::p
     return base / *name;
 }
 
-/// depths: that a frame's z may have.
+/// depths: the range of a frame's z.
 FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, const NumberRange& depths) {
     FrameSource source{entry, {base / entry.child("image").name()}, {}};
     const Entry depth = entry.child("depth");
@@ -147,7 +147,7 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, co
     return source;
 }
 
-/// All frames that an entry of a renderer's list stands for. numbered_frames: those of earlier ranges.
+/// All frames that an entry of a renderer's list stands for. numbered_frames: the number of those of earlier ranges.
 std::vector<FrameSource> read_frames(const Entry& entry, const std::filesystem::path& base,
                                      const NumberRange& depths, std::int64_t& numbered_frames) {
     const FrameSource source = read_frame(entry, base, depths);
@@ -277,7 +277,7 @@ std::vector<Fault> read_faults(const Entry& entry, const std::vector<Renderer>& 
 }
 
 [[noreturn]] void fail_image(const FrameSource& source, const std::string& message) {
-    // The message starts with the file's name, which tells the two keys apart.
+    // The message starts with the file's name, which distinguishes the two keys.
     const std::optional<std::filesystem::path>& depth = source.files.depth;
     const bool is_depth = depth.has_value() && depth != source.files.image &&
                           message.rfind(text::one_line(depth->string()) + ": ", 0) == 0;
@@ -343,7 +343,7 @@ struct PlaceInFile {
     std::optional<int> number{};  ///< of the frame, if the file has it in a range
 };
 
-/// A rule names renderers and frames by index: copies, and frames of a range, have their own.
+/// A rule names renderers and frames by index: copies, and frames of a range, have their own indices.
 PlaceInFile place_in_file(const std::string& path, const Draft& draft) {
     const std::string renderers = "renderers[";
     if (path.rfind(renderers, 0) != 0) return {path};
@@ -373,7 +373,7 @@ void throw_if(const std::optional<RuleViolation>& violation, const Draft& draft,
                                     ": " + violation->message));
 }
 
-/// That images may have. A range that is none is for the rules to refuse, which come later.
+/// The depths that images may have. An empty range is not refused here: the rules do so later.
 NumberRange depths_of(const Scenario& scenario) {
     using Limits = std::numeric_limits<double>;
     return scenario.depth_near < scenario.depth_far ? NumberRange{scenario.depth_near, scenario.depth_far}

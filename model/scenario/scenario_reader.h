@@ -16,8 +16,8 @@
 /// From a scenario's YAML, overrides in place, to the scenario.
 namespace metabuffer::input {
 
-/// Images by their files, each read once however many renderers and scenarios show it. What fails twice in the same way is
-/// not tried a third time.
+/// A cache of images by their files. Each is read once, however many renderers and scenarios show it. An image that
+/// fails twice in the same way is not tried a third time.
 class ImageShelf {
   public:
     /// load: reads an image. Throws InputError.
@@ -26,7 +26,7 @@ class ImageShelf {
     /// What a pixel depends on: the files, and how depths become Z (format, near, far).
     using Key = std::tuple<ImageFiles, DepthFormat, double, double>;
 
-    /// The image. Stays where it is for as long as the shelf lives. Throws InputError.
+    /// The image. The reference stays valid as long as the cache lives. Throws InputError.
     const std::shared_ptr<const PixelImage>& image_of(const Key& key);
 
   private:
@@ -39,10 +39,10 @@ class ImageShelf {
     std::map<Key, Failure> failures_;
 };
 
-/// All but the images and what follows from them, the tables of viewports. Throws InputError.
+/// All except for the images and what follows from them, the tables of viewports. Throws InputError.
 Scenario read_settings(const Value& tree, const std::string& default_name);
 
-/// The whole; image paths are relative to `base`. Throws InputError.
+/// The whole scenario; image paths are relative to `base`. Throws InputError.
 Scenario read_scenario(const Value& tree, const std::string& default_name, const std::filesystem::path& base,
                        ImageShelf& shelf);
 

@@ -29,7 +29,7 @@ class RuleCheck {
     void integer(const std::string& path, std::int64_t value, const IntegerRange& allowed) {
         if (!allowed.contains(value)) require(false, path, text::out_of_range(value, allowed));
     }
-    /// What the key itself takes.
+    /// The rule of the key itself.
     template <typename Object>
     void key(const std::string& path, const ObjectKey<Object>& key, const ValueRule& rule,
              const Object& object) {
@@ -54,7 +54,7 @@ void check_keys(RuleCheck& check, const Scenario& scenario) {
     }
 }
 
-/// A clock by a refresh rate: one of the two, or both if they agree.
+/// A clock that a refresh rate gives: its MHz may be given too if they agree.
 void check_refresh_rate(RuleCheck& check, const std::string& clock, double refresh_hz, const DviTiming& mode,
                         double mhz) {
     constexpr double kRounding = 1e-9;
@@ -70,7 +70,7 @@ void check_refresh_rate(RuleCheck& check, const std::string& clock, double refre
                       text::number(needed_mhz) + "; use one of the two");
 }
 
-/// The links' clock is the same for all, so by a refresh rate their modes must be.
+/// All links have the same clock, so with a refresh rate their modes must have equally long frames.
 void check_link_refresh_rate(RuleCheck& check, const Scenario& scenario) {
     const std::optional<double>& refresh_hz = scenario.clocks.given_dvi_in_refresh_hz;
     if (!refresh_hz || check.failed()) return;
@@ -84,7 +84,7 @@ void check_link_refresh_rate(RuleCheck& check, const Scenario& scenario) {
     check_refresh_rate(check, "dvi_in", *refresh_hz, first, scenario.clocks.dvi_in_mhz);
 }
 
-/// Between two refreshes the bus gets on.
+/// Between two refreshes the bus must be able to go on.
 void check_refresh(RuleCheck& check, const MemoryConfig& memory) {
     const std::int64_t interval = memory.refresh_interval_cycles;
     if (!memory.refreshes()) {
@@ -103,8 +103,9 @@ void check_refresh(RuleCheck& check, const MemoryConfig& memory) {
                       "; use " + std::to_string(least) + " or more");
 }
 
-/// With shared ports each block of the link's words is written before the next one is there, so that none is lost, and a
-/// pair's last ones before its verdict, so that none is read too early; however fast a fault makes the link.
+/// With shared ports each block of the link's words must be written before the next one is there, so that none is lost.
+/// A pair's last blocks must be written before its verdict, so that none is read too early. This must hold however fast
+/// a fault makes the link.
 void check_write_blocks(RuleCheck& check, const Scenario& scenario, std::size_t index,
                         const std::string& path) {
     const MemoryConfig& memory = scenario.memory;
@@ -215,7 +216,7 @@ bool same_frame(const Fault& one, const Fault& other) {
     return one.renderer == other.renderer && one.pair == other.pair && one.frame == other.frame;
 }
 
-/// A reset is seen by every clock.
+/// Every clock must see a reset.
 void check_reset(RuleCheck& check, const Scenario& scenario, const Fault& fault, const std::string& path) {
     check.require(fault.cycles.has_value(), path + ".cycles", "is missing; use how long the reset lasts");
     const std::int64_t cycles = fault.cycles.value_or(0);
@@ -225,7 +226,7 @@ void check_reset(RuleCheck& check, const Scenario& scenario, const Fault& fault,
                       std::to_string(least) + " or more");
 }
 
-/// Whether two faults of a frame undo or repeat each other, so that it could not be said what they do.
+/// Whether two faults of a frame undo or repeat each other, so that their effect would not be clear.
 bool clash(const Fault& one, const Fault& other) {
     const auto either = [&](FaultKind first, FaultKind second) {
         return (one.kind == first && other.kind == second) || (one.kind == second && other.kind == first);
@@ -246,8 +247,9 @@ bool gives_another_number(const Fault& fault) {
     return fault.kind == FaultKind::kNumber || fault.kind == FaultKind::kOtherPair;
 }
 
-/// Each pair at most one frame of which bears another's number, and no frames left out so that this one meets the
-/// depth frame of the pair whose number it bears: a good pair of halves of two, which nobody could notice.
+/// At most one frame of a pair may have another pair's number. Nor may frames be left out so that this frame is
+/// followed by the depth frame of the pair whose number it has: two halves of different pairs would make a good pair,
+/// which nobody could notice.
 void check_number(RuleCheck& check, const Scenario& scenario, std::size_t index) {
     const Fault& fault = scenario.faults[index];
     if (!gives_another_number(fault)) return;
@@ -304,7 +306,8 @@ void check_faults(RuleCheck& check, const Scenario& scenario) {
     }
 }
 
-/// What a fault's place in the frame must be, now that the size of its image is known, and with it the link's clock.
+/// Checks a fault's position in the frame, and a reset's length: the image's size, and with it the link's clock, is
+/// known now.
 void check_fault_places(RuleCheck& check, const Scenario& scenario) {
     for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
         const Fault& fault = scenario.faults[i];
@@ -369,7 +372,7 @@ void check_table(RuleCheck& check, const Renderer& renderer, const RendererFrame
             std::to_string((needed + kLinkBytesPerPixel - 1) / kLinkBytesPerPixel) + " pixels wide");
 }
 
-/// A slot table that the scenario gives can be sent. Whether the machine takes it is another matter.
+/// A slot table that the scenario gives can be sent. Whether the machine accepts it is not checked.
 void check_slots(RuleCheck& check, const Renderer& renderer, const RendererFrame& frame,
                  const std::string& path) {
     if (!frame.slots || frame.slots->empty()) return;
@@ -408,7 +411,7 @@ std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
 std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
     RuleCheck check;
     check_link_refresh_rate(check, scenario);
-    // Many renderers may share an image, and its pixels take longest to look at.
+    // Many renderers may share an image, and its pixels take longest to check.
     std::set<const PixelImage*> known;
     for (std::size_t i = 0; i < scenario.renderers.size(); ++i) {
         const Renderer& renderer = scenario.renderers[i];

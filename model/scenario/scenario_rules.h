@@ -7,7 +7,7 @@
 
 namespace metabuffer {
 
-/// What a scenario does not keep to: the key path, and what is wrong and what would be right.
+/// A rule that a scenario breaks: the key path, and what is wrong and what would be right.
 struct RuleViolation {
     std::string path;
     std::string message;

@@ -13,8 +13,8 @@
 namespace metabuffer {
 
 /// A scenario file read once, from which many scenarios are made that differ in their overrides. Images are kept, so
-/// that the second scenario that shows one does not read it again. Not for two threads at once; a process may fork and
-/// both go on with it.
+/// that the second scenario that shows one does not read it again. Not for two threads at the same time; a process may
+/// fork, and both processes may go on with it.
 class ScenarioTemplate {
   public:
     /// Reads the file, not its images. Throws InputError.
@@ -35,7 +35,7 @@ class ScenarioTemplate {
     /// The image and depth files that the scenario with these overrides names, each once, whether they are there or
     /// not. Throws InputError for overrides that cannot be applied.
     std::vector<std::filesystem::path> image_files(const std::vector<ScenarioOverride>& overrides) const;
-    /// As scenario_settings() has them (scenario_writer.h), overrides and defaults in place. Reads no images, and
+    /// As scenario_settings() has them (scenario_writer.h), with overrides and defaults filled in. Reads no images, and
     /// checks what can be checked without. Throws InputError.
     std::map<std::string, std::string> settings(const std::vector<ScenarioOverride>& overrides) const;
 

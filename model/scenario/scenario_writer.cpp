@@ -44,7 +44,7 @@ class ImageNames {
     virtual ImageFiles files_of(const PixelImage& image) = 0;
 };
 
-/// Images in files of their own, each once, however many frames and renderers show it.
+/// Images in separate files, each once, however many frames and renderers show it.
 class WrittenImages final : public ImageNames {
   public:
     ImageFiles files_of(const PixelImage& image) override {
@@ -114,7 +114,7 @@ std::string value_in_file(const SchemaKey& key, const KeyValue& value) {
                                                    : value_text(value);
 }
 
-/// "name: value" of every key that is kept in the object and stands in the map at `map`.
+/// "name: value" of every key that is kept in the object and is in the map at `map`.
 template <typename Object>
 std::vector<std::string> members_of(const std::vector<ObjectKey<Object>>& keys, const std::string& map,
                                     const Object& object) {
@@ -130,7 +130,7 @@ std::vector<std::string> members_of(const std::vector<ObjectKey<Object>>& keys, 
     return members;
 }
 
-/// Every key of the machine: what stands in a map goes on the map's line.
+/// Every key of the machine; the keys of a map go on the map's line.
 void write_settings(std::ostream& out, const Scenario& scenario) {
     for (const ObjectKey<Scenario>& key : setting_rows()) {
         const std::string path = key.schema.pattern;
@@ -224,7 +224,7 @@ void write_scenario(const Scenario& scenario, const std::filesystem::path& direc
     std::error_code error;
     std::filesystem::create_directories(directory, error);
     if (error) fail_to_write(directory, error.message());
-    // An earlier scenario's text must not stand beside this one's images if these cannot all be written.
+    // An earlier scenario's text must not be left beside this one's images if these cannot all be written.
     std::filesystem::remove(directory / kScenarioFile, error);
     images.write(directory, scenario.depth_format);
     write_output_file(directory / kScenarioFile, content);

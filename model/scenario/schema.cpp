@@ -19,7 +19,7 @@ std::string_view last_key(std::string_view pattern) {
     return dot == std::string_view::npos ? pattern : pattern.substr(dot + 1);
 }
 
-/// What a pattern's key stands in: "" for the keys at the top.
+/// The map that a pattern's key is in: "" for the keys at the top.
 std::string_view enclosing_map(std::string_view pattern) {
     const std::size_t dot = pattern.rfind('.');
     return dot == std::string_view::npos ? std::string_view() : pattern.substr(0, dot);
@@ -114,7 +114,7 @@ const SchemaKey* Schema::find(std::string_view pattern) const {
 }
 
 bool Schema::is_key_of(std::string_view map_pattern, std::string_view key) const {
-    // A key with a dot in it would otherwise pass for a path.
+    // A key with a dot in it would otherwise be taken for a path.
     return !key.empty() && key.find_first_of(".[]") == std::string_view::npos &&
            find(key_pattern(map_pattern, key)) != nullptr;
 }
@@ -140,7 +140,7 @@ std::vector<std::string> Schema::paths() const {
 
 std::string Schema::nearest_key(std::string_view map_pattern, std::string_view map_path,
                                 std::string_view key) const {
-    constexpr int kSlip = 2;  // edits that are still a slip of the pen
+    constexpr int kSlip = 2;  // edits that still count as a typing error
     const std::string sibling = text::nearest(key, keys_of(map_pattern));
     if (text::edit_distance(key, sibling) > kSlip && !key.empty()) {
         for (const SchemaKey& elsewhere : keys_) {

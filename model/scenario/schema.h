@@ -27,7 +27,7 @@ using KeyValue = std::variant<std::int64_t, double, std::string, std::vector<dou
 /// As files write it, without quotation marks.
 std::string value_text(const KeyValue& value);
 
-/// What a key takes.
+/// The values that a key accepts.
 struct ValueRule {
     enum class Type : std::uint8_t {
         kAny,  ///< the reader of the key decides
@@ -39,7 +39,7 @@ struct ValueRule {
     Type type = Type::kAny;
     IntegerRange whole;
     NumberRange number;
-    std::vector<std::int64_t> only;    ///< whole numbers, ascending, if not all of the range will do
+    std::vector<std::int64_t> only;    ///< whole numbers, ascending, if not all of the range is allowed
     std::vector<std::string> choices;  ///< the names
     const char* what = "";             ///< what one of `only` or `choices` is called: "a bus width"
 
@@ -55,7 +55,7 @@ struct ValueRule {
         return rule;
     }
 
-    /// "1 to 64", "16, 32 or 64", "glitch or stall"; empty if it takes anything.
+    /// "1 to 64", "16, 32 or 64", "glitch or stall"; empty if it accepts anything.
     std::string allowed() const;
     /// What is wrong with the value and what would be right, empty if nothing is. The value must be of the rule's type.
     std::string complaint(const KeyValue& value) const;
@@ -69,13 +69,13 @@ struct SchemaKey {
     ValueRule rule = {};
     const char* unit = "";
     std::string fallback = {};  ///< what holds if it is not given, in words: "64", "required"
-    std::size_t length = 0;     ///< of a list of numbers that always has so many
+    std::size_t length = 0;     ///< of a list that always has that many numbers
 };
 
-/// Every place that a kind of YAML file has, the one list that its reader, overrides and documentation go by.
+/// Every place that a kind of YAML file has, the one list that its reader, overrides and documentation use.
 class Schema {
   public:
-    /// `keys` begins with the empty pattern, the file itself. `empty_message` is what an empty file is told.
+    /// `keys` begins with the empty pattern, the file itself. `empty_message` is the message for an empty file.
     Schema(std::string empty_message, std::vector<SchemaKey> keys);
 
     const std::vector<SchemaKey>& keys() const { return keys_; }
@@ -89,8 +89,8 @@ class Schema {
     std::vector<std::string> keys_of(std::string_view map_pattern) const;
     /// The patterns that end in a key: not those of lists' entries, nor the file itself.
     std::vector<std::string> paths() const;
-    /// What to tell about a key that the map does not know: the path of the nearest known one. A key that is
-    /// known elsewhere is named with where it belongs, unless one of this map is nearly the same.
+    /// What to say about a key that the map does not know: the path of the nearest known one. A key that is known
+    /// elsewhere is named with the path where it belongs, unless one of this map is nearly the same.
     std::string nearest_key(std::string_view map_pattern, std::string_view map_path,
                             std::string_view key) const;
 

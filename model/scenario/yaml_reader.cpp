@@ -16,7 +16,7 @@
 namespace metabuffer::input {
 namespace {
 
-// Aliases are written out, so that a few lines can ask for an endless tree.
+// Aliases are written out, so that a few lines could make an endless tree.
 constexpr int kDeepestNesting = 64;
 constexpr std::size_t kMostValues = 4'000'000;
 constexpr std::size_t kMostTextBytes = std::size_t{512} << 20U;
@@ -99,7 +99,7 @@ class TreeBuilder {
     std::size_t text_bytes_ = 0;
 };
 
-/// Hears where a document starts and nothing else.
+/// Notes where a document starts and ignores everything else.
 class DocumentStarts final : public YAML::EventHandler {
   public:
     void OnDocumentStart(const YAML::Mark& mark) override { last_ = mark; }
@@ -192,7 +192,7 @@ void check_structure_of(const Schema& schema, const Value& value, const std::str
     switch (key.shape) {
         case KeyShape::kScalar:
         case KeyShape::kAny:
-            break;  // the reader of the value says better what it should be
+            break;  // the reader of the value reports better what it should be
         case KeyShape::kMap:
         case KeyShape::kFreeMap: {
             if (value.kind != ValueKind::kMap) fail_shape(schema, value, path, key);
@@ -219,7 +219,7 @@ void check_structure_of(const Schema& schema, const Value& value, const std::str
 constexpr const char* kNoKeyPath =
     " is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x";
 
-/// Walks an override's path down the tree and makes the maps on the way.
+/// Follows an override's path down the tree and makes the maps on the way.
 class OverrideWalk {
   public:
     OverrideWalk(Value& root, const Schema& schema, Place place)
@@ -299,7 +299,7 @@ bool has_leading_zero(const std::string& text) {
     return text.size() > first + 1 && text[first] == '0';
 }
 
-/// from_chars takes no plus sign.
+/// from_chars accepts no plus sign.
 const char* after_plus(const std::string& text) { return text.data() + (text[0] == '+' ? 1 : 0); }
 
 /// A decimal number, also `.5`, `5.` and `1e3`; not hexadecimal, not inf or nan.
@@ -321,7 +321,7 @@ bool is_letter(char character) {
     return (character >= 'a' && character <= 'z') || (character >= 'A' && character <= 'Z');
 }
 
-/// Whether the text means just itself in YAML wherever it stands. It may say no of some that do.
+/// Whether the text means just itself in YAML wherever it stands. May be false for some texts that do.
 bool is_plain(const std::string& text) {
     const bool simple = !text.empty() && std::all_of(text.begin(), text.end(), [](char character) {
         return is_letter(character) || is_digit(character) ||
@@ -334,7 +334,7 @@ bool is_plain(const std::string& text) {
            text != "NULL";
 }
 
-/// A scalar in flow style. What quotation marks keep from being a number keeps them.
+/// A scalar in flow style. A text that is not a number only because of its quotation marks keeps them.
 std::string scalar_text(const Value& value) {
     const bool is_number = decimal_number(value.text).has_value();
     return (is_number ? !value.quoted : is_plain(value.text)) ? value.text : quoted_scalar(value.text);
@@ -371,8 +371,8 @@ std::string described(const Value& value) {
 }
 
 std::string quoted_scalar(const std::string& words) {
-    // In single quotes nothing is special but the quote. YAML::Emitter would lose bytes that are not UTF-8, as names of
-    // files may have.
+    // In single quotes nothing is special except for the quote. YAML::Emitter would lose bytes that are not UTF-8, as
+    // names of files may have.
     if (!text::has_control(words)) return text::literal(words, '\'');
     constexpr std::string_view kDigits = "0123456789ABCDEF";
     std::string result = "\"";

@@ -12,10 +12,10 @@
 #include "scenario/names.h"
 #include "scenario/schema.h"
 
-/// YAML as a tree whose every value knows where it came from, and typed reading of it by a schema.
+/// YAML as a tree in which every value has its place in the file, and typed reading of it by a schema.
 namespace metabuffer::input {
 
-/// Where a value stands: a line of a file, or an override.
+/// Where a value comes from: a line of a file, or an override.
 struct Place {
     std::shared_ptr<const std::string> origin;
     int line = 0;  ///< from 1; 0 for an override
@@ -29,7 +29,7 @@ struct Member;
 
 /// One value, aliases written out.
 struct Value {
-    Place place;  ///< of a scalar its own, of all else its key's
+    Place place;  ///< of a scalar its own, otherwise its key's
     ValueKind kind = ValueKind::kNothing;
     std::string text;     ///< scalar
     bool quoted = false;  ///< scalar
@@ -52,11 +52,11 @@ std::string described(const Value& value);
 /// A text as a scalar in quotation marks, on one line: reads back as just that text.
 std::string quoted_scalar(const std::string& words);
 
-/// The value in flow style on one line, as an override takes it: reads back as the same.
+/// The value in flow style on one line, as an override accepts it: reads back as the same.
 std::string flow_text(const Value& value);
 
-/// Parses text that stands in a file (lines count) or in an override (they do not). Throws InputError on what
-/// is not YAML, on a second document, on a key twice in a map and on endless nesting.
+/// Parses text that is in a file (lines count) or in an override (they do not). Throws InputError on what is not YAML,
+/// on a second document, on a key twice in a map and on endless nesting.
 Value parse_yaml(const std::string& text, const std::shared_ptr<const std::string>& origin, bool has_lines);
 
 /// Puts a value, YAML as --set has it, at a path of keys and indices. Throws InputError.
@@ -64,20 +64,20 @@ void apply_override(Value& root, const Schema& schema, const std::string& path, 
 
 /// A path of keys and indices as overrides have it.
 struct KeyPath {
-    std::string path;     ///< written one way: "renderers[0].frames[1].viewport.x"
+    std::string path;     ///< in one notation: "renderers[0].frames[1].viewport.x"
     std::string pattern;  ///< "renderers[].frames[].viewport.x"
 };
 
-/// Looks up a path that may be written either way, with any indices. Throws InputError, which begins with `where`
-/// and names the nearest known key.
+/// Looks up a path in either notation, with any indices. Throws InputError, which begins with `where` and names the
+/// nearest known key.
 KeyPath find_key_path(const Schema& schema, const std::string& path, const std::string& where);
 
 /// Throws InputError at the first unknown key and at the first value that is a map, a list or a scalar where
 /// it should be something else.
 void check_structure(const Value& root, const Schema& schema);
 
-/// The place of what the path names ("renderers[0].frames[1].table"), or of the innermost thing around it
-/// that the tree has.
+/// The place of what the path names ("renderers[0].frames[1].table"), or of the innermost value around it that the tree
+/// has.
 Place find_place(const Value& root, const std::string& path);
 
 /// A place of a file while it is read: the value there, if any, and the key path for messages.
@@ -90,7 +90,7 @@ class Entry {
     const Place& place() const { return place_; }
     const std::string& path() const { return path_; }
 
-    /// What stands at a path of keys below it: "bus.width_bits".
+    /// The entry at a path of keys below it: "bus.width_bits".
     Entry at(std::string_view path) const;
     /// The key of a map. Asking for a key that the schema does not have is a programming error.
     Entry child(const std::string& key) const;
@@ -104,7 +104,7 @@ class Entry {
     /// Throws InputError: where, message.
     [[noreturn]] void fail(const std::string& message) const;
 
-    /// The value by the key's own rule, which must not be kAny; by another of the same type.
+    /// The value by the key's own rule, which must not be kAny; or by another rule of the same type.
     KeyValue value() const;
     KeyValue value(const ValueRule& rule) const;
     /// A whole number by the key's own rule.

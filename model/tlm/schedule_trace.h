@@ -54,8 +54,8 @@ class ScheduleTrace final : public ScheduleObserver {
     void poll(int renderer, CycleSpan span) override;
     void arbitration(int renderer, CycleSpan span) override;
     void lost_slot(int renderer, CycleSpan span) override;
-    /// Writes a level only if it is another than the composer's last one.
     std::int64_t level_wanted_cycle() const override { return window_ ? window_->first : -1; }
+    /// Writes a level only if it differs from the composer's last one.
     void buffer_level(int renderer, int display, std::int64_t cycle, int held_pixels) override;
     void composited(int display, int frame, CycleSpan span) override;
     void column_stall(int display, int frame, CycleSpan span) override;
