@@ -318,15 +318,18 @@ class Processes(Scratch):
     def start(self, call):
         """Starts a Python process that makes the call; returns it and the call's processes."""
         environment = dict(os.environ, PYTHONPATH=os.pathsep.join((os.environ["PYTHONPATH"], str(pathlib.Path(__file__).parent))))
+        # In a shell's background Ctrl-C is ignored, and children inherit that.
         python = subprocess.Popen([sys.executable, "-c", LONG_RUN.format(call=call)], env=environment, text=True,
-                                  stdout=subprocess.PIPE)
+                                  stdout=subprocess.PIPE,
+                                  preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
         self.addCleanup(python.stdout.close)
         self.addCleanup(python.wait)
         self.addCleanup(python.kill)
         wait_until(lambda: children_of(python.pid))
         family = children_of(python.pid)
         if call.startswith("sweep"):
-            wait_until(lambda: len(children_of(family[0])) == 2)
+            # One process reads the images, two simulate.
+            wait_until(lambda: len(children_of(family[0])) == 3)
             family += children_of(family[0])
         return python, family
 
