@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "host/child_process.h"
 #include "host/errors.h"
 #include "host/text.h"
 #include "report/report.h"
@@ -159,7 +160,8 @@ Reply run(const RunCall& call) {
     request.images = call.images;
     request.check = call.check;
     check_request(request);
-    const Scenario scenario = scenario_of(call.scenario, call.overrides);
+    Scenario scenario = scenario_of(call.scenario, call.overrides);
+    if (needs_pixels(request)) read_images_ahead(scenario, helper_process_count());
     const std::string effective = effective_scenario(scenario, std::filesystem::current_path());
     PictureFile pictures(call.pictures, scenario);
     const auto take = [&pictures](int frame, int display, const ColourImage& picture) {

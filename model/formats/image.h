@@ -12,6 +12,11 @@ namespace metabuffer {
 /// How wide and how high a renderer's image may be.
 constexpr IntegerRange kImageSidePixels{1, 8192};
 
+struct ImageSize {
+    int width_pixels = 0;
+    int height_pixels = 0;
+};
+
 /// A raster of values, row by row from the top left.
 template <typename Value>
 struct Raster {

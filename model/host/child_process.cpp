@@ -13,6 +13,7 @@
 #include <cstring>
 #include <iostream>
 #include <system_error>
+#include <thread>
 
 #include "host/errors.h"
 #include "host/quiet_fork.h"
@@ -100,6 +101,11 @@ void ChildProcess::receive(std::string& bytes) {
 
 void ChildProcess::ask_to_end() const {
     if (!ended()) kill(process_, SIGTERM);
+}
+
+std::size_t helper_process_count() {
+    const unsigned cores = std::thread::hardware_concurrency();
+    return cores > 1 ? cores : 0;
 }
 
 void ChildProcess::reap() {

@@ -53,4 +53,7 @@ class ChildProcess {
     std::string complaint_;
 };
 
+/// The processes that help this one at the same time on this computer: one for each core, none if there is only one.
+std::size_t helper_process_count();
+
 }  // namespace metabuffer

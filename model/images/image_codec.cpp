@@ -70,6 +70,14 @@ const ImageCodec& load_codec() {
     return *reinterpret_cast<ImageModuleEntry*>(entry)();
 }
 
+class ImagesHere final : public ImageSource {
+  public:
+    ImageSize size(const ImageFiles& files) const override { return image_codec().size(files); }
+    PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const override {
+        return image_codec().load(files, format, range);
+    }
+};
+
 }  // namespace
 
 const ImageCodec& image_codec() {
@@ -77,8 +85,6 @@ const ImageCodec& image_codec() {
     return codec;
 }
 
-PixelImage load_image_here(const ImageFiles& files, DepthFormat format, const DepthRange& range) {
-    return image_codec().load(files, format, range);
-}
+std::shared_ptr<const ImageSource> images_here() { return std::make_shared<const ImagesHere>(); }
 
 }  // namespace metabuffer

@@ -1,35 +1,19 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
-#include <optional>
+#include <memory>
 #include <string>
 
 #include "formats/depth_format.h"
 #include "formats/image.h"
-#include "formats/image_files.h"
+#include "images/image_source.h"
 
 namespace metabuffer {
 
-struct DepthRange {
-    double near = 0.0;
-    double far = 1.0;
-};
-
 /// Reads and writes image files by OpenImageIO. Its libraries take a third of a second to load, so they are in a
 /// separate module, which is loaded for the first image.
-class ImageCodec {
+class ImageCodec : public ImageSource {
   public:
-    ImageCodec() = default;
-    ImageCodec(const ImageCodec&) = delete;
-    ImageCodec& operator=(const ImageCodec&) = delete;
-    virtual ~ImageCodec() = default;
-
-    /// Reads a renderer's image: channels R G B, A where it has one (else 255), and Z, unless that is given for all of
-    /// the image or comes from a separate one-channel file. image_file.h describes the formats. Throws InputError
-    /// naming the file and what it lacks.
-    virtual PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const = 0;
-
     /// The bytes of an 8-bit RGB PNG file: the same for the same picture. `file` is what an error names. Throws
     /// OutputError.
     virtual std::string png(const ColourImage& image, const std::filesystem::path& file) const = 0;
@@ -45,10 +29,7 @@ class ImageCodec {
 /// Throws InputError if the module cannot be loaded.
 const ImageCodec& image_codec();
 
-/// Reads an image as ImageCodec::load() does.
-using LoadImage =
-    std::function<PixelImage(const ImageFiles& files, DepthFormat format, const DepthRange& range)>;
-/// The same, by the codec of this process.
-PixelImage load_image_here(const ImageFiles& files, DepthFormat format, const DepthRange& range);
+/// Reads images by the codec of this process, which is loaded for the first one.
+std::shared_ptr<const ImageSource> images_here();
 
 }  // namespace metabuffer

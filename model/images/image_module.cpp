@@ -45,6 +45,10 @@ class QuietLibraries {
 
 class OpenImageIoCodec final : public ImageCodec {
   public:
+    ImageSize size(const ImageFiles& files) const override {
+        const QuietLibraries quiet;
+        return image_size(files);
+    }
     PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const override {
         const QuietLibraries quiet;
         return load_image(files, format, range);

@@ -212,47 +212,69 @@ std::vector<std::uint32_t> depth_channel(const NativeImage& image, int channel, 
     return values;
 }
 
+struct Channels {
+    int red = kNoChannel;
+    int green = kNoChannel;
+    int blue = kNoChannel;
+    int depth = kNoChannel;
+};
+
+/// The channels of an image. None for depth if it is not in that file.
+Channels channels_of(const NativeImage& image, const ImageFiles& files) {
+    Channels channels{image.find_channel("R"), image.find_channel("G"), image.find_channel("B"), kNoChannel};
+    if (channels.red == kNoChannel || channels.green == kNoChannel || channels.blue == kNoChannel) {
+        fail_image(files.image,
+                   "has the channels " + image.channel_list() + "; use R, G and B, and A and Z if need be");
+    }
+    const bool own_depth = !files.depth.has_value() && !files.z.has_value();
+    if (own_depth) channels.depth = image.find_channel("Z");
+    // Without Z it would be the nearest of all and hide every other image.
+    if (own_depth && channels.depth == kNoChannel) {
+        fail_image(files.image, "has the channels " + image.channel_list() +
+                                    " and no Z; use depth, a file of Z, or z, one depth for all of it");
+    }
+    return channels;
+}
+
+/// The channel of a separate file of Z.
+int depth_channel_of(const NativeImage& image, const std::filesystem::path& file, ImageSize size) {
+    if (image.width() != size.width_pixels || image.height() != size.height_pixels) {
+        fail_image(file, "has " + std::to_string(image.width()) + " x " + std::to_string(image.height()) +
+                             " pixels; use " + std::to_string(size.width_pixels) + " x " +
+                             std::to_string(size.height_pixels) + ", the size of the image it belongs to");
+    }
+    if (image.channel_count() == 1) return 0;
+    if (image.channels_named("Z") != 1) {
+        fail_image(file, "has the channels " + image.channel_list() +
+                             "; use one channel, or several with exactly one Z among them");
+    }
+    return image.find_channel("Z");
+}
+
 /// Z from a separate file.
-std::vector<std::uint32_t> depth_of_file(const std::filesystem::path& file, int width, int height,
+std::vector<std::uint32_t> depth_of_file(const std::filesystem::path& file, ImageSize size,
                                          DepthFormat format, const DepthRange& range) {
     NativeImage image(file);
-    if (image.width() != width || image.height() != height) {
-        fail_image(file, "has " + std::to_string(image.width()) + " x " + std::to_string(image.height()) +
-                             " pixels; use " + std::to_string(width) + " x " + std::to_string(height) +
-                             ", the size of the image it belongs to");
-    }
-    int channel = 0;
-    if (image.channel_count() > 1) {
-        if (image.channels_named("Z") != 1) {
-            fail_image(file, "has the channels " + image.channel_list() +
-                                 "; use one channel, or several with exactly one Z among them");
-        }
-        channel = image.find_channel("Z");
-    }
+    const int channel = depth_channel_of(image, file, size);
     image.read(channel, channel);
     return depth_channel(image, channel, format, range);
 }
 
 }  // namespace
 
+ImageSize image_size(const ImageFiles& files) {
+    const NativeImage image(files.image);
+    channels_of(image, files);
+    const ImageSize size{image.width(), image.height()};
+    if (files.depth.has_value()) depth_channel_of(NativeImage(*files.depth), *files.depth, size);
+    return size;
+}
+
 PixelImage load_image(const ImageFiles& files, DepthFormat format, const DepthRange& range) {
     NativeImage image(files.image);
-    const int red = image.find_channel("R");
-    const int green = image.find_channel("G");
-    const int blue = image.find_channel("B");
-    if (red == kNoChannel || green == kNoChannel || blue == kNoChannel) {
-        fail_image(files.image,
-                   "has the channels " + image.channel_list() + "; use R, G and B, and A and Z if need be");
-    }
+    const auto [red, green, blue, depth] = channels_of(image, files);
     // Without alpha on the link, every receiver treats a pixel as opaque.
     const int alpha = layout_of(format).has_alpha() ? image.find_channel("A") : kNoChannel;
-    const bool own_depth = !files.depth.has_value() && !files.z.has_value();
-    const int depth = own_depth ? image.find_channel("Z") : kNoChannel;
-    // Without Z it would be the nearest of all and hide every other image.
-    if (own_depth && depth == kNoChannel) {
-        fail_image(files.image, "has the channels " + image.channel_list() +
-                                    " and no Z; use depth, a file of Z, or z, one depth for all of it");
-    }
 
     int first = std::min({red, green, blue});
     if (alpha != kNoChannel) first = std::min(first, alpha);
@@ -268,7 +290,7 @@ PixelImage load_image(const ImageFiles& files, DepthFormat format, const DepthRa
                                             : std::vector<std::uint8_t>(pixels.values.size(), 255);
     std::vector<std::uint32_t> z(pixels.values.size(), 0);
     if (files.depth.has_value()) {
-        z = depth_of_file(*files.depth, image.width(), image.height(), format, range);
+        z = depth_of_file(*files.depth, {image.width(), image.height()}, format, range);
     } else if (files.z.has_value()) {
         std::fill(z.begin(), z.end(),
                   scaled((*files.z - range.near) / (range.far - range.near), far_z(format)));

@@ -4,7 +4,8 @@
 
 namespace metabuffer {
 
-/// As ImageCodec::load says.
+/// As ImageSource has them.
+ImageSize image_size(const ImageFiles& files);
 PixelImage load_image(const ImageFiles& files, DepthFormat format, const DepthRange& range);
 
 }  // namespace metabuffer

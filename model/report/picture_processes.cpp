@@ -1,40 +1,19 @@
 #include "report/picture_processes.h"
 
 #include <poll.h>
-#include <sys/mman.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <new>
-#include <thread>
 #include <utility>
 
 #include "host/child_process.h"
 #include "host/message_channel.h"
+#include "host/shared_memory.h"
 
 namespace metabuffer {
 namespace {
-
-/// Pixels that a process and its parent share.
-class SharedPixels {
-  public:
-    explicit SharedPixels(std::size_t count) : bytes_(count * sizeof(std::uint32_t)) {
-        void* const memory = mmap(nullptr, bytes_, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-        if (memory == MAP_FAILED) throw std::bad_alloc();
-        pixels_ = static_cast<std::uint32_t*>(memory);
-    }
-    SharedPixels(const SharedPixels&) = delete;
-    SharedPixels& operator=(const SharedPixels&) = delete;
-    ~SharedPixels() { munmap(pixels_, bytes_); }
-
-    std::uint32_t* pixels() const { return pixels_; }
-
-  private:
-    std::size_t bytes_;
-    std::uint32_t* pixels_ = nullptr;
-};
 
 /// What precedes a picture's name in the message to the process.
 struct Size {
@@ -48,7 +27,7 @@ struct Size {
 class PictureProcesses::Worker {
   public:
     Worker(std::size_t most_pixels, const Encode& encode)
-        : memory_(most_pixels),
+        : memory_(most_pixels * sizeof(std::uint32_t)),
           process_([this, &encode](const ChildProcess::Sender& /*pipe*/) { serve(encode); }) {
         channel_.be_parent();
     }
@@ -59,7 +38,7 @@ class PictureProcesses::Worker {
 
     /// A process that has ended does not receive it, and settle() reports that.
     void hand_over(const std::string& name, const ColourImage& picture) {
-        std::copy(picture.values.begin(), picture.values.end(), memory_.pixels());
+        std::copy(picture.values.begin(), picture.values.end(), pixels());
         size_ = {picture.width_pixels, picture.height_pixels};
         std::string message(sizeof size_, '\0');
         std::memcpy(message.data(), &size_, sizeof size_);
@@ -78,7 +57,7 @@ class PictureProcesses::Worker {
     const std::string& name() const { return name_; }
     ColourImage picture() const {
         ColourImage picture(size_.width_pixels, size_.height_pixels);
-        std::copy_n(memory_.pixels(), picture.values.size(), picture.values.begin());
+        std::copy_n(pixels(), picture.values.size(), picture.values.begin());
         return picture;
     }
 
@@ -95,7 +74,9 @@ class PictureProcesses::Worker {
         }
     }
 
-    SharedPixels memory_;
+    std::uint32_t* pixels() const { return static_cast<std::uint32_t*>(memory_.begin()); }
+
+    SharedMemory memory_;
     MessageChannel channel_;
     Size size_;         ///< of the last picture
     std::string name_;  ///< of it
@@ -159,11 +140,6 @@ void PictureProcesses::wait_for_any() {
     for (std::size_t n = 0; n < workers_.size(); ++n) {
         if (channels[n].revents != 0) settle(*workers_[n]);
     }
-}
-
-std::size_t picture_process_count() {
-    const unsigned cores = std::thread::hardware_concurrency();
-    return cores > 1 ? cores : 0;
 }
 
 }  // namespace metabuffer

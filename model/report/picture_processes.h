@@ -45,7 +45,4 @@ class PictureProcesses {
     std::vector<std::unique_ptr<Worker>> workers_;
 };
 
-/// The processes that encode pictures at the same time on this computer: one for each core, none if there is only one.
-std::size_t picture_process_count();
-
 }  // namespace metabuffer

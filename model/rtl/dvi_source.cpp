@@ -124,13 +124,13 @@ int DviSource::active_pixels_of_line() const {
 std::uint32_t DviSource::active_data() const {
     const LinkFrame& frame = program_.frame();
     const int active_line = line_ - DviTiming::kVerticalBackLines;
-    if (x_ >= timing_.active_pixels || active_line > frame.image->height_pixels) {
+    if (x_ >= timing_.active_pixels || active_line > frame.image->height_pixels()) {
         return 0;  // what a fault adds
     }
     if (active_line == 0) {
         return frame.control[static_cast<std::size_t>(x_)];
     }
-    const Pixel pixel = frame.image->at(x_, active_line - 1);
+    const Pixel pixel = frame.image->pixels().at(x_, active_line - 1);
     return program_.kind() == FrameKind::kColour ? colour_link_bits(pixel)
                                                  : depth_link_bits(pixel, scenario_.depth_format);
 }

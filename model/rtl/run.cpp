@@ -117,7 +117,7 @@ std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow
         std::optional<CycleSpan> event;
         machine.on_finished([] { sc_core::sc_pause(); });
         while (!(event = event_of(window, machine)) && !machine.finished()) {
-            sc_core::sc_start(cycles_to_time(scenario, kChunkCycles));
+            advance_kernel(scenario, cycles_to_time(scenario, kChunkCycles));
         }
         return event;
     });
@@ -139,7 +139,7 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
         if (window) waveform_file->start();
     }
 
-    SimulationRun simulation(options.on_frame_shown);
+    SimulationRun simulation(scenario, options.on_frame_shown);
     Metabuffer machine("metabuffer", scenario);
     std::unique_ptr<CycleCounter> counter;
     if (options.trace)

@@ -25,6 +25,18 @@ Pixel flipped(Pixel pixel, FrameKind half, std::uint32_t bits, DepthFormat forma
                                       : with_depth_half(pixel, depth_link_bits(pixel, format) ^ bits, format);
 }
 
+/// A copy of the image, made when its pixels are needed.
+std::shared_ptr<const StoredImage> with_flipped_bits(std::shared_ptr<const StoredImage> original,
+                                                     const Fault& fault, DepthFormat format) {
+    const ImageSize size{original->width_pixels(), original->height_pixels()};
+    return std::make_shared<const StoredImage>(size, [original = std::move(original), fault, format] {
+        PixelImage image = original->pixels();
+        Pixel& pixel = image.at(fault.x, fault.y);
+        pixel = flipped(pixel, fault.frame, fault.bits, format);
+        return image;
+    });
+}
+
 /// The faults that change what is in one frame.
 std::vector<const Fault*> spoiling_faults(const Scenario& scenario, int renderer, std::uint32_t pair,
                                           FrameKind frame) {
@@ -59,10 +71,7 @@ void spoil(LinkFrame& link, const Fault& fault, DepthFormat format) {
             link.active_lines += fault.lines;
             break;
         case FaultKind::kPixelBits: {
-            auto image = std::make_shared<PixelImage>(*link.image);
-            Pixel& pixel = image->at(fault.x, fault.y);
-            pixel = flipped(pixel, fault.frame, fault.bits, format);
-            link.image = std::move(image);
+            link.image = with_flipped_bits(link.image, fault, format);
             link.image_is_copy = true;
             break;
         }

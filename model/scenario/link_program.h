@@ -14,12 +14,12 @@ namespace metabuffer {
 
 /// One frame as it is on the link.
 struct LinkFrame {
-    std::vector<std::uint32_t> control;       ///< link pixels of the control scanline
-    std::shared_ptr<const PixelImage> image;  ///< the lines below it
-    bool image_is_copy = false;               ///< made for this frame, with flipped bits
-    int active_lines = 0;                     ///< control scanline included; lines beyond the image are 0
-    int last_line_pixels = 0;                 ///< of the last line; a pixel beyond the image is 0
-    std::int64_t faults = 0;                  ///< that change it
+    std::vector<std::uint32_t> control;        ///< link pixels of the control scanline
+    std::shared_ptr<const StoredImage> image;  ///< the lines below it
+    bool image_is_copy = false;                ///< made for this frame, with flipped bits
+    int active_lines = 0;                      ///< control scanline included; lines beyond the image are 0
+    int last_line_pixels = 0;                  ///< of the last line; a pixel beyond the image is 0
+    std::int64_t faults = 0;                   ///< that change it
 };
 
 /// The slot table of a pair with this table, by index of its valid rows: what the host has sent in the payload of the

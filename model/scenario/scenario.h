@@ -15,9 +15,9 @@
 #include "datapath/link/pacing.h"
 #include "formats/control_scanline.h"
 #include "formats/dvi_timing.h"
-#include "formats/image.h"
 #include "formats/image_files.h"
 #include "formats/pixel.h"
+#include "formats/stored_image.h"
 #include "formats/viewport_splitter.h"
 #include "formats/viewport_table.h"
 
@@ -249,20 +249,24 @@ struct Renderer {
     std::string name;
     int image_width_pixels = 0;
     int image_height_pixels = 0;
-    /// Each different image once, converted to pixels. Renderers that name the same files share them.
-    std::vector<std::shared_ptr<const PixelImage>> images;
+    /// Each different image once. Renderers that name the same files share them.
+    std::vector<std::shared_ptr<const StoredImage>> images;
     std::vector<RendererFrame> frames;  ///< at least one; the last repeats
 
     const RendererFrame& frame_of_pair(std::uint32_t pair) const {
         return frames[std::min<std::size_t>(pair, frames.size() - 1)];
     }
-    const PixelImage& image_of_pair(std::uint32_t pair) const { return *images[frame_of_pair(pair).image]; }
+    /// Its pixels are read if they are not in memory: throws what StoredImage::pixels() throws.
+    const PixelImage& image_of_pair(std::uint32_t pair) const {
+        return images[frame_of_pair(pair).image]->pixels();
+    }
     /// One word for each pixel.
     std::int64_t image_words() const { return std::int64_t{image_width_pixels} * image_height_pixels; }
     DviTiming timing() const { return renderer_dvi_timing(image_width_pixels, image_height_pixels); }
 };
 
-/// A scenario with every default filled in, every key checked and every image read. Levels are built from it.
+/// A scenario with every default filled in, every key checked and the size of every image known.
+/// Levels are built from it.
 struct Scenario {
     std::string name;
     DisplayConfig displays;
@@ -281,7 +285,7 @@ struct Scenario {
     std::vector<Renderer> renderers;   ///< at least one
     std::vector<Fault> faults;
     /// The files of the images that were read from files.
-    std::map<const PixelImage*, ImageFiles> image_files;
+    std::map<const StoredImage*, ImageFiles> image_files;
 
     Pixel background_pixel() const {
         return {displays.background[0], displays.background[1], displays.background[2], 0,

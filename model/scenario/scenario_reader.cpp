@@ -276,20 +276,29 @@ std::vector<Fault> read_faults(const Entry& entry, const std::vector<Renderer>& 
     return faults;
 }
 
-[[noreturn]] void fail_image(const FrameSource& source, const std::string& message) {
-    // The message starts with the file's name, which distinguishes the two keys.
-    const std::optional<std::filesystem::path>& depth = source.files.depth;
-    const bool is_depth = depth.has_value() && depth != source.files.image &&
-                          message.rfind(text::one_line(depth->string()) + ": ", 0) == 0;
-    source.entry.child(is_depth ? "depth" : "image").fail(message);
-}
+/// Where the scenario names the files of a frame.
+struct PlaceOfImage {
+    std::string image;
+    std::string depth;
+    ImageFiles files;
 
-const std::shared_ptr<const PixelImage>& image_of(const FrameSource& source, const Scenario& scenario,
-                                                  ImageShelf& shelf) {
+    [[noreturn]] void fail(const std::string& fault) const {
+        // The fault starts with the file's name, which distinguishes the two keys.
+        const bool is_depth = files.depth.has_value() && files.depth != files.image &&
+                              fault.rfind(text::one_line(files.depth->string()) + ": ", 0) == 0;
+        throw InputError(text::one_line((is_depth ? depth : image) + ": " + fault));
+    }
+};
+
+const std::shared_ptr<const StoredImage>& image_of(const FrameSource& source, const Scenario& scenario,
+                                                   ImageShelf& shelf) {
+    const PlaceOfImage place{source.entry.child("image").where(), source.entry.child("depth").where(),
+                             source.files};
     try {
-        return shelf.image_of({source.files, scenario.depth_format, scenario.depth_near, scenario.depth_far});
+        return shelf.image_of({source.files, scenario.depth_format, scenario.depth_near, scenario.depth_far},
+                              [place](const std::string& fault) { place.fail(fault); });
     } catch (const InputError& error) {
-        fail_image(source, error.what());
+        place.fail(error.what());
     }
 }
 
@@ -304,22 +313,22 @@ void split_viewport_of(RendererFrame& frame, const Entry& entry, const Renderer&
     }
 }
 
-/// Reads the images of one renderer and splits its viewports.
+/// Reads the headers of one renderer's images and splits its viewports.
 void read_images(const RendererSource& source, Scenario& scenario, ImageShelf& shelf, Renderer& renderer) {
-    std::map<const PixelImage*, std::size_t> indices;  // into the renderer's own list
+    std::map<const StoredImage*, std::size_t> indices;  // into the renderer's own list
     for (std::size_t i = 0; i < source.frames.size(); ++i) {
         const FrameSource& frame_source = source.frames[i];
         RendererFrame& frame = renderer.frames[i];
-        const std::shared_ptr<const PixelImage>& image = image_of(frame_source, scenario, shelf);
+        const std::shared_ptr<const StoredImage>& image = image_of(frame_source, scenario, shelf);
         const auto [known, is_new] = indices.try_emplace(image.get(), renderer.images.size());
         if (is_new) {
             renderer.images.push_back(image);
             scenario.image_files.insert_or_assign(image.get(), frame_source.files);
         }
         frame.image = known->second;
-        const PixelImage& first = *renderer.images.front();
-        renderer.image_width_pixels = first.width_pixels;
-        renderer.image_height_pixels = first.height_pixels;
+        const StoredImage& first = *renderer.images.front();
+        renderer.image_width_pixels = first.width_pixels();
+        renderer.image_height_pixels = first.height_pixels();
         split_viewport_of(frame, frame_source.entry, renderer, scenario.displays.wall());
     }
 }
@@ -380,6 +389,22 @@ NumberRange depths_of(const Scenario& scenario) {
                                                     : NumberRange{Limits::lowest(), Limits::max()};
 }
 
+/// The pixels of an image whose headers gave this size.
+PixelImage read_pixels(const ImageSource& source, const ImageShelf::Key& key, ImageSize size,
+                       const ImageShelf::Fail& fail) {
+    const auto& [files, format, near, far] = key;
+    PixelImage image;
+    try {
+        image = source.load(files, format, {near, far});
+        if (image.width_pixels != size.width_pixels || image.height_pixels != size.height_pixels) {
+            throw InputError(files.image.string() + ": has changed its size since the scenario was read");
+        }
+    } catch (const InputError& error) {
+        fail(error.what());
+    }
+    return image;
+}
+
 Draft read_draft(const Value& tree, const std::string& default_name, const std::filesystem::path& base) {
     check_structure(tree, scenario_schema());
     const Entry root(tree, scenario_schema());
@@ -405,14 +430,16 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
 
 }  // namespace
 
-const std::shared_ptr<const PixelImage>& ImageShelf::image_of(const Key& key) {
+const std::shared_ptr<const StoredImage>& ImageShelf::image_of(const Key& key, Fail fail_later) {
     if (const auto known = images_.find(key); known != images_.end()) return known->second;
     const auto failed = failures_.find(key);
     if (failed != failures_.end() && failed->second.is_lasting) throw InputError(failed->second.message);
-    const auto& [files, format, near, far] = key;
     try {
-        return images_.emplace(key, std::make_shared<const PixelImage>(load_(files, format, {near, far})))
-            .first->second;
+        const ImageSize size = source_->size(std::get<ImageFiles>(key));
+        StoredImage::Read read = [key, size, source = source_, fail = std::move(fail_later)] {
+            return read_pixels(*source, key, size, fail);
+        };
+        return images_.emplace(key, std::make_shared<const StoredImage>(size, std::move(read))).first->second;
     } catch (const InputError& error) {
         const bool is_lasting = failed != failures_.end() && failed->second.message == error.what();
         failures_[key] = {error.what(), is_lasting};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -8,30 +9,33 @@
 #include <tuple>
 #include <utility>
 
-#include "formats/image.h"
-#include "images/image_codec.h"
+#include "formats/stored_image.h"
+#include "images/image_source.h"
 #include "scenario/scenario.h"
 #include "scenario/yaml_reader.h"
 
 /// From a scenario's YAML, overrides in place, to the scenario.
 namespace metabuffer::input {
 
-/// A cache of images by their files. Each is read once, however many renderers and scenarios show it. An image that
-/// fails twice in the same way is not tried a third time.
+/// A cache of images by their files. Each is read once, however many renderers and scenarios show it: its headers at
+/// once, its pixels when they are needed. Headers that fail twice in the same way are not tried a third time.
 class ImageShelf {
   public:
-    /// load: reads an image. Throws InputError.
-    explicit ImageShelf(LoadImage load) : load_(std::move(load)) {}
+    explicit ImageShelf(std::shared_ptr<const ImageSource> source) : source_(std::move(source)) {}
 
     /// What a pixel depends on: the files, and how depths become Z (format, near, far).
     using Key = std::tuple<ImageFiles, DepthFormat, double, double>;
 
-    /// The image. The reference stays valid as long as the cache lives. Throws InputError.
-    const std::shared_ptr<const PixelImage>& image_of(const Key& key);
+    /// Throws the InputError for an image's fault, whose message says where the scenario names the image.
+    using Fail = std::function<void(const std::string& fault)>;
+
+    /// The image. The reference stays valid as long as the cache lives. Throws InputError if a header has a fault.
+    /// fail_later: for a fault of the pixels; it outlives the scenario's text.
+    const std::shared_ptr<const StoredImage>& image_of(const Key& key, Fail fail_later);
 
   private:
-    LoadImage load_;
-    std::map<Key, std::shared_ptr<const PixelImage>> images_;
+    std::shared_ptr<const ImageSource> source_;
+    std::map<Key, std::shared_ptr<const StoredImage>> images_;
     struct Failure {
         std::string message;
         bool is_lasting = false;  ///< it has come twice

@@ -328,21 +328,21 @@ void check_fault_places(RuleCheck& check, const Scenario& scenario) {
     }
 }
 
-void check_image_size(RuleCheck& check, const Renderer& renderer, const PixelImage& image,
+void check_image_size(RuleCheck& check, const Renderer& renderer, const StoredImage& image,
                       const std::string& path) {
     const auto size = [](int width, int height) {
         return std::to_string(width) + " x " + std::to_string(height) + " pixels";
     };
-    check.require(image.width_pixels == renderer.image_width_pixels &&
-                      image.height_pixels == renderer.image_height_pixels,
+    check.require(image.width_pixels() == renderer.image_width_pixels &&
+                      image.height_pixels() == renderer.image_height_pixels,
                   path,
-                  "the image has " + size(image.width_pixels, image.height_pixels) +
+                  "the image has " + size(image.width_pixels(), image.height_pixels()) +
                       ", and the renderer's first " +
                       size(renderer.image_width_pixels, renderer.image_height_pixels) +
                       "; use images of one size, the renderer's DVI mode");
 }
 
-/// What an image must be whichever renderer sends it.
+/// What an image in memory must be whichever renderer sends it.
 void check_pixels(RuleCheck& check, const Scenario& scenario, const PixelImage& image,
                   const std::string& path) {
     const std::uint64_t pixels =
@@ -412,7 +412,7 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
     RuleCheck check;
     check_link_refresh_rate(check, scenario);
     // Many renderers may share an image, and its pixels take longest to check.
-    std::set<const PixelImage*> known;
+    std::set<const StoredImage*> known;
     for (std::size_t i = 0; i < scenario.renderers.size(); ++i) {
         const Renderer& renderer = scenario.renderers[i];
         const std::string path = "renderers[" + std::to_string(i) + "]";
@@ -429,7 +429,7 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
                                   std::to_string(renderer.images.size()) + ", exclusive");
                 continue;
             }
-            const PixelImage* image = renderer.images[frame.image].get();
+            const StoredImage* image = renderer.images[frame.image].get();
             if (image == nullptr) {
                 check.require(
                     false, frame_path + ".image",
@@ -439,7 +439,9 @@ std::optional<RuleViolation> renderers_violation(const Scenario& scenario) {
             if (seen.insert(frame.image).second) {
                 check_image_size(check, renderer, *image, frame_path + ".image");
             }
-            if (known.insert(image).second) check_pixels(check, scenario, *image, frame_path + ".image");
+            if (known.insert(image).second && image->is_read()) {
+                check_pixels(check, scenario, image->pixels(), frame_path + ".image");
+            }
             check_table(check, renderer, frame, frame_path);
             if (!check.failed()) check_slots(check, renderer, frame, frame_path);
         }

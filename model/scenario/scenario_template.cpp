@@ -31,7 +31,7 @@ std::vector<std::string> numbered_names(const std::string& name, const input::Va
 }  // namespace
 
 struct ScenarioTemplate::Content {
-    explicit Content(LoadImage load) : shelf(std::move(load)) {}
+    explicit Content(std::shared_ptr<const ImageSource> images) : shelf(std::move(images)) {}
 
     std::filesystem::path file;
     std::string text;
@@ -52,12 +52,14 @@ struct ScenarioTemplate::Content {
     }
 };
 
-ScenarioTemplate::ScenarioTemplate(const std::filesystem::path& file, LoadImage load)
-    : ScenarioTemplate(input::text_of_file(file), file.string(), file.parent_path(), std::move(load)) {}
+ScenarioTemplate::ScenarioTemplate(const std::filesystem::path& file,
+                                   std::shared_ptr<const ImageSource> images)
+    : ScenarioTemplate(input::text_of_file(file), file.string(), file.parent_path(), std::move(images)) {}
 
 ScenarioTemplate::ScenarioTemplate(std::string text, const std::string& origin,
-                                   const std::filesystem::path& base, LoadImage load)
-    : content_(std::make_unique<Content>(std::move(load))) {
+                                   const std::filesystem::path& base,
+                                   std::shared_ptr<const ImageSource> images)
+    : content_(std::make_unique<Content>(std::move(images))) {
     content_->file = origin;
     content_->base = base;
     content_->default_name = text::one_line(content_->file.stem().string());

@@ -18,10 +18,11 @@ namespace metabuffer {
 class ScenarioTemplate {
   public:
     /// Reads the file, not its images. Throws InputError.
-    explicit ScenarioTemplate(const std::filesystem::path& file, LoadImage load = load_image_here);
+    explicit ScenarioTemplate(const std::filesystem::path& file,
+                              std::shared_ptr<const ImageSource> images = images_here());
     /// The same from text; `origin` names it in messages and `base` is what image paths are relative to.
     ScenarioTemplate(std::string text, const std::string& origin, const std::filesystem::path& base,
-                     LoadImage load = load_image_here);
+                     std::shared_ptr<const ImageSource> images = images_here());
     ScenarioTemplate(ScenarioTemplate&&) noexcept;
     ScenarioTemplate& operator=(ScenarioTemplate&&) noexcept;
     ~ScenarioTemplate();

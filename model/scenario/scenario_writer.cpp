@@ -41,13 +41,13 @@ class ImageNames {
     ImageNames& operator=(const ImageNames&) = delete;
     virtual ~ImageNames() = default;
     /// The files of an image, relative to the scenario's.
-    virtual ImageFiles files_of(const PixelImage& image) = 0;
+    virtual ImageFiles files_of(const StoredImage& image) = 0;
 };
 
 /// Images in separate files, each once, however many frames and renderers show it.
 class WrittenImages final : public ImageNames {
   public:
-    ImageFiles files_of(const PixelImage& image) override {
+    ImageFiles files_of(const StoredImage& image) override {
         const auto [known, is_new] = numbers_.try_emplace(&image, images_.size() + 1);
         if (is_new) images_.push_back(&image);
         return {colour_file(known->second), depth_file(known->second), std::nullopt};
@@ -56,7 +56,7 @@ class WrittenImages final : public ImageNames {
     /// Writes all that files_of was asked for.
     void write(const std::filesystem::path& directory, DepthFormat format) const {
         for (std::size_t number = 1; number <= images_.size(); ++number) {
-            const PixelImage& image = *images_[number - 1];
+            const PixelImage& image = images_[number - 1]->pixels();
             const std::filesystem::path colours = directory / colour_file(number);
             const std::filesystem::path depths = directory / depth_file(number);
             write_output_file(colours, image_codec().colour_tiff(image, colours));
@@ -68,8 +68,8 @@ class WrittenImages final : public ImageNames {
     static std::string colour_file(std::size_t number) { return "image_" + std::to_string(number) + ".tif"; }
     static std::string depth_file(std::size_t number) { return "depth_" + std::to_string(number) + ".tif"; }
 
-    std::vector<const PixelImage*> images_;
-    std::map<const PixelImage*, std::size_t> numbers_;  ///< from 1
+    std::vector<const StoredImage*> images_;
+    std::map<const StoredImage*, std::size_t> numbers_;  ///< from 1
 };
 
 /// The files that the images were read from.
@@ -78,7 +78,7 @@ class ReadImages final : public ImageNames {
     ReadImages(const Scenario& scenario, const std::filesystem::path& directory)
         : scenario_(scenario), directory_(std::filesystem::absolute(directory)) {}
 
-    ImageFiles files_of(const PixelImage& image) override {
+    ImageFiles files_of(const StoredImage& image) override {
         const ImageFiles& files = scenario_.image_files.at(&image);
         return {relative(files.image), files.depth ? std::optional(relative(*files.depth)) : std::nullopt,
                 files.z};

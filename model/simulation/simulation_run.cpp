@@ -2,6 +2,27 @@
 
 namespace metabuffer {
 
+namespace {
+
+void throw_image_failure(const Scenario& scenario) {
+    for (const Renderer& renderer : scenario.renderers) {
+        for (const auto& image : renderer.images) {
+            if (const std::exception_ptr failure = image->failure()) std::rethrow_exception(failure);
+        }
+    }
+}
+
+}  // namespace
+
+void advance_kernel(const Scenario& scenario, const sc_core::sc_time& time) {
+    try {
+        sc_core::sc_start(time);
+    } catch (...) {
+        throw_image_failure(scenario);
+        throw;
+    }
+}
+
 void SimulationRun::frame_shown(const DisplayedFrame& displayed) {
     in_kernel_ += Clock::now() - entered_;
     if (on_frame_shown_ && !error_) {
@@ -17,7 +38,7 @@ void SimulationRun::frame_shown(const DisplayedFrame& displayed) {
 
 void SimulationRun::advance(const sc_core::sc_time& time) {
     entered_ = Clock::now();
-    sc_core::sc_start(time);
+    advance_kernel(scenario_, time);
     in_kernel_ += Clock::now() - entered_;
     if (error_) {
         std::rethrow_exception(error_);

@@ -5,20 +5,26 @@
 #include <systemc>
 #include <utility>
 
+#include "scenario/scenario.h"
 #include "simulation/frame_shown.h"
 
 namespace metabuffer {
+
+/// Lets that much time pass, or less if the machine pauses. If an image cannot be read meanwhile, throws what its reader
+/// has thrown and not what the kernel has made of it.
+void advance_kernel(const Scenario& scenario, const sc_core::sc_time& time);
 
 /// Runs the kernel for a level that has time: measures its time without the host's callback, and brings an exception of
 /// that callback out of the kernel, which would wrap it.
 class SimulationRun {
   public:
-    /// on_frame_shown: the host's; may be empty, may throw.
-    explicit SimulationRun(FrameShown on_frame_shown) : on_frame_shown_(std::move(on_frame_shown)) {}
+    /// on_frame_shown: the host's; may be empty, may throw. The scenario must outlive it.
+    SimulationRun(const Scenario& scenario, FrameShown on_frame_shown)
+        : scenario_(scenario), on_frame_shown_(std::move(on_frame_shown)) {}
 
     /// The machine calls it within the kernel. After the first exception the host's callback is no longer called.
     void frame_shown(const DisplayedFrame& displayed);
-    /// Lets that much time pass, or less if the machine pauses. Throws what the callback has thrown.
+    /// As advance_kernel(). Throws also what the callback has thrown.
     void advance(const sc_core::sc_time& time);
     /// Wall time in the kernel so far.
     double seconds() const { return std::chrono::duration<double>(in_kernel_).count(); }
@@ -26,6 +32,7 @@ class SimulationRun {
   private:
     using Clock = std::chrono::steady_clock;
 
+    const Scenario& scenario_;
     FrameShown on_frame_shown_;
     std::exception_ptr error_;
     Clock::time_point entered_;

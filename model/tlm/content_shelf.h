@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "datapath/span.h"
-#include "formats/image.h"
 #include "formats/pixel.h"
+#include "formats/stored_image.h"
 #include "tlm/payload.h"
 
 namespace metabuffer::tlm {
@@ -18,11 +18,12 @@ class ContentShelf {
     explicit ContentShelf(DepthFormat format) : format_(format) {}
 
     /// The colour half of one image with the depth half of another.
-    FrameContent content(const PixelImage& colour, const PixelImage& depth) {
+    FrameContent content(const StoredImage& colour, const StoredImage& depth) {
         std::weak_ptr<const PixelPlanes>& place = shelf_[{&colour, &depth}];
         FrameContent content = place.lock();
         if (!content) {
-            content = std::make_shared<const PixelPlanes>(planes_after_link(colour, depth, format_));
+            content = std::make_shared<const PixelPlanes>(
+                planes_after_link(colour.pixels(), depth.pixels(), format_));
             place = content;
         }
         return content;
@@ -30,7 +31,7 @@ class ContentShelf {
 
   private:
     DepthFormat format_;
-    std::map<std::pair<const PixelImage*, const PixelImage*>, std::weak_ptr<const PixelPlanes>> shelf_;
+    std::map<std::pair<const StoredImage*, const StoredImage*>, std::weak_ptr<const PixelPlanes>> shelf_;
 };
 
 }  // namespace metabuffer::tlm

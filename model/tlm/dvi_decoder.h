@@ -42,7 +42,7 @@ class DviDecoder final : public sc_core::sc_module {
 
     DviTiming timing_;
     PairFollower pairs_;
-    const PixelImage* colour_image_ = nullptr;
+    const StoredImage* colour_image_ = nullptr;
     std::vector<std::uint8_t> payload_;   ///< of the newest control scanline
     std::vector<Moment> newest_moments_;  ///< before the frame under way and during it
     Message<DecodedFrame> decoded_;

@@ -52,7 +52,7 @@ class DviSource final : public sc_core::sc_module {
     Message<DviFrame> frame_;
     /// Images with flipped bits. They stay as long as this module: receivers of a frame identify its image by its
     /// address.
-    std::vector<std::shared_ptr<const PixelImage>> images_;
+    std::vector<std::shared_ptr<const StoredImage>> images_;
 };
 
 }  // namespace metabuffer::tlm

@@ -14,6 +14,7 @@
 #include "formats/control_scanline.h"
 #include "formats/image.h"
 #include "formats/pixel_planes.h"
+#include "formats/stored_image.h"
 #include "formats/viewport_table.h"
 #include "report/report.h"
 #include "tlm/buffer_time.h"
@@ -96,7 +97,7 @@ using AnyTargetSocket =
 /// DVI link, dvi_source to dvi_decoder: a frame, sent when its first clock is on the link. The payload's data are the
 /// link words of its first scanline.
 struct DviFrame : Extension<DviFrame> {
-    const PixelImage* image = nullptr;   ///< lives as long as scenario and source
+    const StoredImage* image = nullptr;  ///< lives as long as scenario and source
     std::vector<std::uint32_t> control;  ///< the control scanline as it is on the link
     int active_lines = 0;                ///< a fault may have changed it
     int last_line_pixels = 0;            ///< likewise
@@ -105,11 +106,11 @@ struct DviFrame : Extension<DviFrame> {
 
 /// What the decoder has found, at the clock in which the input framebuffer reads it.
 struct LinkEvent : PairEvent {
-    std::int64_t edge = 0;               ///< DVI input clock
-    ViewportTable table;                 ///< with colour_start
-    std::vector<std::uint8_t> payload;   ///< with pair_good: of its depth frame's control scanline
-    const PixelImage* colour = nullptr;  ///< with pair_good: whose colour half and whose depth half
-    const PixelImage* depth = nullptr;
+    std::int64_t edge = 0;                ///< DVI input clock
+    ViewportTable table;                  ///< with colour_start
+    std::vector<std::uint8_t> payload;    ///< with pair_good: of its depth frame's control scanline
+    const StoredImage* colour = nullptr;  ///< with pair_good: whose colour half and whose depth half
+    const StoredImage* depth = nullptr;
     std::int64_t last_pixel_edge = 0;  ///< with pair_good: the DVI input clock of the pair's last pixel
 };
 

@@ -24,7 +24,7 @@ std::optional<CycleSpan> find_window(const Scenario& scenario, const TraceWindow
         machine.on_finished([] { sc_core::sc_pause(); });
         std::optional<CycleSpan> event;
         while (!(event = event_of(window, machine)) && !machine.finished()) {
-            sc_core::sc_start(chunk_of(scenario));
+            advance_kernel(scenario, chunk_of(scenario));
         }
         return event;
     });
@@ -35,13 +35,13 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
     machine_options.images = options.images;
     machine_options.observer = options.observer;
     Metabuffer machine("metabuffer", scenario, machine_options);
-    SimulationRun simulation(options.on_frame_shown);
+    SimulationRun simulation(scenario, options.on_frame_shown);
     machine.on_frame_shown(
         [&simulation](const DisplayedFrame& displayed) { simulation.frame_shown(displayed); });
     machine.on_finished([] { sc_core::sc_pause(); });
     const sc_core::sc_time chunk = chunk_of(scenario);
     // Elaboration is start-up, not simulation.
-    sc_core::sc_start(sc_core::SC_ZERO_TIME);
+    advance_kernel(scenario, sc_core::SC_ZERO_TIME);
     while (!machine.finished()) {
         simulation.advance(chunk);
         if (options.on_progress) {

@@ -100,9 +100,9 @@ TEST_CASE("scoreboard: a mistake of an upper composer is found there", "[monitor
 
 TEST_CASE("scoreboard: a machine that is right is wrong against another reference", "[monitors]") {
     Scenario other = altered_scenario();
-    PixelImage image = *other.renderers[0].images[2];
+    PixelImage image = other.renderers[0].images[2]->pixels();
     image.at(3, 2) = Pixel(9, 9, 9, 255, 50);
-    other.renderers[0].images[2] = std::make_shared<const PixelImage>(image);
+    other.renderers[0].images[2] = std::make_shared<const StoredImage>(image);
     Bench bench(other);
     bench.run();
     REQUIRE(bench.violations.size() == 3);  // once on the bus, once out of the pipeline, once on the display

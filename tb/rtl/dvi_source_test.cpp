@@ -186,9 +186,9 @@ TEST_CASE("dvi source: z24 sends all 24 bits of Z in the depth frame") {
     ClockedTestbench bench;
     Scenario scenario = source_scenario(1);
     scenario.depth_format = DepthFormat::kZ24;
-    PixelImage image = *scenario.renderers.front().images.front();
+    PixelImage image = scenario.renderers.front().images.front()->pixels();
     image.at(2, 1) = Pixel(1, 2, 3, 255, 0xABCDEFU);
-    scenario.renderers.front().images.front() = std::make_shared<const PixelImage>(image);
+    scenario.renderers.front().images.front() = std::make_shared<const StoredImage>(image);
     SourceBench dut(bench, "source", scenario);
     bench.core.drive(dut.request, 0, true);
     bench.run_through(kFirstSync + kPair);

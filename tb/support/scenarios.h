@@ -43,7 +43,7 @@ inline Renderer renderer_with(const std::vector<PixelImage>& images) {
     renderer.image_width_pixels = images.front().width_pixels;
     renderer.image_height_pixels = images.front().height_pixels;
     for (const PixelImage& image : images)
-        renderer.images.push_back(std::make_shared<const PixelImage>(image));
+        renderer.images.push_back(std::make_shared<const StoredImage>(image));
     return renderer;
 }
 

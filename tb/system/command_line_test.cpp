@@ -326,6 +326,28 @@ TEST_CASE("wrong pixels are those of the pictures that starvation has changed", 
     }
 }
 
+/// Pixels are read when they are needed, so such an image is found in the middle of a run.
+TEST_CASE("an image with broken pixels is refused if a frame shows it, and does not matter otherwise",
+          "[program]") {
+    const Workplace place;
+    const std::string intact = text_of(place / "b.png");
+    place.write("b.png", intact.substr(0, intact.size() / 2));
+    place.write("scenario.yaml",
+                with("      - {image: b.png, z: 0,\n        viewport: {x: 0, y: 0, multiple: 2}}",
+                     "      - {image: a.png, z: 0,\n        viewport: {x: 0, y: 0, multiple: 2}}"));
+    for (const std::string level : {"tlm", "rtl", "functional"}) {
+        INFO(level);
+        CHECK(run_program(place, {"run", "scenario.yaml", "--level", level, "--frames", "1", "--out", level})
+                  .status == kExitDone);
+        const ProgramResult refused = place.run({"--level", level, "--frames", "2"});
+        check_refused(place, refused, {"scenario.yaml:10: ", "renderers[0].frames[1].image", "b.png"});
+    }
+    CHECK(place.run({"--level", "tlm", "--no-images"}).status == kExitDone);
+    const ProgramResult compared = run_program(place, {"compare", "scenario.yaml"});
+    CHECK(compared.status == kExitBadInput);
+    CHECK(compared.complains_in_one_line());
+}
+
 TEST_CASE("a run leaves pictures of every frame and the last one, a collage and a report", "[program]") {
     const Workplace place;
     const ProgramResult result = place.run({"--strict"});

@@ -57,7 +57,7 @@ TEST_CASE("coverage: the largest Dmultiple fills a raster from one source pixel"
     const std::uint32_t first = picture->values.front();
     CHECK(std::all_of(picture->values.begin(), picture->values.end(),
                       [first](std::uint32_t value) { return value == first; }));
-    CHECK(first == runs[0]->scenario().renderers[0].images[0]->at(3, 4).rgb());
+    CHECK(first == runs[0]->scenario().renderers[0].images[0]->pixels().at(3, 4).rgb());
 }
 
 TEST_CASE("coverage: rows that leave the raster at the top and at the bottom are dropped",

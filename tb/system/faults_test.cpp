@@ -449,10 +449,10 @@ TEST_CASE("fault pixel_bits: the picture is that of an image with the pixel so i
         scenario.composition = Composition::kOver;  // so that alpha shows
         scenario.depth_format = one.format;
         wanted.push_back(scenario);
-        std::shared_ptr<const PixelImage>& image = wanted.back().renderers[kFaultyRenderer].images[kPair];
-        PixelImage changed = *image;
+        std::shared_ptr<const StoredImage>& image = wanted.back().renderers[kFaultyRenderer].images[kPair];
+        PixelImage changed = image->pixels();
         changed.at(kX, kY) = one.changed(changed.at(kX, kY));
-        image = std::make_shared<const PixelImage>(changed);
+        image = std::make_shared<const StoredImage>(changed);
         Fault fault = make_fault(FaultKind::kPixelBits, one.frame, kPair);
         fault.x = kX;
         fault.y = kY;

@@ -59,8 +59,8 @@ Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
         renderer.image_width_pixels, width_for_rows(static_cast<std::size_t>(scenario.displays.count())));
     renderer.image_height_pixels =
         std::clamp(wall_height * random.between(20, 110) / (100 * multiple), 2, kLargestImage);
-    renderer.images.push_back(std::make_shared<const PixelImage>(
-        renderer.image_width_pixels, renderer.image_height_pixels, scenario.background_pixel()));
+    renderer.images.push_back(std::make_shared<const StoredImage>(
+        PixelImage(renderer.image_width_pixels, renderer.image_height_pixels, scenario.background_pixel())));
     const bool by_rows = random.one_in(4);
     for (int frame = random.between(1, scenario.frames); frame > 0; --frame) {
         RendererFrame entry;

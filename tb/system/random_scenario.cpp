@@ -164,7 +164,7 @@ Renderer random_renderer(Random& random, const Scenario& scenario, int index) {
         renderer.frames.push_back(std::move(entry));
     }
     for (int image = 0; image < images; ++image) {
-        renderer.images.push_back(std::make_shared<const PixelImage>(random_image(
+        renderer.images.push_back(std::make_shared<const StoredImage>(random_image(
             random, renderer.image_width_pixels, renderer.image_height_pixels, scenario.depth_format)));
     }
     return renderer;

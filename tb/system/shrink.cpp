@@ -290,9 +290,9 @@ class Reducer {
         for (auto& image : renderer.images) {
             PixelImage smaller(width, height);
             for (int y = 0; y < height; ++y) {
-                for (int x = 0; x < width; ++x) smaller.at(x, y) = image->at(x, y);
+                for (int x = 0; x < width; ++x) smaller.at(x, y) = image->pixels().at(x, y);
             }
-            image = std::make_shared<const PixelImage>(std::move(smaller));
+            image = std::make_shared<const StoredImage>(std::move(smaller));
         }
         for (RendererFrame& frame : renderer.frames) {
             frame.viewport.reset();
@@ -334,12 +334,12 @@ class Reducer {
 
     static void clip_depths(Renderer& renderer) {
         for (auto& image : renderer.images) {
-            PixelImage clipped = *image;
+            PixelImage clipped = image->pixels();
             for (Pixel& pixel : clipped.values) {
                 pixel =
                     Pixel(pixel.r(), pixel.g(), pixel.b(), pixel.a(), pixel.z() & far_z(DepthFormat::kA8Z16));
             }
-            image = std::make_shared<const PixelImage>(std::move(clipped));
+            image = std::make_shared<const StoredImage>(std::move(clipped));
         }
     }
 
@@ -378,7 +378,7 @@ class Reducer {
     void pictures() {
         for (std::size_t r = 0; r < scenario_.renderers.size(); ++r) {
             for (std::size_t i = 0; i < scenario_.renderers[r].images.size(); ++i) {
-                const PixelImage& image = *scenario_.renderers[r].images[i];
+                const PixelImage& image = scenario_.renderers[r].images[i]->pixels();
                 const Pixel pixel = image.values.front();
                 if (std::all_of(image.values.begin(), image.values.end(),
                                 [pixel](const Pixel& other) { return other == pixel; })) {
@@ -389,7 +389,7 @@ class Reducer {
                         [&](Scenario& s) {
                             PixelImage plain(image.width_pixels, image.height_pixels);
                             std::fill(plain.values.begin(), plain.values.end(), pixel);
-                            s.renderers[r].images[i] = std::make_shared<const PixelImage>(std::move(plain));
+                            s.renderers[r].images[i] = std::make_shared<const StoredImage>(std::move(plain));
                         });
             }
         }

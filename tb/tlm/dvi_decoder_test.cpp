@@ -32,7 +32,7 @@ struct DecoderBench {
     Initiator<tlm::DviFrame> source{"dvi_source"};
     tlm::DviDecoder decoder{"dvi_decoder", DviTiming{kWidth, kActiveLines}};
     Target<tlm::DecodedFrame> framebuffer{"input_framebuffer"};
-    PixelImage image = noise_image(1, kWidth, kHeight);
+    StoredImage image{noise_image(1, kWidth, kHeight)};
     tlm::Message<tlm::DviFrame> frame;
     std::vector<tlm::DecodedFrame> decoded;
 

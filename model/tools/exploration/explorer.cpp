@@ -37,11 +37,12 @@ std::string content_of(const std::filesystem::path& file) {
 
 /// Whether points that differ in this key may show different images.
 bool may_change_images(const std::string& key) {
+    if (key == "frames" || key.rfind("depth_", 0) == 0) return true;
     return key.rfind("renderers", 0) == 0 && key.find(".viewport") == std::string::npos &&
            key.find(".table") == std::string::npos && key.find(".copies") == std::string::npos;
 }
 
-/// What of a point's settings may change images, and its scenario, as one text.
+/// What of a point's settings may change the images that its run shows, and its scenario, as one text.
 std::string image_settings(const std::filesystem::path& scenario, const Point& point) {
     std::vector<Setting> settings{{kScenarioAxis, scenario.string()}};
     std::copy_if(point.settings.begin(), point.settings.end(), std::back_inserter(settings),
@@ -513,28 +514,25 @@ void Explorer::Session::report_progress() {
     if (options_.on_progress) options_.on_progress(progress_);
 }
 
-Explorer::Explorer(const SweepPlan& plan, Simulate simulate) : plan_(&plan), simulate_(std::move(simulate)) {
+Explorer::Explorer(const SweepPlan& plan, Simulate simulate, bool needs_pixels)
+    : plan_(&plan), simulate_(std::move(simulate)), needs_pixels_(needs_pixels || plan.pictures) {
     // With pictures the runs' processes encode, too: they find the libraries in memory.
-    const LoadImage load = plan.pictures
-                               ? LoadImage(load_image_here)
-                               : [images = std::make_shared<ImageProcess>()](
-                                     const ImageFiles& files, DepthFormat format, const DepthRange& range) {
-                                     return images->load(files, format, range);
-                                 };
+    const std::shared_ptr<const ImageSource> images =
+        plan.pictures ? images_here() : std::make_shared<const ImageProcess>();
     // Points that agree in all that may change images show the same ones.
     std::set<std::string> with_images;
     for (const Point& point : plan.points) {
         const std::filesystem::path file = plan.scenario_file(point.settings);
         const auto [known, is_new] = templates_.try_emplace(file);
         if (is_new) {
-            known->second = std::make_shared<const ScenarioTemplate>(file, load);
+            known->second = std::make_shared<const ScenarioTemplate>(file, images);
             add_input(file == plan.scenario ? kOnlyScenario : name_of_input(file), file);
         }
-        const std::string images = image_settings(file, point);
-        if (with_images.count(images) != 0) continue;
+        const std::string shown = image_settings(file, point);
+        if (with_images.count(shown) != 0) continue;
         try {
             read_images_of(point, *known->second);
-            with_images.insert(images);
+            with_images.insert(shown);
         } catch (const InputError&) {
             // The point's own run will tell.
         }
@@ -547,7 +545,8 @@ void Explorer::read_images_of(const Point& point, const ScenarioTemplate& scenar
     for (const std::filesystem::path& file : scenario.image_files(overrides)) {
         add_input(name_of_input(file), file);
     }
-    scenario.scenario(overrides);
+    const Scenario made = scenario.scenario(overrides);
+    if (needs_pixels_) read_images(made);
 }
 
 /// Relative to the sweep, so that a copy of the whole elsewhere is the same.

@@ -68,7 +68,8 @@ class Explorer {
   public:
     /// Reads the plan's scenario files and, as far as they are valid, the images of its points. The plan must outlive
     /// it. Throws InputError.
-    Explorer(const SweepPlan& plan, Simulate simulate);
+    /// needs_pixels: whether a run without pictures needs them, too. Of other runs' images the headers are read.
+    Explorer(const SweepPlan& plan, Simulate simulate, bool needs_pixels = false);
 
     /// What the results are made from, the program's version and the level that simulates among it.
     ResultsIdentity identity(const std::string& program_version,
@@ -88,6 +89,7 @@ class Explorer {
 
     const SweepPlan* plan_;
     Simulate simulate_;
+    bool needs_pixels_;
     std::map<std::filesystem::path, std::shared_ptr<const ScenarioTemplate>> templates_;
     std::map<std::string, std::string>
         inputs_;  ///< scenario and image files, and what stands for their content

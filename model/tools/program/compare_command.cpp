@@ -181,6 +181,8 @@ ExitStatus CompareCommand::execute() {
     // Before level rtl runs, which takes longer.
     refuse_faults_of_level_rtl(scenario, to_string(TimedLevel::kTlm));
     PictureComparison pictures;
+    // Both processes find the images in memory.
+    read_images(scenario);
     LevelProcess rtl(TimedLevel::kRtl, scenario, !no_images_);
     LevelProcess tlm(TimedLevel::kTlm, scenario, !no_images_);
     receive_all(rtl, tlm, pictures, ProgressLine(!quiet_));

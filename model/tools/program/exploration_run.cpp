@@ -157,7 +157,8 @@ Exploration run_exploration(const exploration::SweepPlan& plan,
                             const std::optional<std::filesystem::path>& results,
                             const ProcessOptions& processes, bool quiet, bool keeps_points,
                             std::function<exploration::KnownAnswer(const Scenario&)> known) {
-    const exploration::Explorer explorer(plan, simulation_at(processes.level));
+    const exploration::Explorer explorer(plan, simulation_at(processes.level),
+                                         always_needs_pixels(processes.level));
     std::optional<exploration::ResultsDatabase> database;
     if (results) {
         make_folder_of(*results, "--out");
@@ -177,7 +178,8 @@ Exploration run_shard(const exploration::SweepPlan& plan, const std::filesystem:
                       std::chrono::seconds interval, const ProcessOptions& processes, bool quiet) {
     // Until the last results have been handed in: a second signal must not end that.
     const StopSignals signals;
-    const exploration::Explorer explorer(plan, simulation_at(processes.level));
+    const exploration::Explorer explorer(plan, simulation_at(processes.level),
+                                         always_needs_pixels(processes.level));
     make_folder_of(folder / "part", "--parts");
     exploration::PartsFolder parts(folder, identity_of(explorer, processes), shard_of(plan), interval);
     std::int64_t ended = 0;

@@ -201,6 +201,8 @@ void check_request(const LevelRequest& request) {
     }
 }
 
+bool needs_pixels(const LevelRequest& request) { return request.images || request.level != RunLevel::kTlm; }
+
 void run_level(const Scenario& scenario, const LevelRequest& request, const RunFollower& follower,
                LevelOutcome& outcome) {
     switch (request.level) {

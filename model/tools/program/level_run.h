@@ -61,6 +61,9 @@ struct LevelOutcome {
 /// Throws InputError for a check, or for no images, at a level that does not have it.
 void check_request(const LevelRequest& request);
 
+/// Whether the run needs the pixels of images. Level tlm needs only their sizes if there are no pictures.
+bool needs_pixels(const LevelRequest& request);
+
 /// Runs a scenario at a level, the whole of `metabuffer run` but its files. SystemC elaborates once in a process, so this
 /// can be called once. An exception leaves in `outcome` what a check has found until then. Throws InputError, and lets the
 /// blocks' errors through.

@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "host/child_process.h"
 #include "host/errors.h"
 #include "host/output_file.h"
 #include "host/text.h"
@@ -51,7 +52,7 @@ std::size_t process_count(const Scenario& scenario, const PictureChoice& choice)
     const std::size_t pixels = static_cast<std::size_t>(frames) *
                                static_cast<std::size_t>(scenario.displays.count()) *
                                pixels_of_display(scenario.displays);
-    const std::size_t processes = std::min(picture_process_count(), pixels / kWorthAProcessPixels);
+    const std::size_t processes = std::min(helper_process_count(), pixels / kWorthAProcessPixels);
     // Or each process would load it again.
     if (processes > 0) static_cast<void>(image_codec());
     return processes;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "host/child_process.h"
 #include "host/errors.h"
 #include "host/text.h"
 #include "report/report.h"
@@ -203,7 +204,8 @@ LevelOutcome RunCommand::run(const Scenario& scenario, const LevelRequest& reque
 ExitStatus RunCommand::execute() {
     // Before the scenario is read, which takes longer.
     const LevelRequest request = this->request();
-    const Scenario scenario = scenario_.load();
+    Scenario scenario = scenario_.load();
+    if (needs_pixels(request)) read_images_ahead(scenario, helper_process_count());
     const PictureChoice choice = parse_picture_choice(
         kPictures, request.images ? (pictures_.empty() ? "all" : pictures_) : "none", scenario.frames);
     const std::vector<std::filesystem::path> inputs = inputs_of(scenario_.file(), scenario);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "host/child_process.h"
 #include "host/errors.h"
 #include "host/output_file.h"
 #include "host/text.h"
@@ -83,7 +84,8 @@ ExitStatus ViewCommand::execute() {
         report_file = folder / kReportFile;
         scenario_.set_file(effective.string());
     }
-    const Scenario scenario = scenario_.load();
+    Scenario scenario = scenario_.load();
+    read_images_ahead(scenario, helper_process_count());
     std::vector<std::filesystem::path> inputs = inputs_of(scenario_.file(), scenario);
     if (report_file) inputs.push_back(*report_file);
     refuse_to_replace(inputs, "-o", output_file_);

@@ -145,7 +145,7 @@ TEST_CASE("flipped bits are contributed in the pair's own image and in no other"
     scenario.faults = {bits};
     CHECK(pixel_of(2) == Pixel(0x1F, 0xD0, 0x31, 0x40, 0x5060));
     CHECK(pixel_of(1) == Pixel(0x10, 0x20, 0x30, 0x40, 0x5060));
-    CHECK(contributions_of(scenario, {2, 2})[0].image == scenario.renderers[0].images[0].get());
+    CHECK(contributions_of(scenario, {2, 2})[0].image == &scenario.renderers[0].images[0]->pixels());
     bits.frame = FrameKind::kDepth;
     scenario.faults = {bits};
     CHECK(pixel_of(2) == Pixel(0x10, 0x20, 0x30, 0x4F, 0xA061));
@@ -177,10 +177,10 @@ TEST_CASE("contributions are the pair's image and the valid rows", "[functional]
 
     const auto contributions = contributions_of(scenario, {0, -1, 7});
     REQUIRE(contributions.size() == 3);
-    CHECK(contributions[0].image == scenario.renderers[0].images[1].get());
+    CHECK(contributions[0].image == &scenario.renderers[0].images[1]->pixels());
     CHECK(contributions[0].rows == ViewportTable{good, fitting_window});
     CHECK(contributions[1].image == nullptr);
     CHECK(contributions[1].rows.empty());
-    CHECK(contributions[2].image == scenario.renderers[2].images[0].get());  // the last entry repeats
+    CHECK(contributions[2].image == &scenario.renderers[2].images[0]->pixels());  // the last entry repeats
     CHECK(contributions[2].rows == ViewportTable{other});
 }

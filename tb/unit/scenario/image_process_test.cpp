@@ -35,6 +35,40 @@ ImageFiles write_picture_with_z(const std::filesystem::path& file, int width, in
     return {file, std::nullopt, 75.0};
 }
 
+/// No image has headers that can be read.
+struct BrokenImages final : ImageSource {
+    mutable int reads = 0;
+
+    ImageSize size(const ImageFiles& files) const override {
+        ++reads;
+        throw InputError(files.image.string() + ": is broken");
+    }
+    PixelImage load(const ImageFiles& files, DepthFormat /*format*/,
+                    const DepthRange& /*range*/) const override {
+        throw InputError(files.image.string() + ": is read though its headers are broken");
+    }
+};
+
+/// Black images; one has broken pixels, and one another size than its headers say.
+struct CountedImages final : ImageSource {
+    static constexpr int kBroken = 7;
+    static constexpr int kChanged = 8;
+    mutable int headers_read = 0;
+    mutable int images_read = 0;
+
+    ImageSize size(const ImageFiles& /*files*/) const override {
+        ++headers_read;
+        return {16, 8};
+    }
+    PixelImage load(const ImageFiles& files, DepthFormat /*format*/,
+                    const DepthRange& /*range*/) const override {
+        ++images_read;
+        const std::string name = files.image.filename().string();
+        if (name == "f" + std::to_string(kBroken) + ".png") throw InputError(name + ": is broken");
+        return PixelImage(16, name == "f" + std::to_string(kChanged) + ".png" ? 9 : 8);
+    }
+};
+
 /// The process that this one has started.
 pid_t only_child() {
     const std::string pid = std::to_string(getpid());
@@ -55,10 +89,12 @@ TEST_CASE("image process: it reads what the codec reads, and this process stays 
     const PixelImage two = images.load(two_files, kFormat, kRange);
     CHECK(one.width_pixels == 24);
     CHECK(two.height_pixels == 9);
+    CHECK(images.size(wide).width_pixels == 24);
+    CHECK(images.size(two_files).height_pixels == 9);
     CHECK_FALSE(has_loaded_the_module());
 
-    CHECK((one == load_image_here(wide, kFormat, kRange)));
-    CHECK((two == load_image_here(two_files, kFormat, kRange)));
+    CHECK((one == images_here()->load(wide, kFormat, kRange)));
+    CHECK((two == images_here()->load(two_files, kFormat, kRange)));
     CHECK(has_loaded_the_module());
 }
 
@@ -72,7 +108,10 @@ TEST_CASE(
     CHECK(message.find("missing.exr") != std::string::npos);
     CHECK(images.load(good, kFormat, kRange).width_pixels == 16);
     CHECK_FALSE(has_loaded_the_module());
-    CHECK(message == input_error_of([&] { load_image_here({missing}, kFormat, kRange); }));
+    CHECK(message == input_error_of([&] { images.size({missing}); }));
+    CHECK(images.size(good).height_pixels == 8);
+    CHECK_FALSE(has_loaded_the_module());
+    CHECK(message == input_error_of([&] { images_here()->load({missing}, kFormat, kRange); }));
 }
 
 TEST_CASE("image process: if it ends, this process reads the image itself, and all that follow") {
@@ -82,7 +121,7 @@ TEST_CASE("image process: if it ends, this process reads the image itself, and a
     images.load(good, kFormat, kRange);
     kill(only_child(), SIGKILL);
     CHECK_FALSE(has_loaded_the_module());
-    CHECK((images.load(good, kFormat, kRange) == load_image_here(good, kFormat, kRange)));
+    CHECK((images.load(good, kFormat, kRange) == images_here()->load(good, kFormat, kRange)));
     CHECK(images.load(good, kFormat, kRange).width_pixels == 16);
 }
 
@@ -107,13 +146,10 @@ TEST_CASE(
     "image process: a scenario's image that cannot be read is tried twice, in case that the system was at "
     "fault") {
     const ScenarioFixture fixture;
-    int reads = 0;
-    const ScenarioTemplate scenarios(
-        ScenarioFixture::minimal(), "test.yaml", fixture.directory().path(),
-        [&reads](const ImageFiles& files, DepthFormat /*format*/, const DepthRange& /*range*/) -> PixelImage {
-            ++reads;
-            throw InputError(files.image.string() + ": is broken");
-        });
+    const auto images = std::make_shared<const BrokenImages>();
+    const int& reads = images->reads;
+    const ScenarioTemplate scenarios(ScenarioFixture::minimal(), "test.yaml", fixture.directory().path(),
+                                     images);
     const std::string first = input_error_of([&] { scenarios.scenario({}); });
     CHECK(first.find("renderers[0].frames[0].image: ") != std::string::npos);
     CHECK(first.find("is broken") != std::string::npos);
@@ -122,6 +158,36 @@ TEST_CASE(
     CHECK(reads == 2);
     input_error_of([&] { scenarios.scenario({{"depth_range", "[0, 50]"}}); });
     CHECK(reads == 3);
+}
+
+TEST_CASE("image process: a scenario reads headers, and the pixels of the frames that it shows") {
+    const ScenarioFixture fixture;
+    const auto images = std::make_shared<const CountedImages>();
+    const ScenarioTemplate scenarios(
+        "displays: {width: 16, height: 8}\n"
+        "renderers:\n"
+        "  - frames:\n"
+        "      - {image: f%d.png, frames: 0-9, z: 1, viewport: {x: 0, y: 0}}\n",
+        "test.yaml", fixture.directory().path(), images);
+    const Scenario three = scenarios.scenario({{"frames", "3"}});
+    CHECK(images->headers_read == 10);
+    CHECK(images->images_read == 0);
+    CHECK(three.renderers[0].image_width_pixels == 16);
+    read_images(three);
+    CHECK(images->images_read == 3);
+    CHECK_FALSE(three.renderers[0].images[3]->is_read());
+    // They are kept for the next scenario that shows them.
+    read_images(scenarios.scenario({{"frames", "4"}}));
+    CHECK(images->headers_read == 10);
+    CHECK(images->images_read == 4);
+
+    const std::string failed =
+        input_error_of([&] { scenarios.scenario({}).renderers[0].image_of_pair(CountedImages::kBroken); });
+    CHECK(failed.find("test.yaml:4: renderers[0].frames[0].image: ") == 0);
+    CHECK(failed.find("f7.png: is broken") != std::string::npos);
+    const std::string changed =
+        input_error_of([&] { scenarios.scenario({}).renderers[0].image_of_pair(CountedImages::kChanged); });
+    CHECK(changed.find("f8.png: has changed its size since the scenario was read") != std::string::npos);
 }
 
 }  // namespace metabuffer::test

@@ -243,8 +243,8 @@ TEST_CASE("renderers: each different pair of files is read once") {
     std::vector<std::size_t> indices;
     for (const RendererFrame& frame : renderer.frames) indices.push_back(frame.image);
     CHECK(indices == std::vector<std::size_t>{0, 1, 0, 2, 3, 2});
-    CHECK(renderer.images[0]->at(3, 3).z() == 0);
-    CHECK(renderer.images[2]->at(3, 3).z() == 700);
+    CHECK(renderer.images[0]->pixels().at(3, 3).z() == 0);
+    CHECK(renderer.images[2]->pixels().at(3, 3).z() == 700);
 }
 
 TEST_CASE("renderers: renderers that name the same files share their image") {
@@ -307,7 +307,7 @@ TEST_CASE("renderers: an image without Z is given one depth for all of it") {
     CHECK(fixture.error(frame(", z: 1, depth: colours.png")) ==
           place + "z: stands beside a depth; use one of the two");
     const Scenario scenario = fixture.parse(frame(", z: 25"));
-    CHECK(scenario.renderers[0].images[0]->at(15, 7).z() == 16384);  // 65535 / 4, rounded
+    CHECK(scenario.renderers[0].images[0]->pixels().at(15, 7).z() == 16384);  // 65535 / 4, rounded
     CHECK(scenario.image_files.at(scenario.renderers[0].images[0].get()).z == 25.0);
 }
 
@@ -353,10 +353,10 @@ TEST_CASE("renderers: the depth range and format reach the images") {
     const std::string text =
         "depth_range: [0, 10]\n" + with_frame("      - {image: z.exr, viewport: {x: 0, y: 0}}\n");
     const Scenario z16 = fixture.parse(text);
-    CHECK(z16.renderers[0].images[0]->at(5, 0) == Pixel(255, 0, 0, 0, 32768));
-    CHECK(z16.renderers[0].images[0]->at(11, 0).z() == 0xFFFF);
+    CHECK(z16.renderers[0].images[0]->pixels().at(5, 0) == Pixel(255, 0, 0, 0, 32768));
+    CHECK(z16.renderers[0].images[0]->pixels().at(11, 0).z() == 0xFFFF);
     const Scenario z24 = fixture.parse("depth_format: z24\n" + text);
-    CHECK(z24.renderers[0].images[0]->at(5, 0) == Pixel(255, 0, 0, 255, 8388608));
+    CHECK(z24.renderers[0].images[0]->pixels().at(5, 0) == Pixel(255, 0, 0, 255, 8388608));
     CHECK(z24.background_pixel().z() == 0xFFFFFF);
 }
 

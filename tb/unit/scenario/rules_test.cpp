@@ -22,7 +22,7 @@ Scenario built() {
 }
 
 void set_image(Scenario& scenario, const PixelImage& image) {
-    scenario.renderers[0].images[0] = std::make_shared<const PixelImage>(image);
+    scenario.renderers[0].images[0] = std::make_shared<const StoredImage>(image);
 }
 
 std::string error_after(const std::function<void(Scenario&)>& spoil) {

@@ -62,9 +62,9 @@ TEST_CASE("scenario template: an image is read once for each way in which its de
     const Scenario first = scenarios.scenario({});
     const Scenario second = scenarios.scenario(narrow);
     const Scenario third = scenarios.scenario(deep);
-    CHECK(first.renderers[0].images[0]->at(0, 0).z() == 0x8000);
-    CHECK(second.renderers[0].images[0]->at(0, 0).z() == 0xFFFF);
-    CHECK(third.renderers[0].images[0]->at(0, 0).z() == 0x800000);
+    CHECK(first.renderers[0].images[0]->pixels().at(0, 0).z() == 0x8000);
+    CHECK(second.renderers[0].images[0]->pixels().at(0, 0).z() == 0xFFFF);
+    CHECK(third.renderers[0].images[0]->pixels().at(0, 0).z() == 0x800000);
     std::filesystem::remove(directory / "image.exr");
     CHECK(scenarios.scenario({{"bus.width_bits", "32"}}).renderers[0].images == first.renderers[0].images);
     CHECK(scenarios.scenario(narrow).renderers[0].images == second.renderers[0].images);
@@ -158,13 +158,13 @@ TEST_CASE("scenario template: a forked child goes on reading images") {
         template_in(directory,
                     "displays: {width: 64, height: 64}\n"
                     "renderers: [{frames: [{image: image.exr, viewport: {x: 0, y: 0}}]}]\n");
-    CHECK(scenarios.scenario({}).renderers[0].images[0]->at(0, 0).z() == 0x8000);
+    CHECK(scenarios.scenario({}).renderers[0].images[0]->pixels().at(0, 0).z() == 0x8000);
     const pid_t child = quiet_fork();
     if (child == 0) {
         constexpr unsigned kPatienceSeconds = 60;
         alarm(kPatienceSeconds);  // ends a child that waits for ever
         const Scenario other = scenarios.scenario({{"depth_range", "[0, 50]"}});
-        const bool good = other.renderers[0].images[0]->at(0, 0).z() == 0xFFFF;
+        const bool good = other.renderers[0].images[0]->pixels().at(0, 0).z() == 0xFFFF;
         _exit(good ? EXIT_SUCCESS : EXIT_FAILURE);
     }
     REQUIRE(child > 0);

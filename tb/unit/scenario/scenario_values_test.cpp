@@ -153,7 +153,7 @@ TEST_CASE("scenario: the least scenario has the documented defaults") {
     CHECK(renderer.image_width_pixels == 16);
     CHECK(renderer.image_height_pixels == 8);
     REQUIRE(renderer.images.size() == 1);
-    CHECK(renderer.images[0]->values[0] == Pixel(0, 0, 0, 255, 0));
+    CHECK(renderer.images[0]->pixels().values[0] == Pixel(0, 0, 0, 255, 0));
     REQUIRE(renderer.frames.size() == 1);
     CHECK(renderer.frames[0].table == ViewportTable{{1, 0, 0, 16, 8, 0, 0, 1}});
     REQUIRE(renderer.frames[0].viewport.has_value());

@@ -55,13 +55,14 @@ Scenario unusual_scenario(DepthFormat format) {
     scenario.link_timeout_pairs = 7;
     scenario.watchdog_cycles = 123'456'789'012;
     scenario.frames = 5;
-    const auto shared = std::make_shared<const PixelImage>(every_value(60, 20, far_z(format)));
+    const auto shared = std::make_shared<const StoredImage>(every_value(60, 20, far_z(format)));
     for (const char* name : {"123", "it's", "- {x: y}", " # "}) {
         Renderer renderer;
         renderer.name = name;
         renderer.image_width_pixels = 60;
         renderer.image_height_pixels = 20;
-        renderer.images = {std::make_shared<const PixelImage>(60, 20, Pixel(9, 9, 9, 9, 9)), shared};
+        renderer.images = {std::make_shared<const StoredImage>(PixelImage(60, 20, Pixel(9, 9, 9, 9, 9))),
+                           shared};
         RendererFrame viewport;
         viewport.image = 1;
         viewport.viewport = Viewport{-5, 30, 2};
@@ -164,7 +165,7 @@ TEST_CASE("images of one row and of one pixel are read back", "[scenario][writer
             renderer.image_width_pixels = size.first;
             renderer.image_height_pixels = size.second;
             renderer.images = {
-                std::make_shared<const PixelImage>(every_value(size.first, size.second, far_z(format)))};
+                std::make_shared<const StoredImage>(every_value(size.first, size.second, far_z(format)))};
             renderer.frames = {RendererFrame{}};
             check_scenario(scenario);
             CHECK(scenario_difference(scenario, round_trip(scenario, directory.path())).empty());

@@ -1,0 +1,22 @@
+#include "formats/stored_image.h"
+
+#include <utility>
+
+namespace metabuffer {
+
+StoredImage::StoredImage(PixelImage pixels)
+    : size_{pixels.width_pixels, pixels.height_pixels}, pixels_(std::move(pixels)) {}
+
+StoredImage::StoredImage(ImageSize size, Read read) : size_(size), read_(std::move(read)) {}
+
+void StoredImage::read_pixels() const {
+    failure_ = nullptr;
+    try {
+        pixels_ = read_();
+    } catch (...) {
+        failure_ = std::current_exception();
+        throw;
+    }
+}
+
+}  // namespace metabuffer

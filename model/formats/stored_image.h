@@ -1,0 +1,47 @@
+#pragma once
+
+#include <exception>
+#include <functional>
+#include <optional>
+
+#include "formats/image.h"
+
+namespace metabuffer {
+
+/// A renderer's image, whose size is known and whose pixels may still be in its file. They are read when they are first
+/// needed, and kept then. Not for two threads at the same time.
+class StoredImage {
+  public:
+    /// Reads the pixels. What it throws reaches the caller of pixels().
+    using Read = std::function<PixelImage()>;
+
+    /// An image in memory.
+    explicit StoredImage(PixelImage pixels);
+    StoredImage(ImageSize size, Read read);
+
+    int width_pixels() const { return size_.width_pixels; }
+    int height_pixels() const { return size_.height_pixels; }
+
+    /// Throws what `read` throws.
+    const PixelImage& pixels() const {
+        if (!pixels_) read_pixels();
+        return *pixels_;
+    }
+    /// Reads the pixels without keeping them. Throws what `read` throws. Not for an image in memory.
+    PixelImage read() const { return read_(); }
+    /// Whether the pixels are in memory.
+    bool is_read() const { return pixels_.has_value(); }
+    /// What the last reading has thrown; null if it has thrown nothing. A simulation's kernel wraps what passes through
+    /// it, so its caller finds the original here.
+    std::exception_ptr failure() const { return failure_; }
+
+  private:
+    void read_pixels() const;
+
+    ImageSize size_;
+    Read read_;
+    mutable std::optional<PixelImage> pixels_;
+    mutable std::exception_ptr failure_;
+};
+
+}  // namespace metabuffer
