@@ -102,9 +102,9 @@ struct ShardRecord {
 /// view results            a row for each point: point, its settings by key, status, reason, smallest, monotonic,
 ///                         runs, note, run, and its run's figures and wall_seconds
 ///
-/// `settings` is canonical_text(), and a row with the same settings as one that is there replaces it. An axis whose key
-/// is also the name of a figure or of a fixed column, "renderers" say, has the column "axis.renderers". Once the
-/// call that adds a row has returned, the row survives even kill -9. docs/results.md has the columns' meanings.
+/// `settings` is canonical_text(), and a row with the same settings as one that is there replaces it. An axis with a
+/// key that is also the name of a figure or of a fixed column, "renderers" say, has the column "axis.renderers". Once
+/// the call that adds a row has returned, the row survives even kill -9. docs/results.md has the columns' meanings.
 ///
 /// While it is open, FILE-wal and FILE-shm are parts of it, and FILE.lock says which process adds to it. After that
 /// only FILE is left. A forked child must end by _exit().

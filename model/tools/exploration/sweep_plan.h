@@ -17,7 +17,7 @@
 
 namespace metabuffer::exploration {
 
-/// The key of an axis whose values are scenario files instead of settings.
+/// The key of an axis with scenario files as values instead of settings.
 constexpr const char* kScenarioAxis = "scenario";
 
 /// The most points that a sweep may have, including those that its filter leaves out.
