@@ -7,11 +7,11 @@
 namespace metabuffer::analysis {
 
 /// What `metabuffer analyze` prints.
-/// details: all of each table, too.
+/// details: also all that is known of each table.
 std::string analysis_text(const Analysis& analysis, bool details);
 
-/// What cannot keep up with that rate, whatever the buffers: "the raster and the displays"; empty if all can. buses: these
-/// count too.
+/// The parts that cannot keep up with that rate, whatever the buffers, as in "the raster and the displays". Empty if
+/// all can. buses: whether the buses count, too.
 std::string too_slow_for(const Analysis& analysis, double frame_rate_hz, bool buses = true);
 
 /// The same as JSON, keys in a fixed order, units in the keys' names.

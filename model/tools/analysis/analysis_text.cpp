@@ -75,7 +75,7 @@ std::string rejected_lines(const TableAnalysis& table) {
     return text;
 }
 
-/// What of the two sets the pace, and what a wider one of the other would change: nothing.
+/// Which of bus and memory sets the pace, and what the other one could do.
 std::string raw_remark(const Analysis& analysis) {
     const double bus = static_cast<double>(analysis.bus.width_bits) / kPixelBits;
     const int memory = analysis.memory.words_per_cycle;
@@ -224,7 +224,7 @@ std::string rate_lines(const Analysis& analysis) {
     return text;
 }
 
-/// A line for each renderer, of the table that gives its bus most to do, and what is wrong with the rows of any.
+/// A line for each renderer, of the table that gives its bus the most to do; then the rejected rows of all tables.
 std::string table_lines(const Analysis& analysis) {
     constexpr std::size_t kMostRenderers = 24;
     std::string rejected;

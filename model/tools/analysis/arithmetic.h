@@ -5,9 +5,9 @@
 
 namespace metabuffer::analysis {
 
-/// Before any clock or position that there is.
+/// Earlier than any clock or position.
 constexpr double kNever = -1e18;
-/// Sums of clocks are whole but for averages: how far two that are equal can be apart.
+/// How far two equal sums of clocks can be apart. Sums are whole numbers unless averages are among them.
 constexpr double kRounding = 1e-6;
 
 inline double as_double(std::int64_t value) { return static_cast<double>(value); }

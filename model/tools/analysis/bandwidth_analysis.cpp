@@ -17,7 +17,7 @@
 namespace metabuffer::analysis {
 namespace {
 
-/// Sums over raster rows, from where each of them changes.
+/// A sum for each raster row, kept as its changes from row to row.
 class RowSums {
   public:
     void add(int first_row, int behind_row, double value) {
@@ -61,7 +61,7 @@ Demand demand_of(const TableAnalysis& table, const Scenario& scenario) {
     return demand;
 }
 
-/// Pages that a table's segments touch: each frame begins with none open.
+/// Pages that a table's segments touch. No page is open when a frame begins.
 std::int64_t pages_of(const BusTable& table, int image_width, int page_words) {
     std::set<std::int64_t> pages;
     for (const BusUser& user : table.users()) {
@@ -75,7 +75,7 @@ std::int64_t pages_of(const BusTable& table, int image_width, int page_words) {
     return static_cast<std::int64_t>(pages.size());
 }
 
-/// To open each page of a frame once: a bank's first page has nothing to close.
+/// Clocks to open each page of a frame once. Before a bank's first page there is nothing to precharge.
 std::int64_t least_opening_cycles(const MemoryConfig& memory, std::int64_t pages) {
     return pages * memory.activate_cycles() +
            std::max<std::int64_t>(0, pages - memory.banks) * memory.precharge_cycles;
@@ -100,7 +100,7 @@ Supply supply_of(const BusTable& table, const Scenario& scenario, int image_widt
         supply.page_misses += 1;
         supply.burst_cycles += machine.page_miss_cycles;
     }
-    // Cut bursts may have other beats, but none has more pixels than fit.
+    // Cut bursts may have other beats, but no beat has more pixels than fit.
     const std::int64_t least_beats =
         supply.whole_bursts ? supply.beats : (pixels + machine.pixels_per_beat - 1) / machine.pixels_per_beat;
     supply.least_burst_cycles =
@@ -120,7 +120,7 @@ double load_of(const BusTable& table, const Supply& supply) {
                     as_double(supply.frame_cycles()) / as_double(table.machine().raster_pixels));
 }
 
-/// The bound's copy of a table, since what its bursts cost takes longest to find; made anew if it has none.
+/// The bound's copy of a table, since the costs of bursts take the longest to find. If it has none, one is made.
 const BusTable& bus_table(const BufferBound& bound, const Scenario& scenario, int renderer_index,
                           const ViewportTable& rows, std::vector<int> slots, std::optional<BusTable>& made) {
     for (const BusTable& table : bound.tables()) {
@@ -139,8 +139,8 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];
     ViewportLimits limits = scenario.limits(renderer);
     const ValidatedTable own_buffers = validate_table(rows, limits);
-    // A row that this scenario's buffers are too small for is told, but its composer is looked at: how much buffer it
-    // needs is the question.
+    // A row for which this scenario's buffers are too small is listed as rejected. Its composer is analyzed all the
+    // same, since the question is how much buffer it needs.
     limits.buffer_pixels = static_cast<int>(limits::kBufferPixels.high);
     const ValidatedTable valid = validate_table(rows, limits);
     std::optional<BusTable> made;
@@ -183,7 +183,7 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
     return table;
 }
 
-/// The different tables of a renderer, each with the frames that have it.
+/// Adds the different tables of a renderer, each with the frames that have it.
 void add_tables(const Scenario& scenario, const BufferBound& bound, int renderer_index,
                 const AnalysisOptions& options, std::vector<TableAnalysis>& tables) {
     const Renderer& renderer = scenario.renderers[static_cast<std::size_t>(renderer_index)];

@@ -10,8 +10,8 @@
 #include "tools/analysis/starvation_rules.h"
 
 namespace metabuffer::analysis {
-/// How long composers take to be prefetched, once each table of a frame is known and the frame before is composited.
-/// From then on a composer is ready until it is prefetched.
+/// How long composers take to be prefetched, from the time when each table of a frame is known and the previous frame
+/// is composited. From then on a composer is ready until it is prefetched.
 class BufferBound::FillTimes {
   public:
     FillTimes(const BufferBound& bound, std::int64_t buffer_pixels)
@@ -38,9 +38,9 @@ class BufferBound::FillTimes {
         }
     }
 
-    /// By how much, at most, the column of `rival` starts behind that of `row`, both of one table.
+    /// The most clocks by which the column of `rival` starts after that of `row`; both are rows of one table.
     std::int64_t later(const BusTable& table, std::size_t row, std::size_t rival) const {
-        // PIPEREADY climbs a column, and some clocks for registers.
+        // PIPEREADY climbs the column, a clock for each composer, and registers take some clocks.
         const double handshakes = as_double(static_cast<std::int64_t>(bound_.renderers_)) + 6.0;
         const double own = std::min(behind(table, row, rival), fill(table, rival));
         const std::size_t display = display_index(table, rival);
@@ -84,7 +84,7 @@ class BufferBound::FillTimes {
 
     double fill(const BusTable& table, std::size_t row) const {
         if (table.machine().has_sure_slots()) return for_grants(table, row, grants(table, row));
-        // The others come first only with what is due before.
+        // The others go first only with what is due before.
         const BusUser& user = table.users()[row];
         const std::int64_t due = user.segment.first_use(held_pixels(table, row) - 1);
         double clocks =
@@ -97,7 +97,7 @@ class BufferBound::FillTimes {
         return clocks;
     }
 
-    /// By how much a rival's composer is prefetched behind this one, as far as this bus goes.
+    /// The most clocks by which a rival's composer is prefetched after this one, by their own bus alone.
     double behind(const BusTable& table, std::size_t row, std::size_t rival) const {
         const MachineFigures& machine = table.machine();
         if (!machine.has_sure_slots()) {
@@ -120,7 +120,7 @@ class BufferBound::FillTimes {
         const std::int64_t wanted = grants(table, rival);
         std::int64_t missing = wanted - beside(table, row, rival);
         if (bound_.several_frames_) {
-            // Or it was kept from its slots by pixels of the frame before.
+            // Or pixels of the previous frame kept it from its slots.
             const auto index = static_cast<std::size_t>(&table - bound_.tables_.data());
             const double pixels = bound_.refills_[index][rival] +
                                   as_double(std::max(machine.ready_space, machine.burst_pixels));
@@ -130,7 +130,7 @@ class BufferBound::FillTimes {
         return std::clamp<std::int64_t>(missing, 0, wanted);
     }
 
-    /// Grants that a rival has had at least when the composer of `row` is prefetched, unless it was full.
+    /// The least grants that a rival has had when the composer of `row` is prefetched, unless it was full.
     std::int64_t beside(const BusTable& table, std::size_t row, std::size_t rival) const {
         const std::int64_t own = divide_up(held_pixels(table, row), table.machine().burst_pixels);
         const SlotShares::Fairness& fairness = table.rivalry(row, rival).fairness;
@@ -138,8 +138,9 @@ class BufferBound::FillTimes {
             std::floor(std::max(0.0, fairness.rate * as_double(own) - fairness.loss)));
     }
 
-    /// The same, as far as the others have room: they have their shares by then, and take no more than that leaves and
-    /// their rasters let go meanwhile. Raised until it holds, from no time on.
+    /// The same, limited by the others' room. They have had their shares by then. After that they take no more than
+    /// what these leave free and what their rasters release meanwhile. Starts with the rival's own clocks, which are
+    /// raised until they cover that.
     double behind_by_room(const BusTable& table, std::size_t row, std::size_t rival, double by_slots) const {
         constexpr int kMostSteps = 16;
         const std::int64_t missing = missing_grants(table, row, rival);
@@ -152,7 +153,7 @@ class BufferBound::FillTimes {
                 if (k == rival) continue;
                 const Rivalry& slots = table.rivalry(rival, k);
                 const RivalGrants other(table, k, buffer_pixels_);
-                // Its own column may have started before.
+                // The other's own column may have started before.
                 const double lead = k == row ? 0.0 : for_grants(table, row, missing_grants(table, k, row));
                 const auto position = static_cast<std::int64_t>(clocks + lead) + 1;
                 const std::int64_t had = std::min(
@@ -171,8 +172,8 @@ class BufferBound::FillTimes {
 
     const BufferBound& bound_;
     std::int64_t buffer_pixels_;
-    std::vector<Slowest> slowest_;  ///< by display: of all renderers
-    std::vector<Slowest> second_;
+    std::vector<Slowest> slowest_;  ///< by display: the slowest of all renderers
+    std::vector<Slowest> second_;   ///< by display: the second slowest
 };
 
 BufferBound::BufferBound(const Scenario& scenario, const MachineFigures& machine)
@@ -186,7 +187,7 @@ BufferBound::BufferBound(const Scenario& scenario, const MachineFigures& machine
         limits.buffer_pixels = static_cast<int>(limits::kBufferPixels.high);
         std::vector<const RendererFrame*> known;
         for (std::size_t frame = 0; frame < renderer.frames.size(); ++frame) {
-            // A free-running link may be ahead of the frames.
+            // A free-running link may be ahead of the frames, so all entries count.
             if (scenario.pacing == Pacing::kLockstep && frame >= static_cast<std::size_t>(scenario.frames))
                 break;
             const RendererFrame& entry = renderer.frames[frame];
@@ -230,7 +231,8 @@ std::int64_t BufferBound::whole_segment_pixels() const {
     return pixels;
 }
 
-/// What the raster lets go towards the end of any frame before, less what the slots are sure to bring meanwhile.
+/// The most pixels that the raster releases towards the end of any earlier frame, less what the slots are sure to bring
+/// meanwhile.
 double BufferBound::refill_pixels(const BusTable& table, std::size_t row) const {
     const MachineFigures& machine = table.machine();
     if (!several_frames_) return 0.0;
@@ -301,7 +303,8 @@ bool BufferBound::is_safe(std::int64_t buffer_pixels) const {
     return buffer_pixels >= smallest_legal_pixels() && !unsafe_place(buffer_pixels).has_value();
 }
 
-/// In strides that double, then between the last two. Safety need not be monotonic, but the size found is safe.
+/// Searches in strides that double, then bisects between the last two sizes. Safety need not be monotonic, but the size
+/// found is safe.
 std::optional<BufferBound::Result> BufferBound::find() const {
     if (!machine_.has_bound()) return std::nullopt;
     Result result;

@@ -11,20 +11,20 @@
 
 namespace metabuffer::analysis {
 
-/// Answers for a scenario's machine, with buffers of any size, whether a pixel can starve: in any frame, at whatever
-/// frame rate results. The scenario's own buffer_pixels and on_starvation do not matter. docs/analysis.md has the
-/// derivation and what it assumes.
+/// Answers whether a pixel can starve on a scenario's machine if its buffers have a given size: in any frame, at
+/// whatever frame rate results. The scenario's own buffer_pixels and on_starvation do not matter. docs/analysis.md has
+/// the derivation and what it assumes.
 class BufferBound {
   public:
-    /// Takes the tables that a run of the scenario can come to. Rows are left out that the scenario would reject with
-    /// any buffer.
+    /// Takes the tables that a run of the scenario can come to. It leaves out the rows that the scenario would reject
+    /// with any buffer.
     explicit BufferBound(const Scenario& scenario) : BufferBound(scenario, MachineFigures(scenario)) {}
     BufferBound(const Scenario& scenario, const MachineFigures& machine);
 
-    /// The different tables of the renderers, in their order.
+    /// The different tables of the renderers, in the order of renderers and frames.
     const std::vector<BusTable>& tables() const { return tables_; }
 
-    /// The smallest buffer with which no row is rejected: the ready space, and for Dmultiple > 1 the row's Sdx.
+    /// The smallest buffer with which no row is rejected: the ready space, plus the row's Sdx for Dmultiple > 1.
     std::int64_t smallest_legal_pixels() const;
     /// The smallest buffer that holds each segment as a whole, and so never starves.
     std::int64_t whole_segment_pixels() const;
@@ -34,12 +34,12 @@ class BufferBound {
 
     struct Result {
         std::int64_t pixels = 0;
-        /// The composer that a pixel less is not known to be enough for; none at the smallest legal size.
+        /// A composer for which one pixel less is not known to be enough. Empty at the smallest legal size.
         std::optional<int> renderer;  ///< index
         std::optional<int> display;   ///< from 1
     };
-    /// The smallest safe size that a search finds; none if nothing is proved of the policy. whole_segment_pixels() are safe
-    /// even then.
+    /// The smallest safe size that a search finds. Empty if nothing is proved of the policy; whole_segment_pixels() is
+    /// safe even then.
     std::optional<Result> find() const;
 
   private:
@@ -60,7 +60,7 @@ class BufferBound {
     std::size_t displays_ = 0;
     bool several_frames_ = false;
     std::vector<std::vector<double>> refills_;  ///< by table and row
-    mutable std::optional<Place> suspect_;      ///< was unsafe last, so it is looked at first
+    mutable std::optional<Place> suspect_;      ///< was unsafe last, so it is checked first
 };
 
 }  // namespace metabuffer::analysis

@@ -5,7 +5,8 @@
 namespace metabuffer::analysis {
 namespace {
 
-/// The least whole number in low..high for which `holds`, which from there on it does; high if there is none.
+/// The least whole number in low..high for which `holds` is true; high if there is none. `holds` must stay true from
+/// that number on.
 template <typename Holds>
 std::int64_t first_where(std::int64_t low, std::int64_t high, Holds holds) {
     while (low < high) {
@@ -24,7 +25,7 @@ std::int64_t first_where(std::int64_t low, std::int64_t high, Holds holds) {
 Jobs::Jobs(const BusUser& user, const Portions& portions, const MachineFigures& machine,
            std::int64_t buffer_pixels)
     : segment_(user.segment), portions_(portions), machine_(machine), buffer_pixels_(buffer_pixels) {
-    // Prefetched, the composer holds at least this many pixels.
+    // A composer that is prefetched holds at least this many pixels.
     const std::int64_t held = buffer_pixels - machine.ready_space + 1;
     if (portions.aligned) {
         first_ = (held - 1) / machine.burst_pixels + 1;
@@ -34,8 +35,8 @@ Jobs::Jobs(const BusUser& user, const Portions& portions, const MachineFigures& 
     }
 }
 
-/// The composer is not ready for the portion while this pixel is held. Where grants may begin anywhere in a portion,
-/// that of its last pixel waits longest.
+/// The composer is not ready for the portion while it holds this pixel. If grants may begin anywhere in a portion, the
+/// grant that begins with its last pixel waits longest.
 std::int64_t Jobs::waited_for(std::int64_t portion) const {
     const std::int64_t pixel = next_pixel_at_most(portion) - (buffer_pixels_ - portions_.ready_space + 1);
     return std::clamp<std::int64_t>(pixel, 0, segment_.pixels() - 1);
@@ -78,7 +79,7 @@ std::int64_t RivalGrants::at_most(std::int64_t released) const {
 
 std::int64_t RivalGrants::when_full(std::int64_t released) const {
     if (whole()) return at_most(released);
-    // "Full" is that there is no room for a whole burst: from then on its bursts are not cut.
+    // "Full" means that there is no room for a whole burst. Once there is room again, its bursts are not cut.
     return std::clamp<std::int64_t>(buffer_pixels_ - burst() + 1 + released, 0, all());
 }
 

@@ -27,9 +27,9 @@ void BurstCosts::add_burst(std::int64_t b) {
     std::int64_t latest = segment_.first_use(b * burst_pixels_);
     std::int64_t cycles = 0;
     walk(b, [&](const Piece& piece) {
-        // Along a source row the raster needs at most a pixel a clock, so on a bus of a beat a clock the piece's first
-        // pixel has the least time. On a slower one the last may have; and where the raster cuts the first one short,
-        // the second comes sooner than the others.
+        // Along a source row the raster needs at most a pixel a clock. So on a bus of a beat a clock, the piece's first
+        // pixel has the least time. On a slower bus the last one may have it. Where the raster cuts the first pixel
+        // short, the second one is needed sooner than the others.
         for (const std::int64_t k : {piece.first, std::min(piece.first + 1, piece.last), piece.last}) {
             latest = std::min(latest, segment_.first_use(k) - cycles_to(k, piece));
         }
@@ -96,7 +96,7 @@ std::int64_t BurstCosts::until_pixel(std::int64_t k) const {
     return cycles;
 }
 
-/// A burst that begins anywhere: the most page changes that a window of its length can have.
+/// The longest burst can begin anywhere, so what counts is the most page changes in any window of a burst's length.
 void BurstCosts::find_longest() {
     std::vector<std::int64_t> changes;  // pixels that lie in another page than the one before
     for (std::int64_t k = piece_end(0); k < segment_.pixels(); k = piece_end(k)) {
@@ -104,7 +104,7 @@ void BurstCosts::find_longest() {
     }
     std::size_t most = 0;
     for (std::size_t from = 0, to = 0; from < changes.size(); ++from) {
-        // A window that begins just before a change sees it and those that follow within its length.
+        // A window that begins just before a change has that change and those that follow within its length.
         while (to < changes.size() && changes[to] < changes[from] - 1 + burst_pixels_) ++to;
         most = std::max(most, to - from);
     }

@@ -11,12 +11,12 @@ namespace metabuffer::analysis {
 /// Whether the first word of a burst finds its page open.
 enum class FirstWord : std::uint8_t {
     kMisses,  ///< another composer's burst may have come between and have opened another page
-    kExact,   ///< nothing comes between: only a burst that goes on in the open page finds it
+    kExact,   ///< no other burst comes between: the page is open if the burst before ended in it
     kHits,    ///< all that the table sends lies in one page: only the frame's very first word misses
 };
 
-/// How long the bursts of one composer's segment hold the bus, in core clocks, if none is cut short: burst b carries
-/// the pixels from b * burst_pixels on, and every page miss and every beat follows from their addresses.
+/// How long the bursts of one composer's segment hold the bus, in core clocks, if none is cut short. Burst b carries
+/// the pixels from b * burst_pixels on. Every page miss and every beat follows from their addresses.
 class BurstCosts {
   public:
     BurstCosts(const Segment& segment, int image_width_pixels, const BusConfig& bus,
@@ -28,10 +28,10 @@ class BurstCosts {
     std::int64_t total() const { return before_.back(); }
     std::int64_t page_misses() const { return page_misses_; }
     std::int64_t beats() const { return beats_; }
-    /// The raster position at whose clock burst b must be granted, at the latest, for none of its pixels to come too
-    /// late: a pixel that is on the bus `cycles` clocks from the grant asks for its first use less `cycles`.
+    /// The clock of this raster position is the last one in which burst b may be granted so that none of its pixels
+    /// comes too late. A pixel that is on the bus `cycles` clocks after the grant allows its first use less `cycles`.
     std::int64_t latest_start(std::int64_t b) const { return latest_start_[static_cast<std::size_t>(b)]; }
-    /// Clocks from its burst's grant until pixel k is on the bus, its own included.
+    /// Clocks from its burst's grant until pixel k is on the bus, those of its own beat included.
     std::int64_t until_pixel(std::int64_t k) const;
 
     /// The longest burst, wherever in the segment it begins.
@@ -40,7 +40,7 @@ class BurstCosts {
     double average() const { return average_; }
     double excess() const { return excess_; }
 
-    /// Source pixels from k on that lie in k's page, k included, to the segment's end at most.
+    /// How many pixels of the segment, from k on and without a gap, lie in k's page; k is included.
     std::int64_t pixels_in_page(std::int64_t k) const;
 
   private:
@@ -48,8 +48,9 @@ class BurstCosts {
     struct Piece {
         std::int64_t first = 0;
         std::int64_t last = 0;
-        std::int64_t run_first = 0;  ///< first pixel since the burst or its page began: a beat begins with it
-        std::int64_t waited = 0;     ///< clocks of the burst before that beat
+        std::int64_t run_first =
+            0;  ///< first pixel since the burst began or opened this page; a beat begins with it
+        std::int64_t waited = 0;  ///< clocks of the burst before that beat
         bool opens_page = false;
         bool begins_run = false;
     };

@@ -22,8 +22,8 @@ MachineFigures::MachineFigures(const Scenario& scenario, const ArbitrationRow& p
         this->policy.proof = BufferProof::kNone;
 }
 
-/// Row after row of the source is released in a stretch, with a pause between: the most by which that runs ahead of
-/// its average, from the beginning of any stretch to the end of any other.
+/// Each row of the source is released in one stretch, with a pause after it. The burst is the most by which that runs
+/// ahead of its average, from the beginning of any stretch to the end of the same or a later one.
 ReleaseCurve::ReleaseCurve(const Segment& segment, std::int64_t raster_width) {
     const ViewportRow& row = segment.row();
     rate = static_cast<double>(row.sdx) /
@@ -35,7 +35,7 @@ ReleaseCurve::ReleaseCurve(const Segment& segment, std::int64_t raster_width) {
         const auto ahead = [&](std::int64_t released, std::int64_t position) {
             return static_cast<double>(released) - rate * static_cast<double>(position - first);
         };
-        // The first pixel of a row goes in the clock of its last use, so the stretch has begun before it.
+        // The first pixel of a row is released in the clock of its last use, so the stretch begins before that.
         least = std::min(least, ahead(j * row.sdx, segment.last_use(j * row.sdx)));
         burst =
             std::max(burst, ahead((j + 1) * row.sdx, segment.last_use((j + 1) * row.sdx - 1) + 1) - least);
@@ -63,7 +63,7 @@ BusTable::BusTable(const Scenario& scenario, const MachineFigures& machine, int 
     if (!machine_.work_conserving()) {
         residual_cycles_ = std::max(residual_cycles_, static_cast<double>(machine_.lost_slot_cycles));
     }
-    // A composer passed over for a clock.
+    // A composer may be passed over for a clock.
     if (machine_.single_beats() || !machine_.whole_bursts()) residual_cycles_ += 1.0;
     if (first_word_ == FirstWord::kHits) residual_cycles_ += static_cast<double>(machine_.page_miss_cycles);
     if (!machine_.has_sure_slots()) return;
@@ -87,7 +87,7 @@ void BusTable::find_first_word(const Renderer& renderer, const MemoryConfig& mem
 
 BusTable::SureBursts BusTable::sure_bursts(std::size_t row) const {
     const BusUser& user = users_[row];
-    // A clock more for each if it is passed over; and the last one must have ended.
+    // Each burst takes a clock more if the composer is passed over, and the last one must have ended.
     const double each = user.slot_average + 1.0 + user.wait.rate;
     const double once =
         residual_cycles_ + user.wait.spread + user.slot_excess + static_cast<double>(user.costs.longest());
@@ -101,7 +101,7 @@ double BusTable::cut_cycles() const {
 }
 
 /// A composer that took a slot has its ready space free. It cuts the burst when fewer than two beats' pixels are free
-/// behind a beat, and the next beat may then be held back by a page miss.
+/// after a beat, and a page miss may then delay the next beat.
 std::int64_t BusTable::least_cut_pixels() const {
     return std::max<std::int64_t>(1, machine_.ready_space - 2 * machine_.pixels_per_beat + 1);
 }
@@ -123,7 +123,7 @@ void BusTable::add_user(const Scenario& scenario, const Renderer& renderer, cons
         user.slot_average = user.costs.average();
         user.slot_excess = user.costs.excess();
     } else {
-        // Bursts that begin anywhere: their pixels as if nothing came between, and for each what a cut costs.
+        // Bursts begin anywhere. Each costs its pixels, as if no other composer's burst came between, and a cut.
         user.slot_average = user.stream.average() + cut_cycles();
         user.slot_excess = user.stream.average() + user.stream.excess();
     }
@@ -132,8 +132,8 @@ void BusTable::add_user(const Scenario& scenario, const Renderer& renderer, cons
     users_.push_back(std::move(user));
 }
 
-/// Portions of a burst. Bursts that are cut short may begin anywhere in them, but once there is room for a whole burst
-/// they are not cut.
+/// Portions of one burst each. If bursts may be cut short, they begin anywhere in a portion, but once there is room for
+/// a whole burst they are not cut.
 Portions BusTable::whole_burst_portions(const BusUser& user) const {
     const std::int64_t bursts = user.costs.bursts();
     double passed_over = 0.0;
@@ -161,7 +161,7 @@ Portions BusTable::whole_burst_portions(const BusUser& user) const {
 }
 
 /// Portions of as many pixels as pass, in full beats, before a composer with no more than its ready space free cuts the
-/// burst; none reaches over a page's end, where a beat ends too.
+/// burst. No portion goes past a page's end, since a beat ends there, too.
 Portions BusTable::cut_burst_portions(const BusUser& user) const {
     const Segment& segment = user.segment;
     const std::int64_t full = machine_.ready_space / machine_.pixels_per_beat * machine_.pixels_per_beat;
@@ -174,7 +174,8 @@ Portions BusTable::cut_burst_portions(const BusUser& user) const {
         for (std::int64_t done = 0; done < in_page; done += full) {
             const std::int64_t pixels = std::min(full, in_page - done);
             const std::int64_t beats = (pixels + machine_.pixels_per_beat - 1) / machine_.pixels_per_beat;
-            // On a bus of a beat a clock a portion's first pixel has the least time. On a slower one the last may.
+            // On a bus of a beat a clock, a portion's first pixel has the least time. On a slower bus the last one
+            // may have it.
             const auto in_time = static_cast<double>(machine_.page_miss_cycles + machine_.cycles_per_beat +
                                                      (pixels - 1) * (machine_.cycles_per_beat - 1));
             portions.first_pixel.push_back(k + done);
@@ -192,8 +193,8 @@ Portions BusTable::cut_burst_portions(const BusUser& user) const {
     return portions;
 }
 
-/// What a rival's slot takes is known in two ways: its longest burst for each, or its average for all and an excess
-/// once. The lesser of the two counts.
+/// The clocks of a rival's slots have two limits: its longest burst for each slot, or its average burst for each and
+/// its excess once. The lesser of the two counts.
 void BusTable::find_waits() {
     const bool lost = !machine_.work_conserving();
     const double lost_cycles = lost ? static_cast<double>(machine_.lost_slot_cycles) : 0.0;

@@ -13,11 +13,11 @@
 
 namespace metabuffer::analysis {
 
-/// What the arithmetic needs of a scenario's machine.
+/// The figures of a scenario's machine that the arithmetic needs.
 struct MachineFigures {
     explicit MachineFigures(const Scenario& scenario)
         : MachineFigures(scenario, arbitration_row(scenario.bus.arbitration)) {}
-    /// As if the scenario's policy were this one.
+    /// The same with this policy instead of the scenario's.
     MachineFigures(const Scenario& scenario, const ArbitrationRow& policy);
 
     std::int64_t raster_width = 0;
@@ -32,26 +32,26 @@ struct MachineFigures {
 
     /// No burst is ever cut short: BUSREADY promises room for a whole one.
     bool whole_bursts() const { return ready_space >= burst_pixels; }
-    /// Slots that nobody can use are never waited for.
+    /// A slot that its composer cannot use goes to the next one that is ready: the bus never waits for a slot.
     bool work_conserving() const { return policy.idle_slots == IdleSlots::kRecovered; }
     /// A composer that is ready gets each of its slots.
     bool has_sure_slots() const { return policy.proof == BufferProof::kSlots; }
-    /// Something is proved of the policy; without sure slots that what is due first goes first.
+    /// Something is proved of the policy. If it has no sure slots, that is that the earliest deadline goes first.
     bool has_bound() const { return policy.proof != BufferProof::kNone; }
     /// Bursts are single beats, after which the composer is passed over for a clock.
     bool single_beats() const { return burst_pixels <= pixels_per_beat; }
 };
 
-/// A segment in portions such that a composer that is ready is sure to get, with each grant, at least the rest of the
-/// portion it stands in and as much of the next one as it had of this one.
+/// A segment cut into portions. With each grant, a composer that is ready is sure to get at least the rest of its
+/// current portion, and as much of the next one as it already had of the current one.
 struct Portions {
-    /// Where each portion begins, and the segment's end.
+    /// Where each portion begins; the last entry is the segment's end.
     std::vector<std::int64_t> first_pixel;
-    /// The raster position at whose clock the portion must be granted at the latest.
+    /// The clock of this raster position is the last one in which the portion may be granted.
     std::vector<double> latest_start;
-    /// The composer's own clocks for all portions before each, and for all.
+    /// The composer's own clocks for all portions before each; the last entry is for all portions.
     std::vector<double> own_before;
-    /// "Ready" means so much free space, or more.
+    /// "Ready" means at least so much free space.
     std::int64_t ready_space = 0;
     /// Grants begin where portions do.
     bool aligned = true;
@@ -59,51 +59,52 @@ struct Portions {
     std::int64_t count() const { return static_cast<std::int64_t>(latest_start.size()); }
 };
 
-/// Pixels that the raster releases: in any window of positions at most rate * window + burst, and none outside of
+/// The most pixels that the raster can release: rate * window + burst in any window of positions, and none outside of
 /// first to last.
 struct ReleaseCurve {
     double rate = 0.0;
     double burst = 0.0;
     std::int64_t first = 0;
-    std::int64_t last = 0;  ///< one past
+    std::int64_t last = 0;  ///< one past the last release
 
     ReleaseCurve() = default;
     ReleaseCurve(const Segment& segment, std::int64_t raster_width);
 };
 
-/// One row of a table: the composer it goes to, as a user of the bus.
+/// The composer of one row of a table, as a user of the bus.
 struct BusUser {
     Segment segment;
-    BurstCosts costs;   ///< of whole bursts, each beginning with a page miss if another's may come between
-    BurstCosts stream;  ///< as if nothing came between
+    BurstCosts
+        costs;  ///< of whole bursts; each begins with a page miss if another composer's may come between
+    BurstCosts stream;  ///< the same as if no other composer's burst came between
     ReleaseCurve releases;
-    /// Any c slots of it in a row take at most c * slot_average + slot_excess clocks.
+    /// Any c of its slots, one after the other, take at most c * slot_average + slot_excess clocks.
     double slot_average = 0.0;
     double slot_excess = 0.0;
-    /// How the segment is granted; with bursts that may be cut short there are two ways to see it.
+    /// How the segment is granted. If bursts may be cut short, there are two ways to divide it, else one.
     std::vector<Portions> portions;
-    SlotShares::Wait wait;  ///< behind the rivals' slots; only if these are sure
+    SlotShares::Wait wait;  ///< for the rivals' slots; only if slots are sure
 
     int display() const { return segment.row().dcomp; }
 };
 
-/// What the slots of one composer mean for another.
+/// How the slots of a composer and those of one rival alternate.
 struct Rivalry {
-    /// What the other gets at least, if it is ready, beside so many grants of the one.
+    /// The least that the rival gets, if it is ready, during so many grants of the composer.
     SlotShares::Fairness fairness;
-    /// Clocks of the other's slots before so many grants of the one: at most slot_rate * grants + slot_spread.
+    /// Clocks of the rival's slots before so many grants of the composer: at most slot_rate * grants + slot_spread.
     double slot_rate = 0.0;
     double slot_spread = 0.0;
 };
 
-/// A renderer's table of one frame, as what its bus has to carry.
+/// What a renderer's bus has to carry for the table of one frame.
 class BusTable {
   public:
-    /// In a longer table, rivals are not looked at one by one.
+    /// In a longer table, rivals are not checked one by one.
     static constexpr std::size_t kMostRivals = 64;
 
-    /// The rows must be valid for the scenario's raster and the renderer's image. slots: rows by slot; none under a
-    /// policy without slots.
+    /// The rows must be valid for the scenario's raster and the renderer's image. slots: the row of each slot; empty
+    /// for a policy without slots.
     BusTable(const Scenario& scenario, const MachineFigures& machine, int renderer, const ViewportTable& rows,
              std::vector<int> slots);
 
@@ -113,24 +114,24 @@ class BusTable {
     /// Empty if the policy has no slots.
     const SlotShares& shares() const { return shares_; }
     bool knows_rivals() const { return users_.size() <= kMostRivals; }
-    /// Both by row. Only if knows_rivals(), and slots are sure.
+    /// row, rival: two different rows of the table. Only if knows_rivals() and slots are sure.
     const Rivalry& rivalry(std::size_t row, std::size_t rival) const {
         return rivalries_[row * users_.size() + rival];
     }
-    /// How each burst's first word finds the memory.
+    /// Whether a burst's first word finds its page open.
     FirstWord first_word() const { return first_word_; }
-    /// Clocks until a burst or a lost slot under way is over, with the page miss that a frame begins with if that is
-    /// its only one.
+    /// The most clocks until a burst or a lost slot under way is over. If a frame has no page miss but the one that it
+    /// begins with, that is included.
     double residual_cycles() const { return residual_cycles_; }
-    /// A composer with room for whole bursts is sure to get rate * clocks - loss of them, from any clock on, whatever the
-    /// others do. Only if slots are sure.
+    /// From any clock on, a composer with room for whole bursts is sure to get rate * clocks - loss bursts, whatever
+    /// the others do. Only if slots are sure.
     struct SureBursts {
         double rate = 0.0;
         double loss = 0.0;
         double in(double clocks) const { return std::max(0.0, rate * clocks - loss); }
     };
     SureBursts sure_bursts(std::size_t row) const;
-    /// What a composer cut short may cost beside its pixels: another page miss, a beat that is not full, a clock.
+    /// The clocks that a burst cut short may cost besides its pixels: a page miss, a beat that is not full, one clock.
     double cut_cycles() const;
     /// At least so many pixels pass before a composer that was granted a burst cuts it short.
     std::int64_t least_cut_pixels() const;

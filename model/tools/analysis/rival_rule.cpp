@@ -31,7 +31,7 @@ class RivalRule {
     bool holds() { return holds({0, count_}, {0, count_}); }
 
   private:
-    /// Some passes over all portions; of small segments, every pair.
+    /// Enough for some passes over all portions; for small segments, enough to check every pair.
     static constexpr std::int64_t kWorkPerPortion = 400;
     static constexpr std::int64_t kLeastWork = 200'000;
 
@@ -46,8 +46,8 @@ class RivalRule {
         std::size_t row = 0;
         double slot_rate = 0.0;  ///< clocks for each grant of the composer's own
         double slot_spread = 0.0;
-        std::vector<double> granted;  ///< clocks of what it has been granted when the composer begins to wait
-        std::vector<double> room;     ///< clocks of what it can have been granted when the portion is due
+        std::vector<double> granted;  ///< by portion: clocks of its grants until the composer begins to wait
+        std::vector<double> room;     ///< by portion: the most clocks of its grants until the portion is due
         double slack = 0.0;
     };
 
@@ -68,9 +68,9 @@ class RivalRule {
         rivals_.push_back(std::move(rival));
     }
 
-    /// The rival was last not ready at some time before the composer began to wait, and was full then; or it has been
-    /// ready since the frame began, or since it was done with the frame before. From then on it got its slots beside
-    /// the composer's.
+    /// There are two cases. The rival was not ready at some time before the composer began to wait; at the last such
+    /// time it was full. Or it has been ready since the frame began, or since it had composited the previous frame.
+    /// From then on it got its slots between the composer's.
     void add_granted_beside_slots(Rival& rival, const RivalGrants& grants) const {
         const SlotShares::Fairness& fairness = table_.rivalry(row_, rival.row).fairness;
         const double burst = as_double(machine_.burst_pixels);
@@ -79,7 +79,7 @@ class RivalRule {
         const double full_at_first = as_double(grants.when_full(0));
         const double room_at_first = rate * jobs_.granted_by_room(jobs_.first());
         const BusTable::SureBursts sure = table_.sure_bursts(rival.row);
-        // What it had when it was full, less what it is sure to have got by then.
+        // What the rival had when it was full, less what it is sure to have got by then.
         double lowest_by_grants = full_at_first - room_at_first;
         double lowest_by_time = full_at_first - burst * sure.rate * as_double(jobs_.freed_at(jobs_.first()));
         const double at_start = std::max(0.0, rate * jobs_.granted_before(jobs_.first()) - loss);
@@ -106,7 +106,7 @@ class RivalRule {
         }
     }
 
-    /// Pixels that a rival has at least when it is done with the frame before.
+    /// The least pixels that a rival has when it has composited the previous frame.
     double refilled(const Rival& rival) const {
         const std::int64_t threshold = std::max(machine_.ready_space, machine_.burst_pixels);
         const double full = as_double(
@@ -115,7 +115,8 @@ class RivalRule {
         return std::max(0.0, full - buffer_.refill_pixels[rival.row] - part_of_burst);
     }
 
-    /// The composer's last grant came when no ready rival had an earlier deadline; a rival that was not ready was full.
+    /// When the composer's last grant came, no rival that was ready had an earlier deadline. A rival that was not ready
+    /// was full.
     void add_granted_beside_deadlines(Rival& rival, const RivalGrants& grants) const {
         for (std::int64_t at = 0; at < count_; ++at) {
             const std::int64_t portion = jobs_.first() + at;
@@ -136,7 +137,7 @@ class RivalRule {
         }
     }
 
-    /// What the raster has asked for has come in any case, or something would have starved before.
+    /// What the raster has asked for has come in any case, else a pixel would have starved before.
     void add_granted(Rival& rival, const RivalGrants& grants, std::int64_t portion, double granted) const {
         const std::int64_t now = jobs_.freed_at(portion) - 1 - buffer_.shifts[rival.row].later;
         const double pixels = std::max(granted, as_double(grants.asked_for(now)));
@@ -159,8 +160,8 @@ class RivalRule {
         }
     }
 
-    /// True if no portion of `until` can be late for the sake of a wait that began at one of `from`. Which of a rival's
-    /// two limits counts is chosen once for the block; if that does not do, the block is divided.
+    /// True if no portion of `until` can be late because of a wait that began at a portion of `from`. One of a rival's
+    /// two limits is chosen for the whole block. If the block then fails, it is divided.
     bool holds(Range from, Range until) {
         if (from.size() <= 0 || until.size() <= 0 || from.begin >= until.end) return true;
         from.end = std::min(from.end, until.end);

@@ -12,11 +12,13 @@ namespace metabuffer::analysis {
 /// By portion: 1 if it is known to be in time.
 using PortionFlags = std::vector<char>;
 
-/// The rule of rivals, for the portions that are not known to be in time: from the last time that the composer was not
-/// ready, the bus is busy, and each rival takes no more than its slots beside the composer's own and no more than it
-/// has room for (without sure slots: no more than is due before). For a bus that is work-conserving. Looks at pairs of
-/// portions, in blocks that are divided where they must be, so that it is as exact as looking at every pair; gives up,
-/// with false, where that would take too long.
+/// True if the rule of rivals (docs/analysis.md) shows that all portions are in time that are not known to be. From the
+/// last time that the composer was not ready, the bus is busy. Meanwhile each rival takes at most its slots in the
+/// table that come between the composer's own, and at most what it has room for. Without sure slots it takes at most
+/// what is due before. The bus must be work-conserving.
+///
+/// The rule is checked for pairs of portions, in blocks. A block is divided where it must be, so this is as exact as a
+/// check of every pair. Where that would take too long the check gives up and returns false.
 bool rival_rule(const BusTable& table, std::size_t row, const Jobs& jobs, const BufferCase& buffer,
                 const PortionFlags& known);
 

@@ -6,7 +6,7 @@
 namespace metabuffer::analysis {
 namespace {
 
-/// Beyond it, looking at every window of a table takes too long, and a whole rotation stands for each.
+/// In a larger table it takes too long to check every window, and a whole rotation is assumed instead.
 constexpr std::size_t kLargestExactTable = 512;
 
 }  // namespace
@@ -18,12 +18,12 @@ SlotShares::SlotShares(std::vector<int> table, std::size_t rows, RepeatedSlot re
         ++slots_[row];
         sure_grants_[row] += is_sure(slot) ? 1 : 0;
     }
-    // Behind each grant somebody else is granted first. From there on the row's next slot is its own, and that comes
-    // before the table has gone round: but it may be the only one.
+    // After each grant another row is granted first. From there on the row gets its own next slot, which comes before
+    // the table has gone round, but it may be the only one.
     if (repeated_ == RepeatedSlot::kSkipped) std::fill(sure_grants_.begin(), sure_grants_.end(), 1);
 }
 
-/// A slot that its row gets even if it had the one before.
+/// Whether the slot's row gets it even if it had the slot before.
 bool SlotShares::is_sure(std::size_t slot) const {
     const std::size_t before = slot == 0 ? table_.size() - 1 : slot - 1;
     return repeated_ == RepeatedSlot::kGranted || rows() == 1 || table_[before] != table_[slot];

@@ -5,16 +5,16 @@
 
 namespace metabuffer::analysis {
 
-/// What becomes of a composer's slot right behind its own burst. Behind a burst of a single beat a composer is passed
+/// What becomes of a composer's slot directly after its own burst. After a burst of a single beat a composer is passed
 /// over for one clock (docs/design.md).
 enum class RepeatedSlot : std::uint8_t {
     kGranted,  ///< it gets the slot: bursts have several beats
-    kLost,  ///< single beats, slots that cannot be used are waited for: of two slots in a row it may get one
-    kSkipped,  ///< single beats, others take the slot: slots with nobody ready between them are skipped, too
+    kLost,     ///< single beats, and unused slots pass: of two slots in a row it may get only one
+    kSkipped,  ///< single beats, and others take the slot, even if slots that none can use come between
 };
 
-/// When the composers of a slot table get their slots, whoever else is ready. "Grants" of a row are the slots that it
-/// takes while it is continuously ready.
+/// When the composers of a slot table get their slots, whichever others are ready. "Grants" of a row are the slots that
+/// it takes while it is continuously ready.
 class SlotShares {
   public:
     SlotShares() = default;
@@ -24,15 +24,15 @@ class SlotShares {
     const std::vector<int>& table() const { return table_; }
     std::size_t rows() const { return slots_.size(); }
     std::int64_t slots(std::size_t row) const { return slots_[row]; }
-    /// Grants that the row is sure of while the table goes round once.
+    /// Grants that the row is sure to get while the table goes round once.
     std::int64_t sure_grants(std::size_t row) const { return sure_grants_[row]; }
 
-    /// The rivals' clocks before a row's `grants`-th grant, from any slot on: at most rate * grants + spread, if a slot
-    /// of row j takes slot_cycles[j] clocks; those of the row itself that it is passed over in take own_lost_cycles.
+    /// The rivals' clocks before a row's `grants`-th grant, from any slot on: at most rate * grants + spread. A slot of
+    /// row j takes slot_cycles[j] clocks. A slot in which the row itself is passed over takes own_lost_cycles.
     struct Wait {
         double rate = 0.0;
         double spread = 0.0;
-        std::vector<double> most;  ///< exactly, for 1 to sure_grants(row) grants; [0] is 0
+        std::vector<double> most;  ///< a closer limit for 1 to sure_grants(row) grants; [0] is 0
     };
     Wait wait(std::size_t row, const std::vector<double>& slot_cycles, double own_lost_cycles) const;
 

@@ -12,7 +12,7 @@
 namespace metabuffer::analysis {
 namespace {
 
-/// The burst under way when the column starts: its pixels behind those that made the composer prefetched.
+/// Checks the burst under way when the column starts: its pixels after those that made the composer prefetched.
 bool first_burst_in_time(const BusTable& table, const BusUser& me, std::int64_t buffer_pixels) {
     const MachineFigures& machine = table.machine();
     const std::int64_t last_held = buffer_pixels - machine.ready_space;
@@ -50,7 +50,7 @@ void slot_rule(const BusTable& table, const BusUser& me, const Jobs& jobs, Porti
     const auto ready = [&](std::int64_t a) {
         return as_double(jobs.freed_at(a) + Jobs::kBusreadyCycles) + table.residual_cycles();
     };
-    double far = kNever;  // over all portions before those that are looked at one by one
+    double far = kNever;  // over all portions before those that are checked one by one
     for (std::int64_t b = jobs.first(); b < jobs.count(); ++b) {
         if (b - near >= jobs.first()) {
             const std::int64_t a = b - near;
@@ -66,8 +66,8 @@ void slot_rule(const BusTable& table, const BusUser& me, const Jobs& jobs, Porti
     }
 }
 
-/// The rule of polls: since the last poll, or since the frame began if there was none, the bus has been busy, and the
-/// others have taken no more than they had room for.
+/// The rule of polls. A poll is a clock in which no composer is ready. Since the last one, or since the frame began if
+/// there was none, the bus has been busy, and the others have taken no more than they had room for.
 class PollRule {
   public:
     PollRule(const BusTable& table, std::size_t row, const Jobs& jobs, const BufferCase& buffer)
@@ -102,10 +102,9 @@ class PollRule {
         std::size_t row = 0;
         double clocks_per_pixel = 0.0;
         double rate = 0.0;
-        double first = 0.0;  ///< positions between which it releases, seen from the composer's own column
+        double first = 0.0;  ///< it releases between these positions of the composer's own column
         double last = 0.0;
-        double granted_at_start =
-            0.0;  ///< clocks of what it has been granted when the composer is prefetched
+        double granted_at_start = 0.0;  ///< clocks of its grants until the composer is prefetched
     };
     struct Poll {
         double position = 0.0;
@@ -116,7 +115,7 @@ class PollRule {
         const BusUser& user = table_.users()[j];
         const std::int64_t held = buffer_.buffer_pixels - machine_.ready_space + 1;
         if (user.segment.pixels() <= held) {
-            // Once it has been full all of it is there; only the frame before may have kept it from that.
+            // Once it has been full it holds its whole segment. Only the previous frame can have prevented that.
             if (buffer_.follows_a_frame) constant_ += as_double(user.costs.total());
             rivals_.push_back({j, 0.0, 0.0, 0.0, 0.0, 0.0});
             return;
@@ -142,7 +141,7 @@ class PollRule {
         return clocks;
     }
 
-    /// Between the ends of these the sums are straight lines.
+    /// Adds the positions at which a poll can be the worst: between them the sums are straight lines.
     void add_polls() {
         const auto add = [&](double position, std::int64_t next) {
             if (next >= jobs_.count()) return;
@@ -164,7 +163,7 @@ class PollRule {
                   [](const Poll& a, const Poll& b) { return a.position < b.position; });
     }
 
-    /// What the bus has done when the composer is prefetched.
+    /// Finds the clocks that the bus has worked when the composer is prefetched.
     void add_start() {
         const BusUser& me = table_.users()[row_];
         const std::int64_t last_held = buffer_.buffer_pixels - machine_.ready_space;
@@ -177,7 +176,7 @@ class PollRule {
         }
     }
 
-    /// Bursts that a rival has had when the composer gets its `grants`-th.
+    /// The least bursts that a rival has had when the composer gets its `grants`-th one.
     std::int64_t bursts_beside(std::size_t j, std::int64_t grants) const {
         const RivalGrants rival(table_, j, buffer_.buffer_pixels);
         const std::int64_t full = rival.when_full(0) / machine_.burst_pixels;

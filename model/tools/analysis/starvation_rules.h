@@ -7,9 +7,9 @@
 
 namespace metabuffer::analysis {
 
-/// False if a composer could starve, as far as the rules of docs/analysis.md can tell: that of slots, that of polls and
-/// that of rivals. True is certain: not one pixel of its segment can come too late. If nothing is proved of the policy, that
-/// takes a buffer for the whole segment.
+/// True if the rules of docs/analysis.md (of slots, of polls, of rivals) show that no pixel of the composer's segment
+/// can come too late. That is certain. False: the composer may starve, or may not. If nothing is proved of the policy,
+/// only a buffer that holds the whole segment gives true.
 bool is_starvation_free(const BusTable& table, std::size_t row, const BufferCase& buffer);
 
 }  // namespace metabuffer::analysis

@@ -37,7 +37,7 @@ bool continues(const Draft& draft, const Segment& segment) {
 
 std::vector<Draft> drafts_of(const ViewportTable& rows, int raster_width, int raster_height,
                              int display_columns) {
-    // Down each column of displays, and from column to column.
+    // Displays go down each column of the wall, one column after the other.
     std::vector<std::size_t> order(rows.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     const auto place = [&](std::size_t index) {
@@ -74,7 +74,8 @@ std::vector<Draft> drafts_of(const ViewportTable& rows, int raster_width, int ra
     return drafts;
 }
 
-/// Tasks of one band that lie beside each other get one number: at each clock at most one of them needs a pixel.
+/// Tasks of one band and one period that lie next to each other get one number: in each clock at most one of them needs
+/// a pixel.
 void number_tasks(std::vector<Draft>& drafts) {
     std::stable_sort(drafts.begin(), drafts.end(),
                      [](const Draft& a, const Draft& b) { return a.band < b.band; });

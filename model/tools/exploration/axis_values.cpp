@@ -20,11 +20,11 @@ namespace {
 
 constexpr double kLargestNumber = 1e15;
 
-/// Decimals as they were meant: 0.1 and 0.2 make 0.3, not 0.30000000000000004.
+/// Rounds decimals to what was meant: 0.1 and 0.2 make 0.3, not 0.30000000000000004.
 double without_noise(double value) { return std::strtod(fmt::format("{:.12g}", value).c_str(), nullptr); }
 
 std::string number_text(double value, bool whole) {
-    // A whole number however it is written: keys that take only these do not know 1e+05.
+    // Whole numbers get no exponent: keys that take only these do not know 1e+05.
     const bool is_whole = whole || (value == std::floor(value) && std::abs(value) < kLargestNumber);
     return is_whole ? std::to_string(std::llround(value)) : text::number(without_noise(value));
 }
@@ -36,7 +36,7 @@ std::optional<std::string> problem_of_ends(const AxisNumber& from, const AxisNum
     return "from " + text_of(from) + " is above to " + text_of(to) + "; use from at most to";
 }
 
-/// A little more than `to`, so that an end that is hit but for rounding counts.
+/// The end of the range. It is a little more than `to` if rounding could make the last value miss that.
 double last_of(const AxisRange& range) {
     constexpr double kRounding = 1e-9;
     const double step = range.step ? range.step->value : range.factor ? 0.0 : 1.0;
@@ -45,7 +45,7 @@ double last_of(const AxisRange& range) {
     return exact ? range.to.value : range.to.value + slack;
 }
 
-/// How many numbers a range goes through, as a double since it may be a great many.
+/// How many numbers a range has. A double, since there may be a great many.
 double count_of(const AxisRange& range) {
     const double last = last_of(range);
     if (range.factor)
@@ -57,15 +57,15 @@ std::string too_many(double count) {
     return "makes " + text::number(count) + " values; use at most " + std::to_string(kMostPoints);
 }
 
-/// Whole numbers, all equally likely, by std::mt19937_64, whose numbers the standard lays down; it does not those of
+/// Random numbers, the same on every computer. The standard defines the numbers of std::mt19937_64, but not those of
 /// std::uniform_int_distribution.
 class RandomNumbers {
   public:
     explicit RandomNumbers(std::uint64_t seed) : engine_(seed) {}
 
-    /// 0..count-1.
+    /// 0 to count - 1, all equally likely.
     std::uint64_t below(std::uint64_t count) {
-        // What is left over above the last full set of `count` numbers would favour the lowest.
+        // Numbers above the last full set of `count` are not used: they would favour the lowest results.
         const std::uint64_t left_over = (std::numeric_limits<std::uint64_t>::max() % count + 1) % count;
         const std::uint64_t most = std::numeric_limits<std::uint64_t>::max() - left_over;
         std::uint64_t drawn = engine_();
@@ -92,7 +92,7 @@ std::string drawn(const RandomAxis& random, RandomNumbers& numbers) {
     return number_text(random.from.value + width * numbers.fraction(), false);
 }
 
-/// Different whole numbers where most are wanted: drawing again until one is new would take long.
+/// Different whole numbers, if many of the range are wanted: to draw again until one is new would take long.
 std::vector<std::string> shuffled(const RandomAxis& random, RandomNumbers& numbers) {
     std::vector<std::int64_t> all(static_cast<std::size_t>(choices_of(random)));
     std::iota(all.begin(), all.end(), std::llround(random.from.value));
@@ -144,7 +144,7 @@ std::vector<std::string> values_of(const AxisRange& range) {
     std::vector<std::string> values;
     const auto count = static_cast<std::int64_t>(count_of(range));
     for (std::int64_t i = 0; i <= count; ++i) {
-        // From the start each time: what is lost in a sum would grow.
+        // Computed from the start each time: the rounding errors of a sum would grow.
         const auto steps = static_cast<double>(i);
         const double value = range.factor ? range.from.value * std::pow(range.factor->value, steps)
                                           : range.from.value + steps * (range.step ? range.step->value : 1.0);
@@ -162,7 +162,7 @@ std::optional<std::string> problem_of(const RandomAxis& random) {
                std::to_string(random.count) + " different ones from; use a smaller count or a wider range";
     }
     if (random.distinct && !is_whole(random)) {
-        // Decimals are rounded to twelve digits, and some are drawn again and again: a wide berth.
+        // Decimals are rounded to twelve digits, and some are drawn repeatedly. So the range must be much wider.
         const double largest = std::max(std::abs(random.from.value), std::abs(random.to.value));
         const double choices = (random.to.value - random.from.value) / std::max(largest * 1e-9, 1e-300);
         if (random.count > 1 && static_cast<double>(random.count) > choices) {

@@ -23,10 +23,10 @@
 namespace metabuffer::exploration {
 namespace {
 
-/// The input that a sweep's only scenario is: its file may be called anything. No path is written so.
+/// The name, as an input, of a sweep's only scenario, since its file may have any name. No path looks like this.
 constexpr const char* kOnlyScenario = "(scenario)";
 
-/// What stands for a file's content.
+/// A file's size and checksum, used instead of its content.
 std::string content_of(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
     if (!stream) return "missing";
@@ -42,7 +42,7 @@ bool may_change_images(const std::string& key) {
            key.find(".table") == std::string::npos && key.find(".copies") == std::string::npos;
 }
 
-/// What of a point's settings may change the images that its run shows, and its scenario, as one text.
+/// A point's scenario, and those of its settings that may change the images that its run shows, as one text.
 std::string image_settings(const std::filesystem::path& scenario, const Point& point) {
     std::vector<Setting> settings{{kScenarioAxis, scenario.string()}};
     std::copy_if(point.settings.begin(), point.settings.end(), std::back_inserter(settings),
@@ -50,7 +50,8 @@ std::string image_settings(const std::filesystem::path& scenario, const Point& p
     return canonical_text(settings);
 }
 
-/// Looks at nothing below what can meet the goal, and at nothing above what is sure to. Says so; empty if nothing is known.
+/// Limits a search: no values below the least that can meet the goal, none above the least known to be enough. Returns
+/// what was left out and why; empty if nothing was.
 std::string narrow(SearchDescription& search, const KnownAnswer& known) {
     std::vector<std::string> why;
     if (known.least && search.from < *known.least && *known.least <= search.to) {
@@ -79,7 +80,7 @@ std::optional<double> Progress::seconds_to_go() const {
     return static_cast<double>(points - points_ended) / rate();
 }
 
-/// One go at a plan.
+/// One run through a plan.
 class Explorer::Session {
   public:
     Session(const Explorer& explorer, ResultsDatabase* results, const ExploreOptions& options);
@@ -97,9 +98,9 @@ class Explorer::Session {
         bool all_invalid = true;
         std::map<std::int64_t, std::int64_t> run_ids;        ///< of a search, by value
         std::map<std::int64_t, std::vector<Value>> figures;  ///< of its runs
-        std::optional<PointRecord> failure;  ///< of a search: a run that tells nothing about the goal
+        std::optional<PointRecord> failure;  ///< of a search: a run that says nothing about the goal
         RunRecord largest;                   ///< of a search: the run with the largest value
-        std::string bounds;                  ///< of a search: what is looked at only, and why
+        std::string bounds;                  ///< of a search: which values are not tried, and why
     };
     using Jobs = std::list<Job>;
 
@@ -145,7 +146,7 @@ class Explorer::Session {
     Clock::time_point started_ = Clock::now();
     PointSequence::Iterator next_point_;
     std::size_t next_number_ = 0;
-    std::int64_t next_run_ = 1;  ///< without results
+    std::int64_t next_run_ = 1;  ///< the next run's id if there is no results file
     Jobs jobs_;
     std::deque<Task> queue_;
     std::vector<Active> active_;
@@ -197,7 +198,7 @@ Exploration Explorer::Session::explore() {
     return exploration;
 }
 
-/// As many simulations as may run at once.
+/// Starts as many simulations as may run at once.
 void Explorer::Session::fill() {
     while (static_cast<int>(active_.size()) < processes_) {
         if (!queue_.empty()) {
@@ -207,7 +208,7 @@ void Explorer::Session::fill() {
         } else if (!begin_point()) {
             return;
         }
-        // Points that are there already may be many.
+        // The results may hold many points already, which begin and end here without a wait.
         constexpr std::size_t kPointsBetweenLooks = 256;
         if (next_number_ % kPointsBetweenLooks == 0 && stop_is_wanted()) {
             stopped_ = true;
@@ -221,7 +222,7 @@ bool Explorer::Session::stop_is_wanted() const {
     return poll(&stop, 1, 0) > 0;
 }
 
-/// False if there is none left.
+/// Begins the next point. False if there is none left.
 bool Explorer::Session::begin_point() {
     if (next_point_ == plan().points.end()) return false;
     std::vector<Setting> settings = (*next_point_).settings;
@@ -285,14 +286,15 @@ void Explorer::Session::begin(Task task) {
     try {
         active_.push_back({task, std::make_unique<RunProcess>(explorer_.simulate_, std::move(request))});
     } catch (const InputError&) {
-        // No more processes or descriptors for now: those that there are will do.
+        // There are no more processes or descriptors: go on with those that run.
         if (active_.empty()) throw;
         processes_ = static_cast<int>(active_.size());
         queue_.push_front(task);
     }
 }
 
-/// Leaves out what is known without a run. Gives the answer if that is all there is to know.
+/// Begins a search, without the values that are known to be of no use. Returns the point's record if no value can meet
+/// the goal.
 std::optional<PointRecord> Explorer::Session::begin_search(Job& job) const {
     SearchDescription search = *plan().search;
     const std::vector<Setting>& settings = job.settings;
@@ -310,14 +312,14 @@ std::optional<PointRecord> Explorer::Session::begin_search(Job& job) const {
             }
             job.bounds = narrow(search, known);
         } catch (const InputError&) {
-            // The runs tell what is wrong with the point.
+            // The runs report what is wrong with the point.
         }
     }
     job.search.emplace(search);
     return std::nullopt;
 }
 
-/// To a point that the results have: those of the run that shows it.
+/// Adds the figures to a point that the results hold: those of its run.
 void Explorer::Session::add_figures(PointRecord& point) const {
     std::vector<Setting> settings = point.settings;
     if (plan().search) {
@@ -328,7 +330,7 @@ void Explorer::Session::add_figures(PointRecord& point) const {
     if (run) point.figures = std::move(run->second.figures);
 }
 
-/// How long to wait for something to happen before the time limits are looked at.
+/// How long to wait for something to happen before the time limits are checked.
 int Explorer::Session::poll_milliseconds() const {
     constexpr int kLimitMilliseconds = 100;
     constexpr int kTickMilliseconds = 1000;
@@ -340,7 +342,7 @@ void Explorer::Session::wait() {
     std::vector<pollfd> waited;
     waited.reserve(active_.size() + 1);
     for (const Active& active : active_) waited.push_back({active.process->descriptor(), POLLIN, 0});
-    // A negative descriptor is passed over.
+    // poll() ignores a negative descriptor.
     waited.push_back({options_.stop_descriptor, POLLIN, 0});
     if (poll(waited.data(), waited.size(), poll_milliseconds()) < 0) {
         if (errno == EINTR) return;
@@ -401,7 +403,7 @@ void Explorer::Session::take(const Task& task, const RunRecord& record,
 
 namespace {
 
-/// What an expression's names are in a run: figures, then settings.
+/// The values of an expression's names in a run: figures first, then settings.
 std::function<Value(const std::string&)> names_of(const RunRecord& record) {
     return [&record](const std::string& name) -> Value {
         const std::optional<std::size_t> figure = figure_index(name);
@@ -417,7 +419,7 @@ bool Explorer::Session::meets_goal(const RunRecord& record) const {
     return record.status == RunStatus::kDone && goal_->holds(names_of(record));
 }
 
-/// As the sweep defines it, instead of the usual weights.
+/// Sets the cost as the sweep defines it, instead of that by the usual weights.
 void Explorer::Session::put_cost(RunRecord& record) const {
     const std::size_t cost = figure_index(kCost).value();
     if (!cost_ || cost >= record.figures.size()) return;
@@ -436,7 +438,7 @@ void Explorer::Session::take_searched(const Task& task, const RunRecord& record,
     job.all_invalid = job.all_invalid && record.status == RunStatus::kInvalid;
     if (job.run_ids.rbegin()->first == *task.value) job.largest = record;
     if (record.status == RunStatus::kFailed || record.status == RunStatus::kCrashed) {
-        // It says nothing about the goal, so neither can the search.
+        // The run says nothing about the goal, so the search fails, too.
         PointRecord failure;
         failure.status = record.status;
         failure.reason = described(*plan().search, *task.value) + ": " + record.reason;
@@ -516,10 +518,11 @@ void Explorer::Session::report_progress() {
 
 Explorer::Explorer(const SweepPlan& plan, Simulate simulate, bool needs_pixels)
     : plan_(&plan), simulate_(std::move(simulate)), needs_pixels_(needs_pixels || plan.pictures) {
-    // With pictures the runs' processes encode, too: they find the libraries in memory.
+    // With pictures the runs' processes encode images, so the libraries are loaded here, where these find them in
+    // memory.
     const std::shared_ptr<const ImageSource> images =
         plan.pictures ? images_here() : std::make_shared<const ImageProcess>();
-    // Points that agree in all that may change images show the same ones.
+    // Points that agree in all that may change images have the same ones.
     std::set<std::string> with_images;
     for (const Point& point : plan.points) {
         const std::filesystem::path file = plan.scenario_file(point.settings);
@@ -534,12 +537,12 @@ Explorer::Explorer(const SweepPlan& plan, Simulate simulate, bool needs_pixels)
             read_images_of(point, *known->second);
             with_images.insert(shown);
         } catch (const InputError&) {
-            // The point's own run will tell.
+            // The point's own run reports what is wrong.
         }
     }
 }
 
-/// The processes of the runs are to find the images in memory.
+/// Reads the images now, so that the runs' processes find them in memory.
 void Explorer::read_images_of(const Point& point, const ScenarioTemplate& scenario) {
     const std::vector<ScenarioOverride> overrides = plan_->overrides_of(point.settings);
     for (const std::filesystem::path& file : scenario.image_files(overrides)) {
@@ -549,7 +552,7 @@ void Explorer::read_images_of(const Point& point, const ScenarioTemplate& scenar
     if (needs_pixels_) read_images(made);
 }
 
-/// Relative to the sweep, so that a copy of the whole elsewhere is the same.
+/// The file's path relative to the sweep, so that a copy of all files in another folder is the same input.
 std::string Explorer::name_of_input(const std::filesystem::path& file) const {
     std::filesystem::path base = plan_->base.empty() ? plan_->scenario.parent_path() : plan_->base;
     if (base.empty()) base = ".";

@@ -20,41 +20,41 @@ namespace metabuffer::exploration {
 /// How far an exploration is.
 struct Progress {
     std::size_t points = 0;         ///< of the plan
-    std::size_t points_ended = 0;   ///< those that the results held already among them
+    std::size_t points_ended = 0;   ///< including those that the results held already
     std::size_t points_reused = 0;  ///< those that the results held already
     std::size_t runs = 0;           ///< simulations that ended now
     double seconds = 0.0;           ///< since it began
 
-    /// Points a second, without those that were there.
+    /// Points a second, without those that the results held already.
     double rate() const;
-    /// None before the first point has ended.
+    /// Empty before the first new point has ended.
     std::optional<double> seconds_to_go() const;
 };
 
 /// What is known of a search's point before anything is run.
 struct KnownAnswer {
-    std::optional<std::int64_t> least;  ///< a smaller value cannot meet the goal
-    std::optional<std::int64_t>
-        enough;            ///< this one is sure to meet it, or a larger one would change nothing
-    std::string hopeless;  ///< why no value can meet it; empty: one may
+    std::optional<std::int64_t> least;   ///< a smaller value cannot meet the goal
+    std::optional<std::int64_t> enough;  ///< this value is sure to meet it, or no larger one can
+    std::string hopeless;                ///< why no value can meet it; empty: one may
 };
 
 struct ExploreOptions {
     int processes = 1;                ///< simulations at once, >= 1
     double time_limit_seconds = 0.0;  ///< for one simulation, in real time; 0: none
-    /// Whenever something has ended. May be empty.
+    /// Called whenever something has ended. May be empty.
     std::function<void(const Progress&)> on_progress;
-    /// Becomes readable when the exploration is to stop, leaving runs under way unfinished; -1: never.
+    /// A descriptor that becomes readable when the exploration is to stop, with runs under way unfinished; -1: none.
     int stop_descriptor = -1;
-    /// Of the scenario of a search's point, whose own value of the key does not matter. May be empty.
+    /// Gives what is known of a search's point, from its scenario. The scenario's own value of the key does not matter.
+    /// May be empty.
     std::function<KnownAnswer(const Scenario&)> known;
-    /// Whether every point's record comes back; without them memory does not grow with the plan.
+    /// Whether Exploration has every point's record. Without them memory does not grow with the plan.
     bool keeps_points = true;
-    /// About once a second. May be empty.
+    /// Called about once a second or more often. May be empty.
     std::function<void()> on_tick;
 };
 
-/// What came of an exploration.
+/// The outcome of an exploration.
 struct Exploration {
     std::vector<PointRecord> points;  ///< in the order of the plan, without those that were not reached
     Outcomes outcomes;                ///< of the same points, kept or not
@@ -62,8 +62,7 @@ struct Exploration {
     bool stopped = false;
 };
 
-/// Runs the points of a plan, each simulation in a process of its own and several at once, and keeps what comes of
-/// them.
+/// Runs the points of a plan and keeps the results. Each simulation has a process of its own, and several run at once.
 class Explorer {
   public:
     /// Reads the plan's scenario files and, as far as they are valid, the images of its points. The plan must outlive
@@ -71,12 +70,12 @@ class Explorer {
     /// needs_pixels: whether a run without pictures needs them, too. Of other runs' images the headers are read.
     Explorer(const SweepPlan& plan, Simulate simulate, bool needs_pixels = false);
 
-    /// What the results are made from, the program's version and the level that simulates among it.
+    /// What the results are made from, including the program's version and the level that simulates.
     ResultsIdentity identity(const std::string& program_version,
                              const std::string& level = kUsualLevel) const;
 
     /// Runs what `results` (null: keep nothing) does not hold yet, and adds each simulation as it ends. Throws
-    /// InputError if this computer has no process for a run, OutputError if the results cannot be written.
+    /// InputError if no process can be started for a run, OutputError if the results cannot be written.
     Exploration run(ResultsDatabase* results, const ExploreOptions& options) const;
 
   private:
@@ -91,8 +90,7 @@ class Explorer {
     Simulate simulate_;
     bool needs_pixels_;
     std::map<std::filesystem::path, std::shared_ptr<const ScenarioTemplate>> templates_;
-    std::map<std::string, std::string>
-        inputs_;  ///< scenario and image files, and what stands for their content
+    std::map<std::string, std::string> inputs_;  ///< scenario and image files: size and checksum of each
 };
 
 }  // namespace metabuffer::exploration

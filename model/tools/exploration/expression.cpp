@@ -26,12 +26,12 @@ constexpr int kLongestComputedValueBytes = 1'000'000;
 /// SQLite's parser gives up at about a hundred, with a message of its own.
 constexpr int kDeepestParentheses = 50;
 
-/// The words of SQL that make expressions. FROM is there for IS DISTINCT FROM: behind anything else SQLite refuses it.
+/// The words of SQL that make expressions. FROM is there for IS DISTINCT FROM: anywhere else SQLite refuses it.
 constexpr std::array<std::string_view, 29> kWords{
     "and",     "as",   "between", "case", "cast", "collate", "distinct", "else", "end",    "escape",
     "false",   "from", "glob",    "in",   "is",   "integer", "isnull",   "like", "nocase", "not",
     "notnull", "null", "numeric", "or",   "real", "text",    "then",     "true", "when"};
-/// Those that make a subquery, to be told apart from misspelt names.
+/// The words that make a subquery, to distinguish them from misspelt names.
 constexpr std::array<std::string_view, 4> kQueryWords{"exists", "select", "values", "with"};
 
 constexpr std::string_view kOperators = "+-*/%<>=!~&|,";
@@ -64,9 +64,9 @@ bool contains(const List& list, const Item& item) {
     return std::find(list.begin(), list.end(), item) != list.end();
 }
 
-/// Goes through an expression from its left to its right and finds the names. All else that gets through is
-/// punctuation, numbers, texts and the words of SQL that make expressions: whatever SQLite makes of it, it can reach
-/// nothing.
+/// Goes through an expression from left to right and finds the names. Besides names it accepts only punctuation,
+/// numbers, texts, known functions and the words of SQL that make expressions. Whatever SQLite makes of these, they
+/// reach no tables or files.
 class Scanner {
   public:
     using WriteName = std::function<std::string(const std::string& name)>;
@@ -75,7 +75,7 @@ class Scanner {
             WriteName write_name)
         : text_(text), names_(names), where_(where), write_name_(std::move(write_name)) {}
 
-    /// The text with its names as write_name has them.
+    /// The text with its names as write_name writes them.
     std::string scan() {
         if (text_.size() > kLongestText) {
             fail("the expression has " + std::to_string(text_.size()) + " characters; use at most " +
@@ -103,7 +103,7 @@ class Scanner {
         take_punctuation();
     }
 
-    /// The end of what stands in quotes from position_ on; a doubled quote does not end it.
+    /// The end of the quoted text that begins at position_; a doubled quote does not end it.
     std::size_t end_of_quoted(char quote) const {
         std::size_t end = position_ + 1;
         while (end < text_.size()) {
@@ -144,7 +144,7 @@ class Scanner {
         copy_to(end);
     }
 
-    /// Whether a known name that begins at position_ may end there: what follows must not belong to it.
+    /// Whether a name that begins at position_ may end at `end`: what follows must not belong to it.
     bool is_whole(std::size_t end) const {
         return !continues_name(at(end)) && !(at(end) == '.' && continues_name(at(end + 1)));
     }
@@ -230,7 +230,7 @@ class Scanner {
     std::string result_;
 };
 
-/// The second line of defence behind the scanner: expressions and known functions, and nothing else.
+/// The second line of defence, after the scanner: SQLite may use expressions and known functions, and nothing else.
 int authorize(void* /*unused*/, int action, const char* /*unused*/, const char* function,
               const char* /*unused*/, const char* /*unused*/) {
     if (action == SQLITE_SELECT) return SQLITE_OK;
@@ -287,7 +287,7 @@ struct Expression::Statement {
     std::string where;
     std::vector<std::string> names;  ///< name n is parameter n + 1
     SQLite::Database database;
-    std::optional<SQLite::Statement> query;  ///< ends before its database
+    std::optional<SQLite::Statement> query;  ///< destroyed before its database
 };
 
 Expression::Expression(const std::string& text, const std::vector<std::string>& names,
@@ -337,7 +337,7 @@ std::vector<std::string> split_expressions(const std::string& text) {
     char quote = '\0';
     for (const char character : text) {
         if (quote != '\0') {
-            // A doubled quote closes and opens again, which is the same here.
+            // A doubled quote closes and opens again, which makes no difference here.
             if (character == quote) quote = '\0';
         } else if (character == '\'' || character == '"') {
             quote = character;

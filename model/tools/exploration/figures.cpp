@@ -79,7 +79,7 @@ Value demand_pixels_per_cycle(const Sums& sums) {
     return ratio(most, sums.report.composition_cycles());
 }
 
-/// A figure with the way to it.
+/// A figure and how to compute it.
 struct Figure {
     FigureKind kind;
     std::function<Value(const Sums& sums)> value;
@@ -89,7 +89,7 @@ void add_figures(std::vector<Figure>& figures, std::initializer_list<Figure> mor
     figures.insert(figures.end(), more);
 }
 
-/// The totals of an owner's counters, but those whose names are figures of another meaning.
+/// Adds the totals of an owner's counters, except those with names that figures have already.
 template <typename Owner>
 void add_totals(std::vector<Figure>& figures, const Owner& (*total)(const Sums&)) {
     for (const Counter<Owner>& counter : Counters<Owner>::kTable) {

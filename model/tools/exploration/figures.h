@@ -11,23 +11,23 @@
 
 namespace metabuffer::exploration {
 
-/// One figure of a run, by the name under which filters, goals, tables and charts know it.
+/// One figure of a run. Filters, goals, tables and charts use its name.
 struct FigureKind {
     const char* name;     ///< "starved_pixels": a column of the results
     const char* unit;     ///< "pixels", "clocks", "frames/s", "bits", "" for a ratio
     std::string meaning;  ///< one line for --help and documentation
 };
 
-/// The machine's cost in one number, which a sweep may define otherwise.
+/// The machine's cost in one number. A sweep may define it in another way.
 constexpr const char* kCost = "cost";
-/// The figure that takes pictures.
+/// The only figure for which a run has to make pictures.
 constexpr const char* kWrongPixels = "wrong_pixels";
 
 /// Every figure, in the order of the results' columns: what a run is asked for and its rates, the totals of every
 /// counter (report/counters.h), and the cost of the machine.
 const std::vector<FigureKind>& figure_kinds();
 
-/// The place of the figure of that name in that order; none if there is no such figure.
+/// The index of the figure of that name in that order; empty if there is no such figure.
 std::optional<std::size_t> figure_index(const std::string& name);
 
 /// The figures of a run, in that order. A figure that the run does not have is nothing.

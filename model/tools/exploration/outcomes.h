@@ -9,23 +9,23 @@
 
 namespace metabuffer::exploration {
 
-/// How the points of an exploration ended, in numbers. It does not grow with them.
+/// How the points of an exploration ended, in numbers. Its size does not grow with their number.
 class Outcomes {
   public:
-    /// Failed points that are kept.
+    /// The most failed points that are kept.
     static constexpr std::size_t kKeptFailures = 8;
 
-    /// number: of the point in the plan.
+    /// number: that of the point in the plan.
     void add(std::size_t number, const PointRecord& point);
 
     const std::map<RunStatus, std::size_t>& counts() const { return counts_; }
     std::size_t not_monotonic() const { return not_monotonic_; }
-    /// Points by what they wait for most.
+    /// How many points wait most for each resource, by its name.
     const std::map<std::string, std::size_t>& bottlenecks() const { return bottlenecks_; }
-    /// The first of those that did not end well, in the order of the plan.
+    /// The first points that did not end well, by their number in the plan.
     const std::map<std::size_t, PointRecord>& failures() const { return failures_; }
     std::size_t failed() const { return failed_; }
-    /// Whether no point made a scenario.
+    /// Whether no point made a valid scenario.
     bool all_invalid() const;
 
   private:

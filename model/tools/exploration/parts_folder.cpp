@@ -31,7 +31,7 @@ std::vector<std::filesystem::path> parts_in(const std::filesystem::path& folder)
     std::error_code error;
     for (auto entry = std::filesystem::directory_iterator(folder, error);
          !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
-        // Names that begin with a dot are files on their way.
+        // A name that begins with a dot is that of a file that is still being written.
         if (entry->path().extension() == kEnding && entry->path().filename().string().front() != '.') {
             files.push_back(entry->path());
         }
@@ -139,9 +139,9 @@ PartsFolder::PartsFolder(std::filesystem::path folder, const ResultsIdentity& id
                 check_belongs(file, identity_);
                 if (!holds_only_other_shards(file)) merger.add(file);
             }
-            // Tried again, and handed in as something new.
+            // These are run again and handed in as something new.
             merger.remove_retried();
-            // What is handed in says of this shard alone how far it is.
+            // What is handed in reports the progress of this shard alone.
             if (merger.points() > 0) database.exec("DELETE FROM shards");
         } catch (const SQLite::Exception& error) {
             fail_to_write(file_, text::one_line(error.what()));
@@ -151,7 +151,7 @@ PartsFolder::PartsFolder(std::filesystem::path folder, const ResultsIdentity& id
     handed_in_ = last_rows();
 }
 
-/// Of the same cut, so that none of the points can be this shard's.
+/// Whether the file is only of other shards of the same cut, so that none of its points can be this shard's.
 bool PartsFolder::holds_only_other_shards(const std::filesystem::path& file) const {
     const SQLite::Database part(uri_to_read(file), SQLite::OPEN_READONLY | SQLite::OPEN_URI);
     SQLite::Statement shards(part, "SELECT digest, shards, shard FROM shards");
@@ -178,7 +178,7 @@ PartsFolder::Limits PartsFolder::last_rows() const {
     }
 }
 
-/// A name that no other process has, on whatever computer or in whatever container it runs.
+/// A name that no other process uses, on any computer and in any container.
 std::string PartsFolder::name_of_part() const {
     std::random_device random;
     return fmt::format("part-{}-of-{}-{}-{:08x}{:08x}{}", shard_.shard.index + 1, shard_.shard.count,
@@ -191,7 +191,7 @@ void PartsFolder::hand_in(std::int64_t ended) {
     results_->put_shard(shard_);
     const std::filesystem::path aside = scratch_.path() / "new.db";
     std::error_code ignored;
-    std::filesystem::remove(aside, ignored);  // of a try that failed
+    std::filesystem::remove(aside, ignored);  // left by a try that failed
     const Limits now = last_rows();
     try {
         SQLite::Database database(uri_of(aside),

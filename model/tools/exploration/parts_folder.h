@@ -19,33 +19,33 @@ namespace metabuffer::exploration {
 std::vector<std::filesystem::path> results_in(const std::filesystem::path& place);
 std::vector<std::filesystem::path> results_in(const std::vector<std::string>& places);
 
-/// Of a folder: its *.db files by name, none if there are none. Throws InputError if it cannot be read.
+/// The *.db files of a folder by name, without an error if there are none. Throws InputError if it cannot be read.
 std::vector<std::filesystem::path> parts_in(const std::filesystem::path& folder);
 
-/// Points that a file of results holds. Throws InputError.
+/// How many points a file of results holds. Throws InputError.
 std::int64_t points_in(const std::filesystem::path& file);
 
 /// Throws InputError if the file holds results of something else.
 void check_belongs(const std::filesystem::path& file, const ResultsIdentity& identity);
 
-/// What the results in a folder lack of their sweep; none if there are no results. Throws InputError if they are not of
-/// the sweep.
+/// What the results in a folder lack of their sweep; empty if there are no results. Throws InputError if they do not
+/// belong to the sweep.
 std::optional<MissingPoints> missing_in(const std::filesystem::path& folder, const ResultsIdentity& identity,
                                         const std::string& digest, std::int64_t shards);
 
 /// The results of one shard, on the way to a folder that computers share. They are written on a disk of this computer
-/// alone, since SQLite's locks need not work elsewhere. What is new is handed in from time to time as a file of its own,
-/// put in place by renaming it. So nothing is written twice, two processes that run the same shard do no harm, and one
-/// that is killed loses what it has not handed in.
+/// alone, since SQLite's locks need not work elsewhere. What is new is handed in from time to time as a file of its
+/// own, put in place by renaming it. So nothing is written twice, two processes that run the same shard do no harm, and
+/// one that is killed loses only what it has not handed in.
 class PartsFolder {
   public:
-    /// Begins with what the folder holds of the shard. The folder must be there. Throws InputError if it holds results of
-    /// another sweep or build, OutputError if there is no place to write.
+    /// Begins with what the folder holds of the shard. The folder must exist. Throws InputError if it holds results of
+    /// another sweep or build, OutputError if the local file cannot be written.
     PartsFolder(std::filesystem::path folder, const ResultsIdentity& identity, ShardRecord shard,
                 std::chrono::seconds interval);
 
     ResultsDatabase& results() { return *results_; }
-    /// ended: points of the shard, so far.
+    /// ended: points of the shard that have ended so far.
     void hand_in(std::int64_t ended);
     /// The same, if there is something new and the last time was longer ago than the interval.
     void hand_in_if_due(std::int64_t ended);

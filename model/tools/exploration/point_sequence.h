@@ -19,26 +19,26 @@ struct Setting {
     }
 };
 
-/// Keys that go together: entry n of each is taken at once.
+/// Keys that change together: a point has entry n of each.
 struct Axis {
     std::vector<std::string> keys;
     std::vector<std::vector<std::string>> values;  ///< by key; all of the same length, no entry twice
-    /// By key, begins the message if something is wrong with it ("sweep.yaml:7: axes[0].key"); may be left empty.
+    /// By key: begins the message if something is wrong with it ("sweep.yaml:7: axes[0].key"). May be left empty.
     std::vector<std::string> where;
 };
 
-/// One machine to be run, or searched.
+/// One machine to run, or to search with.
 struct Point {
     std::vector<Setting> settings;  ///< of the axes, in their order
 };
 
-/// One of `count` parts of a sweep. Of the `count` combinations of each row, which follow each other, each shard has one.
+/// One of `count` parts of a sweep. A row is `count` combinations that follow each other; each shard has one of them.
 /// Which one changes from row to row as if by chance, so that shards are not in step with an axis.
 struct Shard {
     std::int64_t index = 0;  ///< 0 to count - 1
-    std::int64_t count = 1;  ///< 1 and more
+    std::int64_t count = 1;  ///< 1 or more
 
-    /// The part's combination of those from row * count on.
+    /// The number of the shard's combination in that row, which begins with number row * count.
     std::int64_t number_in(std::int64_t row) const;
     friend bool operator==(const Shard& a, const Shard& b) {
         return a.index == b.index && a.count == b.count;
@@ -53,7 +53,7 @@ class PointSequence {
     using Filter = std::function<bool(const std::vector<Setting>&)>;
 
     PointSequence() = default;
-    /// The axes have values. filter: lets a point through; empty: all of them.
+    /// Every axis must have values. filter: whether a point is kept; empty: all are.
     PointSequence(std::vector<Axis> axes, Shard shard, const Filter& filter);
 
     std::size_t size() const { return size_; }
@@ -99,7 +99,7 @@ class PointSequence {
     std::shared_ptr<const std::vector<Axis>> axes_;  ///< shared by the copies
     Shard shard_;
     std::int64_t combinations_ = 0;  ///< of the axes' entries, in all shards
-    std::int64_t rows_ = 0;       ///< a combination of the shard, but for the last one, which may have none
+    std::int64_t rows_ = 0;       ///< each has one combination of the shard, but the last one may have none
     std::vector<bool> left_out_;  ///< by row; empty: none
     std::size_t size_ = 0;
     std::size_t filtered_ = 0;

@@ -68,7 +68,7 @@ void check_columns(const std::filesystem::path& file, const SQLite::Database& da
     }
 }
 
-/// Adds a row, or replaces what is there for the same settings; returns the id.
+/// SQL that adds a row, or replaces the row with the same settings, and returns the id.
 std::string upsert(const std::string& table, const std::vector<std::string>& columns) {
     const std::vector<std::string> parameters(columns.size(), "?");
     std::vector<std::string> updates(columns.size());
@@ -121,7 +121,7 @@ void bind_bytes(SQLite::Statement& statement, int parameter, const std::string& 
     statement.bindNoCopy(parameter, static_cast<const void*>(bytes.data()), static_cast<int>(bytes.size()));
 }
 
-/// A whole number where it is one.
+/// A whole number if it is one, else as it is.
 Value number_value(double number) {
     return number == std::floor(number) ? Value(static_cast<std::int64_t>(number)) : Value(number);
 }
@@ -198,7 +198,7 @@ struct ResultsDatabase::Content {
             check_identity(file, read_identity(database), identity);
             check_columns(file, database);
         }
-        // What is committed survives the end of the process either way; the system's end may take the last points.
+        // What is committed survives if this process is killed. If the system fails, the last points may be lost.
         database.exec("PRAGMA synchronous = NORMAL");
         SQLite::Statement(database, "PRAGMA journal_mode = WAL").executeStep();
         if (is_new) {
@@ -213,8 +213,8 @@ struct ResultsDatabase::Content {
     Content(const Content&) = delete;
     Content& operator=(const Content&) = delete;
 
-    /// Leaves one plain file that can be read where nothing can be written. With a reader at work it stays as it is,
-    /// which is just as complete.
+    /// Leaves one plain file that can be read even where nothing can be written. While another process reads the file,
+    /// it stays as it is, which is just as complete.
     ~Content() {
         statements.reset();
         try {
@@ -225,7 +225,7 @@ struct ResultsDatabase::Content {
         }
     }
 
-    /// Does what writes, all of it or nothing.
+    /// Does an action that writes: all of it or nothing.
     template <typename Action>
     void write(const Action& action) {
         try {

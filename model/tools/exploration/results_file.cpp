@@ -22,11 +22,11 @@ namespace metabuffer::exploration {
 
 namespace {
 
-/// Columns of view results beside the axes' and the figures'.
+/// The columns of view results other than those of axes and figures.
 constexpr std::array<const char*, 9> kPointColumns{"point", "status", "reason", "smallest",    "monotonic",
                                                    "runs",  "note",   "run",    "wall_seconds"};
 
-// Values have no declared type: numbers stay numbers and texts texts, as they are added.
+// Values have no declared type: numbers stay numbers, and texts stay texts.
 constexpr const char* kTables = R"(
     CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
     CREATE TABLE axes (position INTEGER PRIMARY KEY, key TEXT NOT NULL UNIQUE);
@@ -87,7 +87,7 @@ std::vector<std::string> keys_of_axes(const SQLite::Database& database) {
     return keys;
 }
 
-/// The figures that the view shows: those of the program that wrote the file, which may be others than this one's.
+/// The figures that the view shows: those of the program that wrote the file, which may differ from this one's.
 std::vector<std::string> shown_figures(const SQLite::Database& database,
                                        const std::vector<std::string>& keys) {
     const std::vector<std::string> axes = axis_columns(keys);
@@ -104,8 +104,8 @@ std::vector<std::string> shown_figures(const SQLite::Database& database,
     throw InputError(text::one_line("'" + file.string() + "' is damaged: " + how));
 }
 
-/// A view or a trigger that is not as it was made may hold anything, or never end. Columns may have been added to the
-/// table of runs, but none that are computed.
+/// Throws InputError if tables or view are not as this program makes them: a changed view or a trigger may give any
+/// result, or never end. Columns may have been added to the table of runs, but none that are computed.
 void check_tables(const SQLite::Database& database, const std::filesystem::path& file) {
     SQLite::Database made(":memory:", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
     const std::vector<std::string> keys = keys_of_axes(database);
@@ -270,7 +270,7 @@ void check_holds_results(const SQLite::Database& database, const std::filesystem
                          " (of metabuffer " + meta(database, "program_version") +
                          "); this program knows version " + std::to_string(kResultsSchemaVersion));
     }
-    // Beyond what any run leaves: SQLite refuses to read it.
+    // SQLite refuses to read values that are longer than any run stores.
     sqlite3_limit(database.getHandle(), SQLITE_LIMIT_LENGTH, kLongestValueBytes);
     check_tables(database, file);
 }

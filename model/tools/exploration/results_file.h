@@ -14,26 +14,26 @@ namespace SQLite {
 class Exception;
 }
 
-/// What writer and reader of a results file share: its schema, and how to know one.
+/// What writer and reader of a results file share: its schema, and how to recognize such a file.
 namespace metabuffer::exploration {
 
 /// PRAGMA application_id: "MBUF".
 constexpr int kResultsApplicationId = 0x4D425546;
-/// Of a report or a picture, packed, or a text.
+/// The most bytes of a packed report, of a packed picture or of a text.
 constexpr int kLongestValueBytes = 256 << 20;
-/// Readers and writers hold each other up for milliseconds only.
+/// Readers and writers delay each other for milliseconds only.
 constexpr int kBusyTimeoutMilliseconds = 10'000;
 /// PRAGMA user_version and meta's schema_version.
 constexpr int kResultsSchemaVersion = 2;
 
-/// How the results differ from those that are wanted, as "of another build (1.1 instead of 1.0)"; empty if they may share
-/// a file.
+/// How the results differ from those that are wanted, as "of another build (1.1 instead of 1.0)". Empty if they may
+/// share a file.
 std::string difference_between(const ResultsIdentity& held, const ResultsIdentity& wanted);
 
-/// That this process alone adds to the results. Throws InputError if another does.
+/// Ensures that this process alone adds to the results. Throws InputError if another does.
 WriterLock lock_results(const std::filesystem::path& file);
 
-/// Statuses with which a run is tried again, as a list in SQL.
+/// The statuses with which a run is tried again, as a list in SQL.
 std::string retried_statuses();
 
 /// Columns of view results that depend on when and where a point ran.
@@ -43,23 +43,24 @@ inline constexpr std::array<const char*, 3> kPassingColumns{"point", "run", "wal
 std::vector<std::string> run_columns();
 std::vector<std::string> point_columns();
 
-/// Puts what waits in a file's journal into the file, for one that this process has locked. Throws InputError if it is
-/// being read.
+/// Moves the changes in a file's journal into the file. This process must have locked it. Throws InputError if another
+/// process reads the file.
 void settle(const std::filesystem::path& file);
 
-/// The same for every spelling, symbolic links included; never one that SQLite takes for something else, ":memory:".
+/// The file's path, the same for every spelling, symbolic links included. SQLite never takes it for something else, as
+/// it does ":memory:".
 std::filesystem::path real_path(const std::filesystem::path& file);
 
-/// A file's name as SQLite's URIs have it, without parameters.
+/// The file's path as a URI for SQLite, without parameters.
 std::string uri_of(const std::filesystem::path& file);
-/// The same, to be attached and read: without locks if nobody has it open to write, since locks do not work everywhere.
-/// is_locked: by this process, which keeps it at rest.
+/// The same for a file that is attached and read. If no process has it open to write, SQLite uses no locks, since locks
+/// do not work everywhere. is_locked: this process has locked the file and does not change it meanwhile.
 std::string uri_to_read(const std::filesystem::path& file, bool is_locked = false);
 
-/// Whose results a file holds. Throws InputError if it holds none.
+/// What the results in a file were made from. Throws InputError if it holds none.
 ResultsIdentity identity_of(const std::filesystem::path& file);
 
-/// Throws InputError for what is there and is no regular file.
+/// Throws InputError if the path exists but is not a regular file.
 void check_is_file(const std::filesystem::path& file);
 
 /// Whether nothing has ever been stored in it: a new file, or one whose writer ended before its first transaction.
@@ -68,10 +69,10 @@ bool is_empty_database(const SQLite::Database& database);
 /// Throws InputError if the database holds something other than results that this program knows.
 void check_holds_results(const SQLite::Database& database, const std::filesystem::path& file);
 
-/// Tables, view, meta and axes, for an empty database.
+/// Makes tables, view, meta and axes in an empty database.
 void create_schema(SQLite::Database& database, const ResultsIdentity& identity);
 
-/// Those of the identity's inputs that the results do not know yet.
+/// Adds those of the identity's inputs that the results do not have yet.
 void add_inputs(SQLite::Database& database, const ResultsIdentity& identity);
 
 ResultsIdentity read_identity(const SQLite::Database& database);
@@ -82,7 +83,7 @@ std::vector<std::string> column_names(const SQLite::Database& database, const st
 /// The columns of view results that hold the axes' settings, in their order.
 std::vector<std::string> axis_columns(const std::vector<std::string>& keys);
 
-/// For a file that cannot be opened or read.
+/// Throws the InputError for a file that cannot be opened or read.
 [[noreturn]] void fail_to_read(const std::filesystem::path& file, const SQLite::Exception& error);
 
 }  // namespace metabuffer::exploration

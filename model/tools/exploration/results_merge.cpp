@@ -31,7 +31,8 @@ std::string taken_over(const std::vector<std::string>& columns) {
     return text::listed(updates);
 }
 
-/// Adds to a table of the target what `rows` selects. The same settings come once; what a repetition may change gives way.
+/// SQL that adds what `rows` selects to a table of the target. The same settings appear once. A row that is to be run
+/// again is replaced by one that is not, and a run without a report by one with a report.
 std::string insert_better(const std::string& table, const std::vector<std::string>& columns,
                           const std::string& rows) {
     return "INSERT INTO main." + table + " (" + text::listed(columns) + ") " + rows +
@@ -67,7 +68,7 @@ ResultsMerger::ResultsMerger(SQLite::Database& target, bool with_reports)
     : target_(target), with_reports_(with_reports) {
     // A longer value could not be read again.
     sqlite3_limit(target_.getHandle(), SQLITE_LIMIT_LENGTH, kLongestValueBytes);
-    // Of each shard the points that its own files hold.
+    // For each shard, the points that its own files hold.
     target_.exec(
         "CREATE TEMP TABLE counted (digest TEXT, shard INTEGER, shards INTEGER, point INTEGER, "
         "PRIMARY KEY (digest, shards, shard, point)) WITHOUT ROWID");
@@ -84,7 +85,7 @@ void ResultsMerger::add(const std::filesystem::path& part, bool is_locked) {
     add_later(part, 0, 0, is_locked);
 }
 
-/// A column that a part lacks would be a text to SQLite.
+/// Throws InputError for a part with other columns: SQLite would take the name of a missing column for a text.
 void ResultsMerger::check_columns(const std::filesystem::path& part) const {
     std::vector<std::string> expected = run_columns();
     expected.insert(expected.begin(), "id");
@@ -119,7 +120,7 @@ void ResultsMerger::add_later(const std::filesystem::path& part, std::int64_t la
         count_shards();
         transaction.commit();
     } catch (const SQLite::Exception& error) {
-        // Parts are only read: what cannot be written is the target, or SQLite's own files beside it.
+        // Parts are only read: what cannot be written is the target, or SQLite's own files next to it.
         if (error.getErrorCode() == SQLITE_FULL || error.getErrorCode() == SQLITE_IOERR) {
             fail_to_write(target_.getFilename(), text::one_line(error.what()));
         }
@@ -162,8 +163,8 @@ void ResultsMerger::add_rows(std::int64_t last_run, std::int64_t last_point) {
         "JOIN part.points AS p ON p.id = s.point JOIN main.points AS t ON t.settings = p.settings");
 }
 
-/// A file of one shard alone has its points only, and they can be counted, whatever its writer came to. What a file of
-/// several shards says is believed.
+/// The points in a file of a single shard are all that shard's, so they can be counted, however far its writer came.
+/// For a file of several shards its own numbers count.
 void ResultsMerger::count_shards() {
     const std::int64_t shards = number(target_, "SELECT count(*) FROM part.shards");
     target_.exec(
@@ -247,7 +248,7 @@ ResultsMerger::Cuts ResultsMerger::missing_by_cut(bool with_retried) {
 MissingPoints ResultsMerger::missing() {
     const Cuts cuts = missing_by_cut(false);
     if (cuts.empty()) return {};
-    // Of each sweep the cut that is nearest to its end; of these the largest sweep.
+    // Of each sweep the cut that is nearest to its end counts, and of these the one of the largest sweep.
     std::map<std::string, MissingPoints> sweeps;
     for (const auto& [cut, missing] : cuts) {
         const auto rank = [](const MissingPoints& of) { return std::pair(of.shards.size(), of.points); };
@@ -267,7 +268,7 @@ MissingPoints ResultsMerger::missing() {
 
 MissingPoints ResultsMerger::missing(const std::string& digest, std::int64_t shards) {
     const Cuts cuts = missing_by_cut(true);
-    // What was cut another way is there all the same.
+    // A sweep that was cut in another way is complete all the same.
     for (const auto& [cut, missing] : cuts) {
         if (cut.first == digest && missing.complete()) return missing;
     }
@@ -288,13 +289,13 @@ Merge merge_results(const std::vector<std::filesystem::path>& parts, const std::
     const WriterLock lock = lock_results(target);
     std::error_code error;
     const bool is_there = std::filesystem::exists(target, error);
-    // A journal that stays would be taken for the new file's.
+    // A journal that stays would be taken for that of the new file.
     if (is_there) settle(target);
     OutputFile file(target);
     Merge merge;
     merge.files = parts.size();
     try {
-        // Nobody else knows the file, and it may lie where locks do not work.
+        // No other process knows the file, and it may be where locks do not work.
         SQLite::Database database(uri_of(file.aside()) + "?vfs=unix-none",
                                   SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
         database.exec("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");

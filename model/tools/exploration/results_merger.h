@@ -18,16 +18,17 @@ class ResultsMerger {
     /// with_reports: reports and pictures, too. The database must have been opened with OPEN_URI.
     ResultsMerger(SQLite::Database& target, bool with_reports);
 
-    /// is_locked: as uri_to_read() has it. Throws as merge_results() does.
+    /// is_locked: as for uri_to_read(). Throws as merge_results() does.
     void add(const std::filesystem::path& part, bool is_locked = false);
-    /// The same for rows after these only, and the runs that these points are shown by.
+    /// The same, but only for rows after these and for the runs that show these later points.
     void add_later(const std::filesystem::path& part, std::int64_t last_run, std::int64_t last_point,
                    bool is_locked = false);
-    /// Takes out what is to be run again.
+    /// Removes what is to be run again.
     void remove_retried();
-    /// Of all that was added. If axes have grown in between, the larger sweep counts.
+    /// What is missing from all that was added. If axes have grown in between, the larger sweep counts.
     MissingPoints missing();
-    /// Of a sweep with this digest that is cut into so many shards. What is to be tried again is missing, too.
+    /// The same for a sweep with this digest that is cut into so many shards. What is to be tried again counts as
+    /// missing.
     MissingPoints missing(const std::string& digest, std::int64_t shards);
     std::int64_t points() const;
 
@@ -43,7 +44,7 @@ class ResultsMerger {
     SQLite::Database& target_;
     bool with_reports_;
     bool is_empty_ = true;
-    std::filesystem::path first_;  ///< what the others are compared with
+    std::filesystem::path first_;  ///< the part that the others are compared with
     ResultsIdentity identity_;
 };
 

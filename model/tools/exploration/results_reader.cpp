@@ -23,10 +23,10 @@ namespace metabuffer::exploration {
 
 namespace {
 
-/// Unpacked.
+/// The most bytes of a report when unpacked.
 constexpr std::size_t kLongestReportBytes = std::size_t{1} << 30U;
 
-/// The file of changes that are not in the database file yet, if there are any.
+/// Whether there are changes that are not in the database file yet.
 bool has_pending_changes(const std::filesystem::path& file) {
     std::filesystem::path changes = file;
     changes += "-wal";
@@ -35,8 +35,8 @@ bool has_pending_changes(const std::filesystem::path& file) {
     return !error && size > 0;
 }
 
-/// Opens it to read. A file that was left with a journal of its own kind is read through shared memory in its folder;
-/// where that cannot be made the file itself is all there is, unless changes wait.
+/// Opens a file to read. SQLite reads one that is still in WAL mode through shared memory in the file's folder. If that
+/// cannot be made, the file alone is read, unless its journal holds changes.
 SQLite::Database open_to_read(const std::filesystem::path& file) {
     try {
         SQLite::Database database(file.string(), SQLite::OPEN_READONLY, kBusyTimeoutMilliseconds);
@@ -121,7 +121,7 @@ struct ResultsReader::Content {
         return result;
     }
 
-    /// What selects the results' rows in their order; `selected` is SQL.
+    /// The SQL that selects the results' rows in their order; `selected` is SQL, too.
     std::string query(const std::vector<std::string>& selected, const std::string& condition) const {
         std::string sql = "SELECT " + text::listed(selected) + " FROM results";
         if (!condition.empty()) {
@@ -161,7 +161,7 @@ ResultsReader::ResultsReader(const std::filesystem::path& file) {
 }
 namespace {
 
-/// In a file of SQLite's own, which goes with it.
+/// The merged results, in a temporary file that SQLite removes with the database.
 SQLite::Database merged(const std::vector<std::filesystem::path>& files) {
     SQLite::Database database("", SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE | SQLite::OPEN_URI);
     ResultsMerger merger(database, false);

@@ -46,7 +46,7 @@ RunRecord simulated(const Simulate& simulate, const RunRequest& request) {
     return record;
 }
 
-/// Runs it in this process, whatever comes of it.
+/// Runs it in this process. An error becomes a record, too.
 RunRecord outcome_of(const Simulate& simulate, const RunRequest& request) {
     RunRecord failed;
     try {
@@ -68,7 +68,7 @@ std::vector<std::uint8_t> packed(const RunRecord& record) {
     for (const auto& [display, png] : record.pictures) {
         pictures.push_back({display, Json::binary({png.begin(), png.end()})});
     }
-    // Reasons name files, which need not be UTF-8: as bytes they may hold anything.
+    // Reasons have names of files, which need not be UTF-8. As bytes they may hold anything.
     return Json::to_cbor({{"status", to_string(record.status)},
                           {"reason", Json::binary({record.reason.begin(), record.reason.end()})},
                           {"figures", std::move(figures)},

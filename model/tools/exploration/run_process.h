@@ -18,23 +18,23 @@ struct Simulation {
     std::vector<ColourImage> pictures;  ///< the last frame on each display; empty if they were not asked for
 };
 
-/// Runs a scenario: the level that the program hands in. Called once in a process. What it throws is the model's
-/// fault, but for an InputError.
+/// Runs a scenario at a level, which the program chooses. Called once in a process. An InputError that it throws is the
+/// scenario's fault, any other exception the model's.
 using Simulate = std::function<Simulation(const Scenario& scenario, bool pictures)>;
 
 /// What one simulation is made from.
 struct RunRequest {
     std::shared_ptr<const ScenarioTemplate> scenario;
     std::vector<ScenarioOverride> overrides;
-    std::vector<Setting> settings;  ///< go to the record
+    std::vector<Setting> settings;  ///< for the record
     bool pictures = false;
-    bool wrong_pixels = false;  ///< are asked for, which takes pictures too
+    bool wrong_pixels = false;  ///< are asked for; the run then makes pictures, too
 };
 
-/// One simulation in a process of its own, scenario and all, so that whatever happens there comes back as a record.
+/// One simulation in a process of its own, which also makes the scenario. So whatever happens comes back as a record.
 class RunProcess {
   public:
-    /// Throws InputError if this computer has no process for it.
+    /// Throws InputError if no process can be started for it.
     RunProcess(const Simulate& simulate, RunRequest request);
 
     int descriptor() const { return process_->descriptor(); }
@@ -43,9 +43,9 @@ class RunProcess {
     double seconds() const;
     /// Ends it: its record is that of a crash with this reason.
     void give_up(const std::string& reason);
-    /// Reads what is there.
+    /// Reads what the process has sent so far.
     void receive() { process_->receive(received_); }
-    /// Once it has ended.
+    /// Only once it has ended.
     RunRecord record() const;
 
   private:
@@ -53,7 +53,7 @@ class RunProcess {
     double started_seconds_;
     std::unique_ptr<ChildProcess> process_;
     std::string received_;
-    std::string given_up_;  ///< why, if it was
+    std::string given_up_;  ///< why it was given up, if it was
 };
 
 }  // namespace metabuffer::exploration

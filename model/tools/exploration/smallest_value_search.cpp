@@ -9,7 +9,7 @@
 namespace metabuffer::exploration {
 namespace {
 
-/// Values that a note names on each side.
+/// The most values that a note names one by one.
 constexpr std::size_t kNamedValues = 4;
 
 std::string listed(const std::vector<std::int64_t>& values, const SearchDescription& search) {
@@ -25,8 +25,8 @@ std::string listed(const std::vector<std::int64_t>& values, const SearchDescript
 /// How far above the value checks go, in multiples of its distance from the lower end.
 constexpr std::int64_t kChecksAbove = 4;
 
-/// At most `count` distances of 1 to `limit`: half of them as near as can be, since that is where schedules change, the
-/// others farther and farther apart up to the limit.
+/// At most `count` distances from 1 to `limit`. Half of them are as near as possible, since schedules change there. The
+/// others are farther and farther apart, up to the limit.
 std::vector<std::int64_t> spread(std::int64_t count, std::int64_t limit) {
     std::vector<std::int64_t> distances;
     const std::int64_t near = count >= limit ? limit : (count + 1) / 2;
@@ -108,7 +108,7 @@ SmallestValueSearch::Index SmallestValueSearch::last_miss_below(Index index) con
 }
 
 void SmallestValueSearch::advance() {
-    // Every step either asks for something or hands on to the next one.
+    // Every step either asks for values or passes on to the next one.
     while (asked_for_.empty() && step_ != Step::kFinished) {
         const std::optional<Index> first = first_that_meets();
         switch (step_) {
@@ -153,8 +153,8 @@ void SmallestValueSearch::advance() {
     }
 }
 
-/// Between the values tried, most where they are farthest apart: one of them may meet the goal although the largest
-/// does not.
+/// Asks for values between those tried, most where they are farthest apart: one of them may meet the goal although the
+/// largest does not.
 void SmallestValueSearch::ask_in_gaps() {
     std::priority_queue<std::pair<Index, Index>> gaps;  // length and start
     Index former = seen_.begin()->first;
@@ -175,7 +175,7 @@ void SmallestValueSearch::ask_in_gaps() {
 void SmallestValueSearch::ask_for_checks() {
     const Index first = *first_that_meets();
     const Index each_side = (description_.checks + 1) / 2;
-    // Below it all values; above it those that are of interest to somebody who looks for a small one.
+    // Below it the checks reach all values. Above it they do not go far, since only small values are of interest.
     const Index above = std::min(last_index() - first, kChecksAbove * (first + 1));
     for (const Index distance : spread(each_side, first)) ask(first - distance);
     for (const Index distance : spread(each_side, above)) ask(first + distance);

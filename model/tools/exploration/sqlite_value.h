@@ -7,7 +7,7 @@
 
 namespace metabuffer::exploration {
 
-/// A value as SQLite has it; bytes are taken for a text.
+/// The value in a column; bytes become a text.
 inline Value value_of(const SQLite::Column& column) {
     if (column.isNull()) return {};
     if (column.isInteger()) return column.getInt64();
@@ -15,7 +15,7 @@ inline Value value_of(const SQLite::Column& column) {
     return column.getString();
 }
 
-/// Binds a value, copied, to a parameter from 1.
+/// Binds a copy of a value to a parameter; the first has number 1.
 inline void bind_value(SQLite::Statement& statement, int parameter, const Value& value) {
     if (const auto* whole = std::get_if<std::int64_t>(&value)) {
         statement.bind(parameter, *whole);

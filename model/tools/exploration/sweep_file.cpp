@@ -22,14 +22,15 @@ constexpr IntegerRange kCounts{1, kMostPoints};
 constexpr IntegerRange kSeeds{0, std::numeric_limits<std::int64_t>::max()};
 constexpr IntegerRange kChecks{0, 10'000};
 constexpr NumberRange kNumbers{-1e15, 1e15};
-/// Of all axes: a few lines may ask for more than fits into memory, though they make no more points than allowed.
+/// The most values of all axes together: a few lines may ask for more values than fit into memory, though they make no
+/// more points than allowed.
 constexpr std::size_t kMostValues = 4 * static_cast<std::size_t>(kMostPoints);
 
 constexpr const char* kValuesMeaning = "a list of values";
 constexpr const char* kRangeMeaning = "a map";
 constexpr const char* kZipMeaning = "a list of keys that go together, each with values";
 
-/// Every place of a sweep file.
+/// Every key of a sweep file.
 const Schema& sweep_schema() {
     constexpr KeyShape kScalar = KeyShape::kScalar;
     constexpr KeyShape kMap = KeyShape::kMap;
@@ -128,7 +129,7 @@ std::vector<std::string> read_list(const Entry& entry, bool names_files) {
     return values;
 }
 
-/// Whether a key's values are listed, or which of the other ways says what they are.
+/// The three ways to give a key's values, one of which is present.
 struct ValueKeys {
     Entry values;
     Entry range;
@@ -167,7 +168,7 @@ class AxesReader {
     }
 
   private:
-    /// A key and its values. Values that go together with others may be there twice.
+    /// Reads a key and its values. Values that change together with those of other keys may repeat.
     void read_key(const Entry& entry, bool goes_together, Axis& axis) {
         const Entry key = entry.child("key");
         const std::string path = key.name();
@@ -204,7 +205,7 @@ std::vector<ScenarioOverride> read_fixed(const Entry& entry) {
 
 constexpr NumberRange kSteps{1e-6, 1e6};
 
-/// Weights are a sum of products.
+/// Reads the cost, or makes it from weights, as a sum of products.
 void read_cost(const Entry& root, SweepDescription& sweep) {
     constexpr NumberRange kWeights{-1e12, 1e12};
     const Entry cost = root.child("cost");
@@ -251,7 +252,7 @@ SearchDescription read_search(const Entry& entry) {
 std::string read_name(const Entry& entry, const std::string& default_name) {
     if (!entry.present()) return default_name;
     std::string name = entry.name();
-    // It is that of its results' files.
+    // The files of its results have this name, too.
     if (name.find('/') != std::string::npos || name == "." || name == "..") {
         entry.fail(text::quoted(name) + " is a path; use a plain name, without slashes");
     }

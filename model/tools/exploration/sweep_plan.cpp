@@ -23,7 +23,8 @@ namespace {
     throw InputError(text::located(where, message));
 }
 
-/// Whether the path `inner` names something inside of what `outer` names, or the same. Both written one way.
+/// Whether the path `inner` names something inside of what `outer` names, or the same. Both must be written in the same
+/// way.
 bool lies_in(const std::string& inner, const std::string& outer) {
     return inner.rfind(outer, 0) == 0 &&
            (inner.size() == outer.size() || inner[outer.size()] == '.' || inner[outer.size()] == '[');
@@ -47,7 +48,7 @@ class KeyOrder {
         }
         earlier_.push_back({path, what});
     }
-    /// One more that later ones must not undo.
+    /// Adds a setting of all points, which later keys must not undo.
     void add_fixed(const ScenarioOverride& fixed) {
         std::string where = "--set ";
         where += fixed.path + "=" + fixed.value;
@@ -67,7 +68,7 @@ std::string where_of(const Axis& axis, std::size_t key) {
     return key < axis.where.size() ? axis.where[key] : std::string();
 }
 
-/// The first entry that is the same as an earlier one, behind that one.
+/// The first entry that is the same as an earlier one: the earlier one's index, then its own.
 std::optional<std::pair<std::size_t, std::size_t>> find_repeated(const Axis& axis) {
     std::vector<std::size_t> order(axis.values.front().size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -112,11 +113,11 @@ void check_axis(const Axis& axis) {
     }
 }
 
-/// All points, filtered or not.
+/// The number of all points, filtered or not. Throws InputError if there are too many.
 std::int64_t count_points(const SweepDescription& description) {
     std::int64_t points = 1;
     for (const Axis& axis : description.axes) {
-        // Below 2^40: no axis is longer than memory, and the product stops growing at the first that is too much.
+        // Cannot overflow: no axis is longer than memory, and the loop ends at the first product that is too large.
         points *= static_cast<std::int64_t>(axis.values.front().size());
         if (points > kMostPoints) {
             fail(description.axes_where, "the axes make " + std::to_string(points) +
@@ -204,7 +205,7 @@ class Filter {
         });
     }
 
-    /// Of a point's settings; empty if all of them pass. Must not outlive the filter.
+    /// The test of a point's settings; empty if all of them pass. Must not outlive the filter.
     PointSequence::Filter test() const {
         if (!expression_) return {};
         return [this](const std::vector<Setting>& settings) { return lets_through(settings); };
@@ -217,7 +218,7 @@ class Filter {
             try {
                 values = scenarios_.at(plan_.scenario_file(settings)).settings(plan_.overrides_of(settings));
             } catch (const InputError&) {
-                return true;  // running the point tells what is wrong with it
+                return true;  // the point's run reports what is wrong with it
             }
         }
         return expression_->holds([&](const std::string& name) {
@@ -242,7 +243,8 @@ class Filter {
     static constexpr const char* kLinkRefresh = "clocks.dvi_in_refresh_hz";
 };
 
-/// What the points are made from, in few characters. Scenario and fixed settings are the results' identity.
+/// A checksum of what the points are made from. It leaves out scenario and fixed settings: the results' identity has
+/// these.
 std::string digest_of(const SweepDescription& description) {
     nlohmann::json all = {description.filter};
     for (const Axis& axis : description.axes) all.push_back({axis.keys, axis.values});
@@ -250,7 +252,7 @@ std::string digest_of(const SweepDescription& description) {
     return fmt::format("{:08x}", crc32_z(0, reinterpret_cast<const Bytef*>(text.data()), text.size()));
 }
 
-/// "64..4096*2" or "16..128+16" or "1..5". Nothing if it is a value and no range.
+/// The values of "64..4096*2", "16..128+16" or "1..5". Nothing if the text is a value and not a range.
 std::optional<std::vector<std::string>> range_values(const std::string& text, const std::string& where) {
     const std::size_t dots = text.find("..");
     if (dots == std::string::npos) return std::nullopt;
@@ -286,7 +288,7 @@ std::string with_bytes_written_out(const std::string& text) {
     return result;
 }
 
-/// A goal that no run has a say in is met always or never.
+/// Throws InputError if the goal names no figure of a run: such a goal is met always or never.
 void check_goal(const SweepPlan& plan) {
     const SearchDescription& search = *plan.search;
     const Expression goal(search.goal, goal_names(plan.keys, search.key), search.where);
@@ -313,7 +315,7 @@ std::string canonical_text(const std::vector<Setting>& settings) {
     try {
         return text.dump();
     } catch (const nlohmann::ordered_json::type_error&) {
-        // A file's name may hold bytes that are not UTF-8; two such names stay two.
+        // A file's name may hold bytes that are not UTF-8; two such names must stay different.
         for (auto& value : text) value = with_bytes_written_out(value.get<std::string>());
         return text.dump();
     }
@@ -353,7 +355,7 @@ std::string SearchDescription::text_of(std::int64_t candidate) const {
 
 namespace {
 
-/// Counted in steps, inwards.
+/// Sets the ends of the range, counted in steps and rounded inwards.
 void set_fractions(SearchDescription& search, const NumberRange& range, const std::string& where) {
     constexpr double kRounding = 1e-9;
     const double first = std::ceil(range.low / search.step - kRounding);
@@ -433,7 +435,7 @@ SearchDescription describe_search(const std::string& key, std::optional<double> 
 std::filesystem::path SweepPlan::scenario_file(const std::vector<Setting>& settings) const {
     const Setting* const setting = find_setting(settings, kScenarioAxis);
     if (setting == nullptr) return scenario;
-    // A command line's value is YAML: a name may stand in quotation marks.
+    // A command line's value is YAML: a name may be in quotation marks.
     if (setting->value.find_first_of("'\"") != 0) return base / setting->value;
     const auto origin = std::make_shared<const std::string>(kScenarioAxis);
     return base / input::parse_yaml(setting->value, origin, false).text;

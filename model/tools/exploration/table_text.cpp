@@ -27,13 +27,13 @@ std::string harmless(const std::string& text) {
     return is_formula ? "'" + text : text;
 }
 
-/// Numbers stay numbers, signs and all.
+/// Numbers keep their signs: only texts are made harmless.
 std::string csv_value(const Value& value) {
     return std::holds_alternative<std::string>(value) ? harmless(text_of(value)) : text_of(value);
 }
 
 std::string csv_line(const std::vector<std::string>& texts) {
-    // A line with nothing on it would be no row.
+    // An empty line would not be a row.
     if (texts.size() == 1 && texts.front().empty()) return "\"\"\r\n";
     std::string line;
     for (std::size_t n = 0; n < texts.size(); ++n) line += (n == 0 ? "" : ",") + csv_field(texts[n]);

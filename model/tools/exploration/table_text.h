@@ -10,8 +10,8 @@
 namespace metabuffer::exploration {
 
 enum class TableFormat {
-    kCsv,   ///< as RFC 4180 has it, the columns' names first; nothing is an empty field
-    kJson,  ///< an array with an object for each row; nothing is null; texts that are not UTF-8 are mended
+    kCsv,   ///< RFC 4180, with the columns' names first; nothing is an empty field
+    kJson,  ///< an array with an object for each row; nothing is null; bytes that are not UTF-8 are replaced
 };
 
 /// Writes a table row by row.
@@ -19,7 +19,7 @@ class TableText {
   public:
     using Sink = std::function<void(std::string_view)>;
 
-    /// Begins it.
+    /// Begins the table.
     TableText(TableFormat format, std::vector<std::string> columns, Sink sink);
     void add(const std::vector<Value>& row);
     /// After the last row.
