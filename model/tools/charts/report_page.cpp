@@ -189,7 +189,7 @@ class PageData {
         return list;
     }
 
-    /// Every simulation of the searches whose points are shown.
+    /// Every simulation of those searches that have points in the page.
     Json simulations_json() {
         Json list = Json::array();
         for (std::size_t s = 0; s < sources_.size(); ++s) {
