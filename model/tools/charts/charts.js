@@ -96,7 +96,7 @@ const metabufferCharts = (() => {
     function formatNumber(value) {
         if (value === 0) return "0";
         const size = Math.abs(value);
-        // In full: of a value that a search found every digit counts.
+        // Whole numbers are written in full, since every digit of a value that a search found matters.
         if (Number.isInteger(value) && size < 1e12) return vega.format(",d")(value);
         if (size >= 1e7) return vega.format(".4~s")(value);
         if (size < 1e-3) return vega.format(".3~e")(value);
@@ -167,7 +167,8 @@ const metabufferCharts = (() => {
         const names = inOrder(request.rows.map(row => row.x)).filter(value => !isNumber(value));
         const rowPadding = names.some(name => name.length > 6) ? 110 : 68;  // for the names below a panel
         const heights = request.chart === "heatmap" ? inOrder(request.rows.map(row => row.y)) : [];
-        const columnPadding = Math.max(58, ...heights.map(name => formatValue(name).length * 7.4 + 22));  // left of it
+        // For the names to the left of a panel.
+        const columnPadding = Math.max(58, ...heights.map(name => formatValue(name).length * 7.4 + 22));
         const w = Math.max(110, Math.floor((width - 8) / columns - columnPadding - 2));
         const h = request.panelHeight || Math.max(110, Math.floor((height - 30) / rows - rowPadding));
         return {single: false, columns, rowPadding, columnPadding, w: {value: w}, h: {value: h}, across: [0, w], upward: [h, 0],

@@ -707,7 +707,8 @@
 
     function buildPanel() {
         byId("panel-close").addEventListener("click", () => panel.close());
-        panel.addEventListener("click", event => { if (event.target === panel) panel.close(); });  // outside of it
+        // A click outside the panel's content closes it.
+        panel.addEventListener("click", event => { if (event.target === panel) panel.close(); });
         const step = by => {
             const next = table.order[table.order.indexOf(opened) + by];
             if (next) openPanel(next);
