@@ -1,20 +1,25 @@
-// From rows of results to specifications for Vega. Runs in the report page and, for `metabuffer plot`, in node.
+// Turns rows of results into specifications for Vega. Runs in the report page and, for `metabuffer plot`, in node.
 //
 // A request:
 //   chart       "lines", "scatter", "heatmap", "pareto", "policy" or "histogram"
-//   rows        [{x, y, c, f, glitch, rejected, label, id, tip}]: place, colour and panel of a row; whether its picture is
-//               less than whole (pareto), since something was rejected (heatmap); its name on the front (pareto); what the
-//               page shows for it. x, y and c are numbers or texts, or null.
+//   rows        [{x, y, c, f, glitch, rejected, label, id, tip}], where x, y and c are numbers, texts or null
+//                 x, y      the row's place
+//                 c, f      what decides its colour, and its panel
+//                 glitch    whether its picture is not whole (pareto)
+//                 rejected  whether frames or table rows were rejected (heatmap)
+//                 label     its name on the front (pareto)
+//                 id, tip   what the page shows for it
 //   x, y, colour, facet: {title, log, percent}; log: true, false, or undefined to let the values decide
-//   ownScales   whether each panel has a vertical axis of its own; their order is then that of the rows
-//   references  [{value, label}]: lines across, on the axis that has the figure
+//   ownScales   whether each panel has its own vertical axis; the panels are then in the order of the rows
+//   references  [{value, label}]: lines across the chart, at values on the axis of the figure
 //   width, height, theme ("light", "dark"), font, fontSize, title
 //
-// Texts of rows never get into the specification's expressions: they are data all the way.
+// Texts of rows are only ever data: they never get into the specification's expressions.
 const metabufferCharts = (() => {
     "use strict";
 
-    // Okabe and Ito's colours, which the colour-blind can tell apart, without those too pale for the background.
+    // The colours of Okabe and Ito, which colour-blind readers can distinguish, without those too pale for the
+    // background.
     const themes = {
         light: {
             background: "#ffffff", text: "#1c2530", quiet: "#5b6672", line: "#aab3bd", grid: "#e6eaee",
@@ -38,7 +43,7 @@ const metabufferCharts = (() => {
     const isThere = value => value !== null && value !== undefined && value !== "";
     const distinct = values => [...new Set(values)];
 
-    /// "number" if all that is there is a number, else "category".
+    /// "number" if there are values and all of them are numbers, else "category".
     function kindOf(values) {
         const there = values.filter(isThere);
         return there.length > 0 && there.every(isNumber) ? "number" : "category";
@@ -91,7 +96,8 @@ const metabufferCharts = (() => {
     function formatNumber(value) {
         if (value === 0) return "0";
         const size = Math.abs(value);
-        if (Number.isInteger(value) && size < 1e12) return vega.format(",d")(value);  // a value that was searched for counts to the last digit
+        // Whole numbers are written in full, since every digit of a value that a search found matters.
+        if (Number.isInteger(value) && size < 1e12) return vega.format(",d")(value);
         if (size >= 1e7) return vega.format(".4~s")(value);
         if (size < 1e-3) return vega.format(".3~e")(value);
         return vega.format(size >= 1000 ? ",.1~f" : ".4~g")(value);
@@ -112,13 +118,13 @@ const metabufferCharts = (() => {
         return ticks;
     }
 
-    /// Every so many of the ticks, so that there are `wanted` at most.
+    /// Every second, third, ... of the ticks, so that at most `wanted` are left, or two if it is less.
     function thinned(ticks, wanted) {
         const step = Math.ceil(ticks.length / Math.max(2, wanted));
         return ticks.filter((_, n) => n % step === 0);
     }
 
-    /// A scale for numbers with the ticks that go with it. `values` decide what `axis` leaves open.
+    /// A scale for numbers with its ticks. The values decide its domain.
     function numberScale(name, range, values, axis, options) {
         const [least, most] = extent(values);
         const wanted = options.wanted || 9;
@@ -130,7 +136,7 @@ const metabufferCharts = (() => {
             const round = roundNumbers(least, most, Math.min(9, wanted));
             return {scale: {name, type: "log", domain: [round.first, round.last], range}, ticks: round.ticks};
         }
-        if (log && least >= 0 && most > 0) {  // zero has no place on a logarithmic axis, and a glitch-free run has zero
+        if (log && least >= 0 && most > 0) {  // a logarithmic axis has no zero, and a run without glitches has zero
             const there = values.filter(value => isNumber(value) && value > 0);
             const round = roundNumbers(Math.max(extent(there)[0], most / 1e6), most, Math.min(8, wanted));
             return {scale: {name, type: "symlog", constant: round.first, domain: [0, round.last], range},
@@ -159,9 +165,10 @@ const metabufferCharts = (() => {
         const rows = Math.ceil(panelCount / mostColumns);
         const columns = Math.ceil(panelCount / rows);  // four panels: two by two rather than three and one
         const names = inOrder(request.rows.map(row => row.x)).filter(value => !isNumber(value));
-        const rowPadding = names.some(name => name.length > 6) ? 110 : 68;  // for what is written below a panel
+        const rowPadding = names.some(name => name.length > 6) ? 110 : 68;  // for the names below a panel
         const heights = request.chart === "heatmap" ? inOrder(request.rows.map(row => row.y)) : [];
-        const columnPadding = Math.max(58, ...heights.map(name => formatValue(name).length * 7.4 + 22));  // and beside it
+        // For the names to the left of a panel.
+        const columnPadding = Math.max(58, ...heights.map(name => formatValue(name).length * 7.4 + 22));
         const w = Math.max(110, Math.floor((width - 8) / columns - columnPadding - 2));
         const h = request.panelHeight || Math.max(110, Math.floor((height - 30) / rows - rowPadding));
         return {single: false, columns, rowPadding, columnPadding, w: {value: w}, h: {value: h}, across: [0, w], upward: [h, 0],
@@ -187,7 +194,7 @@ const metabufferCharts = (() => {
         };
     }
 
-    /// How an axis writes names that may be too long to stand side by side.
+    /// The labels of an axis of names: slanted if the names are too long to fit side by side.
     function nameLabels(names, place, legendWidth) {
         const longest = names.reduce((length, name) => Math.max(length, formatValue(name).length), 0);
         const room = (place.mostWidth - (place.single ? 60 + legendWidth : 0)) / Math.max(1, names.length);
@@ -202,8 +209,8 @@ const metabufferCharts = (() => {
         return {orient: "bottom", offset: 8, columns: Math.max(1, Math.floor(request.width / 210)), direction: "horizontal"};
     }
 
-    /// The scales that tell series apart: colour and symbol, and dashes once the colours are used up. Numbers in order
-    /// have colours in order.
+    /// The scales that distinguish series: colour and symbol, and dashes once all colours are used. If all series are
+    /// numbers, their colours follow the order of the numbers.
     function seriesScales(request, theme, names, symbol) {
         const ordered = names.length > 2 && names.every(isNumber);
         const colours = ordered ? {scheme: "viridis", count: names.length, extent: theme.sequence}
@@ -228,7 +235,7 @@ const metabufferCharts = (() => {
         return {scales, legends, notes};
     }
 
-    /// Text beside marks can be nothing, which Vega would print as "null".
+    /// A row without a colour belongs to the series "", since Vega would print null as "null".
     const seriesOf = row => isThere(row.c) ? row.c : "";
     function seriesNamesOf(rows) {
         const names = inOrder(rows.map(row => row.c));
@@ -240,7 +247,7 @@ const metabufferCharts = (() => {
             signal: axis.percent ? percentLabel : numberLabel}}}}, ...extra, ...(ticks ? {values: ticks, tickCount: undefined} : {})};
     }
 
-    /// The horizontal axis of rows: numbers along a line, texts side by side.
+    /// The horizontal axis of rows: numbers on a continuous scale, texts side by side.
     function horizontal(request, place, rows, options = {}) {
         const values = rows.map(row => row.x).filter(isThere);
         const axis = {...request.x};
@@ -283,7 +290,7 @@ const metabufferCharts = (() => {
         ] : []};
     }
 
-    // The page shows an object's point, and a text as it is.
+    // The tooltip is a row with an id, for which the page shows the point, or a text, which the page shows as it is.
     const pointing = {tooltip: {signal: "datum.id == null ? datum.tip : datum"}, cursor: {signal: "datum.id == null ? 'default' : 'pointer'"}};
 
     /// One symbol for each row that has a place.
@@ -297,7 +304,7 @@ const metabufferCharts = (() => {
         }};
     }
 
-    /// What has no value (unmet, failed), at the top of the chart.
+    /// Crosses at the top of the chart for rows without a value (unmet, failed).
     function lostMarks(data, theme) {
         return {type: "symbol", name: "lost", from: {data}, encode: {
             enter: {x: {scale: "x", field: "x"}, y: {value: 7}, shape: {value: "M-.5,-.5L.5,.5M.5,-.5L-.5,.5"},
@@ -312,7 +319,7 @@ const metabufferCharts = (() => {
         return {x: row.x, y: row.y, s: seriesOf(row), id: row.id === undefined ? null : row.id, tip: row.tip || null};
     }
 
-    /// Mean and range of y by series and x; where a series has rows at some x but no value there, a gap.
+    /// Mean and range of y by series and x. There is a gap where a series has rows at an x but no value.
     function meansOf(rows, decimals) {
         const groups = new Map();
         for (const row of rows) {
@@ -412,7 +419,7 @@ const metabufferCharts = (() => {
         }), scales: series.scales, legends: series.legends, notes};
     };
 
-    /// The rows of which no other one costs less and gives at least as much: the cheapest of each rate that is a record.
+    /// The front, by rising cost (x): the best row of each cost, if its y is higher than that of every cheaper row.
     function frontOf(rows) {
         const sorted = [...rows].sort((a, b) => a.x - b.x || b.y - a.y);
         const front = [];
@@ -442,7 +449,7 @@ const metabufferCharts = (() => {
         const coloured = rows.some(row => isThere(row.c));
         const series = coloured ? seriesScales(request, theme, seriesNamesOf(rows), "square") : {scales: [], legends: [], notes: []};
         notes.push(...series.notes);
-        const placeOfLabel = {  // above the front and before it there is never a point
+        const placeOfLabel = {  // no point is ever above and to the left of the front
             x: {scale: "x", field: "x"}, y: {scale: "y", field: "y"},
             align: {signal: `scale('x', datum.x) > ${place.mostWidth * 0.3} ? 'right' : 'left'`},
             dx: {signal: `scale('x', datum.x) > ${place.mostWidth * 0.3} ? -7 : 0`}, dy: {value: -8}};
@@ -456,7 +463,7 @@ const metabufferCharts = (() => {
             leftOut += named.length - labels.length;
             const references = referenceMarks(request, place, theme, false);
             const most = extent(drawn.map(row => row.x))[1];
-            // On to the right: what costs more gives at least that.
+            // The line goes on to the right: for a higher cost one gets at least as much.
             const line = front.map(row => ({x: row.x, y: row.y}));
             if (line.length && most > line[line.length - 1].x) line.push({x: most, y: line[line.length - 1].y});
             return {
@@ -500,7 +507,7 @@ const metabufferCharts = (() => {
     builders.heatmap = (request, place, theme, rows, panels) => {
         const columns = inOrder(rows.map(row => row.x));
         const lines = inOrder(rows.map(row => row.y));
-        if (kindOf(lines) === "category") lines.reverse();  // texts are read from the top, numbers grow upwards
+        if (kindOf(lines) === "category") lines.reverse();  // texts are read from the top; numbers grow upwards
         let mostInCell = 0;
         let rejected = false;
         let lost = 0;
@@ -601,7 +608,7 @@ const metabufferCharts = (() => {
             const own = request.ownScales ? drawn : valued;
             const y = vertical({...request, y: {...request.y, ...(panelRows[0] && panelRows[0].axis)}}, place,
                                own.map(row => row.y), {zero: true});
-            // The points of a bar side by side, in the order in which they come.
+            // The points of a bar lie side by side, in the order of their rows.
             const counts = new Map();
             for (const row of drawn) counts.set(row.x + "\n" + row.s, (counts.get(row.x + "\n" + row.s) || 0) + 1);
             const seen = new Map();
@@ -700,7 +707,7 @@ const metabufferCharts = (() => {
         }), scales: series.scales, legends: series.legends, notes};
     };
 
-    /// Scenario files among the texts go by their names alone, if these still tell them apart.
+    /// Replaces scenario files among the texts by their names, without folder and ending, if the names still differ.
     function withShortNames(rows) {
         const short = text => text.replace(/(?:[^\s,]*\/)?([^\s,/]+)\.ya?ml(?=$|,)/g, "$1");
         let result = rows;
@@ -713,7 +720,7 @@ const metabufferCharts = (() => {
         return result;
     }
 
-    /// The specification, and what a reader should know of the picture: {spec, notes}.
+    /// Returns {spec, notes}: the specification, and what a reader should know about the picture.
     function build(input) {
         const request = {width: 720, height: 440, theme: "light", references: [], labelLimit: 260, ...input, rows: withShortNames(input.rows)};
         const placeless = ["lines", "heatmap", "policy"].includes(request.chart)
@@ -734,7 +741,7 @@ const metabufferCharts = (() => {
             background: theme.background, padding: request.padding || 6, config: config(theme, request),
             scales: built.scales, legends: built.legends,
         };
-        // What the panels' vertical axes show is said once, above them: beside them there may not be room.
+        // The title of the vertical axes is written once, above the panels: next to them there may be no room.
         const upward = !place.single && request.y.title ? ["↑ " + request.y.title] : [];
         const lines = [...(request.notesBelowTitle && built.notes.length ? [built.notes.join("; ")] : []), ...upward];
         if (request.title) {

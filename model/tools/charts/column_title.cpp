@@ -8,7 +8,7 @@ namespace metabuffer::charts {
 
 namespace {
 
-/// The one column with a unit that is no figure.
+/// The only column that has a unit but is not a figure.
 constexpr const char* kColumnOfSeconds = "wall_seconds";
 
 std::string spaced(std::string name) {

@@ -18,7 +18,7 @@ const metabufferElements = (() => {
     const percent = share => `${(100 * share).toFixed(1)}%`;
     const shellWord = word => /^[\w.,:\/=+@%-]+$/.test(word) ? word : "'" + word.replace(/'/g, "'\\''") + "'";
 
-    /// What C++ has deflated and written as base64.
+    /// Inflates what C++ has deflated and written as base64.
     async function inflated(text) {
         const bytes = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
         const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -33,7 +33,8 @@ const metabufferElements = (() => {
         }}, title);
     }
 
-    /// Where the clipboard is closed, the text is marked, so that a key copies it. `place`: the element that shows it.
+    /// If the page may not write to the clipboard, it selects the text, so that the user can copy it with a key.
+    /// `place` returns the element that shows the text.
     function copyButton(text, place) {
         const copy = element("button", {type: "button", onclick: () => {
             const done = () => { copy.textContent = "Copied"; };
@@ -47,7 +48,8 @@ const metabufferElements = (() => {
         return copy;
     }
 
-    /// Gives a view's canvas a size in CSS pixels, sharp on any screen; false: it has it already.
+    /// Gives a view's canvas a size in CSS pixels, at the screen's resolution. Returns false if it has that size
+    /// already.
     function sizeCanvas(view, width, height) {
         const ratio = window.devicePixelRatio || 1;
         if (view.width === width && view.height === height && view.ratio === ratio) return false;
@@ -59,7 +61,7 @@ const metabufferElements = (() => {
         return true;
     }
 
-    /// What a bus does in a clock, by the report's counter, in the order of the bars. On a light colour text is dark.
+    /// What a bus does in a clock, with the report's counter, in the order of the bars. Text on a light colour is dark.
     const clockKinds = [{counter: "busy_cycles", name: "pixels", colour: "#0072b2"},
                         {counter: "page_miss_cycles", name: "page miss", colour: "#d55e00"},
                         {counter: "refresh_cycles", name: "refresh", colour: "#56b4e9", isLight: true},
@@ -70,7 +72,7 @@ const metabufferElements = (() => {
                         {counter: "lost_cycles", name: "lost slot", colour: "#7a3b00"},
                         {counter: "idle_cycles", name: "idle", colour: "#9aa3ad"}];
 
-    /// What the report says of each bus, drawn: where its clocks went.
+    /// Draws, from the report, what each bus did in its clocks.
     function busesOf(report) {
         const renderers = Array.isArray(report.renderers) ? report.renderers.slice(0, 32) : [];
         if (!renderers.length || !renderers[0].bus) return [];

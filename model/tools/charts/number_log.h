@@ -5,7 +5,8 @@
 
 namespace metabuffer::charts {
 
-/// Numbers one after the other as bytes, small ones in few (LEB128). NumberReader of run_data.js reads them back.
+/// Numbers as bytes, one after the other; small numbers take few bytes (LEB128). NumberReader of run_data.js reads them
+/// back.
 class NumberLog {
   public:
     void add(std::uint64_t number) {
@@ -14,7 +15,7 @@ class NumberLog {
         for (; number > kBits; number >>= 7U) bytes_ += static_cast<char>((number & kBits) | kMore);
         bytes_ += static_cast<char>(number);
     }
-    /// Zero, minus one, one, minus two: in that order, so that small ones stay small.
+    /// Writes 0, -1, 1, -2, ... as 0, 1, 2, 3, ..., so that numbers near zero take few bytes.
     void add_signed(std::int64_t number) {
         const auto bits = static_cast<std::uint64_t>(number);
         add(number < 0 ? ~(bits << 1U) : bits << 1U);

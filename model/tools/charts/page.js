@@ -7,11 +7,11 @@
     const byId = id => document.getElementById(id);
 
     const mostRowsAtOnce = 200;     // of the table, until the reader asks for more
-    const mostSvgMarks = 1500;      // beyond, a canvas: many elements make a browser slow
-    const mostLines = 12;           // beyond, a chart of all of them is a tangle: means instead
+    const mostSvgMarks = 1500;      // charts with more use a canvas: many elements make a browser slow
+    const mostLines = 12;           // charts with more would be unreadable, and show means instead
     const mostPanels = 12;
-    const mostColours = 28;         // values of an axis that is coloured unasked
-    const mostFields = 150;         // of a heat map in one direction
+    const mostColours = 28;         // values of an axis that gives the colours by default
+    const mostFields = 150;         // of a heat map, in one direction
     const mostFilterValues = 60;
 
     const counted = (count, thing) => `${formatValue(count)} ${thing}${count === 1 ? "" : "s"}`;
@@ -35,7 +35,7 @@
         ({index: points.length + n, isPoint: false, source, id: run, run, status, reason, looked, axes, figures}));
     const entities = [...points, ...simulations];
 
-    /// Scenario files go by their names alone where these tell them apart.
+    /// The names of scenario files without folder and ending, by file; empty unless all names differ.
     function shortNames(n) {
         const texts = [...new Set(points.map(item => item.axes[n]).filter(value => typeof value === "string"))];
         const names = new Map(texts.map(text => [text, text.replace(/^.*\/(?=[^/]+$)|\.ya?ml$/g, "")]));
@@ -73,14 +73,14 @@
     };
     const hasValues = (field, items) => items.some(item => isThere(field.get(item)));
     const figureOf = (item, name) => figureAt.has(name) ? item.figures[figureAt.get(name)] : null;
-    /// What was rejected starves nothing, and shows nothing.
+    /// A rejected frame or row starves no pixel, but its pixels are not shown.
     const isRejected = item => figureOf(item, "rejected_frames") > 0 || figureOf(item, "rejected_rows") > 0 ||
         figureOf(item, "frames_shown") < figureOf(item, "frames_asked");
     const isGlitched = item => figureOf(item, "starved_pixels") > 0 || isRejected(item);
     const shownValue = (field, value) => field.percent && isNumber(value) ? vega.format(".1~%")(value) : formatValue(value);
 
     const variedAxes = axisFields.filter(field => isVaried(field, points));
-    /// Axes that went together in the sweep, so that either tells the other: one stands for both.
+    /// The first of the axes that vary together with an axis: the value of each determines that of the other.
     const representative = new Map();
     for (const field of variedAxes) {
         const pairsWith = other => {
@@ -97,7 +97,7 @@
         representative.set(field, twin || field);
     }
     const ownAxes = variedAxes.filter(field => representative.get(field) === field);
-    // Charts draw numbers; the tables have the figures that are words, too.
+    // Charts draw only numbers; the tables also have the figures that are words.
     const isDrawable = (field, items) => hasValues(field, items) &&
         items.every(item => typeof field.get(item) !== "string");
     const offeredFigures = (smallestField ? [smallestField] : []).concat(
@@ -107,7 +107,7 @@
         const what = item.isPoint ? `Point ${item.id}` : `Simulation ${item.id}`;
         return severalSources ? `${what} of ${sourceNames[item.source]}` : what;
     }
-    /// Short, for a chart: the values of what differs between points.
+    /// A short name for a chart: the values of the settings that differ between points.
     const nameOf = item => [...variedAxes.map(field => field.get(item)), ...(smallestField && !item.isPoint ? [item.looked] : [])]
         .filter(isThere).map(formatValue).join(", ");
     function settingsOf(item) {
@@ -119,12 +119,12 @@
 
     // --------------------------------------------------------------------------------------------------------- filters
 
-    const filters = new Map();  // axis field's key: the value that is shown
+    const filters = new Map();  // by an axis field's key, the only value that is shown
     const passes = item => axisFields.every(field => !filters.has(field.key) || field.get(item) === filters.get(field.key));
     let shownPoints = points;
     let shownSimulations = simulations;
 
-    /// A choice among values, which are data and therefore known by their places.
+    /// A choice among values. These are data, so the options are identified by their places in the list.
     function choice(label, options, chosen, onchange) {
         const select = element("select", {onchange: () => onchange(options[select.selectedIndex].value)});
         options.forEach(option => select.append(element("option", {}, option.label)));
@@ -211,7 +211,7 @@
             charts.push(this);
         }
 
-        /// Draws soon: not at once, so that the page answers between two charts.
+        /// Draws soon, but not at once, so that the page responds to the user between two charts.
         refresh() {
             if (this.waiting) return;
             this.waiting = true;
@@ -254,7 +254,7 @@
             this.caption.textContent = notes.map(note => note[0].toUpperCase() + note.slice(1) + ".").join(" ");
             this.box.dataset.drawn = "no";
             view.runAsync().then(() => {
-                // Several panels have legends and titles around them whose size is not known before.
+                // The size of legends and titles around several panels is known only now.
                 const excess = this.box.scrollWidth - this.box.clientWidth;
                 if (excess > 0 && narrower === 0 && panels > 1) this.draw(excess);
                 else this.box.dataset.drawn = "yes";
@@ -266,7 +266,7 @@
     const optionsOf = fields => fields.map(field => ({label: field.title, value: field}));
     const noField = {key: "", title: "", get: () => null};
 
-    /// The settings that are not drawn otherwise, as one text: "irsa, 32".
+    /// The settings that are not drawn in another way, as one text: "irsa, 32".
     function othersField(taken) {
         const drawn = taken.map(field => representative.get(field));
         const others = ownAxes.filter(field => !drawn.includes(field) && !filters.has(field.key));
@@ -287,14 +287,16 @@
     const leftOut = [];
 
     const numericAxes = variedAxes.filter(field => kindOf(points.map(field.get)) === "number");
-    /// The one to draw over: the bus's width, if it makes a curve, else the numbers of which there are most.
     const valueCount = field => valuesOf(field, points).length;
+    /// The axis to draw over: the bus's width if it has enough values for a curve, else the numeric axis with most
+    /// values.
     const firstNumericAxis = numericAxes.find(field => field.name === "bus.width_bits" && valueCount(field) > 2) ||
         numericAxes.reduce((best, field) => best && valueCount(best) >= valueCount(field) ? best : field, undefined);
     const panelFields = variedAxes.filter(field => valuesOf(field, points).length <= mostPanels);
     const scaleChoice = (state, chart) => choice("scale", [{label: "linear", value: false}, {label: "logarithmic", value: true}],
                                                  state.log, log => { state.log = log; chart.refresh(); });
-    /// Colours by all axes that are not drawn otherwise, unless these make a tangle.
+    /// The default is a colour for each combination of the axes that are not drawn in another way, unless these are too
+    /// many.
     const allOthers = {key: "others", title: "all other axes"};
     const colourOf = state => state.colour === allOthers ? othersField([state.x, state.panels]) : state.colour;
     function usualColour(state) {
@@ -309,7 +311,7 @@
         ...optionsOf([...variedAxes, statusField])], state.colour, field => { state.colour = field; chart.refresh(); });
     const panelOptions = [{label: "one chart", value: noField}, ...optionsOf(panelFields)];
 
-    /// Panels by the axis that leaves few lines in each, if there are too many lines for one chart.
+    /// If there are too many lines for one chart: panels by scenario, else by the first axis with few values.
     function usualPanels(x) {
         const others = ownAxes.filter(field => field !== representative.get(x));
         const lines = others.reduce((count, field) => count * valuesOf(field, points).length, 1);
@@ -503,7 +505,7 @@
 
     const textOrder = new Intl.Collator("en", {numeric: true});
     function compared(a, b) {
-        if (!isThere(a) || !isThere(b)) return isThere(a) ? -1 : isThere(b) ? 1 : 0;  // what is not there comes last
+        if (!isThere(a) || !isThere(b)) return isThere(a) ? -1 : isThere(b) ? 1 : 0;  // missing values come last
         const order = isNumber(a) && isNumber(b) ? a - b : textOrder.compare(String(a), String(b));
         return table.descending ? -order : order;
     }
@@ -584,7 +586,7 @@
     const panel = byId("panel");
     let opened = null;
 
-    /// A value as --set reads it: what YAML would take for something else than a text is quoted.
+    /// A value as --set reads it. A text that YAML might not read as a text is quoted; lists and maps are not.
     function yamlValue(value) {
         if (isNumber(value)) return String(value);
         const isCollection = /^[[{]/.test(value);
@@ -592,7 +594,7 @@
         return isCollection || isPlain ? value : "'" + value.replace(/'/g, "''") + "'";
     }
 
-    /// A file's path seen from where its folder's is seen from.
+    /// Joins the path of a folder and the path of a file in it, which is relative to the folder or absolute.
     function joinedPath(folder, file) {
         if (!folder || file.startsWith("/")) return file;
         const parts = [];
@@ -644,7 +646,7 @@
         inflatedText(embedded.report).then(text => {
             const pre = element("pre", {class: "report", tabindex: "0"});
             const details = element("details", {}, element("summary", {}, "report.json, in full"), pre);
-            // Only when it is asked for: it may be megabytes of text to lay out.
+            // The text is laid out only when the user asks for it: it may have megabytes.
             details.addEventListener("toggle", () => { if (details.open && !pre.firstChild) pre.textContent = text; });
             const save = saveButton("Save report.json", "report.json", text);
             let buses = [];
@@ -705,7 +707,8 @@
 
     function buildPanel() {
         byId("panel-close").addEventListener("click", () => panel.close());
-        panel.addEventListener("click", event => { if (event.target === panel) panel.close(); });  // beside it
+        // A click outside the panel's content closes it.
+        panel.addEventListener("click", event => { if (event.target === panel) panel.close(); });
         const step = by => {
             const next = table.order[table.order.indexOf(opened) + by];
             if (next) openPanel(next);

@@ -28,7 +28,7 @@ constexpr const char* kFrameRate = "frames_per_second";
 constexpr const char* kFrameCycles = "frame_cycles";
 constexpr const char* kStarved = "starved_pixels";
 constexpr const char* kBufferBits = "buffer_bits";
-/// What was rejected starves nothing, and shows nothing.
+/// A rejected frame or row starves no pixel, but its pixels are not shown.
 constexpr const char* kIsRejected = "rejected_frames > 0 or rejected_rows > 0 or frames_shown < frames_asked";
 constexpr const char* kSmallest = "smallest";
 
@@ -36,11 +36,10 @@ constexpr const char* kSmallest = "smallest";
 struct VariedAxis {
     std::string column;  ///< its name in expressions
     bool is_number = false;
-    std::string
-        twin;  ///< the first axis that went together with it, so that either tells the other; or itself
+    std::string twin;  ///< the first axis that varies together with it, or itself
 };
 
-/// Whether two columns of a table tell each other.
+/// Whether two columns of a table vary together: the value of each determines that of the other.
 bool go_together(const ResultsReader::Table& table, std::size_t left, std::size_t right) {
     std::map<Value, Value> forth;
     std::map<Value, Value> back;
@@ -52,7 +51,7 @@ bool go_together(const ResultsReader::Table& table, std::size_t left, std::size_
 
 std::vector<VariedAxis> varied_axes(const ResultsReader& reader, const std::string& condition) {
     const std::size_t count = reader.identity().keys.size();
-    // They stand behind the point's number, some under other names than their keys.
+    // The axes follow the point's number, some under other names than their keys.
     const auto first = reader.columns().begin() + 1;
     const std::vector<std::string> columns(first, first + static_cast<std::ptrdiff_t>(count));
     const ResultsReader::Table table = reader.results(condition);
@@ -84,7 +83,7 @@ bool has_values(const ResultsReader& reader, const std::string& expression, cons
                        [](const std::vector<Value>& row) { return row.front() != Value(); });
 }
 
-/// Fills in what a request leaves open, by what the results vary.
+/// Fills in what a request leaves open, from the axes that vary in the results.
 class Defaults {
   public:
     Defaults(const ResultsReader& reader, const PlotRequest& request)
@@ -162,7 +161,7 @@ class Defaults {
         return axis != axes_.end() ? axis->column : first_but({});
     }
 
-    /// Also if one that goes together with it is.
+    /// Also true if an axis that varies together with it is taken.
     bool is_taken(const VariedAxis& axis, const std::set<std::string>& taken) const {
         return std::any_of(axes_.begin(), axes_.end(), [&](const VariedAxis& other) {
             return other.twin == axis.twin && taken.count(other.column) != 0;
@@ -183,14 +182,14 @@ class Defaults {
         return !text.empty() ? text : first_but({});
     }
 
-    /// What tells points apart, and of a search what was found.
+    /// The axes in which points differ and, for a search, the value that it found.
     std::string names() const {
         std::string expression = others({});
         if (is_search_) expression += (expression.empty() ? "" : " || ', ' || ") + std::string(kSmallest);
         return expression;
     }
 
-    /// The axes that are not drawn otherwise, as one text: a colour for each combination.
+    /// The axes that are not drawn in another way, as one text: a colour for each combination.
     std::string others(const std::set<std::string>& taken) const {
         std::string expression;
         for (const VariedAxis& axis : axes_) {
@@ -249,7 +248,7 @@ class RowReader {
         table_ = reader.results(expressions_, request.condition);
     }
 
-    /// One for each point, or of several y one for each point and y.
+    /// One row for each point; with several y, one for each point and each y.
     Json rows(const PlotRequest& request, const exploration::ResultsIdentity& identity) const {
         Json list = Json::array();
         const bool has_panels_by_y = request.chart == ChartKind::kPolicy;
@@ -305,7 +304,7 @@ class RowReader {
     ResultsReader::Table table_;
 };
 
-/// What charts.js draws from.
+/// The request that charts.js draws.
 Json chart_json(const PlotRequest& request, const exploration::ResultsIdentity& identity,
                 const RowReader& rows) {
     const bool has_panels_by_y = request.chart == ChartKind::kPolicy && request.y.size() > 1;
@@ -354,7 +353,7 @@ ChartKind chart_of(const std::string& name) {
 
 namespace {
 
-/// What this chart has no use for is refused, so that nobody believes it had an effect.
+/// Refuses options that have no effect on this chart, so that the user does not rely on them. Throws InputError.
 void check_options(const PlotRequest& request) {
     const std::string& chart = chart_names()[static_cast<std::size_t>(request.chart)];
     const auto refuse_if = [&chart](bool given, const char* option, const std::string& why) {

@@ -18,7 +18,7 @@ struct ReferenceLine {
     std::string label;
 };
 
-/// What to draw. Expressions are over the results' columns; empty ones are chosen by the results' axes.
+/// What to draw. Expressions are over the results' columns; the results' axes decide what replaces an empty one.
 struct PlotRequest {
     ChartKind chart = ChartKind::kLines;
     std::string x;
@@ -39,7 +39,8 @@ struct PlotRequest {
     std::vector<ReferenceLine> references;
 };
 
-/// The chart as SVG, drawn by node, of files of one sweep. Throws InputError for what cannot be drawn, OutputError without node.
+/// The chart as SVG, drawn by node, of files of one sweep. Throws InputError for what cannot be drawn, OutputError
+/// without node.
 std::string plot_svg(const std::vector<std::filesystem::path>& results, const PlotRequest& request);
 
 /// SVG as PNG of twice its size, by rsvg-convert. Throws OutputError without it.

@@ -1,8 +1,8 @@
 // `metabuffer plot`: one chart as SVG on standard output, drawn in node.
 function metabufferPlot(request) {
     'use strict';
-    // Without a browser there is nobody to measure text. These are the widths of DejaVu Sans, in hundredths of the font's
-    // size, from the space on: the font that Debian's librsvg2-bin brings along and that the chart names first.
+    // Without a browser nothing measures text. These are the widths of the characters of DejaVu Sans from the space on,
+    // in hundredths of the font's size. Debian's librsvg2-bin installs that font, and the chart names it first.
     const widths = [
         32, 40, 46, 84, 64, 95, 78, 27, 39,  39, 50, 84, 32, 36, 32, 34, 64, 64, 64, 64, 64, 64, 64, 64,
         64, 64, 34, 34, 84, 84, 84, 53, 100, 68, 69, 70, 77, 63, 58, 77, 75, 29, 29, 66, 56, 86, 75, 79,
@@ -33,7 +33,7 @@ function metabufferPlot(request) {
         return new vega.View(vega.parse(spec), {renderer: 'none', logLevel: vega.Warn}).toSVG();
     };
     const sizeOf = svg => /<svg[^>]* width="([\d.]+)" height="([\d.]+)"/.exec(svg).slice(1).map(Number);
-    // Several panels have a size of their own, and legends and titles around them: the second try makes up for those.
+    // Several panels have their own size, with legends and titles around them. The second drawing corrects for these.
     return draw(width, height)
         .then(svg => {
             const [w, h] = sizeOf(svg);
@@ -41,7 +41,7 @@ function metabufferPlot(request) {
             return fits ? svg : draw(2 * width - w, 2 * height - h);
         })
         .then(svg => {
-            // Coordinates have fifteen digits, of which no screen shows more than two behind the point.
+            // Coordinates have fifteen digits, but no screen shows more than two after the decimal point.
             const short = svg.replace(/<[^>]*>/g, tag => tag.replace(/(\.\d\d)\d+/g, '$1'));
             process.stdout.write(short + '\n');
         });

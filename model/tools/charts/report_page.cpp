@@ -28,7 +28,7 @@ namespace {
 using exploration::ResultsReader;
 using exploration::Value;
 
-/// Simulations of searches beyond these are left out: charts of more would be slow and tell no more.
+/// The most simulations of searches in a page. Charts of more would be slow and show nothing new.
 constexpr std::size_t kMostSimulations = 20'000;
 
 constexpr const char* kWallSeconds = "wall_seconds";
@@ -39,7 +39,7 @@ class Columns {
     explicit Columns(const std::vector<std::string>& names) {
         for (std::size_t n = 0; n < names.size(); ++n) places_[names[n]] = n;
     }
-    /// Nothing if there is no such column.
+    /// An empty value if there is no such column.
     Value in(const std::vector<Value>& row, const std::string& name) const {
         const auto place = places_.find(name);
         return place == places_.end() ? Value() : row[place->second];
@@ -65,12 +65,12 @@ struct Source {
     const std::vector<std::string>& keys() const { return reader.identity().keys; }
     /// A point's settings, in the order of keys().
     std::vector<Value> settings(const std::vector<Value>& row) const {
-        // They stand behind the point's number, some under other names than their keys.
+        // The settings follow the point's number, some under other names than their keys.
         const auto first = row.begin() + 1;
         return {first, first + static_cast<std::ptrdiff_t>(keys().size())};
     }
 
-    /// The settings of a run, texts by their keys. Throws InputError if the file holds something else.
+    /// The settings of a run, as texts by their keys. Throws InputError if the file holds something else.
     Json run_settings(const std::string& text) const {
         Json settings = Json::parse(text, nullptr, false);
         const bool are_texts =
@@ -86,7 +86,8 @@ struct Source {
     ResultsReader::Table points;
 };
 
-/// Builds what the page's script reads. Points and simulations are lists instead of objects, for there may be thousands.
+/// Builds the data that the page's script reads. Points and simulations are lists instead of objects, since there may
+/// be thousands.
 class PageData {
   public:
     explicit PageData(std::vector<Source>& sources) : sources_(sources) {
@@ -152,7 +153,7 @@ class PageData {
         return list;
     }
 
-    /// The values of a row by the page's axes, those that its file does not have being nothing.
+    /// The values of a row for the page's axes; null for an axis that its file does not have.
     Json axes_json(const Source& source, const std::vector<Value>& settings) const {
         Json list = Json::array();
         for (const std::string& axis : axes_) {
@@ -188,7 +189,7 @@ class PageData {
         return list;
     }
 
-    /// Every simulation of the searches whose points are shown.
+    /// Every simulation of those searches that have points in the page.
     Json simulations_json() {
         Json list = Json::array();
         for (std::size_t s = 0; s < sources_.size(); ++s) {
@@ -219,7 +220,7 @@ class PageData {
         return list;
     }
 
-    /// Reports and pictures by "source:run". Reports come first, and take half of the room at most if there are pictures.
+    /// Reports and pictures by "source:run". Reports come first, and take at most half of the room.
     Json embedded_json(std::size_t room) {
         Json embedded = Json::object();
         std::size_t left = room;

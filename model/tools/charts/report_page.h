@@ -13,15 +13,16 @@ constexpr std::size_t kBytesPerMebibyte = std::size_t{1} << 20;
 struct PageOptions {
     std::string title;      ///< empty: the results' names
     std::string condition;  ///< an expression over the results' columns; empty: all points
-    /// How much of the page reports and pictures may take; those that go beyond are left out, and the page says so.
+    /// The most bytes of reports and pictures in the page. The page leaves out those beyond, and says so.
     std::size_t most_embedded_bytes = 24 * kBytesPerMebibyte;
 };
 
-/// Points of a page, beyond which no browser opens it.
+/// The most points of a page: no browser opens a page with more.
 constexpr std::int64_t kMostPagePoints = 200'000;
 
 /// Results as one page of HTML that needs nothing but a browser: charts, table, and each point's report and pictures.
-/// The same bytes for the same results. Throws InputError for files that are no results, for a bad condition and for too many points.
+/// The same results give the same bytes. Throws InputError for files that are no results, for a bad condition and for
+/// too many points.
 std::string report_page(const std::vector<std::filesystem::path>& files, const PageOptions& options);
 
 }  // namespace metabuffer::charts

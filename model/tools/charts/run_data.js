@@ -1,5 +1,6 @@
-// What the page knows of its run: tracks of clocks, unpacked when they are first drawn, and what happened to each pixel.
-// Clocks are core clocks, frames count from 0, renderers and displays from 0 in here and from 1 for the reader.
+// The page's data about its run: tracks of clocks, unpacked when they are first drawn, and what happened to each pixel.
+// Clocks are core clocks. Frames count from 0. Renderers and displays count from 0 in the code and from 1 for the
+// reader.
 const metabufferRun = (() => {
     "use strict";
     const {inflated, clockKinds} = metabufferElements;
@@ -10,11 +11,11 @@ const metabufferRun = (() => {
     const sub = machine.supersample;
     const rasterWidth = machine.width * sub, rasterHeight = machine.height * sub;
     const cycles = report.core_cycles;
-    // Kinds of spans of a bus, by the numbers that spans have; no span: idle.
+    // Kinds of spans of a bus, by the number of the kind in a span. In a clock without a span the bus is idle.
     const uses = record.bus_uses.map(use => clockKinds.find(({counter}) => counter === use));
     const [pixelUse, tableUse, pageMissUse] = ["busy_cycles", "table_cycles", "page_miss_cycles"].map(counter =>
         record.bus_uses.indexOf(counter));
-    const blockLength = 64;     // spans, or points, between two kept sums
+    const blockLength = 64;     // spans or points between two kept sums
     const farZ = 2 ** machine.depth.z_bits - 1;
 
     const clocksFromTo = (first, last) => `clocks ${first.toLocaleString("en")} to ${last.toLocaleString("en")}`;
@@ -37,7 +38,7 @@ const metabufferRun = (() => {
         }
     }
 
-    /// The last place whose value is not above `value`, -1 if there is none.
+    /// The last index at which the value is at most `value`, or -1.
     function lastAtOrBefore(sorted, value, count = sorted.length) {
         let low = 0, high = count;
         while (low < high) {
@@ -47,7 +48,8 @@ const metabufferRun = (() => {
         return low - 1;
     }
 
-    /// What is unpacked later: get() is null until then, and `whenReady` is called once.
+    /// A value that load() or the first get() starts to unpack. get() returns null until it is ready; only the
+    /// `whenReady` of the call that started it is called then.
     class Later {
         constructor(make) { this.make = make; this.value = null; this.promise = null; }
         load() {
@@ -60,13 +62,14 @@ const metabufferRun = (() => {
         }
     }
 
-    /// Stand where single spans and points are left out.
+    /// Bins replace the single spans and points that are left out.
     const binsOf = async track => track.bins === undefined ? new ArrayBuffer(0) : inflated(track.bins);
 
     // ------------------------------------------------------------------------------------------------------------ buses
 
     class BusTrack {
-        /// `counted`: clocks by use in the report, which ends with the run. The last span may go on behind it.
+        /// `counted`: clocks by use from the report, which ends with the run. The last span may go on after the run's
+        /// end.
         constructor(track, spans, bins, counted) {
             const count = track.count;
             this.known = track.left_out ? track.known_cycles : Infinity;  // single spans up to here
@@ -102,7 +105,7 @@ const metabufferRun = (() => {
                 this.binSums.push(next);
             }
         }
-        /// Clocks by use before a clock.
+        /// Writes the clocks of each use before a clock to `into`.
         before(clock, into) {
             if (clock > this.known) {
                 const bin = Math.min(Math.floor(clock / this.binCycles), this.binSums.length - 1);
@@ -121,7 +124,7 @@ const metabufferRun = (() => {
             into[this.kinds[last]] += Math.min(this.lengths[last], clock - this.starts[last]);
             return into;
         }
-        /// The span that has a clock, -1: none.
+        /// The span that contains a clock, or -1.
         at(clock) {
             const last = lastAtOrBefore(this.starts, clock);
             return last >= 0 && clock < this.starts[last] + this.lengths[last] ? last : -1;
@@ -166,7 +169,7 @@ const metabufferRun = (() => {
             this.bins = [];
             while (binReader.at < binReader.bytes.length) this.bins.push([binReader.next(), binReader.next()]);
         }
-        /// What is held at a clock: between two points it changes evenly.
+        /// The level at a clock. Between two points it changes linearly.
         at(clock) {
             if (clock > this.known) {
                 const bin = this.bins[Math.floor(clock / this.binCycles)];
@@ -178,7 +181,7 @@ const metabufferRun = (() => {
             const share = (clock - this.clocks[n]) / (this.clocks[n + 1] - this.clocks[n]);
             return Math.round(this.levels[n] + share * (this.levels[n + 1] - this.levels[n]));
         }
-        /// The least and the most in clocks from..to.
+        /// The least and the highest level in clocks from..to.
         range(from, to) {
             if (to > this.known) {
                 let least = Infinity, most = 0;
@@ -240,7 +243,8 @@ const metabufferRun = (() => {
         });
     }
 
-    /// A column moves a raster position a clock and stands still in stalls; a composer is a clock behind the one above.
+    /// The clock in which a composer composites a raster pixel, or null. A column moves one raster position per clock,
+    /// except in stalls; a composer is one clock later than the one above it.
     function clockOf(frame, display, renderer, x, y) {
         const spans = record.composited[frame];
         if (!spans || spans[display][1] < spans[display][0]) return null;
@@ -265,15 +269,15 @@ const metabufferRun = (() => {
         return {frame, x: position % rasterWidth, y: Math.floor(position / rasterWidth)};
     }
     const starts = [...Array(displays).keys()].map(display => record.composited.map(spans => spans[display][0]));
-    /// The frame that a display's column composites at a clock, -1: none.
+    /// The frame that a display's column composites at a clock, or -1.
     function frameAt(clock, display) {
         const frame = lastAtOrBefore(starts[display], clock);
         return frame >= 0 && clock <= record.composited[frame][display][1] ? frame : -1;
     }
 
-    /// Every run of starved pixels of a display, in the order of clocks: {clock, end, renderer, frame, y, first, last}.
     const glitches = [...Array(displays).keys()].map(() => null);
-    /// None until all is unpacked.
+    /// Every run of starved pixels of a display, in the order of clocks: {clock, end, display, renderer, frame, y,
+    /// first, last}. Empty until all is unpacked.
     function glitchesOf(display) {
         if (!isUnpacked) return [];
         if (glitches[display]) return glitches[display];
@@ -321,12 +325,12 @@ const metabufferRun = (() => {
         return pixels;
     }
     const shownBitmaps = new Map(), shownPixels = new Map();
-    const mostBitmaps = 96;     // the browser's memory is not for the whole run
+    const mostBitmaps = 96;     // bitmaps of a whole run could be too large for the browser's memory
     async function remembered(map, key, make) {
         if (!map.has(key)) map.set(key, make());
         const value = map.get(key);
         map.delete(key);
-        map.set(key, value);    // the newest stand last
+        map.set(key, value);    // the most recently used is last
         if (map.size > mostBitmaps) map.delete(map.keys().next().value);
         return value;
     }
@@ -354,7 +358,7 @@ const metabufferRun = (() => {
         const one = entry.contributions[renderer];
         return one ? data.tables[one.table].find(row => row[0] === display + 1) : undefined;
     }
-    /// What a renderer has for a raster pixel, or null: its segment does not cover it.
+    /// The pixel that a renderer has for a raster pixel, or null if its segment does not cover it.
     function localPixel(entry, renderer, display, x, y) {
         const row = rowOf(entry, renderer, display);
         if (!row) return null;
@@ -379,7 +383,7 @@ const metabufferRun = (() => {
         const channel = shift => over((front.colour >>> shift) & 255, (back.colour >>> shift) & 255) * 2 ** shift;
         return {colour: channel(16) + channel(8) + channel(0), alpha: over(front.alpha, back.alpha), z: front.z};
     }
-    /// A pixel on its way down the pipeline: colour, alpha and Z, and who won it last (-1: the background).
+    /// A pixel in the pipeline has colour, alpha and Z, and the renderer that won it last (-1: the background).
     const background = {colour: machine.background[0] * 65536 + machine.background[1] * 256 + machine.background[2],
                         alpha: 0, z: farZ, winner: -1};
     function composed(local, upstream) {
@@ -405,7 +409,8 @@ const metabufferRun = (() => {
         return {locals, pixel, isWhole};
     }
 
-    /// Who won each shown pixel of a display: of its top left raster pixel. The images must have been loaded.
+    /// The renderer that won each shown pixel of a display, or -1. If a shown pixel has several raster pixels, it is
+    /// the winner of the top left one. The images must have been loaded.
     function winners(entry, display) {
         const {width, height} = machine, map = new Int32Array(width * height).fill(-1);
         if (machine.composition === "over") {
@@ -436,8 +441,8 @@ const metabufferRun = (() => {
         return map;
     }
 
-    /// Colours of one shown row of a display as if every local pixel had come in time, without an object for each pixel, of
-    /// which a wall that glitches has millions. The images must have been loaded.
+    /// Colours of one shown row of a display as if every local pixel had come in time. The images must have been
+    /// loaded. No object is made for a pixel, since a wall with glitches has millions of pixels.
     const plane = {z: new Uint32Array(rasterWidth), alpha: new Uint8Array(rasterWidth), red: new Uint8Array(rasterWidth),
                    green: new Uint8Array(rasterWidth), blue: new Uint8Array(rasterWidth)};
     const rowSums = new Uint32Array(3 * machine.width), samples = sub * sub;
@@ -492,7 +497,7 @@ const metabufferRun = (() => {
         return colours;
     }
 
-    /// Shown pixels in which a raster pixel starved: 1, and those that the display therefore shows wrong: 2.
+    /// A map of shown pixels: 1 where a raster pixel starved, 2 where the display therefore shows a wrong colour.
     async function starvedMap(entry, display) {
         const {width, height} = machine, map = new Uint8Array(width * height), isHurt = new Uint8Array(height);
         for (let renderer = 0; renderer < renderers; ++renderer) {

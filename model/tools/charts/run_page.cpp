@@ -49,7 +49,7 @@ Json machine_json(const Scenario& scenario) {
             {"renderers", std::move(renderers)}};
 }
 
-/// Each picture in an element of its own, so that the browser reads only those that are looked at.
+/// Each picture is in its own element, so that the browser decodes only those that the page shows.
 std::string picture_elements(const PagePictures& pictures) {
     std::string text;
     for (std::size_t n = 0; n < pictures.files().size(); ++n) {

@@ -16,19 +16,20 @@ namespace metabuffer::charts {
 struct RunPage {
     const Scenario& scenario;
     const RunReport& report;
-    const std::string& report_json;  ///< the same, as its file
+    const std::string& report_json;  ///< the same report, as the text of its file
     const RunRecord& record;
     const ShownPictures& pictures;
     std::string title = {};
-    std::vector<std::string> command = {};  ///< the words that run it by hand, up to its options
+    std::vector<std::string> command =
+        {};  ///< words of the command that repeats the run; the page adds options
     std::vector<std::string> remarks = {};  ///< lines for the reader
-    /// With so many pixels of buffer nothing starves, by proof; none if nothing is proved.
+    /// A size of the buffers with which no pixel starves, by proof; nullopt if nothing is proved.
     std::optional<std::int64_t> safe_buffer_pixels = std::nullopt;
-    std::size_t most_image_bytes = 0;  ///< of the renderers' images
+    std::size_t most_image_bytes = 0;  ///< for the renderers' images
 };
 
-/// One HTML file with all that it shows inside: displays frame by frame, who won each pixel and why, and what links,
-/// buses, buffers and displays did when. Throws OutputError.
+/// One HTML file that contains all it shows: the displays frame by frame, which renderer won each pixel and why, and
+/// what links, buses, buffers and displays did when. Throws OutputError.
 std::string run_page(const RunPage& page);
 
 }  // namespace metabuffer::charts

@@ -1,4 +1,4 @@
-// The page about one run: what holds displays, time and figures together.
+// The page about one run: connects the displays, the time line and the figures.
 (() => {
     "use strict";
     const run = metabufferRun, {data, machine, report} = run;
@@ -12,7 +12,7 @@
     const hexOf = colour => "#" + colour.toString(16).padStart(6, "0");
     const microseconds = clock => (clock * machine.period_ps / 1e6).toLocaleString("en", {maximumFractionDigits: 3}) + " µs";
     const framesPerSecondWhilePlaying = 5;
-    const widestWindow = 20_000;    // clocks of a waveform that the view asks for; beyond, it is about the clock alone
+    const widestWindow = 20_000;    // clocks; in a wider view the waveform has only clocks around the chosen one
     const aroundClock = 1000;
 
     let frameAt = 0;                // in data.frames
@@ -179,7 +179,7 @@
     function start() {
         if (frameAt + 1 >= data.frames.length) showFrame(0);
         byId("play").textContent = "Stop";
-        // A frame that takes long to draw is seen all the same: the next one waits for it.
+        // The next frame waits until this one is drawn, so that a frame that takes long is shown as well.
         const next = () => {
             if (frameAt + 1 >= data.frames.length) return stop();
             const due = performance.now() + 1000 / framesPerSecondWhilePlaying, mine = playing;
@@ -211,7 +211,8 @@
         },
     });
 
-    /// A clock to look at. `fromWall`: its frame and pixel are shown already.
+    /// Shows a clock on the time line, and on the displays what they composite in it. `fromWall`: its frame is shown
+    /// already.
     function chooseClock(clock, fromWall) {
         time.setClock(clock);
         const beams = [...Array(run.displays).keys()].map(display => [display, run.beamAt(time.clock, display)])
@@ -247,7 +248,8 @@
         chooseClock(glitch.clock, true);
         showPixel();
     }
-    /// Glitches in the order of time from the clock looked at; those of one clock in the order of displays.
+    /// Shows the next (`direction` 1) or previous (-1) glitch, from the chosen clock. Glitches of one clock are in the
+    /// order of displays.
     function stepGlitch(direction) {
         let best = null;
         const now = time.clock === null ? (direction > 0 ? -1 : run.cycles) : time.clock;
@@ -255,7 +257,8 @@
         const displays = [...Array(run.displays).keys()];
         for (const display of direction > 0 ? displays : displays.reverse()) {
             const glitches = run.glitchesOf(display), before = at && (display - at.display) * direction > 0 ? direction : 0;
-            let low = 0, high = glitches.length;     // the first behind the clock, or behind the one before it
+            // Ends at the first glitch after the clock, or at it if those at the clock come next.
+            let low = 0, high = glitches.length;
             while (low < high) {
                 const middle = (low + high) >> 1;
                 if (glitches[middle].clock + before <= now - (direction < 0 ? 1 : 0)) low = middle + 1; else high = middle;
@@ -268,7 +271,8 @@
         if (best) showGlitch(best);
     }
 
-    /// In a folder of its own: the scenario's may be the one that the page was made from, and keeps its results.
+    /// Writes to a folder of its own: the scenario's may be the one that the page was made from, and must keep its
+    /// results.
     function waveformCommand() {
         const whole = time.to - time.from <= widestWindow && (time.clock === null || (time.clock >= time.from && time.clock < time.to));
         const first = whole ? Math.max(0, Math.floor(time.from)) : Math.max(0, (time.clock ?? 0) - aroundClock);
@@ -334,7 +338,7 @@
         return [element("div", {class: "scroll"}, element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows))),
                 owners.length > most ? element("p", {class: "what"}, `and ${number(owners.length - most)} more, in report.json`) : null];
     }
-    /// Single figures of a part of the report, lists by their places.
+    /// All single figures of a part of the report, named by their path; items of lists are named by their indices.
     function flat(part, prefix = "") {
         const figures = {};
         for (const [key, value] of Object.entries(part || {})) {

@@ -9,7 +9,7 @@
 namespace metabuffer::charts {
 namespace {
 
-/// What an error of the encoder names.
+/// The picture's name in an error of the encoder.
 constexpr const char* kInPage = "a picture of the page";
 
 template <typename Bits>
@@ -31,7 +31,7 @@ void ShownPictures::take(const DisplayedFrame& displayed) {
     if (displayed.frame % stride_ != 0) return;
     auto png = std::make_shared<const std::string>(image_codec().png(displayed.picture, kInPage));
     const auto d = static_cast<std::size_t>(displayed.display - 1);
-    // A picture that stays is one file.
+    // A picture that does not change is stored once.
     const auto before = frames_.lower_bound(displayed.frame);
     const Png last = before == frames_.begin() ? nullptr : std::prev(before)->second[d];
     if (last != nullptr && *last == *png) {
@@ -41,7 +41,7 @@ void ShownPictures::take(const DisplayedFrame& displayed) {
     }
     std::vector<Png>& pictures = frames_[displayed.frame];
     pictures.resize(displays_);
-    // The picture that is replaced may be other frames' as well.
+    // Other frames may share the replaced picture, so its bytes cannot simply be subtracted.
     const bool replaces = pictures[d] != nullptr;
     pictures[d] = std::move(png);
     if (replaces) count_bytes();
@@ -93,7 +93,7 @@ std::size_t Contributions::image_number(const PixelImage& image, std::shared_ptr
     if (!is_new) return entry->second;
     if (copy != nullptr) copies_.push_back(std::move(copy));
     Json json = {{"width", image.width_pixels}, {"height", image.height_pixels}};
-    // Once one is too large no other is tried: to encode it takes its time.
+    // Once an image does not fit, no other is tried, since encoding takes time.
     if (images_left_out_ == 0) {
         auto colour = std::make_shared<const std::string>(png_of_bits(image, colour_link_bits));
         auto depth = std::make_shared<const std::string>(png_of_bits(

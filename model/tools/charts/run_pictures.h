@@ -13,10 +13,10 @@
 
 namespace metabuffer::charts {
 
-/// PNG files for a page, each different one once.
+/// PNG files for a page. A file that is added again is kept once.
 class PagePictures {
   public:
-    /// A number for the page's script.
+    /// Returns the file's number, by which the page's script finds it.
     std::size_t add(std::shared_ptr<const std::string> png);
     const std::vector<std::shared_ptr<const std::string>>& files() const { return files_; }
 
@@ -25,8 +25,8 @@ class PagePictures {
     std::map<const std::string*, std::size_t> numbers_;
 };
 
-/// The pictures that displays show in a run, for a page. Where all of them would take more bytes than it may, every
-/// second frame is kept, then every fourth, and so on; the first one always.
+/// The pictures that displays show in a run, for a page. If all of them would take more than `most_bytes`, only every
+/// second frame is kept, then every fourth, and so on. The first frame is always kept.
 class ShownPictures {
   public:
     ShownPictures(const Scenario& scenario, std::size_t most_bytes)
@@ -37,7 +37,7 @@ class ShownPictures {
 
     int stride() const { return stride_; }
     std::size_t bytes() const { return bytes_; }
-    /// The frames that are kept, and for each display the number of its picture.
+    /// The kept frames, with the number of each display's picture.
     Json json(PagePictures& pictures) const;
     bool has(int frame) const { return frames_.count(frame) > 0; }
 
@@ -53,8 +53,8 @@ class ShownPictures {
     std::map<int, std::vector<Png>> frames_;
 };
 
-/// What renderers contributed to the frames that a page shows: images as two pictures, the colour half and the depth half
-/// as they were on the link, and tables.
+/// What renderers contributed to the frames that a page shows: tables, and images. An image is two pictures, the colour
+/// half and the depth half as they were on the link.
 class Contributions {
   public:
     /// The scenario must outlive it.
@@ -63,7 +63,7 @@ class Contributions {
 
     /// Throws OutputError.
     Json frame_json(const std::vector<int>& pairs, PagePictures& pictures);
-    /// Every image and every table that frames name.
+    /// Every image and every table that the frames refer to.
     Json images_json() const { return images_; }
     Json tables_json() const { return tables_; }
     std::size_t images_left_out() const { return images_left_out_; }
@@ -79,7 +79,8 @@ class Contributions {
     Json tables_ = Json::array();
     std::map<const PixelImage*, std::size_t> image_numbers_;
     std::map<std::string, std::size_t> table_numbers_;
-    std::vector<std::shared_ptr<const PixelImage>> copies_;  ///< so that an address stands for one image
+    std::vector<std::shared_ptr<const PixelImage>>
+        copies_;  ///< kept so that no two images have the same address
     std::size_t images_left_out_ = 0;
 };
 

@@ -12,7 +12,7 @@ namespace {
 
 std::string packed(const NumberLog& log) { return base64(deflated(log.bytes())); }
 
-/// Takes one of what is left, if there is one.
+/// Takes one from `left`. False if none is left.
 bool take_one(std::size_t& left) {
     if (left == 0) return false;
     --left;
@@ -66,7 +66,7 @@ void LevelBins::widen(std::int64_t cycle) {
     }
 }
 
-/// Between two points what is held changes evenly.
+/// Between two points the level changes linearly.
 void LevelBins::add(std::int64_t cycle, int level) {
     const std::int64_t from = std::min(last_cycle_, cycle);
     widen(cycle);
@@ -91,7 +91,7 @@ void LevelBins::add(std::int64_t cycle, int level) {
     last_level_ = level;
 }
 
-// ---- what is told ----
+// ---- events of the run ----
 
 RunRecord::RunRecord(const Scenario& scenario, const RecordLimits& limits)
     : displays_(static_cast<std::size_t>(scenario.displays.count())), room_(limits) {
@@ -103,7 +103,7 @@ RunRecord::RunRecord(const Scenario& scenario, const RecordLimits& limits)
     stalls_.resize(displays_);
 }
 
-/// Where the rest of the span is to be written; null if it is left out.
+/// Returns the log to which the caller adds the rest of the span; null if the span is left out.
 NumberLog* RunRecord::note(int renderer, BusUse use, CycleSpan span) {
     if (span.cycles() <= 0) return nullptr;
     BusTrack& track = buses_[static_cast<std::size_t>(renderer - 1)];
@@ -218,7 +218,7 @@ void RunRecord::starved(int renderer, int display, const StarvedRun& run) {
 Json RunRecord::json() const {
     Json json;
     json["bus_uses"] = bus_uses_json();
-    // Bins are drawn where single spans and points are left out.
+    // The page draws bins where single spans and points are left out.
     json["buses"] = Json::array();
     for (const BusTrack& track : buses_) {
         Json bus = {{"count", track.count}, {"spans", packed(track.spans)}, {"left_out", track.left_out}};
@@ -248,7 +248,7 @@ Json RunRecord::json() const {
         }
         json["levels"].push_back(std::move(level));
     }
-    // All of them are read when the page opens, so they are one text.
+    // The page reads all of them when it opens, so they are one text.
     Json counts = Json::array();
     std::string runs;
     std::int64_t runs_left_out = 0;

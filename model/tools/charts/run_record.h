@@ -16,8 +16,8 @@
 
 namespace metabuffer::charts {
 
-/// How much of a run a page shows in detail. What goes beyond is drawn from sums over bins of clocks, or is left out and
-/// counted.
+/// How much of a run a page shows in detail. What exceeds a limit is drawn from sums over bins of clocks, or it is left
+/// out and counted.
 struct RecordLimits {
     std::size_t bus_spans = 2'000'000;     ///< of all buses
     std::size_t level_points = 2'000'000;  ///< of all composers' buffers
@@ -30,7 +30,7 @@ struct RecordLimits {
 enum class BusUse : std::uint8_t { kBusy, kTable, kPageMiss, kRefresh, kWrite, kGrant, kPoll, kLost };
 struct BusUseTraits {
     BusUse value;
-    std::int64_t BusCounters::*counter;  ///< by its name the page's script knows the use
+    std::int64_t BusCounters::*counter;  ///< the page's script identifies the use by its name
 };
 constexpr std::array kBusUseTable{
     BusUseTraits{BusUse::kBusy, &BusCounters::busy_cycles},
@@ -45,7 +45,8 @@ constexpr std::array kBusUseTable{
 static_assert(is_in_order(kBusUseTable));
 constexpr std::size_t kBusUses = kBusUseTable.size();
 
-/// Sums over stretches of clocks that are all as wide, and become twice as wide whenever there would be too many.
+/// Clocks of each use, summed over bins of equally many clocks. Whenever there would be more than kMost bins, all bins
+/// become twice as wide.
 class ClockBins {
   public:
     static constexpr std::size_t kMost = 2048;
@@ -59,7 +60,7 @@ class ClockBins {
     std::vector<std::array<std::int64_t, kBusUses>> bins_;
 };
 
-/// The least and the most that a buffer holds in such stretches of clocks.
+/// The least and the most pixels that a buffer holds in each of such bins.
 class LevelBins {
   public:
     void add(std::int64_t cycle, int level);
@@ -75,7 +76,7 @@ class LevelBins {
     std::vector<std::pair<int, int>> bins_;
 };
 
-/// Listens to a run of level tlm for a page. Memory is bounded by the limits, whatever the run's length.
+/// Records a run of level tlm for a page. The limits bound its memory, but for one span per frame and display.
 class RunRecord final : public tlm::ScheduleObserver {
   public:
     explicit RunRecord(const Scenario& scenario, const RecordLimits& limits = {});
@@ -96,15 +97,15 @@ class RunRecord final : public tlm::ScheduleObserver {
     void link_frame(int renderer, const tlm::LinkFrameSeen& frame) override;
     void starved(int renderer, int display, const StarvedRun& run) override;
 
-    /// What the page's script reads; long lists are bytes, deflated, as base64.
+    /// The record as the page's script reads it. Long lists are bytes, deflated, as base64.
     Json json() const;
 
   private:
     struct BusTrack {
         NumberLog spans;
         std::size_t count = 0;
-        std::int64_t end = 0;    ///< behind the last span told
-        std::int64_t known = 0;  ///< spans are told up to here
+        std::int64_t end = 0;    ///< the clock after the last span in `spans`
+        std::int64_t known = 0;  ///< no span before this clock is left out
         std::int64_t left_out = 0;
         ClockBins bins;
     };
@@ -113,7 +114,7 @@ class RunRecord final : public tlm::ScheduleObserver {
         std::size_t count = 0;
         std::int64_t cycle = 0;
         int level = 0;
-        std::int64_t known = 0;  ///< points are told up to here
+        std::int64_t known = 0;  ///< no point up to this clock is left out
         std::int64_t left_out = 0;
         LevelBins bins;
     };
@@ -140,10 +141,10 @@ class RunRecord final : public tlm::ScheduleObserver {
     }
 
     std::size_t displays_;
-    RecordLimits room_;  ///< what is left of it
+    RecordLimits room_;  ///< what is left of the limits
     std::vector<BusTrack> buses_;
     std::vector<LevelTrack> levels_;  ///< by renderer, then by display
-    std::vector<RunTrack> starved_;   ///< likewise
+    std::vector<RunTrack> starved_;   ///< by renderer, then by display
     std::vector<StallTrack> stalls_;  ///< by display
     std::vector<LinkTrack> links_;
     std::vector<std::vector<CycleSpan>> composited_;  ///< by frame, then by display

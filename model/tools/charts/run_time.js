@@ -7,7 +7,7 @@ const metabufferTime = (() => {
     const clip = (value, least, most) => Math.min(most, Math.max(least, value));
 
     class TimeLine {
-        /// on.clock(clock): a clock has been chosen; on.glitch(glitch): a starved run of pixels has.
+        /// on.clock(clock): the user chose a clock. on.glitch(glitch): the user chose a run of starved pixels.
         constructor(canvas, on) {
             this.canvas = canvas;
             this.on = on;
@@ -163,7 +163,7 @@ const metabufferTime = (() => {
             context.fillText("core clock", 2, 9);
         }
 
-        /// A span with the first of its names that there is room for.
+        /// Draws a span with the first of `texts` that fits into it.
         span(first, end, top, height, colour, texts, light) {
             const left = this.xOf(first), right = this.xOf(end), context = this.context;
             if (right < labelWidth || left > this.width) return;
@@ -215,7 +215,7 @@ const metabufferTime = (() => {
                 }
                 return;
             }
-            // A column for each pixel: what share of its clocks the bus did what.
+            // One column for each pixel of the screen: the shares of its clocks, by use of the bus.
             let [before, used] = [this.before, this.used];
             track.before(this.from, before);
             const context = this.context, step = 1 / this.ratio;
@@ -252,7 +252,7 @@ const metabufferTime = (() => {
                 for (const [start, length] of run.stalls[display].get(frame) || []) {
                     if (start + length < this.from || start > this.to) continue;
                     const right = this.xOf(start + length);
-                    if (right < drawn + 0.4) continue;      // too thin to be seen beside the one before
+                    if (right < drawn + 0.4) continue;      // too thin to be visible next to the one before
                     drawn = right;
                     this.span(start, start + length, top, height, "#c0392b", ["stall"]);
                 }
@@ -267,7 +267,7 @@ const metabufferTime = (() => {
                 this.context.fillRect(left, top, Math.max(1, right - left), height / 2);
             }
         }
-        /// Runs are in the order of their first clocks and no longer than a raster row.
+        /// The first glitch that can reach a clock: glitches are sorted by first clock and at most a raster row long.
         firstGlitch(glitches, clock) {
             let low = 0, high = glitches.length;
             while (low < high) {
@@ -276,7 +276,7 @@ const metabufferTime = (() => {
             }
             return low;
         }
-        /// The starved run of a display next to a clock, within some pixels of the screen.
+        /// The starved run of a display nearest to a clock, at most 4 pixels of the screen away, or null.
         glitchNear(display, clock) {
             const glitches = run.glitchesOf(display), reach = 4 * this.clocksPerPixel;
             let best = null, distance = reach;
@@ -362,7 +362,7 @@ const metabufferTime = (() => {
                 (counters.starved_pixels ? `; ${counters.starved_pixels.toLocaleString("en")} pixels starved` : "");
         }
 
-        // ------------------------------------------------------------------------------------------------------- hands
+        // ------------------------------------------------------------------------------------------------------- input
 
         rowAt(y) {
             const inside = y - axisHeight + this.scroll;

@@ -1,4 +1,4 @@
-// The displays as they hang, frame by frame, down to single raster pixels.
+// Draws the displays as they hang on the wall, frame by frame, down to single raster pixels.
 const metabufferWall = (() => {
     "use strict";
     const {sizeCanvas} = metabufferElements;
@@ -10,7 +10,7 @@ const metabufferWall = (() => {
     const placeOf = display => [display % machine.columns * (machine.width + gap),
                                 Math.floor(display / machine.columns) * (machine.height + gap)];
 
-    /// A colour for each renderer, as far apart as many can be.
+    /// A colour for each renderer. The colours differ as much as so many can.
     function rendererColour(renderer) {
         const named = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#f0e442"];
         return renderer < named.length ? named[renderer] : `hsl(${Math.round(renderer * 137.508) % 360} 62% ${42 + renderer * 7 % 30}%)`;
@@ -29,7 +29,7 @@ const metabufferWall = (() => {
         };
     })();
 
-    /// A map of shown pixels as a picture: `colourOf` gives 0xBBGGRR, or null for a pixel to be seen through.
+    /// A map of shown pixels as a picture: `colourOf` gives 0xBBGGRR, or null for a transparent pixel.
     function painted(map, colourOf, alpha = 255) {
         const canvas = document.createElement("canvas");
         canvas.width = machine.width;
@@ -48,7 +48,8 @@ const metabufferWall = (() => {
     }
 
     class Wall {
-        /// on.pixel(place, pinned): the mouse or a key is on a raster pixel {display, x, y}, or null.
+        /// on.pixel(place, pinned): a click or a key chose a raster pixel {display, x, y}, or null. on.hover(place):
+        /// the mouse is over it. on.open(place): Enter opens it.
         constructor(canvas, on) {
             this.canvas = canvas;
             this.on = on;
@@ -57,7 +58,7 @@ const metabufferWall = (() => {
             this.marks = {starved: true, wrong: true};
             this.layers = null;
             this.place = null;      // {display, x, y}, in raster pixels
-            this.beams = [];        // {display, x, y}: what is composited at the clock looked at
+            this.beams = [];        // {display, x, y}: what is composited at the chosen clock
             this.zoom = 0;          // 0: all of it
             this.left = this.top = 0;
             this.generation = 0;
@@ -86,11 +87,11 @@ const metabufferWall = (() => {
             for (let display = 0; display < run.displays; ++display) {
                 const bitmap = await bitmaps[display], glitches = await run.starvedMap(entry, display);
                 layers.push({bitmap, glitches});
-                await new Promise(next => setTimeout(next));    // so that hands are attended to in between
+                await new Promise(next => setTimeout(next));    // lets the browser handle input in between
                 if (generation !== this.generation) return;
             }
             const hasImages = entry.contributions ? await run.loadImages(entry) : false;
-            if (generation !== this.generation) return;     // the reader has gone on
+            if (generation !== this.generation) return;     // the user has chosen another frame or view
             this.layers = layers.map(({bitmap, glitches}, display) => ({
                 bitmap,
                 winners: view === "winner" && hasImages
@@ -169,7 +170,8 @@ const metabufferWall = (() => {
             return {display: row * machine.columns + column, x: Math.floor(inX * machine.supersample),
                     y: Math.floor(inY * machine.supersample)};
         }
-        /// Where zooming keeps its place without a mouse: at the chosen pixel, else in the middle.
+        /// The point that stays in place when zooming without a mouse: the chosen pixel if it is visible, else the
+        /// middle.
         focus() {
             const {width, height, scale, origin: [left, top]} = this;
             if (!this.place) return [width / 2, height / 2];
@@ -190,7 +192,7 @@ const metabufferWall = (() => {
             }
             this.draw();
         }
-        /// Moves the view so that the place can be seen.
+        /// Moves the view so that the chosen pixel is visible.
         reveal() {
             if (!this.place || !this.zoom) return;
             const [column, row] = placeOf(this.place.display), margin = 24 / this.zoom;

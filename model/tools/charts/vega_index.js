@@ -1,4 +1,5 @@
-// What vega's own index does, but for the components that no chart here needs: maps, forces, word clouds, trees.
+// Does what Vega's own index does, except for the components that no chart here needs: maps, forces, word clouds,
+// trees.
 const vega = (() => {
     const transforms = vegaRequire("vega-dataflow").transforms;
     for (const name of ["vega-transforms", "vega-view-transforms", "vega-encode"])

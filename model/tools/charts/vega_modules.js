@@ -1,5 +1,5 @@
 /*
-This page contains Vega, which its licence wants to be said with it:
+This page contains Vega. Vega's licence requires this notice:
 
 Copyright (c) 2015-2021, University of Washington Interactive Data Lab. All rights reserved.
 
@@ -21,9 +21,10 @@ TORT (INCLUDING NEGLIGENCE OR OTHERWISE) ARISING IN ANY WAY OUT OF THE USE OF TH
 POSSIBILITY OF SUCH DAMAGE.
 
 Its expression parser is based on Esprima (Copyright 2011-2013 Ariya Hidayat and others), under conditions 1 and 2 above and
-the same disclaimer. Vega contains parts of D3 (Copyright 2010-2021 Mike Bostock, ISC licence: permission to use, copy, modify, and/or distribute
-this software for any purpose with or without fee is hereby granted, provided that the above copyright notice and this
-permission notice appear in all copies; the software is provided "as is" and the author disclaims all warranties).
+the same disclaimer. Vega contains parts of D3 (Copyright 2010-2021 Mike Bostock, ISC licence: permission to use, copy,
+modify, and/or distribute this software for any purpose with or without fee is hereby granted, provided that the above
+copyright notice and this permission notice appear in all copies; the software is provided "as is" and the author
+disclaims all warranties).
 */
 // Debian's Vega comes as components that require() one another. Each is wrapped as a function of this list when the
 // program is built, so that the whole is one script for browsers and for node.

@@ -8,7 +8,7 @@
 namespace metabuffer {
 
 /// `metabuffer analyze`: what each renderer's table asks of its bus, what the bus can carry, and how much buffer is
-/// enough for nothing to starve. Arithmetic: nothing is simulated.
+/// enough so that no pixel starves. It calculates these and simulates nothing.
 class AnalyzeCommand final : public Command {
   public:
     explicit AnalyzeCommand(CLI::App& program);

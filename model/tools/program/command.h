@@ -20,7 +20,7 @@ class Command {
     std::string name() const;
     /// Whether the command line names this command.
     bool chosen() const;
-    /// Throws InputError and OutputError. Call it before this process elaborates anything.
+    /// Throws InputError and OutputError. Call it before SystemC elaborates anything in this process.
     virtual ExitStatus execute() = 0;
 
   protected:

@@ -41,7 +41,7 @@ constexpr const char* kCompareFooter =
     "Exit status: 0 identical, also if the watchdog ended the run at both levels; 1 a level failed; 2 bad\n"
     "input; 5 the levels differ.";
 
-/// Pictures of both levels, each compared with its counterpart as soon as both are there.
+/// Pictures of both levels, each compared with its counterpart as soon as both have arrived.
 class PictureComparison {
   public:
     void take(TimedLevel level, LevelProcess::Picture picture) {
@@ -61,7 +61,7 @@ class PictureComparison {
         others.pictures.erase(counterpart);
     }
 
-    /// Behind the last picture: those that have no counterpart.
+    /// Call it after the last picture: it compares those that have no counterpart.
     void finish() {
         for (const auto& [place, image] : rtl_.pictures) compare(place, &image, nullptr);
         for (const auto& [place, image] : tlm_.pictures) compare(place, nullptr, &image);
@@ -105,17 +105,17 @@ void show_progress(const ProgressLine& line, const LevelProcess& rtl, const Leve
                           100.0 * tlm.progress()));
 }
 
-/// Lets both runs come to their ends and takes their pictures as they come.
+/// Follows both runs to their ends and compares their pictures as they arrive.
 void receive_all(LevelProcess& rtl, LevelProcess& tlm, PictureComparison& pictures,
                  const ProgressLine& progress) {
     while (!rtl.ended() || !tlm.ended()) {
-        // One that is far ahead waits for the other, unless that one waits as well: they may show quite
-        // different frames.
+        // A level that is far ahead waits for the other, unless that one is far ahead as well: they may show
+        // quite different frames.
         const bool rtl_waits = pictures.is_far_ahead(TimedLevel::kRtl) && !tlm.ended() &&
                                !pictures.is_far_ahead(TimedLevel::kTlm);
         const bool tlm_waits = pictures.is_far_ahead(TimedLevel::kTlm) && !rtl.ended() &&
                                !pictures.is_far_ahead(TimedLevel::kRtl);
-        // A negative descriptor is one that poll() passes over.
+        // poll() ignores a negative descriptor.
         std::array<pollfd, 2> polled{
             {{rtl_waits ? -1 : rtl.descriptor(), POLLIN, 0}, {tlm_waits ? -1 : tlm.descriptor(), POLLIN, 0}}};
         if (poll(polled.data(), polled.size(), -1) < 0 && errno != EINTR) {
@@ -133,7 +133,7 @@ void receive_all(LevelProcess& rtl, LevelProcess& tlm, PictureComparison& pictur
     pictures.finish();
 }
 
-/// Which levels failed, and how; one of them has.
+/// Which levels failed, and how. At least one must have failed.
 std::string failures_text(const LevelProcess& rtl, const LevelProcess& tlm) {
     const auto& at_rtl = rtl.failure();
     const auto& at_tlm = tlm.failure();
@@ -147,7 +147,7 @@ std::string failures_text(const LevelProcess& rtl, const LevelProcess& tlm) {
     return text;
 }
 
-/// What of the two runs was compared.
+/// How much of the two runs was compared.
 std::string extent(const Scenario& scenario, std::int64_t core_cycles, const ReportComparison& reports,
                    const PictureComparison& pictures, bool no_images) {
     const auto displays = static_cast<std::size_t>(scenario.displays.count());
@@ -178,7 +178,7 @@ CompareCommand::CompareCommand(CLI::App& program)
 
 ExitStatus CompareCommand::execute() {
     const Scenario scenario = scenario_.load();
-    // Before level rtl runs, which takes longer.
+    // Checked before level rtl runs, which takes longer.
     refuse_faults_of_level_rtl(scenario, to_string(TimedLevel::kTlm));
     PictureComparison pictures;
     // Both processes find the images in memory.

@@ -49,7 +49,8 @@ void show(const ProgressLine& line, const Progress& progress) {
                           seconds_to_go ? duration(*seconds_to_go) : std::string("?")));
 }
 
-/// A watchdog's reason names every block that waits: the results have all of it.
+/// A reason that is short enough to print. A watchdog's reason names every block that waits; the results have all of
+/// it.
 std::string shortened(const std::string& reason) {
     constexpr std::size_t kMostCharacters = 240;
     return reason.size() <= kMostCharacters ? reason : reason.substr(0, kMostCharacters) + "...";
@@ -77,13 +78,13 @@ std::string bottleneck(const PointRecord& point) {
     return figure_text(point, "bottleneck") + fmt::format(" {:.0f} %", kPercent * *part);
 }
 
-/// What the last column says: what does not agree, why there is none, or what was looked at.
+/// The last column: why there is no smallest value, which values are not monotonic, or which range alone was searched.
 std::string remark(const PointRecord& point) {
     if (!point.smallest) return point.reason;
     return point.note.empty() ? point.bounds : point.note;
 }
 
-/// How many points wait for what.
+/// How many points have which bottleneck.
 void print_bottlenecks(const Exploration& exploration) {
     const std::map<std::string, std::size_t>& counts = exploration.outcomes.bottlenecks();
     std::vector<std::string> parts;
@@ -123,7 +124,7 @@ void add_options(CLI::App& command, ProcessOptions& options) {
 
 namespace {
 
-/// Runs the plan into results that are open, or none.
+/// Runs the plan. `results`: the open file that keeps the results, or null.
 Exploration run_into(const exploration::Explorer& explorer, exploration::ResultsDatabase* results,
                      const ProcessOptions& processes, bool quiet, const StopSignals& signals,
                      exploration::ExploreOptions options) {
@@ -176,7 +177,7 @@ Exploration run_exploration(const exploration::SweepPlan& plan,
 
 Exploration run_shard(const exploration::SweepPlan& plan, const std::filesystem::path& folder,
                       std::chrono::seconds interval, const ProcessOptions& processes, bool quiet) {
-    // Until the last results have been handed in: a second signal must not end that.
+    // Lives until the last results have been handed in: a second signal must not interrupt that.
     const StopSignals signals;
     const exploration::Explorer explorer(plan, simulation_at(processes.level),
                                          always_needs_pixels(processes.level));
@@ -193,7 +194,7 @@ Exploration run_shard(const exploration::SweepPlan& plan, const std::filesystem:
         try {
             parts.hand_in_if_due(ended);
         } catch (const std::runtime_error& error) {
-            // A shared disk may be away for a while: the next time takes what this one did not.
+            // A shared disk may be unavailable for a while. The next attempt hands in what this one did not.
             if (!has_failed) std::cerr << "cannot hand in yet: " << text::message(error.what()) << std::endl;
             has_failed = true;
         }
@@ -232,7 +233,7 @@ std::string figure_text(const PointRecord& point, const std::string& figure, int
 
 void print_smallest(const exploration::SweepPlan& plan, const Exploration& exploration) {
     const std::size_t keys = plan.keys.size();
-    // Behind the settings: the value, the runs it took, and what is to be said.
+    // The settings, the value and its runs are aligned to the right, the bottleneck and the remark to the left.
     TextTable table({keys + 2, keys + 3});
     std::vector<std::string> heading = plan.keys;
     heading.insert(heading.end(), {"smallest " + plan.search->key, "runs", "bottleneck", ""});

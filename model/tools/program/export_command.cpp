@@ -104,13 +104,13 @@ void ExportCommand::write(const exploration::ResultsReader& reader,
 ExitStatus ExportCommand::execute() {
     const std::vector<std::filesystem::path> files = exploration::results_in(results_files_);
     refuse_to_replace(files, "-o", output_file_);
-    format();  // may be wrong, and is found out sooner than the file's opening would replace anything
+    format();  // throws for an unknown format before anything is written
     const exploration::ResultsReader reader(files);
     if (output_file_.empty()) {
         write(reader, [](std::string_view bytes) { std::cout << bytes; });
         return kExitDone;
     }
-    table_columns(reader, condition_, columns_, bookkeeping_);  // before the file is opened
+    table_columns(reader, condition_, columns_, bookkeeping_);  // throws before the file is opened
     OutputFile output(output_file_);
     write(reader, [&output](std::string_view bytes) { output.write(bytes); });
     output.put_in_place();

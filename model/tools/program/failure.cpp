@@ -24,20 +24,20 @@ constexpr const char* kRefused =
     "metabuffer: this computer refuses what a run needs: memory, a thread or a process; raise its limits";
 
 [[noreturn]] void end_with(const char* line, std::size_t length, ExitStatus status) {
-    // What cannot be written cannot be reported either.
+    // If this cannot be written, there is no other way to report it.
     static_cast<void>(!::write(STDERR_FILENO, line, length));
     static_cast<void>(!::write(STDERR_FILENO, "\n", 1));
     _exit(status);
 }
 
-/// Nobody handles an exception, and there may be no memory to say so.
+/// Ends the program for an exception that nothing handles. There may be no memory left to report it.
 [[noreturn]] void end_on_uncaught_exception() {
     try {
         Failure failure{kExitModelError, "the program is at fault: it ended itself"};
         if (std::current_exception() != nullptr) {
             failure = current_failure();
         } else if (std::uncaught_exceptions() > 0) {
-            // A library that cannot have all of its threads ends so: it forgets those that it has.
+            // A library ends like this if it cannot start all of its threads: it does not join those that it started.
             failure = {kExitBadInput, kRefused};
         }
         end_with(failure.message.data(), failure.message.size(), failure.status);
@@ -65,7 +65,7 @@ Failure current_failure() {
         return {kExitBadInput, text::message("metabuffer: this computer refuses what a run needs: " +
                                              error.code().message())};
     } catch (const sc_core::sc_report& report) {
-        // What a process throws comes as a report, its text alone is left of it.
+        // SystemC turns what a process throws into a report, which keeps only the exception's text.
         const bool thrown =
             std::strcmp(report.get_msg_type(), sc_core::SC_ID_SIMULATION_UNCAUGHT_EXCEPTION_) == 0;
         if (thrown && std::strcmp(report.get_msg(), std::bad_alloc().what()) == 0) {

@@ -6,17 +6,17 @@
 
 namespace metabuffer {
 
-/// How a command failed: what to tell the caller and, in one line that is not too long, the user.
+/// How a command failed: the exit status for the caller and, in one line of limited length, the message for the user.
 struct Failure {
     ExitStatus status = kExitModelError;
     std::string message;
 };
 
-/// The failure that the exception being handled stands for; call it in a catch (...) only.
+/// The failure for the exception that is being handled. Call it only in a catch (...).
 Failure current_failure();
 
-/// Makes an exception that nobody catches, thrown by a destructor, a thread or as a library is loaded, end the program
-/// as it would end a command: with its line and its status.
+/// Makes an uncaught exception end the program as it would end a command: with its line and its status. A destructor, a
+/// thread, or the loading of a library may throw one.
 void report_uncaught_exceptions();
 
 }  // namespace metabuffer

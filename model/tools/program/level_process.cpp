@@ -9,7 +9,7 @@
 
 namespace metabuffer {
 
-/// What stands before each message's bytes. Both ends are the same program, so the layout is its compiler's.
+/// The header of each message. Both ends are the same program, so they agree on its layout.
 struct LevelMessage {
     enum class Kind : std::uint8_t { kPicture, kProgress, kReport, kFailure };
     Kind kind = Kind::kPicture;
@@ -20,7 +20,7 @@ struct LevelMessage {
     std::int32_t status = 0;  ///< of a failure: its ExitStatus; of a report: whether the watchdog tripped
     double number = 0.0;      ///< of progress: the share; of a report: simulation seconds
     std::int64_t core_cycles = 0;  ///< of a report
-    std::uint64_t bytes = 0;       ///< of what follows
+    std::uint64_t bytes = 0;       ///< of the payload, which follows
 };
 
 namespace {
@@ -69,7 +69,7 @@ class Sender {
     ChildProcess::Sender pipe_;
 };
 
-/// Runs a level as its own options ask for; `run` is the level's.
+/// Runs a level with its own options; `run` is the level's function.
 template <typename Options, typename Run>
 void run_level(const Scenario& scenario, Options options, bool images, const Sender& sender, Run run) {
     if (images) {
@@ -84,7 +84,7 @@ void run_level(const Scenario& scenario, Options options, bool images, const Sen
     sender.send_report(result.report, result.simulation_seconds);
 }
 
-/// What the process of a run does.
+/// The work of a run's process.
 void run_and_send(TimedLevel level, const Scenario& scenario, bool images, const Sender& sender) {
     try {
         if (level == TimedLevel::kRtl) {

@@ -15,8 +15,8 @@ namespace metabuffer {
 
 struct LevelMessage;
 
-/// A run of one level in a process of its own, which hands its pictures and its report over, waits while nobody reads,
-/// and ends with this object. Construct it before this process elaborates anything.
+/// A run of one level in a process of its own. That process sends its pictures and its report, waits while they are not
+/// read, and ends with this object. Construct it before SystemC elaborates anything in this process.
 class LevelProcess {
   public:
     /// A frame (from 0) as it was shown on a display (from 1).
@@ -32,21 +32,20 @@ class LevelProcess {
         bool watchdog_tripped = false;
     };
 
-    /// Starts the run. Without `images` no picture comes. Throws InputError if this computer has no process for
-    /// it.
+    /// Starts the run. Without `images` it sends no pictures. Throws InputError if the process cannot be started.
     LevelProcess(TimedLevel level, const Scenario& scenario, bool images);
 
     TimedLevel level() const { return level_; }
-    /// Whether all has been received that will ever come.
+    /// Whether everything has been received.
     bool ended() const { return process_.ended(); }
-    /// To poll for reading until the process has ended.
+    /// Poll it for reading until the process has ended.
     int descriptor() const { return process_.descriptor(); }
-    /// Reads what is there, waiting if there is nothing, and returns the pictures that are complete.
+    /// Reads what has arrived, waits if nothing has, and returns the pictures that are complete.
     std::vector<Picture> receive();
 
-    /// Share of the run's raster pixels that have been composited, as last heard.
+    /// Share of the run's raster pixels that have been composited, as last reported.
     double progress() const { return progress_; }
-    /// Once it has ended: exactly one of the two is there.
+    /// Once it has ended, exactly one of the two has a value.
     const std::optional<Result>& result() const { return result_; }
     const std::optional<Failure>& failure() const { return failure_; }
 
@@ -57,7 +56,7 @@ class LevelProcess {
 
     TimedLevel level_;
     ChildProcess process_;
-    std::string received_;  ///< up to one message that is not complete
+    std::string received_;  ///< the beginning of a message that is not complete
     double progress_ = 0.0;
     std::optional<Result> result_;
     std::optional<Failure> failure_;

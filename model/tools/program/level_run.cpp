@@ -23,7 +23,7 @@
 namespace metabuffer {
 namespace {
 
-/// What made a waveform: program, scenario and every key that is a single value.
+/// Says what made a waveform: program, scenario and every key that has a single value.
 std::string waveform_header(const Scenario& scenario) {
     std::string header = "metabuffer " + build_version() + "\nscenario " + scenario.name + "\n";
     for (const auto& [key, value] : scenario_settings(scenario)) {
@@ -39,8 +39,8 @@ std::string clocks_text(const CycleSpan& range) {
     return std::to_string(range.first) + " to " + std::to_string(range.last);
 }
 
-/// Level tlm, which is faster, knows the clock of every event of level rtl. Not so if a fault or a block of somebody else's
-/// is in the machine, which level rtl alone has.
+/// Whether level tlm, which is faster, knows the clock of every event of level rtl. It does not if the machine has a
+/// replaced block, or a fault that only level rtl has.
 bool level_tlm_knows_clocks(const Scenario& scenario) {
     constexpr bool kReplacesBlocks = METABUFFER_REPLACES_BLOCKS != 0;
     return !kReplacesBlocks &&
@@ -116,7 +116,7 @@ void run_rtl(const Scenario& scenario, const LevelRequest& request, const RunFol
     }
 }
 
-/// What was found before a block's own error ended the run is kept, too.
+/// If a block's own error ends the run, `outcome` keeps what was found before.
 void run_checked_rtl(const Scenario& scenario, const LevelRequest& request, const RunFollower& follower,
                      LevelOutcome& outcome) {
     MachineCheck check(scenario);

@@ -25,12 +25,12 @@ struct EnumNames<RunLevel> {
         {{RunLevel::kTlm, "tlm"}, {RunLevel::kRtl, "rtl"}, {RunLevel::kFunctional, "functional"}});
 };
 
-/// What a run is asked for beside its scenario.
+/// The options of a run, besides its scenario.
 struct LevelRequest {
     struct Trace {
-        std::string file;  ///< the name says which kind
+        std::string file;  ///< its extension decides the kind of trace
         TraceWindow window;
-        bool names_window = false;        ///< or it is the usual one
+        bool names_window = false;        ///< false: the window is the default one
         std::vector<std::string> blocks;  ///< of a waveform; all if empty
     };
 
@@ -40,45 +40,47 @@ struct LevelRequest {
     std::optional<Trace> trace;
 };
 
-/// Whoever follows a run. Either may be empty.
+/// Called while a run goes on. Either may be empty.
 struct RunFollower {
-    /// Each frame (from 0) on each display (from 1) once it has been shown, if images are asked for.
+    /// For each frame (from 0) on each display (from 1) once it has been shown, if the request has images.
     std::function<void(int frame, int display, const ColourImage& picture)> on_picture;
-    /// Now and then: core clocks done, and the share of the run's raster pixels composited.
+    /// Now and then, with the core clocks done and the share of the run's raster pixels composited.
     std::function<void(std::int64_t core_cycles, double share)> on_progress;
 };
 
-/// What a run leaves, at any level.
+/// The outcome of a run, at any level.
 struct LevelOutcome {
     RunReport report;
     double simulation_seconds = 0.0;  ///< 0: the level has no time
-    std::string trace_line;           ///< what the trace shows, empty if there is none
-    std::string trace_note;  ///< why there is none although one was asked for, or what is wrong with it
-    std::string compared;    ///< what a check has compared, empty without one
-    std::string check_trace_options;  ///< what shows a check's first violation, empty if there is none
+    std::string trace_line;           ///< what the trace shows; empty if there is no trace
+    std::string trace_note;           ///< why a requested trace was not written, or what is wrong with it
+    std::string compared;             ///< what a check has compared; empty without a check
+    std::string check_trace_options;  ///< show the first violation in a waveform; empty if there is none
 };
 
-/// Throws InputError for a check, or for no images, at a level that does not have it.
+/// Throws InputError if the level cannot do what is requested: level functional has no check and always makes images,
+/// and the check of level tlm needs images.
 void check_request(const LevelRequest& request);
 
 /// Whether the run needs the pixels of images. Level tlm needs only their sizes if there are no pictures.
 bool needs_pixels(const LevelRequest& request);
 
-/// Runs a scenario at a level, the whole of `metabuffer run` but its files. SystemC elaborates once in a process, so this
-/// can be called once. An exception leaves in `outcome` what a check has found until then. Throws InputError, and lets the
-/// blocks' errors through.
+/// Runs a scenario at a level: all of `metabuffer run` except its pictures and report files. SystemC elaborates only
+/// once in a process, so call this only once. If it throws, `outcome` has what a check has found until then. Throws
+/// InputError; errors of the blocks pass through.
 void run_level(const Scenario& scenario, const LevelRequest& request, const RunFollower& follower,
                LevelOutcome& outcome);
 
-/// What a caller is to be told of a run: a status, and lines that say why it is not kExitDone.
+/// The exit status of a run, and lines that say why it is not kExitDone.
 struct Judgement {
     ExitStatus status = kExitDone;
     std::string text;
 };
-/// file: the scenario's, begins the lines. strict: whether something starved, stalled or was rejected counts.
+/// `file`: the scenario's file; its name begins the lines. `strict`: whether the result is kExitStrict if something
+/// starved, stalled or was rejected.
 Judgement judge(const LevelOutcome& outcome, const std::string& file, bool strict);
 
-/// What a check has found, in lines; empty if that is nothing.
+/// The violations that a check has found, in lines; empty if there are none.
 std::string violations_text(const LevelOutcome& outcome, const std::string& file);
 
 }  // namespace metabuffer

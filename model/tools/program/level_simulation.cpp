@@ -13,7 +13,7 @@ namespace {
 
 using exploration::Simulation;
 
-/// Runs a level as its own options ask for; `run` is the level's.
+/// Runs a level with its own options; `run` is the level's function.
 template <typename Options, typename Run>
 Simulation simulate(const Scenario& scenario, Options options, bool pictures, Run run) {
     Simulation simulation;

@@ -5,7 +5,7 @@
 
 namespace metabuffer {
 
-/// A run at this level as explorations want it. It throws std::runtime_error, one line, if the model is at fault.
+/// A run at this level, for explorations. It throws std::runtime_error, with one line, if the model is at fault.
 exploration::Simulate simulation_at(TimedLevel level);
 
 /// Whether the level needs the images' pixels in a run without pictures, too: they are on the links of level rtl.

@@ -8,7 +8,7 @@
 namespace metabuffer {
 namespace {
 
-/// Core clocks to look at before and behind a violation.
+/// Core clocks that a waveform shows before and after a violation.
 constexpr std::int64_t kClocksAround = 50;
 
 }  // namespace

@@ -30,7 +30,7 @@ class MachineCheck {
 
     /// Binds to a machine that has not started yet.
     void attach(rtl::Metabuffer& machine);
-    /// At the end of the run: compares the report's counters with what the wires have shown.
+    /// Call it at the end of the run. Compares the report's counters with what the wires have shown.
     void finish(const RunReport& report);
 
     const CheckRecord& record() const { return record_; }

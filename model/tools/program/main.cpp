@@ -40,15 +40,16 @@ std::vector<std::string> names_of(const Commands& commands) {
     return names;
 }
 
-/// What the standard output was given may still be on its way.
+/// Writes what standard output still buffers. Throws OutputError if this or an earlier write failed.
 void finish_standard_output() {
-    // The failure of an earlier flush is kept in the stream.
+    // The stream keeps the failure of an earlier flush.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout.flush()) {
         throw metabuffer::OutputError("metabuffer: standard output cannot be written");
     }
 }
 
-/// --help, --version, or a command line that cannot be understood: one line, and where help is.
+/// Answers --help and --version. For a command line that cannot be understood it throws InputError, with one line that
+/// refers to --help.
 metabuffer::ExitStatus report_usage(const CLI::App& program, const Commands& commands,
                                     const CLI::ParseError& error, int argc, char** argv) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
@@ -110,9 +111,9 @@ int sc_main(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     metabuffer::report_uncaught_exceptions();
-    // A file that may not grow is an error of its writer, told in a line.
+    // Without this, a file beyond the size limit would kill the program; so its writer reports an error in one line.
     std::signal(SIGXFSZ, SIG_IGN);
-    // The kernel's banner has no place in a program's output.
+    // The banner of SystemC does not belong in a program's output.
     setenv("SYSTEMC_DISABLE_COPYRIGHT_MESSAGE", "1", 0);
     return sc_core::sc_elab_and_sim(argc, argv);
 }

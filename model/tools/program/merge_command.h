@@ -7,7 +7,8 @@
 
 namespace metabuffer {
 
-/// `metabuffer merge`: puts the parts of a sweep that was cut into one file of results, and says what is missing.
+/// `metabuffer merge`: joins the parts of a sweep that was cut into shards, in one file of results, and says what is
+/// missing.
 class MergeCommand final : public Command {
   public:
     explicit MergeCommand(CLI::App& program);

@@ -8,15 +8,15 @@
 
 namespace metabuffer {
 
-/// For a command's add_option(...)->check(): a number within the range. CLI11's own takes nan for one, and writes out
-/// the range with all its digits.
+/// For a command's add_option(...)->check(): a number within the range. CLI11's own check accepts nan, and prints the
+/// range with all its digits.
 inline CLI::Validator number_within(const NumberRange& range) {
     return {[range](std::string& text) {
                 double value = 0.0;
                 if (!CLI::detail::lexical_cast(text, value)) {
                     return text::quoted(text) + " is no number; use " + text::range(range);
                 }
-                // Not the other way round, which would let nan pass.
+                // A test for numbers outside the range would let nan pass.
                 return range.contains(value)
                            ? std::string()
                            : text::quoted(text) + " is out of range; use " + text::range(range);

@@ -11,7 +11,8 @@ namespace metabuffer {
 std::vector<std::filesystem::path> inputs_of(const std::filesystem::path& scenario_file,
                                              const Scenario& scenario);
 
-/// Throws InputError if writing the output would replace one of the inputs, by whatever name. option: what names it.
+/// Throws InputError if writing the output would replace one of the inputs, even under another name. `option`: the
+/// option that names the output.
 void refuse_to_replace(const std::vector<std::filesystem::path>& inputs, const char* option,
                        const std::filesystem::path& output);
 

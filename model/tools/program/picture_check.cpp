@@ -8,7 +8,8 @@
 namespace metabuffer {
 namespace {
 
-/// Whether a pixel of a display's frame starved, or may have: of very many starved runs only the first are known.
+/// Whether a pixel of a display's frame starved, or may have starved: if there are very many starved runs, only the
+/// first are known.
 bool may_have_starved(const RunReport& report, int frame, int display) {
     return std::any_of(report.composers.begin(), report.composers.end(),
                        [=](const ComposerCounters& composer) {

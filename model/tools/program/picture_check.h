@@ -15,10 +15,10 @@
 
 namespace metabuffer {
 
-/// `metabuffer run --check` at a level without wires: the pictures that the displays show, against the functional
-/// level. Which pairs a frame was made of is known at the end only, so pictures that are not what a machine without
-/// time would show are kept until then, as many as fit into kKeptBytes; the others are not compared. One in which
-/// something starved cannot be compared either.
+/// `metabuffer run --check` at a level without wires: compares the pictures that the displays show with those of the
+/// functional level. Which pairs a frame was made of is known only at the end of the run. So pictures that differ from
+/// those of a machine without time are kept until then, as many as fit into kKeptBytes. The others are not compared. A
+/// picture in which something starved cannot be compared either.
 class PictureCheck {
   public:
     static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
@@ -27,7 +27,7 @@ class PictureCheck {
     explicit PictureCheck(const Scenario& scenario);
 
     void take(int frame, int display, const ColourImage& picture);
-    /// At the end of the run.
+    /// Call it at the end of the run.
     void finish(const RunReport& report);
 
     const CheckRecord& record() const { return record_; }

@@ -5,8 +5,8 @@
 
 namespace metabuffer {
 
-/// One line on a terminal that is overwritten as a run goes on, and gone when it ends. Elsewhere it shows
-/// nothing.
+/// One line on a terminal that is overwritten as a run goes on, and removed when it ends. If stderr is not a terminal,
+/// it shows nothing.
 class ProgressLine {
   public:
     explicit ProgressLine(bool wanted);

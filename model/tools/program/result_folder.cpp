@@ -26,7 +26,7 @@ constexpr const char* kCollage = "collage.png";
 constexpr const char* kAside = ".metabuffer-unfinished";
 constexpr const char* kLock = ".metabuffer-lock";
 
-/// The files in a folder whose names runs use. What is no file, somebody else has put there.
+/// The files in a folder that have names of results. A folder of such a name was not made by a run, and is left alone.
 std::vector<fs::path> results_in(const fs::path& folder) {
     std::vector<fs::path> files;
     std::error_code error;
@@ -44,7 +44,8 @@ std::size_t pixels_of_display(const DisplayConfig& displays) {
     return static_cast<std::size_t>(displays.width_pixels) * static_cast<std::size_t>(displays.height_pixels);
 }
 
-/// A process takes as long to start as a small picture takes to encode.
+/// How many processes encode pictures: few for few pixels, since starting a process takes as long as encoding a small
+/// picture.
 std::size_t process_count(const Scenario& scenario, const PictureChoice& choice) {
     if (choice.none) return 0;
     constexpr std::size_t kWorthAProcessPixels = 200'000;
@@ -53,7 +54,7 @@ std::size_t process_count(const Scenario& scenario, const PictureChoice& choice)
                                static_cast<std::size_t>(scenario.displays.count()) *
                                pixels_of_display(scenario.displays);
     const std::size_t processes = std::min(helper_process_count(), pixels / kWorthAProcessPixels);
-    // Or each process would load it again.
+    // Loaded before the processes start, since otherwise each of them would load it again.
     if (processes > 0) static_cast<void>(image_codec());
     return processes;
 }
@@ -85,7 +86,7 @@ ResultFolder::ResultFolder(fs::path path, const std::vector<fs::path>& inputs)
 
 void ResultFolder::make() {
     std::error_code error;
-    // A link that leads nowhere is there all the same, and somebody's.
+    // A link that leads nowhere exists as well, and this object did not make it.
     for (fs::path part = path_;
          !part.empty() && fs::symlink_status(part, error).type() == fs::file_type::not_found;
          part = part.parent_path()) {
@@ -103,7 +104,7 @@ void ResultFolder::make() {
     if (error) fail_to_write(aside_, error.message());
 }
 
-/// Of a run that was killed.
+/// Removes what a run left that was killed.
 void ResultFolder::clear_leftovers() const {
     std::error_code error;
     if (!fs::is_directory(fs::symlink_status(aside_, error))) return;
@@ -123,7 +124,7 @@ void ResultFolder::write(const std::string& name, std::string_view bytes) {
 }
 
 void ResultFolder::put_in_place() {
-    // The report goes first and comes last: with a report beside them, pictures are all of one run.
+    // The report is removed first and put in place last: if there is a report, all pictures are of the same run.
     std::error_code error;
     fs::remove(path_ / kReportFile, error);
     if (error) fail_to_write(path_ / kReportFile, error.message());
@@ -159,7 +160,7 @@ void PictureSink::take(int frame, int display, const ColourImage& image) {
 }
 
 void PictureSink::finish() {
-    // Of a run that ended before a frame was shown there is none.
+    // If the run ended before every display showed a frame, there are no pictures of the last frame.
     const bool all_shown = std::none_of(newest_.begin(), newest_.end(),
                                         [](const ColourImage& picture) { return picture.values.empty(); });
     for (std::size_t d = 0; all_shown && d < newest_.size(); ++d) {

@@ -14,9 +14,9 @@
 
 namespace metabuffer {
 
-/// The folder of the results of a run. It is whole at any time: what the run writes is kept aside in it, and put_in_place()
-/// replaces all results of an earlier run by it. A run that fails leaves the earlier results, and of a folder that had to
-/// be made for it nothing.
+/// The folder of a run's results. What the run writes is kept aside in the folder, until put_in_place() replaces all
+/// results of an earlier run with it. A run that fails leaves the earlier results as they are, and removes the folders
+/// that were made for it.
 class ResultFolder {
   public:
     /// Throws InputError if it cannot be made, another process writes to it, or its results would replace an input.
@@ -29,7 +29,7 @@ class ResultFolder {
 
     /// Keeps a file aside; an earlier one of the same name is replaced. Throws OutputError.
     void write(const std::string& name, std::string_view bytes);
-    /// Once, after the last file: results of an earlier run go, those that were kept aside take their place. Throws
+    /// Call it once, after the last file. Replaces the results of an earlier run with those kept aside. Throws
     /// OutputError.
     void put_in_place();
 
@@ -43,21 +43,22 @@ class ResultFolder {
     std::unique_ptr<WriterLock> lock_;
 };
 
-/// The names of the files of results beside the pictures.
+/// The names of the files of results besides the pictures.
 constexpr const char* kReportFile = "report.json";
 constexpr const char* kEffectiveScenarioFile = "effective_scenario.yaml";
 
-/// Whether a file of that name in a folder of results is one that runs write, and may replace or remove.
+/// Whether runs write files of that name to a folder of results, and so may replace or remove them.
 bool is_result_name(const std::string& name);
 
-/// Writes the chosen frames' pictures as they come and keeps the newest for the collage, so that memory does not grow with
-/// the number of frames. Construct it before the machine, since its processes copy what this one has. Throws OutputError.
+/// Writes the chosen frames' pictures as they arrive and keeps the newest for the collage, so that memory does not grow
+/// with the number of frames. Construct it before the machine, since its processes copy the memory of this one. Throws
+/// OutputError.
 class PictureSink {
   public:
     PictureSink(ResultFolder& folder, const Scenario& scenario, const PictureChoice& choice);
 
     void take(int frame, int display, const ColourImage& image);
-    /// After the last picture.
+    /// Call it after the last picture.
     void finish();
 
   private:

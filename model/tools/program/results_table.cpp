@@ -9,7 +9,7 @@ namespace metabuffer {
 
 TableColumns table_columns(const exploration::ResultsReader& reader, const std::string& where,
                            const std::string& columns, bool bookkeeping) {
-    // Checked here for the sake of the option's name in the message.
+    // Checked here so that the message names the option.
     if (!where.empty()) exploration::sql_expression(where, reader.columns(), "--where");
     TableColumns table;
     if (columns.empty()) {

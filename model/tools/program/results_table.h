@@ -7,19 +7,19 @@
 
 namespace metabuffer {
 
-/// The columns of a table of results: what they are called, and the expressions that they hold.
+/// The columns of a table of results: their names and their expressions.
 struct TableColumns {
     std::vector<std::string> names;
     std::vector<std::string> expressions;
 };
 
-/// What `metabuffer export` makes of results. where: an expression, empty for all points; columns: expressions with
-/// commas in between, empty for all columns, without those that depend on when and where a point ran unless
-/// `bookkeeping` wants them. Throws InputError, which begins with the option's name.
+/// The columns that `metabuffer export` writes. `where`: an expression, empty for all points. `columns`: expressions
+/// with commas in between, or empty for all columns. Among these are those that depend on when and where a point ran
+/// only if `bookkeeping` is true. Throws InputError, which begins with the option's name.
 TableColumns table_columns(const exploration::ResultsReader& reader, const std::string& where,
                            const std::string& columns, bool bookkeeping);
 
-/// The table itself, bookkeeping included.
+/// The table itself, with all columns if `columns` is empty.
 exploration::ResultsReader::Table results_table(const exploration::ResultsReader& reader,
                                                 const std::string& where, const std::string& columns);
 

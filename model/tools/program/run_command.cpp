@@ -90,14 +90,14 @@ void RunCommand::add_trace_options() {
                         "Of a waveform, only these blocks: comma-separated shell patterns such as "
                         "'composer_1_*,swap_lock'")
             ->delimiter(',')
-            ->allow_extra_args(false);  // what follows may be the scenario
+            ->allow_extra_args(false);  // the next word may be the scenario
     for (CLI::Option* option : {window, before, after, modules}) option->needs(trace);
     window_option_ = window;
     around_options_ = {before, after};
     modules_option_ = modules;
 }
 
-/// Like --version, it ends the program as soon as the options are read, before any is found to be missing.
+/// Like --version, the option ends the program as soon as the options are read, before missing ones are reported.
 void RunCommand::add_request_option() {
     constexpr const char* kHidden = "";
     const auto print = [this] {
@@ -182,7 +182,7 @@ LevelRequest RunCommand::request() const {
     return request;
 }
 
-/// What was found before an error ended the run is told, too.
+/// If an error ends the run, this prints the violations that were found before.
 LevelOutcome RunCommand::run(const Scenario& scenario, const LevelRequest& request,
                              PictureSink& pictures) const {
     const ProgressLine progress(!quiet_);
@@ -202,7 +202,7 @@ LevelOutcome RunCommand::run(const Scenario& scenario, const LevelRequest& reque
 }
 
 ExitStatus RunCommand::execute() {
-    // Before the scenario is read, which takes longer.
+    // Checked before the scenario is read, which takes longer.
     const LevelRequest request = this->request();
     Scenario scenario = scenario_.load();
     if (needs_pixels(request)) read_images_ahead(scenario, helper_process_count());
@@ -214,7 +214,7 @@ ExitStatus RunCommand::execute() {
                                                : std::filesystem::path(out_directory_),
                         inputs);
     const std::filesystem::path& directory = folder.path();
-    // Before the run, which takes longer: it may hold a path that no scenario file can.
+    // Made before the run, which takes longer: it throws for a path that no scenario file can hold.
     const std::string effective = effective_scenario(scenario, directory);
 
     PictureSink pictures(folder, scenario, choice);

@@ -28,17 +28,17 @@ class RunCommand final : public Command {
 
   private:
     void add_trace_options();
-    /// --print-request, for scripts/run: a line for each of scenario, level, out, trace and quiet, as the command line
-    /// has them. So no script need know which word is an option's value. Add it behind all other options, since their
-    /// values are set in the order in which they are added.
+    /// Adds --print-request for scripts/run. It prints a line for each of scenario, level, out, trace and quiet, as the
+    /// command line has them, so no script needs to know which word is an option's value. Add it after all other
+    /// options, since their values are set in the order in which they are added.
     void add_request_option();
-    /// The level that is asked for; without one, that of the trace, or of the check.
+    /// The requested level; without one, the level that the trace or the check needs, else tlm.
     RunLevel level() const;
     void check_trace(RunLevel level) const;
     void check_schedule_options() const;
-    /// The window that is asked for; without one, the first STARTFRAME for a waveform and the whole run for a schedule.
+    /// The requested window; without one, the first STARTFRAME for a waveform and the whole run for a schedule.
     TraceWindow trace_window() const;
-    /// What the options ask for. Throws InputError if they do not go together.
+    /// What the options request. Throws InputError if they cannot be combined.
     LevelRequest request() const;
     bool wants_pictures() const;
     LevelOutcome run(const Scenario& scenario, const LevelRequest& request, PictureSink& pictures) const;

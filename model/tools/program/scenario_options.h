@@ -23,11 +23,11 @@ class ScenarioOptions {
     ScenarioOptions& operator=(const ScenarioOptions&) = delete;
 
     const std::string& file() const { return file_; }
-    /// Where the argument names a scenario in another way than by its file.
+    /// For an argument that names a scenario in another way than by its file.
     void set_file(std::string file) { file_ = std::move(file); }
-    /// The words that name the scenario and its changes again, on another command line.
+    /// The words that name the scenario and its changes on another command line.
     std::vector<std::string> words() const;
-    /// What --set and --frames ask for. Throws InputError.
+    /// The changes that --set and --frames request. Throws InputError.
     std::vector<ScenarioOverride> overrides() const;
     /// Throws InputError.
     Scenario load() const;

@@ -20,7 +20,7 @@ namespace {
 using exploration::Axis;
 using exploration::SearchDescription;
 
-/// Of a front, beyond which no more are looked for between them.
+/// Once a front has more corners than these, no more are searched for between them.
 constexpr std::size_t kMostCorners = 24;
 
 constexpr const char* kSizeFooter =
@@ -39,8 +39,8 @@ constexpr const char* kSizeFooter =
     "Exit status: 0 every search has ended; 2 bad input, or no point makes a scenario; 130 stopped by "
     "Ctrl-C.";
 
-/// The values that are tried of the first of two keys: all candidates, or the range in doubling steps, both ends among
-/// them. The exact corners of the front are found afterwards.
+/// The values of the first of two keys that are tried at first: all candidates, or the range in doubling steps, with
+/// both ends. The exact corners of the front are found afterwards.
 std::vector<std::string> coarse_values(const SearchDescription& search) {
     std::vector<std::string> values;
     for (const std::int64_t candidate : search.candidates) values.push_back(search.text_of(candidate));
@@ -60,8 +60,8 @@ struct Corner {
     exploration::PointRecord record;
 };
 
-/// Those that no other one with the same values of --over undercuts in both keys; in the order in which these values come,
-/// the first key ascending.
+/// The corners that no other one with the same values of --over undercuts: less in one key, and not more in the other.
+/// In the order of these values, then by rising first key.
 std::vector<Corner> front_of(const std::vector<Corner>& corners) {
     std::vector<std::vector<std::string>> order;
     std::vector<Corner> front;
@@ -83,11 +83,11 @@ std::vector<Corner> front_of(const std::vector<Corner>& corners) {
         });
         if (!undercut && !known) front.push_back(corner);
     }
-    // Settings with which nothing meets the goal have a line as well.
+    // Values of --over with which no machine meets the goal have a line as well.
     for (const std::vector<std::string>& overs : order) {
         const auto is_of = [&overs](const Corner& corner) { return corner.overs == overs; };
         if (std::none_of(front.begin(), front.end(), is_of)) {
-            // With the largest value of the first key.
+            // The line shows the last corner, that of the largest value of the first key.
             front.push_back(*std::find_if(corners.rbegin(), corners.rend(), is_of));
         }
     }
@@ -103,7 +103,7 @@ std::vector<Corner> front_of(const std::vector<Corner>& corners) {
     return front;
 }
 
-/// The largest value below that one that a search may look at; empty if there is none.
+/// The largest value below `value` that a search may try; empty if there is none.
 std::string value_below(const SearchDescription& search, double value) {
     std::optional<std::int64_t> below;
     const auto is_below = [&](std::int64_t candidate) { return search.number_of(candidate) < value; };
@@ -118,7 +118,7 @@ std::string value_below(const SearchDescription& search, double value) {
     return below ? search.text_of(*below) : std::string();
 }
 
-/// For each corner and the next one, a value of the second key between them, with the values of --over.
+/// For each corner of the front and the next one, the values of --over, and a value of the second key between the two.
 std::set<std::vector<std::string>> gaps_of(const std::vector<Corner>& corners,
                                            const SearchDescription& second) {
     std::set<std::vector<std::string>> gaps;
@@ -201,8 +201,8 @@ exploration::Exploration SizeCommand::run(const exploration::SweepPlan& plan,
     });
 }
 
-/// With columns that may stall, a smaller buffer shows the whole picture, too, later. What it takes for the same rate. True
-/// if it was stopped.
+/// With columns that may stall, a smaller buffer shows the whole picture as well, but later. Prints the smallest buffer
+/// that reaches the same rate. Returns true if it was stopped.
 bool SizeCommand::print_stalling(const exploration::SweepDescription& asked,
                                  const exploration::Exploration& exploration,
                                  std::size_t& simulations) const {
@@ -289,8 +289,8 @@ ExitStatus SizeCommand::size_one() {
     return judge(exploration);
 }
 
-/// The second key is minimized at values of the first, coarse ones to begin with; the first at each answer; the second at
-/// these values of the first again; and so on, until nothing new comes. Then it is looked between the corners.
+/// Minimizes the second key at coarse values of the first, then the first key at each answer, then the second key at
+/// each of these answers, and so on, until there are no new answers. Then it searches between the corners of the front.
 ExitStatus SizeCommand::size_front() {
     if (!results_file_.empty()) {
         throw InputError(
@@ -346,7 +346,7 @@ ExitStatus SizeCommand::size_front() {
             return kExitStopped;
         }
         if (next.empty()) {
-            // Between two corners there may be more: with a little less of the second key than the first of them has.
+            // There may be more corners between two: with a second key a little smaller than that of the first of them.
             next = gaps_of(corners, second);
             for (const Values& values : searched_seconds) next.erase(values);
             if (next.empty() || front_of(corners).size() > kMostCorners) break;

@@ -11,8 +11,8 @@
 
 namespace metabuffer {
 
-/// `metabuffer size`: the smallest value of a key at which a machine meets a goal, of two keys the front of both, at each
-/// setting of others.
+/// `metabuffer size`: the smallest value of a key at which a machine meets a goal, or for two keys the front of both,
+/// at each setting of other keys.
 class SizeCommand final : public Command {
   public:
     explicit SizeCommand(CLI::App& program);

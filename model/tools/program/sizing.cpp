@@ -21,7 +21,7 @@ using exploration::SearchDescription;
 
 constexpr const char* kCoreClockKey = "clocks.core_mhz";
 
-/// "KEY=REST" in two; REST is empty without a '='.
+/// Splits "KEY=REST"; REST is empty without a '='.
 std::pair<std::string, std::string> split_assignment(const std::string& text) {
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos) return {text, ""};
@@ -36,7 +36,7 @@ double number_in(const std::string& text, const std::string& where) {
                      " is not a number; use FROM..TO, like 16..4096, or FROM..TO+STEP, like 60..100+0.5");
 }
 
-/// Whether what a key changes leaves raster, displays and links as they are.
+/// Whether a change of the key leaves raster, displays and links as they are.
 bool leaves_limits(const std::string& key) {
     const auto begins = [&key](const char* map) { return key.rfind(map, 0) == 0; };
     return begins("composer.") || begins("bus.") || begins("memory.");
@@ -91,7 +91,7 @@ exploration::SweepDescription describe_size(const SizeRequest& request) {
         description.search->where = "--goal " + request.goal;
     }
     if (request.frame_rate_hz) {
-        // A rate that the clocks' rounding alone keeps from the one asked for is that rate.
+        // A rate that misses the requested one only because clocks are rounded is good enough.
         description.search->goal = "(" + description.search->goal +
                                    ") and frames_per_second >= " + text::number(1.0 - kRateTolerance) +
                                    " * " + text::number(*request.frame_rate_hz);
@@ -107,7 +107,7 @@ void check_frames(const SizeRequest& request, const exploration::SweepPlan& plan
         try {
             frames = std::stoi(scenario.settings(plan.overrides_of(point.settings)).at("frames"));
         } catch (const InputError&) {
-            continue;  // running the point tells what is wrong with it
+            continue;  // running the point reports what is wrong with it
         }
         if (frames < kFramesForRates) {
             throw InputError("--frame-rate-hz: a run of " + text::counted(frames, "frame") +
@@ -127,7 +127,7 @@ exploration::KnownAnswer known_answer(const SizeRequest& request, const Scenario
     analysis::Analysis analysis;
     std::string too_slow;
     if (of_core_clock) {
-        // It changes the raster's rate, and neither links nor how often displays are refreshed.
+        // The core clock changes the rate of the raster, but not the rates of links and displays.
         const RateLimits limits = rate_limits(scenario);
         if (limits.links_hz() < asked) too_slow = "the links";
         if (limits.refresh_hz < asked) too_slow = "the displays";
@@ -147,7 +147,7 @@ exploration::KnownAnswer known_answer(const SizeRequest& request, const Scenario
     known.least = analysis.least_buffer_pixels;
     const std::int64_t whole = analysis.whole_buffer_pixels;
     if (request.frame_rate_hz) {
-        known.enough = 2 * whole;  // of both frames that a buffer can hold
+        known.enough = 2 * whole;  // a buffer can hold pixels of two frames
     } else {
         const bool has_bound = analysis.safe_buffer_is_legal.value_or(false);
         known.enough = has_bound ? std::min(whole, *analysis.safe_buffer_pixels) : whole;

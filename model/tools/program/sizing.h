@@ -12,18 +12,18 @@
 
 namespace metabuffer {
 
-/// The key of the buffers' size, of which more is known without a run than of others.
+/// The key of the buffers' size. Without a run, more is known about it than about other keys.
 constexpr const char* kBufferKey = "composer.buffer_pixels";
 
-/// What `metabuffer size` is asked for, the texts as on its command line.
+/// A request to `metabuffer size`, with texts as on its command line.
 struct SizeRequest {
     std::string file;  ///< the scenario's
     std::vector<ScenarioOverride> overrides;
     std::vector<std::string> minimize;    ///< KEY, KEY=FROM..TO, KEY=FROM..TO+STEP or KEY=A,B,C; one or two
     std::vector<std::string> over;        ///< KEY=VALUES
-    std::string goal;                     ///< empty: the usual one
-    std::optional<double> frame_rate_hz;  ///< to be met, too
-    int checks = 16;  ///< further values looked at on both sides of the one that was found
+    std::string goal;                     ///< empty: the default goal
+    std::optional<double> frame_rate_hz;  ///< the machine must reach it as well
+    int checks = 16;                      ///< further values that are tried on both sides of the answer
 };
 
 /// One entry of `minimize`. Throws InputError.
@@ -32,10 +32,12 @@ exploration::SearchDescription minimized(const std::string& minimize);
 /// The search for the last key of `minimize`, at each setting of `over`. Throws InputError.
 exploration::SweepDescription describe_size(const SizeRequest& request);
 
-/// A rate is between frames, and the first swap tells nothing: with fewer no machine meets the goal. Throws InputError.
+/// Throws InputError if a run has too few frames for the requested rate. A rate is measured between frames, and the
+/// first swap does not count, so no machine could meet the goal.
 void check_frames(const SizeRequest& request, const exploration::SweepPlan& plan);
 
-/// What arithmetic knows of a search. A range that the user gives is looked at as it is, as long as there is hope.
+/// What arithmetic knows of a search without a run. It does not narrow a range that the user gives, but it may say that
+/// no value can meet the goal.
 exploration::KnownAnswer known_answer(const SizeRequest& request, const Scenario& scenario,
                                       const exploration::SearchDescription& search);
 

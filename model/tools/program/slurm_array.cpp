@@ -32,16 +32,17 @@ constexpr const char* kMergeStatusFile = "merge.status";
 constexpr const char* kMergeLog = "merge.log";
 constexpr int kFirstPollMilliseconds = 1000;  // grows while jobs run
 constexpr int kLastPollMilliseconds = 15'000;
-/// Of the controller, which may be started anew while jobs go on; and of a shared disk, which may show files late.
+/// Of the controller, which may be restarted while jobs go on.
 constexpr std::chrono::minutes kLongestSilence{5};
+/// One per second, since a shared disk may show a file late.
 constexpr int kStatusTries = 60;
 
-/// What a command of Slurm prints. Throws OutputError.
+/// Runs a command of Slurm and returns what it prints. Throws OutputError.
 std::string slurm(std::vector<std::string> command) {
     return filtered({std::move(command), "slurm-client", "sweep --slurm"}, "");
 }
 
-/// One word of a shell's line.
+/// The text, quoted as one word of a shell's line.
 std::string word(const std::string& text) {
     std::string quoted = "'";
     for (const char character : text)
@@ -49,7 +50,7 @@ std::string word(const std::string& text) {
     return quoted + "'";
 }
 
-/// A path in an option of sbatch in which % begins a name of Slurm's.
+/// A path for an option of sbatch in which a single % would begin a name of Slurm's.
 std::string pattern(const std::filesystem::path& path) {
     std::string text;
     for (const char character : path.string())
@@ -76,7 +77,7 @@ std::optional<std::string> text_in(const std::filesystem::path& file) {
     return std::string{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-/// Slurm does not answer, which may pass.
+/// Slurm does not answer, perhaps only for a while.
 class SlurmSilence : public OutputError {
   public:
     using OutputError::OutputError;
@@ -96,7 +97,7 @@ struct Jobs {
     std::string merge;
 };
 
-/// One sweep's jobs and the folder in which its parts lie.
+/// One sweep's jobs, and the folder that has its parts.
 class SlurmArray {
   public:
     SlurmArray(const exploration::SweepPlan& plan, const SlurmRequest& request,
@@ -132,7 +133,7 @@ class SlurmArray {
     std::map<std::filesystem::path, std::int64_t> counted_;  ///< points by file
 };
 
-/// Those of the last submission, if Slurm still has one of them.
+/// The jobs of the last submission, if Slurm still has one of them.
 std::optional<Jobs> SlurmArray::jobs_at_work() const {
     const std::optional<std::string> text = text_in(parts_ / kJobsFile);
     if (!text) return std::nullopt;
@@ -148,7 +149,7 @@ std::optional<Jobs> SlurmArray::jobs_at_work() const {
                      "); wait for them, or end them with scancel");
 }
 
-/// How many of the jobs are in which state; those that have ended are in none.
+/// How many of the jobs are in which state. Jobs that have ended are not counted.
 std::map<std::string, int> SlurmArray::states_of(const Jobs& jobs) const {
     std::map<std::string, int> states;
     std::istringstream lines(queue());
@@ -176,7 +177,7 @@ void SlurmArray::check_site_options() const {
     }
 }
 
-/// Results without parts are those of a sweep whose parts have been removed.
+/// Makes the results a part. Results without parts are of a sweep from which the parts have been removed.
 void SlurmArray::keep_earlier_results() const {
     std::error_code error;
     if (!std::filesystem::exists(results_, error)) return;
@@ -185,7 +186,7 @@ void SlurmArray::keep_earlier_results() const {
 
 std::vector<std::int64_t> SlurmArray::shards_to_run() const {
     const exploration::ResultsIdentity identity = identity_of(plan_, processes_);
-    // Better now than when all jobs have ended.
+    // Checked now, not only when all jobs have ended.
     std::error_code error;
     if (std::filesystem::exists(results_, error)) exploration::check_belongs(results_, identity);
     std::optional<exploration::MissingPoints> missing =
@@ -207,7 +208,7 @@ std::string SlurmArray::program_words() const {
 }
 
 std::string SlurmArray::shard_script() const {
-    // By the name that the user has for it, which is part of reasons.
+    // The sweep's file has the name that the user gave, since reasons of failed points contain it.
     std::string line = "exec " + program_words() + " sweep " + word(request_.sweep.string()) +
                        fmt::format(" --shard \"$SLURM_ARRAY_TASK_ID/{}\"", request_.shards) + " --parts " +
                        word(parts_.string()) + fmt::format(" --hand-in {}", request_.hand_in_seconds) +
@@ -229,7 +230,7 @@ std::string SlurmArray::submit(const std::vector<std::string>& options,
                                const std::filesystem::path& script) const {
     std::vector<std::string> command{"sbatch", "--parsable", "--open-mode=append",
                                      "--chdir=" + std::filesystem::current_path().string()};
-    // The last one counts, and these are not the site's to choose.
+    // sbatch uses the last of several equal options, so a site's option cannot replace these.
     command.insert(command.end(), request_.site_options.begin(), request_.site_options.end());
     command.insert(command.end(), options.begin(), options.end());
     command.push_back(script.string());
@@ -253,7 +254,7 @@ Jobs SlurmArray::submit(const std::vector<std::int64_t>& shards) const {
                             parts_ / "shard.sh");
         merge_options.push_back("--dependency=afterany:" + jobs.array);
     }
-    // Each is written down at once: a job that nobody knows of could not be ended.
+    // Each job is recorded at once: a job without a record could not be found to be cancelled.
     const std::string known = fmt::format("{} {} {}", plan_.digest, request_.shards, jobs.array);
     write_output_file(parts_ / kJobsFile, known + "\n");
     try {
@@ -266,7 +267,7 @@ Jobs SlurmArray::submit(const std::vector<std::int64_t>& shards) const {
     return jobs;
 }
 
-/// A point that two jobs ran counts twice; the merge knows better.
+/// Counts the points in all parts. A point that two jobs ran counts twice here, but not in the merge.
 std::int64_t SlurmArray::points_handed_in() {
     std::int64_t points = 0;
     for (const std::filesystem::path& file : exploration::parts_in(parts_)) {
@@ -312,7 +313,7 @@ ExitStatus SlurmArray::wait_for(const Jobs& jobs, const StopSignals& signals) {
     return kExitStopped;
 }
 
-/// As the job that merges had it.
+/// The exit status of the job that merges. Prints what that job printed.
 ExitStatus SlurmArray::outcome() const {
     std::optional<std::string> status;
     // A shared disk may show the file some time after the job has ended.
@@ -338,7 +339,7 @@ ExitStatus SlurmArray::outcome() const {
 
 ExitStatus SlurmArray::run() {
     check_site_options();
-    // From the first job on: they are ended with this process.
+    // Made before the first job, since a signal that ends this process must also cancel its jobs.
     const StopSignals signals;
     make_folder_of(parts_ / kJobsFile, "--out");
     std::optional<Jobs> jobs = jobs_at_work();

@@ -17,7 +17,7 @@ StopSignals::StopSignals() {
 
 StopSignals::~StopSignals() {
     if (descriptor_ < 0) return;
-    // One that came and was answered must not end the process now.
+    // A signal that came has been handled, and must not end the process now.
     signalfd_siginfo answered{};
     sigset_t pending;
     if (sigpending(&pending) == 0 &&

@@ -4,8 +4,8 @@
 
 namespace metabuffer {
 
-/// Turns Ctrl-C and SIGTERM into something to poll for while it lives, so that what is under way can be ended in order.
-/// Processes that are started meanwhile do not see these signals.
+/// While this object lives, Ctrl-C and SIGTERM do not end the process but can be polled for, so that work can be ended
+/// in good order. Processes that are started meanwhile do not see these signals.
 class StopSignals {
   public:
     StopSignals();

@@ -124,9 +124,9 @@ ExitStatus SweepCommand::run(const exploration::SweepPlan& plan) const {
 
 ExitStatus SweepCommand::run_by_slurm() {
     const exploration::SweepDescription description = exploration::load_sweep(file_);
-    // Whether a filter lets a point through is known of the whole only.
+    // Only the plan of the whole sweep shows whether the filter lets any point through.
     if (!description.filter.empty()) make_plan(description);
-    // The plan of one shard says whether the rest of the sweep is good.
+    // The plan of one shard is enough to check the rest of the sweep.
     const exploration::SweepPlan plan = make_plan(description, {0, slurm_shards_});
     slurm_.sweep = file_;
     slurm_.results = results_of(plan);

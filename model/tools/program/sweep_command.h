@@ -10,7 +10,7 @@
 
 namespace metabuffer {
 
-/// `metabuffer sweep`: runs every point of a sweep file at level tlm and keeps the results in a file.
+/// `metabuffer sweep`: runs every point of a sweep file, at level tlm or rtl, and keeps the results in a file.
 class SweepCommand final : public Command {
   public:
     explicit SweepCommand(CLI::App& program);

@@ -36,7 +36,7 @@ constexpr const char* kViewFooter =
     "Exit status: 0 done; 1 the model failed; 2 bad input; 4 the watchdog ended the run, which the page\n"
     "shows until then.";
 
-/// What of the report in a folder of results is not what this program has counted.
+/// Remarks on a report in a folder of results that differs from the report of this run.
 std::vector<std::string> remarks_on(const std::filesystem::path& report_file, const std::string& report) {
     if (!std::filesystem::is_regular_file(report_file)) return {};
     std::size_t differences = 0;

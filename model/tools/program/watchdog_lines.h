@@ -6,7 +6,8 @@
 
 namespace metabuffer {
 
-/// That the watchdog ended the run, and what waited for what, a line each. Empty: it did not end it.
+/// A line that says that the watchdog ended the run, and lines that say what waited for what. Empty if it did not end
+/// the run.
 std::string watchdog_lines(const std::string& scenario_file, const RunReport& report);
 
 }  // namespace metabuffer

@@ -3,12 +3,12 @@
 namespace metabuffer {
 
 void WrongPixelRecord::take(const DisplayedFrame& displayed) {
-    // What was kept off is not shown, starved or not.
+    // If `kept` is set, the display shows an earlier frame instead, whether this one starved or not.
     const bool may_be_wrong = displayed.starved_pixels > 0 && !displayed.kept;
     const auto known = counts_.find(displayed.frame);
     if (!may_be_wrong && known == counts_.end()) return;
     std::vector<std::int64_t>& counts = counts_.try_emplace(displayed.frame, displays_).first->second;
-    // Behind a reset a frame may come again, and counts anew.
+    // After a reset a frame may come again; its new count replaces the old one.
     counts[static_cast<std::size_t>(displayed.display) - 1] =
         may_be_wrong
             ? wrong_pixels_.count(displayed.frame, displayed.display, displayed.picture, displayed.pairs)

@@ -11,8 +11,8 @@
 
 namespace metabuffer {
 
-/// The wrong pixels of a run, for its report, by the pictures that it shows. Only pictures in which something starved
-/// are looked at, so that a run without starvation takes no longer.
+/// Counts the wrong pixels of a run, for its report, in the pictures that it shows. It checks only pictures in which
+/// something starved, so that a run without starvation takes no longer.
 class WrongPixelRecord {
   public:
     /// The scenario must outlive it.
@@ -20,7 +20,7 @@ class WrongPixelRecord {
         : wrong_pixels_(scenario), displays_(static_cast<std::size_t>(scenario.displays.count())) {}
 
     void take(const DisplayedFrame& displayed);
-    /// Into the frames that are in the report, once every picture has been taken.
+    /// Writes the counts to the frames of the report. Call it once every picture has been taken.
     void put_into(RunReport& report) const;
 
   private:
