@@ -1,5 +1,5 @@
-// The extension module metabuffer._core: each function has the program do its work in a process of its own, and gives
-// (status, text, crashed). The package around it makes that Python's: python/metabuffer.
+// The extension module metabuffer._core: each function runs the program's work in a process of its own, and returns
+// (status, text, crashed). The package around it, python/metabuffer, makes Python values and exceptions of that.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -13,7 +13,7 @@
 #include "process_call.h"
 #include "requests.h"
 
-/// SystemC's library wants one, and calls it only if it has been given the process.
+/// SystemC's library needs this symbol. Only SystemC's own main() calls it, which a module does not run.
 extern "C" __attribute__((visibility("default"))) int sc_main(int /*argc*/, char** /*argv*/) { return 0; }
 
 namespace {
@@ -22,7 +22,7 @@ namespace py = pybind11;
 using namespace metabuffer::python;
 
 using Settings = std::vector<std::pair<std::string, std::string>>;
-/// Status, text, and whether the process has ended without an answer. As bytes, since names of files may be anything.
+/// Status, text, and whether the process has ended without an answer. The text is bytes, since file names may hold any.
 using Answer = std::tuple<int, py::bytes, bool>;
 
 Answer answer(const std::function<Reply()>& work, const std::vector<int>& kept_descriptors = {}) {

@@ -20,13 +20,13 @@ namespace {
 
 namespace py = pybind11;
 
-/// How often it is looked for a signal that another thread has received.
+/// How often the main thread checks for a signal that another thread has received.
 constexpr int kPollMilliseconds = 100;
-/// For an exploration to end its runs and to close its results.
+/// Time for an exploration to end its runs and to close its results.
 constexpr std::chrono::seconds kGrace{5};
 
-/// No signal reaches this thread while it lives: between fork and begin_child() the parent's handlers would run in the
-/// child.
+/// Blocks this thread's signals during its lifetime: between fork and begin_child() the parent's handlers would run in
+/// the child.
 class SignalsHeldOff {
   public:
     SignalsHeldOff() {
@@ -42,18 +42,18 @@ class SignalsHeldOff {
     sigset_t former_{};
 };
 
-/// What Python has made of the process becomes a program's again.
+/// Resets the signals and closes the files that the child has from Python, so that it is like a program of its own.
 void begin_child(std::vector<int> kept_descriptors) {
     for (int signal = 1; signal < NSIG; ++signal) std::signal(signal, SIG_DFL);
     // A terminal sends Ctrl-C to all of its processes; the parent decides what it means.
     std::signal(SIGINT, SIG_IGN);
-    // A file that may not grow is an error of its writer.
+    // A file that may not grow then gives its writer an error, and does not end the process.
     std::signal(SIGXFSZ, SIG_IGN);
     sigset_t none;
     sigemptyset(&none);
     pthread_sigmask(SIG_SETMASK, &none, nullptr);
     report_uncaught_exceptions();
-    // Another call's pipe would not end while it is open here, and a notebook's sockets are nobody's business.
+    // Another call's pipe would not end while it is open here, and the child has no use for a notebook's sockets.
     std::sort(kept_descriptors.begin(), kept_descriptors.end());
     unsigned first = STDERR_FILENO + 1;
     for (const int kept : kept_descriptors) {
@@ -88,14 +88,14 @@ std::unique_ptr<ChildProcess> started(const std::function<Reply()>& work,
     });
 }
 
-/// Waits for a while at most, and appends what there is.
+/// Waits for at most kPollMilliseconds, and appends what has come.
 void receive(ChildProcess& process, std::string& received) {
     const py::gil_scoped_release released;
     pollfd entry{process.descriptor(), POLLIN, 0};
     if (poll(&entry, 1, kPollMilliseconds) > 0) process.receive(received);
 }
 
-/// After the first signal: until it has ended, the time is over, or another signal comes.
+/// After the first signal: asks the process to end, and waits for that, for kGrace, or for another signal.
 void end_in_order(ChildProcess& process) {
     process.ask_to_end();
     std::string ignored;

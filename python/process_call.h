@@ -8,24 +8,25 @@
 
 namespace metabuffer::python {
 
-/// What a call of the model gives: a status as the program's, and a text. kExitDone: the result. kExitWatchdog and
-/// kExitDifferent: a result, too, which says what is wrong. Else a message of one line.
+/// What a call of the model returns: the program's status, and a text. With kExitDone the text is the result. With
+/// kExitWatchdog and kExitDifferent it is a result, too, which says what is wrong. Otherwise it is a message of one
+/// line.
 struct Reply {
     ExitStatus status = kExitDone;
     std::string text;
 };
 
-/// Does the work in a process of its own, and waits for it without the interpreter's lock. What the work throws comes
-/// back as the message and status that the program would have. kExitModelError stands for what the model reports;
-/// `crashed` of the result for a process that ended without a reply.
+/// Does the work in a process of its own, and waits for it without the interpreter's lock. An exception of the work
+/// comes back as the message and status that the program would have. kExitModelError is an error that the model
+/// reports, or with `crashed` in the result a process that ended without a reply.
 ///
-/// SystemC elaborates once in a process and the model may crash: neither matters to the interpreter, since none of the
+/// SystemC elaborates once in a process and the model may crash. Neither matters to the interpreter, since none of the
 /// model's code runs in its process. So it may have threads, and several of them may call at once: at the fork no lock
-/// of the model's is held, and the C library sees to its own. The child never calls Python, keeps no file open but the
+/// of the model's is held, and the C library handles its own. The child never calls Python, keeps no file open but the
 /// standard ones and `kept_descriptors`, and dies with its parent.
 ///
-/// A signal whose handler in Python raises, as Ctrl-C's does, asks the process to end, waits a while, ends it, and throws
-/// what the handler has raised. Only Python's main thread runs handlers.
+/// If a signal's handler in Python raises, as Ctrl-C's does, this function asks the process to end, waits a while, ends
+/// it, and throws what the handler has raised. Only Python's main thread runs handlers.
 struct CallResult {
     Reply reply;
     bool crashed = false;

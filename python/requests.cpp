@@ -33,7 +33,7 @@ using Json = nlohmann::ordered_json;
 
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-/// The enumerator that is asked for by name, or the usual one.
+/// The enumerator of this name, or the usual one if the name is empty.
 template <typename Level>
 Level level_of(const std::string& name, Level usual) {
     if (name.empty()) return usual;
@@ -55,8 +55,8 @@ Scenario scenario_of(const Source& source, const std::vector<ScenarioOverride>& 
                        : load_scenario(source.file, overrides);
 }
 
-/// The displays' pictures in a file, each in its place: a display behind the other, and in it the frames in order. Places
-/// of frames that are not shown stay empty.
+/// The displays' pictures in a file: one display after the other, and the frames of each in order. A frame that is not
+/// shown leaves its part of the file empty.
 class PictureFile {
   public:
     PictureFile(int descriptor, const Scenario& scenario)
@@ -87,7 +87,7 @@ class PictureFile {
     /// The frames of each display up to the last one shown.
     const std::vector<int>& shown() const { return shown_; }
 
-    /// As large as if every frame had been shown.
+    /// Makes the file as large as if every frame had been shown.
     void finish() const {
         const std::int64_t pictures = static_cast<std::int64_t>(shown_.size()) * frames_;
         if (ftruncate(descriptor_, pictures * bytes_) != 0) fail();

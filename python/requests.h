@@ -8,13 +8,13 @@
 #include "process_call.h"
 #include "scenario/scenario_loader.h"
 
-/// What the module's functions have the program do, each to be called in a process of its own. They throw what its
-/// commands throw. A text that a reply holds is JSON unless it is said otherwise; bytes that are not UTF-8 are replaced.
+/// The work of the module's functions. Each is called in a process of its own, and throws what the program's commands
+/// throw. The text of a good reply is JSON; bytes that are not UTF-8 are replaced.
 namespace metabuffer::python {
 
 /// A file, or a text in YAML whose paths are relative to the working directory.
 struct Source {
-    std::string file;  ///< of a text: its name in messages
+    std::string file;  ///< with a text: its name in messages
     std::optional<std::string> text;
 };
 
@@ -24,16 +24,17 @@ struct RunCall {
     std::string level;  ///< empty: the usual one
     bool images = true;
     bool check = false;
-    int pictures = -1;  ///< where they go: a file, 3 bytes a pixel (red, green, blue), rows, frames, displays
+    int pictures =
+        -1;  ///< descriptor of the file for them: by display, frame and row, 3 bytes (R, G, B) a pixel
 };
-/// The report and what else a run leaves, by keys: see core.cpp's docstring of run.
+/// The report and the other results of a run, by keys: class Result in python/metabuffer/_run.py explains them.
 Reply run(const RunCall& call);
 
 /// The program's own JSON of an analysis.
 Reply analyze(const Source& scenario, const std::vector<ScenarioOverride>& overrides,
               std::optional<double> frame_rate_hz);
 
-/// How an exploration runs, and where it leaves its results.
+/// How an exploration runs, and the file for its results.
 struct ExplorationCall {
     std::string results;
     std::optional<int> processes;  ///< none: one for each processor

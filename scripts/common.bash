@@ -23,7 +23,7 @@ quietly() {
 }
 
 # configure NAME PRESET [OPTION...]: makes build/NAME ready for ninja, unless it is so already with the same options.
-# Without options any configuration that is there will do. CMake itself sees to changes of the CMakeLists.
+# Without options any configuration that is there will do. CMake itself notices changes of the CMakeLists.
 configure() {
   local name=$1 preset=$2 directory=$root/build/$1
   shift 2
@@ -44,14 +44,14 @@ build() {
     ${@:+--target "$@"}
 }
 
-# build_programs TARGET...: these, in build/release, with what it takes to build them.
+# build_programs TARGET...: installs what it takes to build these, and builds them in build/release.
 build_programs() {
   "$root/scripts/install-packages" run
   configure release release
   build release "$@"
 }
 
-# build_checked TARGET...: the same as the checks want it, warnings being errors and no test left out.
+# build_checked TARGET...: builds these in build/release for the checks: warnings are errors, and no test is left out.
 build_checked() {
   configure release release -DMETABUFFER_WERROR=ON -DMETABUFFER_BROWSER_TESTS=ON -DMETABUFFER_PYTHON=ON
   build release "$@"

@@ -6,8 +6,8 @@
 (0, (1, 100, 100, 3))
 
 Functions are those of the program: :func:`run`, :func:`analyze`, :func:`sweep`, :func:`size` and :func:`results`. Each
-call works in a process of its own, so a crash of the model is an exception, and Ctrl-C ends it. Errors are subclasses of
-:class:`Error`, with the program's message.
+call works in a process of its own, so a crash of the model is an exception, and Ctrl-C ends it. Errors are subclasses
+of :class:`Error`, with the program's message.
 """
 
 from ._core import build as __build__
@@ -20,7 +20,7 @@ from ._tables import results, size, sweep
 __all__ = ["CheckError", "CrashError", "Error", "InputError", "ModelError", "Result", "StoppedError", "UnsoundRunError",
            "WatchdogError", "__build__", "__version__", "analyze", "results", "run", "size", "sweep"]
 
-# Messages and help() name what users import.
+# So that messages and help() name the package that users import.
 for _name in __all__:
     if isinstance(globals()[_name], type):
         globals()[_name].__module__ = __name__

@@ -6,13 +6,13 @@ from typing import Any
 
 
 class Error(Exception):
-    """The program's message. ``status`` is the exit status that the program would end with."""
+    """An error with the program's message. ``status`` is the exit status with which the program would end."""
 
     status: int = 1
 
 
 class InputError(Error, ValueError):
-    """Bad input of any kind, a file that cannot be written among them: where it is, what is wrong, what would be right."""
+    """Bad input, or a file that cannot be written. The message says where, what is wrong, and what would be right."""
 
     status = 2
 
@@ -24,19 +24,19 @@ class ModelError(Error):
 
 
 class CrashError(Error):
-    """The process of the call ended without an answer: a signal, or no memory. The interpreter is as it was."""
+    """The process of the call ended without an answer, by a signal or for lack of memory. The interpreter goes on."""
 
     status = 1
 
 
 class StoppedError(Error):
-    """Something else than Ctrl-C ended an exploration. With results in a file the same call goes on from there."""
+    """Another signal than Ctrl-C's stopped an exploration. With results in a file the same call goes on from there."""
 
     status = 130
 
 
 class UnsoundRunError(Error):
-    """A run that came to an end which is not to be trusted. ``result`` is what it has left, as :func:`run` gives it."""
+    """A run that ended, but cannot be trusted. ``result`` is what it has left, as :func:`run` returns it."""
 
     def __init__(self, message: str, result: Any = None) -> None:
         super().__init__(message)
@@ -55,6 +55,6 @@ class CheckError(UnsoundRunError):
     status = 5
 
 
-#: Of those that have no result.
+#: The errors that have no result.
 BY_STATUS = {error.status: error for error in (ModelError, InputError, StoppedError)}
 UNSOUND_BY_STATUS = {error.status: error for error in (WatchdogError, CheckError)}

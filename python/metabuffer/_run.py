@@ -26,7 +26,7 @@ class Result:
     #: What the displays show, from the first on: for each an array of ``uint8`` with the shape (frames shown, height,
     #: width, 3), in red, green and blue. Without images the arrays have no frames.
     displays: list[numpy.ndarray]
-    #: What the program prints of a run.
+    #: What the program prints after a run.
     summary: str
     #: The scenario with every key and its value, as YAML; images relative to the working directory of the run.
     effective_scenario: str
@@ -44,7 +44,7 @@ class Result:
 
     @property
     def rates(self) -> dict[str, Any]:
-        """Frames a second, by what they count; level functional has none."""
+        """Frames a second, by what is counted; level functional has none."""
         return self.report.get("rates", {})
 
     @property
@@ -64,7 +64,7 @@ class Result:
 
     @property
     def wrong_pixels(self) -> int | None:
-        """Shown pixels that differ from those of a machine in which nothing starves; None if nobody looked."""
+        """Shown pixels that differ from those of a machine in which nothing starves; None if they were not counted."""
         return self.totals.get("wrong_pixels")
 
     @property
@@ -84,7 +84,7 @@ class Result:
 
 
 def answer(reply: tuple[int, bytes, bool]) -> str:
-    """The extension's answer, or the error that it is."""
+    """The text of the extension's answer. Raises the error that the answer reports."""
     status, data, crashed = reply
     text = data.decode(errors="backslashreplace")
     if crashed:
@@ -96,7 +96,7 @@ def answer(reply: tuple[int, bytes, bool]) -> str:
 
 
 def _displays(pictures: int, content: dict[str, Any]) -> list[numpy.ndarray]:
-    """The arrays of a run, on the memory into which its process has written them."""
+    """The arrays of a run, in the memory into which its process has written them."""
     frames, height, width = content["frames"], content["height"], content["width"]
     shown = content["shown"]
     if not any(shown):
@@ -110,25 +110,25 @@ def run(scenario: Source, *, level: str | None = None, set: Mapping[str, Any] | 
         frames: int | None = None, images: bool = True, check: bool = False) -> Result:
     """Runs a scenario, as ``metabuffer run`` does.
 
-    The run is a process of its own: whatever happens there, the interpreter goes on. Ctrl-C ends it. Several threads may
-    run at once.
+    The run is a process of its own: whatever happens there, the interpreter goes on. Ctrl-C ends it. Several threads
+    may run at once.
 
-    scenario: a YAML file, or a dict with the same keys. Images are relative to the file, of a dict to the working
-        directory. Numbers and arrays of numpy and paths are values, too.
-    level: ``"tlm"`` (by transactions, the usual one), ``"rtl"`` (clock by clock; the usual one with check) or
+    scenario: a YAML file, or a dict with the same keys. Paths of images are relative to the file; in a dict, to the
+        working directory. Values may also be paths, and numbers and arrays of numpy.
+    level: ``"tlm"`` (by transactions, the default), ``"rtl"`` (clock by clock; the default with check) or
         ``"functional"`` (the pictures alone, no time).
-    set: keys that are other than in the scenario: ``{"bus.width_bits": 64}``. A text is YAML, as on the command line.
+    set: values that replace those of the scenario: ``{"bus.width_bits": 64}``. A text is YAML, as on the command line.
     frames: composited frames to show, instead of the scenario's number.
     images: False: counters alone. Level tlm then composites nothing, which is faster.
-    check: hold every wire to the machine's rules and every pixel to level functional (level rtl), or the pictures alone
-        (level tlm).
+    check: check every wire against the machine's rules and every pixel against level functional (level rtl), or the
+        pictures alone (level tlm).
 
-    Gives a :class:`Result`: the report as a dict, and for each display an array of ``uint8`` with the shape (frames,
+    Returns a :class:`Result`: the report as a dict, and for each display an array of ``uint8`` with the shape (frames,
     height, width, 3).
 
-    Raises :class:`InputError` for bad input; :class:`WatchdogError` if nothing moved any more, and :class:`CheckError` if
-    a rule was broken, each with the ``result``; :class:`ModelError` if the model is at fault; :class:`CrashError` if its
-    process ended without an answer.
+    Raises :class:`InputError` for bad input; :class:`WatchdogError` if nothing moved any more, and :class:`CheckError`
+    if a rule was broken, each with the ``result``; :class:`ModelError` if the model is at fault; :class:`CrashError` if
+    its process ended without an answer.
     """
     file, text = _texts.source(scenario, _texts.SCENARIO_NAME)
     settings = _texts.settings(set, frames)
@@ -154,7 +154,7 @@ def analyze(scenario: Source, *, set: Mapping[str, Any] | None = None, frames: i
     scenario, set and frames: as :func:`run` has them.
     frame_rate_hz: frames a second to be carried; None: as fast as the raster goes.
 
-    Gives a dict, units in the keys' names. ``docs/analysis.md`` explains it. Raises :class:`InputError`.
+    Returns a dict whose keys' names have the units. ``docs/analysis.md`` explains it. Raises :class:`InputError`.
     """
     file, text = _texts.source(scenario, _texts.SCENARIO_NAME)
     settings = _texts.settings(set, frames)

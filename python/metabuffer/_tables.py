@@ -16,13 +16,13 @@ from ._run import Source, answer
 if TYPE_CHECKING:
     import pandas
 
-#: What a table's ``attrs`` say of the results beside the units.
+#: What a table's ``attrs`` say about the results besides the units.
 _FACTS = ("name", "scenario", "level", "keys", "search_key", "goal")
 
 
 def _frame(text: str) -> "pandas.DataFrame":
     """A table from the extension's answer."""
-    import pandas  # takes longer to load than a small run
+    import pandas  # loading it takes longer than a small run
 
     content = json.loads(text)
     frame = pandas.DataFrame(content["rows"], columns=content["columns"])
@@ -33,14 +33,14 @@ def _frame(text: str) -> "pandas.DataFrame":
 
 def _how(processes: int | None, time_limit: float | None, level: str | None,
          quiet: bool) -> tuple[int | None, float | None, str, bool]:
-    """How an exploration runs, as the extension takes it."""
+    """How an exploration runs, as arguments of the extension."""
     return (_texts.whole("processes", processes), _texts.number("time_limit", time_limit), _texts.word("level", level),
             _texts.flag("quiet", quiet))
 
 
 @contextlib.contextmanager
 def _results_file(out: Any) -> Iterator[bytes]:
-    """Where results go: the file that is asked for, or one that goes again."""
+    """The file for the results: the one that is asked for, or a temporary one."""
     if out is not None:
         yield os.fsencode(out)
         return
@@ -50,7 +50,7 @@ def _results_file(out: Any) -> Iterator[bytes]:
 
 @contextlib.contextmanager
 def _scenario_file(scenario: Any, out: Any) -> Iterator[bytes]:
-    """The scenario as a file, which explorations read; of a dict, one that goes again."""
+    """The scenario as a file, since explorations read files. A dict is written to a temporary one."""
     if not _texts.is_description(scenario):
         yield os.fsencode(scenario)
         return
@@ -63,7 +63,7 @@ def _scenario_file(scenario: Any, out: Any) -> Iterator[bytes]:
         try:
             yield os.fsencode(file)
         except InputError as error:
-            # The file is nobody's but ours.
+            # The user does not know the temporary file, so the message must not name it.
             raise InputError(str(error).replace(f"{file}:1: ", f"{_texts.SCENARIO_NAME}: ")
                              .replace(str(file), _texts.SCENARIO_NAME)) from None
 
@@ -73,15 +73,15 @@ def sweep(sweep: Source, *, out: Any = None, processes: int | None = None,
     """Runs a scenario over ranges of its keys, as ``metabuffer sweep`` does.
 
     sweep: a sweep's YAML file, or a dict with the same keys: ``{"scenario": "case-4.yaml", "axes": [{"key":
-        "bus.width_bits", "values": [64, 128]}]}``. Paths are relative to the file, of a dict to the working directory.
-    out: keep the results in this SQLite file. With a file that is there already, what it has is not run again, and Ctrl-C
+        "bus.width_bits", "values": [64, 128]}]}``. Paths are relative to the file; in a dict, to the working directory.
+    out: keep the results in this SQLite file. Points that an existing file has already are not run again, and Ctrl-C
         loses nothing. None: the results are in the table alone.
     processes: simulations at once; None: one for each processor.
-    level: ``"tlm"``, the usual one, or ``"rtl"``.
-    time_limit: seconds after which a simulation is given up, as a crash.
-    quiet: show no progress. There is some on a terminal only.
+    level: ``"tlm"``, the default, or ``"rtl"``.
+    time_limit: seconds after which a simulation is ended and counts as a crash.
+    quiet: show no progress. Progress is shown on a terminal only.
 
-    Gives a table as :func:`results` does, a row for each point. A point that fails is a row, too: its ``status`` and
+    Returns a table as :func:`results` does, a row for each point. A point that fails is a row, too: its ``status`` and
     ``reason`` say why. Raises :class:`InputError` for bad input, and if no point makes a scenario.
     """
     with contextlib.ExitStack() as files:
@@ -102,14 +102,14 @@ def size(scenario: Source, minimize: str, *, over: Mapping[str, Any] | None = No
     scenario, set and frames: as :func:`run` has them.
     minimize: ``"composer.buffer_pixels"``, or with a range: ``"bus.burst_pixels=1..256"``,
         ``"clocks.core_mhz=50..200+0.5"``, ``"bus.width_bits=32,64,128"``.
-    over: do so at each of these values: ``{"bus.width_bits": [64, 128]}``. A text is a range, as ``"64..512*2"``.
-    goal: when a value is good, an SQL expression over figures of a run and the keys at hand; None: nothing starves, stalls
-        or is rejected.
-    frame_rate_hz: and the machine shows that many frames a second, which takes three frames or more.
-    checks: further values looked at, to see whether the goal is monotonic; None: 16.
+    over: search at each of these values: ``{"bus.width_bits": [64, 128]}``. A text is a range, as ``"64..512*2"``.
+    goal: says which values are good: an SQL expression over the figures of a run and the keys that vary; None: nothing
+        starves, stalls or is rejected.
+    frame_rate_hz: the machine must also show that many frames a second, which takes three frames or more.
+    checks: further values that are tried, to check that the goal is monotonic; None: 16.
     out, processes, level, time_limit, quiet: as :func:`sweep` has them.
 
-    Gives a table as :func:`results` does, a row for each setting of ``over``; ``smallest`` is the answer, in the unit of
+    Returns a table as :func:`results` does, a row for each setting of ``over``; ``smallest`` is the answer, in the unit of
     the key. Raises :class:`InputError`.
     """
     axes = [f"{key}={_texts.list_text(values)}" for key, values in _texts.keyed("over", over).items()]
@@ -122,14 +122,14 @@ def size(scenario: Source, minimize: str, *, over: Mapping[str, Any] | None = No
 
 def results(db: "str | bytes | os.PathLike[Any]", *, where: str | None = None,
             columns: str | Sequence[str] | None = None) -> "pandas.DataFrame":
-    """The results of a sweep or a search as a table, as ``metabuffer export --bookkeeping`` has them, also while
+    """The results of a sweep or a search as a table, as ``metabuffer export --bookkeeping`` has them, even while
     it still runs.
 
     db: the SQLite file.
     where: only the points for which this SQL expression over the columns is true: ``"starved_pixels = 0"``.
     columns: these expressions instead of all columns: a list, or a text with commas in between.
 
-    Gives a row for each point, in the order of the axes' values: ``point``, the axes' keys, ``status``, ``reason``, and
+    Returns a row for each point, in the order of the axes' values: ``point``, the axes' keys, ``status``, ``reason``, and
     the figures of its run, which ``docs/results.md`` explains. ``table.attrs["units"]`` is a dict from a column to its
     unit (``"clocks"``, ``"pixels"``, ``"frames/s"``); columns without a unit are not in it. ``attrs`` has ``name``,
     ``scenario``, ``level``, ``keys``, ``search_key`` and ``goal`` of the results as well. Raises :class:`InputError`.

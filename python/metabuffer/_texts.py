@@ -9,13 +9,13 @@ import os
 import pathlib
 from typing import Any, Iterable, Mapping
 
-#: Begins the messages about a dict; it is one line of YAML, so the line's number says nothing.
+#: Messages about a dict begin with this name. The dict is one line of YAML, so a line number would say nothing.
 SCENARIO_NAME = "scenario"
 SWEEP_NAME = "sweep"
 
 
 def _plain(value: Any) -> Any:
-    """What json does not know by itself: paths, and numbers and arrays of numpy."""
+    """Converts values that json does not know: paths, and numbers and arrays of numpy."""
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     for convert in ("tolist", "item"):
@@ -39,7 +39,7 @@ def _wrong_type(name: str, value: Any, wanted: str) -> TypeError:
 
 
 def word(name: str, value: str | None) -> str:
-    """An argument that is a text; nothing is the empty one."""
+    """An argument that is a text; None becomes the empty one."""
     if value is not None and not isinstance(value, str):
         raise _wrong_type(name, value, "a text")
     return value or ""
@@ -53,25 +53,25 @@ def flag(name: str, value: bool) -> bool:
 
 
 def whole(name: str, value: int | None) -> int | None:
-    """An argument that is a whole number, or nothing."""
+    """An argument that is a whole number or None."""
     if value is None:
         return None
     try:
-        # Beyond any range, and yet what the extension takes.
+        # These limits are beyond any option's range, but the extension can still convert them.
         return max(-2**31, min(2**31 - 1, operator.index(value)))
     except TypeError:
         raise _wrong_type(name, value, "a whole number") from None
 
 
 def number(name: str, value: float | None) -> float | None:
-    """An argument that is a number, or nothing."""
+    """An argument that is a number or None."""
     if value is not None and not isinstance(value, numbers.Real):
         raise _wrong_type(name, value, "a number")
     return None if value is None else float(value)
 
 
 def keyed(name: str, values: Mapping[str, Any] | None) -> Mapping[str, Any]:
-    """An argument that is a dict by scenario keys; nothing is the empty one."""
+    """An argument that is a dict by scenario keys; None becomes the empty one."""
     if values is None:
         return {}
     if not isinstance(values, Mapping):
@@ -91,7 +91,7 @@ def settings(values: Mapping[str, Any] | None, frames: int | None) -> list[tuple
 
 
 def list_text(values: Any) -> str:
-    """The values of an axis as ``--over KEY=VALUES`` takes them: a text as it is, else each of several."""
+    """The values of an axis as ``--over KEY=VALUES`` takes them: a text as it is, others joined by commas."""
     if isinstance(values, str):
         return values
     if not isinstance(values, Iterable) or isinstance(values, Mapping):
@@ -100,7 +100,7 @@ def list_text(values: Any) -> str:
 
 
 def is_description(source: Any) -> bool:
-    """Whether it is a dict, and not the name of a file."""
+    """Whether the source is a dict and not the name of a file."""
     if isinstance(source, Mapping):
         return True
     if isinstance(source, (str, bytes, os.PathLike)):
@@ -109,14 +109,14 @@ def is_description(source: Any) -> bool:
 
 
 def source(value: Any, name: str) -> tuple[bytes, str | None]:
-    """What the extension takes for a file's name, or for a dict: the name in messages and its text."""
+    """The extension's arguments for a source: a file's name and None; for a dict its name in messages and its YAML."""
     if is_description(value):
         return name.encode(), yaml_text(value)
     return os.fsencode(value), None
 
 
 def with_absolute_images(scenario: Mapping[str, Any]) -> dict[str, Any]:
-    """The same scenario with images that are found from any folder; what is no scenario is left as it is."""
+    """The same scenario with absolute paths of its images, for any folder. Parts with other types stay as they are."""
     copy = json.loads(yaml_text(scenario))
     renderers = copy.get("renderers")
     for renderer in renderers if isinstance(renderers, list) else []:

@@ -1,5 +1,5 @@
 # Debian's libsystemc-dev brings systemc.pc but no CMake package: one imported target, SystemC::systemc,
-# whose headers are system headers so that their warnings are not ours.
+# whose headers are system headers so that the compiler does not show their warnings.
 find_package(PkgConfig QUIET)
 pkg_check_modules(PC_SYSTEMC QUIET systemc)
 find_path(SystemC_INCLUDE_DIR systemc HINTS ${PC_SYSTEMC_INCLUDE_DIRS})

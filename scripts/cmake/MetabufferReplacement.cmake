@@ -1,10 +1,10 @@
-# metabuffer_add_replacements(BASE FOLDER...): what metabuffer_rtl is replaced by: folders of METABUFFER_REPLACEMENT, or of
-# metabuffer_levels_with() of the installed package. BASE is what their paths are relative to.
+# metabuffer_add_replacements(BASE FOLDER...): adds folders with replacements of metabuffer_rtl's blocks. They come from
+# METABUFFER_REPLACEMENT, or from metabuffer_levels_with() of the installed package. Their paths are relative to BASE.
 function(metabuffer_add_replacements base)
     set(number 0)
     foreach(folder IN LISTS ARGN)
         get_filename_component(folder "${folder}" ABSOLUTE BASE_DIR "${base}")
-        # Before the model: its rtl/BLOCK.h is the one that everything includes.
+        # This folder comes before model/, so that everything includes its rtl/BLOCK.h.
         target_include_directories(metabuffer_rtl BEFORE PUBLIC "$<BUILD_INTERFACE:${folder}>")
         math(EXPR number "${number} + 1")
         add_subdirectory("${folder}" "${CMAKE_CURRENT_BINARY_DIR}/replacement_${number}")
@@ -12,8 +12,8 @@ function(metabuffer_add_replacements base)
 endfunction()
 
 # metabuffer_replace(BLOCKS NAME... SOURCES FILE... [LIBRARIES TARGET...]): for the CMakeLists.txt of a folder of
-# METABUFFER_REPLACEMENT, or of metabuffer_levels_with() of the installed package. The blocks' own source files are left out
-# of level rtl's library, and these come into it.
+# METABUFFER_REPLACEMENT, or of metabuffer_levels_with() of the installed package. In level rtl's library these sources
+# take the place of the blocks' own.
 function(metabuffer_replace)
     cmake_parse_arguments(ARG "" "" "BLOCKS;SOURCES;LIBRARIES" ${ARGN})
     get_target_property(sources metabuffer_rtl SOURCES)
@@ -31,7 +31,7 @@ function(metabuffer_replace)
     set_target_properties(metabuffer_rtl PROPERTIES SOURCES "${sources}")
     list(TRANSFORM ARG_SOURCES PREPEND "${CMAKE_CURRENT_SOURCE_DIR}/")
     target_sources(metabuffer_rtl PRIVATE ${ARG_SOURCES})
-    # A block of somebody else's says itself what it includes, and in which order.
+    # Another author's block has includes and an order of its own, which joined or precompiled files could break.
     set_source_files_properties(${ARG_SOURCES} TARGET_DIRECTORY metabuffer_rtl PROPERTIES
                                 SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
     target_link_libraries(metabuffer_rtl PUBLIC ${ARG_LIBRARIES})

@@ -1,5 +1,6 @@
-# What `cmake --install` puts in place, in up to three components: `program` (what people run, with its data), `development`
-# (libraries, headers, what CMake and pkg-config need to find them, and the sources of what can be replaced) and `python`.
+# What `cmake --install` puts in place, in up to three components: `program` (what people run, with its data),
+# `development` (libraries, headers, what CMake and pkg-config need to find them, and the sources of what can be
+# replaced) and `python`.
 include(CMakePackageConfigHelpers)
 
 set(data "${CMAKE_INSTALL_DATADIR}/metabuffer")
@@ -26,7 +27,7 @@ install(CODE "
         message(FATAL_ERROR \"scripts/make-manual failed\")
     endif()" COMPONENT program)
 
-# With replaced blocks there are no libraries to install: theirs are not the model's.
+# A build with replaced blocks installs no libraries, since they would not be the model's.
 if(NOT METABUFFER_REPLACEMENT)
     include(library_installation)
 endif()

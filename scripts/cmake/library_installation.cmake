@@ -5,7 +5,7 @@ list(TRANSFORM libraries PREPEND metabuffer_ OUTPUT_VARIABLE targets)
 foreach(name IN LISTS libraries)
     set_target_properties(metabuffer_${name} PROPERTIES EXPORT_NAME ${name})
 endforeach()
-# What reads images is loaded when the first one is asked for, from beside the libraries.
+# The module that reads images is loaded with the first image, from a folder below the libraries'.
 target_link_options(metabuffer_images INTERFACE
     "$<INSTALL_INTERFACE:-Wl,-rpath,$<INSTALL_PREFIX>/${METABUFFER_INSTALLED_MODULE_DIRECTORY}>")
 install(TARGETS ${targets} EXPORT MetabufferTargets ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
@@ -25,7 +25,7 @@ install(FILES "${CMAKE_BINARY_DIR}/MetabufferConfig.cmake" "${CMAKE_BINARY_DIR}/
               scripts/cmake/FindSystemC.cmake scripts/cmake/MetabufferReplacement.cmake
         DESTINATION "${package}" COMPONENT development)
 
-# Libraries that use others stand before them, as a linker wants it.
+# A linker wants each library before those that it uses.
 set(archives ${targets})
 list(REMOVE_ITEM archives metabuffer_options)
 list(REVERSE archives)

@@ -6,12 +6,12 @@ set(METABUFFER_BUILDS_PYTHON OFF)
 if(METABUFFER_PYTHON STREQUAL "OFF")
     return()
 endif()
-# An interpreter without the sanitizers cannot load a module with them; other blocks' libraries need not be
+# An interpreter without the sanitizers cannot load a module with them. Libraries of replaced blocks need not be
 # position-independent.
 if(METABUFFER_PYTHON STREQUAL "AUTO" AND (METABUFFER_SANITIZE OR METABUFFER_REPLACEMENT))
     return()
 endif()
-# Debian's: numpy and pandas are packages of its own, and another Python may stand before it on the PATH.
+# Debian's Python, since it has Debian's packages of numpy and pandas. Another one may come first on the PATH.
 set(Python_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The Python that the module is for")
 find_package(Python COMPONENTS Interpreter Development.Module QUIET)
 set(PYBIND11_NOPYTHON OFF)

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Bash completion for metabuffer. The program is asked what it knows: commands, options and keys stand nowhere else.
+# Bash completion for metabuffer. It asks the program for commands, options and keys, and has no lists of its own.
 _metabuffer_words() {
   local command=$1
   # A line of the help that begins an entry: two spaces, and the name.
@@ -10,7 +10,7 @@ _metabuffer_words() {
   fi
 }
 
-# The values in braces behind an option: --level TEXT:{tlm,rtl,functional}.
+# The values in braces after an option: --level TEXT:{tlm,rtl,functional}.
 _metabuffer_values() {
   "$program" "$1" --help 2>/dev/null | sed -n "s/^  \(-[a-zA-Z],\)\?$2 [A-Z]*:{\([^}]*\)}.*/\2/p" | tr ',' ' '
 }

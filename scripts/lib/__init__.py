@@ -1,1 +1,1 @@
-"""What the scripts in Python share. A script finds it beside itself, in whatever folder it is called."""
+"""What the scripts in Python share. A script finds it next to itself, whatever folder it is called from."""

@@ -4,7 +4,7 @@ import json
 import pathlib
 import shlex
 
-# Of a compile command, what makes a difference to what the sources mean. Relative paths are none of CMake's.
+# The options of a compile command that affect what the sources mean. CMake gives no relative paths.
 MEANINGFUL = ("-I", "-D", "-U", "-std=", "-isystem", "-iquote", "-include")
 
 
@@ -14,7 +14,7 @@ def arguments_of(command: str) -> list[str]:
         if word.startswith(MEANINGFUL):
             kept.append(word)
         elif index and words[index - 1] in MEANINGFUL:
-            kept.append(word)  # -isystem DIR
+            kept.append(word)  # the DIR of -isystem DIR
     return kept
 
 

@@ -11,7 +11,7 @@ from lib.project import SCRIPT
 
 
 class Measurement(NamedTuple):
-    """Seconds are of the wall and of processors: in the program, and in the system's kernel for it."""
+    """Wall time, and processor time in the program (user) and in the system's kernel for it (system)."""
 
     output: str
     seconds: float
@@ -21,7 +21,7 @@ class Measurement(NamedTuple):
 
 
 def measured(*command: Any, stderr: Any = None, cwd: Any = None) -> Measurement:
-    """Runs a command, which must succeed; of what it starts, what it waits for counts."""
+    """Runs a command, which must succeed. Processes that it starts count if it waits for them."""
     words = [str(word) for word in command]
     with tempfile.TemporaryFile("w+") as output:
         started = time.perf_counter()
@@ -36,7 +36,7 @@ def measured(*command: Any, stderr: Any = None, cwd: Any = None) -> Measurement:
 
 
 def print_aligned(rows: Sequence[Sequence[Any]]) -> None:
-    """A table whose first column is text and whose others are figures."""
+    """Prints a table with text in the first column and figures in the others."""
     widths = [max(len(str(row[column])) for row in rows) for column in range(len(rows[0]))]
     for row in rows:
         cells = [str(cell).ljust(width) if column == 0 else str(cell).rjust(width)

@@ -11,8 +11,8 @@ from typing import Any, Callable, Iterable, Iterator, Optional
 
 def in_parallel(jobs: int, function: Callable[[Any], Any], items: Iterable[Any],
                 stop: Callable[[], None] = lambda: None) -> Iterator[tuple[Any, Any]]:
-    """Yields each item with the function's result, in the order in which they end. What ends the caller's loop early,
-    such as Ctrl-C, leaves out what has not begun and calls stop, which must end the rest."""
+    """Yields each item with the function's result, in the order in which the calls end. If the caller's loop ends
+    early, as by Ctrl-C, calls that have not begun are left out, and stop is called, which must end the others."""
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         waiting = {pool.submit(function, item): item for item in items}
         try:
@@ -25,7 +25,7 @@ def in_parallel(jobs: int, function: Callable[[Any], Any], items: Iterable[Any],
 
 
 def alive_in(group: int) -> list[int]:
-    """The processes of a process group."""
+    """The living processes of a process group."""
     alive = []
     for entry in pathlib.Path("/proc").iterdir():
         if entry.name.isdigit():
@@ -47,8 +47,8 @@ class Children:
         self.stopped = False
 
     def run(self, command: list, timeout: float, **options: Any) -> tuple[Optional[int], str, str]:
-        """Exit status, output and errors, the latter if the options have them piped. A status of None stands for a
-        timeout. Nothing that the process has started outlives it."""
+        """Runs a process. Returns exit status, output and errors, the latter two if the options have them piped. A
+        status of None is a timeout. Nothing that the process has started outlives it."""
         with self.lock:
             if self.stopped:
                 raise InterruptedError
@@ -69,7 +69,7 @@ class Children:
 
     @staticmethod
     def end(process: subprocess.Popen) -> None:
-        """The process and what it has started."""
+        """Ends the process and what it has started."""
         try:
             os.killpg(process.pid, signal.SIGKILL)
         except ProcessLookupError:

@@ -1,13 +1,13 @@
-"""How far a long run is."""
+"""Shows how far a long run is."""
 
 import sys
 import time
 
-SECONDS_BETWEEN_LINES = 10  # where there is no terminal
+SECONDS_BETWEEN_LINES = 10  # if the output is no terminal
 
 
 class Progress:
-    """A line that is overwritten on a terminal, a line now and then elsewhere."""
+    """On a terminal one line, which is overwritten; elsewhere a new line now and then."""
 
     def __init__(self, what: str, total: int):
         self.what, self.total, self.done = what, total, 0
@@ -18,7 +18,7 @@ class Progress:
         return time.monotonic() - self.started
 
     def step(self, count: int = 1, note: str = "") -> None:
-        """So many more are done; the note stands behind them."""
+        """Adds to the count, and shows it with the note after it."""
         self.done += count
         now = time.monotonic()
         if self.terminal or now - self.shown >= SECONDS_BETWEEN_LINES:
@@ -26,7 +26,7 @@ class Progress:
             self.show(note)
 
     def finish(self) -> None:
-        """The last line, which stays."""
+        """Shows the last line, which stays."""
         if self.total > 0:
             self.show()
             if self.terminal:
@@ -37,5 +37,5 @@ class Progress:
         print(f"\r{line}\033[K" if self.terminal else line, end="" if self.terminal else "\n", flush=True)
 
     def say(self, line: str) -> None:
-        """A line that stays, in between."""
+        """Prints a line that stays, and does not change the count."""
         print(f"\r{line}\033[K" if self.terminal else line, flush=True)

@@ -13,7 +13,7 @@ SCRIPT = pathlib.Path(sys.argv[0]).name  # what messages begin with
 
 
 def build(*targets: str) -> None:
-    """Through the bash scripts' own function, so that nothing is configured twice. Ends the script if it fails."""
+    """Builds targets as the bash scripts do, so that nothing is configured twice. Ends the script if that fails."""
     done = subprocess.run(["bash", "-c", 'set -euo pipefail; source scripts/common.bash; build_programs "$@"',
                            SCRIPT, *targets], cwd=ROOT, check=False)
     if done.returncode != 0:
@@ -26,7 +26,7 @@ def add_program_option(parser: argparse.ArgumentParser, name: str) -> None:
 
 
 def program_of(given: Optional[pathlib.Path], path: pathlib.Path, *others: str) -> pathlib.Path:
-    """The program that --program names, or else that of the release build, built with other targets."""
+    """The program that --program names. Without it, builds that of the release build, and other targets."""
     if given is not None:
         return given.resolve()
     build(path.name, *others)

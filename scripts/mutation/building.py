@@ -24,7 +24,7 @@ def configure(source: pathlib.Path, build: pathlib.Path) -> None:
 
 
 def build(directory: pathlib.Path, jobs: int, targets: list[str]) -> tuple[bool, str]:
-    """Whether all could be built, and what was said. Goes on behind errors, to find them all."""
+    """Whether all could be built, and the output. Goes on after errors, to find them all."""
     done = run_quietly(["cmake", "--build", directory, "--parallel", jobs, *(["--target", *targets] if targets else []),
                         "--", "-k", "0"])
     return done.returncode == 0, done.stdout

@@ -18,8 +18,8 @@ from mutation.tree import Tree
 MEMORY_BYTES = 6 * 2**30
 FILE_BYTES = 2 * 2**30
 TESTS_OF_A_BATCH = 4
-STEADY = ("unit", "rtl", "tlm", "monitors", "system")  # kinds of tests in which no wall clock has a say
-QUICK_SECONDS = 1  # a test that all mutants meet before any meets a longer one
+STEADY = ("unit", "rtl", "tlm", "monitors", "system")  # kinds of tests that do not depend on a wall clock
+QUICK_SECONDS = 1  # tests up to this long run on all mutants before any longer test
 SURVEY_SECONDS = 1200
 
 
@@ -39,14 +39,14 @@ class Test:
 
     @property
     def kind(self) -> str:
-        """The word before the colon: unit, rtl, tlm, system, program."""
+        """The word before the colon of the name: unit, rtl, tlm, system, program."""
         return self.name.split(":")[0] if ":" in self.name else "test"
 
     def quick(self) -> bool:
         return self.seconds <= QUICK_SECONDS and not self.repetition
 
     def distance(self, mutant: Mutant) -> int:
-        """Smaller for tests that ought to notice."""
+        """Smaller for tests that are likelier to notice the mutant."""
         file = pathlib.PurePosixPath(mutant.file)
         program = pathlib.PurePath(self.command[0]).name
         own = file.stem in program or file.stem.replace("_", " ") in self.name
@@ -57,7 +57,7 @@ class Test:
 
 
 class Judge:
-    """One object for all threads."""
+    """Runs the tests; one object for all threads."""
 
     def __init__(self, tree: Tree):
         self.tree, self.options = tree, tree.options
@@ -73,7 +73,7 @@ class Judge:
         self.put_repetitions_last()
 
     def put_repetitions_last(self) -> None:
-        """Of tests that differ in a number only, such as seeds, the first ones stand for all that can."""
+        """Finds tests that differ only in a number, such as a seed. All but the first of them come last."""
         seen: collections.Counter = collections.Counter()
         for test in self.tests:
             family = re.sub(r"\d+", "N", test.name)
@@ -81,13 +81,13 @@ class Judge:
             test.repetition = seen[family] > TESTS_OF_A_BATCH
 
     def foreign(self, command: list[str]) -> bool:
-        """Not a program among the targets to build."""
+        """Whether the command is no program among the targets to build."""
         return pathlib.PurePath(command[0]).name not in self.options.target
 
     def run(self, test: Test, mutant: int, limit_seconds: float, reached: Optional[str] = None) -> str:
         """How the test ended: passed, failed or timeout."""
         with tempfile.TemporaryDirectory(dir=self.scratch, ignore_cleanup_errors=True) as place:
-            os.chmod(place, 0o755)  # some tests look at it as another user
+            os.chmod(place, 0o755)  # some tests read it as another user
             environment = dict(os.environ, **test.environment, TMPDIR=place, METABUFFER_MUTANT=str(mutant))
             environment.pop("METABUFFER_SEED", None)
             if reached:
@@ -101,7 +101,7 @@ class Judge:
             return "passed" if status == 0 else "failed"
 
     def survey(self, test: Test) -> bool:
-        """Runs a test without mutants: whether it passes, how long it takes, what it reaches."""
+        """Runs a test without mutants; notes its time and the mutants that it reaches. Returns whether it passes."""
         with tempfile.NamedTemporaryFile(dir=self.scratch) as file:
             file.truncate(LARGEST_NUMBER + 1)
             started = time.monotonic()
@@ -126,7 +126,7 @@ class Judge:
         for test in sorted(filter(wanted, tests), key=lambda test: (test.distance(mutant), test.seconds)):
             limit = self.options.timeout + 10 * test.seconds
             ended = self.run(test, mutant.number, limit)
-            # A test that fails now and then on a busy machine kills nothing.
+            # A test that depends on wall time may fail on a busy machine. It kills only if it fails twice.
             if ended == "passed" or (test.kind not in STEADY and self.run(test, mutant.number, limit) == "passed"):
                 continue
             if not mutant.killed:

@@ -1,4 +1,4 @@
-"""Mutants: what tells one from another, which ones there are, and the choice among them."""
+"""Mutants: what identifies one, which ones there are, and the choice among them."""
 
 import collections
 import hashlib
@@ -9,7 +9,7 @@ from typing import Any, Iterable, Iterator, NamedTuple, Union
 
 from mutation.sites import Site
 
-# How the paths of files begin that are changed, with the weight of a block there in the choice of mutants.
+# Files whose paths begin so are mutated. The number is the weight of a block there in the choice of mutants.
 WEIGHTS = {"model/rtl/": 4, "model/datapath/": 4, "model/formats/": 4, "model/functional/": 3, "model/tlm/": 2,
            "model/simulation/trace_window": 4,
            "model/report/report.cpp": 1, "model/report/report_json": 1, "model/report/report_difference": 1,
@@ -19,10 +19,10 @@ WEIGHTS = {"model/rtl/": 4, "model/datapath/": 4, "model/formats/": 4, "model/fu
 
 
 class Key(NamedTuple):
-    """What tells a mutant from all others, as long as its own statement stays as it is.
+    """What identifies a mutant as long as its own statement does not change.
 
-    Texts are squeezed. place counts the sites of the same text in the file before this one; of a mutant written by hand
-    it says what it does.
+    White space in the texts is squeezed. place counts the sites of the same text in the file before this one; of a
+    mutant written by hand it says what the mutant does.
     """
 
     file: str
@@ -84,7 +84,7 @@ def weight_of(file: str) -> int:
 
 
 def choose(candidates: Iterable[Candidate], count: int, seed: int) -> list[Candidate]:
-    """Spreads them over the blocks, a larger block getting more, but less than in proportion; operators in turn."""
+    """Chooses from all blocks: more from larger ones, but less than in proportion. In a block, operators take turns."""
     blocks: dict[str, dict[str, list]] = collections.defaultdict(lambda: collections.defaultdict(list))
     for candidate in sorted(candidates, key=lambda one: digest(seed, *one.key)):
         blocks[block_of(candidate.key.file)][candidate.operator].append(candidate)
@@ -96,7 +96,7 @@ def choose(candidates: Iterable[Candidate], count: int, seed: int) -> list[Candi
             order.extend(queue.pop(0) for queue in queues if queue)
         orders[block] = order
     weights = {block: weight_of(order[0].key.file) * math.sqrt(len(order)) for block, order in orders.items()}
-    # A small block has few candidates; what it leaves the others share.
+    # A small block has few candidates; the others share what it leaves.
     quotas: collections.Counter = collections.Counter()
     left = count
     while left > 0 and any(quotas[block] < len(order) for block, order in orders.items()):
@@ -108,19 +108,19 @@ def choose(candidates: Iterable[Candidate], count: int, seed: int) -> list[Candi
 
 
 class Mutant:
-    """A fault: edits of one file that one number switches on; and what has been found out about it."""
+    """A fault, that is edits of one file which one number switches on, and what has been found out about it."""
 
     def __init__(self, key: Key, operator: str, edits: list[Edit]):
         self.key, self.operator, self.edits = key, operator, edits
         self.number = 0
-        self.seeds: list[int] = []  # that chose it
+        self.seeds: list[int] = []  # the seeds that chose it
         self.discarded = ""  # why it takes no part
         self.reason = ""  # why it is equivalent, if that has been shown
         self.killed = False
-        self.kind = ""  # of the test that killed it
+        self.kind = ""  # the kind of the test that killed it
         self.tests: list[str] = []
         self.reached_by = 0
-        self.met = ""  # the tests that it has met: none, quick or all
+        self.met = ""  # the tests that have run on it: empty (none), quick or all
 
     @property
     def file(self) -> str:

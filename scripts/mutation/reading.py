@@ -1,6 +1,6 @@
 """Reads a tree's sources: which sites each file has.
 
-To parse the model takes a minute or two, so what was found is kept in a file, and taken from there until a source, a
+To parse the model takes a minute or two. So the sites are kept in a file, and read from there until a source, a
 CMakeLists.txt or the search itself changes.
 """
 
@@ -28,7 +28,7 @@ class Commands:
         self.by_path = arguments_by_source(build)
 
     def of(self, path: pathlib.Path) -> list[str]:
-        """A header is read as sources of its folder are."""
+        """The arguments for a file. A header gets those of a source in its folder."""
         found = self.by_path.get(str(path))
         if found is None and path.suffix == ".h":
             found = next((arguments for other, arguments in sorted(self.by_path.items())
@@ -48,7 +48,7 @@ class Parser:
         self.sites: Sites = {}
 
     def parse(self, file: str) -> None:
-        """Reads the file, and every wanted header in it that no other unit has had before."""
+        """Reads the file, and each wanted header in it that no earlier unit had."""
         path = self.source / file
         arguments = self.commands.of(path)
         if path.suffix == ".h":
@@ -72,7 +72,7 @@ class Parser:
 
 
 def digest_of(source: pathlib.Path, files: list[str]) -> str:
-    """Of all that decides which sites there are, but the system's own headers."""
+    """A digest of all that decides which sites there are, except the system's own headers."""
     digest = hashlib.sha256(pathlib.Path(search.__file__).read_bytes())
     digest.update(str(source).encode())
     for file in files:

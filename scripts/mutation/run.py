@@ -1,4 +1,4 @@
-"""The run as a whole: which mutants take part, what they go through, and what is told."""
+"""The run as a whole: which mutants take part, which tests run on them, and what is reported."""
 
 import argparse
 import collections
@@ -25,7 +25,7 @@ def list_mutants(tree: Tree) -> int:
 
 
 def only(tree: Tree, numbers: list[int]) -> list[Mutant]:
-    """The mutants of these numbers, which are shown."""
+    """Prints the mutants of these numbers, and returns them."""
     mutants = [mutant for mutant in tree.mutants if mutant.number in numbers]
     if len(mutants) < len(set(numbers)):
         raise Stop("no such mutant among those chosen, see --list", 2)
@@ -36,7 +36,7 @@ def only(tree: Tree, numbers: list[int]) -> list[Mutant]:
 
 
 def last_run(tree: Tree) -> dict[Key, dict]:
-    """What the last run, or as much of it as there was, noted of each mutant."""
+    """What the last run, which may have been cut off, noted of each mutant."""
     path = tree.directory / "results.json"
     if not path.exists():
         raise Stop(f"no last run: {path} is not there", 2)
@@ -49,7 +49,7 @@ def survivors(tree: Tree) -> set[Key]:
 
 
 def take_over_verdicts(tree: Tree) -> None:
-    """Of the last run, which was cut off."""
+    """Takes the verdicts of the last run, which was cut off."""
     last = last_run(tree)
     for mutant in tree.mutants:
         noted = last.get(mutant.key)
@@ -68,7 +68,7 @@ def taking_part(tree: Tree) -> list[Mutant]:
 
 
 def survey(judge: Judge, jobs: int) -> None:
-    """Every test once without mutants. Those that fail take no part; too many of them end the run."""
+    """Runs every test once without mutants. Those that fail take no part; too many of them end the run."""
     broken = []
     progress = Progress("tests without mutants", len(judge.tests))
     for test, passed in in_parallel(jobs, judge.survey, judge.tests, judge.children.stop):
@@ -83,7 +83,7 @@ def survey(judge: Judge, jobs: int) -> None:
 
 
 def save_results(tree: Tree, mutants: list[Mutant], seconds: float) -> None:
-    """Whole at any moment, so that a run that is cut off can go on."""
+    """Writes a file that is whole at any moment, so that a run that is cut off can go on."""
     path = tree.directory / "results.json"
     part = path.with_suffix(".part")
     part.write_text(json.dumps(tables.results(tree, mutants, seconds), indent=1) + "\n")
@@ -91,7 +91,7 @@ def save_results(tree: Tree, mutants: list[Mutant], seconds: float) -> None:
 
 
 def try_all(tree: Tree, judge: Judge, mutants: list[Mutant], save: Callable[[], None]) -> None:
-    """All meet the quick tests, and those that survive them the rest."""
+    """Runs the quick tests on all mutants, and the others on those that survive."""
     options = tree.options
     fresh = [mutant for mutant in mutants if not mutant.met]
     progress = Progress("mutants", len(fresh))
@@ -99,7 +99,7 @@ def try_all(tree: Tree, judge: Judge, mutants: list[Mutant], save: Callable[[], 
         progress.step()
         save()
     progress.finish()
-    # Known equivalents have met the quick tests: that will do for a daily run.
+    # On known equivalents the quick tests have run, which is enough for a daily run.
     left = [mutant for mutant in mutants if mutant.met != "all"
             and (options.all_tests or not mutant.killed and (options.slow or not mutant.reason))]
     for mutant in left:
@@ -120,7 +120,7 @@ def note_killed_equivalents(tree: Tree, mutants: list[Mutant]) -> None:
 
 
 def tell(tree: Tree, mutants: list[Mutant], seconds: float) -> int:
-    """Tables, notes and the sum; the exit status. The mutants are those that took part and compile."""
+    """Prints tables, notes and the sum. Returns the exit status. The mutants are those that took part and compile."""
     print(tables.by_block(mutants))
     print(tables.by_test(mutants))
     print(tables.by_seed(tree, mutants))

@@ -1,9 +1,9 @@
 """Finds in C++ sources, through libclang, what a mutant may change.
 
 A site is a piece of a function's body that can be replaced as a whole behind a switch: a statement, a condition, or the
-value that a variable begins with. Within it stand the places where an operator of mutation changes something. What the
-compiler evaluates (labels of a switch, if constexpr, constexpr variables) is no site. A macro's call is left
-as it is, with its arguments: as a statement or condition of its own it is a site, but nothing in it is changed.
+value that a variable begins with. In it are the places where an operator of mutation changes something. What the
+compiler evaluates (labels of a switch, if constexpr, constexpr variables) is no site. A macro's call is left as it is,
+with its arguments: as a statement or condition of its own it is a site, but nothing in it is changed.
 """
 
 import bisect
@@ -13,7 +13,7 @@ from typing import NamedTuple, Optional
 
 from clang.cindex import Cursor, CursorKind, Index, StorageClass, TokenKind, TranslationUnit, TypeKind
 
-# What says what a fault is or what was seen, and is no part of the machine.
+# These functions print or describe something, and are no part of the machine.
 SKIPPED_FUNCTIONS = {"trace", "sc_trace", "operator<<", "waiting_for"}
 
 FUNCTIONS = {CursorKind.FUNCTION_DECL, CursorKind.CXX_METHOD, CursorKind.CONSTRUCTOR, CursorKind.DESTRUCTOR,
@@ -42,7 +42,7 @@ RENAMED = {"min": ("max", "min/max"), "max": ("min", "min/max"), "all_of": ("any
 
 
 class Change(NamedTuple):
-    """What an operator of mutation does: the text that stands at start..end of the file instead."""
+    """What an operator of mutation does: this text replaces start..end of the file."""
 
     operator: str
     start: int
@@ -70,7 +70,7 @@ class ParseError(Exception):
 
 
 class SourceTokens:
-    """The tokens of a file, as they stand in it: places of the AST that are no token's come from macros."""
+    """The tokens of a file as it is written. Offsets of the AST at which no token begins or ends come from macros."""
 
     def __init__(self, unit: TranslationUnit, path: str):
         file = unit.get_file(path)
@@ -81,7 +81,7 @@ class SourceTokens:
         self.starts = [token.start for token in self.tokens]
 
     def index_from(self, offset: int) -> int:
-        """Of the first token that begins at the offset or behind it."""
+        """Index of the first token that begins at the offset or after it."""
         return bisect.bisect_left(self.starts, offset)
 
     def at(self, offset: int) -> Optional[Token]:
@@ -136,7 +136,7 @@ class Changes:
         self.found: dict[Change, None] = {}  # in order, each once: some nodes are visited twice
         inside = [cursor for cursor in root.walk_preorder()
                   if start <= start_of(cursor) and end_of(cursor) <= end and start_of(cursor) < end_of(cursor)]
-        # A text's content is not the machine's behaviour, nor how a text is put together.
+        # What a text says, and how it is put together, is not the machine's behaviour.
         self.message = any(cursor.kind == CursorKind.STRING_LITERAL for cursor in inside)
         for cursor in inside:
             self.visit(cursor)
@@ -236,7 +236,7 @@ class Reader:
         self.sites.sort()
 
     def scope(self, scope: Cursor) -> None:
-        """Namespaces and classes: looks for the bodies of functions."""
+        """Searches a namespace or class for the bodies of functions."""
         for cursor in scope.get_children():
             file = cursor.location.file
             if file is None or file.name != self.path:
@@ -247,7 +247,7 @@ class Reader:
                 for child in cursor.get_children():
                     first = self.tokens.at(start_of(child))
                     if first is not None and first.text in ("{", "try") and child.kind.is_statement():
-                        self.statement(child)  # and not the body that a macro expands to
+                        self.statement(child)  # not a body that a macro expands to
 
     def statement(self, cursor: Cursor) -> None:
         kind = cursor.kind
@@ -274,7 +274,7 @@ class Reader:
             self.plain(cursor)
 
     def plain(self, cursor: Cursor) -> None:
-        """A statement up to its semicolon, or a macro's call that stands for statements."""
+        """A statement up to its semicolon, or a macro's call that expands to statements."""
         semicolon = self.tokens.following(end_of(cursor))
         if semicolon is not None and semicolon.text == ";":
             self.expression(cursor, start_of(cursor), semicolon.end, "statement")
@@ -298,10 +298,10 @@ class Reader:
                 self.statement(child)
             elif condition is not None and condition[0] < start and end <= condition[1] and child.kind.is_expression():
                 self.expression(child, start, end, "condition")
-                condition = None  # a declared condition is its variable's value as well
+                condition = None  # a condition that declares a variable occurs again as its value
 
     def declaration(self, cursor: Cursor) -> None:
-        """The value of a variable that is declared with =, unless the compiler computes it or only once."""
+        """The value of a variable that is declared with =, unless it is computed by the compiler or only once."""
         if cursor.kind in SCOPES and cursor.kind != CursorKind.UNEXPOSED_DECL:
             self.scope(cursor)  # a class inside a function
             return
@@ -316,7 +316,7 @@ class Reader:
                 self.lambdas(value)
 
     def expression(self, cursor: Cursor, start: int, end: int, form: str) -> None:
-        """Adds a site; of what holds functions without a name only their bodies' statements are sites."""
+        """Adds a site. If it contains lambdas, only the statements of their bodies are sites."""
         if self.lambdas(cursor):
             return
         changes = list(Changes(self.tokens, start, end, cursor).found)

@@ -66,14 +66,14 @@ class Copy:
         self.mutants: list[Mutant] = []
 
     def span_of(self, edit: Edit) -> tuple[int, int, str]:
-        """An edit inside a site becomes one of the site's."""
+        """The piece to replace: the site around the edit, or the edit's own."""
         for site in self.sites:
             if site.start <= edit.start and edit.end <= site.end:
                 return site.start, site.end, site.form
         return edit.start, edit.end, edit.form
 
     def spans(self) -> list[Span]:
-        """Disjoint: what spans others swallows them."""
+        """Disjoint spans: one that contains others takes their mutants."""
         edits = [(edit, mutant) for mutant in self.mutants if not mutant.discarded for edit in mutant.edits]
         wholes = {(start, end): form for start, end, form in (self.span_of(edit) for edit, _ in edits)}
         spans = []
@@ -131,7 +131,7 @@ class Copy:
 
 
 def number(mutants: list[Mutant]) -> None:
-    """Numbers come from the mutants' texts: a change elsewhere leaves them, and what is compiled, alone."""
+    """Numbers come from the mutants' texts, so that a change elsewhere changes neither them nor what is compiled."""
     taken = set()
     for mutant in mutants:
         wanted = int.from_bytes(mutant.digest()[:8], "big") % LARGEST_NUMBER + 1

@@ -1,4 +1,4 @@
-"""What there is to tell of the verdicts: tables in Markdown and results in JSON."""
+"""Reports of the verdicts: tables in Markdown and results in JSON."""
 
 import collections
 import pathlib
@@ -40,7 +40,7 @@ def by_block(mutants: Iterable[Mutant]) -> str:
 
 
 def by_seed(tree: Tree, mutants: list[Mutant]) -> str:
-    """What each seed's choice came to; a mutant that several seeds chose is in each of their rows."""
+    """A table of verdicts by seed. A mutant that several seeds chose is in each of their rows."""
     lines = head("seed", "mutants", *VERDICTS, figures=len(VERDICTS) + 1)
     for seed in tree.options.seeds:
         counts = collections.Counter(one.verdict for one in mutants if seed in one.seeds and not one.discarded)

@@ -21,7 +21,7 @@ UNCOMPILED = "does not compile"
 
 
 def write_if_new(path: pathlib.Path, content: bytes) -> None:
-    """Leaves the time of a file alone that has the content already, so that nothing is compiled anew."""
+    """Does not touch a file that has the content already, so that it is not compiled again."""
     if path.is_file() and path.read_bytes() == content:
         return
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -102,7 +102,7 @@ class Tree:
         return self.copies[mutant.file].describe(mutant)
 
     def write(self) -> dict[str, dict[int, Mutant]]:
-        """The copy, with the mutants that are not discarded; returns the mutants by file and line."""
+        """Writes the copy, with the mutants that are not discarded; returns the mutants by file and line."""
         target = self.directory / "source"
         keep = set(self.files) | {f"model/{switches.HEADER}"}
         if target.exists():
@@ -122,7 +122,7 @@ class Tree:
         return lines
 
     def build(self) -> None:
-        """Builds all that compiles; what does not is discarded."""
+        """Builds the copy. Mutants that do not compile are discarded."""
         directory = self.directory / "build"
         for _ in range(ROUNDS_OF_BUILDING):
             lines = self.write()
@@ -152,12 +152,12 @@ class Tree:
                 refused.add(mutant)
             else:
                 elsewhere.add(file)
-        if not refused:  # what does not end where it should is noticed behind it
+        if not refused:  # an open bracket is noticed only after the mutant
             refused = {mutant for file in elsewhere for mutant in lines.get(file, {}).values() if mutant.by_hand}
         return refused
 
     def build_or_reuse(self) -> bool:
-        """Builds, unless --no-build says that the last run's build will do. Whether it has built."""
+        """Builds, unless --no-build says that the last run's build will do. Returns whether it has built."""
         told = self.directory / "discarded.json"
         if self.options.no_build and told.exists():
             refused = {Key(*one) for one in json.loads(told.read_text())}
