@@ -2,7 +2,7 @@
 
 namespace metabuffer {
 
-/// What a beat of a renderer's bus says beside its pixels, in bits: the pins beside the data pins
+/// What a beat of a renderer's bus says besides its pixels, in bits: the pins besides the data pins
 /// (docs/replacing-a-block.md).
 struct BusSideBand {
     static constexpr int kKindBits = 2;

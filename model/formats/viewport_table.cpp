@@ -54,7 +54,7 @@ Axis vertical(const ViewportRow& row, const ViewportLimits& limits) {
 }
 
 /// The smallest buffer with which the row cannot wait for ever. A composer that must keep a source row for its
-/// repetitions needs its ready space beside it; otherwise it would never receive the pixels that let it go on.
+/// repetitions needs its ready space besides; otherwise it would never receive the pixels that let it go on.
 std::int64_t least_buffer_pixels(const ViewportRow& row, const ViewportLimits& limits) {
     const std::int64_t window = row.dmultiple > 1 ? row.sdx : 0;
     return window + limits.ready_space_pixels;

@@ -175,9 +175,9 @@ const std::vector<CostItem>& cost_items() {
             "output_framebuffer_bits", "bits", "two pictures of 24-bit pixels for each display", 0.00005),
         item<&MachineCost::bus_wires>(
             "bus_wires", "wires",
-            "renderers times bus.width_bits, 103 wires beside the data and two handshakes a display", 1.0),
+            "renderers times bus.width_bits, 103 wires besides the data and two handshakes a display", 1.0),
         item<&MachineCost::pipeline_wires>("pipeline_wires", "wires",
-                                           "70 for each composer: a pixel and six beside it", 1.0),
+                                           "70 for each composer: a pixel and six besides it", 1.0),
         item<&MachineCost::memory_pins>(
             "memory_pins", "pins",
             "for each memory device 64 of data, a byte mask of 8, a command of 3, and the address", 1.0),

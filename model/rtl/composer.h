@@ -23,10 +23,10 @@ namespace metabuffer::rtl {
 ///   the same way, one clock ahead of pixel 0. The composer strapped PIPEMASTER makes the upstream pixel itself
 ///   (background, A = 0, far) and answers its own PIPEREADY with STARTFRAME one clock later.
 /// - buffer: a pixel sampled from the bus at an edge can be composited at the next one. It is written into the FIFO
-///   after that edge; until a read can return it, it stands in a register beside the merge stage (bypass). The FIFO is
+///   after that edge; until a read can return it, it is in a register next to the merge stage (bypass). The FIFO is
 ///   read one position ahead, unless its output has that pixel already, as it does while columns are replicated.
 /// - BUSREADY: if no burst for this composer is under way, or its rest fits one beat, BUSREADY is high while
-///   ready_space_pixels are free beside that rest: a slot would be taken. Earlier in a burst it is high while the beat
+///   ready_space_pixels are free besides that rest: a slot would be taken. Earlier in a burst it is high while the beat
 ///   on its way and one more fit, and those that read latency and bus registers hold. The first low clock ends the
 ///   burst. Its last beat is the one sampled after that clock, or as many clocks later as a beat and its answer take.
 ///   BUSREADY stays low until then.

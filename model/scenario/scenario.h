@@ -119,7 +119,7 @@ struct ClockConfig {
     double core_mhz = 100.0;
     double dvi_in_mhz = 100.0;
     double dvi_out_mhz = 100.0;
-    /// As the scenario gives them, beside or instead of dvi_in_mhz and dvi_out_mhz.
+    /// As the scenario gives them, together with or instead of dvi_in_mhz and dvi_out_mhz.
     std::optional<double> given_dvi_in_refresh_hz = std::nullopt;
     std::optional<double> given_dvi_out_refresh_hz = std::nullopt;
 
@@ -150,7 +150,7 @@ struct MemoryConfig {
     int refresh_cycles = 0;           ///< of a refresh: every bank is closed, and none can be opened
     MemoryPorts ports = MemoryPorts::kDual;
     int write_block_words = 64;  ///< with shared ports: words of the link that are written together
-    /// As the scenario gives it, beside or instead of page_miss_cycles.
+    /// As the scenario gives it, together with or instead of page_miss_cycles.
     std::optional<int> given_activate_cycles;
 
     constexpr int activate_cycles() const { return page_miss_cycles - precharge_cycles; }

@@ -83,7 +83,7 @@ std::vector<PathPosition> read_path(const Entry& viewport) {
     for (const ObjectKey<Viewport>& key : viewport_rows()) {
         const std::string name = std::string(key.schema.pattern).substr(kViewportPattern.size());
         if (const Entry still = viewport.child(name); still.present()) {
-            still.fail("stands beside a path, which has its own; use one of the two");
+            still.fail("is given together with a path, which has its own; use one of the two");
         }
     }
     for (const Entry& item : entry.items()) {
@@ -116,14 +116,14 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, co
     const Entry depth = entry.child("depth");
     if (depth.present()) source.files.depth = base / depth.name();
     if (const Entry z = entry.child("z"); z.present()) {
-        if (depth.present()) z.fail("stands beside a depth; use one of the two");
+        if (depth.present()) z.fail("is given together with a depth; use one of the two");
         source.files.z = z.number(depths);
     }
 
     const Entry viewport = entry.child("viewport");
     const Entry table = entry.child("table");
     if (viewport.present() && table.present()) {
-        table.fail("stands beside a viewport; use one of the two");
+        table.fail("is given together with a viewport; use one of the two");
     }
     if (!viewport.present() && !table.present()) {
         entry.fail("has neither a viewport nor a table; use one of the two");
@@ -158,7 +158,7 @@ std::vector<FrameSource> read_frames(const Entry& entry, const std::filesystem::
     if (!range.present()) {
         if (!path.empty()) {
             viewport.child("path").fail(
-                "goes with a range of frames; add frames, such as 0-29, beside the image");
+                "goes with a range of frames; add frames, such as 0-29, next to the image");
         }
         return {source};
     }

@@ -97,7 +97,7 @@ void check_refresh(RuleCheck& check, const MemoryConfig& memory) {
         std::to_string(memory.refresh_cycles) + " without refresh_interval_cycles; use both, or neither");
     const std::int64_t least = least_refresh_interval_cycles(memory);
     check.require(interval >= least, "memory.refresh_interval_cycles",
-                  std::to_string(interval) + " leaves no cycle for a beat beside refresh_cycles" +
+                  std::to_string(interval) + " leaves no cycle for a beat besides refresh_cycles" +
                       (memory.shared() ? ", page_miss_cycles and two blocks of the link's words"
                                        : " and page_miss_cycles") +
                       "; use " + std::to_string(least) + " or more");

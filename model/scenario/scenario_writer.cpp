@@ -224,7 +224,7 @@ void write_scenario(const Scenario& scenario, const std::filesystem::path& direc
     std::error_code error;
     std::filesystem::create_directories(directory, error);
     if (error) fail_to_write(directory, error.message());
-    // An earlier scenario's text must not be left beside this one's images if these cannot all be written.
+    // An earlier scenario's text must not be left next to this one's images if these cannot all be written.
     std::filesystem::remove(directory / kScenarioFile, error);
     images.write(directory, scenario.depth_format);
     write_output_file(directory / kScenarioFile, content);

@@ -13,7 +13,7 @@ namespace metabuffer {
 std::map<std::string, std::string> scenario_settings(const Scenario& scenario);
 
 /// Writes a scenario as files that load_scenario() reads back as an equal one: `scenario.yaml` with every key, and
-/// beside it `image_N.tif` (8-bit R G B A, alpha associated, so that no reader multiplies the colours by it) and
+/// next to it `image_N.tif` (8-bit R G B A, alpha associated, so that no reader multiplies the colours by it) and
 /// `depth_N.tif` (integer Z) for each different image. The directory is made if it is not there; other files in it
 /// stay.
 ///

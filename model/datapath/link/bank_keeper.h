@@ -25,7 +25,7 @@ class BankKeeper {
         kFresh,  ///< the banks are swapped: the pair is one that no frame has been made of
         kAgain,  ///< the front pair again; none before the first pair
     };
-    /// What an event does beside filling the back bank.
+    /// What an event does besides filling the back bank.
     struct Taken {
         int dropped_pairs = 0;       ///< whole pairs that no frame is made of
         bool pair_accepted = false;  ///< the back bank holds the event's pair, whole

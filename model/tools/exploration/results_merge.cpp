@@ -212,7 +212,7 @@ ResultsMerger::Cuts ResultsMerger::missing_by_cut(bool with_retried) {
         const std::int64_t ended = shards.getColumn(4).getInt64();
         if (shard < 1 || shard > count || count > kMostPoints || ended < 0 || ended > points ||
             points > kMostPoints) {
-            throw InputError("'" + first_.string() + "' or a file beside it is damaged: shard " +
+            throw InputError("'" + first_.string() + "' or a file next to it is damaged: shard " +
                              std::to_string(shard) + " of " + std::to_string(count) + " with " +
                              std::to_string(ended) + " of " + std::to_string(points) + " points");
         }

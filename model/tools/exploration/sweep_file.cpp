@@ -160,7 +160,8 @@ class AxesReader {
             return axis;
         }
         for (const char* key : {"key", "values", "range", "random"}) {
-            if (entry.child(key).present()) entry.child(key).fail("stands beside a zip; put it into the zip");
+            if (entry.child(key).present())
+                entry.child(key).fail("is given together with a zip; put it into the zip");
         }
         for (const Entry& item : zip.items()) read_key(item, true, axis);
         if (axis.keys.empty()) zip.fail("has no entries; use at least one key with values");
@@ -210,7 +211,8 @@ void read_cost(const Entry& root, SweepDescription& sweep) {
     constexpr NumberRange kWeights{-1e12, 1e12};
     const Entry cost = root.child("cost");
     const Entry weights = root.child("weights");
-    if (cost.present() && weights.present()) weights.fail("stands beside a cost; use one of the two");
+    if (cost.present() && weights.present())
+        weights.fail("is given together with a cost; use one of the two");
     if (cost.present()) {
         sweep.cost = cost.line();
         sweep.cost_where = cost.where();

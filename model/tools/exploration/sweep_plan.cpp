@@ -144,7 +144,7 @@ void check_keys(const SweepDescription& description) {
     }
     if (scenario_axis && !description.scenario.empty()) {
         fail(description.axes_where,
-             "an axis names the scenarios, beside the sweep's own; use one of the two");
+             "an axis names the scenarios, and the sweep names one as well; use one of the two");
     }
     if (!scenario_axis && description.scenario.empty()) {
         fail(description.axes_where, "there is no scenario; use the key scenario, or an axis of that name");

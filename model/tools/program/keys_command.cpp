@@ -93,7 +93,7 @@ Json key_json(const SchemaKey& key) {
 
 std::string kinds_text() {
     TextTable table({0, 1, 2});
-    table.add({"kind of fault", "keys beside renderer and kind", "what goes wrong"});
+    table.add({"kind of fault", "keys besides renderer and kind", "what goes wrong"});
     for (const FaultTraits& kind : kFaultKinds) {
         table.add({kind.name, text::joined(key_names(kind), "and"),
                    std::string(kind.meaning) + (kind.only_at_level_rtl() ? "; level rtl only" : "")});

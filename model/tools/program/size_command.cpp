@@ -30,7 +30,7 @@ constexpr const char* kSizeFooter =
     "those sizes are\n"
     "tried that metabuffer analyze leaves open, and the size that stalling columns need is reported too. The "
     "goal is an SQL\n"
-    "expression over figures of a run (metabuffer export --help lists them) and the keys at hand.\n"
+    "expression over figures of a run (metabuffer export --help lists them) and the keys that vary.\n"
     "Examples:\n"
     "  metabuffer size scenarios/case-4.yaml --minimize composer.buffer_pixels --over bus.width_bits=64,128\n"
     "  metabuffer size scenarios/case-4.yaml --minimize bus.width_bits --minimize composer.buffer_pixels\n"

@@ -123,7 +123,7 @@ TEST_CASE("frames: what is wrong with a range or a path is reported in one line"
     const auto error = [&fixture](const std::string& members) { return fixture.error(with_entry(members)); };
     const std::string path = "viewport: {path: [{frame: 0, x: 0, y: 0}]}";
     CHECK(error("image: image.exr, " + path) ==
-          where + "viewport.path: goes with a range of frames; add frames, such as 0-29, beside the image");
+          where + "viewport.path: goes with a range of frames; add frames, such as 0-29, next to the image");
     CHECK(error("image: image.exr, frames: 9-3, " + path) ==
           where + "frames: '9-3' is not a range; use numbers such as 0-299");
     CHECK(error("image: image.exr, frames: 0-100000, " + path) ==
@@ -133,7 +133,7 @@ TEST_CASE("frames: what is wrong with a range or a path is reported in one line"
     CHECK(error("image: 'f%4d.exr', frames: 0-3, " + path) ==
           where + "image: 'f%4d.exr' has a % that is no number's; use one %d, or %04d for four digits");
     CHECK(error("image: image.exr, frames: 0-3, viewport: {x: 0, path: [{frame: 0, x: 0, y: 0}]}") ==
-          where + "viewport.x: stands beside a path, which has its own; use one of the two");
+          where + "viewport.x: is given together with a path, which has its own; use one of the two");
     CHECK(error("image: image.exr, frames: 0-3, viewport: {path: []}") ==
           where + "viewport.path: has no positions; use at least one");
     CHECK(error("image: image.exr, frames: 0-3, viewport: {path: [{frame: 2, x: 0, y: 0}, {frame: 2, x: 1, "

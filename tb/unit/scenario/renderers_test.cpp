@@ -73,7 +73,7 @@ TEST_CASE("renderers: each has frames, each frame an image and a viewport or a t
     CHECK(fixture.error(with_frame("      - image: image.exr\n"
                                    "        viewport: {x: 0, y: 0}\n"
                                    "        table: []\n")) ==
-          "test.yaml:6: renderers[0].frames[0].table: stands beside a viewport; use one of the two");
+          "test.yaml:6: renderers[0].frames[0].table: is given together with a viewport; use one of the two");
 }
 
 TEST_CASE("renderers: viewports") {
@@ -305,7 +305,7 @@ TEST_CASE("renderers: an image without Z is given one depth for all of it") {
     CHECK(fixture.error(frame(", z: -1"), {"depth_range=[-0.5, 7]"}) ==
           place + "z: -1 is out of range; use -0.5 to 7");
     CHECK(fixture.error(frame(", z: 1, depth: colours.png")) ==
-          place + "z: stands beside a depth; use one of the two");
+          place + "z: is given together with a depth; use one of the two");
     const Scenario scenario = fixture.parse(frame(", z: 25"));
     CHECK(scenario.renderers[0].images[0]->pixels().at(15, 7).z() == 16384);  // 65535 / 4, rounded
     CHECK(scenario.image_files.at(scenario.renderers[0].images[0].get()).z == 25.0);

@@ -118,7 +118,7 @@ TEST_CASE("rules: settings") {
         };
     };
     CHECK(error_after(refreshed(11)) ==
-          "memory.refresh_interval_cycles: 11 leaves no cycle for a beat beside refresh_cycles and "
+          "memory.refresh_interval_cycles: 11 leaves no cycle for a beat besides refresh_cycles and "
           "page_miss_cycles; use 12 or more");
     CHECK(error_after(refreshed(12)).empty());
     // The pair of an image of one line is judged a line after it, about 100 clocks later.
@@ -170,7 +170,7 @@ TEST_CASE("rules: settings") {
           "cycles, and until they are written and the bus has its page open again 32 may pass; use more "
           "words_per_cycle, a faster core_mhz or larger blocks");
     CHECK(error_after(shared(32, 61)) ==
-          "memory.refresh_interval_cycles: 61 leaves no cycle for a beat beside refresh_cycles, "
+          "memory.refresh_interval_cycles: 61 leaves no cycle for a beat besides refresh_cycles, "
           "page_miss_cycles and two blocks of the link's words; use 62 or more");
     // 2 * (6 + 16) to write two blocks, 2 * 6 to open the page twice, 5 to refresh and one to read.
     CHECK(error_after(shared(32, 62)).empty());

@@ -231,7 +231,7 @@ TEST_CASE("sweep file: every mistake is reported in one line with its line") {
          axis + ".zip[4]: makes 5000000 values in all axes so far; use at most 4000000"},
         {with_axes("  - {zip: []}\n"), axis + ".zip: has no entries; use at least one key with values"},
         {with_axes("  - {key: frames, zip: [{key: name, values: [a]}]}\n"),
-         axis + ".key: stands beside a zip; put it into the zip"},
+         axis + ".key: is given together with a zip; put it into the zip"},
         {with_axes("  - zip:\n      - {key: frames, values: [1, 2]}\n      - {key: name, values: [a]}\n"),
          "test.yaml:5: axes[0].zip[1].key: name has 1 values and frames has 2; use as many for each of the "
          "keys "
@@ -240,7 +240,7 @@ TEST_CASE("sweep file: every mistake is reported in one line with its line") {
          "test.yaml:4: axes[0].zip[0].key: is missing; use a scenario key, on one line"},
 
         {with_axes("  - {key: scenario, values: [case.yaml]}\n"),
-         "test.yaml:2: axes: an axis names the scenarios, beside the sweep's own; use one of the two"},
+         "test.yaml:2: axes: an axis names the scenarios, and the sweep names one as well; use one of the two"},
         {"axes:\n  - {key: scenario, range: {from: 1, to: 2}}\n",
          "test.yaml:2: axes[0]: scenarios are neither numbers nor drawn; use values, a list of files"},
         {"axes:\n  - {key: scenario, values: [[case.yaml]]}\n",
@@ -262,7 +262,7 @@ TEST_CASE("sweep file: every mistake is reported in one line with its line") {
         {with_key("cost: bufer_bits\n"), "test.yaml:3: cost: 'bufer_bits' is not known; the nearest is "},
         {with_key("cost: 2 * cost\n"), "test.yaml:3: cost: 'cost' is not known; the nearest is "},
         {with_key("weights: {bus_wires: 1}\ncost: bus_wires\n"),
-         "test.yaml:3: weights: stands beside a cost; use one of the two"},
+         "test.yaml:3: weights: is given together with a cost; use one of the two"},
         {with_key("weights: {bus_wires: many}\n"), "test.yaml:3: weights.bus_wires: "},
         {with_key("weights: {wires: 1}\n"), "test.yaml:3: weights: "},
         {with_key("weights: {}\n"),

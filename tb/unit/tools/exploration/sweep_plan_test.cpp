@@ -460,7 +460,7 @@ TEST_CASE("plan: invalid axes and too many points") {
     description.axes = {{{kScenarioAxis}, {{"case.yaml"}}, {}}};
     description.scenario = fixture.directory() / "case.yaml";
     CHECK(plan_error(description) ==
-          "an axis names the scenarios, beside the sweep's own; use one of the two");
+          "an axis names the scenarios, and the sweep names one as well; use one of the two");
     description.axes.clear();
     description.scenario = fixture.directory() / "none.yaml";
     CHECK(plan_error(description).find("none.yaml: cannot be read: No such file") != std::string::npos);
