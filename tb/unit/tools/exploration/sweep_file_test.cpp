@@ -240,7 +240,8 @@ TEST_CASE("sweep file: every mistake is reported in one line with its line") {
          "test.yaml:4: axes[0].zip[0].key: is missing; use a scenario key, on one line"},
 
         {with_axes("  - {key: scenario, values: [case.yaml]}\n"),
-         "test.yaml:2: axes: an axis names the scenarios, and the sweep names one as well; use one of the two"},
+         "test.yaml:2: axes: an axis names the scenarios, and the sweep names one as well; use one of the "
+         "two"},
         {"axes:\n  - {key: scenario, range: {from: 1, to: 2}}\n",
          "test.yaml:2: axes[0]: scenarios are neither numbers nor drawn; use values, a list of files"},
         {"axes:\n  - {key: scenario, values: [[case.yaml]]}\n",
