@@ -37,7 +37,7 @@ Reply analyze(const Source& scenario, const std::vector<ScenarioOverride>& overr
 /// How an exploration runs, and the file for its results.
 struct ExplorationCall {
     std::string results;
-    std::optional<int> processes;  ///< none: one for each processor
+    std::optional<int> processes;  ///< none: the usual number
     std::optional<double> time_limit_seconds;
     std::string level;  ///< empty: the usual one
     bool quiet = false;

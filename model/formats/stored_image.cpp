@@ -10,9 +10,12 @@ StoredImage::StoredImage(PixelImage pixels)
 StoredImage::StoredImage(ImageSize size, Read read) : size_(size), read_(std::move(read)) {}
 
 void StoredImage::read_pixels() const {
+    using Clock = std::chrono::steady_clock;
     failure_ = nullptr;
+    const Clock::time_point begun = Clock::now();
     try {
         pixels_ = read_();
+        reading_time_ = Clock::now() - begun;
     } catch (...) {
         failure_ = std::current_exception();
         throw;

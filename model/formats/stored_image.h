@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <exception>
 #include <functional>
 #include <optional>
@@ -31,6 +32,8 @@ class StoredImage {
     PixelImage read() const { return read_(); }
     /// Whether the pixels are in memory.
     bool is_read() const { return pixels_.has_value(); }
+    /// The wall time that pixels() took to read the image; 0 if it has not read it.
+    std::chrono::duration<double> reading_time() const { return reading_time_; }
     /// What the last reading has thrown; null if it has thrown nothing. A simulation's kernel wraps what passes through
     /// it, so its caller finds the original here.
     std::exception_ptr failure() const { return failure_; }
@@ -41,6 +44,7 @@ class StoredImage {
     ImageSize size_;
     Read read_;
     mutable std::optional<PixelImage> pixels_;
+    mutable std::chrono::duration<double> reading_time_{};
     mutable std::exception_ptr failure_;
 };
 

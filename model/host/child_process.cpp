@@ -1,10 +1,12 @@
 #include "host/child_process.h"
 
 #include <fcntl.h>
+#include <sys/ioctl.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -90,13 +92,13 @@ ChildProcess::~ChildProcess() {
 }
 
 void ChildProcess::receive(std::string& bytes) {
-    std::array<char, std::size_t{1} << 16> buffer{};
-    const ssize_t got = read(descriptor_, buffer.data(), buffer.size());
-    if (got > 0) {
-        bytes.append(buffer.data(), static_cast<std::size_t>(got));
-    } else if (got == 0 || errno != EINTR) {
-        reap();
-    }
+    int waiting = 0;
+    ioctl(descriptor_, FIONREAD, &waiting);
+    const std::size_t before = bytes.size();
+    bytes.resize(before + static_cast<std::size_t>(std::max(waiting, 1)));
+    const ssize_t got = read(descriptor_, &bytes[before], bytes.size() - before);
+    bytes.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    if (got == 0 || (got < 0 && errno != EINTR)) reap();
 }
 
 void ChildProcess::ask_to_end() const {

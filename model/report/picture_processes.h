@@ -10,25 +10,32 @@
 
 namespace metabuffer {
 
-/// Encodes pictures in separate processes while this one goes on. A process holds one picture at a time, in memory that
-/// is shared with it, so that memory does not grow with the number of pictures.
+/// Does something with pictures, such as encoding them, in separate processes while this one goes on. A process holds a
+/// fixed number of pictures, in memory that is shared with it, so that memory does not grow with the number of pictures.
 class PictureProcesses {
   public:
-    /// Encodes a picture and writes it to the file of that name.
-    using Encode = std::function<void(const std::string& name, const ColourImage& picture)>;
+    /// What is done with the picture of that name. True if the caller is to have the picture back.
+    using Work = std::function<bool(const std::string& name, const ColourImage& picture)>;
+    /// Receives in this process the pictures that `work` gives back.
+    using GivenBack = std::function<void(const std::string& name, const ColourImage& picture)>;
 
-    /// processes: the most that are started; fewer if this computer allows no more. With none, take() encodes by
-    /// itself. most_pixels: of one picture; take() encodes a larger one by itself.
-    /// encode: what the processes call; what it needs is loaded before.
-    PictureProcesses(std::size_t processes, std::size_t most_pixels, Encode encode);
+    struct Extent {
+        std::size_t processes = 0;      ///< the most that are started; fewer if this computer allows no more
+        std::size_t pictures_each = 1;  ///< the most that a process holds, at least 1
+        std::size_t pixels_of_largest = 0;  ///< a larger picture is done by take() itself
+    };
+
+    /// Without processes, take() does the work by itself.
+    /// work: what the processes call; what it needs is loaded before. given_back: may be empty if `work` gives none.
+    PictureProcesses(const Extent& extent, Work work, GivenBack given_back = {});
     PictureProcesses(const PictureProcesses&) = delete;
     PictureProcesses& operator=(const PictureProcesses&) = delete;
     /// Ends processes that still work; their pictures are lost.
     ~PictureProcesses();
 
-    /// Hands a picture to an idle process, waiting until there is one. If a process cannot do it because memory is
-    /// short or since it was killed, it is done here. Throws the OutputError or InputError that `encode` threw for this
-    /// picture or for an earlier one.
+    /// Hands a picture to a process that has room for it, waiting until there is one. Each process does its pictures in
+    /// this order. If a process cannot do one because memory is short or since it was killed, it is done here. Throws
+    /// the OutputError or InputError that `work` threw for this picture or for an earlier one.
     void take(const std::string& name, const ColourImage& picture);
     /// Waits for all pictures. Throws as take().
     void finish();
@@ -36,12 +43,14 @@ class PictureProcesses {
   private:
     class Worker;
 
-    Worker* idle_worker();
+    Worker* worker_with_room();
     void wait_for_any();
-    void settle(Worker& worker) const;
+    void settle_oldest(Worker& worker) const;
+    void do_here(const std::string& name, const ColourImage& picture) const;
 
-    Encode encode_;
-    std::size_t most_pixels_;
+    Work work_;
+    GivenBack given_back_;
+    std::size_t pixels_of_largest_;
     std::vector<std::unique_ptr<Worker>> workers_;
 };
 

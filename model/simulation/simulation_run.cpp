@@ -1,5 +1,7 @@
 #include "simulation/simulation_run.h"
 
+#include <set>
+
 namespace metabuffer {
 
 namespace {
@@ -21,6 +23,17 @@ void advance_kernel(const Scenario& scenario, const sc_core::sc_time& time) {
         throw_image_failure(scenario);
         throw;
     }
+}
+
+SimulationRun::Seconds SimulationRun::time_of_reading_images() const {
+    std::set<const StoredImage*> images;
+    Seconds time{};
+    for (const Renderer& renderer : scenario_.renderers) {
+        for (const auto& image : renderer.images) {
+            if (images.insert(image.get()).second) time += image->reading_time();
+        }
+    }
+    return time;
 }
 
 void SimulationRun::frame_shown(const DisplayedFrame& displayed) {

@@ -14,29 +14,35 @@ namespace metabuffer {
 /// has thrown and not what the kernel has made of it.
 void advance_kernel(const Scenario& scenario, const sc_core::sc_time& time);
 
-/// Runs the kernel for a level that has time: measures its time without the host's callback, and brings an exception of
-/// that callback out of the kernel, which would wrap it.
+/// Runs the kernel for a level that has time. It measures its time without the host's callback and without the reading of
+/// images. It brings an exception of that callback out of the kernel, which would wrap it.
 class SimulationRun {
   public:
     /// on_frame_shown: the host's; may be empty, may throw. The scenario must outlive it.
     SimulationRun(const Scenario& scenario, FrameShown on_frame_shown)
-        : scenario_(scenario), on_frame_shown_(std::move(on_frame_shown)) {}
+        : scenario_(scenario),
+          on_frame_shown_(std::move(on_frame_shown)),
+          read_before_(time_of_reading_images()) {}
 
     /// The machine calls it within the kernel. After the first exception the host's callback is no longer called.
     void frame_shown(const DisplayedFrame& displayed);
     /// As advance_kernel(). Throws also what the callback has thrown.
     void advance(const sc_core::sc_time& time);
     /// Wall time in the kernel so far.
-    double seconds() const { return std::chrono::duration<double>(in_kernel_).count(); }
+    double seconds() const { return (in_kernel_ - (time_of_reading_images() - read_before_)).count(); }
 
   private:
     using Clock = std::chrono::steady_clock;
+    using Seconds = std::chrono::duration<double>;
+
+    Seconds time_of_reading_images() const;
 
     const Scenario& scenario_;
     FrameShown on_frame_shown_;
     std::exception_ptr error_;
     Clock::time_point entered_;
-    Clock::duration in_kernel_{};
+    Seconds read_before_;
+    Seconds in_kernel_{};
 };
 
 }  // namespace metabuffer

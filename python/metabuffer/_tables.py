@@ -76,7 +76,7 @@ def sweep(sweep: Source, *, out: Any = None, processes: int | None = None,
         "bus.width_bits", "values": [64, 128]}]}``. Paths are relative to the file; in a dict, to the working directory.
     out: keep the results in this SQLite file. Points that an existing file has already are not run again, and Ctrl-C
         loses nothing. None: the results are in the table alone.
-    processes: simulations at once; None: one for each processor.
+    processes: simulations at once; None: one for each processor and one more.
     level: ``"tlm"``, the default, or ``"rtl"``.
     time_limit: seconds after which a simulation is ended and counts as a crash.
     quiet: show no progress. Progress is shown on a terminal only.

@@ -12,6 +12,7 @@
 #include <iterator>
 #include <list>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "host/text.h"
@@ -121,7 +122,8 @@ class Explorer::Session {
     void fill();
     bool stop_is_wanted() const;
     int poll_milliseconds() const;
-    void wait();
+    std::vector<Active> wait();
+    void take(const std::vector<Active>& finished);
     void take(const Task& task, const RunRecord& record, std::optional<std::int64_t> known_run);
     void take_searched(const Task& task, const RunRecord& record, std::int64_t run);
     void queue_wanted(Jobs::iterator job);
@@ -186,7 +188,10 @@ Explorer::Session::Session(const Explorer& explorer, ResultsDatabase* results, c
 Exploration Explorer::Session::explore() {
     fill();
     while (!active_.empty() && !stopped_) {
-        wait();
+        const std::vector<Active> finished = wait();
+        // The next ones simulate while this process takes in the results.
+        if (!stopped_) fill();
+        take(finished);
         if (!stopped_) fill();
     }
     Exploration exploration;
@@ -338,19 +343,20 @@ int Explorer::Session::poll_milliseconds() const {
     return options_.on_tick ? kTickMilliseconds : -1;
 }
 
-void Explorer::Session::wait() {
+/// Waits for something to happen, and returns the simulations that have ended.
+std::vector<Explorer::Session::Active> Explorer::Session::wait() {
     std::vector<pollfd> waited;
     waited.reserve(active_.size() + 1);
     for (const Active& active : active_) waited.push_back({active.process->descriptor(), POLLIN, 0});
     // poll() ignores a negative descriptor.
     waited.push_back({options_.stop_descriptor, POLLIN, 0});
     if (poll(waited.data(), waited.size(), poll_milliseconds()) < 0) {
-        if (errno == EINTR) return;
+        if (errno == EINTR) return {};
         throw InputError("metabuffer: cannot wait for runs");
     }
     if (waited.back().revents != 0) {
         stopped_ = true;
-        return;
+        return {};
     }
     if (options_.on_tick) options_.on_tick();
     std::vector<Active> finished;
@@ -367,6 +373,10 @@ void Explorer::Session::wait() {
     active_.erase(std::remove_if(active_.begin(), active_.end(),
                                  [](const Active& active) { return active.process == nullptr; }),
                   active_.end());
+    return finished;
+}
+
+void Explorer::Session::take(const std::vector<Active>& finished) {
     for (const Active& active : finished) {
         ++progress_.runs;
         RunRecord record = active.process->record();
@@ -593,6 +603,11 @@ ResultsIdentity Explorer::identity(const std::string& program_version, const std
         identity.goal = search.goal;
     }
     return identity;
+}
+
+int usual_process_count() {
+    // It returns 0 if the number is not known.
+    return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())) + 1;
 }
 
 Exploration Explorer::run(ResultsDatabase* results, const ExploreOptions& options) const {

@@ -38,6 +38,10 @@ struct KnownAnswer {
     std::string hopeless;                ///< why no value can meet it; empty: one may
 };
 
+/// Simulations at once, if nothing else is asked for: one for each processor and one more, so that no processor waits
+/// while the results of short ones are stored.
+int usual_process_count();
+
 struct ExploreOptions {
     int processes = 1;                ///< simulations at once, >= 1
     double time_limit_seconds = 0.0;  ///< for one simulation, in real time; 0: none

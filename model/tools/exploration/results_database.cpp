@@ -39,13 +39,27 @@ constexpr std::array<StatusName, 6> kStatusNames{{{RunStatus::kDone, "done"},
 std::string deflated(const std::string& text) {
     // Reports are repetitive: higher levels take several times as long and save little.
     constexpr int kLevel = 1;
-    uLongf size = compressBound(static_cast<uLong>(text.size()));
-    std::string result(size, '\0');
-    if (compress2(reinterpret_cast<Bytef*>(result.data()), &size, reinterpret_cast<const Bytef*>(text.data()),
-                  static_cast<uLong>(text.size()), kLevel) != Z_OK) {
+    // zlib clears several times its window for each text. So a short one gets a window that just holds it.
+    int window_bits = 9;
+    while (window_bits < MAX_WBITS && (std::size_t{1} << window_bits) < text.size()) ++window_bits;
+    const int memory_level = window_bits - 7;  // zlib's own choice for its largest window
+
+    const auto fail = [&text] {
         throw OutputError("a report of " + std::to_string(text.size()) + " bytes cannot be compressed");
-    }
-    result.resize(size);
+    };
+    z_stream stream{};
+    if (deflateInit2(&stream, kLevel, Z_DEFLATED, window_bits, memory_level, Z_DEFAULT_STRATEGY) != Z_OK)
+        fail();
+    std::string result(deflateBound(&stream, static_cast<uLong>(text.size())), '\0');
+    // zlib does not write to its input.
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));
+    stream.avail_in = static_cast<uInt>(text.size());
+    stream.next_out = reinterpret_cast<Bytef*>(result.data());
+    stream.avail_out = static_cast<uInt>(result.size());
+    const int ending = deflate(&stream, Z_FINISH);
+    result.resize(stream.total_out);
+    deflateEnd(&stream);
+    if (ending != Z_STREAM_END) fail();
     return result;
 }
 

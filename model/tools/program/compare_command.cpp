@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/child_process.h"
 #include "host/errors.h"
 #include "host/text.h"
 #include "report/report_difference.h"
@@ -177,11 +178,12 @@ CompareCommand::CompareCommand(CLI::App& program)
 }
 
 ExitStatus CompareCommand::execute() {
-    const Scenario scenario = scenario_.load();
+    Scenario scenario = scenario_.load();
     // Checked before level rtl runs, which takes longer.
     refuse_faults_of_level_rtl(scenario, to_string(TimedLevel::kTlm));
     PictureComparison pictures;
-    // Both processes find the images in memory.
+    // All processes of this computer read the images, and those of both levels find them in memory.
+    read_images_ahead(scenario, helper_process_count());
     read_images(scenario);
     LevelProcess rtl(TimedLevel::kRtl, scenario, !no_images_);
     LevelProcess tlm(TimedLevel::kTlm, scenario, !no_images_);

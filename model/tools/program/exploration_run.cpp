@@ -11,7 +11,6 @@
 #include <stdexcept>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <vector>
 
 #include "build_info/build_info.h"
@@ -108,7 +107,8 @@ void make_folder_of(const std::filesystem::path& file, const std::string& option
 
 void add_options(CLI::App& command, ProcessOptions& options) {
     command
-        .add_option("--processes", options.processes, "Simulations at once (default: one for each processor)")
+        .add_option("--processes", options.processes,
+                    "Simulations at once (default: one for each processor and one more)")
         ->check(CLI::Range(kProcesses.low, kProcesses.high));
     command
         .add_option("--time-limit", options.time_limit_seconds,
@@ -128,9 +128,7 @@ namespace {
 Exploration run_into(const exploration::Explorer& explorer, exploration::ResultsDatabase* results,
                      const ProcessOptions& processes, bool quiet, const StopSignals& signals,
                      exploration::ExploreOptions options) {
-    options.processes = processes.processes > 0
-                            ? processes.processes
-                            : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    options.processes = processes.processes > 0 ? processes.processes : exploration::usual_process_count();
     options.time_limit_seconds = processes.time_limit_seconds;
     const ProgressLine line(!quiet);
     const auto on_progress = std::move(options.on_progress);

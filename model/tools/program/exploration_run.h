@@ -20,7 +20,7 @@ namespace metabuffer {
 
 /// How the simulations of an exploration run.
 struct ProcessOptions {
-    int processes = 0;                ///< at once; 0: one for each processor
+    int processes = 0;                ///< at once; 0: the usual number
     double time_limit_seconds = 0.0;  ///< for one simulation; 0: none
     TimedLevel level = TimedLevel::kTlm;
 };

@@ -137,6 +137,8 @@ void run_checked_rtl(const Scenario& scenario, const LevelRequest& request, cons
 
 void run_tlm(const Scenario& scenario, const LevelRequest& request, const RunFollower& follower,
              LevelOutcome& outcome) {
+    std::optional<PictureCheck> check;
+    if (request.check) check.emplace(scenario);
     std::optional<tlm::ScheduleTrace> trace;
     std::optional<CycleSpan> window;
     if (request.trace) {
@@ -150,8 +152,6 @@ void run_tlm(const Scenario& scenario, const LevelRequest& request, const RunFol
     tlm::RunOptions options;
     options.observer = trace ? &*trace : nullptr;
     options.images = request.images;
-    std::optional<PictureCheck> check;
-    if (request.check) check.emplace(scenario);
     WrongPixelRecord wrong_pixels(scenario);
     options.on_frame_shown = [&](const DisplayedFrame& displayed) {
         if (follower.on_picture) follower.on_picture(displayed.frame, displayed.display, displayed.picture);

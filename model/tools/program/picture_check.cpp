@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "host/child_process.h"
 #include "host/text.h"
 #include "monitors/picture_reference.h"
 
@@ -22,26 +23,65 @@ bool may_have_starved(const RunReport& report, int frame, int display) {
                        });
 }
 
+/// A picture's place in the run: its name for PictureProcesses.
+struct Place {
+    int frame;
+    int display;
+};
+
+std::string name_of(const Place& place) {
+    return std::to_string(place.frame) + " " + std::to_string(place.display);
+}
+
+Place place_of(const std::string& name) {
+    const std::size_t space = name.find(' ');
+    return {std::stoi(name.substr(0, space)), std::stoi(name.substr(space))};
+}
+
 }  // namespace
 
 PictureCheck::PictureCheck(const Scenario& scenario)
     : scenario_(scenario),
       pairs_without_time_(functional::pairs_without_time(scenario)),
-      compositor_(scenario) {}
+      compositor_(scenario),
+      processes_(
+          extent(scenario.displays),
+          [this](const std::string& name, const ColourImage& picture) {
+              const Place place = place_of(name);
+              return !(picture == wanted(place.frame, place.display));
+          },
+          [this](const std::string& name, const ColourImage& picture) {
+              const Place place = place_of(name);
+              keep(place.frame, place.display, picture);
+          }) {}
 
-const ColourImage& PictureCheck::wanted(int frame, int display) {
+/// One process, which holds the pictures of a frame, unless these are very large.
+PictureProcesses::Extent PictureCheck::extent(const DisplayConfig& displays) {
+    constexpr std::size_t kMostBytesHeld = std::size_t{64} << 20;
+    PictureProcesses::Extent extent;
+    extent.processes = std::min(helper_process_count(), std::size_t{1});
+    extent.pixels_of_largest =
+        static_cast<std::size_t>(displays.width_pixels) * static_cast<std::size_t>(displays.height_pixels);
+    extent.pictures_each = std::clamp(kMostBytesHeld / (extent.pixels_of_largest * sizeof(std::uint32_t)),
+                                      std::size_t{1}, static_cast<std::size_t>(displays.count()));
+    return extent;
+}
+
+ColourImage PictureCheck::wanted(int frame, int display) {
     if (frame != compositor_frame_) {
         compositor_.begin_frame(
             functional::contributions_of(scenario_, pairs_without_time_[static_cast<std::size_t>(frame)]));
         compositor_frame_ = frame;
     }
-    wanted_ = compositor_.picture(display);
-    return wanted_;
+    return compositor_.picture(display);
 }
 
 void PictureCheck::take(int frame, int display, const ColourImage& picture) {
     ++taken_;
-    if (picture == wanted(frame, display)) return;
+    processes_.take(name_of({frame, display}), picture);
+}
+
+void PictureCheck::keep(int frame, int display, const ColourImage& picture) {
     const std::size_t bytes = picture.values.size() * sizeof(picture.values.front());
     if (kept_bytes_ + bytes > kKeptBytes) {
         not_kept_.insert({frame, display});
@@ -52,6 +92,7 @@ void PictureCheck::take(int frame, int display, const ColourImage& picture) {
 }
 
 void PictureCheck::finish(const RunReport& report) {
+    processes_.finish();
     for (const FrameRecord& frame : report.frames) {
         const bool as_without_time =
             frame.pairs == pairs_without_time_[static_cast<std::size_t>(frame.index)];

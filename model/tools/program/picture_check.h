@@ -10,6 +10,7 @@
 
 #include "formats/image.h"
 #include "functional/functional_compositor.h"
+#include "report/picture_processes.h"
 #include "report/report.h"
 #include "scenario/scenario.h"
 
@@ -19,11 +20,14 @@ namespace metabuffer {
 /// functional level. Which pairs a frame was made of is known only at the end of the run. So pictures that differ from
 /// those of a machine without time are kept until then, as many as fit into kKeptBytes. The others are not compared. A
 /// picture in which something starved cannot be compared either.
+///
+/// The functional level composites in a process of its own while the run goes on, unless this computer has one core.
 class PictureCheck {
   public:
     static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
 
-    /// The scenario must outlive the check.
+    /// The scenario must outlive the check. Construct it before the machine, and with all images read: its process
+    /// shares the memory that this one has now.
     explicit PictureCheck(const Scenario& scenario);
 
     void take(int frame, int display, const ColourImage& picture);
@@ -35,7 +39,10 @@ class PictureCheck {
     const std::string& compared() const { return compared_; }
 
   private:
-    const ColourImage& wanted(int frame, int display);
+    static PictureProcesses::Extent extent(const DisplayConfig& displays);
+
+    ColourImage wanted(int frame, int display);
+    void keep(int frame, int display, const ColourImage& picture);
     void judge(int frame, int display, const ColourImage& picture, const std::vector<int>& pairs,
                const RunReport& report);
 
@@ -43,7 +50,6 @@ class PictureCheck {
     std::vector<std::vector<int>> pairs_without_time_;
     functional::Compositor compositor_;
     int compositor_frame_ = -1;
-    ColourImage wanted_;
     std::map<std::pair<int, int>, ColourImage> kept_;  ///< by frame and display
     std::size_t kept_bytes_ = 0;
     std::set<std::pair<int, int>> not_kept_;  ///< by frame and display
@@ -51,6 +57,7 @@ class PictureCheck {
     std::int64_t starved_ = 0;
     CheckRecord record_;
     std::string compared_;
+    PictureProcesses processes_;  ///< gives back the pictures that differ
 };
 
 }  // namespace metabuffer

@@ -148,9 +148,10 @@ PictureSink::PictureSink(ResultFolder& folder, const Scenario& scenario, const P
       choice_(choice),
       numbers_frames_(choice.each_frame && scenario.frames > 1),
       newest_(static_cast<std::size_t>(scenario.displays.count())),
-      processes_(process_count(scenario, choice), pixels_of_display(scenario.displays),
+      processes_({process_count(scenario, choice), 1, pixels_of_display(scenario.displays)},
                  [&folder](const std::string& name, const ColourImage& picture) {
                      folder.write(name, image_codec().png(picture, folder.path() / name));
+                     return false;
                  }) {}
 
 void PictureSink::take(int frame, int display, const ColourImage& image) {

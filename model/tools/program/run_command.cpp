@@ -206,6 +206,8 @@ ExitStatus RunCommand::execute() {
     const LevelRequest request = this->request();
     Scenario scenario = scenario_.load();
     if (needs_pixels(request)) read_images_ahead(scenario, helper_process_count());
+    // The process that checks the pictures then finds the images in memory.
+    if (request.check && request.level == RunLevel::kTlm) read_images(scenario);
     const PictureChoice choice = parse_picture_choice(
         kPictures, request.images ? (pictures_.empty() ? "all" : pictures_) : "none", scenario.frames);
     const std::vector<std::filesystem::path> inputs = inputs_of(scenario_.file(), scenario);

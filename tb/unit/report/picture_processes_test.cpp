@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <map>
 #include <new>
 #include <string>
 
@@ -34,10 +35,11 @@ std::string text_of_picture(const ColourImage& picture) {
 }
 
 /// Writes each picture's values and the process that did it.
-PictureProcesses::Encode writer_into(const ScratchDirectory& scratch) {
+PictureProcesses::Work writer_into(const ScratchDirectory& scratch) {
     return [&scratch](const std::string& name, const ColourImage& picture) {
         write_output_file(scratch / name, text_of_picture(picture));
         write_output_file(scratch / (name + ".process"), std::to_string(getpid()));
+        return false;
     };
 }
 
@@ -49,7 +51,7 @@ TEST_CASE("each of many pictures is written whole by a few processes", "[picture
     const std::string own = std::to_string(getpid());
     for (const std::size_t processes : {std::size_t{0}, std::size_t{1}, std::size_t{3}}) {
         INFO(processes << " processes");
-        PictureProcesses pictures(processes, kMostPixels, writer_into(scratch));
+        PictureProcesses pictures({processes, 1, kMostPixels}, writer_into(scratch));
         for (std::uint32_t n = 0; n < kPictures; ++n) pictures.take(std::to_string(n), picture_of(n * 1000));
         pictures.finish();
         for (std::uint32_t n = 0; n < kPictures; ++n) {
@@ -62,7 +64,7 @@ TEST_CASE("each of many pictures is written whole by a few processes", "[picture
 
 TEST_CASE("a picture larger than the processes' memory is written by the caller", "[picture]") {
     const ScratchDirectory scratch;
-    PictureProcesses pictures(2, kMostPixels, writer_into(scratch));
+    PictureProcesses pictures({2, 1, kMostPixels}, writer_into(scratch));
     pictures.take("largest", ColourImage(8, 8, 1));
     pictures.take("larger", ColourImage(13, 5, 1));
     pictures.finish();
@@ -73,10 +75,12 @@ TEST_CASE("a picture larger than the processes' memory is written by the caller"
 }
 
 TEST_CASE("a file that a process cannot write is an error of the caller, with the same text", "[picture]") {
-    PictureProcesses pictures(2, kMostPixels, [](const std::string& name, const ColourImage& /*picture*/) {
-        if (name == "output") throw OutputError("the disk is full");
-        if (name == "input") throw InputError("no module");
-    });
+    PictureProcesses pictures({2, 1, kMostPixels},
+                              [](const std::string& name, const ColourImage& /*picture*/) {
+                                  if (name == "output") throw OutputError("the disk is full");
+                                  if (name == "input") throw InputError("no module");
+                                  return false;
+                              });
     const auto write = [&pictures](const std::string& name) {
         pictures.take(name, picture_of(0));
         pictures.finish();
@@ -89,9 +93,11 @@ TEST_CASE("a file that a process cannot write is an error of the caller, with th
 }
 
 TEST_CASE("a picture that failed is reported when its process is needed again", "[picture]") {
-    PictureProcesses pictures(1, kMostPixels, [](const std::string& name, const ColourImage& /*picture*/) {
-        if (name == "bad") throw OutputError("the disk is full");
-    });
+    PictureProcesses pictures({1, 1, kMostPixels},
+                              [](const std::string& name, const ColourImage& /*picture*/) {
+                                  if (name == "bad") throw OutputError("the disk is full");
+                                  return false;
+                              });
     pictures.take("bad", picture_of(0));
     CHECK_THROWS_WITH(pictures.take("good", picture_of(0)), "the disk is full");
 }
@@ -99,12 +105,12 @@ TEST_CASE("a picture that failed is reported when its process is needed again", 
 TEST_CASE("the caller writes a picture that a process cannot write or is killed at", "[picture]") {
     const ScratchDirectory scratch;
     const pid_t caller = getpid();
-    const PictureProcesses::Encode write = writer_into(scratch);
-    PictureProcesses pictures(2, kMostPixels, [&](const std::string& name, const ColourImage& picture) {
+    const PictureProcesses::Work write = writer_into(scratch);
+    PictureProcesses pictures({2, 1, kMostPixels}, [&](const std::string& name, const ColourImage& picture) {
         if (getpid() != caller && name == "killed") raise(SIGKILL);
         if (getpid() != caller && name == "no memory") throw std::bad_alloc();
         if (name == "never") throw std::bad_alloc();
-        write(name, picture);
+        return write(name, picture);
     });
     // More of each than there are processes.
     std::uint32_t colour = 0;
@@ -122,4 +128,56 @@ TEST_CASE("the caller writes a picture that a process cannot write or is killed 
         pictures.finish();
     };
     CHECK_THROWS_AS(write_never(), std::bad_alloc);
+}
+
+TEST_CASE("pictures that wait in a process are done in the order in which they came", "[picture]") {
+    const ScratchDirectory scratch;
+    for (const std::size_t each : {std::size_t{1}, std::size_t{2}, std::size_t{5}}) {
+        INFO(each << " pictures each");
+        // Only the process knows what came before.
+        std::string so_far;
+        PictureProcesses pictures({1, each, kMostPixels},
+                                  [&](const std::string& name, const ColourImage& picture) {
+                                      so_far += name + ' ';
+                                      write_output_file(scratch / name, so_far + text_of_picture(picture));
+                                      return false;
+                                  });
+        std::string came;
+        for (std::uint32_t n = 0; n < 12; ++n) pictures.take(std::to_string(n), picture_of(n * 1000));
+        pictures.finish();
+        for (std::uint32_t n = 0; n < 12; ++n) {
+            came += std::to_string(n) + ' ';
+            CHECK(input::text_of_file(scratch / std::to_string(n)) ==
+                  came + text_of_picture(picture_of(n * 1000)));
+        }
+    }
+}
+
+TEST_CASE("the pictures that the work gives back reach the caller, each with its name", "[picture]") {
+    const pid_t caller = getpid();
+    for (const std::size_t processes : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+        INFO(processes << " processes");
+        std::map<std::string, std::string> back;
+        PictureProcesses pictures(
+            {processes, 3, kMostPixels},
+            [caller](const std::string& name, const ColourImage& /*picture*/) {
+                // A process that ends leaves what it holds to the caller.
+                if (getpid() != caller && name == "10") raise(SIGKILL);
+                return std::stoi(name) % 3 != 0;
+            },
+            [&](const std::string& name, const ColourImage& picture) {
+                CHECK(getpid() == caller);
+                CHECK(back.emplace(name, text_of_picture(picture)).second);
+            });
+        for (std::uint32_t n = 0; n < 20; ++n) pictures.take(std::to_string(n), picture_of(n * 1000));
+        pictures.take("100", ColourImage(13, 5, 1));  // larger than the processes' memory
+        pictures.finish();
+        CHECK(back.size() == 14);
+        for (const auto& [name, text] : back) {
+            const auto n = static_cast<std::uint32_t>(std::stoi(name));
+            INFO(name);
+            CHECK(n % 3 != 0);
+            CHECK(text == text_of_picture(n == 100 ? ColourImage(13, 5, 1) : picture_of(n * 1000)));
+        }
+    }
 }
