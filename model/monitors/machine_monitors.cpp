@@ -8,6 +8,7 @@
 #include "rtl/framebuffer_wires.h"
 #include "rtl/metabuffer.h"
 #include "rtl/wires.h"
+#include "scenario/fault_keys.h"
 
 namespace metabuffer::monitors {
 
@@ -80,6 +81,11 @@ const std::vector<std::string>& machine_rules() {
                                                 "dvi/hsync",
                                                 "dvi/vsync",
                                                 "dvi/vsync-at-line-start",
+                                                "tmds/character",
+                                                "tmds/control",
+                                                "tmds/data",
+                                                "tmds/disparity",
+                                                "tmds/link",
                                                 "scoreboard/pair",
                                                 "scoreboard/table",
                                                 "scoreboard/bus",
@@ -109,6 +115,7 @@ MachineMonitors::MachineMonitors(const sc_core::sc_module_name& name, const Scen
         bind_arbiter(r);
         bind_memory(r);
         bind_link(r);
+        if (scenario_.links.tmds()) bind_characters_in(r);
         for (std::size_t d = 0; d < displays_; ++d) {
             bind_composer(r, d);
             bind_fifo(r, d);
@@ -117,6 +124,7 @@ MachineMonitors::MachineMonitors(const sc_core::sc_module_name& name, const Scen
     for (std::size_t d = 0; d < displays_; ++d) {
         bind_pipeline(d);
         bind_output(d);
+        if (scenario_.links.tmds()) bind_characters_out(d);
     }
 }
 
@@ -133,7 +141,7 @@ void MachineMonitors::bind_swap_lock() {
     for (std::size_t d = 0; d < displays_; ++d) {
         swap_lock_->framedone_i[d](wires.framedone[d]);
         swap_lock_->framebad_i[d](wires.framebad[d]);
-        swap_lock_->link_i[d](wires.link_out[d]);
+        swap_lock_->link_i[d](wires.link_out_driven(d));
     }
 }
 
@@ -212,7 +220,7 @@ void MachineMonitors::bind_link(std::size_t r) {
     auto monitor = std::make_unique<DviMonitor>(rtl::numbered("dvi_in_monitor", r).c_str(), link, log_);
     monitor->clk_i(machine_.link_clk(r));
     monitor->reset_i(machine_.reset());
-    monitor->link_i(machine_.wires().link_in[r]);
+    monitor->link_i(machine_.wires().link_in_driven(r));
     links_.push_back(std::move(monitor));
 }
 
@@ -285,8 +293,36 @@ void MachineMonitors::bind_output(std::size_t d) {
     auto monitor = std::make_unique<DviMonitor>(rtl::numbered("dvi_out_monitor", d).c_str(), link, log_);
     monitor->clk_i(machine_.dvi_out_clk());
     monitor->reset_i(machine_.reset());
-    monitor->link_i(machine_.wires().link_out[d]);
+    monitor->link_i(machine_.wires().link_out_driven(d));
     links_.push_back(std::move(monitor));
+}
+
+void MachineMonitors::bind_characters_in(std::size_t r) {
+    rtl::Wires& wires = machine_.wires();
+    auto monitor = std::make_unique<TmdsMonitor>(
+        rtl::numbered("tmds_in_monitor", r).c_str(),
+        TmdsMonitor::Link{rtl::numbered("TMDS_IN", r), rtl::numbered("DVI_IN", r), "dvi_in",
+                          disturbs_characters(scenario_, r)},
+        log_);
+    monitor->clk_i(machine_.link_clk(r));
+    monitor->reset_i(machine_.reset());
+    monitor->link_i(wires.link_in_driven(r));
+    monitor->tmds_i(wires.tmds_in_driven(r));
+    monitor->seen_i(wires.link_in[r]);
+    characters_.push_back(std::move(monitor));
+}
+
+void MachineMonitors::bind_characters_out(std::size_t d) {
+    rtl::Wires& wires = machine_.wires();
+    auto monitor = std::make_unique<TmdsMonitor>(
+        rtl::numbered("tmds_out_monitor", d).c_str(),
+        TmdsMonitor::Link{rtl::numbered("TMDS_OUT", d), rtl::numbered("DVI_OUT", d), "dvi_out"}, log_);
+    monitor->clk_i(machine_.dvi_out_clk());
+    monitor->reset_i(machine_.reset());
+    monitor->link_i(wires.link_out_driven(d));
+    monitor->tmds_i(wires.tmds_out[d]);
+    monitor->seen_i(wires.link_out[d]);
+    characters_.push_back(std::move(monitor));
 }
 
 // ---- the end of a run ----
@@ -392,7 +428,8 @@ std::int64_t MachineMonitors::unreported() const {
                                    return total + (monitor != nullptr ? monitor->unreported() : 0);
                                });
     };
-    return sum(buses_) + sum(arbiters_) + sum(memories_) + sum(composers_) + sum(fifos_) + sum(pipelines_);
+    return sum(buses_) + sum(arbiters_) + sum(memories_) + sum(composers_) + sum(fifos_) + sum(pipelines_) +
+           sum(characters_);
 }
 
 }  // namespace metabuffer::monitors

@@ -16,6 +16,7 @@
 #include "monitors/pipeline_monitor.h"
 #include "monitors/scoreboard.h"
 #include "monitors/swap_lock_monitor.h"
+#include "monitors/tmds_monitor.h"
 #include "monitors/violation.h"
 #include "report/report.h"
 #include "scenario/scenario.h"
@@ -32,8 +33,8 @@ const std::vector<std::string>& machine_rules();
 
 /// All monitors and scoreboards of a machine, bound to its wires from outside: a BusMonitor, an ArbiterMonitor, a
 /// MemoryMonitor and a DviMonitor for each renderer, a ComposerMonitor and a FifoMonitor for each composer, a
-/// PipelineMonitor and a DviMonitor for each display, one SwapLockMonitor and one Scoreboard. The inside of a block
-/// that shows no wires has no monitor. To be made after the machine and before the simulation starts.
+/// PipelineMonitor and a DviMonitor for each display, a TmdsMonitor for each link with characters, one SwapLockMonitor
+/// and one Scoreboard. The inside of a block that shows no wires has no monitor. To be made after the machine and before the simulation starts.
 ///
 /// A link whose clock the scenario lets drift is watched at that clock.
 class MachineMonitors final : public sc_core::sc_module {
@@ -65,6 +66,8 @@ class MachineMonitors final : public sc_core::sc_module {
     void bind_fifo(std::size_t renderer, std::size_t display);
     void bind_pipeline(std::size_t display);
     void bind_output(std::size_t display);
+    void bind_characters_in(std::size_t renderer);
+    void bind_characters_out(std::size_t display);
     void bind_swap_lock();
     void finish_arbiter(const ArbiterMonitor& arbiter, const RendererCounters& counters, std::int64_t cycle);
     std::int64_t resets() const;
@@ -85,7 +88,8 @@ class MachineMonitors final : public sc_core::sc_module {
     std::vector<std::unique_ptr<ComposerMonitor>> composers_;  ///< renderer by renderer
     std::vector<std::unique_ptr<FifoMonitor>> fifos_;  ///< likewise; null for a composer without wires inside
     std::vector<std::unique_ptr<PipelineMonitor>> pipelines_;
-    std::vector<std::unique_ptr<DviMonitor>> links_;  ///< inputs, then outputs
+    std::vector<std::unique_ptr<DviMonitor>> links_;        ///< inputs, then outputs
+    std::vector<std::unique_ptr<TmdsMonitor>> characters_;  ///< likewise, of links with characters
     std::unique_ptr<SwapLockMonitor> swap_lock_;
     std::unique_ptr<Scoreboard> scoreboard_;
 };

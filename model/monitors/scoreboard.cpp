@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 #include <unordered_map>
 #include <utility>
 
 #include "rtl/block.h"
 #include "rtl/wires.h"
+#include "scenario/fault_keys.h"
 
 namespace metabuffer::monitors {
 namespace {
@@ -27,6 +29,9 @@ struct Scoreboard::Bus {
     std::vector<const ViewportRow*> row_of_display;
     std::size_t rows = 0;  ///< broadcast so far
     bool told = false;     ///< a wrong pixel in this frame has been reported
+    // Of a link that errs.
+    std::shared_ptr<PixelImage> coming;  ///< what has been received of the pair under way
+    std::map<std::int64_t, std::shared_ptr<const PixelImage>> received;  ///< by whole pair
 };
 
 /// What is known of a display's pipeline.
@@ -65,6 +70,7 @@ Scoreboard::Scoreboard(const sc_core::sc_module_name& name, const Scenario& scen
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       reference_(scenario),
       compositor_(scenario),
+      link_errs_(renderers_),
       buses_(renderers_),
       columns_(displays_) {
     restart();
@@ -73,6 +79,14 @@ Scoreboard::Scoreboard(const sc_core::sc_module_name& name, const Scenario& scen
     SC_METHOD(core_edge);
     sensitive << clk_i_.pos();
     dont_initialize();
+    for (std::size_t r = 0; r < renderers_; ++r) link_errs_[r] = disturbs_characters(scenario, r);
+    if (disturbs_characters(scenario)) {
+        SC_METHOD(take_pixels);
+        for (std::size_t r = 0; r < renderers_; ++r) {
+            if (link_errs_[r]) sensitive << wires_.pixel[r].value_changed_event();
+        }
+        dont_initialize();
+    }
     SC_METHOD(take_events);
     for (std::size_t r = 0; r < renderers_; ++r) sensitive << wires_.event[r].value_changed_event();
     dont_initialize();
@@ -113,7 +127,33 @@ void Scoreboard::take_events() {
     for (std::size_t r = 0; r < renderers_; ++r) {
         const rtl::DecoderEvent& event = wires_.event[r].read();
         if (event.pair_good) buses_[r].whole_pairs.insert(event.number);
+        if (!link_errs_[r]) continue;
+        if (event.colour_start) {
+            const Renderer& renderer = scenario_.renderers[r];
+            buses_[r].coming =
+                std::make_shared<PixelImage>(renderer.image_width_pixels, renderer.image_height_pixels);
+        }
+        if (event.pair_good) buses_[r].received[event.number] = buses_[r].coming;
     }
+}
+
+/// Each pixel has another address than the one before, so none is missed.
+void Scoreboard::take_pixels() {
+    for (std::size_t r = 0; r < renderers_; ++r) {
+        const rtl::DecodedPixel& pixel = wires_.pixel[r].read();
+        if (!link_errs_[r] || !pixel.valid || buses_[r].coming == nullptr) continue;
+        Pixel& word = buses_[r].coming->values[pixel.address];
+        word = pixel.kind == FrameKind::kColour ? with_colour_half(word, pixel.data)
+                                                : with_depth_half(word, pixel.data, scenario_.depth_format);
+    }
+}
+
+void Scoreboard::put_received(functional::Contribution& contribution, std::size_t renderer, int pair) const {
+    const auto& received = buses_[renderer].received;
+    const auto image = received.find(pair);
+    if (image == received.end()) return;
+    contribution.copy = image->second;
+    contribution.image = contribution.copy.get();
 }
 
 void Scoreboard::take_beat(std::size_t r, std::int64_t cycle) {
@@ -172,7 +212,13 @@ void Scoreboard::begin_table(std::size_t r, std::int64_t cycle) {
                                          : ", which the link has not brought whole")});
     }
     bus.whole_pairs.erase(bus.whole_pairs.begin(), bus.whole_pairs.lower_bound(bus.pair));
+    // Columns are two frames behind their bus at the most.
+    constexpr int kFramesKept = 4;
+    if (const std::optional<int> oldest = pair_of_frame_(r, std::max(0, bus.frame - kFramesKept))) {
+        bus.received.erase(bus.received.begin(), bus.received.lower_bound(*oldest));
+    }
     bus.contribution = reference_.contribution(r, bus.pair);
+    put_received(bus.contribution, r, bus.pair);
     bus.row_of_display.assign(displays_, nullptr);
     for (const ViewportRow& row : bus.contribution.rows)
         bus.row_of_display[row.dcomp - std::size_t{1}] = &row;
@@ -246,6 +292,7 @@ const std::vector<functional::Contribution>& Scoreboard::contributions_of(int fr
         pairs.push_back(*pair);
     }
     contributions_ = functional::contributions_of(scenario_, pairs);
+    for (std::size_t r = 0; r < renderers_; ++r) put_received(contributions_[r], r, pairs[r]);
     compositor_.begin_frame(contributions_);
     return contributions_;
 }

@@ -35,6 +35,9 @@ namespace metabuffer::monitors {
 /// - scoreboard/picture: each picture that a display shows is the averaged raster; that of a frame with lost pixels is
 ///   the picture before
 ///
+/// Where faults disturb the characters of a link, the image of a pair is what the link's decoder has given (PIXEL), so
+/// that all that follows is compared. What such faults do to pixels is not judged here.
+///
 /// The first wrong raster pixel of a frame and display is traced back: which renderer should have won, with which
 /// source pixel and Z, which one did, and which composer's PIPE was the first to be wrong, at which core clock.
 /// A violation's cycle is the edge that samples the wrong value.
@@ -72,6 +75,8 @@ class Scoreboard final : public sc_core::sc_module {
     void restart();
     void core_edge();
     void take_events();
+    void take_pixels();
+    void put_received(functional::Contribution& contribution, std::size_t renderer, int pair) const;
     void take_beat(std::size_t renderer, std::int64_t cycle);
     void begin_table(std::size_t renderer, std::int64_t cycle);
     void check_pixels(std::size_t renderer, const rtl::BusBeat& beat, std::int64_t cycle);
@@ -101,6 +106,7 @@ class Scoreboard final : public sc_core::sc_module {
     int contributions_frame_ = -1;  ///< of the contributions held
     std::vector<functional::Contribution> contributions_;
 
+    std::vector<bool> link_errs_;  ///< by renderer: faults disturb the characters of its link
     std::vector<Bus> buses_;
     std::vector<Column> columns_;
     std::set<std::int64_t> bad_frames_;  ///< composited frames with lost pixels

@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "scenario/fault_keys.h"
+
 namespace metabuffer {
 
 std::int64_t raster_pixels_of_run(const Scenario& scenario) {
@@ -94,10 +96,12 @@ RunReport MachineReport::finish(std::vector<std::string> watchdog_findings) {
             report_.frames[f].latency_cycles = report_.frames[f].end_cycle - *newest / period;
         }
     }
+    const bool links_err = disturbs_characters(scenario_);
     for (FrameRecord& frame : report_.frames) {
         const bool starved = std::any_of(frame.starved_pixels.begin(), frame.starved_pixels.end(),
                                          [](std::int64_t pixels) { return pixels > 0; });
-        if (!starved) frame.wrong_pixels = std::vector<std::int64_t>(frame.starved_pixels.size(), 0);
+        if (!starved && !links_err)
+            frame.wrong_pixels = std::vector<std::int64_t>(frame.starved_pixels.size(), 0);
     }
     report_.watchdog = std::move(watchdog_findings);
     return std::move(report_);

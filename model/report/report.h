@@ -131,8 +131,8 @@ struct FrameRecord {
     std::optional<std::int64_t> latency_cycles;  ///< from the pairs' last DVI pixel; none if no pair is new
     std::vector<int> pairs;                      ///< the pair each renderer contributed, -1: none
     std::vector<std::int64_t> starved_pixels{};  ///< by display: of its raster, over its composers
-    /// By display: shown pixels that differ from those of a machine in which nothing starves. None if nobody has
-    /// compared them.
+    /// By display: shown pixels that differ from those of a machine in which nothing starves and no link errs. None if
+    /// nobody has compared them.
     std::optional<std::vector<std::int64_t>> wrong_pixels = std::nullopt;
 };
 

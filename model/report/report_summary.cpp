@@ -302,9 +302,9 @@ std::string in_frames(const std::vector<int>& frames) {
                       std::to_string(frames.size()) + " of them");
 }
 
-/// The pixels that displays show wrong because some starved.
+/// The pixels that displays show wrong because some starved or came wrong over a link.
 std::string wrong_list(const RunReport& report) {
-    if (report.total_starved_pixels() == 0) return "";
+    if (report.total_wrong_pixels() == 0) return "";
     if (!report.total_wrong_pixels()) return "\nshown wrong: not known without pictures\n";
     std::vector<std::string> lines;
     for (std::size_t display = 0; display < report.displays.size(); ++display) {

@@ -22,6 +22,8 @@ std::string for_link_frame(const PairFollower& pairs) {
     return {};
 }
 
+std::string for_control_characters() { return "waits for control characters on every channel"; }
+
 std::string for_pair(std::int64_t pair) { return "waits for pair " + to_string(pair) + " from the link"; }
 
 std::string for_tableready(std::int64_t frame) {

@@ -18,6 +18,9 @@ std::string in_silence(std::int64_t pair);
 // ---- DVI decoder ----
 std::string for_link_frame(const PairFollower& pairs);
 
+// ---- TMDS decoder ----
+std::string for_control_characters();
+
 // ---- input framebuffer ----
 std::string for_pair(std::int64_t pair);
 std::string for_tableready(std::int64_t frame);

@@ -41,7 +41,13 @@ void DviSource::clock_edge() {
         registers_.reset();
         link_o.write(link_);
         clock_ppm_o.write(0);
+        disturbance_o.write(disturbance_);
         return;
+    }
+    if (flips_bits_) {
+        TmdsDisturbance lasting = disturbance_;
+        lasting.flips.fill(0);
+        disturb(lasting);
     }
     switch (state_) {
         case State::kFirstSync:
@@ -86,6 +92,14 @@ void DviSource::drive(const DviLink& link) {
     if (!(link == link_.value())) {
         link_ = link;
         link_o.write(link_);
+    }
+}
+
+void DviSource::disturb(const TmdsDisturbance& disturbance) {
+    if (!(disturbance == disturbance_.value())) {
+        disturbance_ = disturbance;
+        flips_bits_ = disturbance.flips_any();
+        disturbance_o.write(disturbance);
     }
 }
 
@@ -150,6 +164,10 @@ void DviSource::step_raster() {
     link.data = link.de ? active_data() : 0;
     link.hsync = x_ >= sync_start && x_ < sync_start + DviTiming::kHorizontalSyncPixels;
     drive(link);
+    if (program_.disturbs_characters()) {
+        program_.begin_clock(line_, x_);
+        disturb(program_.disturbance());
+    }
     ++x_;
     if (x_ < timing_.line_clocks()) {
         return;

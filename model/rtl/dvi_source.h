@@ -19,7 +19,7 @@ namespace metabuffer::rtl {
 /// frame, and between pairs the link stays in blanking. With free-running pacing, pair follows pair without a pause,
 /// for ever. Faults of the scenario (see Fault) corrupt, delay or repeat the frames that they name, as LinkProgram
 /// says. A drifting clock is not made here: clock_ppm_o, written with the first clock of a pair, says how far it must
-/// be off.
+/// be off. Nor are characters: disturbance_o says, with the pixel at link_o, what must go wrong with its characters.
 class DviSource final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< DVI input clock
@@ -28,6 +28,7 @@ class DviSource final : public Block {
     sc_core::sc_out<DviLink> link_o{"link_o"};
     /// How many millionths the link's clock must run fast, by the newest drift fault whose pair has begun; 0 at first.
     sc_core::sc_out<int> clock_ppm_o{"clock_ppm_o"};
+    sc_core::sc_out<TmdsDisturbance> disturbance_o{"disturbance_o"};
 
     /// The scenario must outlive the module. renderer: index, from 0.
     DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
@@ -47,6 +48,7 @@ class DviSource final : public Block {
     void clock_edge();
     void start_frame_or_blank();
     void drive(const DviLink& link);
+    void disturb(const TmdsDisturbance& disturbance);
     bool start_next_frame();
     int active_pixels_of_line() const;
     std::uint32_t active_data() const;
@@ -67,6 +69,9 @@ class DviSource final : public Block {
     Register<bool> vsync_line_{registers_, "vsync_line"};
     Register<int> line_active_pixels_;  ///< of the line under way
     Register<DviLink> link_{registers_, "DVI"};
+    Register<TmdsDisturbance> disturbance_{registers_, "disturbance"};
+    Register<bool> flips_bits_{registers_,
+                               "flips_bits"};  ///< disturbance_o does, in the characters of link_o alone
 };
 
 }  // namespace metabuffer::rtl

@@ -1,5 +1,6 @@
 #include "rtl/enumeration_names.h"
 
+#include <bitset>
 #include <cstddef>
 #include <stdexcept>
 
@@ -29,6 +30,14 @@ std::vector<std::string> reject_causes() {
     return causes;
 }
 
+std::vector<std::string> control_characters() {
+    std::vector<std::string> characters;
+    for (const TmdsCharacter character : kTmdsControl) {
+        characters.push_back(std::bitset<kTmdsCharacterBits>(character).to_string());
+    }
+    return characters;
+}
+
 }  // namespace
 
 const std::vector<EnumerationNames>& enumeration_names() {
@@ -44,6 +53,7 @@ const std::vector<EnumerationNames>& enumeration_names() {
          words(DviSource::State::kFrame, {"first sync", "idle", "silence", "frame"})},
         {"PIXEL.kind", "frame_kind.txt", words(FrameKind::kDepth, {"colour", "depth"})},
         {"EVENT.cause", "reject_cause.txt", reject_causes()},
+        {"TMDS.BLUE", "tmds_control.txt", {"blank", "HSYNC", "VSYNC", "HSYNC VSYNC"}, control_characters()},
     };
     return names;
 }

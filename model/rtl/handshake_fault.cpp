@@ -3,18 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "rtl/mixed_bits.h"
+
 namespace metabuffer::rtl {
 namespace {
 
 constexpr std::uint64_t kPercent = 100;
-
-/// The finalizer of SplitMix64: every bit of the result depends on every bit of the word.
-std::uint64_t mixed(std::uint64_t word) {
-    word += 0x9E37'79B9'7F4A'7C15U;
-    word = (word ^ (word >> 30U)) * 0xBF58'476D'1CE4'E5B9U;
-    word = (word ^ (word >> 27U)) * 0x94D0'49BB'1331'11EBU;
-    return word ^ (word >> 31U);
-}
 
 }  // namespace
 
@@ -34,11 +28,11 @@ bool WireHolds::holds(std::size_t fault, std::int64_t core_cycle, std::int64_t e
     if (cause.kind != FaultKind::kRandomStalls) {
         return true;
     }
-    std::uint64_t word = mixed(cause.seed);
-    word = mixed(word ^ static_cast<std::uint64_t>(wire_.handshake));
-    word = mixed(word ^ wire_.renderer);
-    word = mixed(word ^ wire_.display);
-    word = mixed(word ^ static_cast<std::uint64_t>(edge));
+    std::uint64_t word = mixed_bits(cause.seed);
+    word = mixed_bits(word ^ static_cast<std::uint64_t>(wire_.handshake));
+    word = mixed_bits(word ^ wire_.renderer);
+    word = mixed_bits(word ^ wire_.display);
+    word = mixed_bits(word ^ static_cast<std::uint64_t>(edge));
     return word % kPercent < static_cast<std::uint64_t>(cause.percent);
 }
 

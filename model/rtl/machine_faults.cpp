@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
 
 namespace metabuffer::rtl {
@@ -98,6 +99,26 @@ sc_core::sc_signal<bool>* MachineFaults::drifting_clock(std::size_t renderer,
     link_clocks_.back()->clk_o(*signals_.back());
     blocks_.push_back(link_clocks_.back().get());
     return signals_.back().get();
+}
+
+sc_core::sc_signal<TmdsLink>& MachineFaults::encoded(std::size_t renderer, sc_core::sc_signal<bool>& clk,
+                                                     sc_core::sc_signal<bool>& reset) {
+    if (disturbs_characters(scenario_, renderer)) {
+        std::vector<std::size_t> noise = faults_that([renderer](const Fault& fault) {
+            return fault.kind == FaultKind::kTmdsNoise &&
+                   static_cast<std::size_t>(fault.renderer) == renderer;
+        });
+        tmds_faults_.push_back(std::make_unique<TmdsFault>(numbered("tmds_fault", renderer).c_str(),
+                                                           scenario_, std::move(noise), tally_));
+        TmdsFault& module = *tmds_faults_.back();
+        module.clk_i(clk);
+        module.reset_i(reset);
+        module.disturbance_i(wires_.disturbance[renderer]);
+        module.tmds_i(wires_.own_tmds_in(renderer));
+        module.tmds_o(wires_.tmds_in[renderer]);
+        blocks_.push_back(&module);
+    }
+    return wires_.tmds_in_driven(renderer);
 }
 
 sc_core::sc_signal<bool>& MachineFaults::raised(Handshake handshake, std::size_t renderer,

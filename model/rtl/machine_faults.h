@@ -10,6 +10,7 @@
 #include "rtl/fault_tally.h"
 #include "rtl/handshake_fault.h"
 #include "rtl/link_clock.h"
+#include "rtl/tmds_fault.h"
 #include "rtl/wires.h"
 
 namespace metabuffer::rtl {
@@ -28,6 +29,11 @@ class MachineFaults {
     /// display (indices) are the wire's in Wires; clk is the clock of the block that reads it.
     sc_core::sc_signal<bool>& raised(Handshake handshake, std::size_t renderer, std::size_t display,
                                      sc_core::sc_signal<bool>& wire, sc_core::sc_signal<bool>& clk);
+
+    /// The signal that a renderer's TMDS encoder must drive: wires.tmds_in itself if no fault disturbs it. reset, clk:
+    /// of the link.
+    sc_core::sc_signal<TmdsLink>& encoded(std::size_t renderer, sc_core::sc_signal<bool>& clk,
+                                          sc_core::sc_signal<bool>& reset);
 
     /// What the swap lock must drive.
     struct SwapWires {
@@ -74,6 +80,7 @@ class MachineFaults {
     FaultTally tally_;
     std::vector<std::unique_ptr<sc_core::sc_signal<bool>>> signals_;
     std::vector<std::unique_ptr<LinkClock>> link_clocks_;
+    std::vector<std::unique_ptr<TmdsFault>> tmds_faults_;
     std::vector<std::unique_ptr<HandshakeFault>> handshake_faults_;
     std::unique_ptr<SwapLockFault> swap_lock_fault_;
     std::vector<std::unique_ptr<BusFault>> bus_faults_;

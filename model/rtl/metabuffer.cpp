@@ -32,7 +32,8 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       dvi_in_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_in_mhz)),
       dvi_out_period_picoseconds_(clock_period_picoseconds(scenario.clocks.dvi_out_mhz)),
-      wires_(std::make_unique<Wires>(renderers(), displays(), scenario.bus.register_stages > 0)),
+      wires_(std::make_unique<Wires>(renderers(), displays(), scenario.bus.register_stages > 0,
+                                     scenario.links.layer)),
       faults_(std::make_unique<MachineFaults>(scenario, *wires_)),
       shown_(displays()) {
     make_clocks();
@@ -84,9 +85,15 @@ void Metabuffer::make_renderer_side() {
         source->clk_i(link_clk);
         source->reset_i(reset_);
         source->pair_request_i(wires_->pair_request[r]);
-        source->link_o(wires_->link_in[r]);
+        source->link_o(wires_->link_in_driven(r));
         source->clock_ppm_o(wires_->clock_ppm[r]);
+        source->disturbance_o(wires_->disturbance[r]);
         blocks_.push_back(source.get());
+        if (scenario_.links.tmds()) {
+            make_coding({numbered("tmds_encoder_in", r), numbered("tmds_decoder_in", r), link_clk,
+                         wires_->link_in_driven(r), faults_->encoded(r, link_clk, reset_), wires_->tmds_in[r],
+                         wires_->link_in[r]});
+        }
 
         auto decoder =
             std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(), scenario_.renderers[r].timing());
@@ -118,6 +125,25 @@ void Metabuffer::make_renderer_side() {
         input_framebuffers_.push_back(std::move(framebuffer));
         wires_->pipemaster[r].write(r == 0);
     }
+}
+
+void Metabuffer::make_coding(const CodedLink& link) {
+    auto encoder = std::make_unique<TmdsEncoder>(link.encoder.c_str(), gating_);
+    encoder->clk_i(link.clk);
+    encoder->reset_i(reset_);
+    encoder->link_i(link.driven);
+    encoder->tmds_o(link.encoded);
+    blocks_.push_back(encoder.get());
+
+    auto decoder = std::make_unique<TmdsDecoder>(link.decoder.c_str(), gating_);
+    decoder->clk_i(link.clk);
+    decoder->reset_i(reset_);
+    decoder->tmds_i(link.received);
+    decoder->link_o(link.seen);
+    blocks_.push_back(decoder.get());
+
+    tmds_encoders_.push_back(std::move(encoder));
+    tmds_decoders_.push_back(std::move(decoder));
 }
 
 void Metabuffer::make_bus_registers() {
@@ -202,10 +228,15 @@ void Metabuffer::make_display_side() {
         framebuffer->framebad_o(wires_->framebad[d]);
         framebuffer->swaplock_i(wires_->swaplock);
         framebuffer->swapskip_i(wires_->swapskip);
-        framebuffer->link_o(wires_->link_out[d]);
+        framebuffer->link_o(wires_->link_out_driven(d));
         swap_lock_->framedone_i[d](wires_->framedone[d]);
         swap_lock_->framebad_i[d](wires_->framebad[d]);
         blocks_.push_back(framebuffer.get());
+        if (scenario_.links.tmds()) {
+            make_coding({numbered("tmds_encoder_out", d), numbered("tmds_decoder_out", d), *dvi_out_clk_,
+                         wires_->link_out_driven(d), wires_->tmds_out[d], wires_->tmds_out[d],
+                         wires_->link_out[d]});
+        }
 
         auto display = std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str());
         display->clk_i(*dvi_out_clk_);

@@ -16,6 +16,8 @@
 #include "rtl/input_framebuffer.h"
 #include "rtl/output_framebuffer.h"
 #include "rtl/swap_lock.h"
+#include "rtl/tmds_decoder.h"
+#include "rtl/tmds_encoder.h"
 #include "rtl/watchdog.h"
 #include "simulation/frame_shown.h"
 
@@ -30,7 +32,8 @@ class MachineFaults;
 /// dvi_display_d, all counted from 1.
 ///
 /// Each clock domain has its clock; domains of equal period share one, since their edges are the same. All
-/// clocks rise at time 0; reset is high for the first two core clocks. Faults of the scenario inside the machine have
+/// clocks rise at time 0; reset is high for the first two core clocks. With `links.layer: tmds` each link has an encoder
+/// and a decoder: tmds_encoder_in_r, tmds_decoder_in_r, tmds_encoder_out_d and tmds_decoder_out_d. Faults of the scenario inside the machine have
 /// blocks of their own (MachineFaults); a machine without such faults has none of them.
 ///
 /// Only the blocks' own errors are raised; see their headers.
@@ -116,6 +119,17 @@ class Metabuffer final : public Block {
     void make_bus_registers();
     void make_composers();
     void make_display_side();
+    /// A link with an encoder and a decoder, from what drives it to what reads it.
+    struct CodedLink {
+        std::string encoder;
+        std::string decoder;
+        sc_core::sc_signal<bool>& clk;
+        sc_core::sc_signal<DviLink>& driven;
+        sc_core::sc_signal<TmdsLink>& encoded;
+        sc_core::sc_signal<TmdsLink>& received;  ///< the same wire, unless a fault lies between
+        sc_core::sc_signal<DviLink>& seen;
+    };
+    void make_coding(const CodedLink& link);
     void drive_reset();
     void forget_frames();
     void frame_captured(std::size_t display, const ColourImage& image);
@@ -146,6 +160,9 @@ class Metabuffer final : public Block {
     std::vector<std::unique_ptr<DviSource>> dvi_sources_;
     std::vector<std::unique_ptr<DviDecoder>> dvi_decoders_;
     std::vector<std::unique_ptr<InputFramebuffer>> input_framebuffers_;
+    std::vector<std::unique_ptr<TmdsEncoder>>
+        tmds_encoders_;  ///< by renderer, then by display, if there are any
+    std::vector<std::unique_ptr<TmdsDecoder>> tmds_decoders_;   ///< likewise
     std::vector<std::unique_ptr<BusRegisters>> bus_registers_;  ///< by renderer, if there are any
     std::vector<std::unique_ptr<Composer>> composers_;          ///< renderer by renderer
     std::vector<std::unique_ptr<ColumnStall>> column_stalls_;

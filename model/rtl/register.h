@@ -139,6 +139,8 @@ class RegisterLine {
     }
     /// The value in the last stage, which leaves next. There must be a stage.
     const Value& last() const { return stages_.back()->value(); }
+    /// The value in a stage, counted from 1, where a value comes in.
+    const Value& stage(int stage) const { return stages_[static_cast<std::size_t>(stage) - 1]->value(); }
     bool empty() const { return stages_.empty(); }
     /// Every stage has this value.
     bool holds(const Value& value) const {

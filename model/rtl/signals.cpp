@@ -18,6 +18,8 @@ std::uint16_t field(std::uint64_t word, int position) {
     return static_cast<std::uint16_t>(word >> (position * kFieldBits));
 }
 
+constexpr std::array<const char*, kTmdsChannels> kChannelNames{"BLUE", "GREEN", "RED"};
+
 // The SystemC tracer keeps a reference to what it traces, so an enumeration is traced as the byte it is.
 template <typename Enum>
 const unsigned char& byte_of(const Enum& value) {
@@ -37,6 +39,24 @@ void sc_trace(sc_core::sc_trace_file* file, const DviLink& value, const std::str
     sc_core::sc_trace(file, value.hsync, name + ".HSYNC");
     sc_core::sc_trace(file, value.vsync, name + ".VSYNC");
     sc_core::sc_trace(file, value.data, name + ".DATA", kColourBits);
+}
+
+std::ostream& operator<<(std::ostream& out, const TmdsLink& value) {
+    return out << "blue " << value.channels[0] << " green " << value.channels[1] << " red "
+               << value.channels[2];
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const TmdsLink& value, const std::string& name) {
+    for (std::size_t i = 0; i < kTmdsChannels; ++i) {
+        sc_core::sc_trace(file, value.channels[i], name + '.' + kChannelNames[i], kTmdsCharacterBits);
+    }
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const TmdsDisparities& value, const std::string& name) {
+    constexpr int kSignedBits = 5;
+    for (std::size_t i = 0; i < kTmdsChannels; ++i) {
+        sc_core::sc_trace(file, value.channels[i], name + '.' + kChannelNames[i], kSignedBits);
+    }
 }
 
 std::ostream& operator<<(std::ostream& out, const DecodedPixel& value) {
@@ -285,3 +305,33 @@ void sc_trace(sc_core::sc_trace_file* file, const PipePixel& value, const std::s
 }
 
 }  // namespace metabuffer::rtl
+
+namespace metabuffer {
+
+std::ostream& operator<<(std::ostream& out, const TmdsDisturbance& value) {
+    for (std::size_t i = 0; i < kTmdsChannels; ++i) {
+        out << rtl::kChannelNames[i] << " flips " << value.flips[i] << " late by "
+            << int{value.late_characters[i]} << " characters and " << int{value.late_bits[i]} << " bits ";
+    }
+    return out;
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const TmdsDisturbance& value, const std::string& name) {
+    constexpr int kLateBits = 4;
+    for (std::size_t i = 0; i < kTmdsChannels; ++i) {
+        const std::string channel = name + '.' + rtl::kChannelNames[i];
+        sc_core::sc_trace(file, value.flips[i], channel + "_flips", kTmdsCharacterBits);
+        sc_core::sc_trace(file, value.late_bits[i], channel + "_late_bits", kLateBits);
+        sc_core::sc_trace(file, value.late_characters[i], channel + "_late_characters", kLateBits);
+    }
+}
+
+void sc_trace(sc_core::sc_trace_file* file, const TmdsAlignment& value, const std::string& name) {
+    constexpr int kNumberBits = 4;
+    sc_core::sc_trace(file, value.phase, name + ".phase", kNumberBits);
+    sc_core::sc_trace(file, value.found, name + ".found");
+    sc_core::sc_trace(file, value.candidate, name + ".candidate", kNumberBits);
+    sc_core::sc_trace(file, value.run, name + ".run", kNumberBits);
+}
+
+}  // namespace metabuffer

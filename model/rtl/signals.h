@@ -10,6 +10,7 @@
 #include "datapath/link/pair_event.h"
 #include "formats/control_scanline.h"
 #include "formats/pixel.h"
+#include "formats/tmds.h"
 #include "formats/viewport_table.h"
 #include "report/report.h"
 
@@ -29,6 +30,24 @@ inline bool operator==(const DviLink& a, const DviLink& b) {
 }
 std::ostream& operator<<(std::ostream& out, const DviLink& value);
 void sc_trace(sc_core::sc_trace_file* file, const DviLink& value, const std::string& name);
+
+/// The characters that a DVI link's three channels carry in a pixel clock, by TmdsChannel.
+struct TmdsLink {
+    std::array<TmdsCharacter, kTmdsChannels> channels{kTmdsControl[0], kTmdsControl[0], kTmdsControl[0]};
+};
+inline bool operator==(const TmdsLink& a, const TmdsLink& b) { return a.channels == b.channels; }
+std::ostream& operator<<(std::ostream& out, const TmdsLink& value);
+/// As NAME.BLUE, NAME.GREEN and NAME.RED.
+void sc_trace(sc_core::sc_trace_file* file, const TmdsLink& value, const std::string& name);
+
+/// What a DVI encoder keeps of each channel: ones less zeros since the last control character.
+struct TmdsDisparities {
+    std::array<int, kTmdsChannels> channels{};
+};
+inline bool operator==(const TmdsDisparities& a, const TmdsDisparities& b) {
+    return a.channels == b.channels;
+}
+void sc_trace(sc_core::sc_trace_file* file, const TmdsDisparities& value, const std::string& name);
 
 /// A pixel that the decoder has found: half a memory word.
 struct DecodedPixel {
@@ -213,3 +232,12 @@ std::ostream& operator<<(std::ostream& out, const PipePixel& value);
 void sc_trace(sc_core::sc_trace_file* file, const PipePixel& value, const std::string& name);
 
 }  // namespace metabuffer::rtl
+
+// Found by the namespace of their arguments, which are plain structures of model/formats.
+namespace metabuffer {
+
+std::ostream& operator<<(std::ostream& out, const TmdsDisturbance& value);
+void sc_trace(sc_core::sc_trace_file* file, const TmdsDisturbance& value, const std::string& name);
+void sc_trace(sc_core::sc_trace_file* file, const TmdsAlignment& value, const std::string& name);
+
+}  // namespace metabuffer

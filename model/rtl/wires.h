@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "rtl/signals.h"
+#include "scenario/scenario.h"
 #include "simulation/numbered.h"
 
 namespace metabuffer::rtl {
@@ -36,10 +37,13 @@ class SignalBank {
 /// pipeline wires of display d run from PIPE_1_d, above the top composer, to PIPE_(M+1)_d: composer r, from 1, drives
 /// PIPE_(r+1)_d and STARTFRAME_(r+1)_d, and PIPEREADY_r_d to the composer above.
 struct Wires {
-    /// bus_registers: whether registers lie between each input framebuffer and its composers.
-    Wires(std::size_t renderers, std::size_t displays, bool bus_registers = false)
+    /// bus_registers: whether registers lie between each input framebuffer and its composers. layer: of the links.
+    Wires(std::size_t renderers, std::size_t displays, bool bus_registers = false,
+          LinkLayer layer = LinkLayer::kPixel)
         : link_in(renderers, name_of("DVI_IN")),
           clock_ppm(renderers, name_of("CLOCK_PPM")),
+          disturbance(renderers, name_of("DISTURBANCE")),
+          tmds_in(layer == LinkLayer::kTmds ? renderers : 0, name_of("TMDS_IN")),
           pixel(renderers, name_of("PIXEL")),
           event(renderers, name_of("EVENT")),
           pair_request(renderers, name_of("PAIR_REQUEST")),
@@ -55,6 +59,10 @@ struct Wires {
           framedone(displays, name_of("FRAMEDONE")),
           framebad(displays, name_of("FRAMEBAD")),
           link_out(displays, name_of("DVI_OUT")),
+          tmds_out(layer == LinkLayer::kTmds ? displays : 0, name_of("TMDS_OUT")),
+          link_in_before_(tmds_in.size(), name_of("DVI_IN_driven")),
+          link_out_before_(tmds_out.size(), name_of("DVI_OUT_driven")),
+          tmds_in_before_(tmds_in.size()),
           bus_before_(bus_registers ? renderers : 0, name_of("BUS_driven")),
           busready_behind_(bus_registers ? renderers * displays : 0, name_of("BUSREADY_read", displays)),
           tableready_behind_(bus_registers ? renderers * displays : 0, name_of("TABLEREADY_read", displays)),
@@ -81,6 +89,27 @@ struct Wires {
         return *own_bus_[i];
     }
 
+    /// A link as the source or the output framebuffer drives it: what its receiver sees, unless an encoder and a decoder
+    /// lie between.
+    sc_core::sc_signal<DviLink>& link_in_driven(std::size_t renderer) {
+        return link_in_before_.size() > 0 ? link_in_before_[renderer] : link_in[renderer];
+    }
+    sc_core::sc_signal<DviLink>& link_out_driven(std::size_t display) {
+        return link_out_before_.size() > 0 ? link_out_before_[display] : link_out[display];
+    }
+    /// The characters as a renderer's encoder drives them: what the decoder sees, unless a fault lies between.
+    sc_core::sc_signal<TmdsLink>& tmds_in_driven(std::size_t renderer) {
+        return tmds_in_before_[renderer] ? *tmds_in_before_[renderer] : tmds_in[renderer];
+    }
+    /// From now on a renderer's encoder drives its own wire, and the caller the one that the decoder sees.
+    sc_core::sc_signal<TmdsLink>& own_tmds_in(std::size_t renderer) {
+        if (!tmds_in_before_[renderer]) {
+            tmds_in_before_[renderer] =
+                std::make_unique<sc_core::sc_signal<TmdsLink>>(numbered("TMDS_IN_driven", renderer).c_str());
+        }
+        return *tmds_in_before_[renderer];
+    }
+
     /// The bus as its input framebuffer drives it, and BUSREADY and TABLEREADY as it reads them: what the composers
     /// see and raise, unless registers lie between.
     sc_core::sc_signal<BusBeat>& bus_driven(std::size_t renderer) {
@@ -94,7 +123,9 @@ struct Wires {
     }
 
     SignalBank<DviLink> link_in;
-    SignalBank<int> clock_ppm;  ///< how far a fault puts the link's clock off
+    SignalBank<int> clock_ppm;                ///< how far a fault puts the link's clock off
+    SignalBank<TmdsDisturbance> disturbance;  ///< what faults do to the link's characters
+    SignalBank<TmdsLink> tmds_in;             ///< of links with characters
     SignalBank<DecodedPixel> pixel;
     SignalBank<DecoderEvent> event;
     SignalBank<bool> pair_request;
@@ -110,10 +141,15 @@ struct Wires {
     SignalBank<bool> framedone;
     SignalBank<bool> framebad;
     SignalBank<DviLink> link_out;
+    SignalBank<TmdsLink> tmds_out;  ///< of links with characters
     sc_core::sc_signal<bool> swaplock{"SWAPLOCK"};
     sc_core::sc_signal<bool> swapskip{"SWAPSKIP"};
 
   private:
+    SignalBank<DviLink> link_in_before_;  ///< the encoder
+    SignalBank<DviLink> link_out_before_;
+    std::vector<std::unique_ptr<sc_core::sc_signal<TmdsLink>>>
+        tmds_in_before_;              ///< the fault, where there is one
     SignalBank<BusBeat> bus_before_;  ///< the registers
     SignalBank<bool> busready_behind_;
     SignalBank<bool> tableready_behind_;

@@ -97,6 +97,7 @@ std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
         }
         const DviTiming out = scenario.displays.timing();
         quiet += 2.0 * static_cast<double>(out.frame_clocks()) * dvi_out_period;
+        quiet += static_cast<double>(scenario.links.latency_clocks()) * (dvi_in_period + dvi_out_period);
         double bus_cycles =
             longest_word_wait_cycles(scenario) + bus_loop_cycles(scenario.bus, scenario.memory) +
             scenario.bus.grant_cycles +

@@ -62,6 +62,10 @@ const std::vector<FaultKey>& fault_keys() {
     // The image, or its link, sets narrower bounds once it is known.
     constexpr IntegerRange kPosition{0, kImageSidePixels.high - 1};
     constexpr IntegerRange kOneOrMoreCycles{1, limits::kCycles.high};
+    constexpr DviTiming kLargestMode =
+        renderer_dvi_timing(static_cast<int>(kImageSidePixels.high), static_cast<int>(kImageSidePixels.high));
+    constexpr std::int64_t kMostLinkLines = kLargestMode.frame_lines();
+    constexpr std::int64_t kMostLineClocks = kLargestMode.line_clocks();
     static const std::vector<FaultKey> keys{
         {required(whole_number<&Fault::pair>("faults[].pair", "", "the pair's number, from 0",
                                              {0, std::numeric_limits<std::uint32_t>::max()}))},
@@ -89,6 +93,19 @@ const std::vector<FaultKey>& fault_keys() {
         {choice<LostBeats, &Fault::of>("faults[].of", "which beats")},
         {required(whole_number<&Fault::percent>("faults[].percent", "%", "share of the clocks", {1, 99}))},
         {whole_number<&Fault::seed>("faults[].seed", "", "any whole number", limits::kCycles)},
+        {required(choice<TmdsChannel, &Fault::channel>("faults[].channel", "which channel of the link"))},
+        {required(whole_number<&Fault::at_line>("faults[].at_line", "lines",
+                                                "line of the frame on the link, blanking included, from 0",
+                                                {0, kMostLinkLines - 1}))},
+        {required(whole_number<&Fault::at_clock>("faults[].at_clock", "clocks of the link",
+                                                 "clock of the line, blanking included, from 0",
+                                                 {0, kMostLineClocks - 1}))},
+        {required(whole_number<&Fault::late_bits>("faults[].late_bits", "bits", "from then on; 0: in step",
+                                                  {0, kTmdsCharacterBits - 1}))},
+        {required(whole_number<&Fault::late_characters>("faults[].late_characters", "characters",
+                                                        "from then on; 0: in step", {0, kMostTmdsSkew}))},
+        {required(whole_number<&Fault::per_billion>(
+            "faults[].per_billion", "", "flipped bits of a billion, at random", {1, 1'000'000'000}))},
     };
     return keys;
 }
@@ -120,7 +137,18 @@ std::string misplaced_fault_key(const FaultKey& key, FaultKind kind) {
 
 bool is_on_link(FaultKind kind) {
     const FaultPlace place = fault_traits(kind).place;
-    return place == FaultPlace::kFrame || place == FaultPlace::kLink;
+    return place == FaultPlace::kFrame || place == FaultPlace::kLink || place == FaultPlace::kCharacters;
+}
+
+bool disturbs_characters(const Scenario& scenario, std::size_t renderer) {
+    return std::any_of(scenario.faults.begin(), scenario.faults.end(), [renderer](const Fault& fault) {
+        return fault_traits(fault.kind).needs_tmds() && static_cast<std::size_t>(fault.renderer) == renderer;
+    });
+}
+
+bool disturbs_characters(const Scenario& scenario) {
+    return std::any_of(scenario.faults.begin(), scenario.faults.end(),
+                       [](const Fault& fault) { return fault_traits(fault.kind).needs_tmds(); });
 }
 
 void refuse_faults_of_level_rtl(const Scenario& scenario, const std::string& level) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,6 +38,11 @@ std::string misplaced_fault_key(const FaultKey& key, FaultKind kind);
 
 /// Whether it is a fault of a renderer's link, not one inside the machine.
 bool is_on_link(FaultKind kind);
+
+/// Whether a fault of the scenario is in the characters of a renderer's link (index, from 0).
+bool disturbs_characters(const Scenario& scenario, std::size_t renderer);
+/// The same for any link.
+bool disturbs_characters(const Scenario& scenario);
 
 /// Throws InputError if the scenario has a fault that level `level` cannot show, since that level does not simulate
 /// each clock. The error names the fault, by its place in the file if it is from one.

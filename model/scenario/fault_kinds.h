@@ -14,10 +14,11 @@ namespace metabuffer {
 
 /// Where a fault happens.
 enum class FaultPlace : std::uint8_t {
-    kFrame,    ///< in one frame of a pair on the renderer's link
-    kLink,     ///< on the link, from a pair on
-    kRow,      ///< inside the machine, in a renderer's row, from a core clock on
-    kMachine,  ///< in the machine as a whole, from a core clock on: no renderer is named
+    kFrame,       ///< in one frame of a pair on the renderer's link
+    kLink,        ///< on the link, from a pair on
+    kCharacters,  ///< in the characters of one frame of a pair on the link, which has layer tmds
+    kRow,         ///< inside the machine, in a renderer's row, from a core clock on
+    kMachine,     ///< in the machine as a whole, from a core clock on: no renderer is named
 };
 
 /// What a fault does to the frame that it names.
@@ -37,7 +38,7 @@ struct FaultKeyOfKind {
 };
 
 struct FaultTraits {
-    static constexpr std::size_t kMostKeys = 5;
+    static constexpr std::size_t kMostKeys = 6;
     static constexpr int kNoOffset = -1;
 
     FaultKind value = FaultKind::kCrc;
@@ -58,6 +59,10 @@ struct FaultTraits {
     /// It happens at single clocks, which only level rtl simulates.
     constexpr bool only_at_level_rtl() const { return place != FaultPlace::kFrame; }
     constexpr bool names_renderer() const { return place != FaultPlace::kMachine; }
+    /// It is in the bits of a link, which only links.layer tmds has.
+    constexpr bool needs_tmds() const {
+        return place == FaultPlace::kCharacters || value == FaultKind::kTmdsNoise;
+    }
 };
 
 namespace fault_kinds {
@@ -68,6 +73,9 @@ constexpr FaultKeyOfKind kLines{"lines"};
 constexpr FaultKeyOfKind kDisplay{"display"};
 constexpr FaultKeyOfKind kFromCycle{"from_cycle"};
 constexpr FaultKeyOfKind kCycles{"cycles"};
+constexpr FaultKeyOfKind kChannel{"channel"};
+constexpr FaultKeyOfKind kAtLine{"at_line"};
+constexpr FaultKeyOfKind kAtClock{"at_clock"};
 
 }  // namespace fault_kinds
 
@@ -132,6 +140,26 @@ inline constexpr std::array kFaultKinds{
                 "the whole machine is in reset for `cycles`, and then begins again with pair 0 and frame 0",
                 FaultPlace::kMachine, FaultEffect::kNone,
                 {fault_kinds::kFromCycle, FaultKeyOfKind{"cycles", {1, 1'000'000}, true}}},
+    FaultTraits{FaultKind::kTmdsBits, "tmds_bits",
+                "`bits` of one character are flipped, on a link of layer tmds",
+                FaultPlace::kCharacters, FaultEffect::kNone,
+                {fault_kinds::kPair, fault_kinds::kFrame, FaultKeyOfKind{"bits", {1, kTmdsCharacterMask}},
+                 fault_kinds::kChannel, fault_kinds::kAtLine, fault_kinds::kAtClock}},
+    FaultTraits{FaultKind::kTmdsSlip, "tmds_slip",
+                "from the character on, those of the channel begin `late_bits` later than the link's words",
+                FaultPlace::kCharacters, FaultEffect::kNone,
+                {fault_kinds::kPair, fault_kinds::kFrame, fault_kinds::kChannel, fault_kinds::kAtLine,
+                 fault_kinds::kAtClock, FaultKeyOfKind{"late_bits"}}},
+    FaultTraits{FaultKind::kTmdsSkew, "tmds_skew",
+                "from the character on, the channel comes `late_characters` later than the link's clock",
+                FaultPlace::kCharacters, FaultEffect::kNone,
+                {fault_kinds::kPair, fault_kinds::kFrame, fault_kinds::kChannel, fault_kinds::kAtLine,
+                 fault_kinds::kAtClock, FaultKeyOfKind{"late_characters"}}},
+    FaultTraits{FaultKind::kTmdsNoise, "tmds_noise",
+                "each bit of the renderer's link is flipped at a rate of `per_billion`, for `cycles`",
+                FaultPlace::kRow, FaultEffect::kNone,
+                {fault_kinds::kFromCycle, fault_kinds::kCycles, FaultKeyOfKind{"seed"},
+                 FaultKeyOfKind{"per_billion"}}},
 };
 // clang-format on
 

@@ -163,6 +163,8 @@ void LinkProgram::reset() {
     kind_ = FrameKind::kColour;
     send_again_ = false;
     clock_ppm_ = 0;
+    character_faults_.clear();
+    disturbance_ = TmdsDisturbance();
 }
 
 LinkProgram::Step LinkProgram::next(bool pair_requested) {
@@ -187,6 +189,7 @@ LinkProgram::Step LinkProgram::next(bool pair_requested) {
         if (fault_of(FaultKind::kMissing) == nullptr) {
             frame_ = link_frame(scenario_, renderer_index_, pair_, kind_);
             injected_faults_ += frame_.faults;
+            character_faults_ = character_faults_of_frame();
             return Step::kFrame;
         }
         ++injected_faults_;
@@ -226,6 +229,37 @@ void LinkProgram::begin_pair() {
         }
         clock_ppm_ = fault.ppm;
         ++injected_faults_;
+    }
+}
+
+std::vector<const Fault*> LinkProgram::character_faults_of_frame() const {
+    std::vector<const Fault*> faults;
+    for (const Fault& fault : scenario_.faults) {
+        if (fault_traits(fault.kind).place == FaultPlace::kCharacters && fault.renderer == renderer_index_ &&
+            fault.pair == pair_ && fault.frame == kind_) {
+            faults.push_back(&fault);
+        }
+    }
+    return faults;
+}
+
+void LinkProgram::begin_clock(int line, int clock) {
+    disturbance_.flips.fill(0);
+    for (const Fault* const fault : character_faults_) {
+        if (fault->at_line != line || fault->at_clock != clock) continue;
+        const auto channel = static_cast<std::size_t>(fault->channel);
+        ++injected_faults_;
+        switch (fault->kind) {
+            case FaultKind::kTmdsSlip:
+                disturbance_.late_bits[channel] = static_cast<std::uint8_t>(fault->late_bits);
+                break;
+            case FaultKind::kTmdsSkew:
+                disturbance_.late_characters[channel] = static_cast<std::uint8_t>(fault->late_characters);
+                break;
+            default:
+                disturbance_.flips[channel] = static_cast<TmdsCharacter>(fault->bits);
+                break;
+        }
     }
 }
 

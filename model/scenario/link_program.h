@@ -53,6 +53,10 @@ class LinkProgram {
 
     /// What begins in this clock of the link, with nothing under way.
     Step next(bool pair_requested);
+    /// Whether faults disturb characters of that frame. If so, call begin_clock in each of its clocks.
+    bool disturbs_characters() const { return !character_faults_.empty(); }
+    /// A clock of the frame: line and clock in it, from 0.
+    void begin_clock(int line, int clock);
     /// The frame of the last next() has been sent.
     void end_frame();
     /// The link starts again; the counts stay.
@@ -67,13 +71,16 @@ class LinkProgram {
     bool all_pairs_sent() const { return next_pair_ >= static_cast<std::uint32_t>(scenario_.frames); }
     /// Millionths that the link's clock runs fast: of the newest drift fault whose pair has begun.
     int clock_ppm() const { return clock_ppm_; }
-    /// Faults that have taken effect, each when its frame, its silence or its second sending began.
+    /// What the faults do to the characters of the clock that has begun last.
+    const TmdsDisturbance& disturbance() const { return disturbance_; }
+    /// Faults that have taken effect, each when its frame, its character, its silence or its second sending began.
     std::int64_t injected_faults() const { return injected_faults_; }
 
   private:
     const Fault* fault_of(FaultKind kind) const;
     void begin_pair();
     void next_frame();
+    std::vector<const Fault*> character_faults_of_frame() const;
 
     const Scenario& scenario_;
     const Renderer& renderer_;
@@ -88,6 +95,8 @@ class LinkProgram {
     bool sent_again_ = false;
     std::int64_t silence_clocks_ = 0;
     LinkFrame frame_;
+    std::vector<const Fault*> character_faults_;  ///< of that frame
+    TmdsDisturbance disturbance_;
     int clock_ppm_ = 0;
     std::int64_t injected_faults_ = 0;
 };

@@ -66,6 +66,20 @@ struct EnumNames<MemoryPorts> {
 };
 
 template <>
+struct EnumNames<LinkLayer> {
+    static constexpr const char* kWhat = "a layer of the links";
+    static constexpr auto kTable =
+        name_table<LinkLayer>({{LinkLayer::kPixel, "pixel"}, {LinkLayer::kTmds, "tmds"}});
+};
+
+template <>
+struct EnumNames<TmdsChannel> {
+    static constexpr const char* kWhat = "a channel";
+    static constexpr auto kTable = name_table<TmdsChannel>(
+        {{TmdsChannel::kBlue, "blue"}, {TmdsChannel::kGreen, "green"}, {TmdsChannel::kRed, "red"}});
+};
+
+template <>
 struct EnumNames<SlotTableMaker> {
     static constexpr const char* kWhat = "a maker of slot tables";
     static constexpr auto kTable =

@@ -18,6 +18,7 @@
 #include "formats/image_files.h"
 #include "formats/pixel.h"
 #include "formats/stored_image.h"
+#include "formats/tmds.h"
 #include "formats/viewport_splitter.h"
 #include "formats/viewport_table.h"
 
@@ -29,6 +30,12 @@ enum class StarvationMode : std::uint8_t { kGlitch, kStall };
 enum class MemoryPorts : std::uint8_t {
     kDual,    ///< two devices: the link writes one while the bus reads the other
     kShared,  ///< one device: the link's writes take clocks from the bus's reads
+};
+
+/// What a machine's DVI links are made of.
+enum class LinkLayer : std::uint8_t {
+    kPixel,  ///< pixels with DE, HSYNC and VSYNC, as receiver and transmitter chips have them
+    kTmds,   ///< at level rtl three channels of characters, with an encoder and a decoder at the ends
 };
 
 /// Who makes the slot table of a frame.
@@ -61,6 +68,10 @@ enum class FaultKind : std::uint8_t {
     kLostBeat,
     kRandomStalls,
     kReset,
+    kTmdsBits,
+    kTmdsSlip,
+    kTmdsSkew,
+    kTmdsNoise,
 };
 
 /// Which beats a kLostBeat loses.
@@ -91,6 +102,12 @@ struct Fault {
     LostBeats of = LostBeats::kPixels;
     int percent = 0;
     std::uint64_t seed = 1;
+    TmdsChannel channel = TmdsChannel::kBlue;
+    int at_line = 0;  ///< of the frame on the link, blanking included
+    int at_clock = 0;
+    int late_bits = 0;
+    int late_characters = 0;
+    int per_billion = 0;
     std::string where = std::string();  ///< "file.yaml:7: faults[1]", empty if it is not from a file
 
     /// For a fault that has from_cycle and cycles.
@@ -190,6 +207,14 @@ struct BusConfig {
     }
 };
 
+struct LinkConfig {
+    LinkLayer layer = LinkLayer::kPixel;
+
+    constexpr bool tmds() const { return layer == LinkLayer::kTmds; }
+    /// Clocks of a link from a pixel at the sender's end to that pixel at the receiver's end.
+    constexpr int latency_clocks() const { return tmds() ? kTmdsLinkClocks : 0; }
+};
+
 struct ComposerConfig {
     int buffer_pixels = 1024;
     int ready_space_pixels = 32;
@@ -278,6 +303,7 @@ struct Scenario {
     MemoryConfig memory;
     BusConfig bus;
     ComposerConfig composer;
+    LinkConfig links;
     Pacing pacing = Pacing::kLockstep;
     int link_timeout_pairs = 2;
     std::int64_t watchdog_cycles = 0;  ///< 0: the machine derives a safe value from the scenario

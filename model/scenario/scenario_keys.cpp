@@ -279,6 +279,10 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
             }),
         choice<StarvationMode, &Scenario::composer, &ComposerConfig::on_starvation>(
             "composer.on_starvation", "what happens when a local pixel has not come in time"),
+        map("links"),
+        choice<LinkLayer, &Scenario::links, &LinkConfig::layer>(
+            "links.layer",
+            "what a DVI link is made of: pixels, or TMDS characters with an encoder and a decoder"),
         choice<Pacing, &Scenario::pacing>("pacing", "whether a frame waits for a new pair of every renderer"),
         whole_number<&Scenario::link_timeout_pairs>(
             "link_timeout_pairs", "pair times", "after which a missing pair is replaced by the last good one",

@@ -240,6 +240,9 @@ bool clash(const Fault& one, const Fault& other) {
     };
     if (changed_byte(one) >= 0 && changed_byte(one) == changed_byte(other)) return true;
     if (one.kind != other.kind || one.kind == FaultKind::kControlByte) return false;
+    if (fault_traits(one.kind).place == FaultPlace::kCharacters) {
+        return one.channel == other.channel && one.at_line == other.at_line && one.at_clock == other.at_clock;
+    }
     return one.kind != FaultKind::kPixelBits || (one.x == other.x && one.y == other.y);
 }
 
@@ -292,6 +295,9 @@ void check_faults(RuleCheck& check, const Scenario& scenario) {
         if (fault.display > 0) {
             check.integer(path + ".display", fault.display, {1, scenario.displays.count()});
         }
+        check.require(scenario.links.tmds() || !fault_traits(fault.kind).needs_tmds(), path + ".kind",
+                      std::string(to_string(fault.kind)) +
+                          " is in the characters of a link, which has none; use links.layer: tmds");
         check_number(check, scenario, i);
         if (!is_on_link(fault.kind)) continue;
         for (std::size_t j = 0; j < i; ++j) {
@@ -324,6 +330,9 @@ void check_fault_places(RuleCheck& check, const Scenario& scenario) {
                "the bytes of the control scanline");
         within("x", fault.x, {0, width - 1}, "the columns of the image");
         within("y", fault.y, {0, height - 1}, "the rows of the image");
+        const DviTiming mode = renderer.timing();
+        within("at_line", fault.at_line, {0, mode.frame_lines() - 1}, "the lines of the link's mode");
+        within("at_clock", fault.at_clock, {0, mode.line_clocks() - 1}, "the clocks of its lines");
         if (fault.kind == FaultKind::kReset) check_reset(check, scenario, fault, fault_path(i));
     }
 }

@@ -15,8 +15,11 @@ constexpr std::int64_t kFramebufferClocks = 1;
 
 }  // namespace
 
-DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing)
-    : sc_core::sc_module(name), timing_(timing), newest_moments_{{0, pairs_}} {
+DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing, int latency_clocks)
+    : sc_core::sc_module(name),
+      timing_(timing),
+      latency_clocks_(latency_clocks),
+      newest_moments_{{0, pairs_}} {
     link_socket.register_b_transport(this, &DviDecoder::b_transport);
 }
 
@@ -44,7 +47,7 @@ void DviDecoder::decode(const DviFrame& frame) {
     newest_moments_.assign(1, {0, pairs_});
     const std::int64_t first_line = frame.first_edge +
                                     std::int64_t{DviTiming::kVerticalBackLines} * timing_.line_clocks() +
-                                    kDecoderClocks;
+                                    latency_clocks_ + kDecoderClocks;
     decoded.first_pixel_edge = first_line + timing_.line_clocks() + kFramebufferClocks;
     decoded.pixels = 0;
     decoded.line_pixels = timing_.active_pixels;

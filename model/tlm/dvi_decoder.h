@@ -20,8 +20,8 @@ class DviDecoder final : public sc_core::sc_module {
     TargetSocket<DviDecoder, DviFrame> link_socket{"link_socket"};                       ///< DviFrame
     InitiatorSocket<DviDecoder, DecodedFrame> framebuffer_socket{"framebuffer_socket"};  ///< DecodedFrame
 
-    /// timing: the mode of the renderer's link.
-    DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing);
+    /// timing: the mode of the renderer's link. latency_clocks: of the link's encoder and decoder, if it has any.
+    DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing, int latency_clocks);
 
     /// What has been rejected up to a DVI input clock.
     std::array<std::int64_t, kRejectCauseCount> rejected_frames(std::int64_t through_edge) const;
@@ -41,6 +41,7 @@ class DviDecoder final : public sc_core::sc_module {
     const PairFollower& pairs_at(std::int64_t through_edge) const;
 
     DviTiming timing_;
+    std::int64_t latency_clocks_;
     PairFollower pairs_;
     const StoredImage* colour_image_ = nullptr;
     std::vector<std::uint8_t> payload_;   ///< of the newest control scanline

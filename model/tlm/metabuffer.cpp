@@ -93,7 +93,8 @@ void Metabuffer::make_renderer_side() {
         auto source = std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_,
                                                   static_cast<int>(r), first_link_edge);
         auto decoder =
-            std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(), scenario_.renderers[r].timing());
+            std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(), scenario_.renderers[r].timing(),
+                                         scenario_.links.latency_clocks());
         InputFramebuffer::Settings settings;
         settings.renderer = static_cast<int>(r);
         settings.first_link_edge = first_link_edge;

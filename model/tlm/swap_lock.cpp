@@ -38,10 +38,11 @@ void SwapLock::swap(int frame) {
     const std::int64_t answer_falls = dvi_.edge_seeing(core_.picoseconds_of(pipeready_cycle_));
     earliest_framedone_ = core_.edge_seeing(dvi_.picoseconds_of(answer_falls));
 
-    // A display has captured the frame at the clock that reads the vertical sync after it.
+    // A display has captured the frame at the clock that reads the vertical sync after it, at its end of the link.
     constexpr int kLinesAround = DviTiming::kVerticalBackLines + DviTiming::kVerticalFrontLines;
     const std::int64_t shown_edge =
-        swap_edge + std::int64_t{timing_.active_lines + kLinesAround} * timing_.line_clocks() + 1;
+        swap_edge + std::int64_t{timing_.active_lines + kLinesAround} * timing_.line_clocks() + 1 +
+        scenario_.links.latency_clocks();
     swap_picoseconds_.push_back(dvi_.picoseconds_of(swap_edge));
     const std::int64_t shown = dvi_.picoseconds_of(shown_edge);
     if (frame == scenario_.frames - 1) {

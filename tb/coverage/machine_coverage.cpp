@@ -159,8 +159,8 @@ void MachineCoverage::sample_displays() {
     for (std::size_t d = 0; d < displays_; ++d) display.framedone[d] = wires.framedone[d].read();
     display.swaplock = wires.swaplock.read();
     display.swapskip = wires.swapskip.read();
-    display.vsync = wires.link_out[0].read().vsync;
-    display.de = wires.link_out[0].read().de;
+    display.vsync = wires.link_out_driven(0).read().vsync;
+    display.de = wires.link_out_driven(0).read().de;
     display_.clock_edge(display);
 }
 

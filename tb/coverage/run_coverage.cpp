@@ -62,6 +62,7 @@ class RunCoverage {
         cover_clocks();
         cover_memory();
         cover_buffers();
+        cover_links();
         cover_starvation();
         cover_arbitration();
         cover_watchdog();
@@ -156,6 +157,25 @@ class RunCoverage {
         goals_.delay.both.hit_if(memory.read_latency_cycles > 0 && bus.register_stages > 0);
         goals_.delay.beats_of_several_clocks.hit_if(bus_loop_cycles(bus, memory) > 0 &&
                                                     cycles_per_beat(bus) > 1);
+    }
+
+    void cover_links() {
+        const LinkLayerGoals& goals = goals_.links;
+        goals.layer(scenario_.links.layer).hit();
+        if (!scenario_.links.tmds()) return;
+        const ClockConfig& clocks = scenario_.clocks;
+        goals.tmds_free_running.hit_if(!lockstep());
+        goals.tmds_own_clocks.hit_if(clocks.core_mhz != clocks.dvi_in_mhz &&
+                                     clocks.dvi_in_mhz != clocks.dvi_out_mhz &&
+                                     clocks.dvi_out_mhz != clocks.core_mhz);
+        goals.tmds_reset.hit_if(has_fault(scenario_, FaultKind::kReset));
+        goals.tmds_drift.hit_if(has_fault(scenario_, FaultKind::kDrift));
+        for (std::size_t r = 0; r < scenario_.renderers.size(); ++r) {
+            const bool rejects = report_.renderers.at(r).total_rejected_frames() > 0;
+            goals.tmds_rejected.hit_if(rejects);
+            if (!disturbs_characters(scenario_, r)) continue;
+            (rejects ? goals.tmds_frame_lost : goals.tmds_pixel_passes).hit();
+        }
     }
 
     void cover_ports() {

@@ -104,6 +104,19 @@ struct BusDelayGoals : CoverGroup {
     Bin beats_of_several_clocks = bin("with beats of several clocks");
 };
 
+struct LinkLayerGoals : CoverGroup {
+    explicit LinkLayerGoals(Coverage& coverage)
+        : CoverGroup(coverage, {"link/layer", "links of pixels and of characters"}) {}
+    Cross<LinkLayer> layer{*this, every<LinkLayer>("layer ")};
+    Bin tmds_free_running = bin("tmds, free-running");
+    Bin tmds_own_clocks = bin("tmds, three clocks that differ");
+    Bin tmds_rejected = bin("tmds, a frame rejected");
+    Bin tmds_reset = bin("tmds, a reset");
+    Bin tmds_drift = bin("tmds, a clock that drifts");
+    Bin tmds_frame_lost = bin("tmds, a pair lost by its characters");
+    Bin tmds_pixel_passes = bin("tmds, no pair lost by disturbed characters");
+};
+
 struct PageSizeGoals : CoverGroup {
     explicit PageSizeGoals(Coverage& coverage) : CoverGroup(coverage, groups::kPage) {}
     Ranges miss_cycles{*this, {{0, "miss costs nothing"}, {1, "miss costs 1 clock"}, {2, "miss costs more"}}};
@@ -253,6 +266,7 @@ struct RunGoals : GoalSet {
     BeatLimitGoals beat{coverage};
     MemoryPortGoals ports{coverage};
     BusDelayGoals delay{coverage};
+    LinkLayerGoals links{coverage};
     BufferSizeGoals buffer{coverage};
     StarvationModeGoals starvation{coverage};
     SlotGoals slots{coverage};

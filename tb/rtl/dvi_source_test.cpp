@@ -32,6 +32,7 @@ struct SourceBench {
     sc_core::sc_signal<bool> request;
     sc_core::sc_signal<DviLink> link;
     sc_core::sc_signal<int> clock_ppm;
+    sc_core::sc_signal<TmdsDisturbance> disturbance;
     DviSource source;
     monitors::ViolationLog violations;
     monitors::DviMonitor monitor;
@@ -47,6 +48,7 @@ struct SourceBench {
         source.pair_request_i(request);
         source.link_o(link);
         source.clock_ppm_o(clock_ppm);
+        source.disturbance_o(disturbance);
         monitor.clk_i(bench.core.clk);
         monitor.reset_i(bench.reset);
         monitor.link_i(link);

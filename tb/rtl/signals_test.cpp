@@ -97,7 +97,9 @@ TEST_CASE(
     for (const rtl::EnumerationNames& enumeration : rtl::enumeration_names()) {
         std::vector<std::string> wanted;
         for (const std::string& word : enumeration.words) {
-            wanted.push_back(std::to_string(wanted.size()) + " " + word);
+            const std::size_t n = wanted.size();
+            wanted.push_back((enumeration.values.empty() ? std::to_string(n) : enumeration.values.at(n)) + " " +
+                             word);
         }
         INFO(enumeration.file);
         CHECK(lines_of(folder / enumeration.file) == wanted);

@@ -336,6 +336,13 @@ void choose_arbiter(std::uint64_t seed, BusConfig& bus) {
     if (random.one_in(2)) bus.slot_table = SlotTableMaker::kBuilt;
 }
 
+/// Likewise.
+void choose_links(std::uint64_t seed, LinkConfig& links) {
+    constexpr std::uint64_t kOwnSequence = 0x4C696E6B;
+    Random random(seed ^ kOwnSequence);
+    if (random.one_in(4)) links.layer = LinkLayer::kTmds;
+}
+
 /// The host's own slot tables, some of them wrong. Likewise.
 void choose_slots(std::uint64_t seed, Scenario& scenario) {
     constexpr std::uint64_t kOwnSequence = 0x536C6F74;
@@ -395,6 +402,7 @@ Scenario random_scenario(std::uint64_t seed) {
     choose_refresh(seed, scenario.memory);
     choose_arbiter(seed, scenario.bus);
     choose_slots(seed, scenario);
+    choose_links(seed, scenario.links);
     choose_bus_delay(seed, scenario);
     choose_ports(seed, scenario);
     check_scenario(scenario);
@@ -477,13 +485,14 @@ std::string describe(const Scenario& scenario) {
          << displays.height_pixels << " (supersample " << displays.supersample << "), "
          << scenario.renderers.size() << " renderers, " << scenario.frames << " frames, "
          << to_string(scenario.composition) << ", " << to_string(scenario.depth_format) << ", "
-         << to_string(scenario.pacing) << ", " << to_string(scenario.composer.on_starvation) << ", "
-         << to_string(scenario.bus.arbitration) << ", clocks " << scenario.clocks.core_mhz << "/"
-         << scenario.clocks.dvi_in_mhz << "/" << scenario.clocks.dvi_out_mhz << " MHz, bus "
-         << scenario.bus.width_bits << " bits, bursts of " << scenario.bus.burst_pixels << ", memory "
-         << scenario.memory.words_per_cycle << " words a cycle, pages of " << scenario.memory.page_words
-         << ", miss " << scenario.memory.page_miss_cycles << ", refresh " << scenario.memory.refresh_cycles
-         << " every " << scenario.memory.refresh_interval_cycles << ", "
+         << to_string(scenario.pacing) << ", links of layer " << to_string(scenario.links.layer) << ", "
+         << to_string(scenario.composer.on_starvation) << ", " << to_string(scenario.bus.arbitration)
+         << ", clocks " << scenario.clocks.core_mhz << "/" << scenario.clocks.dvi_in_mhz << "/"
+         << scenario.clocks.dvi_out_mhz << " MHz, bus " << scenario.bus.width_bits << " bits, bursts of "
+         << scenario.bus.burst_pixels << ", memory " << scenario.memory.words_per_cycle
+         << " words a cycle, pages of " << scenario.memory.page_words << ", miss "
+         << scenario.memory.page_miss_cycles << ", refresh " << scenario.memory.refresh_cycles << " every "
+         << scenario.memory.refresh_interval_cycles << ", "
          << (scenario.memory.shared()
                  ? "shared ports, " + std::to_string(scenario.memory.write_block_words) + " words a write, "
                  : "")

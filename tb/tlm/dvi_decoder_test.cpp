@@ -30,7 +30,7 @@ constexpr int kClocksBehindLink = 2;
 
 struct DecoderBench {
     Initiator<tlm::DviFrame> source{"dvi_source"};
-    tlm::DviDecoder decoder{"dvi_decoder", DviTiming{kWidth, kActiveLines}};
+    tlm::DviDecoder decoder{"dvi_decoder", DviTiming{kWidth, kActiveLines}, 0};
     Target<tlm::DecodedFrame> framebuffer{"input_framebuffer"};
     StoredImage image{noise_image(1, kWidth, kHeight)};
     tlm::Message<tlm::DviFrame> frame;

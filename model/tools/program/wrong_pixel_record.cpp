@@ -4,7 +4,7 @@ namespace metabuffer {
 
 void WrongPixelRecord::take(const DisplayedFrame& displayed) {
     // If `kept` is set, the display shows an earlier frame instead, whether this one starved or not.
-    const bool may_be_wrong = displayed.starved_pixels > 0 && !displayed.kept;
+    const bool may_be_wrong = (displayed.starved_pixels > 0 || links_err_) && !displayed.kept;
     const auto known = counts_.find(displayed.frame);
     if (!may_be_wrong && known == counts_.end()) return;
     std::vector<std::int64_t>& counts = counts_.try_emplace(displayed.frame, displays_).first->second;

@@ -6,18 +6,21 @@
 
 #include "functional/wrong_pixels.h"
 #include "report/report.h"
+#include "scenario/fault_keys.h"
 #include "scenario/scenario.h"
 #include "simulation/frame_shown.h"
 
 namespace metabuffer {
 
 /// Counts the wrong pixels of a run, for its report, in the pictures that it shows. It checks only pictures in which
-/// something starved, so that a run without starvation takes no longer.
+/// something starved, and all of them if faults disturb a link's characters. So other runs take no longer.
 class WrongPixelRecord {
   public:
     /// The scenario must outlive it.
     explicit WrongPixelRecord(const Scenario& scenario)
-        : wrong_pixels_(scenario), displays_(static_cast<std::size_t>(scenario.displays.count())) {}
+        : wrong_pixels_(scenario),
+          displays_(static_cast<std::size_t>(scenario.displays.count())),
+          links_err_(disturbs_characters(scenario)) {}
 
     void take(const DisplayedFrame& displayed);
     /// Writes the counts to the frames of the report. Call it once every picture has been taken.
@@ -26,6 +29,7 @@ class WrongPixelRecord {
   private:
     functional::WrongPixels wrong_pixels_;
     std::size_t displays_;
+    bool links_err_;  ///< every picture may be wrong
     std::map<int, std::vector<std::int64_t>> counts_;  ///< by frame, then by display
 };
 

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "rtl/block.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// The encoder at the sender's end of a DVI link: in a renderer's graphics card, or between an output framebuffer and
+/// its display. DVI 1.0 defines the characters (formats/tmds.h); the paper names DVI alone. Only machines with
+/// `links.layer: tmds` have it.
+///
+/// Timing: registered. The characters of a pixel are on tmds_o kTmdsEncoderClocks after the pixel is at link_i. While
+/// DE is high, blue, green and red carry the bytes [7:0], [15:8] and [23:16] of the data. While it is low, blue carries
+/// HSYNC and VSYNC, and the disparity of each channel starts again from 0. Reset drives control characters.
+class TmdsEncoder final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< the link's clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<DviLink> link_i{"link_i"};
+    sc_core::sc_out<TmdsLink> tmds_o{"tmds_o"};
+
+    explicit TmdsEncoder(const sc_core::sc_module_name& name, ClockGating gating = ClockGating::kOn);
+    SC_HAS_PROCESS(TmdsEncoder);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+
+  private:
+    void end_of_elaboration() override;
+    void clock_edge();
+    TmdsLink encode_pixel(std::uint32_t data);
+    TmdsLink encode_blanking(const DviLink& link);
+
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+
+    RegisterSet registers_;
+    Register<TmdsDisparities> disparity_{registers_, "disparity"};
+    Register<TmdsLink> tmds_{registers_, "TMDS"};
+};
+
+}  // namespace metabuffer::rtl
