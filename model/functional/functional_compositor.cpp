@@ -192,7 +192,11 @@ std::shared_ptr<const PixelImage> image_with_flipped_bits(const Scenario& scenar
 
 }  // namespace
 
-Compositor::Compositor(const Scenario& scenario) : scenario_(scenario) {}
+Compositor::Compositor(const Scenario& scenario) : scenario_(scenario) {
+    for (const DisplayCorrection& correction : scenario.displays.correction) {
+        colour_tables_.emplace(correction.display, correction.table());
+    }
+}
 
 void Compositor::begin_frame(std::vector<Contribution> contributions) {
     contributions_ = std::move(contributions);
@@ -290,7 +294,9 @@ ColourImage Compositor::picture(int display) {
     paint(display, [&builder](int x, int y, SourceRun pixels, std::size_t count) {
         builder.take(x, y, pixels.argb, count);
     });
-    return builder.finish();
+    ColourImage picture = builder.finish();
+    correct_colours(display, picture);
+    return picture;
 }
 
 PixelImage composite_raster(const Scenario& scenario, const std::vector<Contribution>& contributions,
@@ -313,6 +319,24 @@ ColourImage average_raster(const PixelImage& raster, int supersample) {
         }
     }
     return builder.finish();
+}
+
+// Not by the levels' own lookup: each channel is taken out, looked up and put back on its own.
+void Compositor::correct_colours(int display, ColourImage& picture) const {
+    const auto table = colour_tables_.find(display);
+    if (table == colour_tables_.end()) return;
+    constexpr int kChannelBits = 8;
+    int shift = 0;
+    for (std::size_t c = ColourTable::kChannels; c-- > 0; shift += kChannelBits) {
+        std::array<std::uint32_t, ColourTable::kValues> in_place{};
+        for (std::size_t v = 0; v < in_place.size(); ++v) {
+            in_place[v] = std::uint32_t{table->second.channels()[c][v]} << shift;
+        }
+        const std::uint32_t mask = std::uint32_t{0xFF} << shift;
+        for (std::uint32_t& colour : picture.values) {
+            colour = (colour & ~mask) | in_place[(colour & mask) >> shift];
+        }
+    }
 }
 
 ColourImage composite_display(const Scenario& scenario, const std::vector<Contribution>& contributions,

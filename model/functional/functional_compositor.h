@@ -1,9 +1,11 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <unordered_map>
 #include <vector>
 
+#include "formats/colour_table.h"
 #include "formats/image.h"
 #include "formats/pixel_planes.h"
 #include "formats/viewport_table.h"
@@ -36,8 +38,11 @@ class Compositor {
     /// The frame's raster of one display (counted from 1), before averaging.
     PixelImage raster(int display);
 
-    /// What the display shows: the raster averaged s x s.
+    /// What the display shows: the raster averaged s x s, and its colours corrected.
     ColourImage picture(int display);
+
+    /// The last step of picture(): corrects the colours of an averaged raster of that display.
+    void correct_colours(int display, ColourImage& picture) const;
 
   private:
     template <typename Take>
@@ -45,6 +50,7 @@ class Compositor {
     const PixelPlanes& planes_of(const PixelImage& image);
 
     const Scenario& scenario_;
+    std::map<int, ColourTable> colour_tables_;  ///< of displays that have one
     std::vector<Contribution> contributions_;
     std::unordered_map<const PixelImage*, PixelPlanes> planes_;  ///< of this frame's images
     std::vector<PixelPlanes> spare_planes_;  ///< of images that are no longer used: memory to use again

@@ -20,6 +20,12 @@ namespace {
     fail(file, std::generic_category().message(error == 0 ? EIO : error));
 }
 
+/// A limit in whole MiB or KiB.
+std::string size_text(std::uintmax_t bytes) {
+    const bool is_in_mib = bytes >> 20U > 0;
+    return std::to_string(bytes >> (is_in_mib ? 20U : 10U)) + (is_in_mib ? " MiB" : " KiB");
+}
+
 }  // namespace
 
 bool is_no_regular_file(const std::filesystem::path& file) {
@@ -35,14 +41,14 @@ void check_is_regular_file(const std::filesystem::path& file) {
                                                           : "it is no regular file");
 }
 
-std::string text_of_file(const std::filesystem::path& file) {
+std::string text_of_file(const std::filesystem::path& file, std::uintmax_t most_bytes) {
     check_is_regular_file(file);
     errno = 0;
     std::ifstream stream(file, std::ios::binary);
     if (!stream) fail_to_read(file, errno);
     std::error_code error;
-    if (std::filesystem::file_size(file, error) > kLongestTextBytes && !error) {
-        fail(file, "it is longer than " + std::to_string(kLongestTextBytes >> 20U) + " MiB");
+    if (std::filesystem::file_size(file, error) > most_bytes && !error) {
+        fail(file, "it is longer than " + size_text(most_bytes));
     }
     std::string content{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
     if (stream.bad()) fail_to_read(file, errno);

@@ -16,7 +16,7 @@ bool is_no_regular_file(const std::filesystem::path& file);
 /// never come.
 void check_is_regular_file(const std::filesystem::path& file);
 
-/// A file's bytes. Throws InputError if it cannot be read, is not a regular file or is longer than kLongestTextBytes.
-std::string text_of_file(const std::filesystem::path& file);
+/// A file's bytes. Throws InputError if it cannot be read, is not a regular file or is longer than `most_bytes`.
+std::string text_of_file(const std::filesystem::path& file, std::uintmax_t most_bytes = kLongestTextBytes);
 
 }  // namespace metabuffer::input

@@ -14,9 +14,13 @@ namespace metabuffer {
 /// separate module, which is loaded for the first image.
 class ImageCodec : public ImageSource {
   public:
-    /// The bytes of an 8-bit RGB PNG file: the same for the same picture. `file` is what an error names. Throws
-    /// OutputError.
-    virtual std::string png(const ColourImage& image, const std::filesystem::path& file) const = 0;
+    /// The bytes of an 8-bit RGB PNG file: the same for the same picture. `file` is what an error names. `description`
+    /// becomes the file's text of that name, unless it is empty. Throws OutputError.
+    virtual std::string png(const ColourImage& image, const std::filesystem::path& file,
+                            const std::string& description) const = 0;
+    std::string png(const ColourImage& image, const std::filesystem::path& file) const {
+        return png(image, file, std::string());
+    }
 
     /// The bytes of TIFF files: the colours and alpha of an image, and its Z in samples of 16 or 32 bits. Throw
     /// OutputError.

@@ -64,8 +64,9 @@ std::string encode_depth(const PixelImage& image, const std::filesystem::path& f
 
 }  // namespace
 
-// The specification holds geometry alone, no date and no software: the same picture makes the same file.
-std::string encode_png(const ColourImage& image, const std::filesystem::path& file) {
+// The specification holds geometry and description alone, no date and no software: the same picture makes the same file.
+std::string encode_png(const ColourImage& image, const std::filesystem::path& file,
+                       const std::string& description) {
     const std::vector<std::string> channels{"R", "G", "B"};
     std::vector<std::uint8_t> samples(image.values.size() * channels.size());
     auto* sample = samples.data();
@@ -77,6 +78,7 @@ std::string encode_png(const ColourImage& image, const std::filesystem::path& fi
     OIIO::ImageSpec spec = specification<std::uint8_t>(image, channels);
     spec.attribute("png:compressionLevel", kPngCompressionLevel);
     spec.attribute("png:filter", kPngFilter);
+    if (!description.empty()) spec.attribute("ImageDescription", description);
     return encoded("png", spec, samples, file);
 }
 

@@ -53,9 +53,10 @@ class OpenImageIoCodec final : public ImageCodec {
         const QuietLibraries quiet;
         return load_image(files, format, range);
     }
-    std::string png(const ColourImage& image, const std::filesystem::path& file) const override {
+    std::string png(const ColourImage& image, const std::filesystem::path& file,
+                    const std::string& description) const override {
         const QuietLibraries quiet;
-        return encode_png(image, file);
+        return encode_png(image, file, description);
     }
     std::string colour_tiff(const PixelImage& image, const std::filesystem::path& file) const override {
         const QuietLibraries quiet;

@@ -405,8 +405,9 @@ std::string Scoreboard::pixel_text(Pixel pixel) const {
 void Scoreboard::end_frame(std::size_t d) {
     Column& column = columns_[d];
     if (column.known) {
-        column.pictures[column.frame] =
-            functional::average_raster(column.raster, scenario_.displays.supersample);
+        ColourImage& picture = column.pictures[column.frame];
+        picture = functional::average_raster(column.raster, scenario_.displays.supersample);
+        compositor_.correct_colours(static_cast<int>(d) + 1, picture);
     }
 }
 

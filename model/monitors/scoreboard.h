@@ -32,7 +32,7 @@ namespace metabuffer::monitors {
 /// - scoreboard/bus: each pixel on a bus is the one of the pair's image at its position
 /// - scoreboard/pixel: each raster pixel at the bottom of a pipeline is the functional level's, less the local pixels
 ///   that starved there; one marked `lost` is not compared
-/// - scoreboard/picture: each picture that a display shows is the averaged raster; that of a frame with lost pixels is
+/// - scoreboard/picture: each picture that a display shows is the averaged and corrected raster; that of a frame with lost pixels is
 ///   the picture before
 ///
 /// Where faults disturb the characters of a link, the image of a pair is what the link's decoder has given (PIXEL), so

@@ -116,6 +116,8 @@ MachineCost machine_cost(const Scenario& scenario) {
     cost.buffer_bits = composers * scenario.composer.buffer_pixels * kPixelBits;
     cost.output_framebuffer_bits =
         displays * kBanks * scenario.displays.width_pixels * scenario.displays.height_pixels * kPictureBits;
+    cost.correction_bits =
+        static_cast<std::int64_t>(scenario.displays.correction.size()) * ColourTable::kBits;
     for (const Renderer& renderer : scenario.renderers) {
         cost.input_framebuffer_bits += input_framebuffer_bits(scenario, renderer);
         cost.memory_pins += memory_pins(scenario.memory, renderer);
@@ -166,6 +168,7 @@ const std::vector<CostItem>& cost_items() {
     static_assert(kPixelBits == 64 && kPixelBits + kPipelineSideBits == 70);
     static_assert(kMemoryMaskBits == 8 && kMemoryCommandBits == 3 && kPictureBits == 24);
     static_assert(kPictureBits + kDviSidePins == 28);
+    static_assert(ColourTable::kBits == 3 * 256 * 8);
     static const std::vector<CostItem> items{
         item<&MachineCost::buffer_bits>("buffer_bits", "bits",
                                         "composers times composer.buffer_pixels times 64", 0.001),
@@ -173,6 +176,9 @@ const std::vector<CostItem>& cost_items() {
                                                    "two images of 64-bit pixels for each renderer", 0.00005),
         item<&MachineCost::output_framebuffer_bits>(
             "output_framebuffer_bits", "bits", "two pictures of 24-bit pixels for each display", 0.00005),
+        item<&MachineCost::correction_bits>(
+            "correction_bits", "bits",
+            "three tables of 256 values of 8 bits for each display that displays.correction names", 0.001),
         item<&MachineCost::bus_wires>(
             "bus_wires", "wires",
             "renderers times bus.width_bits, 103 wires besides the data and two handshakes a display", 1.0),

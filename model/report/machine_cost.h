@@ -15,6 +15,7 @@ struct MachineCost {
     std::int64_t input_framebuffer_bits =
         0;  ///< two images each, and with shared ports the two halves of a write buffer
     std::int64_t output_framebuffer_bits = 0;  ///< two pictures each
+    std::int64_t correction_bits = 0;          ///< colour tables of displays that have one
 
     // Wires and pins.
     std::int64_t bus_wires = 0;       ///< data, side band and handshakes

@@ -40,6 +40,7 @@ MachineReport::MachineReport(const Scenario& scenario, const std::string& level,
                                       [](const Fault& fault) { return fault.kind == FaultKind::kReset; });
     report_.memory_words_per_cycle = scenario.memory.words_per_cycle;
     report_.bus_width_bits = scenario.bus.width_bits;
+    report_.corrected_displays = scenario.displays.corrected();
     report_.buffer_pixels = scenario.composer.buffer_pixels;
     report_.frames.resize(newest_pixel_picoseconds_.size());
     for (std::size_t f = 0; f < report_.frames.size(); ++f) {

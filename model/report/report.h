@@ -190,6 +190,7 @@ struct RunReport {
     std::vector<RendererCounters> renderers;
     std::vector<ComposerCounters> composers;
     std::vector<DisplayCounters> displays;
+    std::vector<int> corrected_displays{};  ///< from 1, ascending: those whose colours are corrected
     int buffer_pixels = 0;
     std::vector<std::string> watchdog;  ///< what waited for what, if the watchdog ended the run
     std::optional<CheckRecord> check;   ///< only of a run that was checked

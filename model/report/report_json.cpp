@@ -107,6 +107,8 @@ Json composer_json(const ComposerCounters& composer) {
 
 Json display_json(const RunReport& report, std::size_t index) {
     Json json{{"display", index + 1}};
+    const std::vector<int>& corrected = report.corrected_displays;
+    json["corrected"] = std::binary_search(corrected.begin(), corrected.end(), static_cast<int>(index) + 1);
     put_counters(json, report.displays[index]);
     json["starved_pixels"] = report.starved_pixels_of_display(index);
     json["wrong_pixels"] = optional_json(report.wrong_pixels_of_display(index));

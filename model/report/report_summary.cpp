@@ -135,6 +135,13 @@ std::string cost_lines(const RunReport& report) {
     return text;
 }
 
+/// Pictures are as displays show them, so their colours are not those of the images.
+std::string correction_line(const RunReport& report) {
+    if (report.corrected_displays.empty()) return "";
+    return "corrected   the colours of display " + text::number_runs(report.corrected_displays) +
+           ", as their pictures show\n";
+}
+
 std::string timing_lines(const RunReport& report) {
     const std::string mhz = plain(report.core_mhz) + " MHz";
     std::string text = "frames      " + std::to_string(report.frames_shown()) + " shown on every display, " +
@@ -418,8 +425,8 @@ std::string joined(const std::vector<std::string>& parts) {
 std::string functional_summary(const RunReport& report) {
     const std::string rejected = rejected_verdict(report);
     return report.scenario + " (functional: " + machine(report) + ", no clock)\n" + "frames      " +
-           std::to_string(report.frames_shown()) + " shown on every display\n" + rejected_lists(report) +
-           "\n" + (rejected.empty() ? "nothing rejected" : rejected) + "\n";
+           std::to_string(report.frames_shown()) + " shown on every display\n" + correction_line(report) +
+           rejected_lists(report) + "\n" + (rejected.empty() ? "nothing rejected" : rejected) + "\n";
 }
 
 }  // namespace
@@ -427,8 +434,8 @@ std::string functional_summary(const RunReport& report) {
 std::string report_summary(const RunReport& report) {
     if (report.level == "functional") return functional_summary(report);
     return report.scenario + " (" + report.level + ": " + machine(report) + ")\n" + timing_lines(report) +
-           cost_lines(report) + bus_table(report) + high_water(report) + starved_list(report) +
-           wrong_list(report) + stalled_list(report) + rejected_lists(report) + "\n" +
+           cost_lines(report) + correction_line(report) + bus_table(report) + high_water(report) +
+           starved_list(report) + wrong_list(report) + stalled_list(report) + rejected_lists(report) + "\n" +
            joined({starved_verdict(report), stalled_verdict(report), rejected_verdict(report),
                    lost_verdict(report), kept_verdict(report), faults_verdict(report)}) +
            "\n";

@@ -214,7 +214,7 @@ void Metabuffer::make_display_side() {
         blocks_.push_back(stall.get());
 
         auto framebuffer = std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(),
-                                                               scenario_, gating_);
+                                                               scenario_, static_cast<int>(d) + 1, gating_);
         framebuffer->clk_i(*core_clk_);
         framebuffer->reset_i(reset_);
         framebuffer->dvi_clk_i(*dvi_out_clk_);

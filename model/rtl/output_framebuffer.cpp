@@ -1,16 +1,18 @@
 #include "rtl/output_framebuffer.h"
 
+#include "datapath/colour_correction.h"
 #include "report/waits.h"
 
 namespace metabuffer::rtl {
 
 OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
-                                     ClockGating gating)
+                                     int display, ClockGating gating)
     : Block(name),
       display_(scenario.displays),
       timing_(display_.timing()),
       may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
       raster_pixels_(std::int64_t{display_.raster_width_pixels()} * display_.raster_height_pixels()),
+      colour_table_(display_.colour_table_of(display)),
       gate_(gating),
       averager_(display_.width_pixels, display_.supersample),
       raster_position_(core_registers_, "raster_position", bits_for(raster_pixels_)),
@@ -117,7 +119,11 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
     if (pixel.lost) {
         mark_frame(true);
     }
-    if (averager_.push(pixel.pixel, banks_[back_][next_word_])) {
+    std::uint32_t& word = banks_[back_][next_word_];
+    if (averager_.push(pixel.pixel, word)) {
+        if (colour_table_ != nullptr) {
+            word = corrected(*colour_table_, word);
+        }
         ++next_word_;
     }
     ++raster_position_;

@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "datapath/averaging.h"
+#include "formats/colour_table.h"
 #include "formats/dvi_timing.h"
 #include "formats/image.h"
 #include "report/machine_report.h"
@@ -14,8 +16,10 @@
 
 namespace metabuffer::rtl {
 
-/// An output framebuffer, box D of the paper's Figure 1 (sections 4, 5.4 and 7). It receives the pixels that leave its
-/// pipeline, averages them, stores them in two banks, and drives its display over DVI.
+/// An output framebuffer, box D of the paper's Figure 1 (sections 2, 4, 5.4 and 7). It receives the pixels that leave its
+/// pipeline, averages them, corrects their colours if the scenario has a table for its display, stores them in two
+/// banks, and drives its display over DVI. The table is configuration, like the size of the raster: it is there before
+/// reset and never changes, so it is a memory and not a register, and costs no clock.
 ///
 /// Timing: in the core clock, the raster's first pixel is received at the edge after the one that sees STARTFRAME, and
 /// edges with COLUMNSTALL high do not count (`stall` mode only). A display pixel is stored with its block's last raster
@@ -41,7 +45,8 @@ class OutputFramebuffer final : public Block {
     sc_core::sc_in<bool> swapskip_i{"swapskip_i"};  ///< with SWAPLOCK: the frame is not to be shown
     sc_core::sc_out<DviLink> link_o{"link_o"};
 
-    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
+    /// display: its own, from 1.
+    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
                       ClockGating gating = ClockGating::kOn);
     SC_HAS_PROCESS(OutputFramebuffer);
 
@@ -72,6 +77,7 @@ class OutputFramebuffer final : public Block {
     DviTiming timing_;
     bool may_stall_;
     std::int64_t raster_pixels_;
+    std::shared_ptr<const ColourTable> colour_table_;  ///< null: colours are shown as they are
 
     std::array<std::vector<std::uint32_t>, 2> banks_;
     /// DVI output clock: high from a swap until SWAPLOCK has been seen low. FRAMEDONE does not rise again

@@ -7,12 +7,14 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "datapath/arbitration/arbitration_policy.h"
 #include "datapath/composition.h"
 #include "datapath/link/pacing.h"
+#include "formats/colour_table.h"
 #include "formats/control_scanline.h"
 #include "formats/dvi_timing.h"
 #include "formats/image_files.h"
@@ -116,6 +118,24 @@ struct Fault {
     }
 };
 
+/// What a display's output framebuffer does to the colours that it shows, behind the averaging: a table that the host
+/// makes from gains and gamma, or reads from a file (section 2 of the paper).
+struct DisplayCorrection {
+    int display = 0;                                        ///< from 1
+    double gain[ColourTable::kChannels] = {1.0, 1.0, 1.0};  ///< of R, G, B
+    double gamma = 1.0;
+    /// Instead of gain and gamma, and where it was read from; no file if it was made in memory.
+    std::shared_ptr<const ColourTable> lut = nullptr;
+    std::filesystem::path lut_file = std::filesystem::path();
+
+    bool has_lut() const { return lut != nullptr || !lut_file.empty(); }
+    /// Throws std::logic_error if its file has not been read: a display is corrected by all of its table or not at all.
+    ColourTable table() const {
+        if (has_lut() && lut == nullptr) throw std::logic_error("a colour table that has not been read");
+        return lut != nullptr ? *lut : colour_table(gain, gamma);
+    }
+};
+
 struct DisplayConfig {
     int columns = 1;
     int rows = 1;
@@ -123,6 +143,7 @@ struct DisplayConfig {
     int height_pixels = 0;
     int supersample = 1;  ///< per axis
     std::uint8_t background[3] = {0, 0, 0};
+    std::vector<DisplayCorrection> correction{};  ///< at most one for each display
 
     int count() const { return columns * rows; }
     int raster_width_pixels() const { return width_pixels * supersample; }
@@ -130,6 +151,20 @@ struct DisplayConfig {
     /// The mode of each display.
     DviTiming timing() const { return {width_pixels, height_pixels}; }
     DisplayWall wall() const { return {columns, rows, raster_width_pixels(), raster_height_pixels()}; }
+    /// The displays (from 1, ascending) whose colours are corrected.
+    std::vector<int> corrected() const {
+        std::vector<int> displays;
+        for (const DisplayCorrection& each : correction) displays.push_back(each.display);
+        std::sort(displays.begin(), displays.end());
+        return displays;
+    }
+    /// The table of a display (from 1), null if its colours are not corrected.
+    std::shared_ptr<const ColourTable> colour_table_of(int display) const {
+        for (const DisplayCorrection& each : correction) {
+            if (each.display == display) return std::make_shared<const ColourTable>(each.table());
+        }
+        return nullptr;
+    }
 };
 
 struct ClockConfig {

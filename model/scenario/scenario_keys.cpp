@@ -25,6 +25,9 @@ constexpr IntegerRange kViewportPosition{-1'000'000'000, 1'000'000'000};
 constexpr NumberRange kClockMhz{0.001, 10000.0};
 constexpr NumberRange kRefreshHz{0.001, 1e9};
 constexpr NumberRange kDepth{-1e30, 1e30};
+constexpr NumberRange kGain{0.001, 1000.0};
+constexpr NumberRange kGamma{0.01, 100.0};
+constexpr const char* kCorrection = "displays.correction";
 
 ObjectKey<Scenario> map(const char* path) { return {{path, KeyShape::kMap, "a map"}}; }
 
@@ -64,6 +67,15 @@ constexpr TableField field(const char* name, const IntegerRange& range) {
             [](ViewportRow& table_row, std::int64_t value) {
                 table_row.*Member = static_cast<std::decay_t<decltype(table_row.*Member)>>(value);
             }};
+}
+
+std::vector<SchemaKey> correction_keys() {
+    std::vector<SchemaKey> keys{{"displays.correction[]", KeyShape::kMap, "a map"}};
+    for (const ObjectKey<DisplayCorrection>& key : correction_rows()) keys.push_back(key.schema);
+    keys.push_back(scalar("displays.correction[].lut",
+                          "a file of 256 rows of R, G, B as CSV, instead of gain and gamma",
+                          ValueRule::Type::kText, "none"));
+    return keys;
 }
 
 std::vector<SchemaKey> renderer_keys() {
@@ -111,7 +123,11 @@ std::vector<SchemaKey> renderer_keys() {
 
 std::vector<SchemaKey> all_keys() {
     std::vector<SchemaKey> keys;
-    for (const ObjectKey<Scenario>& key : setting_rows()) keys.push_back(key.schema);
+    for (const ObjectKey<Scenario>& key : setting_rows()) {
+        keys.push_back(key.schema);
+        if (key.schema.pattern != std::string(kCorrection)) continue;
+        for (const SchemaKey& each : correction_keys()) keys.push_back(each);
+    }
     for (const SchemaKey& key : renderer_keys()) keys.push_back(key);
     keys.push_back({"faults", KeyShape::kList, "a list of faults"});
     keys.push_back({"faults[]", KeyShape::kMap, "a map"});
@@ -183,6 +199,7 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
         row<&Scenario::displays, &DisplayConfig::background>(
             numbers("displays.background", "a list of three whole numbers 0 to 255, [R, G, B]", 3)),
         {{"displays.background[]", KeyShape::kScalar, "one of R, G, B", ValueRule::whole_numbers({0, 255})}},
+        {{kCorrection, KeyShape::kList, "a list of displays whose colours are corrected", {}, "", "none"}},
         choice<Composition, &Scenario::composition>("composition", "how a composer merges two pixels"),
         choice<DepthFormat, &Scenario::depth_format>("depth_format", "the layout of a depth frame's pixel"),
         depth_range(),
@@ -294,6 +311,21 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
             limits::kCycles),
         otherwise(whole_number<&Scenario::frames>("frames", "frames", "composited frames", limits::kFrames),
                   "the longest of the renderers' lists"),
+    };
+    return rows;
+}
+
+const std::vector<ObjectKey<DisplayCorrection>>& correction_rows() {
+    static const std::vector<ObjectKey<DisplayCorrection>> rows{
+        required(whole_number<&DisplayCorrection::display>(
+            "displays.correction[].display", "", "a display, from 1",
+            {1, limits::kGridDisplays.high * limits::kGridDisplays.high})),
+        row<&DisplayCorrection::gain>(numbers("displays.correction[].gain",
+                                              "a list of three numbers, [R, G, B]", ColourTable::kChannels)),
+        {{"displays.correction[].gain[]", KeyShape::kScalar, "what R, G or B is multiplied by",
+          ValueRule::numbers(kGain)}},
+        number<&DisplayCorrection::gamma>("displays.correction[].gamma", "",
+                                          "R, G and B, as shares of 255, are raised to 1 / gamma", kGamma),
     };
     return rows;
 }

@@ -21,6 +21,9 @@ const Schema& scenario_schema();
 /// The keys outside of lists, and the maps that they are in.
 const std::vector<ObjectKey<Scenario>>& setting_rows();
 
+/// The keys of a display's correction; its file has no row, since the reader makes a table of it.
+const std::vector<ObjectKey<DisplayCorrection>>& correction_rows();
+
 /// The keys of a viewport.
 const std::vector<ObjectKey<Viewport>>& viewport_rows();
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "host/text.h"
+#include "scenario/colour_table_file.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
 #include "scenario/frame_pattern.h"
@@ -59,7 +60,31 @@ void read_keys(const Entry& base, const std::vector<ObjectKey<Object>>& keys, st
 }
 
 constexpr std::string_view kViewportPattern = "renderers[].frames[].viewport.";
+constexpr std::string_view kCorrectionPattern = "displays.correction[].";
 constexpr std::string_view kPathPattern = "renderers[].frames[].viewport.path[].";
+
+Entry correction_of(const Entry& root) { return root.child("displays").child("correction"); }
+
+/// Tables of files are read later, with the images.
+std::vector<DisplayCorrection> read_corrections(const Entry& list, const std::filesystem::path& base) {
+    std::vector<DisplayCorrection> corrections;
+    for (const Entry& item : list.items()) {
+        DisplayCorrection& correction = corrections.emplace_back();
+        read_keys(item, correction_rows(), kCorrectionPattern.size(), correction);
+        const Entry lut = item.child("lut");
+        if (lut.present()) correction.lut_file = base / lut.name();
+        bool is_given = lut.present();
+        for (const char* key : {"gain", "gamma"}) {
+            const Entry by_formula = item.child(key);
+            if (by_formula.present() && lut.present()) {
+                by_formula.fail("is given together with a lut; use one of the two");
+            }
+            is_given = is_given || by_formula.present();
+        }
+        if (!is_given) item.fail("has none of gain, gamma and lut; use gain and gamma, or lut");
+    }
+    return corrections;
+}
 
 ViewportRow read_row(const Entry& entry) {
     const std::vector<Entry> entries = entry.items();
@@ -415,6 +440,7 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
     }
     scenario.name = default_name;
     read_keys(root, setting_rows(), 0, scenario);
+    scenario.displays.correction = read_corrections(correction_of(root), base);
 
     draft.sources = read_renderers(root.child("renderers"), base, depths_of(scenario));
     make_renderers(draft);
@@ -428,7 +454,26 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
     return draft;
 }
 
+void read_colour_tables(const Value& tree, DisplayConfig& displays, ImageShelf& shelf) {
+    const std::vector<Entry> entries = correction_of(Entry(tree, scenario_schema())).items();
+    for (std::size_t i = 0; i < displays.correction.size(); ++i) {
+        DisplayCorrection& correction = displays.correction[i];
+        if (!correction.has_lut()) continue;
+        try {
+            correction.lut = shelf.colour_table_of(correction.lut_file);
+        } catch (const InputError& error) {
+            entries[i].child("lut").fail(error.what());
+        }
+    }
+}
+
 }  // namespace
+
+const std::shared_ptr<const ColourTable>& ImageShelf::colour_table_of(const std::filesystem::path& file) {
+    if (const auto known = colour_tables_.find(file); known != colour_tables_.end()) return known->second;
+    return colour_tables_.emplace(file, std::make_shared<const ColourTable>(read_colour_table(file)))
+        .first->second;
+}
 
 const std::shared_ptr<const StoredImage>& ImageShelf::image_of(const Key& key, Fail fail_later) {
     if (const auto known = images_.find(key); known != images_.end()) return known->second;
@@ -455,6 +500,7 @@ Scenario read_scenario(const Value& tree, const std::string& default_name, const
                        ImageShelf& shelf) {
     // Reading images takes longest: everything else is checked first.
     Draft draft = read_draft(tree, default_name, base);
+    read_colour_tables(tree, draft.scenario.displays, shelf);
     read_images(draft, shelf);
     ClockConfig& clocks = draft.scenario.clocks;
     if (!clocks.dvi_in_is_known()) {

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "formats/colour_table.h"
 #include "formats/stored_image.h"
 #include "images/image_source.h"
 #include "scenario/scenario.h"
@@ -17,7 +18,7 @@
 /// From a scenario's YAML, overrides in place, to the scenario.
 namespace metabuffer::input {
 
-/// A cache of images by their files. Each is read once, however many renderers and scenarios show it: its headers at
+/// A cache of images and colour tables by their files. Each image is read once, however many renderers and scenarios show it: its headers at
 /// once, its pixels when they are needed. Headers that fail twice in the same way are not tried a third time.
 class ImageShelf {
   public:
@@ -33,9 +34,13 @@ class ImageShelf {
     /// fail_later: for a fault of the pixels; it outlives the scenario's text.
     const std::shared_ptr<const StoredImage>& image_of(const Key& key, Fail fail_later);
 
+    /// The colour table, which is read once. Throws InputError.
+    const std::shared_ptr<const ColourTable>& colour_table_of(const std::filesystem::path& file);
+
   private:
     std::shared_ptr<const ImageSource> source_;
     std::map<Key, std::shared_ptr<const StoredImage>> images_;
+    std::map<std::filesystem::path, std::shared_ptr<const ColourTable>> colour_tables_;
     struct Failure {
         std::string message;
         bool is_lasting = false;  ///< it has come twice
@@ -43,10 +48,10 @@ class ImageShelf {
     std::map<Key, Failure> failures_;
 };
 
-/// All except for the images and what follows from them, the tables of viewports. Throws InputError.
+/// All except for the images, what follows from them (the tables of viewports), and colour tables. Throws InputError.
 Scenario read_settings(const Value& tree, const std::string& default_name);
 
-/// The whole scenario; image paths are relative to `base`. Throws InputError.
+/// The whole scenario; paths of images and colour tables are relative to `base`. Throws InputError.
 Scenario read_scenario(const Value& tree, const std::string& default_name, const std::filesystem::path& base,
                        ImageShelf& shelf);
 

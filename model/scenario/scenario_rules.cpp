@@ -170,6 +170,35 @@ void check_machine(RuleCheck& check, const Scenario& scenario) {
                       std::to_string(in_flight) + " or more");
 }
 
+/// Each display has one correction at most: by gains and gamma, or by a table.
+void check_corrections(RuleCheck& check, const DisplayConfig& displays) {
+    const ValueRule& gain_rule = scenario_schema().find("displays.correction[].gain[]")->rule;
+    const DisplayCorrection untouched;
+    std::set<int> corrected;
+    for (std::size_t i = 0; i < displays.correction.size(); ++i) {
+        const DisplayCorrection& correction = displays.correction[i];
+        const std::string path = "displays.correction[" + std::to_string(i) + "]";
+        check.require(correction.display >= 1 && correction.display <= displays.count(), path + ".display",
+                      std::to_string(correction.display) + " is not a display; use 1 to " +
+                          std::to_string(displays.count()));
+        check.require(corrected.insert(correction.display).second, path + ".display",
+                      std::to_string(correction.display) + " has a correction already; use one a display");
+        for (const ObjectKey<DisplayCorrection>& key : correction_rows()) {
+            if (key.value == nullptr) continue;
+            const std::string name = key.schema.pattern;
+            const std::string key_path = path + name.substr(name.rfind('.'));
+            check.key(key_path, key, key.schema.rule, correction);
+            check.require(
+                !correction.has_lut() || key.required || key.value(correction) == key.value(untouched),
+                key_path, "is given together with a lut; use one of the two");
+        }
+        for (const double gain : correction.gain) {
+            const std::string complaint = gain_rule.complaint(gain);
+            check.require(complaint.empty(), path + ".gain", complaint);
+        }
+    }
+}
+
 void check_names(RuleCheck& check, const Scenario& scenario) {
     if (check.failed()) return;
     const auto renderers = static_cast<std::int64_t>(scenario.renderers.size());
@@ -412,6 +441,7 @@ std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
     }
     check_keys(check, scenario);
     check_machine(check, scenario);
+    check_corrections(check, scenario.displays);
     check_names(check, scenario);
     check_faults(check, scenario);
     return std::move(check).result();

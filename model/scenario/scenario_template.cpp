@@ -28,6 +28,36 @@ std::vector<std::string> numbered_names(const std::string& name, const input::Va
     return names;
 }
 
+using Files = std::set<std::filesystem::path>;
+
+/// The items of a list that is a member of a map; none if it is not there.
+const std::vector<input::Value>& items_of(const input::Value* map, const char* list) {
+    static const std::vector<input::Value> none;
+    const input::Value* const found = map == nullptr ? nullptr : map->find(list);
+    return found == nullptr ? none : found->items;
+}
+
+void add_images(const input::Value& tree, const std::filesystem::path& base, Files& files) {
+    for (const input::Value& renderer : items_of(&tree, "renderers")) {
+        for (const input::Value& frame : items_of(&renderer, "frames")) {
+            for (const char* key : {"image", "depth"}) {
+                const input::Value* const name = frame.find(key);
+                if (name == nullptr || name->text.empty()) continue;
+                for (const std::string& numbered : numbered_names(name->text, frame.find("frames"))) {
+                    files.insert(base / numbered);
+                }
+            }
+        }
+    }
+}
+
+void add_colour_tables(const input::Value& tree, const std::filesystem::path& base, Files& files) {
+    for (const input::Value& correction : items_of(tree.find("displays"), "correction")) {
+        const input::Value* const name = correction.find("lut");
+        if (name != nullptr && !name->text.empty()) files.insert(base / name->text);
+    }
+}
+
 }  // namespace
 
 struct ScenarioTemplate::Content {
@@ -82,25 +112,12 @@ Scenario ScenarioTemplate::scenario(const std::vector<ScenarioOverride>& overrid
     });
 }
 
-std::vector<std::filesystem::path> ScenarioTemplate::image_files(
+std::vector<std::filesystem::path> ScenarioTemplate::input_files(
     const std::vector<ScenarioOverride>& overrides) const {
     return content_->with(overrides, [this](const input::Value& tree) {
-        std::set<std::filesystem::path> files;
-        const input::Value* const renderers = tree.find("renderers");
-        if (renderers == nullptr) return std::vector<std::filesystem::path>();
-        for (const input::Value& renderer : renderers->items) {
-            const input::Value* const frames = renderer.find("frames");
-            if (frames == nullptr) continue;
-            for (const input::Value& frame : frames->items) {
-                for (const char* key : {"image", "depth"}) {
-                    const input::Value* const name = frame.find(key);
-                    if (name == nullptr || name->text.empty()) continue;
-                    for (const std::string& numbered : numbered_names(name->text, frame.find("frames"))) {
-                        files.insert(content_->base / numbered);
-                    }
-                }
-            }
-        }
+        Files files;
+        add_images(tree, content_->base, files);
+        add_colour_tables(tree, content_->base, files);
         return std::vector<std::filesystem::path>(files.begin(), files.end());
     });
 }

@@ -33,9 +33,9 @@ class ScenarioTemplate {
     const std::string& text() const;
     /// The scenario with these overrides, as load_scenario() makes it. Throws InputError.
     Scenario scenario(const std::vector<ScenarioOverride>& overrides) const;
-    /// The image and depth files that the scenario with these overrides names, each once, whether they are there or
-    /// not. Throws InputError for overrides that cannot be applied.
-    std::vector<std::filesystem::path> image_files(const std::vector<ScenarioOverride>& overrides) const;
+    /// The files of images, depths and colour tables that the scenario with these overrides names, each once, whether
+    /// they are there or not. Throws InputError for overrides that cannot be applied.
+    std::vector<std::filesystem::path> input_files(const std::vector<ScenarioOverride>& overrides) const;
     /// As scenario_settings() has them (scenario_writer.h), with overrides and defaults filled in. Reads no images, and
     /// checks what can be checked without. Throws InputError.
     std::map<std::string, std::string> settings(const std::vector<ScenarioOverride>& overrides) const;

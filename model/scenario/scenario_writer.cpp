@@ -12,6 +12,7 @@
 #include "host/output_file.h"
 #include "host/text.h"
 #include "images/image_codec.h"
+#include "scenario/colour_table_file.h"
 #include "scenario/fault_keys.h"
 #include "scenario/names.h"
 #include "scenario/scenario_keys.h"
@@ -31,21 +32,23 @@ std::string name(const std::string& key, const std::string& words) {
     return input::quoted_scalar(words);
 }
 
-// ---- images ----
+// ---- images and colour tables ----
 
-/// Where the images of a scenario are written to or found.
-class ImageNames {
+/// Where the images and colour tables of a scenario are written to or found.
+class FileNames {
   public:
-    ImageNames() = default;
-    ImageNames(const ImageNames&) = delete;
-    ImageNames& operator=(const ImageNames&) = delete;
-    virtual ~ImageNames() = default;
+    FileNames() = default;
+    FileNames(const FileNames&) = delete;
+    FileNames& operator=(const FileNames&) = delete;
+    virtual ~FileNames() = default;
     /// The files of an image, relative to the scenario's.
     virtual ImageFiles files_of(const StoredImage& image) = 0;
+    /// The same for the table of a display.
+    virtual std::filesystem::path table_file_of(const DisplayCorrection& correction) = 0;
 };
 
-/// Images in separate files, each once, however many frames and renderers show it.
-class WrittenImages final : public ImageNames {
+/// Images in separate files, each once, however many frames and renderers show it, and a file for each display's table.
+class WrittenFiles final : public FileNames {
   public:
     ImageFiles files_of(const StoredImage& image) override {
         const auto [known, is_new] = numbers_.try_emplace(&image, images_.size() + 1);
@@ -53,7 +56,12 @@ class WrittenImages final : public ImageNames {
         return {colour_file(known->second), depth_file(known->second), std::nullopt};
     }
 
-    /// Writes all that files_of was asked for.
+    std::filesystem::path table_file_of(const DisplayCorrection& correction) override {
+        tables_.push_back(&correction);
+        return table_file(correction);
+    }
+
+    /// Writes all that files_of and table_file_of were asked for.
     void write(const std::filesystem::path& directory, DepthFormat format) const {
         for (std::size_t number = 1; number <= images_.size(); ++number) {
             const PixelImage& image = images_[number - 1]->pixels();
@@ -62,26 +70,38 @@ class WrittenImages final : public ImageNames {
             write_output_file(colours, image_codec().colour_tiff(image, colours));
             write_output_file(depths, image_codec().depth_tiff(image, format, depths));
         }
+        for (const DisplayCorrection* correction : tables_) {
+            write_output_file(directory / table_file(*correction),
+                              input::colour_table_text(correction->table()));
+        }
     }
 
   private:
     static std::string colour_file(std::size_t number) { return "image_" + std::to_string(number) + ".tif"; }
     static std::string depth_file(std::size_t number) { return "depth_" + std::to_string(number) + ".tif"; }
+    static std::string table_file(const DisplayCorrection& correction) {
+        return "lut_" + std::to_string(correction.display) + ".csv";
+    }
 
     std::vector<const StoredImage*> images_;
     std::map<const StoredImage*, std::size_t> numbers_;  ///< from 1
+    std::vector<const DisplayCorrection*> tables_;
 };
 
-/// The files that the images were read from.
-class ReadImages final : public ImageNames {
+/// The files that the images and tables were read from.
+class ReadFiles final : public FileNames {
   public:
-    ReadImages(const Scenario& scenario, const std::filesystem::path& directory)
+    ReadFiles(const Scenario& scenario, const std::filesystem::path& directory)
         : scenario_(scenario), directory_(std::filesystem::absolute(directory)) {}
 
     ImageFiles files_of(const StoredImage& image) override {
         const ImageFiles& files = scenario_.image_files.at(&image);
         return {relative(files.image), files.depth ? std::optional(relative(*files.depth)) : std::nullopt,
                 files.z};
+    }
+
+    std::filesystem::path table_file_of(const DisplayCorrection& correction) override {
+        return relative(correction.lut_file);
     }
 
   private:
@@ -130,13 +150,36 @@ std::vector<std::string> members_of(const std::vector<ObjectKey<Object>>& keys, 
     return members;
 }
 
+std::string corrections_text(const std::vector<DisplayCorrection>& corrections, FileNames& files) {
+    std::vector<std::string> items;
+    for (const DisplayCorrection& correction : corrections) {
+        std::vector<std::string> members = members_of(correction_rows(), "displays.correction[]", correction);
+        if (correction.has_lut()) {
+            members = {"display: " + std::to_string(correction.display),
+                       "lut: " + name("displays.correction.lut", files.table_file_of(correction).string())};
+        }
+        items.push_back(flow_map(members));
+    }
+    return flow_list(items);
+}
+
+/// The members of a map on one line.
+std::string map_text(const std::string& path, const Scenario& scenario, FileNames& files) {
+    std::vector<std::string> members = members_of(setting_rows(), path, scenario);
+    const std::vector<DisplayCorrection>& corrections = scenario.displays.correction;
+    if (path == "displays" && !corrections.empty()) {
+        members.push_back("correction: " + corrections_text(corrections, files));
+    }
+    return flow_map(members);
+}
+
 /// Every key of the machine; the keys of a map go on the map's line.
-void write_settings(std::ostream& out, const Scenario& scenario) {
+void write_settings(std::ostream& out, const Scenario& scenario, FileNames& files) {
     for (const ObjectKey<Scenario>& key : setting_rows()) {
         const std::string path = key.schema.pattern;
         if (path.empty() || path.find_first_of(".[") != std::string::npos) continue;
         out << path << ": "
-            << (key.schema.shape == KeyShape::kMap ? flow_map(members_of(setting_rows(), path, scenario))
+            << (key.schema.shape == KeyShape::kMap ? map_text(path, scenario, files)
                                                    : value_in_file(key.schema, *key.value(scenario)))
             << "\n";
     }
@@ -159,11 +202,10 @@ std::string slots_text(const std::vector<int>& displays) {
     return flow_list(slots);
 }
 
-void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWall& wall,
-                    ImageNames& images) {
+void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWall& wall, FileNames& names) {
     out << "  - name: " << name("renderers.name", renderer.name) << "\n    frames:\n";
     for (const RendererFrame& frame : renderer.frames) {
-        const ImageFiles files = images.files_of(*renderer.images[frame.image]);
+        const ImageFiles files = names.files_of(*renderer.images[frame.image]);
         std::vector<std::string> members{"image: " + name("renderers.frames.image", files.image.string())};
         if (files.depth) {
             members.push_back("depth: " + name("renderers.frames.depth", files.depth->string()));
@@ -194,12 +236,12 @@ void write_fault(std::ostream& out, const Fault& fault, const Scenario& scenario
     out << "  - " << flow_map(members) << "\n";
 }
 
-std::string scenario_text(const Scenario& scenario, ImageNames& images) {
+std::string scenario_text(const Scenario& scenario, FileNames& files) {
     std::ostringstream out;
-    write_settings(out, scenario);
+    write_settings(out, scenario, files);
     out << "renderers:\n";
     for (const Renderer& renderer : scenario.renderers) {
-        write_renderer(out, renderer, scenario.displays.wall(), images);
+        write_renderer(out, renderer, scenario.displays.wall(), files);
     }
     if (!scenario.faults.empty()) out << "faults:\n";
     for (const Fault& fault : scenario.faults) write_fault(out, fault, scenario);
@@ -219,20 +261,20 @@ std::map<std::string, std::string> scenario_settings(const Scenario& scenario) {
 }
 
 void write_scenario(const Scenario& scenario, const std::filesystem::path& directory) {
-    WrittenImages images;
-    const std::string content = scenario_text(scenario, images);
+    WrittenFiles files;
+    const std::string content = scenario_text(scenario, files);
     std::error_code error;
     std::filesystem::create_directories(directory, error);
     if (error) fail_to_write(directory, error.message());
     // An earlier scenario's text must not be left next to this one's images if these cannot all be written.
     std::filesystem::remove(directory / kScenarioFile, error);
-    images.write(directory, scenario.depth_format);
+    files.write(directory, scenario.depth_format);
     write_output_file(directory / kScenarioFile, content);
 }
 
 std::string effective_scenario(const Scenario& scenario, const std::filesystem::path& directory) {
-    ReadImages images(scenario, directory);
-    return scenario_text(scenario, images);
+    ReadFiles files(scenario, directory);
+    return scenario_text(scenario, files);
 }
 
 }  // namespace metabuffer

@@ -68,9 +68,9 @@ void Metabuffer::make_display_side() {
                 options_.observer->column_stall(static_cast<int>(d) + 1, frame, {first, last});
             });
         }
-        output_framebuffers_.push_back(
-            std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(), scenario_,
-                                                *columns_.back(), *swap_lock_, first_cycle_));
+        output_framebuffers_.push_back(std::make_unique<OutputFramebuffer>(
+            numbered("output_framebuffer", d).c_str(), scenario_, static_cast<int>(d) + 1, *columns_.back(),
+            *swap_lock_, first_cycle_));
         dvi_displays_.push_back(std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str()));
         output_framebuffers_.back()->dvi_socket.bind(dvi_displays_.back()->dvi_socket);
         dvi_displays_.back()->on_frame(

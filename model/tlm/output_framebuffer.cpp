@@ -2,19 +2,22 @@
 
 #include <algorithm>
 
+#include "datapath/colour_correction.h"
 #include "datapath/span.h"
 #include "report/waits.h"
 
 namespace metabuffer::tlm {
 
 OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
-                                     ColumnTime& column, SwapLock& swap_lock, std::int64_t pipeready_cycle)
+                                     int display, ColumnTime& column, SwapLock& swap_lock,
+                                     std::int64_t pipeready_cycle)
     : sc_core::sc_module(name),
       scenario_(scenario),
       core_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       column_(column),
       swap_lock_(swap_lock),
-      first_pipeready_cycle_(pipeready_cycle) {
+      first_pipeready_cycle_(pipeready_cycle),
+      colour_table_(scenario.displays.colour_table_of(display)) {
     pipe_socket.register_b_transport(this, &OutputFramebuffer::take_band);
     pipe_socket.register_nb_transport_fw(this, &OutputFramebuffer::take_startframe);
     swap_lock.add_listener(*this);
@@ -51,9 +54,12 @@ void OutputFramebuffer::take_band(::tlm::tlm_generic_payload& payload, sc_core::
             bank = ColourImage(displays.width_pixels, displays.height_pixels);
         }
         for (int row = 0; row < band.rows; row += displays.supersample) {
-            average_span(&band.raster->argb[band.raster->index(0, row)], displays.supersample,
-                         static_cast<std::size_t>(displays.width_pixels),
-                         &bank.at(0, (band.first_row + row) / displays.supersample));
+            const auto width = static_cast<std::size_t>(displays.width_pixels);
+            std::uint32_t* const shown = &bank.at(0, (band.first_row + row) / displays.supersample);
+            average_span(&band.raster->argb[band.raster->index(0, row)], displays.supersample, width, shown);
+            if (colour_table_ != nullptr) {
+                correct_span(*colour_table_, shown, width);
+            }
         }
     }
     if (band.first_row + band.rows == displays.raster_height_pixels()) {

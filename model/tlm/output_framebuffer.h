@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <string>
 #include <systemc>
 
+#include "formats/colour_table.h"
 #include "formats/image.h"
 #include "scenario/scenario.h"
 #include "tlm/column_time.h"
@@ -15,18 +17,18 @@
 
 namespace metabuffer::tlm {
 
-/// An output framebuffer, box D of the paper's Figure 1 (sections 4, 5.4 and 7): receives the pixels of its pipeline,
-/// averages them, keeps two banks, raises PIPEREADY when one is free, and gives whole frames to its display when they
+/// An output framebuffer, box D of the paper's Figure 1 (sections 2, 4, 5.4 and 7): receives the pixels of its pipeline,
+/// averages them, corrects their colours if the scenario has a table for its display, keeps two banks, raises PIPEREADY when one is free, and gives whole frames to its display when they
 /// have been on the DVI link.
 class OutputFramebuffer final : public sc_core::sc_module, public SwapListener {
   public:
     TargetSocket<OutputFramebuffer, PipelineFrame> pipe_socket{"pipe_socket"};  ///< PipelineFrame
     InitiatorSocket<OutputFramebuffer, ShownFrame> dvi_socket{"dvi_socket"};    ///< ShownFrame
 
-    /// Scenario, column and swap lock must outlive the module. pipeready_cycle: the core clock in which
-    /// PIPEREADY rises for the first time.
-    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, ColumnTime& column,
-                      SwapLock& swap_lock, std::int64_t pipeready_cycle);
+    /// Scenario, column and swap lock must outlive the module. display: its own, from 1. pipeready_cycle: the core
+    /// clock in which PIPEREADY rises for the first time.
+    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
+                      ColumnTime& column, SwapLock& swap_lock, std::int64_t pipeready_cycle);
     SC_HAS_PROCESS(OutputFramebuffer);
 
     void swapped(int frame, std::int64_t pipeready_cycle, std::int64_t shown_picoseconds) override;
@@ -49,7 +51,8 @@ class OutputFramebuffer final : public sc_core::sc_module, public SwapListener {
     ColumnTime& column_;
     SwapLock& swap_lock_;
     std::int64_t first_pipeready_cycle_;
-    std::array<ColourImage, 2> banks_;  ///< by frame, even and odd
+    std::shared_ptr<const ColourTable> colour_table_;  ///< null: colours are shown as they are
+    std::array<ColourImage, 2> banks_;                 ///< by frame, even and odd
     bool images_ = false;
     /// Swapped, but not yet shown in full; the next frame may be composited meanwhile.
     struct Showing {

@@ -113,7 +113,26 @@ class Input(Hostile):
                 self.check_line(self.run_program("sweep", what, "-o", "r.db"), what, "is no regular file")
                 self.write("other.yaml", SCENARIO.replace("view.ppm", what))
                 self.check_line(self.run_program("run", "other.yaml"), what, "is no regular file")
+                self.check_line(self.run_program("run", "scenario.yaml", "--set",
+                                                 f"displays.correction=[{{display: 1, lut: {what}}}]"),
+                                what, "is no regular file")
                 self.check_line(self.run_program("export", what), what, "is no file")
+
+    def test_a_colour_table_that_is_not_one_is_bad_input(self):
+        whole = "1,2,3\n" * 256
+        for name, table, part in (
+                ("short", "1,2,3\n" * 255, "has 255 rows"), ("long", "1,2,3\n" * 257, "has 257 rows"),
+                ("bright", whole[:-6] + "1,2,300\n", ":256: '300'"), ("bytes", os.urandom(20_000), "table"),
+                ("huge", b"\0" * (1 << 20), "is longer than 64 KiB"), ("wide", "1" * 60_000, "table"),
+                ("commas", "," * 60_000, "has 60001 values"), ("lines", "\n" * 60_000 + "1,2,3", "has 1 value")):
+            with self.subTest(name):
+                self.write("table", table)
+                self.check_line(self.run_program("run", "scenario.yaml", "--out", "out", "--set",
+                                                 "displays.correction=[{display: 1, lut: table}]"),
+                                "displays.correction[0].lut", part)
+                self.assertFalse((self.place / "out").exists())
+        self.check_line(self.run_program("run", "scenario.yaml", "--set",
+                                         "displays.correction=[{display: 1, lut: absent}]"), "absent", "No such file")
 
     def test_paths_that_the_system_refuses_are_bad_input(self):
         (self.place / "loop").symlink_to("loop")

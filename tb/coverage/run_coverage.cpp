@@ -1,6 +1,7 @@
 #include "run_coverage.h"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <string>
@@ -58,6 +59,7 @@ class RunCoverage {
 
     void sample() {
         cover_shape();
+        cover_correction();
         cover_modes();
         cover_clocks();
         cover_memory();
@@ -108,6 +110,27 @@ class RunCoverage {
         goals_.frames.frames(scenario_.frames).hit();
         goals_.supersample.factor(displays.supersample).hit();
         goals_.supersample.averaged(scenario_.composition).hit_if(displays.supersample > 1);
+    }
+
+    void cover_correction() {
+        const CorrectionGoals& goals = goals_.correction;
+        const DisplayConfig& displays = scenario_.displays;
+        if (displays.correction.empty() || report_.frames_shown() == 0) return;
+        const bool all = static_cast<int>(displays.correction.size()) == displays.count();
+        goals.every_display.hit_if(all && displays.count() > 1);
+        goals.some_displays.hit_if(!all);
+        goals.averaged.hit_if(displays.supersample > 1);
+        for (const DisplayCorrection& correction : displays.correction) {
+            const bool formula = !correction.has_lut();
+            goals.by_table.hit_if(!formula);
+            goals.by_gains.hit_if(formula && correction.gamma == 1.0);
+            goals.by_gamma.hit_if(formula && correction.gamma != 1.0);
+            goals.brighter.hit_if(formula &&
+                                  std::any_of(std::begin(correction.gain), std::end(correction.gain),
+                                              [](double gain) { return gain > 1.0; }));
+            const auto display = static_cast<std::size_t>(correction.display) - 1;
+            goals.kept_frame.hit_if(report_.displays.at(display).kept_frames > 0);
+        }
     }
 
     void cover_modes() {

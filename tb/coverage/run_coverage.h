@@ -50,6 +50,19 @@ struct SupersampleGoals : CoverGroup {
     Cross<Composition> averaged{*this, every<Composition>("with ")};
 };
 
+struct CorrectionGoals : CoverGroup {
+    explicit CorrectionGoals(Coverage& coverage)
+        : CoverGroup(coverage, {"display/correction", "colours that output framebuffers correct"}) {}
+    Bin by_gains = bin("by gains alone");
+    Bin by_gamma = bin("by gains and gamma");
+    Bin by_table = bin("by a table of the host's");
+    Bin brighter = bin("a channel brighter than its display can be");
+    Bin every_display = bin("every display of several");
+    Bin some_displays = bin("displays beside others without a table");
+    Bin averaged = bin("behind averaging");
+    Bin kept_frame = bin("a frame is kept off a corrected display");
+};
+
 struct ModeGoals : CoverGroup {
     explicit ModeGoals(Coverage& coverage) : CoverGroup(coverage, {"machine/modes", "modes that meet"}) {}
     Cross<Pacing, StarvationMode> starvation{*this, every<Pacing>(), every<StarvationMode>()};
@@ -259,6 +272,7 @@ struct RunGoals : GoalSet {
     ShapeGoals shape{coverage};
     FrameGoals frames{coverage};
     SupersampleGoals supersample{coverage};
+    CorrectionGoals correction{coverage};
     ModeGoals modes{coverage};
     ClockGoals clocks{coverage};
     MemoryWordGoals words{coverage};

@@ -117,6 +117,21 @@ TEST_CASE("scoreboard: a machine that is right is wrong against another referenc
                                                Contains("had left the pipeline wrong"));
 }
 
+TEST_CASE("scoreboard: colours that the output framebuffer does not correct as the scenario has it",
+          "[monitors]") {
+    Scenario other = altered_scenario();
+    DisplayCorrection& correction = other.displays.correction.emplace_back();
+    correction.display = 2;
+    correction.gain[2] = 0.5;
+    Bench bench(other);
+    bench.run();
+    REQUIRE(bench.violations.size() == kAlteredFrames);  // each picture of display 2 and nothing before it
+    CHECK(bench.violations[0].rule == "scoreboard/picture");
+    CHECK_THAT(bench.violations[0].detail,
+               Contains("display 2, ") && Contains("the raster left the pipeline right, so it is "
+                                                   "output_framebuffer_2"));
+}
+
 TEST_CASE("scoreboard: a wrong pixel on a bus", "[monitors]") {
     Bench bench;
     bench.altered.alter = [&, frames = 0](std::int64_t next, rtl::Wires& real) mutable {

@@ -10,6 +10,7 @@
 #include "dvi_waveform.h"
 #include "expected_report.h"
 #include "monitors/dvi_monitor.h"
+#include "support/colour_tables.h"
 #include "support/images.h"
 #include "support/scenarios.h"
 
@@ -58,7 +59,7 @@ struct OutputBench {
         : scenario(std::move(with)),
           core(bench.core),
           dvi(dvi_domain),
-          framebuffer(name.c_str(), scenario),
+          framebuffer(name.c_str(), scenario, 1),
           monitor((name + "_monitor").c_str(), monitored_link(), violations),
           pipereadies(bench.core.record(pipeready)),
           framedones(bench.core.record(framedone)),
@@ -296,6 +297,62 @@ TEST_CASE("output framebuffer: averages each block of 2 x 2 and 4 x 4, again in 
         check_wave(dut->links, display_wave({averaged(raster(40, raster_pixels), s),
                                              averaged(raster(41, raster_pixels), s)}));
     }
+}
+
+// ---- colour correction ----
+
+LinkLines corrected_lines(LinkLines lines, const ColourTable& table) {
+    for (std::vector<std::uint32_t>& line : lines) {
+        ColourImage picture(static_cast<int>(line.size()), 1);
+        picture.values = line;
+        line = naive_correction(table, picture).values;
+    }
+    return lines;
+}
+
+TEST_CASE(
+    "output framebuffer: its own table corrects what is averaged, at the same clocks, and black stays before "
+    "the first swap") {
+    ClockedTestbench bench;
+    Random random(81);
+    DisplayCorrection own;
+    own.display = 1;
+    own.lut = std::make_shared<const ColourTable>(random_colour_table(random));
+    DisplayCorrection another = own;
+    another.display = 2;
+    another.lut = std::make_shared<const ColourTable>(random_colour_table(random));
+    Scenario with_own = output_scenario();
+    with_own.displays.columns = 2;
+    with_own.displays.correction = {another, own};
+    Scenario averaging = output_scenario(2);
+    averaging.displays.correction = {own};
+    Scenario with_another = with_own;
+    with_another.displays.correction = {another};
+    OutputBench plain(bench, "plain", output_scenario(), bench.core);
+    OutputBench corrected(bench, "corrected", with_own, bench.core);
+    OutputBench averaged_first(bench, "averaged_first", averaging, bench.core);
+    OutputBench not_its_own(bench, "not_its_own", with_another, bench.core);
+    const int start = dvi_frame_start(0) + 3;
+    const int second = dvi_frame_start(1) + 3;
+    const auto pixels = raster(82);
+    const auto blocks = raster(83, 4 * kPixels);
+    for (OutputBench* dut : {&plain, &corrected, &not_its_own}) {
+        dut->send_frame(start, pixels);
+        dut->send_frame(second, raster(84));
+    }
+    averaged_first.send_frame(start, blocks);
+    bench.run_through(dvi_frame_start(3));
+    for (const OutputBench* dut : {&corrected, &not_its_own}) {
+        CHECK(dut->framedones.rises() == plain.framedones.rises());
+        CHECK(dut->framedones.falls() == plain.framedones.falls());
+        CHECK(dut->pipereadies.rises() == plain.pipereadies.rises());
+    }
+    const LinkLines of_second = shown(raster(84));
+    check_wave(plain.links, display_wave({black(), shown(pixels), of_second}));
+    check_wave(not_its_own.links, display_wave({black(), shown(pixels), of_second}));
+    check_wave(corrected.links, display_wave({black(), corrected_lines(shown(pixels), *own.lut),
+                                              corrected_lines(of_second, *own.lut)}));
+    check_wave(averaged_first.links, display_wave({black(), corrected_lines(averaged(blocks, 2), *own.lut)}));
 }
 
 // ---- stall ----

@@ -55,6 +55,12 @@ inline std::string scenario_difference(const Scenario& left, const Scenario& rig
         if (key.value == nullptr) continue;
         first.compare(key.schema.pattern, text_of(key.value(left)), text_of(key.value(right)));
     }
+    first.require("corrected displays", left.displays.corrected() == right.displays.corrected());
+    if (!first.text().empty()) return first.text();
+    for (const int display : left.displays.corrected()) {
+        first.require("colour table of display " + std::to_string(display),
+                      *left.displays.colour_table_of(display) == *right.displays.colour_table_of(display));
+    }
     first.compare("renderers", left.renderers.size(), right.renderers.size());
     first.compare("faults", left.faults.size(), right.faults.size());
     if (!first.text().empty()) return first.text();

@@ -415,6 +415,62 @@ TEST_CASE("option --set overrides what the file says", "[program]") {
     CHECK(text_of(place / "out/collage.png") == text_of(place / "same/collage.png"));
 }
 
+TEST_CASE("displays with corrected colours show them at all levels, and the run says so", "[program]") {
+    const Workplace place;
+    std::string table;
+    for (int v = 0; v < 256; ++v) table += std::to_string(255 - v) + "," + std::to_string(v / 2) + ",9\n";
+    place.write("t.csv", table);
+    REQUIRE(place.run({"--no-images"}).status == kExitDone);
+    CHECK(place.report().at("displays")[0].at("corrected") == false);
+    CHECK(place.report().at("cost").at("correction_bits") == 0);
+    const auto clocks = place.report().at("core_cycles");
+    REQUIRE(run_program(place, {"run", "scenario.yaml", "--out", "plain"}).status == kExitDone);
+    const std::string note = "As the displays show it; colours corrected by displays.correction on display 2";
+    CHECK_THAT(text_of(place / "plain/collage.png"), !Contains("displays.correction"));
+    for (const std::string level : {"functional", "rtl", "tlm"}) {
+        INFO(level);
+        std::vector<std::string> words{
+            "run",     "scenario.yaml", "--out", level,
+            "--level", level,           "--set", "displays.correction=[{display: 2, lut: t.csv}]"};
+        if (level != "functional") words.emplace_back("--check");
+        const ProgramResult result = run_program(place, words);
+        INFO(result.err);
+        REQUIRE(result.status == kExitDone);
+        CHECK_THAT(result.out, Contains("corrected   the colours of display 2, as their pictures show"));
+        CHECK_THAT(text_of(place / level / "collage.png"), Contains(note));
+        CHECK_THAT(text_of(place / level / "display_2.png"), !Contains("displays.correction"));
+        CHECK(text_of(place / level / "display_1.png") == text_of(place / "plain/display_1.png"));
+        CHECK(text_of(place / level / "display_2.png") != text_of(place / "plain/display_2.png"));
+        CHECK(text_of(place / level / "collage.png") == text_of(place / "functional/collage.png"));
+        const json report = place.report(level);
+        CHECK(report.at("displays")[0].at("corrected") == false);
+        CHECK(report.at("displays")[1].at("corrected") == true);
+        if (level == "functional") continue;
+        CHECK(report.at("core_cycles") == clocks);
+        CHECK(report.at("cost").at("correction_bits") == 3 * 256 * 8);
+    }
+    // The run's own scenario gives the same again.
+    REQUIRE(run_program(place, {"run", "rtl/effective_scenario.yaml", "--out", "again"}).status == kExitDone);
+    CHECK(text_of(place / "again/collage.png") == text_of(place / "rtl/collage.png"));
+}
+
+TEST_CASE("a colour table is an input, which no result replaces", "[program]") {
+    const Workplace place;
+    std::string table;
+    for (int v = 0; v < 256; ++v) table += "1,2,3\n";
+    place.write("t.csv", table);
+    const std::vector<std::string> settings{"--set", "displays.correction=[{display: 1, lut: t.csv}]"};
+    for (const std::vector<std::string>& words :
+         {std::vector<std::string>{"run", "scenario.yaml", "--trace", "t.csv"},
+          std::vector<std::string>{"view", "scenario.yaml", "-o", "t.csv"}}) {
+        INFO(words[0]);
+        const ProgramResult result = run_program(place, words + settings);
+        CHECK(result.status == kExitBadInput);
+        CHECK(result.complains_in_one_line());
+        CHECK(text_of(place / "t.csv") == table);
+    }
+}
+
 TEST_CASE("all levels show the same pictures", "[program]") {
     const Workplace place;
     const std::vector<std::string> settings{"--set", "displays.supersample=2", "--set", "composition=over"};

@@ -121,6 +121,28 @@ TEST_CASE("sweep: every point is what run gives for its settings", "[program][sw
     CHECK_THAT(sweep(place).out, Contains("80 points were there already"));
 }
 
+TEST_CASE("sweep: a colour table is one of its inputs, and results of another table are not gone on with",
+          "[program][sweep]") {
+    const Workplace place;
+    const auto write_table = [&place](const std::string& row) {
+        std::string table;
+        for (int v = 0; v < 256; ++v) table += row + "\n";
+        place.write("t.csv", table);
+    };
+    write_table("1,2,3");
+    place.write("sweep.yaml",
+                "scenario: scenario.yaml\n"
+                "set: {displays.correction: [{display: 1, lut: t.csv}]}\n"
+                "axes: [{key: composer.buffer_pixels, values: [100, 200]}]\n");
+    REQUIRE(sweep(place).status == kExitDone);
+    CHECK_THAT(sweep(place).out, Contains("2 points were there already"));
+    write_table("1,2,4");
+    const ProgramResult changed = sweep(place);
+    CHECK(changed.status == kExitBadInput);
+    CHECK(changed.complains_in_one_line());
+    CHECK_THAT(changed.err, Contains("t.csv"));
+}
+
 TEST_CASE("sweep: level rtl gives the same figures, and its results are apart from those of level tlm",
           "[program][sweep][repeat]") {
     const Workplace place;

@@ -61,6 +61,10 @@ Scenario three_renderers(const Machine& machine) {
     scenario.composer.on_starvation = machine.mode;
     scenario.pacing = machine.pacing;
     scenario.frames = kFrames;
+    // What is kept is kept corrected, and black stays black.
+    DisplayCorrection& correction = scenario.displays.correction.emplace_back();
+    correction.display = kDisplays;
+    correction.gamma = 0.8;
     const int width = 24 / machine.multiple;
     const int height = 10 / machine.multiple;
     for (int r = 0; r < 3; ++r) {

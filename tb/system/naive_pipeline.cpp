@@ -1,11 +1,13 @@
 #include "naive_pipeline.h"
 
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "formats/image_difference.h"
 #include "functional/functional_compositor.h"
 #include "monitors/picture_reference.h"
+#include "support/colour_tables.h"
 
 namespace metabuffer::test {
 
@@ -42,7 +44,8 @@ ColourImage picture_without_glitches(const MachineRun& run, int frame, int displ
             picture.at(x, y) = colour;
         }
     }
-    return picture;
+    const auto table = scenario.displays.colour_table_of(display);
+    return table == nullptr ? picture : naive_correction(*table, std::move(picture));
 }
 
 std::int64_t differing_pixels(const ColourImage* shown, const ColourImage& expected) {

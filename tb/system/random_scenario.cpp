@@ -16,6 +16,7 @@
 #include "scenario/names.h"
 #include "scenario/scenario_loader.h"
 #include "scenario/scenario_rules.h"
+#include "support/colour_tables.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 
@@ -343,6 +344,25 @@ void choose_links(std::uint64_t seed, LinkConfig& links) {
     if (random.one_in(4)) links.layer = LinkLayer::kTmds;
 }
 
+/// Likewise. Displays with tables of any kind beside others without.
+void choose_correction(std::uint64_t seed, DisplayConfig& displays) {
+    constexpr std::uint64_t kOwnSequence = 0x436F6C6F;
+    Random random(seed ^ kOwnSequence);
+    if (!random.one_in(3)) return;
+    const bool all = random.one_in(4);
+    for (int display = displays.count(); display >= 1; --display) {
+        if (!all && random.one_in(2)) continue;
+        DisplayCorrection& correction = displays.correction.emplace_back();
+        correction.display = display;
+        if (random.one_in(3)) {
+            correction.lut = std::make_shared<const ColourTable>(random_colour_table(random));
+            continue;
+        }
+        for (double& gain : correction.gain) gain = random.between(50, 150) / 100.0;
+        correction.gamma = random.one_in(3) ? 1.0 : random.between(40, 250) / 100.0;
+    }
+}
+
 /// The host's own slot tables, some of them wrong. Likewise.
 void choose_slots(std::uint64_t seed, Scenario& scenario) {
     constexpr std::uint64_t kOwnSequence = 0x536C6F74;
@@ -405,6 +425,7 @@ Scenario random_scenario(std::uint64_t seed) {
     choose_links(seed, scenario.links);
     choose_bus_delay(seed, scenario);
     choose_ports(seed, scenario);
+    choose_correction(seed, scenario.displays);
     check_scenario(scenario);
     return scenario;
 }
@@ -498,7 +519,8 @@ std::string describe(const Scenario& scenario) {
                  : "")
          << "read latency " << scenario.memory.read_latency_cycles << ", register stages "
          << scenario.bus.register_stages << ", buffer " << scenario.composer.buffer_pixels << ", ready space "
-         << scenario.composer.ready_space_pixels << ", timeout " << scenario.link_timeout_pairs;
+         << scenario.composer.ready_space_pixels << ", timeout " << scenario.link_timeout_pairs
+         << ", corrected displays " << displays.correction.size();
     for (const Renderer& renderer : scenario.renderers) {
         text << "; " << renderer.name << " " << renderer.image_width_pixels << "x"
              << renderer.image_height_pixels;

@@ -9,7 +9,7 @@ namespace metabuffer::test {
 
 /// A small scenario that is anything a scenario may be: grid, sizes, supersampling, images with ties in
 /// depth, viewports partly outside, tables with rows of every defect, several frames, all policies, clocks,
-/// buffers from the smallest legal one on, and faults of the link. The same seed gives the same scenario
+/// buffers from the smallest legal one on, corrected colours, and faults of the link. The same seed gives the same scenario
 /// everywhere.
 Scenario random_scenario(std::uint64_t seed);
 

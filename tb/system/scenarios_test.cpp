@@ -25,8 +25,8 @@ const std::filesystem::path kScenarioDirectory = METABUFFER_SCENARIO_DIRECTORY;
 
 /// Scenarios whose comments promise that nothing starves.
 const std::set<std::string> kNeverStarve{
-    "paper-figure", "paper-figure-small", "paper-table", "case-1",          "case-2",        "case-3",
-    "case-4",       "foveated",           "union",       "supersample-off", "supersample-on"};
+    "paper-figure", "paper-figure-small", "paper-table", "case-1",          "case-2",         "case-3",
+    "case-4",       "foveated",           "union",       "supersample-off", "supersample-on", "projectors"};
 /// Scenarios that are there to show starvation.
 const std::set<std::string> kStarve{"paper-figure-starved"};
 

@@ -36,6 +36,7 @@ class Reducer {
         lists();
         tables();
         sizes();
+        corrections();
         settings();
         rows();
         pictures();
@@ -117,6 +118,12 @@ class Reducer {
         };
         scenario.displays.columns = columns;
         scenario.displays.rows = rows;
+        std::vector<DisplayCorrection> corrections;
+        for (DisplayCorrection correction : scenario.displays.correction) {
+            correction.display = renumbered(correction.display);
+            if (correction.display != 0) corrections.push_back(std::move(correction));
+        }
+        scenario.displays.correction = std::move(corrections);
         for (Renderer& renderer : scenario.renderers) {
             for (RendererFrame& frame : renderer.frames) {
                 ViewportTable table;
@@ -308,6 +315,18 @@ class Reducer {
     static void cut_to(std::uint16_t& start, std::uint16_t& count, int extent) {
         count = static_cast<std::uint16_t>(std::min<int>(count, extent));
         start = static_cast<std::uint16_t>(std::min<int>(start, extent - count));
+    }
+
+    void corrections() {
+        const std::vector<DisplayCorrection>& all = scenario_.displays.correction;
+        if (all.size() > 1) {
+            attempt("no display corrected", [](Scenario& s) { s.displays.correction.clear(); });
+        }
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            attempt("display " + std::to_string(all[i].display) + " not corrected", [i](Scenario& s) {
+                s.displays.correction.erase(s.displays.correction.begin() + static_cast<std::ptrdiff_t>(i));
+            });
+        }
     }
 
     /// Each setting at its default, if it is not there yet and has one. The grid, the frames and the depth format have

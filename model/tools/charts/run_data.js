@@ -9,7 +9,7 @@ const metabufferRun = (() => {
     const renderers = machine.renderers.length;
     const displays = machine.columns * machine.rows;
     const sub = machine.supersample;
-    const rasterWidth = machine.width * sub, rasterHeight = machine.height * sub;
+    const rasterWidth = machine.width * sub, rasterHeight = machine.height * sub, samples = sub * sub;
     const cycles = report.core_cycles;
     // Kinds of spans of a bus, by the number of the kind in a span. In a clock without a span the bus is idle.
     const uses = record.bus_uses.map(use => clockKinds.find(({counter}) => counter === use));
@@ -441,11 +441,29 @@ const metabufferRun = (() => {
         return map;
     }
 
+    /// The mean of a shown pixel's channels, corrected by the display's table if it has one.
+    const mean = sum => Math.floor((sum + Math.floor(samples / 2)) / samples);
+    function shownColour(display, red, green, blue) {
+        const means = [mean(red), mean(green), mean(blue)], tables = machine.corrections[display];
+        const [r, g, b] = tables ? means.map((value, n) => tables[n][value]) : means;
+        return r * 65536 + g * 256 + b;
+    }
+    /// The colour that the display shows for a shown pixel, of what its raster pixels were; null if that is not known.
+    function shownPixel(entry, display, u, v) {
+        const sums = [0, 0, 0];
+        for (let n = 0; n < samples; ++n) {
+            const {pixel, isWhole} = rasterPixel(entry, display, u * sub + n % sub, v * sub + Math.floor(n / sub));
+            if (!isWhole) return null;
+            [16, 8, 0].forEach((shift, channel) => { sums[channel] += (pixel.colour >>> shift) & 255; });
+        }
+        return shownColour(display, ...sums);
+    }
+
     /// Colours of one shown row of a display as if every local pixel had come in time. The images must have been
     /// loaded. No object is made for a pixel, since a wall with glitches has millions of pixels.
     const plane = {z: new Uint32Array(rasterWidth), alpha: new Uint8Array(rasterWidth), red: new Uint8Array(rasterWidth),
                    green: new Uint8Array(rasterWidth), blue: new Uint8Array(rasterWidth)};
-    const rowSums = new Uint32Array(3 * machine.width), samples = sub * sub;
+    const rowSums = new Uint32Array(3 * machine.width);
     function idealRow(entry, display, v, colours) {
         const {z, alpha, red, green, blue} = plane, isOver = machine.composition === "over";
         const isKeyed = machine.composition === "z-alpha-key";
@@ -490,9 +508,8 @@ const metabufferRun = (() => {
                 rowSums[n + 2] += blue[x];
             }
         }
-        const mean = sum => Math.floor((sum + Math.floor(samples / 2)) / samples);
         for (let u = 0; u < machine.width; ++u) {
-            colours[u] = mean(rowSums[3 * u]) * 65536 + mean(rowSums[3 * u + 1]) * 256 + mean(rowSums[3 * u + 2]);
+            colours[u] = shownColour(display, rowSums[3 * u], rowSums[3 * u + 1], rowSums[3 * u + 2]);
         }
         return colours;
     }
@@ -522,5 +539,5 @@ const metabufferRun = (() => {
         .then(() => { isUnpacked = true; });
     return {data, machine, record, report, renderers, displays, rasterWidth, rasterHeight, cycles, uses, pixelUse, tableUse,
             clocksFromTo, farZ, ready, buses, levels, composerOf, stalls, starved, clockOf, beamAt, frameAt, glitchesOf, isStarved, lastAtOrBefore,
-            shownBitmap, shownPixelsOf, loadImages, isKnownImage, rasterPixel, winners, starvedMap};
+            shownBitmap, shownPixelsOf, loadImages, isKnownImage, rasterPixel, shownPixel, winners, starvedMap};
 })();

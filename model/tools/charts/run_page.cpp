@@ -22,6 +22,15 @@ Json counters_json() {
     return list;
 }
 
+/// The tables of R, G and B by the display's index.
+Json corrections_json(const DisplayConfig& displays) {
+    Json tables = Json::object();
+    for (const DisplayCorrection& correction : displays.correction) {
+        tables[std::to_string(correction.display - 1)] = correction.table().channels();
+    }
+    return tables;
+}
+
 Json machine_json(const Scenario& scenario) {
     const DisplayConfig& displays = scenario.displays;
     Json renderers = Json::array();
@@ -36,6 +45,7 @@ Json machine_json(const Scenario& scenario) {
             {"height", displays.height_pixels},
             {"supersample", displays.supersample},
             {"background", displays.background},
+            {"corrections", corrections_json(displays)},
             {"composition", to_string(scenario.composition)},
             {"depth",
              {{"alpha_shift", layout_of(scenario.depth_format).alpha_shift},

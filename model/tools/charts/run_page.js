@@ -46,6 +46,11 @@
         }
         const remarks = [...data.remarks];
         for (const finding of report.watchdog || []) remarks.push("Watchdog: " + finding);
+        const corrected = Object.keys(machine.corrections).map(display => Number(display) + 1).sort((a, b) => a - b);
+        if (corrected.length) {
+            remarks.push(`The pictures are as the displays show them: displays.correction corrects the colours of display ` +
+                `${corrected.join(", ")}. What renderers contribute, and what leaves the pipeline, is not corrected.`);
+        }
         if (data.stride > 1) {
             remarks.push(`Pictures of every ${data.stride}th frame are in the page; --embed-mib with more takes more of them.`);
         }
@@ -129,6 +134,12 @@
         if (isWhole) {
             parts.push(element("p", {}, element("i", {style: "background:" + hexOf(pixel.colour)}),
                 `leaves the pipeline: ${hexOf(pixel.colour)} A ${pixel.alpha} Z ${pixel.z}`));
+        }
+        const shown = machine.corrections[display] === undefined ? null
+            : run.shownPixel(entry(), display, Math.floor(x / machine.supersample), Math.floor(y / machine.supersample));
+        if (shown !== null) {
+            parts.push(element("p", {id: "corrected"}, element("i", {style: "background:" + hexOf(shown)}),
+                `the display shows: ${hexOf(shown)}, corrected by its table`));
         }
         parts.push(lines.length ? element("table", {id: "locals"}, element("tbody", {}, ...lines))
             : element("p", {class: "what"}, "No renderer covers this pixel."));

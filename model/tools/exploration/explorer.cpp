@@ -36,9 +36,10 @@ std::string content_of(const std::filesystem::path& file) {
     return std::to_string(bytes.size()) + " bytes, CRC-32 " + std::to_string(crc);
 }
 
-/// Whether points that differ in this key may show different images.
+/// Whether points that differ in this key may read different images or colour tables.
 bool may_change_images(const std::string& key) {
-    if (key == "frames" || key.rfind("depth_", 0) == 0) return true;
+    if (key == "frames" || key == "displays" || key.rfind("depth_", 0) == 0) return true;
+    if (key.rfind("displays.correction", 0) == 0) return true;
     return key.rfind("renderers", 0) == 0 && key.find(".viewport") == std::string::npos &&
            key.find(".table") == std::string::npos && key.find(".copies") == std::string::npos;
 }
@@ -555,7 +556,7 @@ Explorer::Explorer(const SweepPlan& plan, Simulate simulate, bool needs_pixels)
 /// Reads the images now, so that the runs' processes find them in memory.
 void Explorer::read_images_of(const Point& point, const ScenarioTemplate& scenario) {
     const std::vector<ScenarioOverride> overrides = plan_->overrides_of(point.settings);
-    for (const std::filesystem::path& file : scenario.image_files(overrides)) {
+    for (const std::filesystem::path& file : scenario.input_files(overrides)) {
         add_input(name_of_input(file), file);
     }
     const Scenario made = scenario.scenario(overrides);

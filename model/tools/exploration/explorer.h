@@ -94,7 +94,8 @@ class Explorer {
     Simulate simulate_;
     bool needs_pixels_;
     std::map<std::filesystem::path, std::shared_ptr<const ScenarioTemplate>> templates_;
-    std::map<std::string, std::string> inputs_;  ///< scenario and image files: size and checksum of each
+    std::map<std::string, std::string>
+        inputs_;  ///< files of scenarios, images and colour tables: size and checksum of each
 };
 
 }  // namespace metabuffer::exploration

@@ -71,6 +71,7 @@ RunReport run_functional(const Scenario& scenario, const RunFollower& follower) 
         }
     }
     report.displays.resize(static_cast<std::size_t>(scenario.displays.count()));
+    report.corrected_displays = scenario.displays.corrected();
     functional::Compositor compositor(scenario);
     for (int frame = 0; frame < scenario.frames; ++frame) {
         compositor.begin_frame(

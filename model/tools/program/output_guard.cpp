@@ -15,6 +15,9 @@ std::vector<std::filesystem::path> inputs_of(const std::filesystem::path& scenar
         inputs.push_back(files.image);
         if (files.depth.has_value()) inputs.push_back(*files.depth);
     }
+    for (const DisplayCorrection& correction : scenario.displays.correction) {
+        if (!correction.lut_file.empty()) inputs.push_back(correction.lut_file);
+    }
     return inputs;
 }
 

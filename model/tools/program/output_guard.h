@@ -7,7 +7,7 @@
 
 namespace metabuffer {
 
-/// The files that a run of the scenario is made from: the scenario's own and its images'.
+/// The files that a run of the scenario is made from: the scenario's own, its images' and those of colour tables.
 std::vector<std::filesystem::path> inputs_of(const std::filesystem::path& scenario_file,
                                              const Scenario& scenario);
 

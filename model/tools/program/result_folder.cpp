@@ -44,6 +44,14 @@ std::size_t pixels_of_display(const DisplayConfig& displays) {
     return static_cast<std::size_t>(displays.width_pixels) * static_cast<std::size_t>(displays.height_pixels);
 }
 
+/// What the collage says of itself: which displays' colours are corrected. Empty if none are.
+std::string note_of_collage(const DisplayConfig& displays) {
+    const std::vector<int> corrected = displays.corrected();
+    if (corrected.empty()) return "";
+    return "As the displays show it; colours corrected by displays.correction on display " +
+           text::number_runs(corrected);
+}
+
 /// How many processes encode pictures: few for few pixels, since starting a process takes as long as encoding a small
 /// picture.
 std::size_t process_count(const Scenario& scenario, const PictureChoice& choice) {
@@ -149,8 +157,10 @@ PictureSink::PictureSink(ResultFolder& folder, const Scenario& scenario, const P
       numbers_frames_(choice.each_frame && scenario.frames > 1),
       newest_(static_cast<std::size_t>(scenario.displays.count())),
       processes_({process_count(scenario, choice), 1, pixels_of_display(scenario.displays)},
-                 [&folder](const std::string& name, const ColourImage& picture) {
-                     folder.write(name, image_codec().png(picture, folder.path() / name));
+                 [&folder, note = note_of_collage(scenario.displays)](const std::string& name,
+                                                                      const ColourImage& picture) {
+                     const std::string description = name == kCollage ? note : std::string();
+                     folder.write(name, image_codec().png(picture, folder.path() / name, description));
                      return false;
                  }) {}
 

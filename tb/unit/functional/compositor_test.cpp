@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <vector>
 
 #include "functional/functional_compositor.h"
+#include "support/colour_tables.h"
 #include "support/images.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
@@ -174,6 +176,48 @@ TEST_CASE("random machines agree with a per-pixel inverse mapping", "[functional
         }
     }
     CHECK(painted > 10000);  // the machines drawn do show something
+}
+
+TEST_CASE(
+    "colours are corrected behind the averaging, the background's too, and only of displays with a table",
+    "[functional]") {
+    test::Random random(7);
+    for (const int supersample : {1, 2, 4}) {
+        Scenario scenario = random_machine(random);
+        scenario.displays.columns = 3;
+        scenario.displays.supersample = supersample;
+        DisplayCorrection by_formula;
+        by_formula.display = 3;
+        by_formula.gain[1] = 0.5;
+        by_formula.gamma = 2.2;
+        DisplayCorrection by_table;
+        by_table.display = 1;
+        by_table.lut = std::make_shared<const ColourTable>(test::random_colour_table(random));
+        scenario.displays.correction = {by_formula, by_table};
+        const PixelImage image = test::corner_image(random, 9, 7);
+        const std::vector<Contribution> contributions{
+            {&image, {whole(image, 1, 1, 1), whole(image, 2, 0, 0), whole(image, 3, 2, 0)}}};
+        for (int display = 1; display <= scenario.displays.count(); ++display) {
+            INFO("supersample " << supersample << ", display " << display);
+            const PixelImage raster = naive_raster(scenario, contributions, display);
+            const ColourImage plain = naive_average(raster, supersample);
+            const ColourImage picture = composite_display(scenario, contributions, display);
+            CHECK(composite_raster(scenario, contributions, display) == raster);
+            if (display == 1) {
+                CHECK(picture == test::naive_correction(*by_table.lut, plain));
+            } else if (display == 3) {
+                for (std::size_t n = 0; n < plain.values.size(); ++n) {
+                    const std::uint32_t before = plain.values[n];
+                    const std::uint32_t after = picture.values[n];
+                    REQUIRE(test::may_show(before >> 16, 1.0, 2.2, after >> 16));
+                    REQUIRE(test::may_show((before >> 8) & 255, 0.5, 2.2, (after >> 8) & 255));
+                    REQUIRE(test::may_show(before & 255, 1.0, 2.2, after & 255));
+                }
+            } else {
+                CHECK(picture == plain);
+            }
+        }
+    }
 }
 
 TEST_CASE("wide rasters, any multiple and rows far over every edge agree too", "[functional][random]") {

@@ -35,6 +35,14 @@ TEST_CASE("machine cost: bits, wires and pins by the machine's shape") {
     CHECK(cost.memory_megabytes_per_second == Approx(4 * 8 * 100.0));
 }
 
+TEST_CASE("machine cost: a colour table is three times 256 values of 8 bits, for each display that has one") {
+    CHECK(machine_cost(machine()).correction_bits == 0);
+    Scenario scenario = machine();
+    for (const int display : {1, 3}) scenario.displays.correction.emplace_back().display = display;
+    CHECK(machine_cost(scenario).correction_bits == 2 * 6144);
+    CHECK(machine_cost(scenario).weighted() - machine_cost(machine()).weighted() == Approx(12.288));
+}
+
 TEST_CASE("machine cost: memories side by side are more devices, and a shared one is half as many") {
     Scenario scenario = machine();
     scenario.memory.words_per_cycle = 4;

@@ -59,6 +59,7 @@ RunReport troubled_run() {
     report.composers[2] = {2, 1, 0, 25, 64, 1, 0, 100, 0, 0, std::nullopt, std::nullopt, 0, {}};
     report.composers[3] = {2, 2, 1204, 0, 0, 0, 7, 0, 0, 0, Glitch{0, 3, 4}, Glitch{0, 3, 4}, 0, {}};
     report.displays.resize(2);
+    report.corrected_displays = {2};
     report.displays[0] = {3, 25};
     report.displays[1] = {3, 0};
     return report;
@@ -245,10 +246,11 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(json["composers"][2]["stalled_cycles"] == 25);
     CHECK(json["composers"][2]["first_glitch"].is_null());
 
-    CHECK(json["displays"].dump() == R"([{"display":1,"frames_shown":3,"stalled_cycles":25,"kept_frames":0,)"
-                                     R"("starved_pixels":0,"wrong_pixels":null},)"
-                                     R"({"display":2,"frames_shown":3,"stalled_cycles":0,"kept_frames":0,)"
-                                     R"("starved_pixels":1234,"wrong_pixels":null}])");
+    CHECK(json["displays"].dump() ==
+          R"([{"display":1,"corrected":false,"frames_shown":3,"stalled_cycles":25,"kept_frames":0,)"
+          R"("starved_pixels":0,"wrong_pixels":null},)"
+          R"({"display":2,"corrected":true,"frames_shown":3,"stalled_cycles":0,"kept_frames":0,)"
+          R"("starved_pixels":1234,"wrong_pixels":null}])");
 
     const ordered_json& totals = json["totals"];
     CHECK(keys(totals) ==
@@ -329,6 +331,7 @@ frame rate  5000.00 frames/s composited, start of the first to start of the last
 limits      displays 6000.00 Hz, slowest link 7000.00 pairs/s, raster 6000.00 frames/s
 bottleneck  buffers: pixels starve; the bus of a renderer wi... works 11.1 % of the raster's clocks
 latency     9100 to 10500 clocks (182.00 to 210.00 us), last DVI pixel to last composited pixel
+corrected   the colours of display 2, as their pictures show
 
 buses, in % of the clocks with something to send:
   bus               used %  poll %  pixels sent  page misses  recovered  repeated  dropped  rejected

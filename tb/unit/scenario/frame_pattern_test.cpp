@@ -159,6 +159,6 @@ TEST_CASE("frames: the files of a range are among those that a sweep's results b
         with_entry("image: 'f%d.exr', depth: 'd%02d.exr', frames: 9-10, viewport: {x: 0, y: 0}"), "test.yaml",
         fixture.directory().path());
     std::vector<std::string> names;
-    for (const auto& file : scenarios.image_files({})) names.push_back(file.filename().string());
+    for (const auto& file : scenarios.input_files({})) names.push_back(file.filename().string());
     CHECK(names == std::vector<std::string>{"d09.exr", "d10.exr", "f10.exr", "f9.exr"});
 }

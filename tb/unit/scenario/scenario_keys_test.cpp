@@ -14,7 +14,8 @@ namespace {
 /// A scenario with every key, so that each can be given a wrong value.
 constexpr const char* kEveryKey =
     "name: every key\n"
-    "displays: {columns: 2, rows: 1, width: 16, height: 8, supersample: 1, background: [1, 2, 3]}\n"
+    "displays: {columns: 2, rows: 1, width: 16, height: 8, supersample: 1, background: [1, 2, 3], "
+    "correction: [{display: 1, gain: [1, 1, 1], gamma: 1}]}\n"
     "composition: z\n"
     "depth_format: a8z16\n"
     "depth_range: [0.0, 100.0]\n"
@@ -171,7 +172,7 @@ TEST_CASE("scenario keys: what a whole-number key accepts is what the reader acc
         }
         CHECK(std::is_sorted(key.rule.only.begin(), key.rule.only.end()));
     }
-    CHECK(count == 47);
+    CHECK(count == 48);
     for (const char* map : {"bus", ""}) {
         CHECK(scenario_schema().find(map)->rule.type == ValueRule::Type::kAny);
     }
