@@ -279,6 +279,9 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
             }),
         choice<StarvationMode, &Scenario::composer, &ComposerConfig::on_starvation>(
             "composer.on_starvation", "what happens when a local pixel has not come in time"),
+        choice<Smoothing, &Scenario::composer, &ComposerConfig::smoothing>(
+            "composer.smoothing",
+            "how a composer magnifies: it repeats each source pixel, or mixes those around a raster pixel"),
         choice<Pacing, &Scenario::pacing>("pacing", "whether a frame waits for a new pair of every renderer"),
         whole_number<&Scenario::link_timeout_pairs>(
             "link_timeout_pairs", "pair times", "after which a missing pair is replaced by the last good one",
