@@ -5,11 +5,13 @@
 
 namespace metabuffer {
 
-ComposerBuffer::ComposerBuffer(int capacity_pixels, int raster_width_pixels, int raster_height_pixels)
+ComposerBuffer::ComposerBuffer(int capacity_pixels, int raster_width_pixels, int raster_height_pixels,
+                               Smoothing smoothing)
     : capacity_(capacity_pixels),
       addresses_(buffer_addresses(capacity_pixels)),
       raster_width_(raster_width_pixels),
-      raster_height_(raster_height_pixels) {}
+      raster_height_(raster_height_pixels),
+      smoothing_(smoothing) {}
 
 void ComposerBuffer::begin_frame() {
     if (!can_begin_frame()) {
@@ -28,7 +30,7 @@ void ComposerBuffer::miss_frame() {
 }
 
 void ComposerBuffer::set_row(const ViewportRow& row) {
-    newest().segment = Segment(row, raster_width_, raster_height_);
+    newest().segment = Segment(row, raster_width_, raster_height_, smoothing_);
     newest().has_segment = true;
 }
 
@@ -77,8 +79,17 @@ void ComposerBuffer::lose(std::int64_t count) {
     frame.arrived += count;
 }
 
+void ComposerBuffer::start_frame() {
+    if (has_segment() && head().segment.skipped_pixels() > 0) {
+        release_through(head().segment.skipped_pixels() - 1);
+    }
+}
+
 void ComposerBuffer::release_through(std::int64_t k) {
     Frame& frame = head();
+    if (k < frame.released) {
+        return;
+    }
     if (!frame.abandoned && frame.arrived > frame.released) {
         held_ -= static_cast<int>(std::min(frame.arrived, k + 1) - frame.released);
     }
@@ -118,6 +129,21 @@ SegmentWalker::SegmentWalker(const Segment& segment, bool has_segment, int raste
         source_width_ = row.sdx;
         start_column_phase_ = left_ - row.dx;
         first_row_phase_ = top_ - row.dy;
+        if (start_column_phase_ >= multiple_) {
+            start_column_phase_ -= multiple_;
+            start_column_ = 1;
+        }
+        if (first_row_phase_ >= multiple_) {
+            first_row_phase_ -= multiple_;
+            source_row_ = 1;
+            row_first_pixel_ = source_width_;
+        }
+        reach_ = segment.reach();
+        source_height_ = row.sdy;
+        if (smooths()) {
+            start_column_blend_ = BlendCounter(multiple_, start_column_phase_);
+            row_blend_ = BlendCounter(multiple_, first_row_phase_);
+        }
     }
     start_row();
 }
@@ -125,15 +151,63 @@ SegmentWalker::SegmentWalker(const Segment& segment, bool has_segment, int raste
 void SegmentWalker::start_row() {
     if (y_ == top_) {
         row_phase_ = first_row_phase_;
-    } else if (row_covered_ && ++row_phase_ == multiple_) {
-        row_phase_ = 0;
-        first_row_phase_ = 0;
-        row_first_pixel_ += source_width_;
+    } else if (row_covered_) {
+        if (++row_phase_ == multiple_) {
+            row_phase_ = 0;
+            first_row_phase_ = 0;
+            row_first_pixel_ += source_width_;
+            ++source_row_;
+        }
+        if (smooths()) row_blend_.step();
     }
     row_covered_ = y_ >= top_ && y_ < bottom_;
     last_repetition_ = row_phase_ == multiple_ - 1 || y_ == bottom_ - 1;
-    column_ = 0;
+    column_ = start_column_;
     column_phase_ = start_column_phase_;
+    if (smooths()) start_smoothed_row();
+}
+
+void SegmentWalker::start_smoothed_row() {
+    column_blend_ = start_column_blend_;
+    const int side = row_blend_.side();
+    has_across_ = side != 0 && source_row_ + side >= 0 && source_row_ + side < source_height_;
+    across_ = std::int64_t{side} * source_width_;
+    // The source row above has its last use in the last raster row that lies nearer to it than to this row's centre. In
+    // the last raster row it may be in use still; then it is released pixel by pixel, and all others at the end.
+    releasing_row_ = -1;
+    const bool last_raster_row = y_ == bottom_ - 1;
+    if (source_row_ > 0 && (row_phase_ == reach_ - 1 || (last_raster_row && row_phase_ < reach_))) {
+        releasing_row_ = row_first_pixel_ - source_width_;
+    } else if (last_raster_row) {
+        releasing_row_ = row_first_pixel_;
+    }
+}
+
+BlendWindow<std::int64_t> SegmentWalker::window() const {
+    BlendWindow<std::int64_t> window{pixel(), Segment::kNoPixel, Segment::kNoPixel, Segment::kNoPixel};
+    if (!smooths()) return window;
+    const bool beside = has_beside();
+    if (beside) window.beside = window.own + column_blend_.side();
+    if (has_across_) window.across = window.own + across_;
+    if (beside && has_across_) window.diagonal = window.beside + across_;
+    return window;
+}
+
+std::int64_t SegmentWalker::newest_pixel() const {
+    if (!smooths()) return pixel();
+    const std::int64_t row = has_across_ && across_ > 0 ? across_ : 0;
+    return pixel() + row + (has_beside() && column_blend_.side() > 0 ? 1 : 0);
+}
+
+std::int64_t SegmentWalker::smoothed_released() const {
+    if (releasing_row_ < 0) return Segment::kNoPixel;
+    if (x_ == right_ - 1) {
+        return y_ == bottom_ - 1 ? std::int64_t{source_width_} * source_height_ - 1
+                                 : releasing_row_ + source_width_ - 1;
+    }
+    // The column before has its last use in the last raster column that lies nearer to it; one that lies beside the
+    // raster has none.
+    return column_ > 0 && column_phase_ >= reach_ - 1 ? releasing_row_ + column_ - 1 : Segment::kNoPixel;
 }
 
 }  // namespace metabuffer

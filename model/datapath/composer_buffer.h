@@ -31,7 +31,8 @@ class ComposerBuffer {
     static constexpr int kFrames = 2;
 
     /// capacity_pixels: 1 or more. The raster is that of the composer's display.
-    ComposerBuffer(int capacity_pixels, int raster_width_pixels, int raster_height_pixels);
+    ComposerBuffer(int capacity_pixels, int raster_width_pixels, int raster_height_pixels,
+                   Smoothing smoothing = Smoothing::kReplicate);
 
     // ---- the bus side ----
 
@@ -92,6 +93,8 @@ class ComposerBuffer {
     int address_of(std::int64_t k) const {
         return static_cast<int>((head().base_address + k) & (std::int64_t{addresses_} - 1));
     }
+    /// The oldest frame is being composited: its pixels that are not needed at all before the first are released.
+    void start_frame();
     /// Pixel k has been used for the last time: it and all before it are released.
     void release_through(std::int64_t k);
     /// The oldest frame has been composited.
@@ -133,6 +136,7 @@ class ComposerBuffer {
     int addresses_;
     int raster_width_;
     int raster_height_;
+    Smoothing smoothing_;
     Frame frame_[kFrames];
     Frame ended_;  ///< while receiving_ended_frame_: the frame that is over
     int head_ = 0;
@@ -146,7 +150,8 @@ class ComposerBuffer {
 };
 
 /// Walks a display's raster in raster order. For each position it says whether the segment covers it, which of the
-/// segment's pixels shows there, and whether that is the pixel's last use. It only increments, as the hardware does.
+/// segment's pixels shows there, and whether that is the pixel's last use. Of a smoothed segment it gives all pixels
+/// that a raster pixel is mixed of, and their weights. It only increments, as the hardware does.
 class SegmentWalker {
   public:
     SegmentWalker() = default;
@@ -169,12 +174,33 @@ class SegmentWalker {
     const int& row_phase() const { return row_phase_; }
     /// The pixel is not needed at any later position; only where covered().
     bool last_use() const { return last_repetition_ && (column_phase_ == multiple_ - 1 || x_ == right_ - 1); }
+    /// The pixels up to here are not needed at any later position; Segment::kNoPixel if this position releases none.
+    /// Only where covered().
+    std::int64_t released() const {
+        return smooths() ? smoothed_released() : (last_use() ? pixel() : Segment::kNoPixel);
+    }
+
+    // ---- of a smoothed segment, only where covered() ----
+
+    bool smooths() const { return reach_ > 0; }
+    int weight_x() const { return has_beside() ? column_blend_.weight() : 0; }
+    int weight_y() const { return has_across_ ? row_blend_.weight() : 0; }
+    /// As Segment::window_at and newest_at.
+    BlendWindow<std::int64_t> window() const;
+    std::int64_t newest_pixel() const;
+
     /// The raster row shows its source row for the second time or a later one.
     bool replayed() const { return row_covered_ && row_phase_ > first_row_phase_; }
     void advance();
 
   private:
     void start_row();
+    void start_smoothed_row();
+    std::int64_t smoothed_released() const;
+    bool has_beside() const {
+        const int side = column_blend_.side();
+        return side != 0 && column_ + side >= 0 && column_ + side < source_width_;
+    }
 
     int raster_width_ = 0;
     int raster_height_ = 0;
@@ -184,7 +210,9 @@ class SegmentWalker {
     int bottom_ = 0;
     int multiple_ = 1;
     int source_width_ = 0;
-    int start_column_phase_ = 0;  ///< repetitions of the leftmost source column that lie left of the raster
+    int start_column_ =
+        0;  ///< of the source, at the raster's left; 1 if the first one lies beside the raster
+    int start_column_phase_ = 0;  ///< repetitions of that source column that lie left of the raster
     int first_row_phase_ = 0;     ///< the same for the current source row and the raster's top
     int x_ = 0;
     int y_ = 0;
@@ -194,12 +222,27 @@ class SegmentWalker {
     std::int64_t row_first_pixel_ = 0;
     bool row_covered_ = false;
     bool last_repetition_ = false;
+
+    // Smoothing.
+    int reach_ = 0;
+    int source_height_ = 0;
+    int source_row_ = 0;
+    BlendCounter start_column_blend_;
+    BlendCounter column_blend_;
+    BlendCounter row_blend_;
+    bool has_across_ = false;  ///< another source row goes into this raster row
+    std::int64_t across_ = 0;  ///< from a pixel of this source row to the one across
+    std::int64_t releasing_row_ =
+        -1;  ///< first pixel of the source row that this raster row releases; -1: none
 };
 
 inline void SegmentWalker::advance() {
-    if (covered() && ++column_phase_ == multiple_) {
-        column_phase_ = 0;
-        ++column_;
+    if (covered()) {
+        if (++column_phase_ == multiple_) {
+            column_phase_ = 0;
+            ++column_;
+        }
+        if (smooths()) column_blend_.step();
     }
     if (++x_ == raster_width_) {
         x_ = 0;

@@ -151,6 +151,55 @@ void replicate_values(const std::uint32_t* source, std::size_t multiple, std::si
     }
 }
 
+// ---- blend_span ----
+
+/// Two channels of `a` and `b` in the weights 256 - weight and weight, each 255 * 256 at most, in 16 bits.
+METABUFFER_INLINE std::uint32_t mix_even_bytes(std::uint32_t a, std::uint32_t b, std::uint32_t weight) {
+    return (a & kEvenBytes) * (256U - weight) + (b & kEvenBytes) * weight;
+}
+
+/// The same of two rows, rounded back to bytes 0 and 2.
+METABUFFER_INLINE std::uint32_t mix_rows(std::uint32_t own_row, std::uint32_t other_row,
+                                         std::uint32_t weight) {
+    constexpr std::uint32_t kHalf = 1U << 15;
+    constexpr std::uint32_t kLow = 0xFFFFU;
+    const std::uint32_t low = (own_row & kLow) * (256U - weight) + (other_row & kLow) * weight + kHalf;
+    const std::uint32_t high = (own_row >> 16) * (256U - weight) + (other_row >> 16) * weight + kHalf;
+    return (low >> 16) | (high & ~kLow);
+}
+
+METABUFFER_INLINE std::uint32_t seen_argb(std::uint32_t argb, std::uint32_t z, std::uint32_t own,
+                                          std::uint32_t far_z, std::uint32_t unkeyed) {
+    return select((z != far_z) & (((argb | unkeyed) & kAlphaMask) != 0), argb, own);
+}
+
+METABUFFER_VECTORIZED
+void blend_values(const BlendSpans& source, std::uint32_t far_z, bool has_key, std::uint32_t* __restrict argb,
+                  std::size_t count) {
+    const std::uint32_t* __restrict own = source.own.argb;
+    const std::uint32_t* __restrict beside = source.beside.argb;
+    const std::uint32_t* __restrict across = source.across.argb;
+    const std::uint32_t* __restrict diagonal = source.diagonal.argb;
+    const std::uint32_t* __restrict beside_z = source.beside.z;
+    const std::uint32_t* __restrict across_z = source.across.z;
+    const std::uint32_t* __restrict diagonal_z = source.diagonal.z;
+    const std::uint32_t* __restrict weights_x = source.weights_x;
+    const auto weight_y = static_cast<std::uint32_t>(source.weight_y);
+    const std::uint32_t unkeyed = has_key ? 0 : kAlphaMask;
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint32_t p = own[i];
+        const std::uint32_t b = seen_argb(beside[i], beside_z[i], p, far_z, unkeyed);
+        const std::uint32_t a = seen_argb(across[i], across_z[i], p, far_z, unkeyed);
+        const std::uint32_t d = seen_argb(diagonal[i], diagonal_z[i], p, far_z, unkeyed);
+        const std::uint32_t weight_x = weights_x[i];
+        const std::uint32_t even =
+            mix_rows(mix_even_bytes(p, b, weight_x), mix_even_bytes(a, d, weight_x), weight_y);
+        const std::uint32_t odd = mix_rows(mix_even_bytes(p >> 8, b >> 8, weight_x),
+                                           mix_even_bytes(a >> 8, d >> 8, weight_x), weight_y);
+        argb[i] = select(((p | unkeyed) & kAlphaMask) == 0, p, even | (odd << 8));
+    }
+}
+
 // ---- average_span ----
 
 METABUFFER_VECTORIZED
@@ -225,6 +274,11 @@ void replicate_span(PixelSpan source, int multiple, int skip, std::uint32_t* arg
     const auto left_out = static_cast<std::size_t>(skip);
     replicate_values(source.argb, times, left_out, argb, count);
     replicate_values(source.z, times, left_out, z, count);
+}
+
+void blend_span(Composition composition, std::uint32_t far_z, const BlendSpans& source, std::uint32_t* argb,
+                std::size_t count) {
+    blend_values(source, far_z, composition == Composition::kZAlphaKey, argb, count);
 }
 
 void average_span(const std::uint32_t* argb, int supersample, std::size_t display_width,

@@ -34,6 +34,21 @@ void compose_span(Composition composition, PixelSpan local, std::uint32_t* argb,
 void replicate_span(PixelSpan source, int multiple, int skip, std::uint32_t* argb, std::uint32_t* z,
                     std::size_t count);
 
+/// What the raster pixels of a row are mixed of: each one's own source pixel, the one beside it, the one across in the
+/// other source row, and the one that is both. Where there is none, its own pixel stands in its place.
+struct BlendSpans {
+    PixelSpan own;
+    PixelSpan beside;
+    PixelSpan across;
+    PixelSpan diagonal;
+    const std::uint32_t* weights_x = nullptr;  ///< of 256, for each pixel
+    int weight_y = 0;
+};
+
+/// The same as blend() for `count` raster pixels. Writes colour and alpha; Z is that of `own`.
+void blend_span(Composition composition, std::uint32_t far_z, const BlendSpans& source, std::uint32_t* argb,
+                std::size_t count);
+
 /// Averages blocks of supersample x supersample pixels: `argb` holds `supersample` raster rows one after the other,
 /// each display_width * supersample wide; `colours` gets display_width values 0xRRGGBB.
 void average_span(const std::uint32_t* argb, int supersample, std::size_t display_width,

@@ -21,10 +21,15 @@ struct Span {
 };
 
 /// `position` is the image's start relative to the display's first raster pixel. A source pixel belongs to
-/// the display if any of its `multiple` repetitions lies in 0 .. raster - 1.
-Span visible_span(std::int64_t position, std::int64_t multiple, std::int64_t image, std::int64_t raster) {
-    const std::int64_t first = std::max<std::int64_t>(0, floor_div(-position, multiple));
-    const std::int64_t last = std::min(image - 1, floor_div(raster - 1 - position, multiple));
+/// the display if any of its `multiple` repetitions lies in 0 .. raster - 1, or if `apron` more do on each side.
+Span visible_span(std::int64_t position, std::int64_t multiple, std::int64_t image, std::int64_t raster,
+                  std::int64_t apron) {
+    std::int64_t first = std::max<std::int64_t>(0, floor_div(-position, multiple));
+    std::int64_t last = std::min(image - 1, floor_div(raster - 1 - position, multiple));
+    if (first <= last) {
+        first = std::max<std::int64_t>(0, first - apron);
+        last = std::min(image - 1, last + apron);
+    }
     return {first, std::max<std::int64_t>(0, last - first + 1), position + first * multiple};
 }
 
@@ -56,7 +61,7 @@ ViewportRow make_row(std::int64_t display, const Span& x, const Span& y, int mul
 }  // namespace
 
 ViewportTable split_viewport(const Viewport& viewport, int image_width_pixels, int image_height_pixels,
-                             const DisplayWall& wall) {
+                             const DisplayWall& wall, Smoothing smoothing) {
     const int multiple = viewport.multiple;
     if (multiple < 1 || multiple > kMaximumMultiple) {
         throw std::invalid_argument("multiple " + std::to_string(multiple) + " is outside 1 to " +
@@ -64,15 +69,16 @@ ViewportTable split_viewport(const Viewport& viewport, int image_width_pixels, i
     }
     const std::int64_t raster_width = wall.raster_width_pixels;
     const std::int64_t raster_height = wall.raster_height_pixels;
+    const std::int64_t apron = smoothing_reach(smoothing, multiple) > 0 ? 1 : 0;
     ViewportTable table;
     std::int64_t display = 0;
     for (int row = 0; row < wall.rows; ++row) {
-        const Span y =
-            visible_span(viewport.y - row * raster_height, multiple, image_height_pixels, raster_height);
+        const Span y = visible_span(viewport.y - row * raster_height, multiple, image_height_pixels,
+                                    raster_height, apron);
         for (int column = 0; column < wall.columns; ++column) {
             ++display;
-            const Span x =
-                visible_span(viewport.x - column * raster_width, multiple, image_width_pixels, raster_width);
+            const Span x = visible_span(viewport.x - column * raster_width, multiple, image_width_pixels,
+                                        raster_width, apron);
             if (x.count > 0 && y.count > 0) table.push_back(make_row(display, x, y, multiple));
         }
     }

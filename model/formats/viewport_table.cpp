@@ -17,13 +17,20 @@ struct Axis {
     std::int64_t multiple;     ///< Dmultiple
     std::int64_t image;        ///< image size
     std::int64_t raster;       ///< raster size
+    std::int64_t beside;  ///< by how much the outermost source lines may lie beside the raster: none or one
 
     std::int64_t source_end() const { return source + count; }
     std::int64_t destination_end() const { return destination + count * multiple; }
     bool source_fits() const { return count >= 1 && source_end() <= image; }
-    bool first_shows() const { return destination > -multiple && destination < raster; }
-    bool last_shows() const { return destination_end() < raster + multiple; }
+    /// A smoothed segment may have a line more on each side, which others are mixed with.
+    std::int64_t slack() const { return count > 1 ? beside * multiple : 0; }
+    bool first_shows() const { return destination > -multiple - slack() && destination < raster; }
+    bool last_shows() const { return destination_end() < raster + multiple + slack(); }
 };
+
+std::int64_t lines_beside(const ViewportRow& row, const ViewportLimits& limits) {
+    return smoothing_reach(limits.smoothing, row.dmultiple) > 0 ? 1 : 0;
+}
 
 Axis horizontal(const ViewportRow& row, const ViewportLimits& limits) {
     return {"x",
@@ -36,7 +43,8 @@ Axis horizontal(const ViewportRow& row, const ViewportLimits& limits) {
             row.dx,
             row.dmultiple,
             limits.image_width_pixels,
-            limits.raster_width_pixels};
+            limits.raster_width_pixels,
+            lines_beside(row, limits)};
 }
 
 Axis vertical(const ViewportRow& row, const ViewportLimits& limits) {
@@ -50,14 +58,8 @@ Axis vertical(const ViewportRow& row, const ViewportLimits& limits) {
             row.dy,
             row.dmultiple,
             limits.image_height_pixels,
-            limits.raster_height_pixels};
-}
-
-/// The smallest buffer with which the row cannot wait for ever. A composer that must keep a source row for its
-/// repetitions needs its ready space besides; otherwise it would never receive the pixels that let it go on.
-std::int64_t least_buffer_pixels(const ViewportRow& row, const ViewportLimits& limits) {
-    const std::int64_t window = row.dmultiple > 1 ? row.sdx : 0;
-    return window + limits.ready_space_pixels;
+            limits.raster_height_pixels,
+            lines_beside(row, limits)};
 }
 
 std::string display_message(const ViewportRow& row, const ViewportLimits& limits) {
@@ -86,21 +88,25 @@ std::string destination_message(const Axis& axis) {
     const std::string name = axis.name;
     const std::string source_line = std::string("source ") + axis.line + " lies ";
     const std::string position = " the raster: D" + name;
-    if (axis.destination <= -axis.multiple) {
-        return "its first " + source_line + axis.before + position + " = " +
-               std::to_string(axis.destination) + " must stay above " + std::to_string(-axis.multiple);
+    const bool second = axis.slack() > 0;
+    if (axis.destination <= -axis.multiple - axis.slack()) {
+        return (second ? "its second " : "its first ") + source_line + axis.before + position + " = " +
+               std::to_string(axis.destination) + " must stay above " +
+               std::to_string(-axis.multiple - axis.slack());
     }
     if (axis.destination >= axis.raster) {
         return "its first " + source_line + axis.behind + position + " = " +
                std::to_string(axis.destination) + " must stay below " + std::to_string(axis.raster);
     }
-    return "its last " + source_line + axis.behind + position + " + Sd" + name +
-           "*m = " + std::to_string(axis.destination_end()) + " must stay below " +
-           std::to_string(axis.raster + axis.multiple);
+    return (second ? "its last but one " : "its last ") + source_line + axis.behind + position + " + Sd" +
+           name + "*m = " + std::to_string(axis.destination_end()) + " must stay below " +
+           std::to_string(axis.raster + axis.multiple + axis.slack());
 }
 
 std::string buffer_message(const ViewportRow& row, const ViewportLimits& limits) {
-    const std::string least = row.dmultiple > 1 ? "Sdx + ready_space_pixels = " : "ready_space_pixels = ";
+    const int rows = window_rows(limits.smoothing, row.dmultiple);
+    const std::string window = rows == 0 ? "" : rows == 1 ? "Sdx + " : std::to_string(rows) + "*Sdx + ";
+    const std::string least = window + "ready_space_pixels = ";
     return "the composer's buffer of " + std::to_string(limits.buffer_pixels) +
            " pixels could never hold what the row needs: at least " + least +
            std::to_string(least_buffer_pixels(row, limits));
@@ -133,6 +139,10 @@ bool names_display(const ViewportRow& row, const ViewportLimits& limits) {
 }
 
 }  // namespace
+
+std::int64_t least_buffer_pixels(const ViewportRow& row, const ViewportLimits& limits) {
+    return std::int64_t{window_rows(limits.smoothing, row.dmultiple)} * row.sdx + limits.ready_space_pixels;
+}
 
 const char* row_defect_key(RowDefect defect) {
     switch (defect) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/smoothing.h"
+
 namespace metabuffer {
 
 /// One row of the viewport table (section 5 of the paper): which rectangle of the renderer's image goes to
@@ -39,17 +41,18 @@ struct ViewportLimits {
     int raster_height_pixels = 0;
     int buffer_pixels = 0;  ///< of one composer
     int ready_space_pixels = 0;
+    Smoothing smoothing = Smoothing::kReplicate;  ///< of the composers
 };
 
 /// Why a row is dropped. The order is the order in which the rules are checked; the first that fails counts.
 enum class RowDefect : std::uint8_t {
     kNone,
-    kDisplay,      ///< dcomp is not 1..N
-    kDuplicate,    ///< dcomp is taken by an earlier valid row of the same table
-    kMultiple,     ///< dmultiple is not 1..255
-    kSource,       ///< the source rectangle is empty or leaves the image
-    kDestination,  ///< its first or its last source pixel would not show at all
-    kBuffer,       ///< the composer's buffer could never hold what the row needs
+    kDisplay,    ///< dcomp is not 1..N
+    kDuplicate,  ///< dcomp is taken by an earlier valid row of the same table
+    kMultiple,   ///< dmultiple is not 1..255
+    kSource,     ///< the source rectangle is empty or leaves the image
+    kDestination,  ///< its first or its last source pixel would not show at all; smoothed, its second or last but one
+    kBuffer,  ///< the composer's buffer could never hold what the row needs
 };
 constexpr int kRowDefectCount = 7;
 
@@ -67,6 +70,10 @@ struct ValidatedTable {
     ViewportTable rows;  ///< the valid rows in table order
     std::vector<RejectedRow> rejected;
 };
+
+/// The smallest buffer with which the row, valid apart from that, cannot wait for ever: room for the source rows that
+/// its composer must hold, and the ready space, without which it would never receive the pixels that let it go on.
+std::int64_t least_buffer_pixels(const ViewportRow& row, const ViewportLimits& limits);
 
 /// Checks one row alone: every rule except the one about earlier rows.
 RowDefect row_defect(const ViewportRow& row, const ViewportLimits& limits);

@@ -4,7 +4,10 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "functional/pixel_runs.h"
 #include "scenario/fault_kinds.h"
@@ -33,14 +36,42 @@ Range clipped(int start, int count, int multiple, int size) {
     return {std::max(start, 0), std::min(start + count * multiple, size)};
 }
 
+/// For each raster line that an axis of a rectangle shows on, the two source lines that are mixed there.
+struct MixedLines {
+    std::vector<int> own;
+    std::vector<int> other;
+    std::vector<std::uint32_t> weight;  ///< of the other one, of 256
+
+    /// Paints each source line's block of raster lines.
+    MixedLines(int start, int count, int multiple, const Range& shown) {
+        for (int line = 0; line < count; ++line) {
+            for (int i = 0; i < multiple; ++i) {
+                if (!shown.contains(start + line * multiple + i)) continue;
+                const int off_centre = 2 * i + 1 - multiple;
+                const int neighbour = line + (off_centre > 0 ? 1 : 0) - (off_centre < 0 ? 1 : 0);
+                own.push_back(line);
+                other.push_back(std::clamp(neighbour, 0, count - 1));
+                weight.push_back(static_cast<std::uint32_t>(256 * std::abs(off_centre) / (2 * multiple)));
+            }
+        }
+    }
+};
+
 /// A renderer's rectangle on one display's raster.
 class Rectangle {
   public:
-    Rectangle(const PixelPlanes& planes, const ViewportRow& row, const DisplayConfig& displays)
+    Rectangle(const PixelPlanes& planes, const ViewportRow& row, const Scenario& scenario)
         : planes_(&planes),
           row_(row),
-          columns_(clipped(row.dx, row.sdx, row.dmultiple, displays.raster_width_pixels())),
-          rows_(clipped(row.dy, row.sdy, row.dmultiple, displays.raster_height_pixels())) {}
+          composition_(scenario.composition),
+          far_z_(far_z(scenario.depth_format)),
+          columns_(clipped(row.dx, row.sdx, row.dmultiple, scenario.displays.raster_width_pixels())),
+          rows_(clipped(row.dy, row.sdy, row.dmultiple, scenario.displays.raster_height_pixels())) {
+        if (scenario.composer.smoothing == Smoothing::kBilinear && row.dmultiple > 1) {
+            mixed_columns_.emplace(row.dx, row.sdx, row.dmultiple, columns_);
+            mixed_rows_.emplace(row.dy, row.sdy, row.dmultiple, rows_);
+        }
+    }
 
     /// The raster columns on which it shows.
     const Range& columns() const { return columns_; }
@@ -48,6 +79,7 @@ class Rectangle {
 
     /// Its pixels on raster row y, from columns().begin on, valid until another row is asked for.
     SourceRun pixels_on_row(int y) {
+        if (mixed_rows_) return mixed_pixels_on_row(static_cast<std::size_t>(y - rows_.begin));
         const int source_row = row_.sy + (y - row_.dy) / row_.dmultiple;
         const int clipped_away = columns_.begin - row_.dx;
         if (row_.dmultiple == 1) {
@@ -75,13 +107,55 @@ class Rectangle {
         line_source_row_ = source_row;
     }
 
+    /// The pixels that each raster column's own or other source column has in a source row.
+    struct Line {
+        std::vector<std::uint32_t> argb;
+        std::vector<std::uint32_t> z;
+
+        SourceRun run() const { return {argb.data(), z.data()}; }
+    };
+
+    SourceRun mixed_pixels_on_row(std::size_t raster_row) {
+        Surroundings around;
+        around.own = spread(mixed_rows_->own[raster_row], mixed_columns_->own, own_).run();
+        around.beside = spread(mixed_rows_->own[raster_row], mixed_columns_->other, beside_).run();
+        around.across = spread(mixed_rows_->other[raster_row], mixed_columns_->own, across_).run();
+        around.diagonal = spread(mixed_rows_->other[raster_row], mixed_columns_->other, diagonal_).run();
+        around.weight_x = mixed_columns_->weight.data();
+        around.weight_y = mixed_rows_->weight[raster_row];
+        const std::size_t count = mixed_columns_->own.size();
+        line_argb_.resize(count);
+        line_z_.resize(count);
+        mix(composition_, far_z_, around, count, {line_argb_.data(), line_z_.data()});
+        return {line_argb_.data(), line_z_.data()};
+    }
+
+    const Line& spread(int line, const std::vector<int>& columns, Line& target) const {
+        const std::size_t source = planes_->index(row_.sx, row_.sy + line);
+        target.argb.resize(columns.size());
+        target.z.resize(columns.size());
+        for (std::size_t x = 0; x < columns.size(); ++x) {
+            target.argb[x] = planes_->argb[source + static_cast<std::size_t>(columns[x])];
+            target.z[x] = planes_->z[source + static_cast<std::size_t>(columns[x])];
+        }
+        return target;
+    }
+
     const PixelPlanes* planes_;
     ViewportRow row_;
+    Composition composition_;
+    std::uint32_t far_z_;
     Range columns_;
     Range rows_;
     int line_source_row_ = -1;
     std::vector<std::uint32_t> line_argb_;
     std::vector<std::uint32_t> line_z_;
+    std::optional<MixedLines> mixed_columns_;  ///< of a smoothed rectangle
+    std::optional<MixedLines> mixed_rows_;
+    Line own_;
+    Line beside_;
+    Line across_;
+    Line diagonal_;
 };
 
 /// Makes the picture of a raster that comes in pieces, from left to right and from top to bottom.
@@ -243,7 +317,7 @@ void Compositor::paint(int display, const Take& take) {
             std::find_if(contribution.rows.begin(), contribution.rows.end(),
                          [display](const ViewportRow& candidate) { return candidate.dcomp == display; });
         if (row == contribution.rows.end()) continue;
-        rectangles.emplace_back(planes_of(*contribution.image), *row, scenario_.displays);
+        rectangles.emplace_back(planes_of(*contribution.image), *row, scenario_);
     }
 
     struct Shown {

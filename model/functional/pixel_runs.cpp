@@ -118,6 +118,51 @@ struct PremultipliedOver {
     }
 };
 
+struct MixSurroundings {
+    struct Planes {
+        const std::uint32_t* __restrict argb;
+        const std::uint32_t* __restrict z;
+    };
+
+    METABUFFER_REFERENCE_LOOP static std::uint32_t seen_or_own(std::uint32_t argb, std::uint32_t z,
+                                                               std::uint32_t own, std::uint32_t far_z,
+                                                               std::uint32_t key_mask) {
+        // Without a key every alpha passes.
+        const std::uint32_t seen = mask_of(z != far_z) & mask_of(((argb >> 24) | ~key_mask) != 0);
+        return select(seen, argb, own);
+    }
+
+    METABUFFER_REFERENCE_LOOP void operator()(std::uint32_t key_mask, std::uint32_t far_z, Planes own,
+                                              Planes beside, Planes across, Planes diagonal,
+                                              const std::uint32_t* __restrict weight_x,
+                                              std::uint32_t weight_y, std::size_t count,
+                                              std::uint32_t* __restrict argb,
+                                              std::uint32_t* __restrict z) const {
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::uint32_t p = own.argb[i];
+            const std::uint32_t px = seen_or_own(beside.argb[i], beside.z[i], p, far_z, key_mask);
+            const std::uint32_t py = seen_or_own(across.argb[i], across.z[i], p, far_z, key_mask);
+            const std::uint32_t pxy = seen_or_own(diagonal.argb[i], diagonal.z[i], p, far_z, key_mask);
+            const std::uint32_t wx = weight_x[i];
+            const std::uint32_t of_p = (256 - wx) * (256 - weight_y);
+            const std::uint32_t of_px = wx * (256 - weight_y);
+            const std::uint32_t of_py = (256 - wx) * weight_y;
+            const std::uint32_t of_pxy = wx * weight_y;
+            std::uint32_t mixed = 0;
+            for (int shift = 0; shift < 32; shift += 8) {
+                const std::uint32_t sum = ((p >> shift) & 0xFFU) * of_p + ((px >> shift) & 0xFFU) * of_px +
+                                          ((py >> shift) & 0xFFU) * of_py +
+                                          ((pxy >> shift) & 0xFFU) * of_pxy + 32768U;
+                mixed |= (sum >> 16) << shift;
+            }
+            // What the key hides must stay hidden, whatever lies around it.
+            const std::uint32_t hidden = key_mask & mask_of((p >> 24) == 0);
+            argb[i] = select(hidden, p, mixed);
+            z[i] = own.z[i];
+        }
+    }
+};
+
 struct JoinPlanes {
     METABUFFER_REFERENCE_LOOP void operator()(const std::uint32_t* __restrict argb,
                                               const std::uint32_t* __restrict z, std::size_t count,
@@ -204,6 +249,14 @@ void merge(Composition composition, SourceRun local, std::size_t count, TargetRu
         case Composition::kOver:
             return run_loop(PremultipliedOver{}, local.argb, local.z, count, pipeline.argb, pipeline.z);
     }
+}
+
+void mix(Composition composition, std::uint32_t far_z, const Surroundings& source, std::size_t count,
+         TargetRun target) {
+    const auto planes = [](const SourceRun& run) { return MixSurroundings::Planes{run.argb, run.z}; };
+    run_loop(MixSurroundings{}, mask_of(composition == Composition::kZAlphaKey), far_z, planes(source.own),
+             planes(source.beside), planes(source.across), planes(source.diagonal), source.weight_x,
+             source.weight_y, count, target.argb, target.z);
 }
 
 void join(SourceRun source, std::size_t count, Pixel* pixels) {

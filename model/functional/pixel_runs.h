@@ -37,6 +37,22 @@ void fill(Pixel pixel, std::size_t count, TargetRun target);
 /// What a composer does: merges its own pixels into those of the pipeline.
 void merge(Composition composition, SourceRun local, std::size_t count, TargetRun pipeline);
 
+/// The source pixels around raster pixels, which smoothing mixes: each one's own, the one beside it, the one in the
+/// other source row, and the one beside that. Where there is none, the own one stands for it.
+struct Surroundings {
+    SourceRun own;
+    SourceRun beside;
+    SourceRun across;
+    SourceRun diagonal;
+    const std::uint32_t* weight_x = nullptr;  ///< of `beside`, of 256, for each pixel
+    std::uint32_t weight_y = 0;               ///< of `across`
+};
+
+/// Bilinear smoothing: colour and alpha are mixed, Z is that of the own pixel. A neighbour at the far plane, or hidden by
+/// the composition's key, counts as the own pixel.
+void mix(Composition composition, std::uint32_t far_z, const Surroundings& source, std::size_t count,
+         TargetRun target);
+
 /// Colour, alpha and depth put together to pixels.
 void join(SourceRun source, std::size_t count, Pixel* pixels);
 

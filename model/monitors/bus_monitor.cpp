@@ -21,6 +21,7 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       frames_(scenario.frames),
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_height_(scenario.displays.raster_height_pixels()),
+      smoothing_(scenario.composer.smoothing),
       image_width_(scenario.renderers[static_cast<std::size_t>(renderer)].image_width_pixels),
       image_height_(scenario.renderers[static_cast<std::size_t>(renderer)].image_height_pixels),
       page_words_(scenario.memory.page_words),
@@ -227,8 +228,9 @@ void BusMonitor::enter_row(const ViewportRow& row, std::int64_t edge) {
         violate("bus/row", edge, subject + ", which has one");
         pixels_left_ -= entry.pixels - entry.sent;
     }
-    const SegmentPlaces places(row, raster_width_, raster_height_);
-    const std::int64_t window = row.dmultiple > 1 ? row.sdx : 0;
+    const SegmentPlaces places(row, raster_width_, raster_height_, smoothing_);
+    const std::int64_t window_rows = smoothing_ == Smoothing::kBilinear ? 2 : 1;
+    const std::int64_t window = row.dmultiple > 1 ? window_rows * row.sdx : 0;
     if (!places.legal() || row.sx + row.sdx > image_width_ || row.sy + row.sdy > image_height_) {
         violate("bus/row", edge, subject + " that its image or its raster does not hold");
     } else if (buffer_pixels_ < ready_space_pixels_ + window) {

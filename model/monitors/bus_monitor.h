@@ -126,6 +126,7 @@ class BusMonitor final : public sc_core::sc_module {
     int frames_;
     int raster_width_;
     int raster_height_;
+    Smoothing smoothing_;
     std::int64_t image_width_;
     std::int64_t image_height_;
     std::int64_t page_words_;

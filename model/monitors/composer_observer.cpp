@@ -24,6 +24,8 @@ std::uint64_t power_of_two_from(std::int64_t least) {
 ComposerObserver::ComposerObserver(const Scenario& scenario, int renderer, int display)
     : destination_(static_cast<std::uint16_t>(display + 1)),
       composition_(scenario.composition),
+      far_z_(far_z(scenario.depth_format)),
+      smoothing_(scenario.composer.smoothing),
       may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
       background_(scenario.background_pixel()),
       raster_width_(scenario.displays.raster_width_pixels()),
@@ -85,7 +87,11 @@ void ComposerObserver::pipeline(const ComposerInputs& inputs, std::int64_t cycle
     if (expected_.startframe) {
         running_ = true;
         x_ = y_ = 0;
-        row_ = oldest().has_segment ? oldest().places.raster_row(0) : SegmentPlaces::RasterRow{};
+        Frame& frame = oldest();
+        row_ = frame.has_segment ? frame.places.raster_row(0) : SegmentPlaces::RasterRow{};
+        if (frame.has_segment && frame.places.smooths()) {
+            frame.used_up = frame.places.used_up_after(-1, -1, 0);
+        }
         ++frame_;
         frame_spans_.push_back({cycle, kNever, kNever});
     }
@@ -98,15 +104,43 @@ std::optional<ComposerObserver::LocalPixel> ComposerObserver::next_local_pixel()
     }
     LocalPixel local;
     local.column = frame.places.column_at(x_);
-    local.index = row_.first_pixel + local.column;
-    local.arrived = local.index < frame.arrived;
+    local.index = local.newest = row_.first_pixel + local.column;
+    std::optional<ReferenceMixture> mixture;
+    if (frame.places.smooths()) {
+        const ReferenceLines columns = frame.places.columns_at(x_);
+        const ReferenceLines rows = frame.places.rows_at(y_);
+        local.newest = std::int64_t{std::max(rows.own, rows.other)} * frame.places.source_width() +
+                       std::max(columns.own, columns.other);
+        if (local.newest < frame.arrived && !frame.abandoned) {
+            mixture = mixture_at(frame, columns, rows);
+        }
+    }
+    local.arrived = local.newest < frame.arrived;
     local.abandoned = frame.abandoned;
     local.repeated = row_.repeats;
-    local.last_use = row_.last && frame.places.columns_used_up(x_) > local.column;
-    if (local.arrived && !local.abandoned) {
+    local.last_use = frame.places.smooths()
+                         ? frame.places.used_up_after(x_, y_, frame.used_up) > frame.used_up
+                         : row_.last && frame.places.columns_used_up(x_) > local.column;
+    if (mixture) {
+        local.pixel = reference_smoothing(*mixture, composition_, far_z_);
+    } else if (local.arrived && !local.abandoned) {
         local.pixel = Pixel(frame.ring[static_cast<std::uint64_t>(local.index) & frame.ring_mask]);
     }
     return local;
+}
+
+ReferenceMixture ComposerObserver::mixture_at(const Frame& frame, const ReferenceLines& columns,
+                                              const ReferenceLines& rows) const {
+    const auto pixel = [&frame](int column, int row) {
+        const std::int64_t k = std::int64_t{row} * frame.places.source_width() + column;
+        return Pixel(frame.ring[static_cast<std::uint64_t>(k) & frame.ring_mask]);
+    };
+    return {pixel(columns.own, rows.own),
+            pixel(columns.other, rows.own),
+            pixel(columns.own, rows.other),
+            pixel(columns.other, rows.other),
+            columns.weight,
+            rows.weight};
 }
 
 bool ComposerObserver::needs_missing_pixel() const {
@@ -130,7 +164,9 @@ void ComposerObserver::composite(const rtl::PipePixel& upstream, std::int64_t cy
             expected_.pipe.pixel = reference_composition(composition_, local->pixel, upstream.pixel);
             counters_.replayed_pixels += local->repeated ? 1 : 0;
         }
-        if (row_.last) {
+        if (frame.places.smooths()) {
+            frame.used_up = frame.places.used_up_after(x_, y_, frame.used_up);
+        } else if (row_.last) {
             frame.used_up = row_.first_pixel + frame.places.columns_used_up(x_);
         }
     }
@@ -250,7 +286,7 @@ void ComposerObserver::take_row(const rtl::BusBeat& beat) {
     frame.table_complete = beat.last;
     if (beat.destination == destination_) {
         frame.has_segment = true;
-        frame.places = SegmentPlaces(beat.row(), raster_width_, raster_height_);
+        frame.places = SegmentPlaces(beat.row(), raster_width_, raster_height_, smoothing_);
         const std::uint64_t size = power_of_two_from(std::min(buffer_pixels_, frame.places.pixels()));
         frame.ring.assign(size, 0);
         frame.ring_mask = size - 1;

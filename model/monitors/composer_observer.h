@@ -95,12 +95,14 @@ class ComposerObserver : public ComposerRecord {
     /// The segment's pixel that shows at the raster position composited next.
     struct LocalPixel {
         std::int64_t index = 0;  ///< in the segment
+        std::int64_t newest =
+            0;  ///< the last one to come of the pixels that are mixed here; the same without smoothing
         int column = 0;          ///< in its source row
-        bool arrived = false;    ///< or was lost
+        bool arrived = false;    ///< or was lost; all of them
         bool abandoned = false;  ///< its frame is: the pixel from above passes
         bool repeated = false;   ///< its source row shows in the raster row above too
         bool last_use = false;   ///< it shows at no later position
-        Pixel pixel;             ///< if it has arrived and is not abandoned
+        Pixel pixel;             ///< if it has arrived and is not abandoned; smoothed
 
         bool starves() const { return !arrived && !abandoned; }
     };
@@ -132,6 +134,8 @@ class ComposerObserver : public ComposerRecord {
     const Frame& receiving() const { return ended_short_ ? ended_ : frames_.back(); }
     bool table_open() const { return !frames_.empty() && !frames_.back().table_complete; }
 
+    ReferenceMixture mixture_at(const Frame& frame, const ReferenceLines& columns,
+                                const ReferenceLines& rows) const;
     void pipeline(const ComposerInputs& inputs, std::int64_t cycle);
     void composite(const rtl::PipePixel& upstream, std::int64_t cycle);
     bool needs_missing_pixel() const;
@@ -146,6 +150,8 @@ class ComposerObserver : public ComposerRecord {
 
     std::uint16_t destination_;
     Composition composition_;
+    std::uint32_t far_z_;
+    Smoothing smoothing_;
     bool may_stall_;
     Pixel background_;
     int raster_width_;

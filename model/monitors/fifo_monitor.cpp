@@ -12,6 +12,9 @@ FifoMonitor::FifoMonitor(const sc_core::sc_module_name& name, const Scenario& sc
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       reporter_(log),
       words_(static_cast<std::size_t>(buffer_addresses(scenario.composer.buffer_pixels))) {
+    if (scenario.composer.smoothing == Smoothing::kBilinear) {
+        second_row = std::make_unique<SecondRow>();
+    }
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
@@ -24,6 +27,12 @@ void FifoMonitor::end_of_elaboration() {
     wake_events_ |= release_i.value_changed_event();
     wake_events_ |= word_i.value_changed_event();
     wake_events_ |= free_i.value_changed_event();
+    if (second_row != nullptr) {
+        wake_events_ |= second_row->next_word_i.value_changed_event();
+        wake_events_ |= second_row->row_read_i.value_changed_event();
+        wake_events_ |= second_row->row_word_i.value_changed_event();
+        wake_events_ |= second_row->row_next_word_i.value_changed_event();
+    }
 }
 
 void FifoMonitor::violate(const char* rule, const char* signal, std::int64_t edge,
@@ -36,7 +45,7 @@ void FifoMonitor::restart() {
         word.held = false;
     }
     held_.clear();
-    word_ = 0;
+    port_ = row_port_ = Port{};
     started_ = false;
 }
 
@@ -60,28 +69,43 @@ void FifoMonitor::clock_edge() {
     if (write.count > 0) {
         take_write(write, edge);
     }
+    bool reads = read.enable;
     if (read.enable) {
-        take_read(read, edge);
+        take_read(read, "read", port_, edge);
+    }
+    if (second_row != nullptr && second_row->row_read_i.read().enable) {
+        reads = true;
+        take_read(second_row->row_read_i.read(), "row_read", row_port_, edge);
     }
     if (releases) {
         take_release(release, edge);
     }
-    if (gate_.idle_edge(write.count == 0 && !read.enable && !releases)) {
+    if (gate_.idle_edge(write.count == 0 && !reads && !releases)) {
         next_trigger(wake_events_);
     }
 }
 
 /// Checks the values that the edge before has left.
 void FifoMonitor::check_outputs(std::int64_t edge) {
-    if (word_i.read() != word_) {
-        violate("fifo/word", "word", edge,
-                "word " + std::to_string(word_i.read()) + ", not the " + std::to_string(word_) +
-                    " of the address read last");
+    check_word(word_i.read(), port_.word, "word", edge);
+    if (second_row != nullptr) {
+        check_word(second_row->next_word_i.read(), port_.next_word, "next_word", edge);
+        check_word(second_row->row_word_i.read(), row_port_.word, "row_word", edge);
+        check_word(second_row->row_next_word_i.read(), row_port_.next_word, "row_next_word", edge);
     }
     if (free_i.read() != capacity_ - held_.size()) {
         violate("fifo/free", "free", edge,
                 std::to_string(free_i.read()) + " pixels free, with " + std::to_string(held_.size()) +
                     " of " + std::to_string(capacity_) + " held");
+    }
+}
+
+void FifoMonitor::check_word(std::uint64_t seen, const std::optional<std::uint64_t>& expected,
+                             const char* signal, std::int64_t edge) {
+    if (expected && seen != *expected) {
+        violate("fifo/word", signal, edge,
+                "word " + std::to_string(seen) + ", not the " + std::to_string(*expected) +
+                    " of the address read last");
     }
 }
 
@@ -99,13 +123,15 @@ void FifoMonitor::take_write(const rtl::FifoWrite& write, std::int64_t edge) {
     pixels_written_ += write.count;
 }
 
-void FifoMonitor::take_read(const rtl::FifoRead& read, std::int64_t edge) {
+void FifoMonitor::take_read(const rtl::FifoRead& read, const char* signal, Port& port, std::int64_t edge) {
     if (read.address >= words_.size() || !words_[read.address].held) {
-        violate("fifo/read", "read", edge,
+        violate("fifo/read", signal, edge,
                 "address " + std::to_string(read.address) + " is read, which holds no pixel");
         return;
     }
-    word_ = words_[read.address].value;
+    port.word = words_[read.address].value;
+    const Word& next = words_[(read.address + 1) % words_.size()];
+    port.next_word = next.held ? std::optional<std::uint64_t>(next.value) : std::nullopt;
 }
 
 void FifoMonitor::take_release(const rtl::FifoRelease& release, std::int64_t edge) {

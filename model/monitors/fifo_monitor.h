@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
+#include <optional>
 #include <string>
 #include <systemc>
 #include <vector>
@@ -21,7 +23,8 @@ namespace metabuffer::monitors {
 /// - fifo/overwrite: a word is written to an address that holds none, so nothing in the window is lost
 /// - fifo/read: what is read is held, or comes at the edge that reads it
 /// - fifo/release: no more is released than is held
-/// - fifo/word: WORD is what was written to the address read last
+/// - fifo/word: WORD is what was written to the address read last; with a window of two rows, the same at both ports, and
+///   for the address after it
 /// - fifo/free: FREE is the capacity less what is held
 class FifoMonitor final : public sc_core::sc_module {
   public:
@@ -32,6 +35,15 @@ class FifoMonitor final : public sc_core::sc_module {
     sc_core::sc_in<rtl::FifoRelease> release_i{"release_i"};
     sc_core::sc_in<std::uint64_t> word_i{"word_i"};
     sc_core::sc_in<std::uint32_t> free_i{"free_i"};
+
+    /// With a window of two rows.
+    struct SecondRow {
+        sc_core::sc_in<std::uint64_t> next_word_i{"next_word_i"};
+        sc_core::sc_in<rtl::FifoRead> row_read_i{"row_read_i"};
+        sc_core::sc_in<std::uint64_t> row_word_i{"row_word_i"};
+        sc_core::sc_in<std::uint64_t> row_next_word_i{"row_next_word_i"};
+    };
+    std::unique_ptr<SecondRow> second_row;
 
     /// composer: its name, for the violations.
     FifoMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, const std::string& composer,
@@ -54,7 +66,14 @@ class FifoMonitor final : public sc_core::sc_module {
     void check_outputs(std::int64_t edge);
     void take_release(const rtl::FifoRelease& release, std::int64_t edge);
     void take_write(const rtl::FifoWrite& write, std::int64_t edge);
-    void take_read(const rtl::FifoRead& read, std::int64_t edge);
+    /// What stands at a read port.
+    struct Port {
+        std::optional<std::uint64_t> word = 0;
+        std::optional<std::uint64_t> next_word = 0;  ///< none if what was read holds no pixel
+    };
+    void check_word(std::uint64_t seen, const std::optional<std::uint64_t>& expected, const char* signal,
+                    std::int64_t edge);
+    void take_read(const rtl::FifoRead& read, const char* signal, Port& port, std::int64_t edge);
     void violate(const char* rule, const char* signal, std::int64_t edge, const std::string& detail);
 
     std::string fifo_;
@@ -67,7 +86,8 @@ class FifoMonitor final : public sc_core::sc_module {
     std::vector<Word> words_;         ///< by address
     std::deque<std::uint32_t> held_;  ///< addresses, the oldest pixel's first
     bool started_ = false;            ///< there has been an edge without reset
-    std::uint64_t word_ = 0;          ///< the value at the output
+    Port port_;
+    Port row_port_;
     std::int64_t pixels_written_ = 0;
 };
 

@@ -280,6 +280,12 @@ void MachineMonitors::bind_fifo(std::size_t r, std::size_t d) {
     monitor->release_i(wires->release);
     monitor->word_i(wires->word);
     monitor->free_i(wires->free);
+    if (wires->second_row != nullptr) {
+        monitor->second_row->next_word_i(wires->second_row->next_word);
+        monitor->second_row->row_read_i(wires->second_row->read);
+        monitor->second_row->row_word_i(wires->second_row->word);
+        monitor->second_row->row_next_word_i(wires->second_row->row_next_word);
+    }
     fifos_.back() = std::move(monitor);
 }
 

@@ -32,9 +32,25 @@ std::optional<PictureReference::Local> PictureReference::local(const functional:
         if (column >= row.sdx || line >= row.sdy) continue;
         const int source_x = row.sx + column;
         const int source_y = row.sy + line;
-        return Local{source_x, source_y, over_the_link(contribution.image->at(source_x, source_y))};
+        Local local{source_x, source_y, over_the_link(contribution.image->at(source_x, source_y))};
+        if (scenario_.composer.smoothing == Smoothing::kBilinear && row.dmultiple > 1) {
+            local.pixel = smoothed(*contribution.image, row, x, y);
+        }
+        return local;
     }
     return std::nullopt;
+}
+
+Pixel PictureReference::smoothed(const PixelImage& image, const ViewportRow& row, int x, int y) const {
+    const ReferenceLines columns = reference_lines(x - row.dx, row.sdx, row.dmultiple);
+    const ReferenceLines lines = reference_lines(y - row.dy, row.sdy, row.dmultiple);
+    const auto pixel = [&](int column, int line) {
+        return over_the_link(image.at(row.sx + column, row.sy + line));
+    };
+    return reference_smoothing(
+        {pixel(columns.own, lines.own), pixel(columns.other, lines.own), pixel(columns.own, lines.other),
+         pixel(columns.other, lines.other), columns.weight, lines.weight},
+        scenario_.composition, far_z(scenario_.depth_format));
 }
 
 PictureReference::Column PictureReference::column(const std::vector<functional::Contribution>& contributions,

@@ -25,7 +25,7 @@ class PictureReference {
     /// What is left of an image's pixel in a word of the memory, after the link.
     Pixel over_the_link(Pixel pixel) const;
 
-    /// A renderer's local pixel at a raster position.
+    /// A renderer's local pixel at a raster position, smoothed if its composer smooths.
     struct Local {
         int source_x = 0;  ///< in its image
         int source_y = 0;
@@ -47,6 +47,8 @@ class PictureReference {
                   const std::vector<int>& missing = {}) const;
 
   private:
+    Pixel smoothed(const PixelImage& image, const ViewportRow& row, int x, int y) const;
+
     const Scenario& scenario_;
 };
 

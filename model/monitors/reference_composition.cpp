@@ -1,6 +1,7 @@
 #include "monitors/reference_composition.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace metabuffer::monitors {
 namespace {
@@ -36,6 +37,36 @@ Pixel reference_composition(Composition composition, Pixel local, Pixel upstream
             return local_in_front ? over(local, upstream) : over(upstream, local);
     }
     return upstream;  // no composition
+}
+
+Pixel reference_smoothing(const ReferenceMixture& mixture, Composition composition, std::uint32_t far_z) {
+    const Pixel own = mixture.own;
+    const bool key = composition == Composition::kZAlphaKey;
+    if (key && own.a() == 0) return own;
+    const auto or_own = [&](Pixel pixel) {
+        return pixel.z() == far_z || (key && pixel.a() == 0) ? own : pixel;
+    };
+    const Pixel beside = or_own(mixture.beside);
+    const Pixel across = or_own(mixture.across);
+    const Pixel diagonal = or_own(mixture.diagonal);
+    const auto channel = [&](std::uint8_t (Pixel::*of)() const) {
+        const std::int64_t x = mixture.weight_x;
+        const std::int64_t y = mixture.weight_y;
+        const std::int64_t sum = (own.*of)() * (256 - x) * (256 - y) + (beside.*of)() * x * (256 - y) +
+                                 (across.*of)() * (256 - x) * y + (diagonal.*of)() * x * y;
+        return static_cast<std::uint8_t>((sum + 32768) / 65536);
+    };
+    return {channel(&Pixel::r), channel(&Pixel::g), channel(&Pixel::b), channel(&Pixel::a), own.z()};
+}
+
+ReferenceLines reference_lines(int distance, int count, int multiple) {
+    ReferenceLines lines;
+    lines.own = lines.other = distance / multiple;
+    const int off_centre = 2 * (distance % multiple) + 1 - multiple;
+    if (off_centre < 0 && lines.own > 0) lines.other = lines.own - 1;
+    if (off_centre > 0 && lines.own + 1 < count) lines.other = lines.own + 1;
+    lines.weight = 256 * std::abs(off_centre) / (2 * multiple);
+    return lines;
 }
 
 }  // namespace metabuffer::monitors

@@ -1,6 +1,7 @@
 #include "monitors/segment_places.h"
 
 #include <algorithm>
+#include <cstddef>
 
 namespace metabuffer::monitors {
 namespace {
@@ -10,7 +11,8 @@ bool shows(int place, int length, int end) { return place < end && place + lengt
 
 }  // namespace
 
-SegmentPlaces::SegmentPlaces(const ViewportRow& row, int raster_width_pixels, int raster_height_pixels)
+SegmentPlaces::SegmentPlaces(const ViewportRow& row, int raster_width_pixels, int raster_height_pixels,
+                             Smoothing smoothing)
     : dx_(row.dx),
       dy_(row.dy),
       width_(row.sdx),
@@ -18,11 +20,47 @@ SegmentPlaces::SegmentPlaces(const ViewportRow& row, int raster_width_pixels, in
       multiple_(std::max<int>(row.dmultiple, 1)),
       right_(std::min(raster_width_pixels, dx_ + width_ * multiple_)),
       bottom_(std::min(raster_height_pixels, dy_ + height_ * multiple_)) {
-    const int last_x = dx_ + (width_ - 1) * multiple_;
-    const int last_y = dy_ + (height_ - 1) * multiple_;
+    smooths_ = smoothing == Smoothing::kBilinear && multiple_ > 1;
+    const auto axis_is_legal = [this](int place, int count, int end) {
+        // The outermost line may lie outside if the one beside it goes into what shows.
+        const int inset = smooths_ && count > 1 ? multiple_ : 0;
+        const int last = place + (count - 1) * multiple_;
+        return place < end && shows(place, multiple_ + inset, end) && last + multiple_ > 0 &&
+               shows(last - inset, multiple_ + inset, end);
+    };
     legal_ = row.dmultiple >= 1 && row.dmultiple <= kMaximumMultiple && width_ > 0 && height_ > 0 &&
-             shows(dx_, multiple_, raster_width_pixels) && shows(dy_, multiple_, raster_height_pixels) &&
-             shows(last_x, multiple_, raster_width_pixels) && shows(last_y, multiple_, raster_height_pixels);
+             axis_is_legal(dx_, width_, raster_width_pixels) &&
+             axis_is_legal(dy_, height_, raster_height_pixels);
+    smooths_ = smooths_ && legal_;
+    if (smooths_) {
+        find_last_uses();
+    }
+}
+
+void SegmentPlaces::find_last_uses() {
+    last_column_.assign(static_cast<std::size_t>(width_), -1);
+    for (int x = left(); x < right_; ++x) {
+        const ReferenceLines lines = columns_at(x);
+        last_column_[static_cast<std::size_t>(lines.own)] = x;
+        last_column_[static_cast<std::size_t>(lines.other)] = x;
+    }
+    last_row_.assign(static_cast<std::size_t>(height_), -1);
+    for (int y = std::max(dy_, 0); y < bottom_; ++y) {
+        const ReferenceLines lines = rows_at(y);
+        last_row_[static_cast<std::size_t>(lines.own)] = y;
+        last_row_[static_cast<std::size_t>(lines.other)] = y;
+    }
+}
+
+std::int64_t SegmentPlaces::used_up_after(int x, int y, std::int64_t used_up) const {
+    for (; used_up < pixels(); ++used_up) {
+        const int last_y = last_row_[static_cast<std::size_t>(used_up / width_)];
+        const int last_x = last_column_[static_cast<std::size_t>(used_up % width_)];
+        if (last_y > y || (last_y == y && y >= 0 && last_x > x)) {
+            break;
+        }
+    }
+    return used_up;
 }
 
 SegmentPlaces::RasterRow SegmentPlaces::raster_row(int y) const {

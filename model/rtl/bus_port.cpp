@@ -60,6 +60,7 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       lost_slot_cycles_(metabuffer::lost_slot_cycles(scenario)),
       raster_width_pixels_(scenario.displays.raster_width_pixels()),
       raster_height_pixels_(scenario.displays.raster_height_pixels()),
+      smoothing_(scenario.composer.smoothing),
       loop_cycles_(bus_loop_cycles(scenario.bus, scenario.memory)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
@@ -318,7 +319,7 @@ void BusPort::start_frame(bool fresh) {
     for (int index = 0; index < row_count_; ++index) {
         const ViewportRow& table_row = table.rows[static_cast<std::size_t>(index)];
         Row& of_row = row(index);
-        of_row.segment = Segment(table_row, raster_width_pixels_, raster_height_pixels_);
+        of_row.segment = Segment(table_row, raster_width_pixels_, raster_height_pixels_, smoothing_);
         of_row.left = of_row.segment.pixels();
         of_row.address =
             first_word + std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;

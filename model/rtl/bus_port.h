@@ -226,6 +226,7 @@ class BusPort final : public Block {
     int lost_slot_cycles_;
     int raster_width_pixels_;
     int raster_height_pixels_;
+    Smoothing smoothing_;
     int loop_cycles_;  ///< that read latency and registers add until a beat's answer is read
     std::int64_t core_period_picoseconds_;
 

@@ -26,6 +26,8 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       display_(static_cast<std::uint16_t>(display)),
       composition_(scenario.composition),
       on_starvation_(scenario.composer.on_starvation),
+      smoothing_(scenario.composer.smoothing),
+      far_z_(far_z(scenario.depth_format)),
       background_{scenario.background_pixel(), true, false},
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_height_(scenario.displays.raster_height_pixels()),
@@ -36,11 +38,15 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       longest_gap_cycles_(longest_beat_gap_cycles(scenario)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       gate_(gating),
-      fifo_("fifo", scenario.composer.buffer_pixels, gating),
-      buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_),
+      fifo_wires_(row_of(kSmoothingTable, smoothing_).window_rows),
+      fifo_("fifo", scenario.composer.buffer_pixels, gating, row_of(kSmoothingTable, smoothing_).window_rows),
+      buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_, smoothing_),
       read_pixel_(registers_, "read_pixel", pixel_bits(scenario), kNoPixel),
       word_pixel_(registers_, "word_pixel", pixel_bits(scenario), kNoPixel),
       bypass_pixel_(registers_, "bypass_pixel", pixel_bits(scenario), kNoPixel),
+      window_(fifo_wires_.second_row == nullptr
+                  ? nullptr
+                  : std::make_unique<SmoothingWindow>(registers_, fifo_wires_, pixel_bits(scenario))),
       announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
       silent_cycles_(registers_, "silent_cycles", bits_for(longest_gap_cycles_)),
       burst_cut_(registers_, "burst_cut", bits_for(cut_cycles_)),
@@ -53,13 +59,19 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
     fifo_.release_i(fifo_wires_.release);
     fifo_.word_o(fifo_wires_.word);
     fifo_.free_o(fifo_wires_.free);
+    if (fifo_wires_.second_row != nullptr) {
+        fifo_.second_row->next_word_o(fifo_wires_.second_row->next_word);
+        fifo_.second_row->row_read_i(fifo_wires_.second_row->read);
+        fifo_.second_row->row_word_o(fifo_wires_.second_row->word);
+        fifo_.second_row->row_next_word_o(fifo_wires_.second_row->row_next_word);
+    }
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
 }
 
 void Composer::reset() {
-    buffer_ = ComposerBuffer(buffer_.capacity_pixels(), raster_width_, raster_height_);
+    buffer_ = ComposerBuffer(buffer_.capacity_pixels(), raster_width_, raster_height_, smoothing_);
     walker_ = ahead_ = SegmentWalker();
     registers_.reset();
     pipemaster_ = pipemaster_i.read();
@@ -72,6 +84,9 @@ void Composer::reset() {
     fifo_wires_.write.write(FifoWrite{});
     fifo_wires_.read.write(FifoRead{});
     fifo_wires_.release.write(FifoRelease{});
+    if (window_ != nullptr) {
+        window_->reset();
+    }
     kept_.count = 0;
     abandoned_pixels_ = 0;
 }
@@ -139,6 +154,7 @@ void Composer::pipeline_edge() {
 
 void Composer::start_frame() {
     running_ = true;
+    buffer_.start_frame();
     walker_ = SegmentWalker(buffer_.segment(), buffer_.has_segment(), raster_width_, raster_height_);
     ahead_ = walker_;
     ahead_.advance();
@@ -155,16 +171,17 @@ void Composer::composite(const PipePixel& upstream) {
     PipePixel out{upstream.pixel, true, upstream.lost || abandoned};
     starved_ = false;
     if (walker_.covered()) {
-        const std::int64_t k = walker_.pixel();
-        starved_ = !abandoned && !buffer_.has_arrived(k);
+        starved_ = !abandoned && !buffer_.has_arrived(walker_.newest_pixel());
         if (starved_) {
             count_glitch({frame_, walker_.x(), walker_.y()}, clock_edge_number(core_period_picoseconds_));
         } else if (!abandoned) {
-            out.pixel = compose(composition_, local_pixel(k), upstream.pixel);
+            out.pixel =
+                compose(composition_, window_ != nullptr ? smoothed_pixel() : local_pixel(walker_.pixel()),
+                        upstream.pixel);
             counters_.replayed_pixels += walker_.replayed() ? 1 : 0;
         }
-        if (walker_.last_use()) {
-            buffer_.release_through(k);
+        if (const std::int64_t released = walker_.released(); released != kNoPixel) {
+            buffer_.release_through(released);
         }
     }
     pipe_o.write(out);
@@ -184,10 +201,14 @@ void Composer::end_frame() {
     buffer_.end_frame();
     word_pixel_ = kNoPixel;  // the pixel there belongs to this frame
     bypass_pixel_ = kNoPixel;
+    if (window_ != nullptr) {
+        window_->forget();
+    }
 }
 
 bool Composer::next_pixel_missing() const {
-    return running_ && walker_.covered() && !buffer_.abandoned() && !buffer_.has_arrived(walker_.pixel());
+    return running_ && walker_.covered() && !buffer_.abandoned() &&
+           !buffer_.has_arrived(walker_.newest_pixel());
 }
 
 // ---- the bus side ----
@@ -342,14 +363,23 @@ void Composer::lose_pixels(std::int64_t count) {
 /// The FIFO reads, writes or releases pixels at this edge.
 bool Composer::fifo_is_told() const {
     return fifo_wires_.read.read().enable || fifo_wires_.write.read().count > 0 ||
-           fifo_wires_.release.read().any();
+           fifo_wires_.release.read().any() || (window_ != nullptr && window_->reads());
 }
 
 /// Called after the pipeline and the bus side: which of this clock's pixels the FIFO stores and releases, and what it
 /// reads.
 void Composer::drive_fifo(int held_before) {
-    follow_read();
-    read_ahead();
+    if (window_ == nullptr) {
+        follow_read();
+        read_ahead();
+    } else {
+        window_->follow_read();
+        if (running_ && walker_.covered()) {
+            window_->next(walker_.window(), buffer_, bus_i.read(), kept_.count > 0);
+        }
+        const std::optional<BlendWindow<std::int64_t>> ahead = window_ahead();
+        window_->read_ahead(ahead ? &*ahead : nullptr, buffer_);
+    }
     if (kept_.count > 0 || fifo_wires_.write.read().count > 0) {
         fifo_wires_.write.write(kept_);
     }
@@ -414,6 +444,16 @@ std::int64_t Composer::pixel_ahead() const {
     }
     const bool covered = buffer_.has_segment() && buffer_.segment().covers(0, 0);
     return covered ? 0 : kNoPixel;
+}
+
+/// The same for all the pixels that are mixed there.
+std::optional<BlendWindow<std::int64_t>> Composer::window_ahead() const {
+    if (running_) {
+        if (ahead_.done() || !ahead_.covered()) return std::nullopt;
+        return ahead_.window();
+    }
+    if (!buffer_.has_segment() || !buffer_.segment().covers(0, 0)) return std::nullopt;
+    return buffer_.segment().window_at(0, 0);
 }
 
 // ---- the handshakes ----
@@ -493,7 +533,7 @@ void Composer::trace(sc_core::sc_trace_file* file) const {
 
 std::string Composer::waiting_for() const {
     if (running_) {
-        return stall_ ? waits::for_segment_pixel(walker_.pixel(), frame_, walker_.x(), walker_.y())
+        return stall_ ? waits::for_segment_pixel(walker_.newest_pixel(), frame_, walker_.x(), walker_.y())
                       : waits::for_column();
     }
     const int next = frame_ + 1;

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 
 #include "datapath/composer_buffer.h"
 #include "report/composer_record.h"
@@ -9,6 +11,7 @@
 #include "rtl/fifo_wires.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
+#include "rtl/smoothing_window.h"
 
 namespace metabuffer::rtl {
 
@@ -33,7 +36,9 @@ namespace metabuffer::rtl {
 /// - PIPEREADY rises after the edge that sees PIPEREADY from below while this composer is prefetched, and falls after
 ///   the edge that sees STARTFRAME. Prefetched means that the next frame's table is complete, and that its segment is
 ///   empty or wholly in the buffer, or the buffer takes no further slot.
-/// - starvation: the segment pixel of a covered raster pixel is not there. `glitch`: the upstream pixel passes and is
+/// - smoothing: a raster pixel is mixed of up to four pixels of two source rows (SmoothingWindow), and waits for all of
+///   them.
+/// - starvation: the segment pixel of a covered raster pixel, or one that is mixed with it, is not there. `glitch`: the upstream pixel passes and is
 ///   counted. `stall`: STALL is raised one clock ahead, and the column stands still at the next edge; while COLUMNSTALL
 ///   is high no register of the pipeline side changes. In `glitch` mode COLUMNSTALL is not read.
 /// - a pixel lost on the bus is noticed by the index that the next beat names, or by the next frame's table. The rest
@@ -84,10 +89,15 @@ class Composer final : public Block, public ComposerRecord {
     Pixel local_pixel(std::int64_t pixel) const {
         return Pixel(bypass_pixel_ == pixel ? bypass_word_.value() : fifo_wires_.word.read());
     }
+    Pixel smoothed_pixel() const {
+        return blend(window_->pixels(walker_.window()), walker_.weight_x(), walker_.weight_y(), composition_,
+                     far_z_);
+    }
     void drive_fifo(int held_before);
     void follow_read();
     void read_ahead();
     std::int64_t pixel_ahead() const;
+    std::optional<BlendWindow<std::int64_t>> window_ahead() const;
     void pipeline_edge();
     void start_frame();
     void composite(const PipePixel& upstream);
@@ -112,6 +122,8 @@ class Composer final : public Block, public ComposerRecord {
     std::uint16_t display_;
     Composition composition_;
     StarvationMode on_starvation_;
+    Smoothing smoothing_;
+    std::uint32_t far_z_;
     PipePixel background_;
     int raster_width_;
     int raster_height_;
@@ -145,8 +157,9 @@ class Composer final : public Block, public ComposerRecord {
     Register<std::int64_t> word_pixel_;    ///< the pixel at the FIFO's output; -1: none
     Register<std::int64_t> bypass_pixel_;  ///< the pixel in bypass_word; -1: none
     Register<std::uint64_t> bypass_word_{registers_, "bypass_word", 64};
-    Register<int> announced_;      ///< pixels of the burst under way that are still to come
-    Register<int> silent_cycles_;  ///< since its last beat, while announced_ > 0
+    std::unique_ptr<SmoothingWindow> window_;  ///< instead of those four; null in a composer that replicates
+    Register<int> announced_;                  ///< pixels of the burst under way that are still to come
+    Register<int> silent_cycles_;              ///< since its last beat, while announced_ > 0
     Register<int> burst_cut_;  ///< clocks in which beats may still come of a burst that BUSREADY has ended
     Register<std::uint32_t> next_row_;  ///< index in the newest frame's table of the row that must come next
     Register<int> frame_;               ///< number of the frame composited, from 0

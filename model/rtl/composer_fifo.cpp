@@ -6,8 +6,10 @@
 
 namespace metabuffer::rtl {
 
-ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, ClockGating gating)
+ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, ClockGating gating,
+                           int window_rows)
     : Block(name),
+      second_row(window_rows > 1 ? std::make_unique<SecondRowPins>() : nullptr),
       capacity_(static_cast<std::uint32_t>(capacity_pixels)),
       storage_(static_cast<std::size_t>(buffer_addresses(capacity_pixels))),
       gate_(gating),
@@ -22,6 +24,9 @@ void ComposerFifo::end_of_elaboration() {
     wake_events_ |= write_i.value_changed_event();
     wake_events_ |= read_i.value_changed_event();
     wake_events_ |= release_i.value_changed_event();
+    if (second_row != nullptr) {
+        wake_events_ |= second_row->row_read_i.value_changed_event();
+    }
 }
 
 void ComposerFifo::clock_edge() {
@@ -32,6 +37,11 @@ void ComposerFifo::clock_edge() {
         registers_.reset();
         word_o.write(0);
         free_o.write(capacity_);
+        if (second_row != nullptr) {
+            second_row->next_word_o.write(0);
+            second_row->row_word_o.write(0);
+            second_row->row_next_word_o.write(0);
+        }
         return;
     }
     const FifoWrite& write = write_i.read();
@@ -44,15 +54,30 @@ void ComposerFifo::clock_edge() {
     if (write.count > 0) {
         store(write);
     }
-    if (read.enable) {
-        if (read.address < storage_.size()) {
-            word_o.write(storage_[read.address]);
-        } else {
-            refuse("address", "to read address " + std::to_string(read.address));
-        }
+    bool reads = read.enable;
+    put_out(read, word_o, second_row == nullptr ? nullptr : &second_row->next_word_o);
+    if (second_row != nullptr) {
+        const FifoRead& row_read = second_row->row_read_i.read();
+        reads = reads || row_read.enable;
+        put_out(row_read, second_row->row_word_o, &second_row->row_next_word_o);
     }
-    if (gate_.idle_edge(!changes_level && !read.enable)) {
+    if (gate_.idle_edge(!changes_level && !reads)) {
         next_trigger(wake_events_);
+    }
+}
+
+void ComposerFifo::put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,
+                           sc_core::sc_out<std::uint64_t>* next_word) const {
+    if (!read.enable) {
+        return;
+    }
+    if (read.address >= storage_.size()) {
+        refuse("address", "to read address " + std::to_string(read.address));
+        return;
+    }
+    word.write(storage_[read.address]);
+    if (next_word != nullptr) {
+        next_word->write(storage_[(read.address + 1) % storage_.size()]);
     }
 }
 
@@ -98,6 +123,12 @@ void ComposerFifo::trace(sc_core::sc_trace_file* file) const {
     sc_trace(file, release_i.read(), path("release"));
     sc_core::sc_trace(file, word_o, path("word"));
     sc_core::sc_trace(file, free_o, path("free"));
+    if (second_row != nullptr) {
+        sc_core::sc_trace(file, second_row->next_word_o, path("next_word"));
+        sc_trace(file, second_row->row_read_i.read(), path("row_read"));
+        sc_core::sc_trace(file, second_row->row_word_o, path("row_word"));
+        sc_core::sc_trace(file, second_row->row_next_word_o, path("row_next_word"));
+    }
 }
 
 }  // namespace metabuffer::rtl

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "rtl/block.h"
+#include "rtl/fifo_wires.h"
 #include "rtl/register.h"
 #include "rtl/signals.h"
 
@@ -16,6 +18,9 @@ namespace metabuffer::rtl {
 ///
 /// The memory has buffer_addresses(capacity) addresses; after the last comes the first. It never holds more pixels than
 /// its capacity.
+///
+/// For a composer that smooths, the window holds two source rows: the FIFO then has a second read port, and each port
+/// gives the word after the one that is read, too.
 ///
 /// All outputs are registered. At a clock's edge
 /// - the words of write_i are stored;
@@ -35,9 +40,11 @@ class ComposerFifo final : public Block {
     sc_core::sc_out<std::uint64_t> word_o{"word_o"};
     sc_core::sc_out<std::uint32_t> free_o{"free_o"};
 
-    /// capacity_pixels: 1 or more.
+    std::unique_ptr<SecondRowPins> second_row;  ///< null with a window of one row
+
+    /// capacity_pixels: 1 or more; window_rows: 1 or 2.
     ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels,
-                 ClockGating gating = ClockGating::kOn);
+                 ClockGating gating = ClockGating::kOn, int window_rows = 1);
     SC_HAS_PROCESS(ComposerFifo);
 
     void trace(sc_core::sc_trace_file* file) const override;
@@ -46,6 +53,8 @@ class ComposerFifo final : public Block {
     void end_of_elaboration() override;
     void clock_edge();
     void store(const FifoWrite& write);
+    void put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,
+                 sc_core::sc_out<std::uint64_t>* next_word) const;
     void account(const FifoWrite& write, const FifoRelease& release);
     void refuse(const char* kind, const std::string& what) const;
 

@@ -1,19 +1,42 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <systemc>
 
 #include "rtl/signals.h"
 
 namespace metabuffer::rtl {
 
+/// What a composer's FIFO has besides if its window holds two source rows: a second read port, and at both ports the word
+/// after the one that is read. Consecutive words lie in different banks, so the pair takes no further port.
+struct SecondRowPins {
+    sc_core::sc_out<std::uint64_t> next_word_o{"next_word_o"};  ///< after the one at word_o
+    sc_core::sc_in<FifoRead> row_read_i{"row_read_i"};
+    sc_core::sc_out<std::uint64_t> row_word_o{"row_word_o"};
+    sc_core::sc_out<std::uint64_t> row_next_word_o{"row_next_word_o"};
+};
+
 /// The wires between a composer and its FIFO.
 struct FifoWires {
+    /// Of a second read port.
+    struct SecondRow {
+        sc_core::sc_signal<std::uint64_t> next_word{"fifo_next_word"};
+        sc_core::sc_signal<FifoRead> read{"fifo_row_read"};
+        sc_core::sc_signal<std::uint64_t> word{"fifo_row_word"};
+        sc_core::sc_signal<std::uint64_t> row_next_word{"fifo_row_next_word"};
+    };
+
+    /// window_rows: source rows in the composer's window, 1 or 2.
+    explicit FifoWires(int window_rows = 1)
+        : second_row(window_rows > 1 ? std::make_unique<SecondRow>() : nullptr) {}
+
     sc_core::sc_signal<FifoWrite> write{"fifo_write"};
     sc_core::sc_signal<FifoRead> read{"fifo_read"};
     sc_core::sc_signal<FifoRelease> release{"fifo_release"};
     sc_core::sc_signal<std::uint64_t> word{"fifo_word"};
     sc_core::sc_signal<std::uint32_t> free{"fifo_free"};
+    std::unique_ptr<SecondRow> second_row;  ///< null with a window of one row
 };
 
 }  // namespace metabuffer::rtl

@@ -59,6 +59,12 @@ struct EnumNames<StarvationMode> {
 };
 
 template <>
+struct EnumNames<Smoothing> {
+    static constexpr const char* kWhat = "a smoothing";
+    static constexpr const auto& kTable = kSmoothingTable;
+};
+
+template <>
 struct EnumNames<MemoryPorts> {
     static constexpr const char* kWhat = "a kind of memory ports";
     static constexpr auto kTable =

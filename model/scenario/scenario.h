@@ -19,6 +19,7 @@
 #include "formats/dvi_timing.h"
 #include "formats/image_files.h"
 #include "formats/pixel.h"
+#include "formats/smoothing.h"
 #include "formats/stored_image.h"
 #include "formats/tmds.h"
 #include "formats/viewport_splitter.h"
@@ -254,6 +255,7 @@ struct ComposerConfig {
     int buffer_pixels = 1024;
     int ready_space_pixels = 32;
     StarvationMode on_starvation = StarvationMode::kGlitch;
+    Smoothing smoothing = Smoothing::kReplicate;
 };
 
 /// Pixels that the bus moves in one beat: the lesser of bus and memory, at least one.
@@ -352,6 +354,11 @@ struct Scenario {
         return {displays.background[0], displays.background[1], displays.background[2], 0,
                 far_z(depth_format)};
     }
+    /// The table that the host makes for an image of the renderer at that viewport. Throws what split_viewport throws.
+    ViewportTable table_for(const Viewport& viewport, const Renderer& renderer) const {
+        return split_viewport(viewport, renderer.image_width_pixels, renderer.image_height_pixels,
+                              displays.wall(), composer.smoothing);
+    }
     ViewportLimits limits(const Renderer& renderer) const {
         return {displays.count(),
                 renderer.image_width_pixels,
@@ -359,7 +366,8 @@ struct Scenario {
                 displays.raster_width_pixels(),
                 displays.raster_height_pixels(),
                 composer.buffer_pixels,
-                composer.ready_space_pixels};
+                composer.ready_space_pixels,
+                composer.smoothing};
     }
 };
 

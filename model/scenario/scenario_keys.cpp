@@ -296,6 +296,9 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
             }),
         choice<StarvationMode, &Scenario::composer, &ComposerConfig::on_starvation>(
             "composer.on_starvation", "what happens when a local pixel has not come in time"),
+        choice<Smoothing, &Scenario::composer, &ComposerConfig::smoothing>(
+            "composer.smoothing",
+            "how a composer magnifies: it repeats each source pixel, or mixes those around a raster pixel"),
         map("links"),
         choice<LinkLayer, &Scenario::links, &LinkConfig::layer>(
             "links.layer",

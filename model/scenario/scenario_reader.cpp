@@ -328,11 +328,10 @@ const std::shared_ptr<const StoredImage>& image_of(const FrameSource& source, co
 }
 
 void split_viewport_of(RendererFrame& frame, const Entry& entry, const Renderer& renderer,
-                       const DisplayWall& wall) {
+                       const Scenario& scenario) {
     if (!frame.viewport.has_value()) return;
     try {
-        frame.table =
-            split_viewport(*frame.viewport, renderer.image_width_pixels, renderer.image_height_pixels, wall);
+        frame.table = scenario.table_for(*frame.viewport, renderer);
     } catch (const std::invalid_argument& error) {
         entry.child("viewport").fail(error.what());
     }
@@ -354,7 +353,7 @@ void read_images(const RendererSource& source, Scenario& scenario, ImageShelf& s
         const StoredImage& first = *renderer.images.front();
         renderer.image_width_pixels = first.width_pixels();
         renderer.image_height_pixels = first.height_pixels();
-        split_viewport_of(frame, frame_source.entry, renderer, scenario.displays.wall());
+        split_viewport_of(frame, frame_source.entry, renderer, scenario);
     }
 }
 

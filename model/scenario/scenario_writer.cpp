@@ -115,11 +115,10 @@ class ReadFiles final : public FileNames {
 
 // ---- the scenario's text ----
 
-bool is_split_of_viewport(const RendererFrame& frame, const Renderer& renderer, const DisplayWall& wall) {
+bool is_split_of_viewport(const RendererFrame& frame, const Renderer& renderer, const Scenario& scenario) {
     if (!frame.viewport.has_value()) return false;
     try {
-        return frame.table == split_viewport(*frame.viewport, renderer.image_width_pixels,
-                                             renderer.image_height_pixels, wall);
+        return frame.table == scenario.table_for(*frame.viewport, renderer);
     } catch (const std::invalid_argument&) {
         return false;
     }
@@ -202,7 +201,7 @@ std::string slots_text(const std::vector<int>& displays) {
     return flow_list(slots);
 }
 
-void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWall& wall, FileNames& names) {
+void write_renderer(std::ostream& out, const Renderer& renderer, const Scenario& scenario, FileNames& names) {
     out << "  - name: " << name("renderers.name", renderer.name) << "\n    frames:\n";
     for (const RendererFrame& frame : renderer.frames) {
         const ImageFiles files = names.files_of(*renderer.images[frame.image]);
@@ -211,7 +210,7 @@ void write_renderer(std::ostream& out, const Renderer& renderer, const DisplayWa
             members.push_back("depth: " + name("renderers.frames.depth", files.depth->string()));
         }
         if (files.z) members.push_back("z: " + text::number(*files.z));
-        if (is_split_of_viewport(frame, renderer, wall)) {
+        if (is_split_of_viewport(frame, renderer, scenario)) {
             const std::string path = "renderers[].frames[].viewport";
             members.push_back("viewport: " + flow_map(members_of(viewport_rows(), path, *frame.viewport)));
         } else {
@@ -241,7 +240,7 @@ std::string scenario_text(const Scenario& scenario, FileNames& files) {
     write_settings(out, scenario, files);
     out << "renderers:\n";
     for (const Renderer& renderer : scenario.renderers) {
-        write_renderer(out, renderer, scenario.displays.wall(), files);
+        write_renderer(out, renderer, scenario, files);
     }
     if (!scenario.faults.empty()) out << "faults:\n";
     for (const Fault& fault : scenario.faults) write_fault(out, fault, scenario);

@@ -24,7 +24,8 @@ void BufferTime::begin_frame(int frame, const ViewportRow* row, std::int64_t tab
         return;
     }
     state.has_row = true;
-    state.segment = Segment(*row, config_.raster_width_pixels, config_.raster_height_pixels);
+    state.segment =
+        Segment(*row, config_.raster_width_pixels, config_.raster_height_pixels, config_.smoothing);
     state.pixels = state.segment.pixels();
     state.prefetched_at = std::min<std::int64_t>(
         state.pixels, config_.capacity_pixels - config_.ready_space_pixels + std::int64_t{1});
@@ -154,9 +155,14 @@ void BufferTime::start_frame(int frame) {
 }
 
 void BufferTime::tell_needed_step(const Frame& frame) {
-    column_.set_needed_step(config_.renderer, frame.planned < frame.pixels
-                                                  ? config_.renderer + frame.segment.first_use(frame.planned)
-                                                  : kNoStep);
+    std::int64_t step = kNoStep;
+    if (frame.planned < frame.pixels) {
+        const std::int64_t needed = frame.segment.first_use(frame.planned);
+        if (needed < frame.segment.never()) {
+            step = config_.renderer + needed;
+        }
+    }
+    column_.set_needed_step(config_.renderer, step);
 }
 
 /// Reports to the column each pixel that arrives later than the column needs it if nothing else delays the column. Each
@@ -164,6 +170,10 @@ void BufferTime::tell_needed_step(const Frame& frame) {
 /// stands for all.
 void BufferTime::tell_late_arrivals(const Run& run) {
     const Segment& segment = slot(run.frame).segment;
+    if (segment.smooths()) {
+        tell_smoothed_late_arrivals(run);
+        return;
+    }
     const FrameTime& time = column_.frame(run.frame);
     for (std::int64_t i = 0; i < run.pixels; ++i) {
         const std::int64_t step = config_.renderer + segment.first_use(run.first_pixel + i);
@@ -173,6 +183,31 @@ void BufferTime::tell_late_arrivals(const Run& run) {
         }
         if (config_.cycles_per_beat == 1) {
             return;
+        }
+    }
+}
+
+/// Several pixels may be needed first in the same step. It waits for the last of them, so that one is reported; until it
+/// has come, the step is the needed one.
+void BufferTime::tell_smoothed_late_arrivals(const Run& run) {
+    const Segment& segment = slot(run.frame).segment;
+    const FrameTime& time = column_.frame(run.frame);
+    if (last_arrival(run) <= time.extrapolated_cycle(config_.renderer + segment.first_use(run.first_pixel))) {
+        return;
+    }
+    for (std::int64_t i = 0; i < run.pixels; ++i) {
+        const std::int64_t k = run.first_pixel + i;
+        const std::int64_t position = segment.first_use(k);
+        if (position == segment.never()) {
+            return;
+        }
+        if (k + 1 < segment.pixels() && segment.first_use(k + 1) == position) {
+            continue;
+        }
+        const std::int64_t step = config_.renderer + position;
+        const std::int64_t cycle = arrival(run, i);
+        if (cycle > time.extrapolated_cycle(step)) {
+            column_.add_arrival(config_.renderer, step, cycle);
         }
     }
 }
@@ -285,7 +320,10 @@ std::int64_t BufferTime::released(const Frame& frame, std::int64_t cycle) const 
         return 0;
     }
     const std::int64_t composited = column_.frame(frame.number).step_at(cycle) - config_.renderer;
-    return composited <= 0 ? 0 : frame.segment.released_before(std::min(composited, column_.raster_pixels()));
+    if (composited <= 0) {
+        return composited == 0 ? frame.segment.skipped_pixels() : 0;
+    }
+    return frame.segment.released_before(std::min(composited, column_.raster_pixels()));
 }
 
 std::int64_t BufferTime::held_of_previous(int frame, std::int64_t cycle) const {
@@ -311,7 +349,9 @@ bool BufferTime::is_settled(const Run& run, std::int64_t now) const {
     const bool previous_known = !keeps(run.frame - 1) || last <= column_.known_through(now) ||
                                 (column_.started(run.frame - 1) &&
                                  column_.frame(run.frame - 1).last_known_step() >= frame_end_step());
-    return previous_known && last <= start + config_.renderer && last <= start + first_use;
+    // STARTFRAME may release pixels.
+    const int before_start = frame.segment.skipped_pixels() > 0 ? 1 : 0;
+    return previous_known && last <= start + config_.renderer - before_start && last <= start + first_use;
 }
 
 /// Counts what cannot change any more, so that little need be kept.
@@ -349,19 +389,32 @@ void BufferTime::count_run(const Run& run) {
     }
     count_high_water(run);
     if (on_level_) tell_levels(run);
-    if (!column_.may_stall() && column_.started(run.frame)) {
+    if (!column_.started(run.frame)) {
+        return;
+    }
+    if (!column_.may_stall()) {
         count_starved_and_late(run, true);
+    } else if (slot(run.frame).segment.has_unused_pixels()) {
+        count_smoothed(run, true);
     }
 }
 
+bool BufferTime::releases_one_a_clock(int frame) const {
+    return !keeps(frame) || !slot(frame).has_row || !slot(frame).segment.smooths();
+}
+
 /// On a bus with a beat each clock the number of held pixels never falls from one beat to the next, since a clock
-/// releases at most one pixel; so the last beat of a run stands for all.
+/// releases at most one pixel, unless a segment is smoothed; so the last beat of a run stands for all.
 void BufferTime::count_high_water(const Run& run) {
     if (counters_.buffer_high_water == config_.capacity_pixels) {
         return;
     }
     std::int64_t& high_water = counters_.buffer_high_water;
-    const int first = config_.cycles_per_beat == 1 ? run.pixels : 1;
+    const bool one_a_clock = releases_one_a_clock(run.frame) && releases_one_a_clock(run.frame - 1);
+    if (!one_a_clock && held_with(run, run.pixels, run.first_arrival) <= high_water) {
+        return;  // it would not be more with all that the run releases
+    }
+    const int first = config_.cycles_per_beat == 1 && one_a_clock ? run.pixels : 1;
     for (int pixels = first; pixels <= run.pixels; ++pixels) {
         high_water = std::max<std::int64_t>(high_water, held_with(run, pixels, arrival(run, pixels - 1)));
     }
@@ -398,6 +451,10 @@ void BufferTime::count_starved_and_late(const Run& run, bool count_late) {
         return;
     }
     const Segment& segment = frame.segment;
+    if (segment.smooths()) {
+        count_smoothed(run, count_late);
+        return;
+    }
     const std::int64_t base = column_.frame(run.frame).start_cycle() + config_.renderer;
     const bool in_order = config_.cycles_per_beat == 1;
     if (in_order && run.first_arrival - base <= segment.first_use(run.first_pixel)) {
@@ -437,6 +494,50 @@ void BufferTime::count_starved_and_late(const Run& run, bool count_late) {
     }
 }
 
+/// The same for a smoothed segment: a raster position starves with the newest of its pixels. In `stall` mode none
+/// starves, but pixels that no position needs may be late.
+void BufferTime::count_smoothed(const Run& run, bool count_late) {
+    Frame& frame = slot(run.frame);
+    const Segment& segment = frame.segment;
+    const FrameTime& time = column_.frame(run.frame);
+    const auto composited_by = [&](std::int64_t cycle) { return time.step_at(cycle) - config_.renderer; };
+    const std::int64_t first_need =
+        std::min(segment.first_use(run.first_pixel), segment.last_use(run.first_pixel));
+    if (composited_by(last_arrival(run)) <= first_need) {
+        return;  // all have come in time, as no pixel after the first is needed sooner
+    }
+    const bool note_starved = !column_.may_stall() && !run.starved_counted && !frame.closed;
+    for (std::int64_t i = 0; i < run.pixels; ++i) {
+        const std::int64_t k = run.first_pixel + i;
+        const std::int64_t missing_before =
+            composited_by(arrival(run, i));  // positions before this one starve
+        if (count_late && segment.last_use(k) < missing_before) {
+            ++counters_.late_pixels;
+        }
+        if (note_starved) {
+            starve_block(frame, k, missing_before);
+        }
+    }
+}
+
+/// The positions before `missing_before` whose newest pixel is k starve.
+void BufferTime::starve_block(Frame& frame, std::int64_t k, std::int64_t missing_before) const {
+    const Segment& segment = frame.segment;
+    const auto width = std::int64_t{segment.row().sdx};
+    const Segment::Range columns = segment.newest_columns(static_cast<int>(k % width));
+    const Segment::Range rows = segment.newest_rows(static_cast<int>(k / width));
+    if (columns.begin == columns.end) {
+        return;
+    }
+    for (int y = rows.begin; y < rows.end; ++y) {
+        const std::int64_t reach = missing_before - std::int64_t{y} * config_.raster_width_pixels;
+        if (reach <= columns.begin) {
+            break;
+        }
+        add_starved(frame, y, columns.begin, static_cast<int>(std::min<std::int64_t>(columns.end, reach)));
+    }
+}
+
 void BufferTime::add_starved(Frame& frame, int y, int x_begin, int x_end) const {
     if (!frame.starved.empty()) {
         StarvedRun& last = frame.starved.back();
@@ -456,10 +557,9 @@ void BufferTime::starve_unsent(Frame& frame, std::int64_t limit) const {
     while (k < frame.pixels) {
         const auto column = static_cast<int>(k % row.sdx);
         const auto source_row = static_cast<int>(k / row.sdx);
-        const int x_begin = std::max(segment.left(), row.dx + column * row.dmultiple);
-        const int y_begin = std::max(segment.top(), row.dy + source_row * row.dmultiple);
-        const int y_end = std::min(segment.bottom(), row.dy + (source_row + 1) * row.dmultiple);
-        for (int y = y_begin; y < y_end; ++y) {
+        const int x_begin = segment.newest_columns(column).begin;
+        const Segment::Range rows = segment.newest_rows(source_row);
+        for (int y = rows.begin; y < rows.end && x_begin < segment.right(); ++y) {
             const std::int64_t reach = limit - std::int64_t{y} * config_.raster_width_pixels;
             if (reach <= x_begin) {
                 break;

@@ -54,6 +54,7 @@ class BufferTime {
         int answer_cycles = 0;        ///< registers on the way back: BUSREADY is read that many clocks later
         int raster_width_pixels = 0;  ///< of the display
         int raster_height_pixels = 0;
+        Smoothing smoothing = Smoothing::kReplicate;
     };
     /// The column must outlive the buffer.
     BufferTime(const Config& config, ColumnTime& column);
@@ -161,6 +162,7 @@ class BufferTime {
     std::int64_t not_before(const Release& release, std::int64_t now) const;
     void tell_needed_step(const Frame& frame);
     void tell_late_arrivals(const Run& run);
+    void tell_smoothed_late_arrivals(const Run& run);
     bool is_settled(const Run& run, std::int64_t now) const;
     void settle(std::int64_t through_cycle, std::int64_t now);
     void count_run(const Run& run);
@@ -169,6 +171,9 @@ class BufferTime {
     void count_high_water(const Run& run);
     int held_with(const Run& run, int pixels, std::int64_t cycle) const;
     void count_starved_and_late(const Run& run, bool count_late);
+    void count_smoothed(const Run& run, bool count_late);
+    void starve_block(Frame& frame, std::int64_t k, std::int64_t missing_before) const;
+    bool releases_one_a_clock(int frame) const;
     void add_starved(Frame& frame, int y, int x_begin, int x_end) const;
     void starve_unsent(Frame& frame, std::int64_t limit) const;
     std::int64_t replayed_positions(const Segment& segment, std::int64_t limit) const;

@@ -17,6 +17,54 @@ int rows_a_band(const DisplayConfig& displays) {
     return std::min(blocks * displays.supersample, displays.raster_height_pixels());
 }
 
+/// The weights of the raster columns of a segment, and room for its rows.
+void start_smoothing(const Segment& segment, SmoothingLines& lines) {
+    const ViewportRow& row = segment.row();
+    const int width = segment.right() - segment.left();
+    BlendCounter counter(row.dmultiple, (segment.left() - row.dx) % row.dmultiple);
+    lines.weights_x.resize(static_cast<std::size_t>(width));
+    for (std::uint32_t& weight : lines.weights_x) {
+        weight = static_cast<std::uint32_t>(counter.weight());
+        counter.step();
+    }
+    for (SmoothingLines::Source& source : lines.sources) {
+        source.row = -1;
+    }
+    if (lines.mixed.width_pixels != width) {
+        lines.mixed = PixelPlanes(width, 1);
+        for (SmoothingLines::Source& source : lines.sources) {
+            source.own = source.beside = lines.mixed;
+        }
+    }
+}
+
+/// Each source column of a row as often as it shows, and as often as it is the neighbour.
+void lay_out(const PixelPlanes& content, const Segment& segment, int source_row,
+             SmoothingLines::Source& source) {
+    const ViewportRow& row = segment.row();
+    const std::size_t first = content.index(row.sx, row.sy + source_row);
+    const PixelSpan pixels{&content.argb[first], &content.z[first]};
+    const auto width = static_cast<std::size_t>(segment.right() - segment.left());
+    replicate_span(pixels, row.dmultiple, segment.left() - row.dx, source.own.argb.data(),
+                   source.own.z.data(), width);
+    const int half = row.dmultiple / 2;
+    const int middle = row.dmultiple % 2;  // a raster column of each block that has no neighbour
+    const auto fill = [&](int x, int count, int column) {
+        const int begin = std::clamp(x, segment.left(), segment.right()) - segment.left();
+        const int end = std::clamp(x + count, segment.left(), segment.right()) - segment.left();
+        const auto of = static_cast<std::size_t>(std::clamp<int>(column, 0, row.sdx - 1));
+        std::fill(source.beside.argb.begin() + begin, source.beside.argb.begin() + end, pixels.argb[of]);
+        std::fill(source.beside.z.begin() + begin, source.beside.z.begin() + end, pixels.z[of]);
+    };
+    for (int column = 0; column < row.sdx; ++column) {
+        const int x = row.dx + column * row.dmultiple;
+        fill(x, half, column - 1);
+        fill(x + half, middle, column);
+        fill(x + half + middle, half, column + 1);
+    }
+    source.row = source_row;
+}
+
 }  // namespace
 
 Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, ColumnTime& column,
@@ -30,7 +78,8 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       buffer_({settings.renderer, scenario.composer.buffer_pixels, scenario.composer.ready_space_pixels,
                pixels_per_beat(scenario.bus, scenario.memory), cycles_per_beat(scenario.bus),
                in_flight_pixels(scenario.bus, scenario.memory), scenario.bus.register_stages,
-               scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels()},
+               scenario.displays.raster_width_pixels(), scenario.displays.raster_height_pixels(),
+               scenario.composer.smoothing},
               column) {
     bus_socket.register_b_transport(this, &Composer::take_transfer);
     pipe_in_socket.register_b_transport(this, &Composer::take_band);
@@ -49,6 +98,9 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
         if (settings.images) {
             raster_ = PixelPlanes(scenario.displays.raster_width_pixels(), rows_a_band(scenario.displays));
             line_ = PixelPlanes(scenario.displays.raster_width_pixels(), 1);
+            if (scenario.composer.smoothing == Smoothing::kBilinear) {
+                smoothing_lines_ = std::make_unique<SmoothingLines>();
+            }
         }
     }
 }
@@ -221,6 +273,7 @@ void Composer::send_frame_down() {
     pipeline_->frame = column_.newest_frame();
     pipeline_->raster = settings_.images ? &raster_ : nullptr;
     pipeline_->line = settings_.images ? &line_ : nullptr;
+    pipeline_->smoothing = smoothing_lines_.get();
     for (int first_row = 0; first_row < height; first_row += band_rows) {
         pipeline_->first_row = first_row;
         pipeline_->rows = std::min(band_rows, height - first_row);
@@ -263,11 +316,44 @@ void Composer::composite(const PipelineFrame& band) {
         return;
     }
     line_row_ = -1;
+    if (segment->smooths()) {
+        start_smoothing(*segment, *band.smoothing);
+    }
     const int first = std::max(segment->top(), band.first_row);
     const int last = std::min(segment->bottom(), band.first_row + band.rows);
     for (int y = first; y < last; ++y) {
         composite_row(band, y, *content, *segment);
     }
+}
+
+/// The segment's local pixels of a raster row, from its left on.
+PixelSpan Composer::smoothed_row(const PipelineFrame& band, int y, const PixelPlanes& content,
+                                 const Segment& segment) const {
+    SmoothingLines& lines = *band.smoothing;
+    const ViewportRow& row = segment.row();
+    const BlendCounter counter(row.dmultiple, (y - row.dy) % row.dmultiple);
+    const int own_row = (y - row.dy) / row.dmultiple;
+    const int other = own_row + counter.side();
+    const bool has_other = other != own_row && other >= 0 && other < row.sdy;
+    const auto source_of = [&](int source_row) -> const SmoothingLines::Source& {
+        // Of two rows that are neighbours, one is even.
+        SmoothingLines::Source& source = lines.sources[static_cast<std::size_t>(source_row % 2)];
+        if (source.row != source_row) {
+            lay_out(content, segment, source_row, source);
+        }
+        return source;
+    };
+    const auto span_of = [](const PixelPlanes& planes) {
+        return PixelSpan{planes.argb.data(), planes.z.data()};
+    };
+    const SmoothingLines::Source& own = source_of(own_row);
+    const SmoothingLines::Source& across = has_other ? source_of(other) : own;
+    BlendSpans spans{span_of(own.own), span_of(own.beside), span_of(across.own), span_of(across.beside)};
+    spans.weights_x = lines.weights_x.data();
+    spans.weight_y = has_other ? counter.weight() : 0;
+    blend_span(scenario_.composition, far_z(scenario_.depth_format), spans, lines.mixed.argb.data(),
+               static_cast<std::size_t>(segment.right() - segment.left()));
+    return {lines.mixed.argb.data(), spans.own.z};
 }
 
 void Composer::composite_row(const PipelineFrame& band, int y, const PixelPlanes& content,
@@ -278,7 +364,9 @@ void Composer::composite_row(const PipelineFrame& band, int y, const PixelPlanes
     const auto width = static_cast<std::size_t>(segment.right() - segment.left());
     const std::size_t source = content.index(row.sx, row.sy + source_row);
     PixelSpan local{&content.argb[source], &content.z[source]};
-    if (row.dmultiple == 1) {
+    if (segment.smooths()) {
+        local = smoothed_row(band, y, content, segment);
+    } else if (row.dmultiple == 1) {
         local.argb += clipped;
         local.z += clipped;
     } else {
@@ -331,8 +419,8 @@ std::string Composer::waiting_for(std::int64_t through_cycle) const {
         const auto y = static_cast<int>(position / width);
         const Segment* const segment = buffer_.segment(frame);
         if (column_.may_stall() && segment != nullptr && segment->covers(x, y) &&
-            buffer_.arrived(frame, through_cycle) <= segment->pixel_at(x, y)) {
-            return waits::for_segment_pixel(segment->pixel_at(x, y), frame, x, y);
+            buffer_.arrived(frame, through_cycle) <= segment->newest_at(x, y)) {
+            return waits::for_segment_pixel(segment->newest_at(x, y), frame, x, y);
         }
         return waits::for_column();
     }

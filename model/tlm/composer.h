@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <systemc>
 
 #include "datapath/composition.h"
+#include "datapath/span.h"
 #include "scenario/scenario.h"
 #include "tlm/buffer_time.h"
 #include "tlm/column_time.h"
@@ -70,6 +72,8 @@ class Composer final : public sc_core::sc_module {
     void take_band(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
     void composite(const PipelineFrame& band);
     void composite_row(const PipelineFrame& band, int y, const PixelPlanes& content, const Segment& segment);
+    PixelSpan smoothed_row(const PipelineFrame& band, int y, const PixelPlanes& content,
+                           const Segment& segment) const;
 
     const Scenario& scenario_;
     Settings settings_;
@@ -92,6 +96,7 @@ class Composer final : public sc_core::sc_module {
     Message<PipelineFrame> pipeline_;
     PixelPlanes raster_;  ///< PIPEMASTER
     PixelPlanes line_;
+    std::unique_ptr<SmoothingLines> smoothing_lines_;  ///< PIPEMASTER of a machine that smooths
 };
 
 }  // namespace metabuffer::tlm

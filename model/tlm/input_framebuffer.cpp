@@ -263,7 +263,8 @@ void InputFramebuffer::start_frame(std::int64_t cycle) {
         Row row;
         row.address = std::int64_t{table_row.sy} * renderer_.image_width_pixels + table_row.sx;
         if (scenario_.memory.shared()) row.address += first_word_of(front_device_);
-        row.segment = Segment(table_row, limits_.raster_width_pixels, limits_.raster_height_pixels);
+        row.segment =
+            Segment(table_row, limits_.raster_width_pixels, limits_.raster_height_pixels, limits_.smoothing);
         row.pixels = row.segment.pixels();
         pixels_left_ += row.pixels;
         rows_.push_back(row);

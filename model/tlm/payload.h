@@ -3,6 +3,7 @@
 #include <tlm_utils/passthrough_target_socket.h>
 #include <tlm_utils/simple_initiator_socket.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -199,6 +200,19 @@ struct BusNotice : Extension<BusNotice> {
     std::int64_t table_cycle = 0;             ///< from this clock on
 };
 
+/// Room for a raster row of a smoothed segment, and for what it is mixed of.
+struct SmoothingLines {
+    /// A source row as its raster pixels use it: of their own source columns, and of those beside them.
+    struct Source {
+        int row = -1;  ///< in the segment; -1: none
+        PixelPlanes own;
+        PixelPlanes beside;
+    };
+    std::array<Source, 2> sources;         ///< by the source row's parity
+    std::vector<std::uint32_t> weights_x;  ///< by raster column, from the segment's left on
+    PixelPlanes mixed;
+};
+
 /// A pipeline, from composer to composer to output_framebuffer.
 struct PipelineFrame : Extension<PipelineFrame> {
     int frame = 0;
@@ -206,8 +220,9 @@ struct PipelineFrame : Extension<PipelineFrame> {
     // b_transport: raster rows first_row to first_row + rows - 1, composited so far.
     int first_row = 0;
     int rows = 0;
-    PixelPlanes* raster = nullptr;  ///< of that many rows; null without images
-    PixelPlanes* line = nullptr;    ///< room for one raster row
+    PixelPlanes* raster = nullptr;        ///< of that many rows; null without images
+    PixelPlanes* line = nullptr;          ///< room for one raster row
+    SmoothingLines* smoothing = nullptr;  ///< null in a machine that replicates
 };
 
 /// DVI out, output_framebuffer to dvi_display: a frame, sent when all its lines have been on the link.

@@ -76,6 +76,7 @@ bool ComposerCoverage::step(const ComposerWires& outputs) {
     const int received_before = observer_.frames_received();
     const std::int64_t tables_lost_before = observer_.counters().lost_tables;
     const std::int64_t late_before = observer_.counters().late_pixels;
+    const std::int64_t held_before = observer_.held_pixels();
     observer_.edge({bus_, startframe_in_, pipe_in_, pipeready_in_, column_stall_}, edge_++);
     if (frame() != frame_before) {
         if (!observer_.has_frame()) return false;
@@ -92,6 +93,9 @@ bool ComposerCoverage::step(const ComposerWires& outputs) {
         return false;
     }
     cover_beat(observer_.counters().late_pixels - late_before);
+    goals_.smoothing.several_released.hit_if(scenario_.composer.smoothing == Smoothing::kBilinear &&
+                                             held_before + observer_.kept_pixels() >
+                                                 observer_.held_pixels() + 1);
     return true;
 }
 
@@ -182,7 +186,7 @@ void ComposerCoverage::cover_starved(const LocalPixel& local) {
     ++starved_in_row_;
     const StarvedPixelGoals& goals = goals_.starved;
     const std::size_t renderers = scenario_.renderers.size();
-    const bool last = local.index == segment.pixels() - 1;
+    const bool last = local.newest == segment.pixels() - 1;
     goals.last_of_segment.hit_if(last);
     goals.in_between.hit_if(!last);
     goals.last_raster_pixel.hit_if(next_is_last());
@@ -193,6 +197,11 @@ void ComposerCoverage::cover_starved(const LocalPixel& local) {
     goals.first_frame.hit_if(frame() == 0);
     goals.later_frame.hit_if(frame() > 0);
     goals_.buffer.empty_when_needed.hit_if(observer_.held_pixels() == 0);
+    if (local.index < observer_.arrived_pixels()) {
+        const bool row = local.newest - local.index >= segment.source_width();
+        goals_.smoothing.starves_for_row.hit_if(row);
+        goals_.smoothing.starves_for_column.hit_if(!row);
+    }
 }
 
 void ComposerCoverage::cover_stall() {
@@ -200,7 +209,8 @@ void ComposerCoverage::cover_stall() {
     const std::size_t renderers = scenario_.renderers.size();
     const std::optional<LocalPixel> local = observer_.next_local_pixel();
     goals.last_raster_pixel.hit_if(next_is_last());
-    goals.last_of_segment.hit_if(local && local->index == observer_.segment().pixels() - 1);
+    goals.last_of_segment.hit_if(local && local->newest == observer_.segment().pixels() - 1);
+    goals_.smoothing.column_stands_still.hit_if(local && local->index < observer_.arrived_pixels());
     goals.top_composer.hit_if(renderers > 1 && renderer_ == 0);
     goals.bottom_composer.hit_if(renderers > 1 && renderer_ == renderers - 1);
     goals.composer_between.hit_if(renderer_ > 0 && renderer_ < renderers - 1);

@@ -104,6 +104,14 @@ struct StarvedPixelGoals : CoverGroup {
     Bin later_frame = bin("in a later frame");
 };
 
+struct SmoothedPixelGoals : CoverGroup {
+    explicit SmoothedPixelGoals(Coverage& coverage) : CoverGroup(coverage, groups::kSmoothing) {}
+    Bin starves_for_column = bin("starves for the source column beside its own alone");
+    Bin starves_for_row = bin("starves for the source row below its own alone");
+    Bin column_stands_still = bin("column stands still for a neighbour alone");
+    Bin several_released = bin("several pixels released at once");
+};
+
 struct StallingComposerGoals : CoverGroup {
     explicit StallingComposerGoals(Coverage& coverage) : CoverGroup(coverage, groups::kStall) {}
     Bin last_raster_pixel = bin("for the last raster pixel");
@@ -168,6 +176,7 @@ struct ComposerGoals : GoalSet {
     LatePixelGoals late{coverage};
     RepeatedPixelGoals repeated{coverage};
     StarvedPixelGoals starved{coverage};
+    SmoothedPixelGoals smoothing{coverage};
     StallingComposerGoals stall{coverage};
     BusreadyDropGoals busready_drop{coverage};
     PrefetchGoals prefetch{coverage};

@@ -28,19 +28,43 @@ void cover_sides(const TableGoals& goals, const ViewportRow& row, const std::arr
         edges.touching(side).hit_if(distance == 0);
         edges.cut(side).hit_if(distance < 0);
         edges.all_but_one_line_cut(side).hit_if(distance < 0 && -distance == multiple - 1);
-        const bool phase = distance <= 0 && multiple > 1 && multiple <= PhaseGoals::kLargestMultiple;
+        const bool phase =
+            distance <= 0 && multiple > 1 && multiple <= PhaseGoals::kLargestMultiple && -distance < multiple;
         if (phase) goals.phase.cut({multiple, side, -distance}).hit();
     }
+}
+
+/// sides: distances().
+void cover_smoothing(const SmoothedSegmentGoals& goals, const Scenario& scenario, const ViewportRow& row,
+                     const std::array<int, 4>& sides) {
+    const int multiple = row.dmultiple;
+    if (scenario.composer.smoothing != Smoothing::kBilinear || multiple == 1) return;
+    for (std::size_t i = 0; i < kSides.size(); ++i) {
+        const int beside = -sides[i] - multiple;  // raster lines of the line next to it that are cut
+        if (beside < 0) continue;
+        const bool mixed_in = beside < multiple / 2;
+        goals.apron(kSides[i]).hit_if(mixed_in);
+        goals.unused_apron(kSides[i]).hit_if(!mixed_in);
+    }
+    goals.even.hit_if(multiple % 2 == 0);
+    goals.odd.hit_if(multiple % 2 == 1);
+    goals.one_source_row.hit_if(row.sdy == 1);
+    goals.one_source_column.hit_if(row.sdx == 1);
+    const int above = row.dy < 0 ? -row.dy % multiple : 0;
+    goals.two_rows_at_top.hit_if(row.dy < 0 && row.sdy > 1 && 2 * above + 1 != multiple);
+    goals.least_buffer.hit_if(scenario.composer.buffer_pixels ==
+                              2 * row.sdx + scenario.composer.ready_space_pixels);
 }
 
 void cover_segment(const TableGoals& goals, const Scenario& scenario, const ViewportRow& row) {
     const int width = scenario.displays.raster_width_pixels();
     const int height = scenario.displays.raster_height_pixels();
-    const Segment segment(row, width, height);
+    const Segment segment(row, width, height, scenario.composer.smoothing);
     const std::array<int, 4> sides = distances(row, width, height);
     const int multiple = row.dmultiple;
     goals.replication.multiple(multiple).hit();
     cover_sides(goals, row, sides);
+    cover_smoothing(goals.smoothing, scenario, row, sides);
     const SegmentEdgeGoals& edges = goals.edges;
     const int shown_width = segment.right() - segment.left();
     const int shown_height = segment.bottom() - segment.top();
@@ -65,8 +89,9 @@ void cover_segment(const TableGoals& goals, const Scenario& scenario, const View
     goals.size.smaller.hit_if(capacity < segment.pixels());
     goals.size.exactly.hit_if(capacity == segment.pixels());
     goals.size.larger.hit_if(capacity > segment.pixels());
+    const int window = window_rows(scenario.composer.smoothing, multiple) * row.sdx;
     goals.size.window_and_ready_space.hit_if(multiple > 1 &&
-                                             capacity == row.sdx + scenario.composer.ready_space_pixels);
+                                             capacity == window + scenario.composer.ready_space_pixels);
 }
 
 /// Counts how a rejected row broke the rule.
@@ -76,6 +101,10 @@ void cover_defect(const RejectedRowGoals& goals, const Scenario& scenario, const
     const int width = scenario.displays.raster_width_pixels();
     const int height = scenario.displays.raster_height_pixels();
     const int m = row.dmultiple;
+    // Smoothed, one source line may lie beside the raster.
+    const int besides = smoothing_reach(scenario.composer.smoothing, m) > 0 ? 2 : 1;
+    const int least_x = -m * (row.sdx > 1 ? besides : 1);
+    const int least_y = -m * (row.sdy > 1 ? besides : 1);
     switch (defect) {
         case RowDefect::kDisplay:
             (row.dcomp == 0 ? goals.display_0 : goals.display_beyond).hit();
@@ -92,12 +121,12 @@ void cover_defect(const RejectedRowGoals& goals, const Scenario& scenario, const
             goals.source_end_beyond_in_y.hit_if(row.sy + row.sdy > limits::kUnsignedField.high);
             break;
         case RowDefect::kDestination:
-            goals.first_left.hit_if(row.dx <= -m);
+            goals.first_left.hit_if(row.dx <= least_x);
             goals.first_right.hit_if(row.dx >= width);
-            goals.first_above.hit_if(row.dy <= -m);
+            goals.first_above.hit_if(row.dy <= least_y);
             goals.first_below.hit_if(row.dy >= height);
-            goals.last_right.hit_if(row.dx < width && row.dx + row.sdx * m >= width + m);
-            goals.last_below.hit_if(row.dy < height && row.dy + row.sdy * m >= height + m);
+            goals.last_right.hit_if(row.dx < width && row.dx + row.sdx * m >= width - least_x);
+            goals.last_below.hit_if(row.dy < height && row.dy + row.sdy * m >= height - least_y);
             goals.destination_end_beyond_in_x.hit_if(row.dx + row.sdx * m > limits::kSignedField.high);
             goals.destination_end_beyond_in_y.hit_if(row.dy + row.sdy * m > limits::kSignedField.high);
             break;

@@ -66,6 +66,18 @@ struct PhaseGoals : CoverGroup {
     Cross<Phase> cut{*this, phases()};
 };
 
+struct SmoothedSegmentGoals : CoverGroup {
+    explicit SmoothedSegmentGoals(Coverage& coverage) : CoverGroup(coverage, groups::kSmoothing) {}
+    Cross<Side> apron{*this, sides("source line beside the raster, mixed in")};
+    Cross<Side> unused_apron{*this, sides("source line beside the raster that nothing needs")};
+    Bin even = bin("even Dmultiple");
+    Bin odd = bin("odd Dmultiple, with a raster line in the centre");
+    Bin one_source_row = bin("a single source row");
+    Bin one_source_column = bin("a single source column");
+    Bin two_rows_at_top = bin("two source rows needed at the top");
+    Bin least_buffer = bin("buffer of two source rows and the ready space");
+};
+
 struct SegmentEdgeGoals : CoverGroup {
     explicit SegmentEdgeGoals(Coverage& coverage)
         : CoverGroup(coverage, {"composer/segment-edges", "where segments lie on the raster"}) {}
@@ -150,6 +162,7 @@ struct TableGoals : GoalSet {
     SegmentSizeGoals size{coverage};
     MultipleGoals replication{coverage};
     PhaseGoals phase{coverage};
+    SmoothedSegmentGoals smoothing{coverage};
     SegmentEdgeGoals edges{coverage};
     CutDisplayPixelGoals display_pixel{coverage};
     RejectedRowGoals rejected{coverage};

@@ -11,6 +11,7 @@ constexpr GroupTitle kBusreadyDrop{"bus/busready-drop", "where in a burst a comp
 constexpr GroupTitle kPage{"memory/page", "pages of the frame memory"};
 constexpr GroupTitle kBuffer{"composer/buffer", "states of the buffer"};
 constexpr GroupTitle kReplication{"composer/replication", "Dmultiple of segments that are composited"};
+constexpr GroupTitle kSmoothing{"composer/smoothing", "segments that are smoothed, and what they wait for"};
 constexpr GroupTitle kDepth{"compose/depth", "extreme depths and what is upstream"};
 constexpr GroupTitle kStarvationPlace{"starvation/place", "where pixels starve (glitch)"};
 constexpr GroupTitle kStall{"stall", "how a column stands still (stall)"};

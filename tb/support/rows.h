@@ -73,6 +73,28 @@ inline ViewportRow random_valid_row(Random& random, Size raster, int largest_mul
     return random_row(random, raster, raster, 1, multiple);
 }
 
+/// The same for a composer that smooths: the outermost source lines may lie beside the raster.
+inline ViewportRow random_smoothed_row(Random& random, Size raster, int largest_multiple) {
+    ViewportLimits limits;
+    limits.displays = 1;
+    limits.image_width_pixels = raster.width + 2;
+    limits.image_height_pixels = raster.height + 2;
+    limits.raster_width_pixels = raster.width;
+    limits.raster_height_pixels = raster.height;
+    limits.buffer_pixels = 1 << 24;
+    limits.smoothing = Smoothing::kBilinear;
+    for (;;) {
+        const int m = random.one_in(6) ? 1 : random.between(2, largest_multiple);
+        const auto count = [&](int size) {
+            return random.between(1, std::min(size, (size + m - 1) / m) + 2);
+        };
+        const ViewportRow row = segment_row(
+            {count(raster.width), count(raster.height)},
+            {random.between(1 - 2 * m, raster.width - 1), random.between(1 - 2 * m, raster.height - 1)}, m);
+        if (row_defect(row, limits) == RowDefect::kNone) return row;
+    }
+}
+
 /// Such rows, all for the same display, as the bus of one renderer may carry them.
 inline ViewportTable random_valid_rows(Random& random, int rows, Size raster, int largest_multiple) {
     ViewportTable table;

@@ -390,6 +390,39 @@ void choose_slots(std::uint64_t seed, Scenario& scenario) {
     }
 }
 
+/// Likewise. Often grows the buffers, which must hold two source rows; viewports are split again, for the aprons, and rows
+/// of other tables get lines beside the raster where the image has them.
+void choose_smoothing(std::uint64_t seed, Scenario& scenario) {
+    constexpr std::uint64_t kOwnSequence = 0x536D6F6F;
+    Random random(seed ^ kOwnSequence);
+    if (!random.one_in(3)) return;
+    scenario.composer.smoothing = Smoothing::kBilinear;
+    if (!random.one_in(4)) scenario.composer.buffer_pixels += random.between(0, 2 * kLargestExtent);
+    for (Renderer& renderer : scenario.renderers) {
+        for (RendererFrame& entry : renderer.frames) {
+            if (entry.viewport) {
+                entry.table = scenario.table_for(*entry.viewport, renderer);
+                continue;
+            }
+            for (ViewportRow& row : entry.table) {
+                if (row.dmultiple < 2 || row.dmultiple > kMaximumMultiple) continue;
+                if (row.sx > 0 && row.dx > -row.dmultiple && random.one_in(2)) {
+                    --row.sx;
+                    ++row.sdx;
+                    row.dx = static_cast<std::int16_t>(row.dx - row.dmultiple);
+                }
+                if (row.sy > 0 && row.dy > -row.dmultiple && random.one_in(2)) {
+                    --row.sy;
+                    ++row.sdy;
+                    row.dy = static_cast<std::int16_t>(row.dy - row.dmultiple);
+                }
+                if (row.sx + row.sdx < renderer.image_width_pixels && random.one_in(2)) ++row.sdx;
+                if (row.sy + row.sdy < renderer.image_height_pixels && random.one_in(2)) ++row.sdy;
+            }
+        }
+    }
+}
+
 }  // namespace
 
 Scenario random_scenario(std::uint64_t seed) {
@@ -424,6 +457,7 @@ Scenario random_scenario(std::uint64_t seed) {
     choose_slots(seed, scenario);
     choose_links(seed, scenario.links);
     choose_bus_delay(seed, scenario);
+    choose_smoothing(seed, scenario);
     choose_ports(seed, scenario);
     choose_correction(seed, scenario.displays);
     check_scenario(scenario);
@@ -507,13 +541,13 @@ std::string describe(const Scenario& scenario) {
          << scenario.renderers.size() << " renderers, " << scenario.frames << " frames, "
          << to_string(scenario.composition) << ", " << to_string(scenario.depth_format) << ", "
          << to_string(scenario.pacing) << ", links of layer " << to_string(scenario.links.layer) << ", "
-         << to_string(scenario.composer.on_starvation) << ", " << to_string(scenario.bus.arbitration)
-         << ", clocks " << scenario.clocks.core_mhz << "/" << scenario.clocks.dvi_in_mhz << "/"
-         << scenario.clocks.dvi_out_mhz << " MHz, bus " << scenario.bus.width_bits << " bits, bursts of "
-         << scenario.bus.burst_pixels << ", memory " << scenario.memory.words_per_cycle
-         << " words a cycle, pages of " << scenario.memory.page_words << ", miss "
-         << scenario.memory.page_miss_cycles << ", refresh " << scenario.memory.refresh_cycles << " every "
-         << scenario.memory.refresh_interval_cycles << ", "
+         << to_string(scenario.composer.on_starvation) << ", " << to_string(scenario.composer.smoothing)
+         << ", " << to_string(scenario.bus.arbitration) << ", clocks " << scenario.clocks.core_mhz << "/"
+         << scenario.clocks.dvi_in_mhz << "/" << scenario.clocks.dvi_out_mhz << " MHz, bus "
+         << scenario.bus.width_bits << " bits, bursts of " << scenario.bus.burst_pixels << ", memory "
+         << scenario.memory.words_per_cycle << " words a cycle, pages of " << scenario.memory.page_words
+         << ", miss " << scenario.memory.page_miss_cycles << ", refresh " << scenario.memory.refresh_cycles
+         << " every " << scenario.memory.refresh_interval_cycles << ", "
          << (scenario.memory.shared()
                  ? "shared ports, " + std::to_string(scenario.memory.write_block_words) + " words a write, "
                  : "")

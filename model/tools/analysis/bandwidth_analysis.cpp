@@ -46,12 +46,14 @@ Demand demand_of(const TableAnalysis& table, const Scenario& scenario) {
     RowSums rates;
     std::vector<double> first_shown(static_cast<std::size_t>(height), 0.0);
     for (const ComposerAnalysis& composer : table.composers) {
-        const Segment segment(composer.row, width, height);
+        const Segment segment(composer.row, width, height, scenario.composer.smoothing);
         rates.add(segment.top(), segment.bottom(),
                   as_double(composer.row.sdx) / as_double(std::int64_t{composer.row.dmultiple} * width));
         for (int line = 0; line < composer.row.sdy; ++line) {
-            const int y = std::max(segment.top(), composer.row.dy + line * composer.row.dmultiple);
-            first_shown[static_cast<std::size_t>(y)] += as_double(composer.row.sdx) / width;
+            const int y = segment.newest_rows(line).begin;
+            if (y < segment.bottom()) {
+                first_shown[static_cast<std::size_t>(y)] += as_double(composer.row.sdx) / width;
+            }
         }
         demand.pixels += composer.pixels;
     }
@@ -168,7 +170,7 @@ TableAnalysis analyze_table(const Scenario& scenario, const BufferBound& bound, 
         composer.page_misses = user.costs.page_misses();
         composer.bus_cycles = user.costs.total();
         composer.slots = has_slots ? bus.shares().slots(i) : 0;
-        composer.least_buffer_pixels = bus.machine().ready_space + (row.dmultiple > 1 ? row.sdx : 0);
+        composer.least_buffer_pixels = least_buffer_pixels(row, limits);
         composer.whole_buffer_pixels =
             std::max(composer.least_buffer_pixels, composer.pixels + bus.machine().ready_space - 1);
         table.composers.push_back(composer);

@@ -215,7 +215,8 @@ std::int64_t BufferBound::smallest_legal_pixels() const {
         pixels = std::max(pixels, table.machine().ready_space);
         for (const BusUser& user : table.users()) {
             const ViewportRow& row = user.segment.row();
-            if (row.dmultiple > 1) pixels = std::max(pixels, table.machine().ready_space + row.sdx);
+            pixels = std::max(pixels, window_rows(table.machine().smoothing, row.dmultiple) * row.sdx +
+                                          table.machine().ready_space);
         }
     }
     return pixels;

@@ -12,12 +12,14 @@ MachineFigures::MachineFigures(const Scenario& scenario, const ArbitrationRow& p
       raster_pixels(raster_width * scenario.displays.raster_height_pixels()),
       burst_pixels(scenario.bus.burst_pixels),
       ready_space(scenario.composer.ready_space_pixels),
+      smoothing(scenario.composer.smoothing),
       pixels_per_beat(metabuffer::pixels_per_beat(scenario.bus, scenario.memory)),
       cycles_per_beat(metabuffer::cycles_per_beat(scenario.bus)),
       page_miss_cycles(scenario.memory.page_miss_cycles),
       lost_slot_cycles(metabuffer::lost_slot_cycles(scenario)),
       policy(policy) {
-    if (scenario.bus.arbiter_takes_time() || scenario.memory.refreshes() || scenario.memory.shared() ||
+    if (scenario.composer.smoothing == Smoothing::kBilinear || scenario.bus.arbiter_takes_time() ||
+        scenario.memory.refreshes() || scenario.memory.shared() ||
         bus_loop_cycles(scenario.bus, scenario.memory) > 0)
         this->policy.proof = BufferProof::kNone;
 }
@@ -108,7 +110,7 @@ std::int64_t BusTable::least_cut_pixels() const {
 
 void BusTable::add_user(const Scenario& scenario, const Renderer& renderer, const ViewportRow& row) {
     const Segment segment(row, scenario.displays.raster_width_pixels(),
-                          scenario.displays.raster_height_pixels());
+                          scenario.displays.raster_height_pixels(), scenario.composer.smoothing);
     const int width = renderer.image_width_pixels;
     const FirstWord alone = first_word_ == FirstWord::kHits ? FirstWord::kHits : FirstWord::kExact;
     BusUser user{segment,

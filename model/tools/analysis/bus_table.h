@@ -24,6 +24,7 @@ struct MachineFigures {
     std::int64_t raster_pixels = 0;
     std::int64_t burst_pixels = 0;
     std::int64_t ready_space = 0;
+    Smoothing smoothing = Smoothing::kReplicate;
     std::int64_t pixels_per_beat = 0;
     std::int64_t cycles_per_beat = 0;
     std::int64_t page_miss_cycles = 0;

@@ -1,5 +1,6 @@
 #include "formats/viewport_splitter.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 #include <set>
@@ -114,6 +115,50 @@ void check_against_painting(const Viewport& viewport, ImageSize image, const Dis
     const ValidatedTable validated = validate_table(table, limits);
     REQUIRE(validated.rejected.empty());
     REQUIRE((validated.rows == table));
+}
+
+/// With smoothing each row has a source line more on every side on which the image goes on, and the displays show the
+/// same source pixels in the same positions.
+void check_aprons(const Viewport& viewport, ImageSize image, const DisplayWall& wall) {
+    INFO("viewport " << viewport.x << ", " << viewport.y << " x" << viewport.multiple << ", image "
+                     << image.width << " x " << image.height);
+    const ViewportTable plain = split_viewport(viewport, image.width, image.height, wall);
+    const ViewportTable smoothed =
+        split_viewport(viewport, image.width, image.height, wall, Smoothing::kBilinear);
+    REQUIRE(smoothed.size() == plain.size());
+    REQUIRE((paint_table(smoothed, wall).picture == paint_viewport(viewport, image, wall).picture));
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+        const ViewportRow& without = plain[i];
+        const ViewportRow& with = smoothed[i];
+        const int apron = viewport.multiple > 1 ? 1 : 0;
+        REQUIRE(with.dcomp == without.dcomp);
+        REQUIRE(with.sx == std::max(0, without.sx - apron));
+        REQUIRE(with.sy == std::max(0, without.sy - apron));
+        REQUIRE(with.sx + with.sdx == std::min(image.width, without.sx + without.sdx + apron));
+        REQUIRE(with.sy + with.sdy == std::min(image.height, without.sy + without.sdy + apron));
+        REQUIRE(with.dx - with.sx * viewport.multiple == without.dx - without.sx * viewport.multiple);
+        REQUIRE(with.dy - with.sy * viewport.multiple == without.dy - without.sy * viewport.multiple);
+    }
+    ViewportLimits limits{wall.columns * wall.rows,  image.width, image.height, wall.raster_width_pixels,
+                          wall.raster_height_pixels, 1 << 24,     32,           Smoothing::kBilinear};
+    REQUIRE(validate_table(smoothed, limits).rejected.empty());
+}
+
+TEST_CASE("viewport splitter: gives a smoothed image an apron wherever it goes on") {
+    const std::uint64_t seed = test::random_seed(20261120);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    for (int trial = 0; trial < 2000; ++trial) {
+        const DisplayWall wall{random.between(1, 3), random.between(1, 3), random.between(1, 9),
+                               random.between(1, 9)};
+        const ImageSize image{random.between(1, 8), random.between(1, 8)};
+        Viewport viewport;
+        viewport.multiple = random.between(1, 6);
+        viewport.x =
+            random.between(-image.width * viewport.multiple, wall.columns * wall.raster_width_pixels);
+        viewport.y = random.between(-image.height * viewport.multiple, wall.rows * wall.raster_height_pixels);
+        check_aprons(viewport, image, wall);
+    }
 }
 
 TEST_CASE("viewport splitter: gives the paper's sample table") {

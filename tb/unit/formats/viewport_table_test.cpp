@@ -54,12 +54,23 @@ RowDefect judged(const ViewportRow& row, const ViewportLimits& limits) {
     if (last_source_x >= limits.image_width_pixels || last_source_y >= limits.image_height_pixels) {
         return RowDefect::kSource;
     }
-    const bool all_show = shows(row.dx, row.dmultiple, 0, limits.raster_width_pixels) &&
-                          shows(row.dx, row.dmultiple, row.sdx - 1, limits.raster_width_pixels) &&
-                          shows(row.dy, row.dmultiple, 0, limits.raster_height_pixels) &&
-                          shows(row.dy, row.dmultiple, row.sdy - 1, limits.raster_height_pixels);
-    if (!all_show) return RowDefect::kDestination;
-    const int free_beside_window = limits.buffer_pixels - (row.dmultiple == 1 ? 0 : row.sdx);
+    const bool smoothed = limits.smoothing == Smoothing::kBilinear && row.dmultiple > 1;
+    // Smoothed, the outermost one need not show itself if the next one to it does.
+    const auto ends_show = [&](int destination, int count, int raster) {
+        const auto shows_line = [&](int index) { return shows(destination, row.dmultiple, index, raster); };
+        if (shows_line(0) && shows_line(count - 1)) return true;
+        if (!smoothed || count == 1) return false;
+        const bool first = shows_line(0) || (destination < 0 && shows_line(1));
+        const bool last = shows_line(count - 1) ||
+                          (destination + (count - 1) * row.dmultiple >= raster && shows_line(count - 2));
+        return first && last;
+    };
+    if (!ends_show(row.dx, row.sdx, limits.raster_width_pixels) ||
+        !ends_show(row.dy, row.sdy, limits.raster_height_pixels)) {
+        return RowDefect::kDestination;
+    }
+    const int window = row.dmultiple == 1 ? 0 : (smoothed ? row.sdx + row.sdx : row.sdx);
+    const int free_beside_window = limits.buffer_pixels - window;
     return free_beside_window < limits.ready_space_pixels ? RowDefect::kBuffer : RowDefect::kNone;
 }
 
@@ -185,6 +196,44 @@ TEST_CASE("viewport row: the buffer holds the ready space, and beside it a sourc
     CHECK(row_defect(single, limits) == RowDefect::kBuffer);
 }
 
+TEST_CASE("viewport row: smoothed, the outermost source lines may lie beside the raster, the next may not") {
+    // Sdx 20, Sdy 15, Dmultiple 3, a raster of 201 x 150.
+    ViewportLimits limits = kLimits;
+    limits.smoothing = Smoothing::kBilinear;
+    const auto defect = [&](const Change& change) { return row_defect(changed(change), limits); };
+    CHECK(defect([](ViewportRow& row) { row.dx = -5; }) == RowDefect::kNone);
+    CHECK(defect([](ViewportRow& row) { row.dx = -6; }) == RowDefect::kDestination);
+    CHECK(defect([](ViewportRow& row) { row.dy = -5; }) == RowDefect::kNone);
+    CHECK(defect([](ViewportRow& row) { row.dy = -6; }) == RowDefect::kDestination);
+    CHECK(defect([](ViewportRow& row) { row.dx = 146; }) == RowDefect::kNone);
+    CHECK(defect([](ViewportRow& row) { row.dx = 147; }) == RowDefect::kDestination);
+    CHECK(defect([](ViewportRow& row) { row.dy = 110; }) == RowDefect::kNone);
+    CHECK(defect([](ViewportRow& row) { row.dy = 111; }) == RowDefect::kDestination);
+    // A single source line is its own neighbour, and must show. At Dmultiple 1 nothing is smoothed.
+    CHECK(defect([](ViewportRow& row) { row.sdx = 1, row.dx = -3; }) == RowDefect::kDestination);
+    CHECK(defect([](ViewportRow& row) { row.dmultiple = 1, row.dx = -1; }) == RowDefect::kDestination);
+    CHECK(message_after([](ViewportRow& row) { row.dx = -6; }, limits) ==
+          "its second source column lies left of the raster: Dx = -6 must stay above -6");
+    CHECK(message_after([](ViewportRow& row) { row.dy = 111; }, limits) ==
+          "its last but one source row lies below the raster: Dy + Sdy*m = 156 must stay below 156");
+}
+
+TEST_CASE("viewport row: smoothed, the buffer holds two source rows beside the ready space") {
+    ViewportLimits limits = kLimits;
+    limits.smoothing = Smoothing::kBilinear;
+    limits.buffer_pixels = 72;
+    CHECK(row_defect(good_row(), limits) == RowDefect::kNone);
+    limits.buffer_pixels = 71;
+    CHECK(row_defect(good_row(), limits) == RowDefect::kBuffer);
+    CHECK(message_after([](ViewportRow&) {}, limits) ==
+          "the composer's buffer of 71 pixels could never hold what the row needs: at least 2*Sdx + "
+          "ready_space_pixels = 72");
+    ViewportRow single = good_row();
+    single.dmultiple = 1;
+    limits.buffer_pixels = 32;
+    CHECK(row_defect(single, limits) == RowDefect::kNone);
+}
+
 TEST_CASE("viewport row: extreme fields and limits overflow nothing") {
     constexpr int kHuge = 2147483647;
     ViewportRow row{65535, 65535, 65535, 65535, 65535, -32768, 32767, 65535};
@@ -248,9 +297,11 @@ TEST_CASE("viewport table: rows of random tables are accepted and dropped as the
     test::Random random(seed);
     int seen[kRowDefectCount] = {};
     for (int trial = 0; trial < 20000; ++trial) {
-        const ViewportLimits limits{random.between(1, 4),  random.between(1, 12), random.between(1, 12),
-                                    random.between(1, 20), random.between(1, 20), random.between(1, 24),
-                                    random.between(1, 16)};
+        const ViewportLimits limits{
+            random.between(1, 4),  random.between(1, 12),
+            random.between(1, 12), random.between(1, 20),
+            random.between(1, 20), random.between(1, 24),
+            random.between(1, 16), random.one_in(2) ? Smoothing::kBilinear : Smoothing::kReplicate};
         ViewportTable table;
         for (int rows = random.between(1, 5); rows > 0; --rows) {
             const auto u16 = [&random](int low, int high) {
@@ -260,7 +311,7 @@ TEST_CASE("viewport table: rows of random tables are accepted and dropped as the
                 return static_cast<std::int16_t>(random.between(low, high));
             };
             const int largest = random.one_in(8) ? 260 : 4;
-            const int lowest = random.one_in(8) ? -260 : -4;
+            const int lowest = random.one_in(8) ? -260 : -8;
             table.push_back({u16(random.one_in(8) ? 0 : 1, limits.displays + (random.one_in(8) ? 1 : 0)),
                              u16(0, 4), u16(0, 4), u16(0, 6), u16(0, 6), s16(lowest, 21), s16(lowest, 21),
                              u16(random.one_in(8) ? 0 : 1, largest)});

@@ -98,6 +98,32 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("buffer time: columns of smoothed segments agree with a clock by clock simulation") {
+    const std::uint64_t seed = random_seed(20261130);
+    INFO("METABUFFER_SEED=" << seed);
+    for (const bool stall : {false, true}) {
+        for (const bool tight : {false, true}) {
+            INFO((stall ? "stall" : "glitch") << (tight ? ", tight bursts" : ""));
+            SetupRange range;
+            range.stall = stall;
+            range.smoothing = Smoothing::kBilinear;
+            range.largest_multiple = 6;
+            range.tight_bursts = tight;
+            range.least_delay = 40;
+            range.most_ready_beats = 3;
+            if (tight) range.most_spare_pixels = 20;
+            const ColumnReplay::Met met =
+                replay_random_columns(seed + (stall ? 1 : 0) + (tight ? 2 : 0), 700, range);
+            CHECK(met.replayed > 1000);
+            CHECK((stall ? met.stalled : met.starved) > 1000);
+            CHECK(met.late > 20);
+            INFO(met.first_wrong_level);
+            CHECK(met.wrong_levels == 0);
+            CHECK(met.unordered_levels == 0);
+        }
+    }
+}
+
 // ---- by hand ----
 
 constexpr int kWidth = 8;

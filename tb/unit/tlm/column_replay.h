@@ -34,6 +34,7 @@ class ColumnReplay {
             config.cycles_per_beat = from.cycles_per_beat;
             config.raster_width_pixels = setup.raster.width;
             config.raster_height_pixels = setup.raster.height;
+            config.smoothing = setup.smoothing;
             buses_.emplace_back();
             buses_.back().buffer = std::make_unique<tlm::BufferTime>(config, column_);
             buses_.back().buffer->on_level(
@@ -556,15 +557,18 @@ struct SetupRange {
     int largest_height = 10;
     int largest_multiple = 4;
     bool stall = false;
+    Smoothing smoothing = Smoothing::kReplicate;
     int most_spare_pixels = 60;  ///< of a buffer, beyond what it must have
     int least_ready_beats = 2;
     int most_ready_beats = 6;
+    int least_delay = 0;        ///< clocks of other composers' bursts, at most; with them a bus is slow
     bool tight_bursts = false;  ///< bursts longer than the ready space
 };
 
 inline NaiveSetup random_setup(Random& random, const SetupRange& range) {
     NaiveSetup setup;
     setup.stall = range.stall;
+    setup.smoothing = range.smoothing;
     setup.raster = {random.between(1, range.largest_width), random.between(1, range.largest_height)};
     setup.frames = random.between(1, range.most_frames);
     setup.longest_swap = random.one_in(2) ? 3 : 200;
@@ -585,9 +589,12 @@ inline NaiveSetup random_setup(Random& random, const SetupRange& range) {
                 composer.rows.emplace_back();
                 continue;
             }
-            const ViewportRow row = random_valid_row(random, setup.raster, range.largest_multiple);
+            const ViewportRow row = range.smoothing == Smoothing::kBilinear
+                                        ? random_smoothed_row(random, setup.raster, range.largest_multiple)
+                                        : random_valid_row(random, setup.raster, range.largest_multiple);
             composer.rows.emplace_back(row);
-            if (row.dmultiple > 1) needed = std::max(needed, composer.ready_space_pixels + row.sdx);
+            needed = std::max(
+                needed, composer.ready_space_pixels + window_rows(range.smoothing, row.dmultiple) * row.sdx);
         }
         composer.capacity_pixels =
             needed + (random.one_in(3) ? 0 : random.between(0, range.most_spare_pixels));
@@ -595,7 +602,7 @@ inline NaiveSetup random_setup(Random& random, const SetupRange& range) {
                                                    : random.between(1, 2 * composer.ready_space_pixels);
         composer.longest_run = random.between(1, 8);
         composer.longest_gap = random.one_in(2) ? random.between(0, 3) : random.between(0, 12);
-        composer.longest_delay = random.one_in(2) ? 0 : random.between(0, 30);
+        composer.longest_delay = range.least_delay + (random.one_in(2) ? 0 : random.between(0, 30));
         composer.longest_pause = random.one_in(2) ? 2 : 100;
         setup.composers.push_back(composer);
     }

@@ -32,6 +32,7 @@ struct NaiveComposerSetup {
 struct NaiveSetup {
     Size raster;
     bool stall = false;
+    Smoothing smoothing = Smoothing::kReplicate;
     int frames = 1;
     int longest_swap = 0;  ///< clocks from the last pixel to the next PIPEREADY
     std::vector<NaiveComposerSetup> composers;
@@ -200,6 +201,7 @@ class NaiveColumn {
             if (start) {
                 composers_[r].running = true;
                 composers_[r].position = 0;
+                release(composers_[r], -1);  // what no position needs
             }
             composers_[r].wires.startframe = start;
             if (start && r == 0) log_.steps.emplace_back();
@@ -226,23 +228,31 @@ class NaiveColumn {
         if (frame.has_row) {
             const std::int64_t k = frame.painted->owner[static_cast<std::size_t>(c.position)];
             if (k != PaintedSegment::kNone) {
-                State& state = frame.pixels[static_cast<std::size_t>(k)];
+                const std::int64_t newest = frame.painted->newest[static_cast<std::size_t>(c.position)];
+                const State state = frame.pixels[static_cast<std::size_t>(newest)];
                 const auto x = static_cast<int>(c.position % setup_.raster.width);
                 const auto y = static_cast<int>(c.position / setup_.raster.width);
                 if (state == State::kWaiting) {
                     log_.composers[r].starved.push_back({clock_, frame.number, x, y});
-                } else if (y > frame.painted->first[static_cast<std::size_t>(k)] / setup_.raster.width) {
+                } else if (y > frame.painted->shown[static_cast<std::size_t>(k)] / setup_.raster.width) {
                     log_.composers[r].replayed.push_back(clock_);
                 }
-                if (c.position == frame.painted->last[static_cast<std::size_t>(k)]) {
-                    if (state == State::kHeld) --c.held;
-                    state = State::kGone;
-                }
+                release(c, c.position);
             }
         }
         if (++c.position == raster_pixels()) {
             c.running = false;
             c.kept.pop_front();
+        }
+    }
+
+    /// The pixels of the frame composited whose last use that position is.
+    static void release(Composer& c, std::int64_t position) {
+        Frame& frame = *c.kept.front();
+        for (std::size_t k = 0; k < frame.pixels.size(); ++k) {
+            if (frame.painted->last[k] != position) continue;
+            if (frame.pixels[k] == State::kHeld) --c.held;
+            frame.pixels[k] = State::kGone;
         }
     }
 
@@ -277,7 +287,8 @@ class NaiveColumn {
             const auto& row = c.setup->rows[static_cast<std::size_t>(c.receiving->number)];
             if (row) {
                 c.receiving->has_row = true;
-                c.receiving->painted = std::make_shared<PaintedSegment>(*row, setup_.raster);
+                c.receiving->painted =
+                    std::make_shared<PaintedSegment>(*row, setup_.raster, setup_.smoothing);
                 c.receiving->pixels.assign(c.receiving->painted->last.size(), State::kWaiting);
             }
             c.kept.push_back(c.receiving);
@@ -339,7 +350,7 @@ class NaiveColumn {
                             (c.wires.pipeready || (prefetched && pipeready_below));
         c.wires.stall = false;
         if (c.running && c.kept.front()->has_row) {
-            const std::int64_t k = c.kept.front()->painted->owner[static_cast<std::size_t>(c.position)];
+            const std::int64_t k = c.kept.front()->painted->newest[static_cast<std::size_t>(c.position)];
             c.wires.stall = k != PaintedSegment::kNone &&
                             c.kept.front()->pixels[static_cast<std::size_t>(k)] == State::kWaiting;
         }

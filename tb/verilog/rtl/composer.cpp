@@ -63,6 +63,12 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
 Composer::~Composer() { verilated_->final(); }
 
 void Composer::configure(const Scenario& scenario, int display) {
+    if (scenario.composer.smoothing != Smoothing::kReplicate) {
+        SC_REPORT_ERROR("/metabuffer/composer/smoothing",
+                        (std::string(name()) +
+                         ": the verilated composer replicates pixels; use composer.smoothing: replicate")
+                            .c_str());
+    }
     const int buffer_pixels = scenario.composer.buffer_pixels;
     if (buffer_pixels > kMaximumBufferPixels) {
         SC_REPORT_ERROR("/metabuffer/composer/size",

@@ -17,8 +17,9 @@ namespace metabuffer::rtl {
 /// meaning, timing and errors, which are written at that class. What is not a pin of the composer (counters, frame
 /// spans, what it waits for) is derived here from the status outputs of the SystemVerilog module.
 ///
-/// Raises /metabuffer/composer/protocol as model/rtl's composer does, and /metabuffer/composer/size at elaboration
-/// if the scenario needs a larger memory than the module was verilated with.
+/// Raises /metabuffer/composer/protocol as model/rtl's composer does, and at elaboration /metabuffer/composer/size
+/// if the scenario needs a larger memory than the module was verilated with, /metabuffer/composer/smoothing if it wants
+/// smoothing, which the module does not do.
 class Composer final : public Block, public ComposerRecord {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock

@@ -34,8 +34,15 @@ void put(Pin& pin, std::uint32_t value) {
 
 }  // namespace
 
-ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, ClockGating /*gating*/)
+ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, ClockGating /*gating*/,
+                           int window_rows)
     : Block(name), context_(std::make_unique<VerilatedContext>()) {
+    if (window_rows > 1) {
+        SC_REPORT_ERROR("/metabuffer/composer_fifo/smoothing",
+                        (std::string(this->name()) +
+                         ": the verilated FIFO has a window of one row; use composer.smoothing: replicate")
+                            .c_str());
+    }
     if (buffer_addresses(capacity_pixels) > kMaximumPixels) {
         SC_REPORT_ERROR(
             "/metabuffer/composer_fifo/size",

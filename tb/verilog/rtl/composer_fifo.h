@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "rtl/block.h"
+#include "rtl/fifo_wires.h"
 #include "rtl/signals.h"
 
 class VerilatedContext;
@@ -15,7 +16,7 @@ namespace metabuffer::rtl {
 /// and timing, which are written at that class, and the same errors.
 ///
 /// Raises /metabuffer/composer_fifo/size at elaboration for a capacity beyond the memory that the module was verilated
-/// with.
+/// with, and /metabuffer/composer_fifo/smoothing for a window of two rows, which the module does not have.
 class ComposerFifo final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -26,9 +27,11 @@ class ComposerFifo final : public Block {
     sc_core::sc_out<std::uint64_t> word_o{"word_o"};
     sc_core::sc_out<std::uint32_t> free_o{"free_o"};
 
-    /// capacity_pixels: 1 or more.
+    std::unique_ptr<SecondRowPins> second_row;  ///< null
+
+    /// capacity_pixels: 1 or more; window_rows: 1.
     ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels,
-                 ClockGating gating = ClockGating::kOn);
+                 ClockGating gating = ClockGating::kOn, int window_rows = 1);
     ~ComposerFifo() override;
     SC_HAS_PROCESS(ComposerFifo);
 
