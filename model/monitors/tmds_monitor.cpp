@@ -28,18 +28,6 @@ unsigned byte_of(const Bits& character) {
     return byte;
 }
 
-/// Whether an encoder sends the character for its byte: with XOR or XNOR by the byte's ones, and a byte that is balanced
-/// in itself with upper bits that are, too.
-bool is_data(const Bits& character) {
-    const unsigned byte = byte_of(character);
-    const auto ones = std::bitset<kByteBits>(byte).count();
-    const bool with_xnor = ones > kByteBits / 2 || (ones == kByteBits / 2 && (byte & 1U) == 0);
-    if (character[kXorBit] == with_xnor) return false;
-    std::size_t ones_sent = 0;
-    for (std::size_t i = 0; i < kByteBits; ++i) ones_sent += character[i] ? 1 : 0;
-    return ones_sent != kByteBits / 2 || character[kInvertedBit] != character[kXorBit];
-}
-
 bool is_control(const Bits& character) {
     static const std::array<Bits, 4> kControl{Bits("1101010100"), Bits("0010101011"), Bits("0101010100"),
                                               Bits("1010101011")};
@@ -62,6 +50,18 @@ TmdsMonitor::TmdsMonitor(const sc_core::sc_module_name& name, Link link, Violati
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
+}
+
+/// With XOR or XNOR by the byte's ones; and a byte that is balanced in itself has upper bits that are, too.
+bool TmdsMonitor::is_of_a_pixel(TmdsCharacter character) {
+    const Bits bits(character);
+    const unsigned byte = byte_of(bits);
+    const auto ones = std::bitset<kByteBits>(byte).count();
+    const bool with_xnor = ones > kByteBits / 2 || (ones == kByteBits / 2 && (byte & 1U) == 0);
+    if (bits[kXorBit] == with_xnor) return false;
+    std::size_t ones_sent = 0;
+    for (std::size_t i = 0; i < kByteBits; ++i) ones_sent += bits[i] ? 1 : 0;
+    return ones_sent != kByteBits / 2 || bits[kInvertedBit] != bits[kXorBit];
 }
 
 void TmdsMonitor::restart() {
@@ -90,7 +90,7 @@ void TmdsMonitor::check_characters(const rtl::DviLink& pixel) {
         const TmdsCharacter character = tmds_i.read().channels[channel];
         const Bits bits(character);
         const bool control = is_control(bits);
-        if (!control && !is_data(bits)) {
+        if (!control && !is_of_a_pixel(character)) {
             found("tmds/character", channel, text(character) + " is no character that an encoder sends");
         } else if (control == pixel.de) {
             found("tmds/control", channel,

@@ -39,6 +39,9 @@ class TmdsMonitor final : public sc_core::sc_module {
     TmdsMonitor(const sc_core::sc_module_name& name, Link link, ViolationLog& log);
     SC_HAS_PROCESS(TmdsMonitor);
 
+    /// Whether an encoder sends the character for some byte.
+    static bool is_of_a_pixel(TmdsCharacter character);
+
     /// Violations that were seen and not reported: of each rule the first one is.
     std::int64_t unreported() const { return reporter_.unreported(); }
     /// Characters of pixels that have been checked.

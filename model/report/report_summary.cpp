@@ -311,8 +311,9 @@ std::string in_frames(const std::vector<int>& frames) {
 
 /// The pixels that displays show wrong because some starved or came wrong over a link.
 std::string wrong_list(const RunReport& report) {
-    if (report.total_wrong_pixels() == 0) return "";
-    if (!report.total_wrong_pixels()) return "\nshown wrong: not known without pictures\n";
+    const std::optional<std::int64_t> wrong = report.total_wrong_pixels();
+    if (wrong.value_or(report.total_starved_pixels()) == 0) return "";
+    if (!wrong) return "\nshown wrong: not known without pictures\n";
     std::vector<std::string> lines;
     for (std::size_t display = 0; display < report.displays.size(); ++display) {
         const std::int64_t pixels = *report.wrong_pixels_of_display(display);

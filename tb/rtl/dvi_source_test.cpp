@@ -483,6 +483,55 @@ TEST_CASE(
     CHECK(dut.source.injected_faults() == 2);
 }
 
+TEST_CASE(
+    "dvi source: flips of bits are reported for their pixel alone, a late channel until it is in step "
+    "again") {
+    ClockedTestbench bench;
+    const auto character_fault = [](FaultKind kind, std::uint32_t pair, FrameKind frame, TmdsChannel channel,
+                                    int line, int clock) {
+        Fault fault = fault_of(kind, pair, frame);
+        fault.channel = channel;
+        fault.at_line = line;
+        fault.at_clock = clock;
+        return fault;
+    };
+    constexpr int kLine = line_clocks(kWidth);
+    constexpr int kLastLine = kFrame / kLine - 1;
+    Fault flip = character_fault(FaultKind::kTmdsBits, 0, FrameKind::kDepth, TmdsChannel::kRed, 7, 4);
+    flip.bits = 0x203;
+    Fault last =
+        character_fault(FaultKind::kTmdsBits, 1, FrameKind::kDepth, TmdsChannel::kBlue, kLastLine, kLine - 1);
+    last.bits = 0x001;
+    Fault slip = character_fault(FaultKind::kTmdsSlip, 0, FrameKind::kColour, TmdsChannel::kGreen, 0, 0);
+    slip.late_bits = 7;
+    Fault in_step = character_fault(FaultKind::kTmdsSlip, 1, FrameKind::kColour, TmdsChannel::kGreen, 2, 3);
+    Fault skew = character_fault(FaultKind::kTmdsSkew, 0, FrameKind::kDepth, TmdsChannel::kRed, 7, 4);
+    skew.late_characters = 3;
+    Scenario scenario = source_scenario(2, {flip, last, slip, in_step, skew});
+    scenario.links.layer = LinkLayer::kTmds;
+    scenario.pacing = Pacing::kFreeRunning;
+    SourceBench dut(bench, "source", scenario);
+    const Recording<TmdsDisturbance>& disturbed = bench.core.record(dut.disturbance);
+    bench.run_through(kFirstSync + 3 * kPair);
+    const int at_flip = kFirstSync + kFrame + 7 * kLine + 4;
+    const int at_last = kFirstSync + 2 * kPair - 1;
+    const int at_slip = kFirstSync;
+    const int at_in_step = kFirstSync + kPair + 2 * kLine + 3;
+    for (int clock = 0; clock < kFirstSync + 3 * kPair; ++clock) {
+        TmdsDisturbance wanted;
+        if (clock == at_flip) wanted.flips[2] = 0x203;
+        if (clock == at_last) wanted.flips[0] = 0x001;
+        if (clock >= at_slip && clock < at_in_step) wanted.late_bits[1] = 7;
+        if (clock >= at_flip) wanted.late_characters[2] = 3;
+        INFO("clock " << clock);
+        REQUIRE(disturbed.at(clock) == wanted);
+    }
+    CHECK(dut.source.injected_faults() == 5);
+    Waveform wanted = first_sync();
+    for (std::uint32_t pair = 0; pair < 3; ++pair) append_pair(wanted, scenario, pair);
+    check_wave(dut.sent, 0, wanted);  // the pixels are what they were
+}
+
 TEST_CASE("dvi source: fault missing leaves a frame out without a gap, of either kind or both") {
     ClockedTestbench bench;
     const auto faults = [](std::initializer_list<FrameKind> kinds) {

@@ -98,8 +98,8 @@ TEST_CASE(
         std::vector<std::string> wanted;
         for (const std::string& word : enumeration.words) {
             const std::size_t n = wanted.size();
-            wanted.push_back((enumeration.values.empty() ? std::to_string(n) : enumeration.values.at(n)) + " " +
-                             word);
+            wanted.push_back((enumeration.values.empty() ? std::to_string(n) : enumeration.values.at(n)) +
+                             " " + word);
         }
         INFO(enumeration.file);
         CHECK(lines_of(folder / enumeration.file) == wanted);

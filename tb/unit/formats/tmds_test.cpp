@@ -129,7 +129,7 @@ TEST_CASE("tmds: the disparity of a long random run of bytes stays within its bo
 }
 
 TEST_CASE("tmds: a random gigabit keeps to the bound of the disparity and comes out as it went in",
-          "[.slow]") {
+          "[slow]") {
     const std::uint64_t seed = random_seed(42);
     INFO("seed " << seed);
     Random random(seed);

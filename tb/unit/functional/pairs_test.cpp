@@ -94,7 +94,8 @@ TEST_CASE("a delay loses the pair only beyond the link timeout", "[functional][p
 TEST_CASE("faults that change no picture or only pixels lose no pair", "[functional][pairs]") {
     const auto kind =
         GENERATE(FaultKind::kRepeated, FaultKind::kPixelBits, FaultKind::kDrift, FaultKind::kBusreadyLow,
-                 FaultKind::kPipereadyLow, FaultKind::kLostBeat, FaultKind::kRandomStalls);
+                 FaultKind::kPipereadyLow, FaultKind::kLostBeat, FaultKind::kRandomStalls,
+                 FaultKind::kTmdsBits, FaultKind::kTmdsSlip, FaultKind::kTmdsSkew, FaultKind::kTmdsNoise);
     const auto frame = GENERATE(FrameKind::kColour, FrameKind::kDepth);
     for (const std::uint32_t pair : {0U, 2U}) {
         CHECK(pairs_without_time(four_frames({fault(kind, pair, frame)})) == kUndisturbed);

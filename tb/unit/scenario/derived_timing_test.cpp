@@ -137,6 +137,10 @@ TEST_CASE("derived timing: the watchdog's default is twice the sum of the silenc
     const std::int64_t display = 2 * DviTiming{64, 48}.frame_clocks() * std::int64_t{40'000};
     const std::int64_t core = (2 * 7 + 1 + 10'000) * std::int64_t{10'000};
     CHECK(watchdog_interval_picoseconds(scenario) == 2 * (link + display) + core);
+    Scenario characters = scenario;
+    characters.links.layer = LinkLayer::kTmds;
+    CHECK(watchdog_interval_picoseconds(characters) - watchdog_interval_picoseconds(scenario) ==
+          2 * 7 * (20'000 + 40'000));
 
     SECTION(
         "a policy that loses slots may lose all of a table, those that were added for fresh composers too") {

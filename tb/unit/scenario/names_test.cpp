@@ -34,7 +34,9 @@ TEST_CASE("names: every enumerator has a name of its own") {
     check_round_trip(kArbitrationTable.back().value);
     check_round_trip(StarvationMode::kStall);
     check_round_trip(Pacing::kFreeRunning);
-    check_round_trip(FaultKind::kReset);
+    check_round_trip(FaultKind::kTmdsNoise);
+    check_round_trip(LinkLayer::kTmds);
+    check_round_trip(TmdsChannel::kRed);
     check_round_trip(FrameKind::kDepth);
     check_round_trip(LostBeats::kAny);
 }

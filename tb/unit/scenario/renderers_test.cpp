@@ -464,12 +464,12 @@ TEST_CASE("faults: what is wrong with one has its line") {
     CHECK(error("{renderer: ball, kind: crc}") == at + ".pair: is missing; use 0 to 4294967295");
     CHECK(error("{renderer: ball, pair: -1, kind: crc}") ==
           at + ".pair: -1 is out of range; use 0 to 4294967295");
-    CHECK(error("{renderer: ball, pair: 0}") ==
-          at +
-              ".kind: is missing; use magic, version, kind, crc, number, short_line, long_line, short_frame, "
-              "long_frame, missing, delay, repeated, other_pair, control_byte, pixel_bits, drift, "
-              "busready_low, "
-              "pipeready_low, lost_beat, random_stalls or reset");
+    CHECK(
+        error("{renderer: ball, pair: 0}") ==
+        at + ".kind: is missing; use magic, version, kind, crc, number, short_line, long_line, short_frame, "
+             "long_frame, missing, delay, repeated, other_pair, control_byte, pixel_bits, drift, "
+             "busready_low, "
+             "pipeready_low, lost_beat, random_stalls, reset, tmds_bits, tmds_slip, tmds_skew or tmds_noise");
     CHECK(error("{renderer: ball, pair: 0, kind: crcs}")
               .rfind(at + ".kind: 'crcs' is not a kind of fault; use ", 0) == 0);
     CHECK(error("{renderer: ball, pair: 0, kind: crc, frame: even}") ==
@@ -484,7 +484,9 @@ TEST_CASE("faults: what is wrong with one has its line") {
           at + ".frames: is not a known key; the nearest is faults[1].frame");
     CHECK(error("crc") == at + ": is 'crc'; use a map with the keys renderer, pair, kind, frame, "
                                "delay_pairs, lines, byte, bits, x, "
-                               "y, ppm, display, from_cycle, cycles, beats, of, percent and seed");
+                               "y, ppm, display, from_cycle, cycles, beats, of, percent, seed, channel, "
+                               "at_line, at_clock, late_bits, "
+                               "late_characters and per_billion");
     CHECK(error("{renderer: ball, pair: 0, kind: crc, lines: 2}") ==
           at + ".lines: does not go with kind crc; use it with kind short_frame or long_frame only");
     CHECK(

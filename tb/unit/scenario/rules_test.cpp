@@ -283,8 +283,8 @@ TEST_CASE("rules: a fault's keys go with its kind and lie within its image and t
     CHECK(error_of(fault).empty());
     fault.cycles = 5;
     CHECK(error_of(fault) ==
-          "faults[0].cycles: does not go with kind lost_beat; use it with kind busready_low, pipeready_low, "
-          "random_stalls or reset only");
+          "faults[0].cycles: does not go with kind lost_beat; its keys are renderer, kind, display, "
+          "from_cycle, beats and of");
     fault.cycles.reset();
     fault.display = 2;
     CHECK(error_of(fault) == "faults[0].display: 2 is out of range; use 1 to 1");
@@ -373,6 +373,79 @@ TEST_CASE("rules: faults that undo each other, or make a good pair of two pairs'
           "faults[0].kind: with the next two frames missing, number makes one good pair of halves of two; "
           "let one "
           "of those frames come");
+}
+
+TEST_CASE("rules: faults of a link's characters need links that have them, and lie within the link's mode") {
+    Fault fault;
+    fault.kind = FaultKind::kTmdsBits;
+    fault.bits = 0x3FF;
+    const auto error_of = [&fault](LinkLayer layer) {
+        return error_after([&](Scenario& s) {
+            s.links.layer = layer;
+            s.faults = {fault};
+        });
+    };
+    CHECK(error_of(LinkLayer::kPixel) ==
+          "faults[0].kind: tmds_bits is in the characters of a link, which has none; use links.layer: tmds");
+    CHECK(error_of(LinkLayer::kTmds).empty());
+    fault.bits = 0x400;
+    CHECK(error_of(LinkLayer::kTmds) == "faults[0].bits: 1024 is out of range; use 1 to 1023");
+    fault.bits = 1;
+    // The image has 16 x 8 pixels: 9 active lines and 15 blank ones, of 80 blank clocks.
+    fault.at_line = 23;
+    fault.at_clock = 95;
+    CHECK(error_of(LinkLayer::kTmds).empty());
+    fault.at_line = 24;
+    CHECK(error_of(LinkLayer::kTmds) ==
+          "faults[0].at_line: 24 is out of range; use 0 to 23, the lines of the link's mode");
+    fault.at_line = 0;
+    fault.at_clock = 96;
+    CHECK(error_of(LinkLayer::kTmds) ==
+          "faults[0].at_clock: 96 is out of range; use 0 to 95, the clocks of its lines");
+    fault.at_clock = 0;
+    fault.late_bits = 1;
+    CHECK(error_of(LinkLayer::kTmds) ==
+          "faults[0].late_bits: does not go with kind tmds_bits; use it with kind tmds_slip only");
+    fault.bits = 0;
+    fault.kind = FaultKind::kTmdsSlip;
+    fault.late_bits = 10;
+    CHECK(error_of(LinkLayer::kTmds) == "faults[0].late_bits: 10 is out of range; use 0 to 9");
+    fault.late_bits = 0;
+    fault.kind = FaultKind::kTmdsSkew;
+    fault.late_characters = 5;
+    CHECK(error_of(LinkLayer::kTmds) == "faults[0].late_characters: 5 is out of range; use 0 to 4");
+    fault.late_characters = 4;
+    CHECK(error_of(LinkLayer::kTmds).empty());
+    fault = Fault();
+    fault.kind = FaultKind::kTmdsNoise;
+    fault.per_billion = 1;
+    CHECK(error_of(LinkLayer::kPixel) ==
+          "faults[0].kind: tmds_noise is in the characters of a link, which has none; use links.layer: tmds");
+    CHECK(error_of(LinkLayer::kTmds).empty());
+}
+
+TEST_CASE("rules: two faults of a kind may not strike the same character") {
+    const auto error_with = [](const std::function<void(Fault&)>& change) {
+        return error_after([&](Scenario& s) {
+            s.links.layer = LinkLayer::kTmds;
+            Fault fault;
+            fault.kind = FaultKind::kTmdsBits;
+            fault.bits = 1;
+            s.faults = {fault, fault};
+            change(s.faults[1]);
+        });
+    };
+    CHECK(error_with([](Fault&) {}) ==
+          "faults[1].kind: tmds_bits does not go together with the tmds_bits of faults[0] in the same frame; "
+          "use one of them");
+    CHECK(error_with([](Fault& f) { f.channel = TmdsChannel::kRed; }).empty());
+    CHECK(error_with([](Fault& f) { f.at_line = 1; }).empty());
+    CHECK(error_with([](Fault& f) { f.at_clock = 1; }).empty());
+    CHECK(error_with([](Fault& f) { f.pair = 1; }).empty());
+    CHECK(error_with([](Fault& f) {
+              f.kind = FaultKind::kTmdsSlip;
+              f.bits = 0;
+          }).empty());
 }
 
 TEST_CASE("rules: a level without clocks refuses faults that happen clock by clock and says where they are") {

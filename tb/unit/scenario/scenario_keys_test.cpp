@@ -24,6 +24,7 @@ constexpr const char* kEveryKey =
     "words_per_cycle: 1}\n"
     "bus: {width_bits: 64, burst_pixels: 32, arbitration: irsa}\n"
     "composer: {buffer_pixels: 1024, ready_space_pixels: 32, on_starvation: glitch}\n"
+    "links: {layer: tmds}\n"
     "pacing: lockstep\n"
     "link_timeout_pairs: 2\n"
     "watchdog_cycles: 0\n"
@@ -43,13 +44,22 @@ constexpr const char* kEveryKey =
     "  - {renderer: ball, pair: 0, kind: drift, ppm: 1}\n"
     "  - {renderer: ball, kind: busready_low, display: 1, from_cycle: 0, cycles: 1}\n"
     "  - {renderer: ball, kind: lost_beat, display: 1, beats: 1, of: any}\n"
-    "  - {renderer: ball, kind: random_stalls, percent: 1, seed: 0}\n";
+    "  - {renderer: ball, kind: random_stalls, percent: 1, seed: 0}\n"
+    "  - {renderer: ball, pair: 0, kind: tmds_slip, channel: red, at_line: 0, at_clock: 0, late_bits: 0}\n"
+    "  - {renderer: ball, pair: 0, kind: tmds_skew, channel: red, at_line: 0, at_clock: 0, late_characters: "
+    "0}\n"
+    "  - {renderer: ball, kind: tmds_noise, per_billion: 1}\n";
 
 /// Which of the faults has the key; for `bits` the fault with the widest range.
 std::string index_of_fault(const std::string& pattern) {
     const std::vector<std::pair<std::string, int>> indices{
-        {"lines", 1},      {"byte", 2},   {"bits", 3},  {"x", 3},  {"y", 3},       {"ppm", 4}, {"display", 5},
-        {"from_cycle", 5}, {"cycles", 5}, {"beats", 6}, {"of", 6}, {"percent", 7}, {"seed", 7}};
+        {"lines", 1},       {"byte", 2},       {"bits", 3},
+        {"x", 3},           {"y", 3},          {"ppm", 4},
+        {"display", 5},     {"from_cycle", 5}, {"cycles", 5},
+        {"beats", 6},       {"of", 6},         {"percent", 7},
+        {"seed", 7},        {"channel", 8},    {"at_line", 8},
+        {"at_clock", 8},    {"late_bits", 8},  {"late_characters", 9},
+        {"per_billion", 10}};
     for (const auto& [key, index] : indices) {
         if (pattern == "faults[]." + key) return "[" + std::to_string(index) + "]";
     }
@@ -172,7 +182,7 @@ TEST_CASE("scenario keys: what a whole-number key accepts is what the reader acc
         }
         CHECK(std::is_sorted(key.rule.only.begin(), key.rule.only.end()));
     }
-    CHECK(count == 48);
+    CHECK(count == 53);
     for (const char* map : {"bus", ""}) {
         CHECK(scenario_schema().find(map)->rule.type == ValueRule::Type::kAny);
     }

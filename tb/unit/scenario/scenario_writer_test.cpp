@@ -1,5 +1,6 @@
 #include "scenario/scenario_writer.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <iterator>
@@ -51,6 +52,7 @@ Scenario unusual_scenario(DepthFormat format) {
     scenario.memory = {17, 8, 2, 11, 3, 5, 400, 20, MemoryPorts::kShared, 17, std::nullopt};
     scenario.bus = {256, 65535, Arbitration::kEdf, 3, SlotTableMaker::kBuilt, 2};
     scenario.composer = {1 << 24, 41, StarvationMode::kStall};
+    scenario.links.layer = LinkLayer::kTmds;
     scenario.pacing = Pacing::kFreeRunning;
     scenario.link_timeout_pairs = 7;
     scenario.watchdog_cycles = 123'456'789'012;
@@ -87,7 +89,8 @@ Scenario unusual_scenario(DepthFormat format) {
                 if (required_only && !use.required) continue;
                 if (use.rule.type == ValueRule::Type::kWholeNumber) {
                     const bool slow = kind.value == FaultKind::kReset;  // the clocks are far apart
-                    use.key->set(fault, std::int64_t{++number % 6 + (slow ? 1000 : 1)});
+                    const std::int64_t value = ++number % 6 + (slow ? 1000 : 1);
+                    use.key->set(fault, std::min(value, use.rule.whole.high));
                 } else {
                     use.key->set(fault, use.rule.choices.at(1));
                 }
