@@ -168,7 +168,7 @@ const std::vector<CostItem>& cost_items() {
     static_assert(kPixelBits == 64 && kPixelBits + kPipelineSideBits == 70);
     static_assert(kMemoryMaskBits == 8 && kMemoryCommandBits == 3 && kPictureBits == 24);
     static_assert(kPictureBits + kDviSidePins == 28);
-    static_assert(ColourTable::kBits == 3 * 256 * 8);
+    static_assert(ColourTable::kBits == std::int64_t{3} * 256 * 8);
     static const std::vector<CostItem> items{
         item<&MachineCost::buffer_bits>("buffer_bits", "bits",
                                         "composers times composer.buffer_pixels times 64", 0.001),

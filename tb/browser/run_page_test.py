@@ -393,29 +393,27 @@ class RunPage(PageTest):
         table.write_text("".join(f"{rng.randrange(256)},{rng.randrange(256)},{rng.randrange(256)}\n" for _ in range(256)),
                          encoding="utf-8")
         correction = f"displays.correction=[{{display: 2, lut: {table.name}}}]"
-        for composition, supersample in (("z", 1), ("over", 2)):
-            scenario = self.scenarios[composition, supersample]
-            plain = self.results[composition, supersample]
-            results = results_of(scenario, scenario.with_suffix(".corrected"), "--level", "rtl", "--set", correction)
-            page = page_of(scenario, scenario.with_suffix(".corrected.html"), "--set", correction)
-            self.open(page)
-            self.assertIn("the colours of display 2.", self.text_of("#remarks"))
-            report = report_of(results)
-            shown = self.asked(STARVED)
-            self.assertEqual([frame["wrong_pixels"] for frame in report["frames"]], [frame["wrong"] for frame in shown])
-            self.assertTrue(0 < report["totals"]["wrong_pixels"])
-            for display in range(COLUMNS):
-                name = f"display_{display + 1}.0000.png"
-                picture = read_png(results / name)
-                self.assertEqual(picture == read_png(plain / name), display == 0)
-                self.assertEqual(picture, self.asked(SHOWN, 0, display))
-            # Beside the displays: what leaves the pipeline, and what becomes of it.
-            self.to_point("#wall", self.wall_point(1, 20, 9)).perform()
-            self.wait_for_facts("leaves the pipeline", "corrected by its table")
-            self.assertIn(f"#{read_png(results / 'display_2.0000.png')[9 * WIDTH + 20]:06x}", self.text_of("#corrected"))
-            self.to_point("#wall", self.wall_point(0, 20, 9)).perform()
-            self.wait(lambda: self.pixel_facts()[0] and self.pixel_facts()[0][0] == 1, "display 1 is described")
-            self.assertNotIn("corrected", self.pixel_facts()[1])
+        scenario, plain = self.scenarios["over", 2], self.results["over", 2]
+        results = results_of(scenario, scenario.with_suffix(".corrected"), "--level", "rtl", "--set", correction)
+        page = page_of(scenario, scenario.with_suffix(".corrected.html"), "--set", correction)
+        self.open(page)
+        self.assertIn("the colours of display 2.", self.text_of("#remarks"))
+        report = report_of(results)
+        shown = self.asked(STARVED)
+        self.assertEqual([frame["wrong_pixels"] for frame in report["frames"]], [frame["wrong"] for frame in shown])
+        self.assertTrue(0 < report["totals"]["wrong_pixels"])
+        for display in range(COLUMNS):
+            name = f"display_{display + 1}.0000.png"
+            picture = read_png(results / name)
+            self.assertEqual(picture == read_png(plain / name), display == 0)
+            self.assertEqual(picture, self.asked(SHOWN, 0, display))
+        # Beside the displays: what leaves the pipeline, and what becomes of it.
+        self.to_point("#wall", self.wall_point(1, 20, 9)).perform()
+        self.wait_for_facts("leaves the pipeline", "corrected by its table")
+        self.assertIn(f"#{read_png(results / 'display_2.0000.png')[9 * WIDTH + 20]:06x}", self.text_of("#corrected"))
+        self.to_point("#wall", self.wall_point(0, 20, 9)).perform()
+        self.wait(lambda: self.pixel_facts()[0] and self.pixel_facts()[0][0] == 1, "display 1 is described")
+        self.assertNotIn("corrected", self.pixel_facts()[1])
 
     def test_winners_of_flat_images(self):
         for composition in COMPOSITIONS:

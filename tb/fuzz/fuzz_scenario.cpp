@@ -13,7 +13,8 @@
 
 namespace {
 
-/// A folder for the scenarios' images, with tiny ones in it, so that the code after the images is reached, and quickly.
+/// A folder for the scenarios' images and colour tables, with tiny ones in it, so that the code after them is reached, and
+/// quickly.
 class ImageFolder {
   public:
     ImageFolder() {
@@ -26,6 +27,9 @@ class ImageFolder {
         }
         scratch_.write("a.ppm", colour);
         scratch_.write("z.pgm", depth);
+        std::string table;
+        for (int v = 0; v < 256; ++v) table += "1," + std::to_string(v) + ",3\n";
+        scratch_.write("t.csv", table);
     }
     const std::filesystem::path& path() const { return scratch_.path(); }
 
