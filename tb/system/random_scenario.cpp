@@ -393,6 +393,12 @@ void choose_slots(std::uint64_t seed, Scenario& scenario) {
 /// Likewise. Often grows the buffers, which must hold two source rows; viewports are split again, for the aprons, and rows
 /// of other tables get lines beside the raster where the image has them.
 void choose_smoothing(std::uint64_t seed, Scenario& scenario) {
+#ifdef METABUFFER_REPLICATES_ONLY
+    constexpr bool kReplicatesOnly = true;
+#else
+    constexpr bool kReplicatesOnly = false;
+#endif
+    if (kReplicatesOnly) return;
     constexpr std::uint64_t kOwnSequence = 0x536D6F6F;
     Random random(seed ^ kOwnSequence);
     if (!random.one_in(3)) return;

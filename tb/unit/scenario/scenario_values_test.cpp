@@ -232,6 +232,10 @@ TEST_CASE("scenario: choices") {
                                    {"edf", Arbitration::kEdf}},
                                   "irsa, slot-allocation, round-robin or edf",
                                   [](const Scenario& s) { return s.bus.arbitration; });
+    check_choice_key<Smoothing>(fixture, "composer.smoothing", "a smoothing",
+                                {{"replicate", Smoothing::kReplicate}, {"bilinear", Smoothing::kBilinear}},
+                                "replicate or bilinear",
+                                [](const Scenario& s) { return s.composer.smoothing; });
     check_choice_key<StarvationMode>(fixture, "composer.on_starvation", "a starvation mode",
                                      {{"glitch", StarvationMode::kGlitch}, {"stall", StarvationMode::kStall}},
                                      "glitch or stall",
@@ -345,7 +349,8 @@ TEST_CASE("scenario: a value that should be a map and is not") {
                 "is '100'; use a map with the keys core_mhz, dvi_in_refresh_hz, dvi_in_mhz, "
                 "dvi_out_refresh_hz and dvi_out_mhz");
     check_error(fixture, "composer", "100",
-                "is '100'; use a map with the keys buffer_pixels, ready_space_pixels and on_starvation");
+                "is '100'; use a map with the keys buffer_pixels, ready_space_pixels, on_starvation and "
+                "smoothing");
     CHECK(fixture.parse(scenario_with("bus", "{}")).bus.width_bits == 64);
 }
 

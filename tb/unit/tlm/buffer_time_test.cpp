@@ -109,13 +109,13 @@ TEST_CASE("buffer time: columns of smoothed segments agree with a clock by clock
             range.smoothing = Smoothing::kBilinear;
             range.largest_multiple = 6;
             range.tight_bursts = tight;
-            range.least_delay = 40;
+            range.least_delay = 60;
             range.most_ready_beats = 3;
             if (tight) range.most_spare_pixels = 20;
             const ColumnReplay::Met met =
                 replay_random_columns(seed + (stall ? 1 : 0) + (tight ? 2 : 0), 700, range);
             CHECK(met.replayed > 1000);
-            CHECK((stall ? met.stalled : met.starved) > 1000);
+            CHECK((stall ? met.stalled : met.starved) > 200);
             CHECK(met.late > 20);
             INFO(met.first_wrong_level);
             CHECK(met.wrong_levels == 0);

@@ -1,0 +1,182 @@
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "composer_bench.h"
+#include "composer_scenario.h"
+
+using namespace metabuffer;
+using namespace metabuffer::test;
+
+// A composer that smooths, through its pins.
+namespace {
+
+Scenario smoothing_scenario(const ComposerSizes& sizes, StarvationMode mode = StarvationMode::kGlitch) {
+    Scenario scenario = composer_scenario(sizes, mode);
+    scenario.composer.smoothing = Smoothing::kBilinear;
+    return scenario;
+}
+
+/// The source lines of an axis at a raster position, and the weight of the other one, by the formula.
+struct Lines {
+    int own = 0;
+    int other = 0;
+    int weight = 0;
+
+    Lines(int distance, int count, int m) : own(distance / m), other(own) {
+        const int i = distance % m;
+        if (2 * i + 1 < m) other = std::max(own - 1, 0);
+        if (2 * i + 1 > m) other = std::min(own + 1, count - 1);
+        weight = 256 * std::abs(2 * i + 1 - m) / (2 * m);
+    }
+};
+
+/// What leaves the composer for a segment of which every pixel is there.
+std::vector<Pixel> smoothed_picture(const ViewportRow& row, int frame = 0) {
+    std::vector<Pixel> picture;
+    for (int position = 0; position < kPixels; ++position) {
+        const int x = position % kWidth;
+        const int y = position / kWidth;
+        const bool covered = x >= row.dx && y >= row.dy && x < row.dx + row.sdx * row.dmultiple &&
+                             y < row.dy + row.sdy * row.dmultiple;
+        if (!covered) {
+            picture.push_back(ComposerBench::upstream(position));
+            continue;
+        }
+        const Lines columns(x - row.dx, row.sdx, row.dmultiple);
+        const Lines rows(y - row.dy, row.sdy, row.dmultiple);
+        const auto mixed = [&](std::uint8_t (Pixel::*channel)() const) {
+            const auto of = [&](int column, int line) {
+                return (ComposerBench::local(frame, std::int64_t{line} * row.sdx + column).*channel)();
+            };
+            const int sum = of(columns.own, rows.own) * (256 - columns.weight) * (256 - rows.weight) +
+                            of(columns.other, rows.own) * columns.weight * (256 - rows.weight) +
+                            of(columns.own, rows.other) * (256 - columns.weight) * rows.weight +
+                            of(columns.other, rows.other) * columns.weight * rows.weight;
+            return static_cast<std::uint8_t>((sum + 32768) / 65536);
+        };
+        const Pixel own = ComposerBench::local(frame, std::int64_t{rows.own} * row.sdx + columns.own);
+        picture.emplace_back(mixed(&Pixel::r), mixed(&Pixel::g), mixed(&Pixel::b), mixed(&Pixel::a), own.z());
+    }
+    return picture;
+}
+
+/// Segments in and across every edge, with source lines beside the raster that are mixed in or not needed at all.
+std::vector<ViewportRow> smoothed_rows() {
+    return {table_row(1, {0, 0}, {3, 2}, {0, 0}, 2),
+            table_row(1, {0, 0}, {4, 3}, {-1, -1}, 2),
+            table_row(1, {0, 0}, {2, 2}, {1, 1}, 2),
+            table_row(1, {0, 0}, {3, 3}, {-2, -1}, 3),
+            table_row(1, {0, 0}, {4, 3}, {-4, -3}, 3),
+            table_row(1, {0, 0}, {4, 4}, {-5, -5}, 3),
+            table_row(1, {0, 0}, {4, 3}, {-7, -7}, 4),
+            table_row(1, {0, 0}, {2, 1}, {3, 2}, 3),
+            table_row(1, {0, 0}, {1, 1}, {-4, -2}, 5),
+            table_row(1, {0, 0}, {3, 3}, {-254, -254}, 255),
+            whole_raster()};
+}
+
+}  // namespace
+
+TEST_CASE("composer: smoothed, a raster pixel is mixed of the four source pixels around it, at every edge") {
+    ClockedTestbench bench;
+    const std::vector<ViewportRow> rows = smoothed_rows();
+    std::vector<std::unique_ptr<ComposerBench>> duts;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        duts.push_back(std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(i),
+                                                       smoothing_scenario({40, 6, 1})));
+        duts[i]->put_table(5, {rows[i]});
+        duts[i]->put_single_pixels(10, 0, rows[i].sdx * rows[i].sdy);
+        duts[i]->start_frame(50);
+    }
+    bench.run_through(50 + kPixels + 5);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        INFO("case " << i);
+        CHECK(duts[i]->picture_behind(50) == smoothed_picture(rows[i]));
+        CHECK(duts[i]->composer.counters().starved_pixels == 0);
+    }
+}
+
+TEST_CASE(
+    "composer: smoothed, a pixel read from the bus can be mixed in at the next edge, as a neighbour too") {
+    // Pixel 1 lies beside pixel 0 and goes into raster position (1, 0), which is composited at edge start + 2. Pixel 3
+    // lies below pixel 0 and goes into position (0, 1).
+    const ViewportRow row = table_row(1, {0, 0}, {3, 2}, {0, 0}, 2);
+    constexpr int kStart = 30;
+    ClockedTestbench bench;
+    std::vector<std::unique_ptr<ComposerBench>> duts;
+    for (const auto& [pixel, position] : {std::array<int, 2>{1, 1}, std::array<int, 2>{3, kWidth}}) {
+        for (const int late : {0, 1}) {
+            auto dut = std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(duts.size()),
+                                                       smoothing_scenario({40, 6, 1}));
+            dut->put_table(5, {row});
+            dut->put_single_pixels(10, 0, pixel);
+            // The edge before the one that composites the position, or that one.
+            dut->put_single_pixels(kStart + position + late, pixel, 6 - pixel);
+            dut->start_frame(kStart);
+            duts.push_back(std::move(dut));
+        }
+    }
+    bench.run_through(kStart + kPixels + 10);
+    for (std::size_t i = 0; i < duts.size(); ++i) {
+        INFO("case " << i);
+        const bool late = i % 2 == 1;
+        // Too late, pixel 3 keeps position (0, 1) waiting, and pixel 4 a clock after it position (1, 1).
+        const int starved = i == 1 ? 1 : 2;
+        CHECK(duts[i]->composer.counters().starved_pixels == (late ? starved : 0));
+        if (!late) CHECK(duts[i]->picture_behind(kStart) == smoothed_picture(row));
+    }
+}
+
+TEST_CASE("composer: smoothed, a pixel's space is free at its last use as a neighbour and not before") {
+    ClockedTestbench bench;
+    // Two source rows of three pixels, doubled, over the top left of the raster. The buffer has room for three more.
+    ComposerBench dut(bench, "dut", smoothing_scenario({9, 4, 1}));
+    dut.put_table(5, {table_row(1, {0, 0}, {3, 2}, {0, 0}, 2)});
+    dut.put_single_pixels(10, 0, 6);
+    const int start = 30;
+    dut.start_frame(start);
+    bench.run_through(start + kPixels + 5);
+    CHECK(dut.busreadies.falls() == std::vector<int>{15});  // six held, three free
+    // Pixel 0 shows last at raster position (1, 1), and goes into (2, 2).
+    CHECK(dut.busreadies.rises() == std::vector<int>{0, start + 1 + 2 * kWidth + 2});
+}
+
+TEST_CASE("composer: smoothed, STARTFRAME releases a source row above the raster that nothing needs") {
+    ClockedTestbench bench;
+    // Source row 1 shows in raster row 0, whose other source row is row 2: nothing needs row 0.
+    ComposerBench dut(bench, "dut", smoothing_scenario({9, 4, 1}));
+    dut.put_table(5, {table_row(1, {0, 0}, {2, 3}, {0, -7}, 4)});
+    dut.put_single_pixels(10, 0, 6);
+    const int start = 30;
+    dut.start_frame(start);
+    bench.run_through(start + kPixels + 5);
+    CHECK(dut.busreadies.falls() == std::vector<int>{15});
+    CHECK(dut.busreadies.rises() == std::vector<int>{0, start});
+    CHECK(dut.picture_behind(start) == smoothed_picture(table_row(1, {0, 0}, {2, 3}, {0, -7}, 4)));
+}
+
+TEST_CASE("composer: smoothed, the column stands still until the last neighbour has come") {
+    ClockedTestbench bench;
+    const ViewportRow row = table_row(1, {0, 0}, {3, 2}, {0, 0}, 2);
+    ComposerBench dut(bench, "dut", smoothing_scenario({40, 6, 1}, StarvationMode::kStall));
+    const int start = 30;
+    const int waited = 4;
+    dut.put_table(5, {row});
+    dut.put_single_pixels(10, 0, 3);
+    // Raster row 1 needs the second source row from its first position on.
+    const int due = start + 1 + kWidth;
+    dut.put_single_pixels(due - 1 + waited, 3, 3);
+    dut.start_frame(start);
+    bench.run_through(start + kPixels + waited + 10);
+    CHECK(dut.stalls.high() == clock_range(due - 1, due - 1 + waited));
+    std::vector<Pixel> shown;
+    for (int position = 0; position < kPixels; ++position) {
+        shown.push_back(dut.pipes.at(start + 1 + position + (position < kWidth ? 0 : waited)).pixel);
+    }
+    CHECK(shown == smoothed_picture(row));
+}
