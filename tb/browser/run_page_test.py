@@ -415,6 +415,28 @@ class RunPage(PageTest):
         self.wait(lambda: self.pixel_facts()[0] and self.pixel_facts()[0][0] == 1, "display 1 is described")
         self.assertNotIn("corrected", self.pixel_facts()[1])
 
+    def test_smoothed_colours(self):
+        for (composition, supersample), scenario in self.scenarios.items():
+            settings = ("--set", "composer.smoothing=bilinear", "--set", f"composer.buffer_pixels={160 * supersample}")
+            results = results_of(scenario, scenario.with_suffix(".smoothed"), "--level", "rtl", *settings)
+            self.open(page_of(scenario, scenario.with_suffix(".smoothed.html"), *settings))
+            report = report_of(results)
+            self.assertEqual({}, {renderer["name"]: renderer["rejected_rows"] for renderer in report["renderers"]
+                                  if any(renderer["rejected_rows"].values())})
+            shown = self.asked(STARVED)
+            self.assertEqual([frame["wrong_pixels"] for frame in report["frames"]], [frame["wrong"] for frame in shown])
+            for frame in range(FRAMES):
+                for display in range(COLUMNS):
+                    with self.subTest(composition=composition, supersample=supersample, frame=frame, display=display):
+                        name = f"display_{display + 1}.{frame:04}.png"
+                        picture = read_png(results / name)
+                        computed, _, winners = self.asked(COLOURS, frame, display)
+                        self.assertEqual(picture, computed)
+                        if 1 in winners:  # whose image is magnified
+                            self.assertNotEqual(picture, read_png(self.results[composition, supersample] / name))
+        self.to_point("#wall", self.wall_point(0, 2, 2)).perform()
+        self.wait_for_facts("mixed with those around it")
+
     def test_winners_of_flat_images(self):
         for composition in COMPOSITIONS:
             names = [f"renderer {n}" for n in range(len(FLAT))]

@@ -358,6 +358,42 @@ const metabufferRun = (() => {
         const one = entry.contributions[renderer];
         return one ? data.tables[one.table].find(row => row[0] === display + 1) : undefined;
     }
+    const smooths = machine.smoothing === "bilinear";
+    const whole = 256;      // the weight of 1
+    /// The source line next to that of a raster line, and its weight; the same line at the segment's edge.
+    function besideAt(raster, destination, multiple, count, into) {
+        const own = Math.floor((raster - destination) / multiple);
+        const twice = 2 * (raster - destination - own * multiple) + 1 - multiple;
+        const other = own + Math.sign(twice);
+        into[0] = other < 0 || other >= count ? own : other;
+        into[1] = Math.floor(whole * Math.abs(twice) / (2 * multiple));
+    }
+    /// R, G, B and A of a segment's raster pixel, mixed of its own source pixel and those around it. The result is in
+    /// `mixture` until the next call.
+    const mixture = new Uint8Array(4), inX = [0, 0], inY = [0, 0];
+    function mix(image, row, x, y) {
+        const [, sx, sy, sdx, sdy, dx, dy, multiple] = row;
+        besideAt(x, dx, multiple, sdx, inX);
+        besideAt(y, dy, multiple, sdy, inY);
+        const ownX = sx + Math.floor((x - dx) / multiple), ownY = sy + Math.floor((y - dy) / multiple);
+        const own = ownY * image.width + ownX;
+        const isKeyed = machine.composition === "z-alpha-key";
+        const isHidden = isKeyed && alphaOf(image.depths[own]) === 0;
+        /// A pixel that the viewer does not see counts as the own one.
+        const seen = place => isHidden || zOf(image.depths[place]) === farZ ||
+            (isKeyed && alphaOf(image.depths[place]) === 0) ? own : place;
+        const beside = seen(ownY * image.width + sx + inX[0]);
+        const across = seen((sy + inY[0]) * image.width + ownX);
+        const diagonal = seen((sy + inY[0]) * image.width + sx + inX[0]);
+        const channel = of => (whole - inY[1]) * ((whole - inX[1]) * of(own) + inX[1] * of(beside)) +
+            inY[1] * ((whole - inX[1]) * of(across) + inX[1] * of(diagonal)) + whole * whole / 2 >>> 16;
+        mixture[0] = channel(place => image.colours[place] >>> 16);
+        mixture[1] = channel(place => (image.colours[place] >>> 8) & 255);
+        mixture[2] = channel(place => image.colours[place] & 255);
+        mixture[3] = channel(place => alphaOf(image.depths[place]));
+        return mixture;
+    }
+
     /// The pixel that a renderer has for a raster pixel, or null if its segment does not cover it.
     function localPixel(entry, renderer, display, x, y) {
         const row = rowOf(entry, renderer, display);
@@ -373,6 +409,12 @@ const metabufferRun = (() => {
             pixel.colour = image.colours[place];
             pixel.alpha = alphaOf(image.depths[place]);
             pixel.z = zOf(image.depths[place]);
+            if (smooths && multiple > 1) {
+                const [r, g, b, a] = mix(image, row, x, y);
+                pixel.colour = r * 65536 + g * 256 + b;
+                pixel.alpha = a;
+                pixel.isMixed = true;
+            }
         }
         return pixel;
     }
@@ -481,10 +523,12 @@ const metabufferRun = (() => {
                 const end = Math.min(rasterWidth, dx + sdx * multiple);
                 for (let x = Math.max(0, dx); x < end; ++x) {
                     const place = line + Math.floor((x - dx) / multiple), bits = image.depths[place], nearness = zOf(bits);
-                    const isNearer = nearness < z[x], localAlpha = alphaOf(bits);
+                    const isNearer = nearness < z[x];
+                    let localAlpha = alphaOf(bits);
                     if (!isOver && (!isNearer || (isKeyed && localAlpha === 0))) continue;
                     const colour = image.colours[place];
-                    const r = colour >>> 16, g = (colour >>> 8) & 255, b = colour & 255;
+                    let r = colour >>> 16, g = (colour >>> 8) & 255, b = colour & 255;
+                    if (smooths && multiple > 1) [r, g, b, localAlpha] = mix(image, row, x, y);
                     if (isOver) {
                         const through = 255 - (isNearer ? localAlpha : alpha[x]);
                         const over = (mine, there) => isNearer ? Math.min(255, mine + divided(there * through))

@@ -47,6 +47,7 @@ Json machine_json(const Scenario& scenario) {
             {"background", displays.background},
             {"corrections", corrections_json(displays)},
             {"composition", to_string(scenario.composition)},
+            {"smoothing", to_string(scenario.composer.smoothing)},
             {"depth",
              {{"alpha_shift", layout_of(scenario.depth_format).alpha_shift},
               {"alpha_bits", layout_of(scenario.depth_format).alpha_bits},

@@ -126,7 +126,8 @@
                 element("th", {scope: "row"}, element("i", {style: "background:" + rendererColour(local.renderer)}), nameOf(local.renderer)),
                 element("td", {}, local.colour === undefined ? null : element("i", {style: "background:" + hexOf(local.colour)}),
                         `${value}${local.starved ? ", starved" : ""}`,
-                        element("div", {class: "what"}, `pixel ${local.sourceX}, ${local.sourceY} of its image; clock ` +
+                        element("div", {class: "what"}, `pixel ${local.sourceX}, ${local.sourceY} of its image` +
+                            `${local.isMixed ? ", mixed with those around it" : ""}; clock ` +
                             number(run.clockOf(frame, display, local.renderer, x, y) ?? "unknown"))));
         });
         parts.push(element("p", {id: "winner"}, !isWhole ? "Who won is not known." : winner < 0 ? "The background is shown."
