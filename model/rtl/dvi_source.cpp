@@ -39,6 +39,7 @@ void DviSource::clock_edge() {
     if (reset_i.read()) {
         program_.reset();
         registers_.reset();
+        character_registers_.reset();
         link_o.write(link_);
         clock_ppm_o.write(0);
         disturbance_o.write(disturbance_);
@@ -185,6 +186,9 @@ void DviSource::step_raster() {
 void DviSource::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, pair_request_i, path("pair_request"));
     registers_.trace(file, path(""));
+    if (scenario_.links.tmds()) {
+        character_registers_.trace(file, path(""));
+    }
     sc_core::sc_trace(file, program_.pair(), path("pair"));
 }
 

@@ -69,9 +69,9 @@ class DviSource final : public Block {
     Register<bool> vsync_line_{registers_, "vsync_line"};
     Register<int> line_active_pixels_;  ///< of the line under way
     Register<DviLink> link_{registers_, "DVI"};
-    Register<TmdsDisturbance> disturbance_{registers_, "disturbance"};
-    Register<bool> flips_bits_{registers_,
-                               "flips_bits"};  ///< disturbance_o does, in the characters of link_o alone
+    RegisterSet character_registers_;  ///< of links that have characters
+    Register<TmdsDisturbance> disturbance_{character_registers_, "disturbance"};
+    Register<bool> flips_bits_{character_registers_, "flips_bits"};  ///< disturbance_o does, for link_o alone
 };
 
 }  // namespace metabuffer::rtl

@@ -32,6 +32,7 @@ std::vector<std::string> reject_causes() {
 
 std::vector<std::string> control_characters() {
     std::vector<std::string> characters;
+    characters.reserve(kTmdsControl.size());
     for (const TmdsCharacter character : kTmdsControl) {
         characters.push_back(std::bitset<kTmdsCharacterBits>(character).to_string());
     }
