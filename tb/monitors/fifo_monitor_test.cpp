@@ -26,13 +26,21 @@ struct FifoMonitorBench {
     sc_core::sc_signal<rtl::FifoRelease> release;
     sc_core::sc_signal<std::uint64_t> word;
     sc_core::sc_signal<std::uint32_t> free;
+    // Of a window of two rows.
+    sc_core::sc_signal<std::uint64_t> next_word;
+    sc_core::sc_signal<rtl::FifoRead> row_read;
+    sc_core::sc_signal<std::uint64_t> row_word;
+    sc_core::sc_signal<std::uint64_t> row_next_word;
     monitors::FifoMonitor monitor;
     // The values of the wires from an edge on.
     std::map<int, std::uint64_t> words;
     std::map<int, std::uint32_t> frees;
+    std::map<int, std::uint64_t> next_words;
+    std::map<int, std::uint64_t> row_words;
+    std::map<int, std::uint64_t> row_next_words;
 
-    FifoMonitorBench()
-        : scenario(with_capacity()), monitor("monitor", scenario, "composer_1_1", violations.log) {
+    explicit FifoMonitorBench(Smoothing smoothing = Smoothing::kReplicate)
+        : scenario(with_capacity(smoothing)), monitor("monitor", scenario, "composer_1_1", violations.log) {
         monitor.clk_i(bench.core.clk);
         monitor.reset_i(bench.reset);
         monitor.write_i(write);
@@ -40,11 +48,19 @@ struct FifoMonitorBench {
         monitor.release_i(release);
         monitor.word_i(word);
         monitor.free_i(free);
+        if (smoothing == Smoothing::kBilinear) {
+            monitor.second_row->next_word_i(next_word);
+            monitor.second_row->row_read_i(row_read);
+            monitor.second_row->row_word_i(row_word);
+            monitor.second_row->row_next_word_i(row_next_word);
+            next_words[0] = row_words[0] = row_next_words[0] = 0;
+        }
         words[0] = 0;
         frees[0] = kCapacity;
     }
-    static Scenario with_capacity() {
+    static Scenario with_capacity(Smoothing smoothing) {
         Scenario scenario = small_scenario(8, 4);
+        scenario.composer.smoothing = smoothing;
         scenario.composer.buffer_pixels = kCapacity;
         scenario.renderers.push_back(renderer_of({PixelImage(8, 4)}));
         return scenario;
@@ -83,7 +99,20 @@ struct FifoMonitorBench {
         let_go(16, 0, 6);
         frees[17] = 15;
     }
+    /// The other row is read, and the words beside those of put_stream() stand where they must.
+    void put_second_row() {
+        next_words[6] = 131;
+        next_words[10] = 133;
+        next_words[15] = 106;
+        bench.core.drive(row_read, 6, rtl::FifoRead{true, 31});
+        bench.core.drive(row_read, 7, rtl::FifoRead{});
+        row_words[7] = 131;
+        row_next_words[7] = 132;
+    }
     void run() {
+        for (const auto& [clock, value] : next_words) bench.core.drive(next_word, clock, value);
+        for (const auto& [clock, value] : row_words) bench.core.drive(row_word, clock, value);
+        for (const auto& [clock, value] : row_next_words) bench.core.drive(row_next_word, clock, value);
         for (const auto& [clock, value] : words) bench.core.drive(word, clock, value);
         for (const auto& [clock, value] : frees) bench.core.drive(free, clock, value);
         bench.run_through(kEnd);
@@ -156,4 +185,40 @@ TEST_CASE("fifo monitor: a count of what is free that is wrong", "[monitors]") {
     bench.frees[12] = 15;
     bench.run();
     bench.violations.check_only("fifo/free", "composer_1_1.fifo.free", 11, -1);
+}
+
+TEST_CASE("fifo monitor: both rows of a window read by the rules break none", "[monitors]") {
+    FifoMonitorBench bench(Smoothing::kBilinear);
+    bench.put_stream();
+    bench.put_second_row();
+    bench.run();
+    bench.violations.check_none();
+}
+
+TEST_CASE("fifo monitor: another word than that of the next address", "[monitors]") {
+    FifoMonitorBench bench(Smoothing::kBilinear);
+    bench.put_stream();
+    bench.put_second_row();
+    bench.next_words[10] = 132;
+    bench.run();
+    bench.violations.check_only("fifo/word", "composer_1_1.fifo.next_word", 10, -1);
+}
+
+TEST_CASE("fifo monitor: another word of the other row", "[monitors]") {
+    FifoMonitorBench bench(Smoothing::kBilinear);
+    bench.put_stream();
+    bench.put_second_row();
+    bench.row_next_words[7] = 133;
+    bench.run();
+    bench.violations.check_only("fifo/word", "composer_1_1.fifo.row_next_word", 7, -1);
+}
+
+TEST_CASE("fifo monitor: a pixel of the other row is read that has not come", "[monitors]") {
+    FifoMonitorBench bench(Smoothing::kBilinear);
+    bench.put_stream();
+    bench.put_second_row();
+    bench.bench.core.drive(bench.row_read, 20, rtl::FifoRead{true, 7});
+    bench.bench.core.drive(bench.row_read, 21, rtl::FifoRead{});
+    bench.run();
+    bench.violations.check_only("fifo/read", "composer_1_1.fifo.row_read", 20, -1);
 }

@@ -427,6 +427,14 @@ void choose_smoothing(std::uint64_t seed, Scenario& scenario) {
             }
         }
     }
+    if (!random.one_in(4)) return;
+    // As little as some row takes.
+    for (const RendererFrame& entry : scenario.renderers.front().frames) {
+        for (const ViewportRow& row : entry.table) {
+            if (row.dmultiple < 2 || row.sdx == 0) continue;
+            scenario.composer.buffer_pixels = 2 * row.sdx + scenario.composer.ready_space_pixels;
+        }
+    }
 }
 
 }  // namespace

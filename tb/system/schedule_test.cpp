@@ -206,7 +206,7 @@ TEST_CASE("schedule: what a machine reports of its time is what it counts", "[sy
 }
 
 TEST_CASE("schedule: times and counters agree where pixels starve", "[system][schedule]") {
-    Scenario scenario = machine_with(610, [](const Scenario& of) {
+    Scenario scenario = machine_with(640, [](const Scenario& of) {
         return of.composer.on_starvation == StarvationMode::kGlitch && of.frames > 1;
     });
     scenario.memory.page_miss_cycles = 60;
