@@ -9,10 +9,8 @@ namespace {
 constexpr double kWhite = 255.0;
 
 std::uint8_t corrected_value(double value, double gain, double gamma) {
-    const double bright = std::min(kWhite, gain * value);
-    // Without gamma nothing is divided, so that a half stays one.
-    const double shown = gamma == 1.0 ? bright : kWhite * std::pow(bright / kWhite, 1.0 / gamma);
-    return static_cast<std::uint8_t>(std::lround(shown));
+    const double light = std::min(kWhite, gain * value) / kWhite;
+    return static_cast<std::uint8_t>(std::lround(kWhite * std::pow(light, 1.0 / gamma)));
 }
 
 }  // namespace
