@@ -378,6 +378,21 @@ class RunPage(PageTest):
                         if composition != "over" and supersample == 1:  # the picture itself says who won
                             self.assertEqual([(colour & 3) - 1 for colour in picture], winners)
 
+    def test_each_smoothed_colour_is_that_of_level_rtl(self):
+        settings = ("--set", "composer.smoothing=bilinear", "--set", "composer.buffer_pixels=128")
+        for (composition, supersample), scenario in self.scenarios.items():
+            results = results_of(scenario, self.folder / f"smooth-{composition}-{supersample}", *settings)
+            report = report_of(results)
+            self.open(page_of(scenario, self.folder / "smooth.html", *settings))
+            self.assertGreater(report["totals"]["wrong_pixels"], 0)
+            self.assertEqual([frame["wrong_pixels"] for frame in report["frames"]],
+                             [frame["wrong"] for frame in self.asked(STARVED)])
+            for frame in range(FRAMES):
+                for display in range(COLUMNS):
+                    with self.subTest(composition=composition, supersample=supersample, frame=frame, display=display):
+                        picture = read_png(results / f"display_{display + 1}.{frame:04}.png")
+                        self.assertEqual(picture, self.asked(COLOURS, frame, display)[0])
+
     def test_winners_of_flat_images(self):
         for composition in COMPOSITIONS:
             names = [f"renderer {n}" for n in range(len(FLAT))]

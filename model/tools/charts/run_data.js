@@ -358,6 +358,29 @@ const metabufferRun = (() => {
         const one = entry.contributions[renderer];
         return one ? data.tables[one.table].find(row => row[0] === display + 1) : undefined;
     }
+    const isSmoothed = machine.smoothing === "bilinear", isKeyed = machine.composition === "z-alpha-key";
+    /// The source lines that are mixed at a raster line `distance` lines after a segment's first one, and the weight of the
+    /// second one, of 256.
+    function mixedLines(distance, count, multiple) {
+        const own = Math.floor(distance / multiple), offCentre = 2 * (distance % multiple) + 1 - multiple;
+        const other = Math.max(0, Math.min(count - 1, own + Math.sign(offCentre)));
+        return [own, other, Math.floor(256 * Math.abs(offCentre) / (2 * multiple))];
+    }
+    /// Colour and alpha of a raster pixel of a table's row that is smoothed.
+    function smoothed(image, [, sx, sy, sdx, sdy, dx, dy, multiple], x, y) {
+        const [column, otherColumn, weightX] = mixedLines(x - dx, sdx, multiple);
+        const [line, otherLine, weightY] = mixedLines(y - dy, sdy, multiple);
+        const at = (i, j) => (sy + j) * image.width + sx + i, own = at(column, line);
+        const isHidden = place => isKeyed && alphaOf(image.depths[place]) === 0;
+        if (isHidden(own)) return {colour: image.colours[own], alpha: 0};
+        const seen = place => zOf(image.depths[place]) === farZ || isHidden(place) ? own : place;
+        const places = [own, seen(at(otherColumn, line)), seen(at(column, otherLine)), seen(at(otherColumn, otherLine))];
+        const weights = [(256 - weightX) * (256 - weightY), weightX * (256 - weightY), (256 - weightX) * weightY,
+                         weightX * weightY];
+        const mixed = of => Math.floor((places.reduce((sum, place, n) => sum + of(place) * weights[n], 0) + 32768) / 65536);
+        const channel = shift => mixed(place => (image.colours[place] >>> shift) & 255) * 2 ** shift;
+        return {colour: channel(16) + channel(8) + channel(0), alpha: mixed(place => alphaOf(image.depths[place]))};
+    }
     /// The pixel that a renderer has for a raster pixel, or null if its segment does not cover it.
     function localPixel(entry, renderer, display, x, y) {
         const row = rowOf(entry, renderer, display);
@@ -373,6 +396,7 @@ const metabufferRun = (() => {
             pixel.colour = image.colours[place];
             pixel.alpha = alphaOf(image.depths[place]);
             pixel.z = zOf(image.depths[place]);
+            if (isSmoothed && multiple > 1) Object.assign(pixel, smoothed(image, row, x, y));
         }
         return pixel;
     }
@@ -392,7 +416,7 @@ const metabufferRun = (() => {
             const result = isNearer ? blended(local, upstream) : blended(upstream, local);
             return {...result, winner: isNearer ? local.renderer : upstream.winner};
         }
-        if (!isNearer || (machine.composition === "z-alpha-key" && local.alpha === 0)) return upstream;
+        if (!isNearer || (isKeyed && local.alpha === 0)) return upstream;
         return {colour: local.colour, alpha: local.alpha, z: local.z, winner: local.renderer};
     }
     /// What became of a raster pixel: what each renderer had for it, and the pixel that left the pipeline.
@@ -419,7 +443,7 @@ const metabufferRun = (() => {
             }
             return map;
         }
-        const nearest = new Uint32Array(width * height).fill(farZ), keyed = machine.composition === "z-alpha-key";
+        const nearest = new Uint32Array(width * height).fill(farZ);
         for (let renderer = 0; renderer < renderers; ++renderer) {
             const row = rowOf(entry, renderer, display);
             if (!row) continue;
@@ -431,7 +455,7 @@ const metabufferRun = (() => {
                 const line = (sy + Math.floor((v * sub - dy) / multiple)) * image.width + sx;
                 for (let u = Math.max(0, Math.ceil(dx / sub)); u < right; ++u) {
                     const bits = image.depths[line + Math.floor((u * sub - dx) / multiple)], z = zOf(bits), n = v * width + u;
-                    if (z >= nearest[n] || (keyed && alphaOf(bits) === 0)) continue;
+                    if (z >= nearest[n] || (isKeyed && alphaOf(bits) === 0)) continue;
                     if (hasStarved && isStarved(renderer, display, entry.frame, u * sub, v * sub)) continue;
                     nearest[n] = z;
                     map[n] = renderer;
@@ -448,7 +472,6 @@ const metabufferRun = (() => {
     const rowSums = new Uint32Array(3 * machine.width), samples = sub * sub;
     function idealRow(entry, display, v, colours) {
         const {z, alpha, red, green, blue} = plane, isOver = machine.composition === "over";
-        const isKeyed = machine.composition === "z-alpha-key";
         rowSums.fill(0);
         for (let y = v * sub; y < (v + 1) * sub; ++y) {
             z.fill(farZ);
@@ -463,9 +486,11 @@ const metabufferRun = (() => {
                 const end = Math.min(rasterWidth, dx + sdx * multiple);
                 for (let x = Math.max(0, dx); x < end; ++x) {
                     const place = line + Math.floor((x - dx) / multiple), bits = image.depths[place], nearness = zOf(bits);
-                    const isNearer = nearness < z[x], localAlpha = alphaOf(bits);
+                    const isNearer = nearness < z[x];
+                    let localAlpha = alphaOf(bits);
                     if (!isOver && (!isNearer || (isKeyed && localAlpha === 0))) continue;
-                    const colour = image.colours[place];
+                    let colour = image.colours[place];
+                    if (isSmoothed && multiple > 1) ({colour, alpha: localAlpha} = smoothed(image, row, x, y));
                     const r = colour >>> 16, g = (colour >>> 8) & 255, b = colour & 255;
                     if (isOver) {
                         const through = 255 - (isNearer ? localAlpha : alpha[x]);

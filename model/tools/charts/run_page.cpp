@@ -37,6 +37,7 @@ Json machine_json(const Scenario& scenario) {
             {"supersample", displays.supersample},
             {"background", displays.background},
             {"composition", to_string(scenario.composition)},
+            {"smoothing", to_string(scenario.composer.smoothing)},
             {"depth",
              {{"alpha_shift", layout_of(scenario.depth_format).alpha_shift},
               {"alpha_bits", layout_of(scenario.depth_format).alpha_bits},
