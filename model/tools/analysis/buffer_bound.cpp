@@ -215,8 +215,9 @@ std::int64_t BufferBound::smallest_legal_pixels() const {
         pixels = std::max(pixels, table.machine().ready_space);
         for (const BusUser& user : table.users()) {
             const ViewportRow& row = user.segment.row();
-            pixels = std::max(pixels, window_rows(table.machine().smoothing, row.dmultiple) * row.sdx +
-                                          table.machine().ready_space);
+            pixels = std::max(pixels,
+                              std::int64_t{window_rows(table.machine().smoothing, row.dmultiple)} * row.sdx +
+                                  table.machine().ready_space);
         }
     }
     return pixels;
