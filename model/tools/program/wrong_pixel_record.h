@@ -29,7 +29,7 @@ class WrongPixelRecord {
   private:
     functional::WrongPixels wrong_pixels_;
     std::size_t displays_;
-    bool links_err_;  ///< every picture may be wrong
+    bool links_err_;                                   ///< every picture may be wrong
     std::map<int, std::vector<std::int64_t>> counts_;  ///< by frame, then by display
 };
 
