@@ -48,12 +48,6 @@ std::string text(const ComposerCounters& c) {
            std::to_string(c.starved_run_count);
 }
 
-std::int64_t pixels_sent(const MonitoredMachines& machines) {
-    std::int64_t sent = 0;
-    for (const auto& machine : machines) sent += machine->machine().report().total_bus().pixels_sent;
-    return sent;
-}
-
 /// Runs until every machine has ended, and on until its buses have sent everything, with the monitors on: the last frame
 /// may be abandoned, and then it ends before its pixels are sent.
 bool run_to_end(MonitoredMachines& machines) {
@@ -61,12 +55,13 @@ bool run_to_end(MonitoredMachines& machines) {
         return std::all_of(machines.begin(), machines.end(),
                            [](const auto& machine) { return machine->machine().finished(); });
     });
-    std::int64_t sent = -1;
-    return ended && simulate_until([&machines, &sent] {
-               const std::int64_t sent_before = sent;
-               sent = pixels_sent(machines);
-               return sent == sent_before;
-           });
+    if (!ended) return false;
+    drain_buses([&machines] {
+        std::int64_t sent = 0;
+        for (const auto& machine : machines) sent += machine->machine().report().total_bus().pixels_sent;
+        return sent;
+    });
+    return true;
 }
 
 void check_counters(const MonitoredMachine& machine) {

@@ -52,17 +52,7 @@ struct DecoderBench {
 };
 
 Waveform random_frames(int frames, std::uint64_t seed) {
-    Random random(seed);
-    Waveform wave;
-    append_blank_lines(wave, kWidth, 2, true);
-    for (int frame = 0; frame < frames; ++frame) {
-        LinkLines lines(kHeight, std::vector<std::uint32_t>(kWidth));
-        for (auto& line : lines) {
-            for (std::uint32_t& pixel : line) pixel = static_cast<std::uint32_t>(random.bits()) & 0xFF'FFFFU;
-        }
-        append_frame(wave, kWidth, lines);
-    }
-    return wave;
+    return random_waveform(kWidth, kHeight, kFirstSync / kLine, frames, seed);
 }
 
 /// Where frame n of such a waveform begins.

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "dvi_waveform.h"
 #include "rtl/signals.h"
+#include "support/random_seed.h"
 #include "support/tmds_flow_chart.h"
 
 /// Waveforms of DVI links in characters, by the flow charts of DVI 1.0 and not by the model's encoder.
@@ -34,6 +36,22 @@ inline TmdsStreams tmds_streams(const Waveform& wave) {
         }
     }
     return streams;
+}
+
+/// A vertical sync of so many lines, and frames of random pixels.
+inline Waveform random_waveform(int width, int height, int sync_lines, int frames, std::uint64_t seed) {
+    Random random(seed);
+    Waveform wave;
+    append_blank_lines(wave, width, sync_lines, true);
+    for (int frame = 0; frame < frames; ++frame) {
+        LinkLines lines(static_cast<std::size_t>(height),
+                        std::vector<std::uint32_t>(static_cast<std::size_t>(width)));
+        for (auto& line : lines) {
+            for (std::uint32_t& pixel : line) pixel = static_cast<std::uint32_t>(random.bits()) & 0xFF'FFFFU;
+        }
+        append_frame(wave, width, lines);
+    }
+    return wave;
 }
 
 /// All channels side by side, as long as the shortest.

@@ -78,23 +78,30 @@ bool simulate_until(const std::function<bool()>& condition) {
     return true;
 }
 
+void drain_buses(const std::function<std::int64_t()>& pixels_sent) {
+    // A chunk is longer than any bus of these tests waits for a page or a slot.
+    std::int64_t sent = -1;
+    std::int64_t sent_before = -2;
+    while (sent != sent_before) {
+        sc_core::sc_start(kChunk);
+        sent_before = sent;
+        sent = pixels_sent();
+    }
+}
+
 bool run_to_end(MachineRuns& runs) {
     const bool finished = simulate_until([&runs] {
         return std::all_of(runs.begin(), runs.end(), [](const auto& run) { return run->finished(); });
     });
     if (!finished) return false;
-    // A chunk is longer than any bus of these tests waits for a page or a slot.
-    std::int64_t sent = -1;
-    std::int64_t sent_before = -2;
-    while (sent != sent_before) {
-        sent_before = sent;
-        sent = 0;
-        sc_core::sc_start(kChunk);
+    drain_buses([&runs] {
+        std::int64_t sent = 0;
         for (const auto& run : runs) {
             run->read_drained_report();
             sent += run->drained_report().total_bus().pixels_sent;
         }
-    }
+        return sent;
+    });
     return true;
 }
 

@@ -73,6 +73,9 @@ class MachineRun {
 /// these tests has finished.
 bool simulate_until(const std::function<bool()>& condition);
 
+/// Runs the simulation of machines that have finished until their buses stand still. pixels_sent: by all buses so far.
+void drain_buses(const std::function<std::int64_t()>& pixels_sent);
+
 using MachineRuns = std::vector<std::unique_ptr<MachineRun>>;
 
 /// Runs the machines side by side until each has finished and its buses stand still. False if one has not
