@@ -84,6 +84,13 @@ ColourImage reference(const Scenario& scenario, const MachineRun& run, int frame
     return functional::composite_display(scenario, functional::contributions_of(scenario, pairs), 1);
 }
 
+/// Every frame shows what the reference makes of its pairs.
+void check_pictures(const MachineRun& run) {
+    for (int frame = 0; frame < kFrames; ++frame) {
+        CHECK(differing_pixels(run.picture(frame, 1), reference(run.scenario(), run, frame)) == 0);
+    }
+}
+
 std::vector<std::string> report_differences(const MachineRun& one, const MachineRun& other) {
     return compare_reports(report_json(one.report()), report_json(other.report()), {"one", "other"})
         .differences;
@@ -228,9 +235,7 @@ TEST_CASE("characters are found again after a reset, and on a link whose clock d
     for (const auto& run : runs) {
         INFO(run->machine().name());
         REQUIRE(run->report().frames.size() == kFrames);
-        for (int frame = 0; frame < kFrames; ++frame) {
-            CHECK(differing_pixels(run->picture(frame, 1), reference(run->scenario(), *run, frame)) == 0);
-        }
+        check_pictures(*run);
         CHECK(run->report().renderers[0].total_rejected_frames() == 0);
     }
 }
@@ -403,9 +408,7 @@ TEST_CASE("fault tmds_bits that makes a VSYNC of blanking: the frame is rejected
         INFO(run->machine().name());
         CHECK(rejected(*run, RejectCause::kGeometry) >= 1);
         CHECK(pairs_shown(*run) == std::vector<int>{0, 0, 2, 3, 4});
-        for (int frame = 0; frame < kFrames; ++frame) {
-            CHECK(differing_pixels(run->picture(frame, 1), reference(run->scenario(), *run, frame)) == 0);
-        }
+        check_pictures(*run);
     }
 }
 
@@ -460,9 +463,7 @@ TEST_CASE("fault tmds_slip in a control scanline: the frame is rejected once, an
         CHECK(run->report().renderers[1].total_rejected_frames() == 1);
         CHECK(rejected(*run, RejectCause::kGeometry) == 0);
         CHECK(pairs_shown(*run) == std::vector<int>{0, 0, 2, 3, 4});
-        for (int frame = 0; frame < kFrames; ++frame) {
-            CHECK(differing_pixels(run->picture(frame, 1), reference(run->scenario(), *run, frame)) == 0);
-        }
+        check_pictures(*run);
     }
 }
 
