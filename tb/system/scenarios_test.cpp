@@ -37,7 +37,11 @@ std::vector<std::string> scenario_names() {
     return names;
 }
 
-Scenario load(const std::string& name) { return load_scenario(kScenarioDirectory / (name + ".yaml")); }
+using Overrides = std::vector<ScenarioOverride>;
+
+Scenario load(const std::string& name, const Overrides& overrides = {}) {
+    return load_scenario(kScenarioDirectory / (name + ".yaml"), overrides);
+}
 
 /// Runs the scenario on the clocked machine, in this process's one elaboration.
 std::unique_ptr<MachineRun> run_scenario(const std::string& name) {
@@ -51,8 +55,8 @@ std::unique_ptr<MachineRun> run_scenario(const std::string& name) {
 }
 
 /// The same with the transaction-level machines beside it.
-LevelRuns run_levels(const std::string& name) {
-    LevelRuns levels("metabuffer", load(name));
+LevelRuns run_levels(const std::string& name, const Overrides& overrides) {
+    LevelRuns levels("metabuffer", load(name, overrides));
     MachineRuns runs;
     runs.push_back(std::move(levels.rtl));
     TraceSwitch trace;
@@ -79,9 +83,10 @@ std::vector<ColourImage> functional_pictures(const Scenario& scenario, int frame
 /// machine located as starved, and level tlm gives all the same.
 class ScenarioRun final : public Catch::ITestInvoker {
   public:
-    explicit ScenarioRun(std::string name) : name_(std::move(name)) {}
+    explicit ScenarioRun(std::string name, Overrides overrides = {})
+        : name_(std::move(name)), overrides_(std::move(overrides)) {}
     void invoke() const override {
-        const LevelRuns levels = run_levels(name_);
+        const LevelRuns levels = run_levels(name_, overrides_);
         const std::vector<std::string> differences = level_differences(levels);
         INFO(first_lines(differences));
         CHECK(differences.empty());
@@ -110,14 +115,24 @@ class ScenarioRun final : public Catch::ITestInvoker {
 
   private:
     std::string name_;
+    Overrides overrides_;
 };
 
+void register_run(const std::string& title, ScenarioRun* run) {
+    // Registers in its constructor, as the macro does for a function.
+    const Catch::AutoReg registration(run, CATCH_INTERNAL_LINEINFO, Catch::StringRef(),
+                                      Catch::NameAndTags{title, "[system][scenario]"});
+}
+
 bool register_scenarios() {
-    for (const std::string& name : scenario_names()) {
-        // Registers in its constructor, as the macro does for a function.
-        const Catch::AutoReg registration(new ScenarioRun(name), CATCH_INTERNAL_LINEINFO, Catch::StringRef(),
-                                          Catch::NameAndTags{"scenario " + name, "[system][scenario]"});
+    for (const std::string& name : scenario_names()) register_run("scenario " + name, new ScenarioRun(name));
+#ifndef METABUFFER_REPLICATES_ONLY
+    // The paper's viewport table and its cases, smoothed.
+    for (const std::string name : {"paper-table", "case-1", "case-2", "case-3", "case-4"}) {
+        register_run("scenario " + name + ", smoothed",
+                     new ScenarioRun(name, {{"composer.smoothing", "bilinear"}}));
     }
+#endif
     return true;
 }
 
