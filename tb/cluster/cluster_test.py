@@ -22,13 +22,14 @@ sys.dont_write_bytecode = True
 from slurm_machine import SlurmMachine  # noqa: E402
 
 SHARDS = 4
-# A machine so small that a point is little more than a process.
-SCENARIO = """
-displays: {width: 12, height: 4}
-composer: {ready_space_pixels: 2}
-bus: {burst_pixels: 2}
+# A point takes some milliseconds, so that a shard hands in several times before it ends, and can be interrupted.
+WIDTH, HEIGHT = 320, 240
+SCENARIO = f"""
+displays: {{width: {WIDTH}, height: {HEIGHT}}}
+composer: {{ready_space_pixels: 2}}
+bus: {{burst_pixels: 2}}
 renderers:
-  - frames: [{image: view.ppm, z: 0, viewport: {x: 0, y: 0}}]
+  - frames: [{{image: view.ppm, z: 0, viewport: {{x: 0, y: 0}}}}]
 """
 # The last width is not legal: points without a valid scenario have their reasons.
 SWEEP = """
@@ -80,12 +81,14 @@ class Cluster:
         return sorted((self.folder / "all.db.parts").glob("*.db"))
 
     def wait_until(self, condition, what, process=None):
+        """Waits until the condition holds, and returns its value."""
         deadline = time.monotonic() + TIMEOUT_SECONDS
-        while not condition():
+        while not (value := condition()):
             expect(time.monotonic() < deadline, f"{what}: not after {TIMEOUT_SECONDS} s")
             if process is not None and process.poll() is not None:
                 raise Failure(f"{what}: the sweep has ended before: {process.stdout.read()}")
             time.sleep(0.1)
+        return value
 
     def jobs(self, state="RUNNING"):
         """The jobs of the array in that state, and their nodes."""
@@ -101,12 +104,11 @@ def check_interrupted(cluster, node_dies):
     """Killed, stopped and started again."""
     process = cluster.start(*cluster.sweep_arguments())
     cluster.wait_until(lambda: len(cluster.parts()) >= 2, "the first parts", process)
-    cluster.wait_until(cluster.jobs, "a job at work", process)
-    job = cluster.jobs()[0][0]
+    job = cluster.wait_until(cluster.jobs, "a job at work", process)[0][0]
     # As the system does when memory runs out, or an administrator.
     cluster.slurm.run("scancel", "--signal=KILL", "--full", job)
     if node_dies:
-        node = cluster.jobs()[-1][1]
+        node = cluster.wait_until(cluster.jobs, "another job at work", process)[-1][1]
         cluster.slurm.kill_node(node)
         cluster.wait_until(lambda: not cluster.jobs() or all(each[1] != node for each in cluster.jobs()),
                            "the job of the dead node is taken from it", process)
@@ -175,7 +177,7 @@ def main():
         work = folder / "work"
         work.mkdir()
         (work / "scenario.yaml").write_text(SCENARIO)
-        (work / "view.ppm").write_bytes(b"P6\n12 4\n255\n" + bytes(144))
+        (work / "view.ppm").write_bytes(b"P6\n%d %d\n255\n" % (WIDTH, HEIGHT) + bytes(3 * WIDTH * HEIGHT))
         (work / "sweep.yaml").write_text(SWEEP % (64 + arguments.points // 4 - 1))
         (folder / "slurm").mkdir()
         slurm = SlurmMachine(folder / "slurm")
