@@ -11,11 +11,12 @@ function(metabuffer_add_replacements base)
     endforeach()
 endfunction()
 
-# metabuffer_replace(BLOCKS NAME... SOURCES FILE... [LIBRARIES TARGET...]): for the CMakeLists.txt of a folder of
-# METABUFFER_REPLACEMENT, or of metabuffer_levels_with() of the installed package. In level rtl's library these sources
-# take the place of the blocks' own.
+# metabuffer_replace(BLOCKS NAME... SOURCES FILE... [LIBRARIES TARGET...] [REPLICATES_ONLY]): for the CMakeLists.txt of a
+# folder of METABUFFER_REPLACEMENT, or of metabuffer_levels_with() of the installed package. In level rtl's library these
+# sources take the place of the blocks' own. REPLICATES_ONLY: a composer or FIFO among them does not smooth, so the tests
+# have no machine that does.
 function(metabuffer_replace)
-    cmake_parse_arguments(ARG "" "" "BLOCKS;SOURCES;LIBRARIES" ${ARGN})
+    cmake_parse_arguments(ARG "REPLICATES_ONLY" "" "BLOCKS;SOURCES;LIBRARIES" ${ARGN})
     get_target_property(sources metabuffer_rtl SOURCES)
     foreach(block IN LISTS ARG_BLOCKS)
         set(own "${sources}")
@@ -35,4 +36,7 @@ function(metabuffer_replace)
     set_source_files_properties(${ARG_SOURCES} TARGET_DIRECTORY metabuffer_rtl PROPERTIES
                                 SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
     target_link_libraries(metabuffer_rtl PUBLIC ${ARG_LIBRARIES})
+    if(ARG_REPLICATES_ONLY)
+        set_property(GLOBAL PROPERTY METABUFFER_REPLICATES_ONLY ON)
+    endif()
 endfunction()

@@ -8,6 +8,7 @@
 
 #include "composer_bench.h"
 #include "composer_scenario.h"
+#include "rtl/composer_fifo.h"
 
 using namespace metabuffer;
 using namespace metabuffer::test;

@@ -6,6 +6,7 @@
 // pixel, the bus side receives a beat, the handshakes are driven.
 module composer #(
     parameter  int MAX_BUFFER_PIXELS = 4096,  // a power of two, 16 or more
+    parameter  int WINDOW_ROWS       = 1,     // source rows in the window: 1, or 2 to smooth
     localparam int ADDRESS_BITS      = $clog2(MAX_BUFFER_PIXELS),
     localparam int COUNT_BITS        = ADDRESS_BITS + 1
 ) (
@@ -24,6 +25,8 @@ module composer #(
     input logic [4:0]            cut_cycles_i,          // from BUSREADY's fall to the last beat of its burst: 1..17
     input logic [1:0]            composition_i,         // 0 nearer wins, 1 the same with alpha key, 2 over
     input logic                  stall_mode_i,          // a starved pixel: 1 stalls the column, 0 is a glitch
+    input logic                  smoothing_i,           // 1 bilinear, with two rows in the window; 0 replicates
+    input logic [23:0]           far_z_i,               // Z of the far plane
     input logic [63:0]           background_i,
     input logic                  pipemaster_i,          // strap, read in reset
 
@@ -70,7 +73,7 @@ module composer #(
     output logic [31:0]           frame_o,            // the frame composited, from 0; all ones before the first
     output logic [15:0]           x_o,                // the raster position that is next
     output logic [15:0]           y_o,
-    output logic [31:0]           pixel_o,            // the segment pixel that shows there, if any does
+    output logic [31:0]           pixel_o,            // the newest segment pixel that is needed there, if any is
     output logic [31:0]           row_first_pixel_o,  // of the source row that this raster row shows
     output logic [15:0]           column_o,           // in it
     output logic [7:0]            row_phase_o,        // the source row's repetition, from 0
@@ -94,6 +97,7 @@ module composer #(
   localparam logic [1:0] COMPOSE_Z = 2'd0;
   localparam logic [1:0] COMPOSE_Z_ALPHA_KEY = 2'd1;
 
+  localparam bit SMOOTHS = WINDOW_ROWS > 1;
   localparam int MOST_FRAMES_AHEAD = 65535;  // beyond the newest frame that is known: no bus gets there
   localparam int SPACE_BITS = (COUNT_BITS > 16 ? COUNT_BITS : 16) + 1;  // counts and announced pixels together
 
@@ -113,8 +117,11 @@ module composer #(
   logic [15:0] bottom[2];
   logic [15:0] source_width[2];
   logic [7:0]  last_phase[2];          // replication factor - 1
-  logic [7:0]  left_phase[2];          // repetitions of the first source column left of the raster
-  logic [7:0]  top_phase[2];           // repetitions of the first source row above the raster
+  logic [7:0]  left_phase[2];          // repetitions of the raster's first source column left of the raster
+  logic [7:0]  top_phase[2];           // repetitions of the raster's first source row above the raster
+  logic        left_apron[2];          // the raster's first source column is the segment's second one
+  logic        top_apron[2];           // the same for its first row
+  logic [15:0] source_height[2];
   logic [31:0] segment_pixels[2];
   logic [31:0] arrived[2];
   logic [ADDRESS_BITS-1:0] base[2];    // address of the segment's pixel 0
@@ -134,7 +141,8 @@ module composer #(
   logic        running;
   logic        row_covered;
   logic        covered;
-  logic        missing;                // covered, and the segment pixel has not come
+  logic        missing;                // covered, and a segment pixel that is needed has not come
+  logic [15:0] source_row;             // that this raster row shows
   logic [7:0]  column_phase;
   logic [7:0]  first_row_phase;        // of the source row shown: not 0 only for one cut by the raster's top
 
@@ -154,13 +162,14 @@ module composer #(
   assign frame_ends = compositing && raster_row_ends && y_o == raster_height_i - 16'd1;
   assign last_use = (row_phase_o == last_phase[head] || y_o == bottom[head] - 16'd1) &&
                     (column_phase == last_phase[head] || x_o == right[head] - 16'd1);
-  assign releasing = compositing && covered && last_use;
+  assign releasing = compositing && covered && last_use;  // of a segment that is replicated
   assign replaying = compositing && covered && !missing && !head_abandoned && row_phase_o > first_row_phase;
 
   logic [15:0] x_next, y_next, column_next;
   logic [7:0] column_phase_next, row_phase_next, first_row_phase_next;
   logic [31:0] row_first_pixel_next, pixel_next;
   logic row_covered_next, covered_next, running_next;
+  logic [15:0] source_row_next;
 
   always_comb begin : walk
     x_next = x_o;
@@ -171,26 +180,29 @@ module composer #(
     first_row_phase_next = first_row_phase;
     row_first_pixel_next = row_first_pixel_o;
     row_covered_next = row_covered;
+    source_row_next = source_row;
     if (starting) begin
       x_next = '0;
       y_next = '0;
-      column_next = '0;
+      column_next = {15'd0, left_apron[head]};
       column_phase_next = left_phase[head];
       row_phase_next = top_phase[head];
       first_row_phase_next = top_phase[head];
-      row_first_pixel_next = '0;
+      row_first_pixel_next = top_apron[head] ? {16'd0, source_width[head]} : '0;
+      source_row_next = {15'd0, top_apron[head]};
       row_covered_next = head_segment && top[head] == '0 && bottom[head] != '0;
     end else if (compositing) begin
       if (raster_row_ends) begin
         x_next = '0;
         y_next = y_o + 16'd1;
-        column_next = '0;
+        column_next = {15'd0, left_apron[head]};
         column_phase_next = left_phase[head];
         if (row_covered) begin
           if (row_phase_o == last_phase[head]) begin
             row_phase_next = '0;
             first_row_phase_next = '0;
             row_first_pixel_next = row_first_pixel_o + {16'd0, source_width[head]};
+            source_row_next = source_row + 16'd1;
           end else begin
             row_phase_next = row_phase_o + 8'd1;
           end
@@ -213,6 +225,64 @@ module composer #(
     pixel_next = row_first_pixel_next + {16'd0, column_next};
   end
 
+  // ---- step 1: smoothing ----
+
+  // A replication factor of 1 leaves nothing to smooth.
+  logic smooths;
+  logic [7:0] head_multiple;
+  logic [6:0] reach;  // raster pixels beyond its own block in which a source pixel is mixed
+  assign smooths = SMOOTHS && smoothing_i && last_phase[head] != '0;
+  assign head_multiple = last_phase[head] + 8'd1;
+  assign reach = head_multiple[7:1];
+
+  // The next position's window: the own source pixel, one beside it in its row, one across it in another row, and the one
+  // that is both. They lie on the side of the block's centre on which the raster pixel lies.
+  logic [8:0] column_place, row_place;
+  logic beside_is_left_next, across_is_above_next, beside_next, across_next;
+  logic [31:0] newest_next;                              // of them all
+  logic [ADDRESS_BITS-1:0] window_address, row_address;  // of the first one in either row
+
+  always_comb begin : window
+    column_place = {column_phase_next, 1'b1};
+    row_place = {row_phase_next, 1'b1};
+    beside_is_left_next = column_place < {1'b0, head_multiple};
+    across_is_above_next = row_place < {1'b0, head_multiple};
+    beside_next = smooths && column_place != {1'b0, head_multiple} &&
+                  (beside_is_left_next ? column_next != '0 : column_next != source_width[head] - 16'd1);
+    across_next = smooths && row_place != {1'b0, head_multiple} &&
+                  (across_is_above_next ? source_row_next != '0 : source_row_next != source_height[head] - 16'd1);
+    window_address = base[head] + ADDRESS_BITS'(pixel_next) - ADDRESS_BITS'(beside_next && beside_is_left_next);
+    row_address = across_is_above_next ? window_address - ADDRESS_BITS'(source_width[head])
+                                       : window_address + ADDRESS_BITS'(source_width[head]);
+    newest_next = pixel_next + {31'd0, beside_next && !beside_is_left_next};
+    if (across_next && !across_is_above_next) newest_next = newest_next + {16'd0, source_width[head]};
+  end
+
+  // A source row is released in the last raster row that is mixed of it. At the bottom of the raster two may be in use
+  // still: then the upper one is released pixel by pixel, and all others at the end.
+  logic last_raster_row, last_raster_column, releases_row_above, row_releases, smoothed_releases;
+  logic [31:0] released_row, release_end;  // one past the last pixel that is released
+
+  always_comb begin : smoothed_release
+    last_raster_row = y_o == bottom[head] - 16'd1;
+    last_raster_column = x_o == right[head] - 16'd1;
+    releases_row_above = source_row != '0 && (row_phase_o == {1'b0, reach} - 8'd1 ||
+                                              (last_raster_row && row_phase_o < {1'b0, reach}));
+    row_releases = releases_row_above || last_raster_row;
+    released_row = releases_row_above ? row_first_pixel_o - {16'd0, source_width[head]} : row_first_pixel_o;
+    if (starting) release_end = {16'd0, source_width[head]};  // a row above the raster that nothing needs
+    else if (!last_raster_column) release_end = released_row + {16'd0, column_o};
+    else if (last_raster_row) release_end = segment_pixels[head];
+    else release_end = released_row + {16'd0, source_width[head]};
+    smoothed_releases = smooths && release_end > released;
+    if (starting) begin
+      smoothed_releases = smoothed_releases && head_segment && top_apron[head] && top_phase[head] >= {1'b0, reach};
+    end else begin
+      smoothed_releases = smoothed_releases && compositing && covered && row_releases &&
+                          (last_raster_column || (column_o != '0 && column_phase >= {1'b0, reach} - 8'd1));
+    end
+  end
+
   // The state that the frame's end leaves to the bus side.
   logic        head_1;
   logic [1:0]  frames_1;
@@ -228,7 +298,12 @@ module composer #(
     receiving_ended_1 = receiving_ended;
     released_1 = released;
     held_1 = held;
-    if (releasing) begin
+    if (smoothed_releases) begin
+      released_1 = release_end;
+      if (!head_abandoned && arrived[head] > released) begin
+        held_1 = held - COUNT_BITS'((arrived[head] < release_end ? arrived[head] : release_end) - released);
+      end
+    end else if (releasing && !smooths) begin
       released_1 = pixel_o + 32'd1;
       if (!missing && !head_abandoned) held_1 = held - COUNT_BITS'(1);
     end
@@ -244,6 +319,7 @@ module composer #(
   end
 
   // Merging. The FIFO has read the local pixel at the edge before, even if the pixel came at that edge.
+  logic [63:0] fifo_word, fifo_next_word, fifo_row_word, fifo_row_next_word;
   logic [63:0] local_pixel, merged_pixel, upstream_pixel;
   logic        upstream_lost;
 
@@ -284,6 +360,64 @@ module composer #(
     endcase
   end
 
+  if (SMOOTHS) begin : gen_smoothing
+    logic [22:0] reciprocal[2], row_reciprocal;  // of the replication factor
+    logic beside, beside_is_left, across;        // the window of the position composited now
+    logic new_row, own_is_second;
+    logic [6:0] weight_x, weight_y;
+    logic [63:0] blended;
+    assign new_row = starting || (compositing && raster_row_ends);
+    assign own_is_second = beside && beside_is_left;
+
+    blend_counter column_counter (
+        .clk_i,
+        .multiple_i(head_multiple),
+        .reciprocal_i(reciprocal[head]),
+        .start_i(new_row),
+        .start_phase_i(left_phase[head]),
+        .step_i(compositing && covered),
+        .phase_i(column_phase_next),
+        .weight_o(weight_x)
+    );
+    blend_counter row_counter (
+        .clk_i,
+        .multiple_i(head_multiple),
+        .reciprocal_i(reciprocal[head]),
+        .start_i(starting),
+        .start_phase_i(top_phase[head]),
+        .step_i(compositing && raster_row_ends && row_covered),
+        .phase_i(row_phase_next),
+        .weight_o(weight_y)
+    );
+    pixel_blend blend (
+        .own_i(own_is_second ? fifo_next_word : fifo_word),
+        .beside_i(own_is_second ? fifo_word : fifo_next_word),
+        .across_i(own_is_second ? fifo_row_next_word : fifo_row_word),
+        .diagonal_i(own_is_second ? fifo_row_word : fifo_row_next_word),
+        .weight_x_i(beside ? weight_x : '0),
+        .weight_y_i(across ? weight_y : '0),
+        .far_z_i,
+        .alpha_key_i(composition_i == COMPOSE_Z_ALPHA_KEY),
+        .pixel_o(blended)
+    );
+    blend_reciprocal table_of_reciprocals (
+        .multiple_i(row_multiple),
+        .reciprocal_o(row_reciprocal)
+    );
+    assign local_pixel = smooths ? blended : fifo_word;
+
+    always_ff @(posedge clk_i) begin : window_registers
+      beside <= beside_next;
+      beside_is_left <= beside_is_left_next;
+      across <= across_next;
+      if (own_row) reciprocal[source_1] <= row_reciprocal;
+    end
+  end else begin : gen_replication
+    assign local_pixel = fifo_word;
+    logic unused_smoothing;
+    assign unused_smoothing = ^{smoothing_i, far_z_i, fifo_next_word, fifo_row_word, fifo_row_next_word};
+  end
+
   // ---- step 2: the bus side ----
 
   // A table row: words 0 and 1 of its beat.
@@ -310,6 +444,21 @@ module composer #(
 
   assign row_right = clipped_end(row_dx, row_sdx, row_multiple, raster_width_i);
   assign row_bottom = clipped_end(row_dy, row_sdy, row_multiple, raster_height_i);
+
+  // Repetitions of the first source line of an axis before the raster; of the second one, and bit 8 is set, if no
+  // repetition of the first one is left.
+  function automatic logic [8:0] outside_raster(input logic signed [15:0] from, input logic [7:0] multiple_of_row);
+    logic [15:0] repetitions;
+    logic apron;
+    repetitions = from < 0 ? $unsigned(-from) : '0;
+    apron = SMOOTHS && repetitions >= {8'd0, multiple_of_row};
+    outside_raster = {apron, apron ? 8'(repetitions - {8'd0, multiple_of_row}) : repetitions[7:0]};
+  endfunction
+
+  logic row_left_apron, row_top_apron;
+  logic [7:0] row_left_phase, row_top_phase;
+  assign {row_left_apron, row_left_phase} = outside_raster(row_dx, row_multiple);
+  assign {row_top_apron, row_top_phase} = outside_raster(row_dy, row_multiple);
 
   // A beat's frame number shows what was sent before its frame, and its index what was sent of its frame.
   logic beat, begins, goes_back, too_many, follows, newer, table_open, row_beat, taking_row, losing_table;
@@ -415,13 +564,14 @@ module composer #(
 
   // The local memory is a ring of MAX_BUFFER_PIXELS, of which buffer_pixels_i are used at a time. The read is for the
   // raster position of the next edge.
-  logic [ADDRESS_BITS-1:0] read_address;
+  logic reading;
   logic [1:0] fifo_error;
   logic [COUNT_BITS-1:0] fifo_free;
-  assign read_address = base[head] + ADDRESS_BITS'(pixel_next);
+  assign reading = running_next && covered_next;
 
   composer_fifo #(
-      .MAX_PIXELS(MAX_BUFFER_PIXELS)
+      .MAX_PIXELS(MAX_BUFFER_PIXELS),
+      .WINDOW_ROWS(WINDOW_ROWS)
   ) fifo (
       .clk_i,
       .reset_i,
@@ -430,11 +580,16 @@ module composer #(
       .write_count_i(keeping ? taken_count : 4'd0),
       .write_address_i(write_address),
       .write_words_i(bus_words_i),
-      .read_i(running_next && covered_next),
-      .read_address_i(read_address),
+      .read_i(reading),
+      .read_address_i(window_address),
       .release_oldest_i(held - held_1 + (keeping ? COUNT_BITS'(late_count) : '0)),
       .release_newest_i(held_1 - held_2),
-      .word_o(local_pixel),
+      .word_o(fifo_word),
+      .next_word_o(fifo_next_word),
+      .row_read_i(reading && across_next),
+      .row_read_address_i(row_address),
+      .row_word_o(fifo_row_word),
+      .row_next_word_o(fifo_row_next_word),
       .level_o(held),
       .free_o(fifo_free),
       .error_o(fifo_error)
@@ -483,7 +638,7 @@ module composer #(
                           (frames_2 != 2'd0 && ((table_ends && newest_2 == head_1) || head_loses_table ||
                                                 (!head_fresh && table_complete[head_1])));
     prefetched_next = !running_next && table_complete_next && (head_complete || free_3 < ready_space_pixels_i);
-    missing_next = running_next && covered_next && !head_abandoned_next && pixel_next >= head_arrived_next;
+    missing_next = running_next && covered_next && !head_abandoned_next && newest_next >= head_arrived_next;
   end
 
   // ---- the clock edge ----
@@ -581,7 +736,8 @@ module composer #(
     row_phase_o <= row_phase_next;
     first_row_phase <= first_row_phase_next;
     row_first_pixel_o <= row_first_pixel_next;
-    pixel_o <= pixel_next;
+    pixel_o <= newest_next;
+    source_row <= source_row_next;
   end
 
   always_ff @(posedge clk_i) begin : frame_registers
@@ -606,12 +762,15 @@ module composer #(
     if (own_row) begin
       has_segment[source_1] <= 1'b1;
       left[source_1] <= row_dx < 0 ? '0 : row_dx;
-      left_phase[source_1] <= row_dx < 0 ? 8'(-row_dx) : '0;
+      left_phase[source_1] <= row_left_phase;
+      left_apron[source_1] <= row_left_apron;
       right[source_1] <= row_right;
       top[source_1] <= row_dy < 0 ? '0 : row_dy;
-      top_phase[source_1] <= row_dy < 0 ? 8'(-row_dy) : '0;
+      top_phase[source_1] <= row_top_phase;
+      top_apron[source_1] <= row_top_apron;
       bottom[source_1] <= row_bottom;
       source_width[source_1] <= row_sdx;
+      source_height[source_1] <= row_sdy;
       last_phase[source_1] <= row_multiple - 8'd1;
       segment_pixels[source_1] <= {16'd0, row_sdx} * {16'd0, row_sdy};
     end

@@ -5,8 +5,11 @@
 // What the ports ask for before a clock's edge is done at the edge. A read gives the word that is written to its
 // address at the same edge. Each word of a beat lies in another bank, so the number of the ring's addresses is a power
 // of two, 16 or more.
+//
+// A composer that smooths reads two source rows at once, and of each two words next to each other.
 module composer_fifo #(
     parameter  int MAX_PIXELS   = 4096,  // a power of two, 16 or more
+    parameter  int WINDOW_ROWS  = 1,     // source rows in the composer's window: 1, or 2 to smooth
     localparam int ADDRESS_BITS = $clog2(MAX_PIXELS),
     localparam int COUNT_BITS   = ADDRESS_BITS + 1
 ) (
@@ -26,6 +29,14 @@ module composer_fifo #(
     input logic [COUNT_BITS-1:0]   release_newest_i,  // of a frame that is abandoned
 
     output logic [63:0]           word_o,  // stands until the next read
+
+    // The second read port, and the word after each that is read: 0 with a window of one row.
+    output logic [63:0]             next_word_o,
+    input  logic                    row_read_i,
+    input  logic [ADDRESS_BITS-1:0] row_read_address_i,
+    output logic [63:0]             row_word_o,
+    output logic [63:0]             row_next_word_o,
+
     output logic [COUNT_BITS-1:0] level_o,
     output logic [COUNT_BITS-1:0] free_o,
     output logic [1:0]            error_o  // what happened at the edge just past, see ERROR_...
@@ -35,55 +46,56 @@ module composer_fifo #(
   localparam logic [1:0] ERROR_EMPTY = 2'd2;    // a release of more than it held, what came with it included
   localparam logic [1:0] ERROR_ADDRESS = 2'd3;  // an address that the ring does not have
 
-  localparam int BANKS = 8;
-
   // ---- memory ----
 
-  logic [63:0] bank_word[BANKS];
-  logic [ADDRESS_BITS-1:0] read_distance;
-  logic [2:0] read_bank;
-  logic bypass;
-  logic [63:0] bypass_word;
+  localparam bit PAIR = WINDOW_ROWS > 1;
 
-  assign read_distance = (read_address_i - write_address_i) & last_address_i;
+  fifo_memory #(
+      .MAX_PIXELS(MAX_PIXELS),
+      .PAIR(PAIR)
+  ) memory (
+      .clk_i,
+      .reset_i,
+      .last_address_i,
+      .write_count_i,
+      .write_address_i,
+      .write_words_i,
+      .read_i,
+      .read_address_i,
+      .word_o,
+      .next_word_o
+  );
 
-  for (genvar bank = 0; bank < BANKS; bank = bank + 1) begin : gen_bank
-    logic [2:0] lane;
-    logic [ADDRESS_BITS-4:0] address;  // in the bank: one further for the lanes past the ring's bank 7
-    assign lane = 3'(bank) - write_address_i[2:0];
-    assign address = (write_address_i[ADDRESS_BITS-1:3] + (ADDRESS_BITS - 3)'(lane > ~write_address_i[2:0])) &
-                     last_address_i[ADDRESS_BITS-1:3];
-    pixel_bank #(
-        .DEPTH(MAX_PIXELS / BANKS)
+  // A block RAM has one read port, so the second port has a copy of the memory.
+  if (WINDOW_ROWS > 1) begin : gen_second_row
+    fifo_memory #(
+        .MAX_PIXELS(MAX_PIXELS),
+        .PAIR(PAIR)
     ) memory (
         .clk_i,
-        .write_i(!reset_i && {1'b0, lane} < write_count_i),
-        .write_address_i(address),
-        .write_lane_i(lane),
-        .words_i(write_words_i),
-        .read_i(read_i && read_address_i[2:0] == 3'(bank)),
-        .read_address_i(read_address_i[ADDRESS_BITS-1:3]),
-        .word_o(bank_word[bank])
+        .reset_i,
+        .last_address_i,
+        .write_count_i,
+        .write_address_i,
+        .write_words_i,
+        .read_i(row_read_i),
+        .read_address_i(row_read_address_i),
+        .word_o(row_word_o),
+        .next_word_o(row_next_word_o)
     );
+    assign row_beyond = row_read_i && row_read_address_i > last_address_i;
+  end else begin : gen_no_second_row
+    assign row_word_o = '0;
+    assign row_next_word_o = '0;
+    assign row_beyond = 1'b0;
+    logic unused_row;
+    assign unused_row = ^{row_read_i, row_read_address_i};
   end
-
-  always_ff @(posedge clk_i) begin : read_registers
-    if (reset_i) begin
-      bypass <= 1'b1;
-      bypass_word <= '0;
-    end else if (read_i) begin
-      read_bank <= read_address_i[2:0];
-      bypass <= read_distance < ADDRESS_BITS'(write_count_i);
-      bypass_word <= write_words_i[64*read_distance[2:0] +: 64];
-    end
-  end
-
-  assign word_o = bypass ? bypass_word : bank_word[read_bank];
 
   // ---- count ----
 
   logic [COUNT_BITS+1:0] released, level_next;
-  logic empties, overflows, beyond;
+  logic empties, overflows, beyond, row_beyond;
 
   always_comb begin : account
     released = {2'd0, release_oldest_i} + {2'd0, release_newest_i};
@@ -91,7 +103,8 @@ module composer_fifo #(
     empties = released > level_next;
     level_next = level_next - released;
     overflows = !empties && level_next > {2'd0, capacity_i};
-    beyond = (write_count_i != '0 && write_address_i > last_address_i) || (read_i && read_address_i > last_address_i);
+    beyond = (write_count_i != '0 && write_address_i > last_address_i) || (read_i && read_address_i > last_address_i) ||
+             row_beyond;
   end
 
   assign free_o = capacity_i - level_o;

@@ -28,6 +28,8 @@ static_assert(static_cast<int>(BusBeat::Kind::kNone) == kKindNone &&
               static_cast<int>(BusBeat::Kind::kPixels) == kKindPixels);
 static_assert(static_cast<int>(Composition::kZ) == 0 && static_cast<int>(Composition::kZAlphaKey) == 1 &&
               static_cast<int>(Composition::kOver) == 2 && kCompositionTable.size() == 3);
+static_assert(static_cast<int>(Smoothing::kReplicate) == 0 && static_cast<int>(Smoothing::kBilinear) == 1 &&
+              kSmoothingTable.size() == 2);
 constexpr int kErrorNone = 0;
 constexpr int kErrorFull = 1;
 constexpr int kErrorOrder = 2;
@@ -36,6 +38,7 @@ constexpr int kErrorTables = 4;
 constexpr int kErrorFrame = 5;
 
 constexpr int kMaximumBufferPixels = COMPOSER_MAX_BUFFER_PIXELS;
+constexpr int kWindowRows = COMPOSER_WINDOW_ROWS;
 constexpr int kHalfWordBits = 32;
 /// Registers that reset does not set start with random values.
 constexpr int kRandomRegisters = 2;
@@ -63,10 +66,12 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
 Composer::~Composer() { verilated_->final(); }
 
 void Composer::configure(const Scenario& scenario, int display) {
-    if (scenario.composer.smoothing != Smoothing::kReplicate) {
+    const SmoothingRow& smoothing = row_of(kSmoothingTable, scenario.composer.smoothing);
+    if (smoothing.window_rows > kWindowRows) {
         SC_REPORT_ERROR("/metabuffer/composer/smoothing",
-                        (std::string(name()) +
-                         ": the verilated composer replicates pixels; use composer.smoothing: replicate")
+                        (std::string(name()) + ": the verilated composer has a window of " +
+                         std::to_string(kWindowRows) + " source row, and " + smoothing.name + " needs " +
+                         std::to_string(smoothing.window_rows) + "; build with -DCOMPOSER_WINDOW_ROWS=2")
                             .c_str());
     }
     const int buffer_pixels = scenario.composer.buffer_pixels;
@@ -93,6 +98,8 @@ void Composer::configure(const Scenario& scenario, int display) {
     verilated_->cut_cycles_i = static_cast<CData>(busready_cut_cycles(scenario.bus, scenario.memory));
     verilated_->composition_i = static_cast<CData>(scenario.composition);
     verilated_->stall_mode_i = stall_mode_ ? 1 : 0;
+    verilated_->smoothing_i = static_cast<CData>(smoothing.value);
+    verilated_->far_z_i = far_z(scenario.depth_format);
     verilated_->background_i = scenario.background_pixel().word();
     verilated_->eval();
 }

@@ -19,7 +19,7 @@ namespace metabuffer::rtl {
 ///
 /// Raises /metabuffer/composer/protocol as model/rtl's composer does, and at elaboration /metabuffer/composer/size
 /// if the scenario needs a larger memory than the module was verilated with, /metabuffer/composer/smoothing if it wants
-/// smoothing, which the module does not do.
+/// smoothing and the module was verilated with a window of one row.
 class Composer final : public Block, public ComposerRecord {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock

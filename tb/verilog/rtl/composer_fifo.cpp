@@ -18,6 +18,7 @@ namespace metabuffer::rtl {
 namespace {
 
 constexpr int kMaximumPixels = COMPOSER_MAX_BUFFER_PIXELS;
+constexpr int kWindowRows = COMPOSER_WINDOW_ROWS;
 constexpr int kWordBits = 32;  // of a wide pin's elements
 
 /// Registers that reset does not set start with random values.
@@ -36,11 +37,14 @@ void put(Pin& pin, std::uint32_t value) {
 
 ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, ClockGating /*gating*/,
                            int window_rows)
-    : Block(name), context_(std::make_unique<VerilatedContext>()) {
-    if (window_rows > 1) {
+    : Block(name),
+      second_row(window_rows > 1 ? std::make_unique<SecondRowPins>() : nullptr),
+      context_(std::make_unique<VerilatedContext>()) {
+    if (window_rows > kWindowRows) {
         SC_REPORT_ERROR("/metabuffer/composer_fifo/smoothing",
-                        (std::string(this->name()) +
-                         ": the verilated FIFO has a window of one row; use composer.smoothing: replicate")
+                        (std::string(this->name()) + ": a window of " + std::to_string(window_rows) +
+                         " source rows is larger than the verilated FIFO's of " +
+                         std::to_string(kWindowRows) + "; build with -DCOMPOSER_WINDOW_ROWS=2")
                             .c_str());
     }
     if (buffer_addresses(capacity_pixels) > kMaximumPixels) {
@@ -56,6 +60,7 @@ ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pix
     verilated_ = std::make_unique<VerilatedComposerFifo>(context_.get(), "composer_fifo");
     verilated_->clk_i = 0;
     verilated_->reset_i = 1;
+    verilated_->row_read_i = 0;  // stays so with a window of one row
     put(verilated_->capacity_i, static_cast<std::uint32_t>(capacity_pixels));
     put(verilated_->last_address_i, static_cast<std::uint32_t>(buffer_addresses(capacity_pixels) - 1));
     verilated_->eval();
@@ -74,6 +79,11 @@ void ComposerFifo::clock_edge() {
     verilated_->eval();
     word_o.write(verilated_->word_o);
     free_o.write(verilated_->free_o);
+    if (second_row != nullptr) {
+        second_row->next_word_o.write(verilated_->next_word_o);
+        second_row->row_word_o.write(verilated_->row_word_o);
+        second_row->row_next_word_o.write(verilated_->row_next_word_o);
+    }
     if (!reset_i.read() && verilated_->error_o != 0) {
         report_error();
     }
@@ -90,6 +100,10 @@ void ComposerFifo::drive_inputs() {
     }
     verilated_->read_i = read_i.read().enable ? 1 : 0;
     put(verilated_->read_address_i, read_i.read().address);
+    if (second_row != nullptr) {
+        verilated_->row_read_i = second_row->row_read_i.read().enable ? 1 : 0;
+        put(verilated_->row_read_address_i, second_row->row_read_i.read().address);
+    }
     put(verilated_->release_oldest_i, release_i.read().oldest);
     put(verilated_->release_newest_i, release_i.read().newest);
 }
@@ -115,6 +129,12 @@ void ComposerFifo::trace(sc_core::sc_trace_file* file) const {
     sc_trace(file, release_i.read(), path("release"));
     sc_core::sc_trace(file, word_o, path("word"));
     sc_core::sc_trace(file, free_o, path("free"));
+    if (second_row != nullptr) {
+        sc_core::sc_trace(file, second_row->next_word_o, path("next_word"));
+        sc_trace(file, second_row->row_read_i.read(), path("row_read"));
+        sc_core::sc_trace(file, second_row->row_word_o, path("row_word"));
+        sc_core::sc_trace(file, second_row->row_next_word_o, path("row_next_word"));
+    }
 }
 
 }  // namespace metabuffer::rtl

@@ -16,7 +16,7 @@ namespace metabuffer::rtl {
 /// and timing, which are written at that class, and the same errors.
 ///
 /// Raises /metabuffer/composer_fifo/size at elaboration for a capacity beyond the memory that the module was verilated
-/// with, and /metabuffer/composer_fifo/smoothing for a window of two rows, which the module does not have.
+/// with, and /metabuffer/composer_fifo/smoothing for a window of more rows than it was verilated with.
 class ComposerFifo final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
@@ -27,9 +27,9 @@ class ComposerFifo final : public Block {
     sc_core::sc_out<std::uint64_t> word_o{"word_o"};
     sc_core::sc_out<std::uint32_t> free_o{"free_o"};
 
-    std::unique_ptr<SecondRowPins> second_row;  ///< null
+    std::unique_ptr<SecondRowPins> second_row;  ///< null with a window of one row
 
-    /// capacity_pixels: 1 or more; window_rows: 1.
+    /// capacity_pixels: 1 or more; window_rows: 1 or 2.
     ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels,
                  ClockGating gating = ClockGating::kOn, int window_rows = 1);
     ~ComposerFifo() override;

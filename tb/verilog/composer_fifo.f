@@ -1,0 +1,3 @@
+composer_fifo.sv
+fifo_memory.sv
+pixel_bank.sv
