@@ -103,6 +103,30 @@ TEST_CASE("composer: smoothed, a raster pixel is mixed of the four source pixels
 }
 
 TEST_CASE(
+    "composer: smoothed, the weights are counted right at every multiple, across blocks and their centres") {
+    ClockedTestbench bench;
+    std::vector<ViewportRow> rows;
+    std::vector<std::unique_ptr<ComposerBench>> duts;
+    for (int m = 2; m <= kMaximumMultiple; ++m) {
+        // Between two source pixels on one axis; in the middle of one on the other.
+        rows.push_back(table_row(1, {0, 0}, {2, 2}, {kWidth / 2 - m, kHeight / 2 - m / 2}, m));
+        rows.push_back(table_row(1, {0, 0}, {2, 2}, {kWidth / 2 - m / 2, kHeight / 2 - m}, m));
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        duts.push_back(std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(i),
+                                                       smoothing_scenario({40, 6, 1})));
+        duts[i]->put_table(5, {rows[i]});
+        duts[i]->put_single_pixels(10, 0, 4);
+        duts[i]->start_frame(20);
+    }
+    bench.run_through(20 + kPixels + 5);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        INFO("multiple " << static_cast<int>(rows[i].dmultiple) << ", case " << i);
+        CHECK(duts[i]->picture_behind(20) == smoothed_picture(rows[i]));
+    }
+}
+
+TEST_CASE(
     "composer: smoothed, a pixel read from the bus can be mixed in at the next edge, as a neighbour too") {
     // Pixel 1 lies beside pixel 0 and goes into raster position (1, 0), which is composited at edge start + 2. Pixel 3
     // lies below pixel 0 and goes into position (0, 1).
