@@ -31,7 +31,8 @@ constexpr const char* kHelp =
     "Prints for each machine: name, policy, load of its busiest bus, whether bursts are whole, smallest "
     "legal buffer,\n"
     "bound, smallest buffer without a starved pixel in the simulation, whether the machine of the bound "
-    "starves.\n";
+    "starves,\n"
+    "how its composers magnify.\n";
 
 /// The smallest buffer with which nothing starves. A larger buffer may starve where a smaller one does not, since
 /// columns then start at other times. So some sizes below the one that is found are tried, too.
@@ -75,7 +76,8 @@ void measure(const Scenario& scenario) {
     std::cout << scenario.name << ' ' << to_string(scenario.bus.arbitration) << ' ' << load << ' '
               << (whole_bursts ? "whole" : "cut") << ' ' << analysis.least_buffer_pixels << ' ' << bound
               << ' ' << simulated_minimum(scenario, analysis.least_buffer_pixels, bound) << ' '
-              << (starves ? "starves" : "safe") << std::endl;
+              << (starves ? "starves" : "safe") << ' '
+              << row_of(kSmoothingTable, scenario.composer.smoothing).name << std::endl;
 }
 
 std::optional<std::uint64_t> whole_number(std::string_view text) {

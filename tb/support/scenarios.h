@@ -99,4 +99,33 @@ inline Fault random_stalls(int renderer, int percent, std::int64_t from_cycle = 
     return fault;
 }
 
+/// Composers that smooth. Viewports are split again, for the aprons, and rows of other tables get lines beside the raster
+/// where the image has them.
+inline void smooth_tables(Random& random, Scenario& scenario) {
+    scenario.composer.smoothing = Smoothing::kBilinear;
+    for (Renderer& renderer : scenario.renderers) {
+        for (RendererFrame& entry : renderer.frames) {
+            if (entry.viewport) {
+                entry.table = scenario.table_for(*entry.viewport, renderer);
+                continue;
+            }
+            for (ViewportRow& row : entry.table) {
+                if (row.dmultiple < 2 || row.dmultiple > kMaximumMultiple) continue;
+                if (row.sx > 0 && row.dx > -row.dmultiple && random.one_in(2)) {
+                    --row.sx;
+                    ++row.sdx;
+                    row.dx = static_cast<std::int16_t>(row.dx - row.dmultiple);
+                }
+                if (row.sy > 0 && row.dy > -row.dmultiple && random.one_in(2)) {
+                    --row.sy;
+                    ++row.sdy;
+                    row.dy = static_cast<std::int16_t>(row.dy - row.dmultiple);
+                }
+                if (row.sx + row.sdx < renderer.image_width_pixels && random.one_in(2)) ++row.sdx;
+                if (row.sy + row.sdy < renderer.image_height_pixels && random.one_in(2)) ++row.sdy;
+            }
+        }
+    }
+}
+
 }  // namespace metabuffer::test

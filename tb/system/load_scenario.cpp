@@ -142,6 +142,13 @@ void add_faults(Random& random, Scenario& scenario) {
     }
 }
 
+/// By random numbers of its own, so that a seed's machine stays what it is otherwise.
+void choose_smoothing(std::uint64_t seed, Scenario& scenario) {
+    constexpr std::uint64_t kOwnSequence = 0x536D6F6F;
+    Random random(seed ^ kOwnSequence);
+    if (random.one_in(3)) smooth_tables(random, scenario);
+}
+
 }  // namespace
 
 Scenario random_load_scenario(std::uint64_t seed) {
@@ -167,6 +174,7 @@ Scenario random_load_scenario(std::uint64_t seed) {
     if (random.one_in(3)) ready = random.one_in(2) ? random.between(1, 2 * burst) : in_flight;
     scenario.composer.ready_space_pixels = std::max(in_flight, ready);
     if (random.one_in(6)) add_faults(random, scenario);
+    choose_smoothing(seed, scenario);
     check_scenario(scenario);
     return scenario;
 }

@@ -390,8 +390,7 @@ void choose_slots(std::uint64_t seed, Scenario& scenario) {
     }
 }
 
-/// Likewise. Often grows the buffers, which must hold two source rows; viewports are split again, for the aprons, and rows
-/// of other tables get lines beside the raster where the image has them.
+/// Likewise. Often grows the buffers, which must hold two source rows.
 void choose_smoothing(std::uint64_t seed, Scenario& scenario) {
 #ifdef METABUFFER_REPLICATES_ONLY
     constexpr bool kReplicatesOnly = true;
@@ -402,31 +401,8 @@ void choose_smoothing(std::uint64_t seed, Scenario& scenario) {
     constexpr std::uint64_t kOwnSequence = 0x536D6F6F;
     Random random(seed ^ kOwnSequence);
     if (!random.one_in(3)) return;
-    scenario.composer.smoothing = Smoothing::kBilinear;
     if (!random.one_in(4)) scenario.composer.buffer_pixels += random.between(0, 2 * kLargestExtent);
-    for (Renderer& renderer : scenario.renderers) {
-        for (RendererFrame& entry : renderer.frames) {
-            if (entry.viewport) {
-                entry.table = scenario.table_for(*entry.viewport, renderer);
-                continue;
-            }
-            for (ViewportRow& row : entry.table) {
-                if (row.dmultiple < 2 || row.dmultiple > kMaximumMultiple) continue;
-                if (row.sx > 0 && row.dx > -row.dmultiple && random.one_in(2)) {
-                    --row.sx;
-                    ++row.sdx;
-                    row.dx = static_cast<std::int16_t>(row.dx - row.dmultiple);
-                }
-                if (row.sy > 0 && row.dy > -row.dmultiple && random.one_in(2)) {
-                    --row.sy;
-                    ++row.sdy;
-                    row.dy = static_cast<std::int16_t>(row.dy - row.dmultiple);
-                }
-                if (row.sx + row.sdx < renderer.image_width_pixels && random.one_in(2)) ++row.sdx;
-                if (row.sy + row.sdy < renderer.image_height_pixels && random.one_in(2)) ++row.sdy;
-            }
-        }
-    }
+    smooth_tables(random, scenario);
     if (!random.one_in(4)) return;
     // As little as some row takes.
     for (const RendererFrame& entry : scenario.renderers.front().frames) {

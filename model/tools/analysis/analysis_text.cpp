@@ -159,7 +159,6 @@ std::string buffer_lines(const Analysis& analysis) {
         if (analysis.memory.refreshes()) unproved = "a memory that is refreshed";
         if (analysis.memory.shared()) unproved = "a memory with shared ports";
         if (analysis.bus.arbiter_takes_time()) unproved = "an arbiter that takes clocks";
-        if (analysis.composer.smoothing == Smoothing::kBilinear) unproved = "composers that smooth";
         reason = "nothing is proved of " + unproved;
     }
     text += figure("never starves with",

@@ -247,6 +247,12 @@ double BufferBound::refill_pixels(const BusTable& table, std::size_t row) const 
         for (const BusUser& old : before.users()) {
             if (old.display() != user.display()) continue;
             const ViewportRow& old_row = old.segment.row();
+            // Before that clock the slots are not sure to bring anything.
+            const auto idle = static_cast<std::int64_t>(sure.loss / sure.rate);
+            const std::int64_t position = machine.raster_pixels - idle - Jobs::kBusreadyCycles;
+            if (position > 0)
+                most =
+                    std::max(most, as_double(old.segment.pixels() - old.segment.released_before(position)));
             for (std::int64_t line = 0; line < old_row.sdy; ++line) {
                 const std::int64_t first = line * old_row.sdx;
                 const std::int64_t clocks =

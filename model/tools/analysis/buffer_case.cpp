@@ -95,8 +95,9 @@ std::int64_t RivalGrants::asked_for(std::int64_t position) const {
 }
 
 std::int64_t RivalGrants::released_before(std::int64_t position) const {
-    return position <= 0 ? 0
-                         : user_.segment.released_before(std::min(position, table_.machine().raster_pixels));
+    // The frame's start comes before position 0, and may release pixels that smoothing does not need.
+    return position < 0 ? 0
+                        : user_.segment.released_before(std::min(position, table_.machine().raster_pixels));
 }
 
 double RivalGrants::clocks(std::int64_t pixels) const {

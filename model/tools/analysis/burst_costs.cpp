@@ -29,10 +29,14 @@ void BurstCosts::add_burst(std::int64_t b) {
     walk(b, [&](const Piece& piece) {
         // Along a source row the raster needs at most a pixel a clock. So on a bus of a beat a clock, the piece's first
         // pixel has the least time. On a slower bus the last one may have it. Where the raster cuts the first pixel
-        // short, the second one is needed sooner than the others.
-        for (const std::int64_t k : {piece.first, std::min(piece.first + 1, piece.last), piece.last}) {
+        // short, the second one is needed sooner than the others. Of a smoothed row several pixels at either end may
+        // be needed at once.
+        const auto pass = [&](std::int64_t k) {
             latest = std::min(latest, segment_.first_use(k) - cycles_to(k, piece));
-        }
+        };
+        const std::int64_t edge = segment_.smooths() ? kUnevenPixels : 1;
+        for (std::int64_t k = piece.first; k <= std::min(piece.first + edge, piece.last); ++k) pass(k);
+        for (std::int64_t k = std::max(piece.first, piece.last - edge + 1); k <= piece.last; ++k) pass(k);
         beats_ += (piece.last - piece.run_first) / pixels_per_beat_ -
                   (piece.begins_run ? -1 : (piece.first - 1 - piece.run_first) / pixels_per_beat_);
         page_misses_ += piece.opens_page ? 1 : 0;

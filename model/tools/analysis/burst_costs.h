@@ -8,6 +8,10 @@
 
 namespace metabuffer::analysis {
 
+/// So many pixels at either end of a smoothed source row may be needed, and so many may be released, at once: the raster's
+/// edges cut short what lies beside it. Between them the raster takes one pixel every Dmultiple positions.
+constexpr std::int64_t kUnevenPixels = 4;
+
 /// Whether the first word of a burst finds its page open.
 enum class FirstWord : std::uint8_t {
     kMisses,  ///< another composer's burst may have come between and have opened another page

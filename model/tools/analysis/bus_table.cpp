@@ -18,14 +18,14 @@ MachineFigures::MachineFigures(const Scenario& scenario, const ArbitrationRow& p
       page_miss_cycles(scenario.memory.page_miss_cycles),
       lost_slot_cycles(metabuffer::lost_slot_cycles(scenario)),
       policy(policy) {
-    if (scenario.composer.smoothing == Smoothing::kBilinear || scenario.bus.arbiter_takes_time() ||
-        scenario.memory.refreshes() || scenario.memory.shared() ||
+    if (scenario.bus.arbiter_takes_time() || scenario.memory.refreshes() || scenario.memory.shared() ||
         bus_loop_cycles(scenario.bus, scenario.memory) > 0)
         this->policy.proof = BufferProof::kNone;
 }
 
 /// Each row of the source is released in one stretch, with a pause after it. The burst is the most by which that runs
-/// ahead of its average, from the beginning of any stretch to the end of the same or a later one.
+/// ahead of its average, from the beginning of any stretch to the end of the same or a later one. A smoothed row is
+/// released at an even pace too, except for its first and last pixels, of which several may go at once.
 ReleaseCurve::ReleaseCurve(const Segment& segment, std::int64_t raster_width) {
     const ViewportRow& row = segment.row();
     rate = static_cast<double>(row.sdx) /
@@ -37,10 +37,16 @@ ReleaseCurve::ReleaseCurve(const Segment& segment, std::int64_t raster_width) {
         const auto ahead = [&](std::int64_t released, std::int64_t position) {
             return static_cast<double>(released) - rate * static_cast<double>(position - first);
         };
-        // The first pixel of a row is released in the clock of its last use, so the stretch begins before that.
-        least = std::min(least, ahead(j * row.sdx, segment.last_use(j * row.sdx)));
-        burst =
-            std::max(burst, ahead((j + 1) * row.sdx, segment.last_use((j + 1) * row.sdx - 1) + 1) - least);
+        const auto pass = [&](std::int64_t k) {
+            const std::int64_t position = segment.last_use(k);
+            // A pixel is released in the clock of its last use, so a window that has it may begin there.
+            least = std::min(least, ahead(k, position));
+            burst = std::max(burst, ahead(k + 1, position + 1) - least);
+        };
+        const std::int64_t begin = j * row.sdx;
+        const std::int64_t edge = segment.smooths() ? std::min<std::int64_t>(kUnevenPixels, row.sdx) : 1;
+        for (std::int64_t i = 0; i < edge; ++i) pass(begin + i);
+        for (std::int64_t i = edge; i > 0; --i) pass(begin + row.sdx - i);
     }
     // Within a stretch, a pixel that the raster's left edge cuts short is released sooner than the rest.
     burst += 1.0;
@@ -177,9 +183,11 @@ Portions BusTable::cut_burst_portions(const BusUser& user) const {
             const std::int64_t pixels = std::min(full, in_page - done);
             const std::int64_t beats = (pixels + machine_.pixels_per_beat - 1) / machine_.pixels_per_beat;
             // On a bus of a beat a clock, a portion's first pixel has the least time. On a slower bus the last one
-            // may have it.
-            const auto in_time = static_cast<double>(machine_.page_miss_cycles + machine_.cycles_per_beat +
-                                                     (pixels - 1) * (machine_.cycles_per_beat - 1));
+            // may have it. Of a smoothed segment, all of them may be needed at once.
+            const std::int64_t last_pixel = segment.smooths() ? (beats - 1) * machine_.cycles_per_beat
+                                                              : (pixels - 1) * (machine_.cycles_per_beat - 1);
+            const auto in_time =
+                static_cast<double>(machine_.page_miss_cycles + machine_.cycles_per_beat + last_pixel);
             portions.first_pixel.push_back(k + done);
             portions.latest_start.push_back(static_cast<double>(segment.first_use(k + done)) - in_time);
             portions.own_before.push_back(own);

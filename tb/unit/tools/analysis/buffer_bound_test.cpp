@@ -30,9 +30,12 @@ Scenario one_composer(const ViewportRow& row, int raster, int image) {
 
 TEST_CASE("no window of a raster releases more than rate and burst say", "[analysis][random]") {
     test::Random random(test::random_seed(5));
-    for (int round = 0; round < 100; ++round) {
+    for (int round = 0; round < 300; ++round) {
         const int raster = random.between(4, 14);
-        const Segment segment(random_row(random, raster, 14), raster, raster);
+        const bool smoothed = round % 3 > 0;
+        const Segment segment(smoothed ? test::random_smoothed_row(random, {raster, raster}, 6)
+                                       : random_row(random, raster, 14),
+                              raster, raster, smoothed ? Smoothing::kBilinear : Smoothing::kReplicate);
         const ReleaseCurve curve(segment, raster);
         const std::int64_t positions = std::int64_t{raster} * raster;
         for (std::int64_t from = 0; from <= positions; ++from) {
@@ -113,6 +116,26 @@ TEST_CASE("a lone composer on a bus of exactly its rate needs a few pixels besid
     const std::int64_t pixels = BufferBound(scenario).find()->pixels;
     CHECK(pixels >= 19 * 6);
     CHECK(pixels <= 20 * 6 + 16);
+}
+
+TEST_CASE(
+    "a lone composer that smooths, on a bus of exactly its rate, needs a few pixels beside two source rows",
+    "[analysis]") {
+    const int size = 64;
+    const int ready = 9;
+    Scenario scenario = one_composer({1, 0, 0, size / 2, size / 2, 0, 0, 2}, size, size);
+    scenario.bus.width_bits = 16;  // four clocks a pixel, and a pixel is four raster pixels
+    scenario.bus.burst_pixels = 8;
+    scenario.composer.ready_space_pixels = ready;
+    scenario.composer.smoothing = Smoothing::kBilinear;
+    scenario.memory.page_miss_cycles = 0;
+    CHECK(BufferBound(scenario).smallest_legal_pixels() == ready + size);
+    CHECK(BufferBound(scenario).find()->pixels == ready + size);
+    // Two pages of 512 words: while they are opened, the raster takes three pixels.
+    scenario.memory.page_miss_cycles = 6;
+    const std::int64_t pixels = BufferBound(scenario).find()->pixels;
+    CHECK(pixels >= ready + size + 3);
+    CHECK(pixels <= ready + size + 4);
 }
 
 TEST_CASE("a slower bus never has a smaller bound by much and a much faster one needs the legal size",

@@ -29,8 +29,9 @@ struct Setting {
     int image_width = 0;
     int raster_width = 0;
     int raster_height = 0;
+    Smoothing smoothing = Smoothing::kReplicate;
 
-    Segment segment() const { return {row, raster_width, raster_height}; }
+    Segment segment() const { return {row, raster_width, raster_height, smoothing}; }
     std::int64_t page(std::int64_t k) const {
         const std::int64_t y = row.sy + k / row.sdx;
         return (y * image_width + row.sx + k % row.sdx) / memory.page_words;
@@ -68,6 +69,13 @@ Setting random_setting(test::Random& random) {
     setting.raster_height = random.between(8, 40);
     setting.row = test::random_row(random, {setting.image_width, setting.raster_height + 9},
                                    {setting.raster_width, setting.raster_height}, 1, random.between(1, 4));
+    if (random.one_in(2)) {
+        constexpr int kLargestMultiple = 9;
+        setting.smoothing = Smoothing::kBilinear;
+        setting.image_width = setting.raster_width + 2;
+        setting.row = test::random_smoothed_row(random, {setting.raster_width, setting.raster_height},
+                                                kLargestMultiple);
+    }
     return setting;
 }
 
@@ -75,7 +83,7 @@ Setting random_setting(test::Random& random) {
 
 TEST_CASE("bursts cost what a memory played word by word says", "[analysis][random]") {
     test::Random random(test::random_seed(7));
-    for (int round = 0; round < 400; ++round) {
+    for (int round = 0; round < 800; ++round) {
         const Setting setting = random_setting(random);
         const Segment segment = setting.segment();
         const auto first_word = static_cast<FirstWord>(random.between(0, 2));
