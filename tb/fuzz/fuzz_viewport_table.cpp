@@ -37,9 +37,14 @@ bool shows(std::int64_t first, std::int64_t multiple, std::int64_t raster) {
     return false;
 }
 
-bool ends_show(std::int64_t destination, std::int64_t count, std::int64_t multiple, std::int64_t raster) {
-    return shows(destination, multiple, raster) &&
-           shows(destination + (count - 1) * multiple, multiple, raster);
+/// Where the row is smoothed, the outermost line at either end may lie beside the raster: the next one is mixed with it.
+bool ends_show(std::int64_t destination, std::int64_t count, std::int64_t multiple, std::int64_t raster,
+               bool smoothed) {
+    const std::int64_t last = destination + (count - 1) * multiple;
+    const bool has_apron = smoothed && count > 1;
+    return (shows(destination, multiple, raster) ||
+            (has_apron && shows(destination + multiple, multiple, raster))) &&
+           (shows(last, multiple, raster) || (has_apron && shows(last - multiple, multiple, raster)));
 }
 
 bool lies_within(std::int64_t source, std::int64_t count, std::int64_t image) {
@@ -57,12 +62,13 @@ RowDefect expected_defect(const ViewportRow& row, const ViewportLimits& limits,
         !lies_within(row.sy, row.sdy, limits.image_height_pixels)) {
         return RowDefect::kSource;
     }
-    if (!ends_show(row.dx, row.sdx, row.dmultiple, limits.raster_width_pixels) ||
-        !ends_show(row.dy, row.sdy, row.dmultiple, limits.raster_height_pixels)) {
+    const bool smoothed = limits.smoothing == Smoothing::kBilinear && row.dmultiple > 1;
+    if (!ends_show(row.dx, row.sdx, row.dmultiple, limits.raster_width_pixels, smoothed) ||
+        !ends_show(row.dy, row.sdy, row.dmultiple, limits.raster_height_pixels, smoothed)) {
         return RowDefect::kDestination;
     }
-    // What is repeated stays in the buffer, and the next slot must find room in the rest.
-    const int kept = row.dmultiple == 1 ? 0 : row.sdx;
+    // What is repeated, or mixed with the next row, stays in the buffer. The next slot must find room in the rest.
+    const int kept = row.dmultiple == 1 ? 0 : (smoothed ? 2 : 1) * row.sdx;
     return kept + limits.ready_space_pixels > limits.buffer_pixels ? RowDefect::kBuffer : RowDefect::kNone;
 }
 
@@ -95,15 +101,22 @@ ViewportTable check_validation(const ViewportTable& table, const ViewportLimits&
 void check_uses(const Segment& segment, const PaintedSegment& painted, test::Size raster) {
     const std::int64_t positions = std::int64_t{raster.width} * raster.height;
     std::vector<std::int64_t> releases(static_cast<std::size_t>(positions), 0);  // at each position
+    std::int64_t released = 0;
     EXPECT(segment.pixels() == static_cast<std::int64_t>(painted.first.size()));
     for (std::size_t k = 0; k < painted.first.size(); ++k) {
-        // Every pixel of a valid row shows somewhere.
-        EXPECT(painted.last[k] != PaintedSegment::kNone);
-        EXPECT(segment.first_use(static_cast<std::int64_t>(k)) == painted.first[k]);
+        // Every pixel of a valid row shows somewhere, unless it is beside the raster. A source row above the raster that
+        // nothing is mixed with is released by the frame's start.
+        EXPECT(painted.last[k] != PaintedSegment::kNone || segment.smooths());
+        EXPECT(segment.first_use(static_cast<std::int64_t>(k)) ==
+               (painted.first[k] == PaintedSegment::kNever ? segment.never() : painted.first[k]));
         EXPECT(segment.last_use(static_cast<std::int64_t>(k)) == painted.last[k]);
-        ++releases[static_cast<std::size_t>(painted.last[k])];
+        if (painted.last[k] == PaintedSegment::kNone) {
+            ++released;
+        } else {
+            ++releases[static_cast<std::size_t>(painted.last[k])];
+        }
     }
-    std::int64_t released = 0;
+    EXPECT(segment.skipped_pixels() == released);
     for (std::int64_t position = 0; position < positions; ++position) {
         EXPECT(segment.released_before(position) == released);
         released += releases[static_cast<std::size_t>(position)];
@@ -113,6 +126,7 @@ void check_uses(const Segment& segment, const PaintedSegment& painted, test::Siz
 
 void check_walk(const Segment& segment, const PaintedSegment& painted, test::Size raster) {
     SegmentWalker walker(segment, true, raster.width, raster.height);
+    std::int64_t released = segment.skipped_pixels();
     for (int y = 0; y < raster.height; ++y) {
         for (int x = 0; x < raster.width; ++x) {
             const std::int64_t position = std::int64_t{y} * raster.width + x;
@@ -124,7 +138,13 @@ void check_walk(const Segment& segment, const PaintedSegment& painted, test::Siz
             if (covered) {
                 EXPECT(segment.pixel_at(x, y) == pixel);
                 EXPECT(walker.pixel() == pixel);
-                EXPECT(walker.last_use() == (painted.last[static_cast<std::size_t>(pixel)] == position));
+                EXPECT(walker.newest_pixel() == painted.newest[static_cast<std::size_t>(position)]);
+                released = std::max(released, walker.released() + 1);
+                EXPECT(released == segment.released_before(position + 1));
+                const BlendWindow<std::int64_t> window = walker.window();
+                const BlendWindow<std::int64_t> divided = segment.window_at(x, y);
+                EXPECT(window.own == divided.own && window.beside == divided.beside &&
+                       window.across == divided.across && window.diagonal == divided.diagonal);
             }
             walker.advance();
         }
@@ -132,9 +152,9 @@ void check_walk(const Segment& segment, const PaintedSegment& painted, test::Siz
     EXPECT(walker.done());
 }
 
-void check_segment(const ViewportRow& row, test::Size raster) {
-    const Segment segment(row, raster.width, raster.height);
-    const PaintedSegment painted(row, raster);
+void check_segment(const ViewportRow& row, test::Size raster, Smoothing smoothing) {
+    const Segment segment(row, raster.width, raster.height, smoothing);
+    const PaintedSegment painted(row, raster, smoothing);
     check_uses(segment, painted, raster);
     check_walk(segment, painted, raster);
 }
@@ -169,11 +189,12 @@ void check_splitter(const Viewport& viewport, const DisplayWall& wall, ViewportL
     limits.displays = wall.columns * wall.rows;
     // The host knows nothing of buffers.
     limits.ready_space_pixels = 1;
-    limits.buffer_pixels = limits.image_width_pixels + limits.ready_space_pixels;
+    limits.buffer_pixels = 2 * limits.image_width_pixels + limits.ready_space_pixels;
     const bool multiple_is_right = viewport.multiple >= 1 && viewport.multiple <= 255;
     ViewportTable table;
     try {
-        table = split_viewport(viewport, limits.image_width_pixels, limits.image_height_pixels, wall);
+        table = split_viewport(viewport, limits.image_width_pixels, limits.image_height_pixels, wall,
+                               limits.smoothing);
     } catch (const std::invalid_argument& error) {
         // With an image and a wall of this size every number fits its field.
         EXPECT(!multiple_is_right);
@@ -217,10 +238,12 @@ ViewportRow row_of(ByteReader& bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     constexpr unsigned kSmall = 1;
     constexpr unsigned kSplit = 2;
+    constexpr unsigned kSmoothed = 4;
     ByteReader bytes(data, size);
     const unsigned choices = bytes.u8();
     const bool small = (choices & kSmall) != 0;
     ViewportLimits limits;
+    if ((choices & kSmoothed) != 0) limits.smoothing = Smoothing::kBilinear;
     limits.displays = small ? bytes.u8() % 9 + 1 : bytes.u16();
     limits.image_width_pixels = size_of(bytes, small);
     limits.image_height_pixels = size_of(bytes, small);
@@ -240,7 +263,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     ViewportTable table;
     while (!bytes.empty() && table.size() < kMostRows) table.push_back(row_of(bytes));
     for (const ViewportRow& row : check_validation(table, limits)) {
-        if (small) check_segment(row, {limits.raster_width_pixels, limits.raster_height_pixels});
+        if (small)
+            check_segment(row, {limits.raster_width_pixels, limits.raster_height_pixels}, limits.smoothing);
     }
     return 0;
 }
