@@ -23,7 +23,6 @@ namespace {
 
 const std::filesystem::path kScenarioDirectory = METABUFFER_SCENARIO_DIRECTORY;
 
-/// Scenarios whose comments promise that nothing starves.
 /// A block that replaces the composer or its FIFO replicates only: scenarios that smooth are left out.
 #ifdef METABUFFER_REPLICATES_ONLY
 constexpr bool kReplicatesOnly = true;
@@ -31,6 +30,7 @@ constexpr bool kReplicatesOnly = true;
 constexpr bool kReplicatesOnly = false;
 #endif
 
+/// Scenarios whose comments promise that nothing starves.
 const std::set<std::string> kNeverStarve{"paper-figure",
                                          "paper-figure-small",
                                          "paper-table",
