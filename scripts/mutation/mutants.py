@@ -15,7 +15,7 @@ WEIGHTS = {"model/rtl/": 4, "model/datapath/": 4, "model/formats/": 4, "model/fu
            "model/report/report.cpp": 1, "model/report/report_json": 1, "model/report/report_difference": 1,
            "model/report/machine_report": 1,
            "model/scenario/scenario_rules": 2, "model/scenario/derived_timing": 2, "model/scenario/limits": 2,
-           "model/scenario/scenario.h": 2, "model/images/image_reader": 1}
+           "model/scenario/scenario.h": 2, "model/scenario/colour_table_file": 1, "model/images/image_reader": 1}
 
 
 class Key(NamedTuple):
