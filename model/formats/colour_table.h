@@ -23,7 +23,6 @@ class ColourTable {
     const Channels& channels() const { return channels_; }
 
     friend bool operator==(const ColourTable& a, const ColourTable& b) { return a.channels_ == b.channels_; }
-    friend bool operator!=(const ColourTable& a, const ColourTable& b) { return !(a == b); }
 
   private:
     Channels channels_;

@@ -55,22 +55,36 @@ struct BlockCells {
     std::int64_t multipliers = 0;
 };
 
+/// Source rows in a composer's window. The FIFO has a read port for each, and a copy of its memory behind it.
+int composer_rows(const Scenario& scenario) {
+    return row_of(kSmoothingTable, scenario.composer.smoothing).window_rows;
+}
+
+/// The fits are in the order of the rows, from one row on.
+template <typename Fits>
+const auto& fit_of(const Fits& fits, const Scenario& scenario) {
+    return fits.at(static_cast<std::size_t>(composer_rows(scenario)) - 1);
+}
+
 BlockCells composer_cells(const Scenario& scenario) {
     const std::int64_t pixels = memory_pixels(scenario);
+    const int rows = composer_rows(scenario);
     const bool several = scenario.bus.width_bits > kPixelBits;
     const bool has_block_rams = pixels >= synthesis::kFirstBlockRamPixels;
     const std::array<double, 5> terms{1.0, doublings(static_cast<double>(pixels), kSmallestMemoryPixels),
                                       doublings(scenario.bus.width_bits, kPixelBits),
                                       has_block_rams ? 0.0 : 1.0, several ? 1.0 : 0.0};
     BlockCells cells;
-    cells.lookup_tables = std::llround(value_of(synthesis::kComposerLookupTables, terms));
-    cells.registers = std::llround(value_of(synthesis::kComposerRegisters, terms));
+    cells.lookup_tables = std::llround(value_of(fit_of(synthesis::kComposerLookupTables, scenario), terms));
+    cells.registers = std::llround(value_of(fit_of(synthesis::kComposerRegisters, scenario), terms));
     if (has_block_rams) {
-        cells.block_rams = std::max<std::int64_t>(kFifoBanks, pixels * kPixelBits / kBlockRamBits);
+        cells.block_rams = rows * std::max<std::int64_t>(kFifoBanks, pixels * kPixelBits / kBlockRamBits);
     }
-    const auto row = std::find_if(
-        synthesis::kComposers.begin(), synthesis::kComposers.end(),
-        [several](const synthesis::ComposerRow& each) { return (each.bus_bits > kPixelBits) == several; });
+    const auto row =
+        std::find_if(synthesis::kComposers.begin(), synthesis::kComposers.end(),
+                     [several, rows](const synthesis::ComposerRow& each) {
+                         return (each.bus_bits > kPixelBits) == several && each.window_rows == rows;
+                     });
     cells.multipliers = row->multipliers;
     return cells;
 }
@@ -113,7 +127,7 @@ MachineCost machine_cost(const Scenario& scenario) {
     const std::int64_t displays = scenario.displays.count();
     const std::int64_t composers = renderers * displays;
     MachineCost cost;
-    cost.buffer_bits = composers * scenario.composer.buffer_pixels * kPixelBits;
+    cost.buffer_bits = composers * composer_rows(scenario) * scenario.composer.buffer_pixels * kPixelBits;
     cost.output_framebuffer_bits =
         displays * kBanks * scenario.displays.width_pixels * scenario.displays.height_pixels * kPictureBits;
     cost.correction_bits =
@@ -136,7 +150,7 @@ MachineCost machine_cost(const Scenario& scenario) {
     cost.block_rams = composers * composer.block_rams;
     cost.multipliers = composers * composer.multipliers;
     cost.composer_mhz = mhz_of_period(
-        value_of(synthesis::kComposerPeriod,
+        value_of(fit_of(synthesis::kComposerPeriod, scenario),
                  {1.0, doublings(static_cast<double>(memory_pixels(scenario)), kSmallestMemoryPixels),
                   doublings(scenario.bus.width_bits, kPixelBits)}));
     cost.arbiter_mhz = mhz_of_period(
@@ -170,8 +184,11 @@ const std::vector<CostItem>& cost_items() {
     static_assert(kPictureBits + kDviSidePins == 28);
     static_assert(ColourTable::kBits == std::int64_t{3} * 256 * 8);
     static const std::vector<CostItem> items{
-        item<&MachineCost::buffer_bits>("buffer_bits", "bits",
-                                        "composers times composer.buffer_pixels times 64", 0.001),
+        item<&MachineCost::buffer_bits>(
+            "buffer_bits", "bits",
+            "composers times composer.buffer_pixels times 64; twice that where they "
+            "smooth, since the FIFO's second read port has a copy of the memory",
+            0.001),
         item<&MachineCost::input_framebuffer_bits>("input_framebuffer_bits", "bits",
                                                    "two images of 64-bit pixels for each renderer", 0.00005),
         item<&MachineCost::output_framebuffer_bits>(

@@ -11,28 +11,21 @@ namespace metabuffer::synthesis {
 struct ComposerRow {
     int buffer_pixels;
     int bus_bits;
+    int window_rows;  ///< source rows: 1 replicates, 2 smooth
     int lookup_tables;
     int registers;
     int block_rams;
     int multipliers;
 };
-inline constexpr std::array<ComposerRow, 16> kComposers{{
-    {64, 64, 3247, 1210, 0, 8},
-    {64, 512, 4862, 1330, 0, 11},
-    {512, 64, 3703, 1222, 0, 8},
-    {512, 512, 5310, 1342, 0, 11},
-    {1024, 64, 3062, 714, 8, 8},
-    {1024, 512, 4663, 834, 8, 11},
-    {2048, 64, 3324, 718, 8, 8},
-    {2048, 512, 4584, 838, 8, 11},
-    {4096, 64, 3299, 722, 8, 8},
-    {4096, 512, 4657, 842, 8, 11},
-    {16384, 64, 3418, 702, 32, 8},
-    {16384, 512, 4786, 822, 32, 11},
-    {512, 128, 4377, 1342, 0, 11},
-    {512, 256, 4771, 1342, 0, 11},
-    {4096, 128, 3627, 842, 8, 11},
-    {4096, 256, 4177, 842, 8, 11},
+inline constexpr std::array<ComposerRow, 24> kComposers{{
+    {64, 64, 1, 3443, 1210, 0, 8},    {64, 512, 1, 4785, 1330, 0, 11},    {512, 64, 1, 4099, 1222, 0, 8},
+    {512, 512, 1, 5151, 1342, 0, 11}, {1024, 64, 1, 3283, 714, 8, 8},     {1024, 512, 1, 4381, 834, 8, 11},
+    {2048, 64, 1, 2977, 718, 8, 8},   {2048, 512, 1, 4343, 838, 8, 11},   {4096, 64, 1, 3222, 722, 8, 8},
+    {4096, 512, 1, 4693, 842, 8, 11}, {16384, 64, 1, 3386, 702, 32, 8},   {16384, 512, 1, 4620, 822, 32, 11},
+    {512, 128, 1, 4089, 1342, 0, 11}, {512, 256, 1, 4612, 1342, 0, 11},   {4096, 128, 1, 3713, 842, 8, 11},
+    {4096, 256, 1, 4151, 842, 8, 11}, {64, 64, 2, 5476, 1888, 0, 22},     {64, 512, 2, 7748, 2009, 0, 25},
+    {512, 128, 2, 7275, 2021, 0, 25}, {1024, 64, 2, 4865, 944, 16, 22},   {1024, 512, 2, 7242, 1065, 16, 25},
+    {4096, 64, 2, 4974, 952, 16, 22}, {4096, 256, 2, 6492, 1073, 16, 25}, {4096, 512, 2, 7246, 1073, 16, 25},
 }};
 
 /// Of the arbiter for so many displays, with a table of 256 slots more than that.
@@ -53,13 +46,18 @@ inline constexpr std::array<ArbiterRow, 4> kArbiters{{
 struct ComposerClock {
     int buffer_pixels;
     int bus_bits;
+    int window_rows;
     double mhz;
 };
-inline constexpr std::array<ComposerClock, 4> kComposerClocks{{
-    {64, 64, 71.1},
-    {64, 512, 66.0},
-    {4096, 64, 68.5},
-    {4096, 512, 64.5},
+inline constexpr std::array<ComposerClock, 8> kComposerClocks{{
+    {64, 64, 1, 66.5},
+    {64, 64, 2, 63.1},
+    {64, 512, 1, 69.8},
+    {64, 512, 2, 63.0},
+    {4096, 64, 1, 66.3},
+    {4096, 64, 2, 63.6},
+    {4096, 512, 1, 65.0},
+    {4096, 512, 2, 62.3},
 }};
 
 struct ArbiterClock {
@@ -82,14 +80,20 @@ struct Fit {
 /// The smallest memory of a composer that is made of block RAMs.
 constexpr int kFirstBlockRamPixels = 1024;
 
-/// Of 1, log2(buffer_pixels / 64), log2(bus_bits / 64), memory of lookup tables (0 or 1), more than a pixel a beat (0 or 1).
-constexpr Fit<5> kComposerLookupTables{{{2659.65, 97.0871, 478.422, 785.418, 32.1859}}, 0.062};
-constexpr Fit<5> kComposerRegisters{{{718.11, -0.704592, -4.30069, 498.831, 133.38}}, 0.015};
+/// Of 1, log2(buffer_pixels / 64), log2(bus_bits / 64), memory of lookup tables (0 or 1), more than a pixel a beat (0 or
+/// 1). The fits of a composer are for a window of one row and of two.
+inline constexpr std::array<Fit<5>, 2> kComposerLookupTables{
+    {{{{2719.17, 92.5138, 455.967, 844.797, -104.674}}, 0.069},
+     {{{4565.47, 63.2289, 433.37, 986.31, 960.25}}, 0.044}}};
+inline constexpr std::array<Fit<5>, 2> kComposerRegisters{
+    {{{{718.11, -0.704592, -4.30069, 498.831, 133.38}}, 0.015},
+     {{{928.0, 4.0, -5.02787e-13, 960.0, 121.0}}, 0.001}}};
 /// Of 1, displays, bits of the slot table.
 constexpr Fit<3> kArbiterLookupTables{{{1776.51, 243.313, -0.152534}}, 0.061};
 constexpr Fit<3> kArbiterRegisters{{{58.0258, -0.045559, 1.008}}, 0.001};
 /// Nanoseconds a clock, of 1, log2(buffer_pixels / 64), log2(bus_bits / 64); of 1, displays.
-constexpr Fit<3> kComposerPeriod{{{14.1101, 0.0738503, 0.332026}}, 0.004};
+inline constexpr std::array<Fit<3>, 2> kComposerPeriod{
+    {{{{14.7844, 0.0919442, -0.0682145}}, 0.018}, {{{15.7721, 0.00447987, 0.0588749}}, 0.005}}};
 constexpr Fit<2> kArbiterPeriod{{{11.8605, 0.531977}}, 0.019};
 
 }  // namespace metabuffer::synthesis

@@ -108,7 +108,7 @@ def check_interrupted(cluster, node_dies):
     # As the system does when memory runs out, or an administrator.
     cluster.slurm.run("scancel", "--signal=KILL", "--full", job)
     if node_dies:
-        node = cluster.wait_until(cluster.jobs, "another job at work", process)[-1][1]
+        node = cluster.wait_until(cluster.jobs, "a job at work", process)[-1][1]
         cluster.slurm.kill_node(node)
         cluster.wait_until(lambda: not cluster.jobs() or all(each[1] != node for each in cluster.jobs()),
                            "the job of the dead node is taken from it", process)

@@ -101,6 +101,9 @@ struct ComposerBench {
     /// Called before each edge, to put() what the edge samples.
     std::function<void(int)> bus_master;
 
+    /// The pixel of a segment in a frame: what put_pixels() sends. A test may set another one before.
+    std::function<Pixel(int, std::int64_t)> pixel_of = &ComposerBench::local;
+
     /// The beat gets its frame's number as it is driven: that of the last frame start.
     void put(int clock, const rtl::BusBeat& beat) { beats_[clock] = beat; }
     /// A beat that is put there does not arrive.
@@ -129,7 +132,7 @@ struct ComposerBench {
         beat.remaining = static_cast<std::uint32_t>(remaining);
         beat.first = static_cast<std::uint32_t>(first);
         for (int i = 0; i < count; ++i) {
-            beat.words[static_cast<std::size_t>(i)] = local(frame, first + i).word();
+            beat.words[static_cast<std::size_t>(i)] = pixel_of(frame, first + i).word();
         }
         put(clock, beat);
     }

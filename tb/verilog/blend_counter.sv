@@ -1,7 +1,7 @@
 // The weight of one axis of the smoothing, counted from raster pixel to raster pixel: BlendCounter of
 // model/datapath/smoothing.h. Raster pixel `phase` of a source pixel's block of `multiple` lies |2 phase + 1 - multiple|
 // halves of a raster pixel from the block's centre. The weight of its neighbour is that distance, times 128, by the
-// multiple. Only the first one takes a division, by a reciprocal; the others are one step more or less.
+// multiple. The first one and the step to the next are found by a reciprocal; every other one is a step more or less.
 module blend_counter (
     input  logic        clk_i,
     input  logic [7:0]  multiple_i,     // 2..255; constant while it counts

@@ -237,19 +237,19 @@ module composer #(
 
   // The next position's window: the own source pixel, one beside it in its row, one across it in another row, and the one
   // that is both. They lie on the side of the block's centre on which the raster pixel lies.
-  logic [8:0] column_place, row_place;
+  logic [8:0] column_position, row_position;  // 2 phase + 1
   logic beside_is_left_next, across_is_above_next, beside_next, across_next;
   logic [31:0] newest_next;                              // of them all
   logic [ADDRESS_BITS-1:0] window_address, row_address;  // of the first one in either row
 
   always_comb begin : window
-    column_place = {column_phase_next, 1'b1};
-    row_place = {row_phase_next, 1'b1};
-    beside_is_left_next = column_place < {1'b0, head_multiple};
-    across_is_above_next = row_place < {1'b0, head_multiple};
-    beside_next = smooths && column_place != {1'b0, head_multiple} &&
+    column_position = {column_phase_next, 1'b1};
+    row_position = {row_phase_next, 1'b1};
+    beside_is_left_next = column_position < {1'b0, head_multiple};
+    across_is_above_next = row_position < {1'b0, head_multiple};
+    beside_next = smooths && column_position != {1'b0, head_multiple} &&
                   (beside_is_left_next ? column_next != '0 : column_next != source_width[head] - 16'd1);
-    across_next = smooths && row_place != {1'b0, head_multiple} &&
+    across_next = smooths && row_position != {1'b0, head_multiple} &&
                   (across_is_above_next ? source_row_next != '0 : source_row_next != source_height[head] - 16'd1);
     window_address = base[head] + ADDRESS_BITS'(pixel_next) - ADDRESS_BITS'(beside_next && beside_is_left_next);
     row_address = across_is_above_next ? window_address - ADDRESS_BITS'(source_width[head])
@@ -360,6 +360,10 @@ module composer #(
     endcase
   end
 
+  // Of the bus side, step 2: a row for this composer, and whose frame it is of.
+  logic own_row, source_1;
+  logic [7:0] row_multiple;
+
   if (SMOOTHS) begin : gen_smoothing
     logic [22:0] reciprocal[2], row_reciprocal;  // of the replication factor
     logic beside, beside_is_left, across;        // the window of the position composited now
@@ -424,7 +428,6 @@ module composer #(
   logic [63:0] row_word_0, row_word_1;
   logic [15:0] row_sdx, row_sdy, row_right, row_bottom;
   logic signed [15:0] row_dx, row_dy;
-  logic [7:0] row_multiple;
   assign row_word_0 = bus_words_i[63:0];
   assign row_word_1 = bus_words_i[127:64];
   assign row_sdx = row_word_0[63:48];
@@ -465,9 +468,9 @@ module composer #(
   logic signed [31:0] ahead;  // frames after the newest that is known
   logic [31:0] missed_count, heard_1;
   logic table_lost_1;
-  logic beginning, own_row, table_ends;
+  logic beginning, table_ends;
   logic own_beat, dropping, in_order, keeping, losing, nothing_due, overfull;
-  logic source_1, newest_2;
+  logic newest_2;
   logic [1:0] frames_2;
   logic [31:0] released_source, lost_count, arrived_2, arrived_3;
   logic [COUNT_BITS-1:0] held_2, held_3, free_2, free_3;
@@ -576,7 +579,7 @@ module composer #(
       .clk_i,
       .reset_i,
       .capacity_i(buffer_pixels_i),
-      .last_address_i('1),
+      .last_address_i({ADDRESS_BITS{1'b1}}),
       .write_count_i(keeping ? taken_count : 4'd0),
       .write_address_i(write_address),
       .write_words_i(bus_words_i),

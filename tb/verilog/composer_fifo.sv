@@ -66,6 +66,8 @@ module composer_fifo #(
       .next_word_o
   );
 
+  logic row_beyond;  // the second port reads at an address that the ring does not have
+
   // A block RAM has one read port, so the second port has a copy of the memory.
   if (WINDOW_ROWS > 1) begin : gen_second_row
     fifo_memory #(
@@ -95,7 +97,7 @@ module composer_fifo #(
   // ---- count ----
 
   logic [COUNT_BITS+1:0] released, level_next;
-  logic empties, overflows, beyond, row_beyond;
+  logic empties, overflows, beyond;
 
   always_comb begin : account
     released = {2'd0, release_oldest_i} + {2'd0, release_newest_i};

@@ -246,20 +246,8 @@ double BufferBound::refill_pixels(const BusTable& table, std::size_t row) const 
         if (before.renderer() != table.renderer()) continue;
         for (const BusUser& old : before.users()) {
             if (old.display() != user.display()) continue;
-            const ViewportRow& old_row = old.segment.row();
-            // Before that clock the slots are not sure to bring anything.
-            const auto idle = static_cast<std::int64_t>(sure.loss / sure.rate);
-            const std::int64_t position = machine.raster_pixels - idle - Jobs::kBusreadyCycles;
-            if (position > 0)
-                most =
-                    std::max(most, as_double(old.segment.pixels() - old.segment.released_before(position)));
-            for (std::int64_t line = 0; line < old_row.sdy; ++line) {
-                const std::int64_t first = line * old_row.sdx;
-                const std::int64_t clocks =
-                    machine.raster_pixels - old.segment.last_use(first) - Jobs::kBusreadyCycles;
-                const double brought = sure.in(as_double(clocks)) * as_double(machine.burst_pixels);
-                most = std::max(most, as_double(old.segment.pixels() - first) - brought);
-            }
+            most = std::max(
+                most, most_refill_pixels(old.segment, sure, machine.burst_pixels, machine.raster_pixels));
         }
     }
     return most;

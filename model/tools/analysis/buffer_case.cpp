@@ -64,6 +64,32 @@ std::optional<std::int64_t> Jobs::last_grant_after(std::int64_t portion) const {
     return segment_.last_use(pixel);
 }
 
+double most_refill_pixels(const Segment& segment, const BusTable::SureBursts& sure, std::int64_t burst_pixels,
+                          std::int64_t raster_pixels) {
+    const std::int64_t pixels = segment.pixels();
+    double most = 0.0;
+    const auto pass = [&](std::int64_t k) {
+        const std::int64_t clocks = raster_pixels - segment.last_use(k) - Jobs::kBusreadyCycles;
+        const double brought = sure.in(static_cast<double>(clocks)) * static_cast<double>(burst_pixels);
+        most = std::max(most, static_cast<double>(pixels - k) - brought);
+    };
+    // Between the ends of a source row both sums are straight lines, but for the clock before which the slots are not sure
+    // to bring anything. A replicated row's first pixel is an end of its own, since the raster may cut it short.
+    const std::int64_t sdx = segment.row().sdx;
+    const std::int64_t edge = std::min<std::int64_t>(segment.smooths() ? kUnevenPixels : 2, sdx);
+    for (std::int64_t begin = 0; begin < pixels; begin += sdx) {
+        for (std::int64_t i = 0; i < edge; ++i) pass(begin + i);
+        for (std::int64_t i = edge; i > 0; --i) pass(begin + sdx - i);
+    }
+    const auto idle_cycles = static_cast<std::int64_t>(sure.loss / sure.rate);
+    const std::int64_t position = raster_pixels - idle_cycles - Jobs::kBusreadyCycles;
+    const std::int64_t next = segment.released_before(std::max<std::int64_t>(position, 0));
+    for (const std::int64_t k : {next - 1, next}) {
+        if (k >= 0 && k < pixels) pass(k);
+    }
+    return most;
+}
+
 std::int64_t RivalGrants::all() const {
     return whole() ? user_.costs.bursts() * burst() : user_.segment.pixels();
 }

@@ -81,6 +81,11 @@ class Jobs {
     std::int64_t first_ = 0;
 };
 
+/// The most pixels by which a composer's buffer can be short of full when it has composited a frame: what the raster of
+/// `segment` has released up to its end, from any pixel on, less what the slots are sure to have brought meanwhile.
+double most_refill_pixels(const Segment& segment, const BusTable::SureBursts& sure, std::int64_t burst_pixels,
+                          std::int64_t raster_pixels);
+
 /// How much of a rival's segment has been granted, at one buffer size, and the bus clocks that this takes.
 class RivalGrants {
   public:

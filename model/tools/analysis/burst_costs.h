@@ -8,8 +8,9 @@
 
 namespace metabuffer::analysis {
 
-/// So many pixels at either end of a smoothed source row may be needed, and so many may be released, at once: the raster's
-/// edges cut short what lies beside it. Between them the raster takes one pixel every Dmultiple positions.
+/// Up to three pixels at either end of a smoothed source row may be needed, or released, at once: the raster's edges cut
+/// short what lies beside it. So arithmetic looks at one more than those. Between them the raster takes one pixel every
+/// Dmultiple positions. Where the raster's top or bottom cuts a row, all of it may go at once.
 constexpr std::int64_t kUnevenPixels = 4;
 
 /// Whether the first word of a burst finds its page open.

@@ -25,7 +25,8 @@ MachineFigures::MachineFigures(const Scenario& scenario, const ArbitrationRow& p
 
 /// Each row of the source is released in one stretch, with a pause after it. The burst is the most by which that runs
 /// ahead of its average, from the beginning of any stretch to the end of the same or a later one. A smoothed row is
-/// released at an even pace too, except for its first and last pixels, of which several may go at once.
+/// released at an even pace too, except for its first and last pixels, of which several may go at once, or all of it goes at
+/// once at the bottom of the raster.
 ReleaseCurve::ReleaseCurve(const Segment& segment, std::int64_t raster_width) {
     const ViewportRow& row = segment.row();
     rate = static_cast<double>(row.sdx) /

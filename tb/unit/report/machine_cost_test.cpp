@@ -22,6 +22,14 @@ Scenario machine() {
     return scenario;
 }
 
+/// The composer of a row of the tables of synthesis.
+template <typename Row>
+void set_composer(Scenario& scenario, const Row& row) {
+    scenario.composer.buffer_pixels = row.buffer_pixels;
+    scenario.bus.width_bits = row.bus_bits;
+    scenario.composer.smoothing = row.window_rows > 1 ? Smoothing::kBilinear : Smoothing::kReplicate;
+}
+
 TEST_CASE("machine cost: bits, wires and pins by the machine's shape") {
     const MachineCost cost = machine_cost(machine());
     CHECK(cost.buffer_bits == 6 * 1000 * 64);
@@ -57,14 +65,27 @@ TEST_CASE("machine cost: memories side by side are more devices, and a shared on
     CHECK(cost.input_framebuffer_bits == 2 * (40 * 30 + 32 + 20 * 10 + 32) * 64);
 }
 
+TEST_CASE(
+    "machine cost: where composers smooth, each has its memory twice, and multipliers for the mixture") {
+    Scenario scenario = machine();
+    const MachineCost replicated = machine_cost(scenario);
+    scenario.composer.smoothing = Smoothing::kBilinear;
+    const MachineCost smoothed = machine_cost(scenario);
+    CHECK(smoothed.buffer_bits == 2 * replicated.buffer_bits);
+    CHECK(smoothed.lookup_tables > replicated.lookup_tables);
+    // Three multiplications a channel, and those of the two counters.
+    CHECK(smoothed.multipliers >= replicated.multipliers + 6 * 12);
+    CHECK(smoothed.composer_mhz < replicated.composer_mhz);
+}
+
 TEST_CASE("machine cost: the fit of a composer's cells is as close to each row of the table as it says") {
     for (const synthesis::ComposerRow& row : synthesis::kComposers) {
-        INFO(row.buffer_pixels << " pixels, " << row.bus_bits << " bits");
+        INFO(row.buffer_pixels << " pixels, " << row.bus_bits << " bits, " << row.window_rows << " rows");
+        const auto fit = static_cast<std::size_t>(row.window_rows) - 1;
         Scenario scenario = machine();
         scenario.displays.columns = 2;
         scenario.renderers.resize(1);
-        scenario.composer.buffer_pixels = row.buffer_pixels;
-        scenario.bus.width_bits = row.bus_bits;
+        set_composer(scenario, row);
         const MachineCost two = machine_cost(scenario);
         scenario.displays.rows = 2;  // two composers more, and a larger arbiter
         Scenario twice = scenario;
@@ -77,11 +98,12 @@ TEST_CASE("machine cost: the fit of a composer's cells is as close to each row o
         const double arbiter_error = synthesis::kArbiterLookupTables.largest_error * arbiter_tables;
         const double tables = (static_cast<double>(two.lookup_tables) - arbiter_tables) / 2.0;
         CHECK(std::abs(tables - row.lookup_tables) <=
-              synthesis::kComposerLookupTables.largest_error * row.lookup_tables + arbiter_error / 2.0 + 1.0);
+              synthesis::kComposerLookupTables.at(fit).largest_error * row.lookup_tables +
+                  arbiter_error / 2.0 + 1.0);
         const double arbiter_registers = synthesis::kArbiters.front().registers;
         const double registers = (static_cast<double>(two.registers) - arbiter_registers) / 2.0;
         CHECK(std::abs(registers - row.registers) <=
-              synthesis::kComposerRegisters.largest_error * row.registers +
+              synthesis::kComposerRegisters.at(fit).largest_error * row.registers +
                   synthesis::kArbiterRegisters.largest_error * arbiter_registers / 2.0 + 1.0);
         CHECK(two.block_rams == 2 * row.block_rams);
         CHECK(two.multipliers == 2 * row.multipliers);
@@ -120,10 +142,11 @@ TEST_CASE("machine cost: the fit of an arbiter's cells is as close to each row o
 TEST_CASE("machine cost: the clocks are those of the table, within what the fit says") {
     for (const synthesis::ComposerClock& row : synthesis::kComposerClocks) {
         Scenario scenario = machine();
-        scenario.composer.buffer_pixels = row.buffer_pixels;
-        scenario.bus.width_bits = row.bus_bits;
+        set_composer(scenario, row);
         const double period = 1000.0 / machine_cost(scenario).composer_mhz;
-        CHECK(std::abs(period * row.mhz / 1000.0 - 1.0) <= synthesis::kComposerPeriod.largest_error + 1e-6);
+        const auto fit = static_cast<std::size_t>(row.window_rows) - 1;
+        CHECK(std::abs(period * row.mhz / 1000.0 - 1.0) <=
+              synthesis::kComposerPeriod.at(fit).largest_error + 1e-6);
     }
     for (const synthesis::ArbiterClock& row : synthesis::kArbiterClocks) {
         Scenario scenario = machine();

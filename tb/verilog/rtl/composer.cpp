@@ -11,6 +11,7 @@
 #include <string>
 
 #include "report/waits.h"
+#include "rtl/verilated_pin.h"
 #include "scenario/derived_timing.h"
 
 namespace metabuffer::rtl {
@@ -88,10 +89,11 @@ void Composer::configure(const Scenario& scenario, int display) {
     verilated_->display_i = static_cast<SData>(display);
     verilated_->raster_width_i = static_cast<SData>(scenario.displays.raster_width_pixels());
     verilated_->raster_height_i = static_cast<SData>(scenario.displays.raster_height_pixels());
-    verilated_->buffer_pixels_i = static_cast<SData>(buffer_pixels);
+    put(verilated_->buffer_pixels_i, static_cast<std::uint32_t>(buffer_pixels));
     // More than the buffer holds is never free.
-    verilated_->ready_space_pixels_i =
-        static_cast<SData>(std::min(scenario.composer.ready_space_pixels, 2 * kMaximumBufferPixels - 1));
+    put(verilated_->ready_space_pixels_i,
+        static_cast<std::uint32_t>(
+            std::min(scenario.composer.ready_space_pixels, 2 * kMaximumBufferPixels - 1)));
     verilated_->pixels_per_beat_i = static_cast<CData>(pixels_per_beat(scenario.bus, scenario.memory));
     verilated_->longest_gap_cycles_i = static_cast<IData>(longest_beat_gap_cycles(scenario));
     verilated_->in_flight_pixels_i = static_cast<CData>(in_flight_pixels(scenario.bus, scenario.memory));

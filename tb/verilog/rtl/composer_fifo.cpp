@@ -7,11 +7,10 @@
 
 #include <verilated.h>
 
-#include <algorithm>
-#include <limits>
 #include <string>
 
 #include "datapath/composer_buffer.h"
+#include "rtl/verilated_pin.h"
 
 namespace metabuffer::rtl {
 
@@ -26,12 +25,6 @@ constexpr int kRandomRegisters = 2;
 
 constexpr int kErrorFull = 1;
 constexpr int kErrorEmpty = 2;
-
-/// A number that does not fit a narrower pin would look like another one.
-template <typename Pin>
-void put(Pin& pin, std::uint32_t value) {
-    pin = static_cast<Pin>(std::min<std::uint32_t>(value, std::numeric_limits<Pin>::max()));
-}
 
 }  // namespace
 

@@ -38,10 +38,13 @@ TEST_CASE("no window of a raster releases more than rate and burst say", "[analy
                               raster, raster, smoothed ? Smoothing::kBilinear : Smoothing::kReplicate);
         const ReleaseCurve curve(segment, raster);
         const std::int64_t positions = std::int64_t{raster} * raster;
-        for (std::int64_t from = 0; from <= positions; ++from) {
+        // The frame's start, at -1, may release pixels that smoothing does not need.
+        const auto released_before = [&](std::int64_t position) {
+            return position < 0 ? 0 : segment.released_before(position);
+        };
+        for (std::int64_t from = -1; from <= positions; ++from) {
             for (std::int64_t until = from; until <= positions; ++until) {
-                const auto released =
-                    static_cast<double>(segment.released_before(until) - segment.released_before(from));
+                const auto released = static_cast<double>(released_before(until) - released_before(from));
                 const std::int64_t inside =
                     std::clamp(until, curve.first, curve.last) - std::clamp(from, curve.first, curve.last);
                 const double most = curve.rate * static_cast<double>(inside) + curve.burst;
@@ -49,6 +52,45 @@ TEST_CASE("no window of a raster releases more than rate and burst say", "[analy
             }
         }
     }
+}
+
+TEST_CASE("a buffer lacks no more at the end of a frame than its raster has released since any pixel",
+          "[analysis][random]") {
+    const std::uint64_t seed = test::random_seed(8);
+    INFO("METABUFFER_SEED=" << seed);
+    test::Random random(seed);
+    for (int round = 0; round < 2000; ++round) {
+        const int width = random.between(4, 14);
+        const int height = random.between(4, 24);
+        const bool smoothed = round % 3 > 0;
+        const ViewportRow row =
+            smoothed ? test::random_smoothed_row(random, {width, height}, 6)
+                     : test::random_row(random, {14, 24}, {width, height}, 1, random.between(1, 4));
+        const Segment segment(row, width, height, smoothed ? Smoothing::kBilinear : Smoothing::kReplicate);
+        const std::int64_t burst = random.between(1, 8);
+        const BusTable::SureBursts sure{random.between(1, 60) / 100.0, random.between(1, 600) / 100.0};
+        const std::int64_t positions = std::int64_t{width} * height;
+        double most = 0.0;
+        for (std::int64_t k = 0; k < segment.pixels(); ++k) {
+            const auto clocks = static_cast<double>(positions - segment.last_use(k) - Jobs::kBusreadyCycles);
+            const double brought = sure.in(clocks) * static_cast<double>(burst);
+            most = std::max(most, static_cast<double>(segment.pixels() - k) - brought);
+        }
+        INFO("raster " << width << " x " << height << ", row " << row.sdx << " x " << row.sdy << " at "
+                       << row.dx << ", " << row.dy << " multiple " << row.dmultiple << ", smoothed "
+                       << smoothed << " rate " << sure.rate << " loss " << sure.loss);
+        CHECK(most_refill_pixels(segment, sure, burst, positions) == Approx(most).margin(1e-9));
+    }
+}
+
+TEST_CASE("what a rival has released counts what the frame's start releases", "[analysis]") {
+    // Source row 1 shows in raster row 0, whose other source row is row 2: nothing needs row 0.
+    Scenario scenario = one_composer({1, 0, 0, 2, 3, 0, -7, 4}, 8, 8);
+    scenario.composer.smoothing = Smoothing::kBilinear;
+    const BufferBound bound(scenario);
+    const RivalGrants rival(bound.tables().front(), 0, 100);
+    CHECK(rival.released_before(-1) == 0);
+    CHECK(rival.released_before(0) == 2);
 }
 
 TEST_CASE("a buffer for the whole segment is always safe and less than the legal size never",
