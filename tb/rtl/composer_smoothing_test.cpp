@@ -197,6 +197,34 @@ TEST_CASE("composer: smoothed, STARTFRAME releases a source row above the raster
     CHECK(dut.picture_behind(start) == smoothed_picture(table_row(1, {0, 0}, {2, 3}, {0, -7}, 4)));
 }
 
+TEST_CASE("composer: smoothed, a reset ends the reads of both rows, and the next frame is whole") {
+    ClockedTestbench bench;
+    const ViewportRow row = table_row(1, {0, 0}, {3, 2}, {0, 0}, 2);
+    ComposerBench dut(bench, "dut", smoothing_scenario({40, 6, 1}));
+    dut.put_table(5, {row});
+    dut.put_single_pixels(10, 0, 6);
+    dut.start_frame(20);
+    rtl::FifoWires* const wires = dut.composer.fifo_wires();  // null if the FIFO is inside
+    int clock = 20;
+    if (wires != nullptr) {
+        while (clock < 20 + kPixels && !wires->second_row->read.read().enable) bench.run_through(++clock);
+        REQUIRE(wires->second_row->read.read().enable);
+    }
+    const int reset = clock + 1;
+    bench.core.pulse(bench.reset, reset);
+    bench.run_through(reset);
+    if (wires != nullptr) {
+        CHECK_FALSE(wires->read.read().enable);
+        CHECK_FALSE(wires->second_row->read.read().enable);
+    }
+    dut.put_table(reset + 5, {row});
+    dut.put_single_pixels(reset + 10, 0, 6);
+    const int start = reset + 20;
+    dut.start_frame(start);
+    bench.run_through(start + kPixels + 5);
+    CHECK(dut.picture_behind(start) == smoothed_picture(row));
+}
+
 TEST_CASE("composer: smoothed, the column stands still until the last neighbour has come") {
     ClockedTestbench bench;
     const ViewportRow row = table_row(1, {0, 0}, {3, 2}, {0, 0}, 2);

@@ -332,6 +332,20 @@ TEST_CASE("tmds decoder: after a reset it gives nothing until it has found the c
     CHECK(first_wrong(dut.seen, wave, pixel_at(0, 2, 0), length(wave)) == -1);
 }
 
+TEST_CASE("tmds decoder: a reset wakes a block that sleeps in a pause") {
+    ClockedTestbench bench;
+    constexpr int kReset = 60;
+    DecoderBench dut(bench, "decoder", tmds_waveform(Waveform(120, {0, false, true, false})));
+    bench.core.pulse(bench.reset, kReset);
+    bench.run_through(110);
+    CHECK(dut.seen.at(kReset - 1).hsync);
+    for (int clock = kReset; clock < kReset + kTmdsAlignmentRun; ++clock) {
+        INFO("clock " << clock);
+        CHECK(dut.seen.at(clock) == DviLink{});
+    }
+    CHECK(dut.seen.at(100).hsync);
+}
+
 TEST_CASE("tmds decoder: says what it waits for while a channel gives no control characters") {
     ClockedTestbench bench;
     TmdsLink silent;

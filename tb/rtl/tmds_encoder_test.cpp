@@ -102,6 +102,18 @@ TEST_CASE("tmds encoder: a reset drives control characters and forgets the dispa
     for (int i = 0; i < 5; ++i) CHECK(dut.sent.at(6 + i) == dut.sent.at(i));
 }
 
+TEST_CASE("tmds encoder: a reset wakes a block that sleeps in a pause") {
+    ClockedTestbench bench;
+    EncoderBench dut(bench, "encoder");
+    constexpr int kReset = 30;
+    dut.wave = Waveform(60, {0, false, true, false});
+    bench.core.pulse(bench.reset, kReset);
+    bench.run_through(40);
+    CHECK_FALSE(dut.sent.at(kReset - 1) == TmdsLink{});
+    CHECK(dut.sent.at(kReset) == TmdsLink{});
+    CHECK(dut.sent.at(kReset + 1) == dut.sent.at(kReset - 1));
+}
+
 TEST_CASE("tmds encoder: clock gating changes nothing, after pauses of any length") {
     ClockedTestbench bench;
     EncoderBench gated(bench, "gated");

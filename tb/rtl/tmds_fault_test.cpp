@@ -214,6 +214,42 @@ TEST_CASE("tmds fault: noise depends on its seed, and flips every bit of a billi
     CHECK(differ > kClocks / 2);
 }
 
+TEST_CASE("tmds fault: every link, channel and clock has noise of its own") {
+    ClockedTestbench bench;
+    constexpr int kLinks = 8;
+    std::vector<std::unique_ptr<WireBench>> wires;
+    for (int renderer = 0; renderer < kLinks; ++renderer) {
+        Scenario scenario = noisy(200'000'000, 0, std::nullopt, 5);
+        scenario.faults[0].renderer = renderer;
+        wires.push_back(
+            std::make_unique<WireBench>(bench, "wire_" + std::to_string(renderer), std::move(scenario)));
+    }
+    bench.run_through(kClocks);
+    // By link and channel: which bits are flipped at each clock.
+    std::vector<std::vector<unsigned>> flips;
+    for (const auto& wire : wires) {
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+            std::vector<unsigned>& of_channel = flips.emplace_back();
+            for (int clock = 0; clock < kClocks - 1; ++clock) {
+                of_channel.push_back(wire->of_pixel(clock).channels[channel] ^
+                                     wire->sent(clock).channels[channel]);
+            }
+        }
+    }
+    const auto differ = [](const std::vector<unsigned>& a, const std::vector<unsigned>& b,
+                           std::size_t later) {
+        int count = 0;
+        for (std::size_t i = 0; i + later < a.size(); ++i) count += a[i] != b[i + later] ? 1 : 0;
+        return count;
+    };
+    for (std::size_t i = 0; i < flips.size(); ++i) {
+        INFO("link " << i / 3 << ", channel " << i % 3);
+        CHECK(differ(flips[i], flips[i], 1) > kClocks / 2);
+        for (std::size_t other = 0; other < i; ++other)
+            CHECK(differ(flips[i], flips[other], 0) > kClocks / 2);
+    }
+}
+
 TEST_CASE("tmds fault: a reset forgets what is late") {
     ClockedTestbench bench;
     WireBench dut(bench, "wire");
