@@ -201,28 +201,38 @@ TEST_CASE("composer: smoothed, a reset ends the reads of both rows, and the next
     ClockedTestbench bench;
     const ViewportRow row = table_row(1, {0, 0}, {3, 2}, {0, 0}, 2);
     ComposerBench dut(bench, "dut", smoothing_scenario({40, 6, 1}));
-    dut.put_table(5, {row});
-    dut.put_single_pixels(10, 0, 6);
-    dut.start_frame(20);
     rtl::FifoWires* const wires = dut.composer.fifo_wires();  // null if the FIFO is inside
-    int clock = 20;
-    if (wires != nullptr) {
-        while (clock < 20 + kPixels && !wires->second_row->read.read().enable) bench.run_through(++clock);
-        REQUIRE(wires->second_row->read.read().enable);
+    const Recording<rtl::FifoRead>* const reads =
+        wires == nullptr ? nullptr : &bench.core.record(wires->second_row->read);
+    const auto put_frame = [&](int clock) {
+        dut.put_table(clock, {row});
+        dut.put_single_pixels(clock + 5, 0, 6, clock > 5 ? 1 : 0);
+        dut.start_frame(clock + 15);
+        return clock + 15;
+    };
+    const int start = put_frame(5);
+    bench.run_through(start + kPixels + 5);
+    // In the same frame again, the reset comes while the second row is read.
+    int into_frame = kPixels / 2;
+    if (reads != nullptr) {
+        into_frame = 1;
+        while (into_frame < kPixels && !reads->at(start + into_frame).enable) ++into_frame;
+        REQUIRE(into_frame < kPixels);
     }
-    const int reset = clock + 1;
+    const int again = put_frame(start + kPixels + 10);
+    const int reset = again + into_frame + 1;
     bench.core.pulse(bench.reset, reset);
     bench.run_through(reset);
     if (wires != nullptr) {
+        REQUIRE(reads->at(reset - 1).enable);
         CHECK_FALSE(wires->read.read().enable);
         CHECK_FALSE(wires->second_row->read.read().enable);
     }
     dut.put_table(reset + 5, {row});
     dut.put_single_pixels(reset + 10, 0, 6);
-    const int start = reset + 20;
-    dut.start_frame(start);
-    bench.run_through(start + kPixels + 5);
-    CHECK(dut.picture_behind(start) == smoothed_picture(row));
+    dut.start_frame(reset + 20);
+    bench.run_through(reset + 20 + kPixels + 5);
+    CHECK(dut.picture_behind(reset + 20) == smoothed_picture(row));
 }
 
 TEST_CASE("composer: smoothed, the column stands still until the last neighbour has come") {
