@@ -332,6 +332,35 @@ TEST_CASE("tmds decoder: after a reset it gives nothing until it has found the c
     CHECK(first_wrong(dut.seen, wave, pixel_at(0, 2, 0), length(wave)) == -1);
 }
 
+TEST_CASE("tmds decoder: a wrong character of blue in a pause leaves HSYNC and VSYNC as they were") {
+    ClockedTestbench bench;
+    const Waveform wave = random_frames(1, random_seed(71));
+    TmdsWaveform sent = tmds_waveform(wave);
+    int during_vsync = 0;
+    int during_hsync = 0;
+    for (int clock = kLine; clock < length(wave); clock += 7) {
+        const DviLink& link = wave[static_cast<std::size_t>(clock)];
+        const DviLink& before = wave[static_cast<std::size_t>(clock) - 1];
+        // As a sync changes, a wrong character would hide that.
+        if (link.de || before.hsync != link.hsync || before.vsync != link.vsync) continue;
+        sent[static_cast<std::size_t>(clock)].channels[0] ^=
+            1U;  // no control character is so near to another there
+        during_vsync += link.vsync ? 1 : 0;
+        during_hsync += link.hsync ? 1 : 0;
+    }
+    CHECK(during_vsync > 0);
+    CHECK(during_hsync > 0);
+    DecoderBench dut(bench, "decoder", std::move(sent));
+    bench.run_through(static_cast<int>(wave.size()));
+    int wrong = 0;
+    for (int clock = kLine; clock < length(wave); ++clock) {
+        const DviLink& seen = dut.seen.at(clock + kDelay);
+        const DviLink& of = wave[static_cast<std::size_t>(clock)];
+        wrong += seen.hsync != of.hsync || seen.vsync != of.vsync ? 1 : 0;
+    }
+    CHECK(wrong == 0);
+}
+
 TEST_CASE("tmds decoder: a reset wakes a block that sleeps in a pause") {
     ClockedTestbench bench;
     constexpr int kReset = 60;
