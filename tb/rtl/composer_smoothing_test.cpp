@@ -204,13 +204,13 @@ TEST_CASE("composer: smoothed, a reset ends the reads of both rows, and the next
     rtl::FifoWires* const wires = dut.composer.fifo_wires();  // null if the FIFO is inside
     const Recording<rtl::FifoRead>* const reads =
         wires == nullptr ? nullptr : &bench.core.record(wires->second_row->read);
-    const auto put_frame = [&](int clock) {
+    const auto put_frame = [&](int clock, int frame) {
         dut.put_table(clock, {row});
-        dut.put_single_pixels(clock + 5, 0, 6, clock > 5 ? 1 : 0);
+        dut.put_single_pixels(clock + 5, 0, 6, frame);
         dut.start_frame(clock + 15);
         return clock + 15;
     };
-    const int start = put_frame(5);
+    const int start = put_frame(5, 0);
     bench.run_through(start + kPixels + 5);
     // In the same frame again, the reset comes while the second row is read.
     int into_frame = kPixels / 2;
@@ -219,7 +219,7 @@ TEST_CASE("composer: smoothed, a reset ends the reads of both rows, and the next
         while (into_frame < kPixels && !reads->at(start + into_frame).enable) ++into_frame;
         REQUIRE(into_frame < kPixels);
     }
-    const int again = put_frame(start + kPixels + 10);
+    const int again = put_frame(start + kPixels + 10, 1);
     const int reset = again + into_frame + 1;
     bench.core.pulse(bench.reset, reset);
     bench.run_through(reset);

@@ -9,6 +9,7 @@
 
 #include "formats/control_scanline.h"
 #include "formats/slot_payload.h"
+#include "replicates_only.h"
 #include "scenario/derived_timing.h"
 #include "scenario/fault_keys.h"
 #include "scenario/fault_kinds.h"
@@ -392,11 +393,6 @@ void choose_slots(std::uint64_t seed, Scenario& scenario) {
 
 /// Likewise. Often grows the buffers, which must hold two source rows.
 void choose_smoothing(std::uint64_t seed, Scenario& scenario) {
-#ifdef METABUFFER_REPLICATES_ONLY
-    constexpr bool kReplicatesOnly = true;
-#else
-    constexpr bool kReplicatesOnly = false;
-#endif
     if (kReplicatesOnly) return;
     constexpr std::uint64_t kOwnSequence = 0x536D6F6F;
     Random random(seed ^ kOwnSequence);

@@ -11,6 +11,7 @@
 #include "machine_checks.h"
 #include "machine_run.h"
 #include "naive_pipeline.h"
+#include "replicates_only.h"
 #include "report/picture_writer.h"
 #include "scenario/scenario_loader.h"
 #include "support/trace_switch.h"
@@ -22,13 +23,6 @@ using namespace metabuffer::test;
 namespace {
 
 const std::filesystem::path kScenarioDirectory = METABUFFER_SCENARIO_DIRECTORY;
-
-/// A block that replaces the composer or its FIFO replicates only: scenarios that smooth are left out.
-#ifdef METABUFFER_REPLICATES_ONLY
-constexpr bool kReplicatesOnly = true;
-#else
-constexpr bool kReplicatesOnly = false;
-#endif
 
 /// Scenarios whose comments promise that nothing starves.
 const std::set<std::string> kNeverStarve{"paper-figure",
