@@ -288,6 +288,19 @@ TEST_CASE(
     CHECK(dut.slots.at(kAsked + 4) == 2);
 }
 
+TEST_CASE("bus arbiter: it sees a frame's start after any number of idle clocks, if no other line changes") {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kRoundRobin);
+    Clock standing{{true, true, true}};
+    standing.take = false;
+    dut.drive(0, standing);
+    constexpr int kLateStart = 40;
+    dut.start_at(kLateStart, three_rows());
+    bench.run_through(kLateStart + 2);
+    CHECK(dut.granted_at(kLateStart) == -1);
+    CHECK(dut.granted_at(kLateStart + 1) == 0);
+}
+
 TEST_CASE("bus arbiter: a lost slot takes as many clocks as an answer") {
     ClockedTestbench bench;
     ArbiterBench dut(bench, Arbitration::kSlotAllocation, 2);

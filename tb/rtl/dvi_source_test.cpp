@@ -637,5 +637,22 @@ TEST_CASE("dvi source: a reset at any moment of a pair leaves what power-up leav
     check_wave(dut.sent, from, wanted);
 }
 
+TEST_CASE("dvi source: a reset ends what delays a channel") {
+    Fault skew = fault_of(FaultKind::kTmdsSkew, 0, FrameKind::kColour);
+    skew.channel = TmdsChannel::kRed;
+    skew.late_characters = 3;
+    Scenario scenario = source_scenario(1, {skew});
+    scenario.links.layer = LinkLayer::kTmds;
+    ClockedTestbench bench;
+    SourceBench dut(bench, "source", scenario);
+    const Recording<TmdsDisturbance>& disturbances = bench.core.record(dut.disturbance);
+    bench.core.drive(dut.request, 0, true);
+    const int reset_clock = kFirstSync + kFrame / 2;
+    bench.core.pulse(bench.reset, reset_clock);
+    bench.run_through(reset_clock + 2);
+    CHECK(disturbances.at(reset_clock - 1).late_characters.at(2) == 3);
+    CHECK(disturbances.at(reset_clock) == TmdsDisturbance{});
+}
+
 }  // namespace
 }  // namespace metabuffer::test

@@ -250,6 +250,24 @@ TEST_CASE("handshake fault: random stalls hold in their share of the clocks, as 
     CHECK(std::abs(static_cast<int>(stall.wires.high().size()) - kClocks * 80 / 100) < kClocks / 50);
 }
 
+TEST_CASE("handshake fault: a random stall has taken effect if it held the wire, and else it has not") {
+    int held = 0;
+    constexpr int kSeeds = 200;
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        Scenario scenario = fault_scenario(FaultKind::kRandomStalls, 1 - kResetClocks, std::nullopt);
+        scenario.faults[0].percent = 50;
+        scenario.faults[0].seed = seed;
+        FaultTally tally{1};
+        rtl::WireHolds holds(scenario, {Handshake::kTableready, 1, 1, "WIRE"}, {0}, tally);
+        const bool hold = holds.at_next_edge(false);
+        holds.at_next_edge(true);
+        INFO("seed " << seed);
+        CHECK(tally.count(0) == (hold ? 1 : 0));
+        held += hold ? 1 : 0;
+    }
+    CHECK((held > kSeeds / 4 && held < kSeeds * 3 / 4));
+}
+
 TEST_CASE("handshake fault: random stalls hold each wire at different clocks, under each seed") {
     constexpr int kEdges = 64;
     constexpr std::size_t kPlaces = 8;

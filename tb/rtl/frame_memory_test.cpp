@@ -540,6 +540,25 @@ TEST_CASE("frame memory: reset drops words on their way out") {
     CHECK(dut.sampled.clocks_where([](const MemoryData& put_out) { return put_out.count > 0; }).empty());
 }
 
+TEST_CASE("frame memory: in reset no words stand at the output, even if they stood there before") {
+    ClockedTestbench bench;
+    MemoryConfig config = pages_of(16);
+    config.read_latency_cycles = 4;
+    MemoryBench dut(bench, config);
+    dut.store(0, 0, 3, 7);
+    dut.activate(10, 0);
+    constexpr int kReset = 24;
+    for (int clock = 16; clock < kReset; ++clock) dut.read(clock, {3});
+    bench.core.drive(bench.reset, kReset, true);
+    bench.core.drive(bench.reset, kReset + 6, false);
+    bench.run_through(kReset + 20);
+    CHECK(dut.words_at(kReset) == Words{7});
+    for (int clock = kReset + 1; clock < kReset + 20; ++clock) {
+        INFO("clock " << clock);
+        CHECK(dut.sampled.at(clock).count == 0);
+    }
+}
+
 // ---- shared ports ----
 
 MemoryConfig shared_pages_of(int words) {

@@ -29,6 +29,8 @@ class ClockBench : public sc_core::sc_module {
     }
     SC_HAS_PROCESS(ClockBench);
 
+    void set_ppm(int ppm) { ppm_.write(ppm); }
+
     std::vector<std::int64_t> rises_picoseconds;
     std::vector<std::int64_t> falls_picoseconds;
 
@@ -78,6 +80,33 @@ TEST_CASE("link clock: edge n is at n periods divided by 1 + ppm / 10^6 and noth
     check_edges(fast, 10'000, 100'000);
     check_edges(slow, 6'667, -100'000);
     check_edges(crystal, 9'999, -50);
+}
+
+TEST_CASE(
+    "link clock: a new deviation begins at the edge that reads it, and carries nothing over from the last "
+    "one") {
+    constexpr std::int64_t kPeriod = 9'999;
+    ClockBench bench("bench", kPeriod, 101);
+    std::vector<std::size_t> begins{0};  // the edges that read a deviation
+    std::vector<int> deviations{101};
+    for (const int next : {-50, 37, 100'000, -1, 333}) {
+        sc_core::sc_start(sc_core::sc_time(3'217, sc_core::SC_NS));
+        begins.push_back(bench.rises_picoseconds.size());
+        deviations.push_back(next);
+        bench.set_ppm(next);
+    }
+    sc_core::sc_start(sc_core::sc_time(3, sc_core::SC_US));
+    for (std::size_t i = 0; i < begins.size(); ++i) {
+        INFO(deviations[i] << " ppm");
+        const bool is_last = i + 1 == begins.size();
+        const std::size_t end = is_last ? bench.rises_picoseconds.size() : begins[i + 1] + 1;
+        REQUIRE(end > begins[i] + 200);
+        std::vector<std::int64_t> since;
+        for (std::size_t n = begins[i]; n < end; ++n) {
+            since.push_back(bench.rises_picoseconds[n] - bench.rises_picoseconds[begins[i]]);
+        }
+        CHECK(since == exact_edges(kPeriod, deviations[i], since.size()));
+    }
 }
 
 }  // namespace

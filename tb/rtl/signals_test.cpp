@@ -128,5 +128,24 @@ TEST_CASE("signals: the save files show enumerations by their names") {
     CHECK(shown > 0);
 }
 
+TEST_CASE("signals: memory commands are equal if they say the same of the words that they name") {
+    using rtl::MemoryCommand;
+    MemoryCommand read;
+    read.kind = MemoryCommand::Kind::kRead;
+    read.row = 5;
+    read.count = 2;
+    read.columns[0] = 8;
+    read.columns[1] = 9;
+    read.columns[2] = 10;  // beyond the count
+    MemoryCommand same = read;
+    same.columns[2] = 0;
+    CHECK(same == read);
+    for (const std::size_t column : {0U, 1U}) {
+        MemoryCommand other = read;
+        ++other.columns.at(column);
+        CHECK_FALSE(other == read);
+    }
+}
+
 }  // namespace
 }  // namespace metabuffer::test

@@ -153,6 +153,13 @@ TEST_CASE("own memory: a refresh that is longer than the wait for it is reported
           }).find("after 4 clocks, 2 and 3 of them for a refresh") != std::string::npos);
 }
 
+TEST_CASE("own memory: writes of the link that last longer than the wait for them are reported") {
+    CHECK(complaint_about([](tlm::MemoryAccess& access) {
+              access.wait_cycles = 4;
+              access.write_cycles = 5;
+          }).find("5 for words of the link") != std::string::npos);
+}
+
 TEST_CASE("own memory: one whose next refresh begins before the words can be read is reported") {
     CHECK_FALSE(complaint_about([](tlm::MemoryAccess& access) {
                     access.wait_cycles = 4;

@@ -204,6 +204,16 @@ TEST_CASE("dvi decoder: a vertical sync without lines before it is not a frame")
     CHECK(depth.events[0].pair_good);
 }
 
+TEST_CASE("dvi decoder: a frame whose control scanline cannot be read has no kind, whatever came before it") {
+    DecoderBench dut;
+    elaborate();
+    dut.make(FrameKind::kColour, 3);
+    CHECK(dut.send(100).kind == FrameKind::kColour);
+    dut.make(FrameKind::kDepth, 3);
+    dut.frame->control[0] ^= 1U;  // the magic
+    CHECK_FALSE(dut.send(100 + kFrame).kind);
+}
+
 TEST_CASE("dvi decoder: a frame without its extension is an error of the model") {
     DecoderBench dut;
     elaborate();

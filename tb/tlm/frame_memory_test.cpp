@@ -449,6 +449,18 @@ TEST_CASE("frame memory: shared ports with refreshes are those of a memory that 
     check_shared_memory(config, seed);
 }
 
+TEST_CASE("frame memory: with shared ports the first refresh is waited for like any other") {
+    MemoryConfig config = memory_config(16, 6);
+    config.ports = MemoryPorts::kShared;
+    config.refresh_cycles = 9;
+    config.refresh_interval_cycles = 61;
+    FrameMemoryBench dut(config);
+    for (const int refresh : {1, 2, 3}) {
+        INFO("refresh " << refresh);
+        CHECK(dut.user.access_at(61 * refresh + 3, 0, 1).refresh_cycles == 9 - 3);
+    }
+}
+
 TEST_CASE("frame memory: with shared ports a page is open from frame to frame") {
     MemoryConfig config = memory_config(16, 6);
     config.ports = MemoryPorts::kShared;

@@ -285,5 +285,16 @@ TEST_CASE("tmds: a line that has not begun on every channel gives no skew") {
     CHECK(tmds_skew({16, 8, 1}));
 }
 
+TEST_CASE("tmds disturbance: flipped bits of any channel count") {
+    CHECK_FALSE(TmdsDisturbance{}.flips_any());
+    for (std::size_t channel = 0; channel < kTmdsChannels; ++channel) {
+        TmdsDisturbance disturbance;
+        disturbance.late_bits.fill(3);
+        CHECK_FALSE(disturbance.flips_any());
+        disturbance.flips.at(channel) = 1U << 9U;
+        CHECK(disturbance.flips_any());
+    }
+}
+
 }  // namespace
 }  // namespace metabuffer::test

@@ -214,6 +214,9 @@ TEST_CASE("viewport row: smoothed, the outermost source lines may lie beside the
     CHECK(defect([](ViewportRow& row) { row.dmultiple = 1, row.dx = -1; }) == RowDefect::kDestination);
     CHECK(message_after([](ViewportRow& row) { row.dx = -6; }, limits) ==
           "its second source column lies left of the raster: Dx = -6 must stay above -6");
+    // A first source column that may lie beside the raster is not what is wrong.
+    CHECK(message_after([](ViewportRow& row) { row.sx = 0, row.sdx = 72, row.dx = -5; }, limits) ==
+          "its last but one source column lies right of the raster: Dx + Sdx*m = 211 must stay below 207");
     CHECK(message_after([](ViewportRow& row) { row.dy = 111; }, limits) ==
           "its last but one source row lies below the raster: Dy + Sdy*m = 156 must stay below 156");
 }

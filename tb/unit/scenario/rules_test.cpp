@@ -153,6 +153,21 @@ TEST_CASE("rules: settings") {
           "written "
           "and the bus has its page open again 48 may pass; use more words_per_cycle, a faster core_mhz or "
           "larger blocks");
+    // That must be over when the pair is judged: 3 clocks to cross, 3 pages to open, 64 + 64 to write.
+    const auto judged_early = [&shared](int page_miss) {
+        return [&shared, page_miss](Scenario& s) {
+            shared(128, 0)(s);
+            s.memory.page_words = 128;
+            s.memory.page_miss_cycles = page_miss;
+            s.renderers[0] = renderer_of({PixelImage(16, 128)}, {segment_row({16, 8})});
+        };
+    };
+    CHECK(error_after(judged_early(20)).empty());
+    CHECK(
+        error_after(judged_early(21)) ==
+        "memory.write_block_words: 128 words may be written as late as 194 core cycles after the last pixel "
+        "of renderers[0] whose pair is judged after 192; use smaller blocks, more words_per_cycle or a "
+        "faster core_mhz");
     // A link that a fault makes a tenth faster brings 16 words in 29 clocks, and 29 clocks are needed.
     const auto drifting = [&](int page_miss) {
         return [&shared, page_miss](Scenario& s) {
