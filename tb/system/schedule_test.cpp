@@ -109,6 +109,7 @@ void check_links(const Tally& tally, const Scenario& scenario, const RunReport& 
             const auto depth = tally.depth_frames.find(
                 {static_cast<int>(r) + 1, static_cast<std::uint32_t>(frame.pairs[r])});
             REQUIRE(depth != tally.depth_frames.end());
+            CHECK(depth->second.cycles() > 0);
             newest = std::max(newest, depth->second.last);
         }
         if (!frame.latency_cycles || newest < 0) continue;
