@@ -481,11 +481,15 @@ TEST_CASE("frame memory: random reads give what was written last") {
 
 // ---- read latency ----
 
+MemoryConfig late_pages(int latency_cycles, int words_per_cycle = 1) {
+    MemoryConfig config = pages_of(16, 6, words_per_cycle);
+    config.read_latency_cycles = latency_cycles;
+    return config;
+}
+
 void check_latency(int latency) {
     ClockedTestbench bench;
-    MemoryConfig config = pages_of(16, 6, 2);
-    config.read_latency_cycles = latency;
-    MemoryBench dut(bench, config);
+    MemoryBench dut(bench, late_pages(latency, 2));
     for (int address = 0; address < 16; ++address) {
         dut.store(address, 0, address, 100U + static_cast<unsigned>(address));
     }
@@ -512,9 +516,7 @@ TEST_CASE("frame memory: with the longest read latency there may be a read a clo
 
 TEST_CASE("frame memory: words on their way out are those of the device that was read") {
     ClockedTestbench bench;
-    MemoryConfig config = pages_of(16);
-    config.read_latency_cycles = 4;
-    MemoryBench dut(bench, config);
+    MemoryBench dut(bench, late_pages(4));
     dut.store(0, 0, 3, 1);
     dut.store(1, 1, 3, 2);
     dut.activate(10, 0);
@@ -528,9 +530,7 @@ TEST_CASE("frame memory: words on their way out are those of the device that was
 
 TEST_CASE("frame memory: reset drops words on their way out") {
     ClockedTestbench bench;
-    MemoryConfig config = pages_of(16);
-    config.read_latency_cycles = 4;
-    MemoryBench dut(bench, config);
+    MemoryBench dut(bench, late_pages(4));
     dut.store(0, 0, 3, 7);
     dut.activate(10, 0);
     dut.read(16, {3});
@@ -542,9 +542,7 @@ TEST_CASE("frame memory: reset drops words on their way out") {
 
 TEST_CASE("frame memory: in reset no words stand at the output, even if they stood there before") {
     ClockedTestbench bench;
-    MemoryConfig config = pages_of(16);
-    config.read_latency_cycles = 4;
-    MemoryBench dut(bench, config);
+    MemoryBench dut(bench, late_pages(4));
     dut.store(0, 0, 3, 7);
     dut.activate(10, 0);
     constexpr int kReset = 24;

@@ -277,6 +277,13 @@ TEST_CASE("frame memory: an access without its extension is an error of the mode
 
 // ---- shared ports ----
 
+MemoryConfig shared_memory_config(int page_words, int page_miss_cycles, int banks = 1,
+                                  int precharge_cycles = 0) {
+    MemoryConfig config = memory_config(page_words, page_miss_cycles, banks, precharge_cycles);
+    config.ports = MemoryPorts::kShared;
+    return config;
+}
+
 /// An independent memory with shared ports that goes clock by clock.
 class SteppedSharedMemory {
   public:
@@ -432,26 +439,23 @@ void check_shared_memory(const MemoryConfig& config, std::uint64_t seed) {
 TEST_CASE("frame memory: shared ports under random use are those of a memory that goes clock by clock") {
     const auto seed = random_seed(581);
     INFO("METABUFFER_SEED=" << seed);
-    MemoryConfig config = memory_config(8, 7, 2, 2);
+    MemoryConfig config = shared_memory_config(8, 7, 2, 2);
     config.words_per_cycle = 2;
-    config.ports = MemoryPorts::kShared;
     check_shared_memory(config, seed);
 }
 
 TEST_CASE("frame memory: shared ports with refreshes are those of a memory that goes clock by clock") {
     const auto seed = random_seed(582);
     INFO("METABUFFER_SEED=" << seed);
-    MemoryConfig config = memory_config(8, 7, 4, 2);
+    MemoryConfig config = shared_memory_config(8, 7, 4, 2);
     config.words_per_cycle = 3;
-    config.ports = MemoryPorts::kShared;
     config.refresh_cycles = 9;
     config.refresh_interval_cycles = 61;
     check_shared_memory(config, seed);
 }
 
 TEST_CASE("frame memory: with shared ports the first refresh is waited for like any other") {
-    MemoryConfig config = memory_config(16, 6);
-    config.ports = MemoryPorts::kShared;
+    MemoryConfig config = shared_memory_config(16, 6);
     config.refresh_cycles = 9;
     config.refresh_interval_cycles = 61;
     FrameMemoryBench dut(config);
@@ -462,17 +466,13 @@ TEST_CASE("frame memory: with shared ports the first refresh is waited for like 
 }
 
 TEST_CASE("frame memory: with shared ports a page is open from frame to frame") {
-    MemoryConfig config = memory_config(16, 6);
-    config.ports = MemoryPorts::kShared;
-    FrameMemoryBench dut(config);
+    FrameMemoryBench dut(shared_memory_config(16, 6));
     CHECK(dut.user.access(0, 1, true) == Access{true, 6, 1});
     CHECK(dut.user.access_at(20, 1, 1, true).wait_cycles == 0);
 }
 
 TEST_CASE("frame memory: a block may be written where an opening is broken off") {
-    MemoryConfig config = memory_config(16, 6, 1, 2);
-    config.ports = MemoryPorts::kShared;
-    FrameMemoryBench dut(config);
+    FrameMemoryBench dut(shared_memory_config(16, 6, 1, 2));
     dut.user.bring_block(101, 32, 4);
     dut.user.bring_block(500, 48, 4);
     CHECK(dut.user.access_at(10, 0, 1).wait_cycles == 4);
