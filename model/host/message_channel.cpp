@@ -51,9 +51,11 @@ bool MessageChannel::send(std::string_view message) const {
 std::string MessageChannel::receive() const {
     std::string message(kMostBytes, '\0');
     ssize_t got = 0;
+    // A process that ends with messages unread resets the connection. That is reported once, before the messages that
+    // the process had sent, and those still come.
     do {
         got = recv(descriptor(), message.data(), message.size(), 0);
-    } while (got < 0 && errno == EINTR);
+    } while (got < 0 && (errno == EINTR || errno == ECONNRESET));
     message.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
     return message;
 }

@@ -1,7 +1,9 @@
 #include "report/picture_processes.h"
 
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <map>
@@ -32,6 +34,12 @@ std::string text_of_picture(const ColourImage& picture) {
     std::string text = std::to_string(picture.width_pixels) + "x" + std::to_string(picture.height_pixels);
     for (const std::uint32_t colour : picture.values) text += " " + std::to_string(colour);
     return text;
+}
+
+/// Waits until a child of this process has ended, and leaves it to be reaped.
+void wait_for_a_child_to_end() {
+    siginfo_t child{};
+    REQUIRE(waitid(P_ALL, 0, &child, WEXITED | WNOWAIT) == 0);
 }
 
 /// Writes each picture's values and the process that did it.
@@ -180,4 +188,41 @@ TEST_CASE("the pictures that the work gives back reach the caller, each with its
             CHECK(text == text_of_picture(n == 100 ? ColourImage(13, 5, 1) : picture_of(n * 1000)));
         }
     }
+}
+
+TEST_CASE("what a process had done before it was killed counts, and the caller does the rest", "[picture]") {
+    const pid_t caller = getpid();
+    std::array<int, 2> all_are_handed_over{};
+    REQUIRE(pipe(all_are_handed_over.data()) == 0);
+    std::string back;
+    std::string here;
+    PictureProcesses pictures(
+        {1, 4, kMostPixels},
+        [&](const std::string& name, const ColourImage& /*picture*/) {
+            char byte = 0;
+            if (getpid() == caller) {
+                here += name;
+            } else if (name == "a") {
+                return read(all_are_handed_over[0], &byte, 1) == 1;
+            } else if (name == "c") {
+                raise(SIGKILL);
+            }
+            return true;
+        },
+        [&](const std::string& name, const ColourImage& picture) {
+            back += name + text_of_picture(picture) + "\n";
+        });
+    std::string handed_over;
+    for (const char* name : {"a", "b", "c", "d"}) {
+        const ColourImage picture = picture_of(static_cast<std::uint32_t>(*name));
+        handed_over += name + text_of_picture(picture) + "\n";
+        pictures.take(name, picture);
+    }
+    // It leaves "d" unread, which resets its connection.
+    REQUIRE(write(all_are_handed_over[1], "d", 1) == 1);
+    wait_for_a_child_to_end();
+    pictures.finish();
+    for (const int end : all_are_handed_over) close(end);
+    CHECK(back == handed_over);
+    CHECK(here == "cd");
 }
