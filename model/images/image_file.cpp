@@ -10,7 +10,6 @@
 #include <system_error>
 #include <vector>
 
-#include "formats/image.h"
 #include "host/errors.h"
 #include "host/text.h"
 #include "host/text_file.h"

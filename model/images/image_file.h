@@ -9,6 +9,8 @@
 #include <new>
 #include <string>
 
+#include "formats/image.h"
+
 namespace metabuffer {
 
 /// Opens an image in one of the formats that renderers and frame grabbers write, recognized by its first bytes and not
@@ -20,6 +22,11 @@ std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& f
 /// Throws the InputError that names the file and its size unless both sides lie in kImageSidePixels.
 void check_image_size(const std::filesystem::path& file, std::int64_t width_pixels,
                       std::int64_t height_pixels);
+
+/// Bytes that an image's channels may take once unpacked: those of R, G, B, A and Z as doubles at the largest size. A
+/// TIFF file of 130 bytes can name thousands of channels, and its reader allocates and clears strips of them all.
+constexpr std::uint64_t kLargestImageBytes =
+    std::uint64_t{kImageSidePixels.high * kImageSidePixels.high} * 5 * sizeof(double);
 
 /// Throws the InputError that names a file and says what is wrong with it.
 [[noreturn]] void fail_image(const std::filesystem::path& file, const std::string& message);

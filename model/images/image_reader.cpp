@@ -58,6 +58,13 @@ class NativeImage {
         if (spec_.deep || spec_.depth > 1)
             fail_image(file, "is a deep or volume image; use one with flat pixels");
         check_image_size(file, spec_.width, spec_.height);
+        if (spec_.image_bytes(true) > kLargestImageBytes) {
+            constexpr std::uint64_t kMegabyte = 1'000'000;
+            fail_image(file, "holds " + std::to_string(spec_.image_bytes(true) / kMegabyte) + " MB in " +
+                                 std::to_string(spec_.nchannels) + " channels; use " +
+                                 std::to_string(kLargestImageBytes / kMegabyte) +
+                                 " MB or less, with no channels but R, G, B, A and Z");
+        }
         // OpenImageIO 2.4 unpacks some of these beyond its memory.
         constexpr int kSeparated = 5;
         if (spec_.get_int_attribute("tiff:PhotometricInterpretation") == kSeparated) {

@@ -84,13 +84,10 @@ class OutputCapture {
 /// An image of a size that the loader accepts, but large: it takes long and shows nothing new. One that is larger than
 /// any valid one is not skipped, for it must be refused.
 bool is_large(const std::filesystem::path& file) {
-    constexpr double kLargeBytes = 4e6;
-    constexpr double kLargestBytes = 8192.0 * 8192.0 * 5 * sizeof(double);
+    constexpr std::uint64_t kLargeBytes = 4'000'000;
     try {
-        const OIIO::ImageSpec spec = open_image_file(file)->spec();
-        const double bytes =
-            static_cast<double>(spec.width) * spec.height * static_cast<double>(spec.pixel_bytes(true));
-        return bytes > kLargeBytes && bytes <= kLargestBytes;
+        const std::uint64_t bytes = open_image_file(file)->spec().image_bytes(true);
+        return bytes > kLargeBytes && bytes <= kLargestImageBytes;
     } catch (const InputError&) {
         return false;
     }

@@ -473,6 +473,43 @@ TEST_CASE("image: sizes up to 8192 a side") {
           (directory / "higher.png").string() + ": has 1 x 8193 pixels; use 1 to 8192 per side");
 }
 
+TEST_CASE(
+    "image: channels that would take more memory than any image needs are refused before they are read") {
+    const ScratchDirectory directory;
+    const std::filesystem::path file = directory / "channels.tif";
+    // A directory of these tags and nothing behind it; the reader would clear and read strips of 34 GB.
+    const auto write_tiff = [&](std::uint16_t channels) {
+        std::string bytes("II*\0\x08\0\0\0", 8);
+        const auto put = [&bytes](std::uint32_t value, int count) {
+            for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> (8 * i));
+        };
+        const std::vector<std::pair<std::uint16_t, std::uint32_t>> tags{
+            {256, 8192}, {257, 8192},     {258, 8},    {259, 1}, {262, 2},
+            {273, 8},    {277, channels}, {278, 8192}, {279, 12}};
+        put(static_cast<std::uint32_t>(tags.size()), 2);
+        for (const auto& [tag, value] : tags) {
+            constexpr std::uint32_t kLong = 4;
+            put(tag, 2);
+            put(kLong, 2);
+            put(1, 4);
+            put(value, 4);
+        }
+        put(0, 4);
+        directory.write("channels.tif", bytes);
+    };
+    write_tiff(511);
+    CHECK(error_of(file) ==
+          file.string() +
+              ": holds 34292 MB in 511 channels; use 2684 MB or less, with no channels but R, "
+              "G, B, A and Z");
+    write_tiff(41);
+    CHECK_THAT(error_of(file), Catch::Contains("holds 2751 MB in 41 channels"));
+    write_tiff(40);
+    ImageFiles files{file};
+    files.z = 1.0;
+    CHECK(image_codec().size(files).width_pixels == 8192);
+}
+
 TEST_CASE("image: a WebP file's canvas is checked before memory is allocated for it") {
     using namespace std::string_literals;
     const ScratchDirectory directory;
