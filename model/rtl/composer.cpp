@@ -139,6 +139,7 @@ void Composer::pipeline_edge() {
     } else {
         if (pipe_valid_) {
             pipe_valid_ = false;
+            starved_ = false;
             pipe_o.write(PipePixel{});
         }
         start = pipemaster_ ? pipeready_ : startframe_i.read();
@@ -196,7 +197,6 @@ void Composer::composite(const PipePixel& upstream) {
 
 void Composer::end_frame() {
     running_ = false;
-    starved_ = false;
     frame_spans_.back().end_cycle = clock_edge_number(core_period_picoseconds_);
     buffer_.end_frame();
     word_pixel_ = kNoPixel;  // the pixel there belongs to this frame

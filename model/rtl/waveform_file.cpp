@@ -84,9 +84,8 @@ class WaveformFile::Pipe {
     /// For the process that simulates: from now on writing fails if the process at the other end has ended. Once both
     /// ends are open the pipe needs no name, so its folder is removed now.
     void close_reading() {
-        if (reading_ < 0) return;
+        if (!folder_) return;
         close(reading_);
-        reading_ = -1;
         folder_.reset();
     }
 

@@ -183,9 +183,10 @@ std::int64_t ColumnTime::stalled_cycles(std::int64_t through_cycle) const {
 }
 
 std::int64_t ColumnTime::first_stall_cycle() const {
-    if (!may_stall_ || newest_frame_ < 0 || needed_steps_.minimum() == kNoStep) return first_stall_cycle_;
+    const std::int64_t needed = needed_steps_.minimum();
+    if (needed == kNoStep) return first_stall_cycle_;
     // The pixel may never come.
-    return std::min(first_stall_cycle_, current().extrapolated_cycle(needed_steps_.minimum()));
+    return std::min(first_stall_cycle_, current().extrapolated_cycle(needed));
 }
 
 std::int64_t ColumnTime::stalled_cycles_for(int renderer, std::int64_t through_cycle) const {

@@ -463,7 +463,7 @@ void InputFramebuffer::continue_burst() {
     }
     // Beats that are not judged yet do not stop the burst: BUSREADY falls only if more pixels follow than can go out
     // after its fall.
-    end_burst(burst_left_ == 0 && stop_cycle_ == kUnknownCycle);
+    end_burst(burst_left_ == 0);
 }
 
 /// The first clock in which the burst does not go on, or in which that depends on a BUSREADY that is not known yet.

@@ -85,6 +85,18 @@ TEST_CASE("FST converter: the dump is its input, the file is its output, and not
     CHECK(std::filesystem::is_empty(bench.temporary()));
 }
 
+TEST_CASE("FST converter: a file of any length reaches its output to the last byte") {
+    Bench bench;
+    constexpr std::size_t kBlock = std::size_t{1} << 16;  // what is copied at a time
+    const std::size_t empty = section(0, "").size();
+    for (const std::size_t bytes : {kBlock - 1, kBlock, kBlock + 1, 2 * kBlock + 1}) {
+        INFO(bytes << " bytes");
+        const std::string made = section(0, std::string(bytes - empty, 'v'));
+        CHECK(bench.error_of(made).empty());
+        CHECK(text_of(bench.target()) == made);
+    }
+}
+
 TEST_CASE("FST converter: a file that ends within a section is half a file, wherever it ends") {
     Bench bench;
     const std::string first = section(0, "header");

@@ -1,6 +1,7 @@
 #include "simulation/trace_window.h"
 
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "rtl/run.h"
 #include "support/scenarios.h"
 #include "support/scratch_directory.h"
+#include "tlm/metabuffer.h"
 #include "tlm/run.h"
 
 // Which clocks a waveform shows. What the file then holds is tested with the program.
@@ -106,6 +108,30 @@ TEST_CASE("trace window: a window of one clock shows that clock", "[system]") {
     CHECK(result.traced->last == 100);
 }
 
+TEST_CASE("trace window: once the waveform's first clock has run, nothing of it lies in TMPDIR", "[system]") {
+    const ScratchDirectory scratch;
+    const std::filesystem::path temporary = scratch / "temporary";
+    std::filesystem::create_directory(temporary);
+    setenv("TMPDIR", temporary.c_str(), 1);
+    // It ends before the run looks at it from outside for the first time after that clock.
+    const Scenario scenario =
+        with_renderer(small_scenario(16, 8), renderer_of({PixelImage(16, 8)}, {segment_row({8, 4})}));
+    TraceWindow window;
+    window.kind = Kind::kCycles;
+    window.last = 1'000'000;
+    int frames_shown = 0;
+    rtl::RunOptions options;
+    options.trace = rtl::TraceRequest{scratch / "window.vcd", window, {"swap_lock"}, "", {}};
+    options.on_frame_shown = [&](const DisplayedFrame&) {
+        ++frames_shown;
+        CHECK(std::filesystem::is_empty(temporary));
+    };
+    const rtl::RunResult result = rtl::run(scenario, options);
+    REQUIRE(result.traced);
+    CHECK(result.report.core_cycles < 20'000);
+    CHECK(frames_shown == 1);
+}
+
 TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even if that comes late",
           "[system]") {
     const ScratchDirectory scratch;
@@ -148,6 +174,27 @@ TEST_CASE("trace window: level tlm finds the clocks that level rtl finds", "[sys
         INFO(static_cast<int>(kind));
         CHECK(found[kind] > 0);
     }
+}
+
+TEST_CASE("trace window: level tlm is certain of an event when its frame has been shown", "[system]") {
+    Scenario scenario = small_scenario(64, 32);
+    // The bus is so slow that pixels starve in every frame.
+    scenario.memory.page_words = 8;
+    scenario.memory.page_miss_cycles = 40;
+    const PixelImage image(64, 32);
+    scenario = with_renderer(scenario, renderer_of({image, image, image}, {segment_row({64, 32})}));
+    scenario.frames = 3;
+    tlm::Metabuffer machine("metabuffer", scenario, tlm::Metabuffer::Options{});
+    std::vector<std::int64_t> first_starved;
+    machine.on_frame_shown(
+        [&](const DisplayedFrame&) { first_starved.push_back(machine.first_starved_cycle()); });
+    machine.on_finished([] { sc_core::sc_pause(); });
+    while (!machine.finished()) sc_core::sc_start(1, sc_core::SC_MS);
+    REQUIRE(first_starved.size() == 3);
+    const FrameRecord first = machine.report().frames.at(0);
+    CHECK(first_starved[0] >= first.start_cycle);
+    CHECK(first_starved[0] <= first.end_cycle);
+    CHECK(first_starved[2] == first_starved[0]);
 }
 
 TEST_CASE("trace window: a window that another level found is the same, without a warning", "[system]") {

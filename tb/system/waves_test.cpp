@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -125,6 +126,16 @@ class ValueDump {
             value = change.value;
         }
         return value;
+    }
+    /// How long a signal of one bit is high in the dump.
+    std::int64_t picoseconds_high(const std::string& short_name) const {
+        std::int64_t sum = 0;
+        std::int64_t rise = -1;
+        for (const Change& change : changes_.at(variables_.at(short_names_.at(short_name)).identifier)) {
+            if (rise >= 0) sum += change.time - rise;
+            rise = change.value != 0 ? change.time : -1;
+        }
+        return rise >= 0 ? sum + last_time_ - rise : sum;
     }
     /// A number as the page writes it, in the signal's width.
     std::uint64_t value_from_text(const std::string& short_name, const std::string& text) const {
@@ -361,6 +372,39 @@ TEST_CASE("The waveform counts the rows of the table that comes over a link", "[
     const ValueDump dump(scratch / "rows.vcd");
     CHECK(dump.at("input_framebuffer_1.table_unit.back_rows", dump.first_time()) == 0);
     CHECK(dump.at("input_framebuffer_1.table_unit.back_rows", dump.last_time()) == 1);
+}
+
+TEST_CASE("The waveform shows each pixel that starves for a clock, the frame's last among them",
+          "[waves][repeat]") {
+    const ScratchDirectory scratch;
+    std::vector<std::string> words{"run",
+                                   (kSource / "scenarios/case-1.yaml").string(),
+                                   "--quiet",
+                                   "--no-images",
+                                   "--frames",
+                                   "1",
+                                   "--trace",
+                                   "starved.vcd",
+                                   "--trace-window",
+                                   "cycles:0-60000"};
+    // So slow that all pixels at the end of the frame starve.
+    for (const char* setting : {"bus.width_bits=64", "memory.page_miss_cycles=60", "memory.page_words=16"}) {
+        words.insert(words.end(), {"--set", setting});
+    }
+    const ProgramResult result = run_program(scratch, words);
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    const ValueDump dump(scratch / "starved.vcd");
+    const auto report = nlohmann::json::parse(text_of(scratch / "out/case-1/report.json"));
+    for (const auto& composer : report["composers"]) {
+        const std::string name = "composer_" + std::to_string(composer["renderer"].get<int>()) + "_" +
+                                 std::to_string(composer["display"].get<int>());
+        INFO(name);
+        CHECK(dump.picoseconds_high(name + ".starved") ==
+              composer["starved_pixels"].get<std::int64_t>() * kCorePeriodPicoseconds);
+    }
+    CHECK(report["totals"]["starved_pixels"] > 0);
+    CHECK(report["composers"][0]["first_glitch"].is_object());
 }
 
 TEST_CASE("No register outgrows its width: the waveform of a whole frame has no unknown value",

@@ -204,6 +204,20 @@ TEST_CASE("dvi decoder: a vertical sync without lines before it is not a frame")
     CHECK(depth.events[0].pair_good);
 }
 
+TEST_CASE("dvi decoder: a control scanline that is too long is not read") {
+    DecoderBench dut;
+    elaborate();
+    dut.make(FrameKind::kColour, 3);
+    dut.frame->active_lines = 1;
+    ++dut.frame->last_line_pixels;
+    const tlm::DecodedFrame decoded = dut.send(100);
+    CHECK_FALSE(decoded.kind);
+    REQUIRE(decoded.events.size() == 1);
+    CHECK(decoded.events[0].rejected);
+    CHECK(decoded.events[0].cause == RejectCause::kGeometry);
+    CHECK_FALSE(decoded.events[0].colour_start);
+}
+
 TEST_CASE("dvi decoder: a frame whose control scanline cannot be read has no kind, whatever came before it") {
     DecoderBench dut;
     elaborate();

@@ -471,6 +471,17 @@ TEST_CASE("frame memory: with shared ports a page is open from frame to frame") 
     CHECK(dut.user.access_at(20, 1, 1, true).wait_cycles == 0);
 }
 
+TEST_CASE("frame memory: a block is not written ahead of an access that may still come before it") {
+    FrameMemoryBench dut(shared_memory_config(16, 6));
+    CHECK(dut.user.access_at(10, 0, 1).wait_cycles == 6);
+    dut.user.bring_block(21, 8, 4, 16);
+    dut.user.bring_block(40, 12, 4, 20);
+    CHECK(dut.user.access_at(20, 1, 1).wait_cycles == 0);
+    CHECK(dut.user.access_at(21, 1, 1).write_cycles == 4);
+    CHECK(dut.user.access_at(25, 1, 1).wait_cycles == 0);
+    CHECK(dut.user.all_ok);
+}
+
 TEST_CASE("frame memory: a block may be written where an opening is broken off") {
     FrameMemoryBench dut(shared_memory_config(16, 6, 1, 2));
     dut.user.bring_block(101, 32, 4);

@@ -52,13 +52,15 @@ class MemoryUser {
 
     /// What the memory answered to the last access.
     bool other_page() { return message_->other_page; }
-    /// With shared ports: words of the link that may be written from a core clock on.
-    void bring_block(std::int64_t cycle, std::int64_t word, int words) {
+    /// With shared ports: words of the link that may be written from a core clock on. No access before the other clock
+    /// follows.
+    void bring_block(std::int64_t cycle, std::int64_t word, int words, std::int64_t settled_before = 0) {
         message_.payload().set_address(static_cast<sc_dt::uint64>(word) * 8);
         message_.payload().set_data_length(static_cast<unsigned>(words) * 8);
         *message_ = tlm::MemoryAccess{};
         message_->write = true;
         message_->cycle = cycle;
+        message_->settled_before = settled_before;
         all_ok = initiator.send(message_.payload()) == ::tlm::TLM_OK_RESPONSE && all_ok;
     }
     /// Breaks off the last access, this many clocks after its first.

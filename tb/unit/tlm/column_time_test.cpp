@@ -213,6 +213,28 @@ TEST_CASE(
     CHECK(column.stalled_cycles_for(1, 60) == 8);
 }
 
+TEST_CASE(
+    "column time: the first stall is the earliest that is known, and the step that is still needed may be "
+    "one") {
+    ColumnTime column(2, 50, true);
+    CHECK(column.first_stall_cycle() == kUnknownCycle);
+    column.start(0, 30);
+    CHECK(column.first_stall_cycle() == 30);
+    column.set_needed_step(0, 9);
+    column.set_needed_step(1, 12);
+    CHECK(column.first_stall_cycle() == 39);
+    column.set_needed_step(0, kNoStep);
+    column.set_needed_step(1, kNoStep);
+    column.advance(31);
+    CHECK(column.first_stall_cycle() == kUnknownCycle);  // no pixel was late
+    column.start(1, 90);
+    column.set_needed_step(0, 7);
+    column.add_arrival(1, 5, 100);
+    column.set_needed_step(1, kNoStep);
+    column.advance(101);
+    CHECK(column.first_stall_cycle() == 95);
+}
+
 TEST_CASE("column time: stalls far in the past are forgotten and still counted") {
     constexpr int kStalls = 3000;
     ColumnTime column(1, 2 * kStalls, true);
