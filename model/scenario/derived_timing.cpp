@@ -79,7 +79,7 @@ std::int64_t least_reset_cycles(const ClockConfig& clocks) {
 }
 
 /// Nothing may move while the machine waits for a link or for the next frame of the DVI outputs, while a page is opened, or
-/// while all slots of a table are lost. Twice the longest such silence, and some for short waits, is safe. In floating
+/// while all slots of a table are lost, each after an answer of the arbiter. Twice the longest such silence, and some for short waits, is safe. In floating
 /// point, since legal settings multiply to more than a 64-bit count of picoseconds; a run never gets that far.
 std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
     constexpr double kShortWaitsCycles = 10'000.0;
@@ -104,7 +104,7 @@ std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
             scenario.bus.build_cycles(static_cast<std::size_t>(most_slots(scenario.displays.count())));
         if (loses_slots(scenario.bus.arbitration)) {
             bus_cycles += static_cast<double>(most_slots(scenario.displays.count())) *
-                          static_cast<double>(lost_slot_cycles(scenario));
+                          static_cast<double>(lost_slot_cycles(scenario) + scenario.bus.grant_cycles);
         }
         std::int64_t reset_cycles = 0;
         for (const Fault& fault : scenario.faults) {

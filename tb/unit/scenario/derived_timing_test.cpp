@@ -149,6 +149,10 @@ TEST_CASE("derived timing: the watchdog's default is twice the sum of the silenc
         const std::int64_t slots = 256 + scenario.displays.count();
         CHECK(watchdog_interval_picoseconds(scenario) ==
               2 * (link + display) + core + 2 * slots * lost_slot_cycles(scenario) * 10'000);
+        // The arbiter takes its clocks for each of them, and for the slot that is not lost.
+        scenario.bus.grant_cycles = 100;
+        CHECK(watchdog_interval_picoseconds(scenario) ==
+              2 * (link + display) + core + 2 * (slots * (lost_slot_cycles(scenario) + 100) + 100) * 10'000);
     }
     SECTION("an arbiter that takes clocks for its answer is waited for") {
         scenario.bus.grant_cycles = 100;
