@@ -170,9 +170,8 @@ void Composer::composite(const PipePixel& upstream) {
     }
     const bool abandoned = buffer_.abandoned();
     PipePixel out{upstream.pixel, true, upstream.lost || abandoned};
-    starved_ = false;
+    starved_ = walker_.covered() && !abandoned && !buffer_.has_arrived(walker_.newest_pixel());
     if (walker_.covered()) {
-        starved_ = !abandoned && !buffer_.has_arrived(walker_.newest_pixel());
         if (starved_) {
             count_glitch({frame_, walker_.x(), walker_.y()}, clock_edge_number(core_period_picoseconds_));
         } else if (!abandoned) {
