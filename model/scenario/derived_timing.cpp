@@ -79,8 +79,9 @@ std::int64_t least_reset_cycles(const ClockConfig& clocks) {
 }
 
 /// Nothing may move while the machine waits for a link or for the next frame of the DVI outputs, while a page is opened, or
-/// while all slots of a table are lost, each after an answer of the arbiter. Twice the longest such silence, and some for short waits, is safe. In floating
-/// point, since legal settings multiply to more than a 64-bit count of picoseconds; a run never gets that far.
+/// while all slots of a table are lost, each after an answer of the arbiter. Twice the longest such silence, and some for
+/// short waits, is safe. In floating point, since legal settings multiply to more than a 64-bit count of picoseconds; a run
+/// never gets that far.
 std::int64_t watchdog_interval_picoseconds(const Scenario& scenario) {
     constexpr double kShortWaitsCycles = 10'000.0;
     constexpr double kLongestPicoseconds = 4.0e18;

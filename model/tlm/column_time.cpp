@@ -197,14 +197,12 @@ std::int64_t ColumnTime::stalled_cycles_for(int renderer, std::int64_t through_c
         }
     }
     // A composer that waits for a pixel whose arrival is not known has waited until now.
-    if (may_stall_ && newest_frame_ >= 0) {
-        const std::int64_t blocked = needed_steps_.minimum();
-        if (blocked < kNoStep &&
-            (renderer < 0 || needed_steps_.value(static_cast<std::size_t>(renderer)) == blocked)) {
-            const std::int64_t before = renderer < 0 ? current().extrapolated_cycle(blocked + 1) - 1
-                                                     : current().extrapolated_cycle(blocked);
-            count += std::max<std::int64_t>(0, through_cycle - before);
-        }
+    const std::int64_t blocked = needed_steps_.minimum();
+    if (blocked < kNoStep &&
+        (renderer < 0 || needed_steps_.value(static_cast<std::size_t>(renderer)) == blocked)) {
+        const std::int64_t before = renderer < 0 ? current().extrapolated_cycle(blocked + 1) - 1
+                                                 : current().extrapolated_cycle(blocked);
+        count += std::max<std::int64_t>(0, through_cycle - before);
     }
     return count;
 }
