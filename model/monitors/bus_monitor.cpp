@@ -483,12 +483,10 @@ void BusMonitor::note_stopped_opening(std::int64_t edge) {
         set_open_page(next_page_, kNone, edge);
         return;
     }
-    // If another page was open and the opening ends before its activation, the bank is left half open: it must be
-    // closed again.
+    // If a memory that times its banks is stopped in an opening, the bank is left half open: it must be closed again.
     const std::int64_t open = open_page_beside(next_page_, from);
-    const std::int64_t opened_for = edge - from;
-    const bool broken_off = open != next_page_ && open != kNone && opened_for <= memory_.precharge_cycles &&
-                            opened_for < memory_.page_miss_cycles;
+    const bool broken_off =
+        memory_.times_banks() && open != next_page_ && edge - from < memory_.opening_cycles(open != kNone);
     set_open_page(next_page_, broken_off ? kHalfOpen : next_page_, edge);
 }
 

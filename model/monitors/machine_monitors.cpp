@@ -39,6 +39,7 @@ const std::vector<std::string>& machine_rules() {
                                                 "memory/open",
                                                 "memory/write",
                                                 "memory/activate",
+                                                "memory/timing",
                                                 "memory/refresh",
                                                 "memory/data",
                                                 "composer/pixel",

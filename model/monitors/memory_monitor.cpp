@@ -160,7 +160,7 @@ void MemoryMonitor::check_data(const rtl::MemoryData& wanted, std::int64_t edge)
 }
 
 void MemoryMonitor::close_all(std::int64_t edge) {
-    std::fill(banks_.begin(), banks_.end(), Bank{kNone, edge});
+    std::fill(banks_.begin(), banks_.end(), Bank{kNone, edge, kNone});
 }
 
 void MemoryMonitor::take_command(const rtl::MemoryCommand& command, std::int64_t edge) {
@@ -170,6 +170,7 @@ void MemoryMonitor::take_command(const rtl::MemoryCommand& command, std::int64_t
         case Kind::kActivate:
             check_activate(command, edge);
             bank_of(command).page = command.row;
+            bank_of(command).activated_at = edge;
             return;
         case Kind::kRead:
             check_open(command, edge);
@@ -181,7 +182,7 @@ void MemoryMonitor::take_command(const rtl::MemoryCommand& command, std::int64_t
             check_write(command, edge);
             return;
         case Kind::kPrecharge:
-            bank_of(command) = {kNone, edge};
+            bank_of(command) = {kNone, edge, kNone};
             return;
         case Kind::kPrechargeAll:
             close_all(edge);
@@ -231,6 +232,17 @@ void MemoryMonitor::check_open(const rtl::MemoryCommand& command, std::int64_t e
                 text_of(command) + (bank.page == kNone
                                         ? " of a bank with no page open"
                                         : " while page " + std::to_string(bank.page) + " is open"));
+    }
+    if (!config_.times_banks()) return;
+    if (bank.activated_at != kNone && edge < bank.activated_at + config_.activate_cycles()) {
+        violate("memory/timing", "command", edge,
+                text_of(command) + " " + std::to_string(edge - bank.activated_at) +
+                    " clocks after its page's activate");
+    } else if (bank.activated_at == kNone && bank.closed_at != kNone &&
+               edge < bank.closed_at + config_.precharge_cycles) {
+        violate("memory/timing", "command", edge,
+                text_of(command) + " " + std::to_string(edge - bank.closed_at) +
+                    " clocks after the bank's precharge");
     }
 }
 

@@ -27,12 +27,14 @@ namespace metabuffer::monitors {
 ///   the image that is not read; no third block begins while two wait
 /// - memory/activate: a page is opened in the bank that it lies in, and only if that bank was closed precharge_cycles
 ///   before or earlier
+/// - memory/timing: with precharge_cycles, a read or write comes at the earliest activate_cycles after its page's
+///   activate, or precharge_cycles after the bank's precharge where an activate takes no clock
 /// - memory/refresh: a refresh comes every refresh_interval_cycles and at no other time; no command comes in its
 ///   refresh_cycles
 /// - memory/data: the words of a read come read_latency_cycles later, as they were written; none come at other clocks
 ///
-/// No rule says how long before a read its page is activated: a burst that BUSREADY stops leaves its page open at once,
-/// and the next burst may read it.
+/// Without precharge_cycles a page miss is only a delay: a burst that BUSREADY stops leaves its page open at once, and
+/// the next burst may read it.
 class MemoryMonitor final : public sc_core::sc_module {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};              ///< core clock
@@ -58,7 +60,8 @@ class MemoryMonitor final : public sc_core::sc_module {
 
     struct Bank {
         std::int64_t page = kNone;
-        std::int64_t closed_at = kNone;  ///< edge of the precharge that has closed it
+        std::int64_t closed_at = kNone;     ///< edge of the precharge that has closed it
+        std::int64_t activated_at = kNone;  ///< edge of the activate that has opened its page
     };
 
     void end_of_elaboration() override;

@@ -36,7 +36,8 @@ namespace metabuffer::rtl {
 /// - read latency: a read may still follow a read in the next clock. Every beat, a table's too, goes out
 ///   read_latency_cycles after the decision that sent it, so that their order stays.
 /// - BUSREADY is read one clock after its composer wrote it. In a burst, a low one stops the burst before the clock's
-///   beat, and the arbiter is asked in that same clock. With read latency and bus registers, BUSREADY answers an
+///   beat, and the arbiter is asked in that same clock. If a page is being opened then, its bank must be closed and
+///   the page opened anew, unless precharge_cycles is 0: then the page counts as open. With read latency and bus registers, BUSREADY answers an
 ///   earlier beat, sent as many clocks before as a beat and its answer take, and it is judged by that beat. A composer
 ///   is passed over while its BUSREADY cannot count yet what it was sent last: the only beat of a burst, one that moved
 ///   when its burst was stopped, or on such a bus the last beat of any burst. Likewise a frame's start waits until
@@ -113,7 +114,7 @@ class BusPort final : public Block {
               page(set, name + "_page", page_bits) {}
         Register<bool> open;
         Register<bool>
-            half_open;  ///< an opening was broken off after its precharge: any page must be opened again
+            half_open;  ///< an opening was broken off: the bank must be closed before a page is opened again
         Register<std::int64_t> page;
     };
 
@@ -207,8 +208,8 @@ class BusPort final : public Block {
     Bank& bank_of(std::int64_t page) { return *banks_[static_cast<std::size_t>(page) % banks_.size()]; }
     MemoryCommand command_for(MemoryCommand::Kind kind, std::int64_t page) const;
     bool burst_is_stopped() const;
-    /// If the burst is stopped now, its bank is left closed after a precharge, with no page activated.
-    bool breaks_opening_off() const { return page_wait_ > 0 && precharging_; }
+    /// If the burst is stopped now, its bank is left in the middle of an opening.
+    bool breaks_opening_off() const { return page_wait_ > 0 && scenario_.memory.times_banks(); }
     bool refresh_begins() const { return scenario_.memory.refreshes() && refresh_due_in_ == 0; }
     int granted_row() const;
     /// The number that the beats of the frame under way name.

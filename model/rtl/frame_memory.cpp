@@ -1,5 +1,6 @@
 #include "rtl/frame_memory.h"
 
+#include <algorithm>
 #include <sstream>
 
 namespace metabuffer::rtl {
@@ -30,6 +31,11 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
     for (int bank = 0; bank < config.banks; ++bank) {
         banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
                                                 bits_for((device_words - 1) / config.page_words)));
+        if (config.times_banks()) {
+            banks_.back()->wait = std::make_unique<Register<int>>(
+                registers_, "bank_" + std::to_string(bank) + "_wait",
+                bits_for(std::max(config.precharge_cycles, config.activate_cycles())));
+        }
     }
     devices_[0].resize(static_cast<std::size_t>(device_words));
     if (!config.shared()) {
@@ -87,13 +93,14 @@ void FrameMemory::core_edge() {
         if (config_.refreshes()) {
             watch_refresh(command);
         }
+        pass_clock();
         obey(command);
         if (!reads_.empty()) {
             latency_edge(command);
         }
     }
-    const bool idle =
-        command.kind == MemoryCommand::Kind::kNone && !config_.refreshes() && reads_.holds(MemoryData{});
+    const bool idle = command.kind == MemoryCommand::Kind::kNone && !config_.refreshes() &&
+                      reads_.holds(MemoryData{}) && !banks_are_busy();
     if (core_gate_.idle_edge(idle)) {
         next_trigger(core_wake_events_);
     }
@@ -105,9 +112,10 @@ void FrameMemory::obey(const MemoryCommand& command) {
             return;
         case MemoryCommand::Kind::kPrecharge:
             bank_of(command).open = false;
+            bank_of(command).keep_busy(config_.precharge_cycles);
             return;
         case MemoryCommand::Kind::kPrechargeAll:
-            close_banks();
+            close_banks(config_.precharge_cycles);
             return;
         case MemoryCommand::Kind::kRefresh:
             refresh(command);
@@ -115,6 +123,7 @@ void FrameMemory::obey(const MemoryCommand& command) {
         case MemoryCommand::Kind::kActivate:
             check_activate(command);
             open(command);
+            bank_of(command).keep_busy(config_.activate_cycles());
             return;
         case MemoryCommand::Kind::kRead:
             check_words(command);
@@ -152,15 +161,29 @@ void FrameMemory::refresh(const MemoryCommand& command) {
     if (!config_.refreshes()) {
         refuse("refresh", command, "it needs none");
     }
-    close_banks();
+    close_banks(0);  // in the refresh's own clocks
     refresh_left_ = config_.refresh_cycles - 1;
     refresh_due_in_ = config_.refresh_interval_cycles - 1;
 }
 
-void FrameMemory::close_banks() {
+void FrameMemory::close_banks(int clocks) {
     for (const auto& bank : banks_) {
         bank->open = false;
+        bank->keep_busy(clocks);
     }
+}
+
+void FrameMemory::pass_clock() {
+    for (const auto& bank : banks_) {
+        if (bank->busy()) {
+            --*bank->wait;
+        }
+    }
+}
+
+bool FrameMemory::banks_are_busy() const {
+    return std::any_of(banks_.begin(), banks_.end(),
+                       [](const std::unique_ptr<Bank>& bank) { return bank->busy(); });
 }
 
 void FrameMemory::open(const MemoryCommand& command) {
@@ -169,10 +192,20 @@ void FrameMemory::open(const MemoryCommand& command) {
     bank.page = command.row;
 }
 
+void FrameMemory::check_timing(const MemoryCommand& command) const {
+    const Bank& bank = bank_of(command);
+    if (bank.busy()) {
+        refuse("timing", command,
+               "the bank takes it only " + std::to_string(bank.wait->value()) + " clocks later");
+    }
+}
+
 void FrameMemory::check_activate(const MemoryCommand& command) const {
     const Bank& bank = bank_of(command);
     if (config_.precharge_cycles > 0 && bank.open) {
         refuse("page", command, "page " + std::to_string(bank.page) + " is open");
+    } else {
+        check_timing(command);
     }
     if (command.row % banks_.size() != command.bank) {
         refuse("address", command, "the page lies in bank " + std::to_string(command.row % banks_.size()));
@@ -185,6 +218,8 @@ void FrameMemory::check_words(const MemoryCommand& command) const {
     if (!opens_itself && (!bank.open || bank.page != command.row)) {
         refuse("page", command,
                bank.open ? "page " + std::to_string(bank.page) + " is open" : "no page is open");
+    } else {
+        check_timing(command);
     }
     if (command.count > config_.words_per_cycle) {
         refuse("width", command, "it has " + std::to_string(config_.words_per_cycle) + " words a clock");

@@ -21,7 +21,7 @@ namespace metabuffer::rtl {
 ///
 /// Unless ports are shared, the link's side stores a write at the link clock that samples it. The bus's side takes one
 /// command per core clock. Page p lies in bank p mod banks, and each bank has one page open or none:
-/// - activate opens a page of a closed bank. The bus port counts the clocks in which the bank must then get no command.
+/// - activate opens a page of a closed bank.
 /// - read puts out words of a bank's open page in the same clock, before its edge: up to words_per_cycle words, each
 ///   with its own column, as interleaved memory gives them.
 ///   With read_latency_cycles the words come that many clocks later; a read may still follow in each clock.
@@ -30,11 +30,15 @@ namespace metabuffer::rtl {
 ///   never meet at the pins. A later read finds what was stored.
 /// - precharge closes the bank's page, precharge-all every bank's.
 /// - refresh closes every bank's page too, and the memory is busy for refresh_cycles, the command's clock included.
+/// With precharge_cycles each bank counts the clocks that it needs: from a precharge to an activate precharge_cycles, and
+/// from an activate to a read or write activate_cycles. A precharge may come in these clocks. Without precharge_cycles
+/// the bus port alone counts them.
 /// What takes no clock needs no command: without precharge_cycles an activate closes the page before, and without
 /// activate_cycles a read or write opens its page itself.
 ///
 /// Raises /metabuffer/frame_memory/page for a read or write of a page that is not open and for an activate in a bank
-/// that is not closed, /metabuffer/frame_memory/ports for a write without shared ports,
+/// that is not closed, /metabuffer/frame_memory/timing for an activate, read or write that comes too soon after the
+/// bank's precharge or activate, /metabuffer/frame_memory/ports for a write without shared ports,
 /// /metabuffer/frame_memory/refresh for a command while a refresh lasts, for a refresh that comes later than
 /// refresh_interval_cycles after the one before, and for one that it does not need, /metabuffer/frame_memory/address
 /// for a page of another bank and a word that the device does not have, and /metabuffer/frame_memory/width for more
@@ -63,6 +67,12 @@ class FrameMemory final : public Block {
             : open(set, name + "_open"), page(set, name + "_page", page_bits) {}
         Register<bool> open;
         Register<std::uint32_t> page;
+        std::unique_ptr<Register<int>>
+            wait;  ///< clocks that the bank still needs; null if banks are not timed
+        bool busy() const { return wait != nullptr && *wait > 0; }
+        void keep_busy(int clocks) {
+            if (wait != nullptr) *wait = clocks;
+        }
     };
 
     void end_of_elaboration() override;
@@ -73,7 +83,10 @@ class FrameMemory final : public Block {
     void open(const MemoryCommand& command);
     void watch_refresh(const MemoryCommand& command);
     void refresh(const MemoryCommand& command);
-    void close_banks();
+    void close_banks(int clocks);
+    void pass_clock();
+    bool banks_are_busy() const;
+    void check_timing(const MemoryCommand& command) const;
     void check_activate(const MemoryCommand& command) const;
     void check_words(const MemoryCommand& command) const;
     void store(const MemoryCommand& command);

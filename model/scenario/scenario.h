@@ -207,6 +207,9 @@ struct MemoryConfig {
     std::optional<int> given_activate_cycles;
 
     constexpr int activate_cycles() const { return page_miss_cycles - precharge_cycles; }
+    /// Banks are timed: they take no command sooner after the one before than a real memory does. Without
+    /// precharge_cycles a page miss is only a delay, and a page counts as open from its activate on.
+    constexpr bool times_banks() const { return precharge_cycles > 0; }
     constexpr bool refreshes() const { return refresh_cycles > 0; }
     constexpr bool shared() const { return ports == MemoryPorts::kShared; }
     /// With shared ports: words of the pages that an image takes. After them the other image's pages begin.

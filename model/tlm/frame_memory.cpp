@@ -40,18 +40,15 @@ void FrameMemory::wait_for_page(MemoryAccess& access, std::int64_t open_page) co
     access.wait_cycles = access.broken_cycles + access.refresh_cycles + opening;
 }
 
-/// The state of its bank if the last opening ends before this clock. A page counts as open as soon as it is activated;
-/// before that its bank is neither closed nor open.
+/// The state of its bank if the last opening ends before this clock. In a memory that times its banks such a bank is
+/// neither closed nor open; in another one a page counts as open from its activate on.
 FrameMemory::Bank FrameMemory::broken_off(std::int64_t cycle) const {
     const std::int64_t clocks = cycle - opening_.cycle;
     const std::int64_t refreshes = refreshes_by(cycle - 1);
     const bool before_refresh = opening_.refresh_cycles == 0 || clocks <= opening_.broken_cycles;
-    if (before_refresh) {
-        const bool half_open = opening_.closes_first && clocks <= config_.precharge_cycles;
-        return {half_open ? kHalfOpen : opening_.page, refreshes};
-    }
-    const bool closed = clocks <= opening_.broken_cycles + opening_.refresh_cycles;
-    return {closed ? kNoPage : opening_.page, refreshes};
+    const bool closed = !before_refresh && clocks <= opening_.broken_cycles + opening_.refresh_cycles;
+    if (closed) return {kNoPage, refreshes};
+    return {config_.times_banks() ? kHalfOpen : opening_.page, refreshes};
 }
 
 // ---- shared ports ----
@@ -118,8 +115,7 @@ void FrameMemory::answer_shared(MemoryAccess& access, std::int64_t page) {
     const int opening = access.page_miss ? config_.opening_cycles(open != kNoPage) : 0;
     const std::int64_t end = std::min(access.cycle + opening, access.beats_before);
     if (!access.peek) {
-        opening_ = {access.cycle, page, 0, 0,
-                    access.page_miss && open != kNoPage && config_.precharge_cycles > 0};
+        opening_ = {access.cycle, page, 0, 0};
         opening_under_way_ = opening > 0;
         bank = {page, begun};
         last_page_ = page;
@@ -174,8 +170,7 @@ void FrameMemory::b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_t
     access.page_miss = static_cast<std::int64_t>(page) != open;
     wait_for_page(access, open);
     if (!access.peek) {
-        opening_ = {access.cycle, page, access.broken_cycles, access.refresh_cycles,
-                    access.page_miss && open != kNoPage && config_.precharge_cycles > 0};
+        opening_ = {access.cycle, page, access.broken_cycles, access.refresh_cycles};
         bank = {page, refreshes_by(access.cycle + access.wait_cycles)};
         last_page_ = page;
     }

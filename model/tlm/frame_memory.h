@@ -32,7 +32,8 @@ class FrameMemory final : public sc_core::sc_module {
 
   private:
     static constexpr std::int64_t kNoPage = -1;
-    static constexpr std::int64_t kHalfOpen = -2;  ///< must be closed before a page of the bank is opened
+    static constexpr std::int64_t kHalfOpen =
+        -2;  ///< an opening was broken off: the bank must be closed before a page is opened
 
     void b_transport(::tlm::tlm_generic_payload& payload, sc_core::sc_time& delay);
 
@@ -77,9 +78,8 @@ class FrameMemory final : public sc_core::sc_module {
     struct Opening {
         std::int64_t cycle = 0;  ///< its first clock
         std::int64_t page = kNoPage;
-        int broken_cycles = 0;      ///< clocks of it before a refresh breaks it off
-        int refresh_cycles = 0;     ///< after them
-        bool closes_first = false;  ///< the page before must be closed
+        int broken_cycles = 0;   ///< clocks of it before a refresh breaks it off
+        int refresh_cycles = 0;  ///< after them
     };
     Opening opening_;
     std::deque<Block> blocks_;        ///< to be written

@@ -188,6 +188,16 @@ TEST_CASE("memory monitor: a page is opened while its bank is still closing", "[
     bench.violations.check_only("memory/activate", "frame_memory_1.command", 31, -1);
 }
 
+TEST_CASE("memory monitor: a page is read while it is being activated", "[monitors]") {
+    MemoryMonitorBench bench;
+    bench.put_stream();
+    bench.send(30, Kind::kPrecharge, 0);
+    bench.send(32, Kind::kActivate, 0);
+    bench.read(34, 0, {0}, {100});
+    bench.run();
+    bench.violations.check_only("memory/timing", "frame_memory_1.command", 34, -1);
+}
+
 TEST_CASE("memory monitor: other words than were written", "[monitors]") {
     MemoryMonitorBench bench;
     bench.put_stream();

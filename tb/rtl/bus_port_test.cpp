@@ -251,6 +251,44 @@ TEST_CASE("bus port: a page whose opening was broken off in its precharge is not
     CHECK(dut.columns_at(PortBench::kSend + 22) == Columns{0, 1});
 }
 
+TEST_CASE(
+    "bus port: a page whose opening was broken off in its activation must be opened anew, if banks are "
+    "timed") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kRoundRobin, 5, 128, 1, 2);
+    dut.begin({table_row(1, {0, 6}, {kWidth, 1}, {0, 0}), table_row(2, {2, 4}, {13, 3}, {0, 0})});
+    dut.give(PortBench::kSend, 1);
+    // BUSREADY answers for row 1's last beat in page 2 while page 3 is being activated.
+    dut.core.drive(dut.busready[1], PortBench::kSend + 20, false);
+    dut.give(PortBench::kSend + 20, 0);
+    bench.run_through(PortBench::kSend + 30);
+    const auto kind_at = [&](int clock) { return dut.commands.at(PortBench::kSend + clock).kind; };
+    CHECK(kind_at(16) == Command::kPrecharge);
+    CHECK(kind_at(18) == Command::kActivate);
+    CHECK(dut.takes.at(PortBench::kSend + 20));
+    CHECK(kind_at(20) == Command::kPrecharge);
+    CHECK(kind_at(22) == Command::kActivate);
+    CHECK(dut.commands.at(PortBench::kSend + 22).row == 3);
+    CHECK(kind_at(24) == Command::kNone);
+    CHECK(kind_at(25) == Command::kRead);
+    CHECK(dut.columns_at(PortBench::kSend + 25) == Columns{0, 1});
+}
+
+TEST_CASE("bus port: without precharge_cycles a page whose opening was broken off counts as open") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kRoundRobin, 5, 128, 1, 0);
+    dut.begin({table_row(1, {0, 6}, {kWidth, 1}, {0, 0}), table_row(2, {2, 4}, {13, 3}, {0, 0})});
+    dut.give(PortBench::kSend, 1);
+    dut.core.drive(dut.busready[1], PortBench::kSend + 20, false);
+    dut.give(PortBench::kSend + 20, 0);
+    bench.run_through(PortBench::kSend + 30);
+    const auto kind_at = [&](int clock) { return dut.commands.at(PortBench::kSend + clock).kind; };
+    CHECK(kind_at(18) == Command::kActivate);
+    CHECK(dut.takes.at(PortBench::kSend + 20));
+    CHECK(kind_at(20) == Command::kRead);
+    CHECK(dut.columns_at(PortBench::kSend + 20) == Columns{0, 1});
+}
+
 TEST_CASE("bus port: no row asks for the bus after a reset") {
     ClockedTestbench bench;
     PortBench dut(bench);

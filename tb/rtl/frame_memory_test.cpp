@@ -270,6 +270,61 @@ TEST_CASE("frame memory: a bank that must be precharged accepts no activate befo
     CHECK(report.count() == 1);
 }
 
+TEST_CASE("frame memory: a bank that is timed takes nothing before its precharge and its activate are over") {
+    ExpectedReport timing("/metabuffer/frame_memory/timing");
+    ExpectedReport page("/metabuffer/frame_memory/page");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(2, 2, 3));  // activated in three clocks, precharged in two
+    dut.activate(2, 0);
+    dut.activate(3, 1);  // the other bank counts for itself
+    dut.read(5, {0});
+    dut.read(6, {16});
+    dut.precharge(8, 0);
+    dut.activate(10, 2);
+    bench.run_through(11);
+    CHECK(timing.count() == 0);
+    dut.precharge(20, 2);
+    dut.activate(22, 0);
+    dut.read(24, {0});  // a clock too soon
+    dut.read(25, {0});
+    bench.run_through(26);
+    CHECK(timing.count() == 1);
+    dut.precharge(30, 0);
+    dut.activate(31, 2);  // a clock too soon
+    bench.run_through(32);
+    CHECK(timing.count() == 2);
+    dut.precharge_all(40);
+    dut.activate(41, 3);  // every bank's precharge counts
+    bench.run_through(42);
+    CHECK(timing.count() == 3);
+    CHECK(page.count() == 0);
+}
+
+TEST_CASE(
+    "frame memory: a bank may be precharged while its page is being activated, and a reset ends its wait") {
+    ExpectedReport timing("/metabuffer/frame_memory/timing");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(1, 2, 3));
+    dut.activate(2, 0);
+    dut.precharge(3, 0);
+    dut.activate(5, 1);
+    bench.core.pulse(bench.reset, 6);
+    dut.activate(7, 2);
+    dut.read(10, {32});
+    bench.run_through(12);
+    CHECK(timing.count() == 0);
+}
+
+TEST_CASE("frame memory: without precharge_cycles a page counts as open from its activate on") {
+    ExpectedReport timing("/metabuffer/frame_memory/timing");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, banks_of(1, 0, 3));
+    dut.activate(2, 0);
+    dut.read(3, {0});
+    bench.run_through(4);
+    CHECK(timing.count() == 0);
+}
+
 MemoryConfig refreshed() {
     MemoryConfig config = banks_of(2, 2, 3);
     config.refresh_interval_cycles = 20;
