@@ -1,15 +1,23 @@
 #include "simulation/trace_window.h"
 
+#include <sysc/tracing/sc_tracing_ids.h>
+
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
+#include <iterator>
+#include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/errors.h"
 #include "random_scenario.h"
+#include "rtl/metabuffer.h"
 #include "rtl/run.h"
 #include "support/scenarios.h"
 #include "support/scratch_directory.h"
@@ -34,6 +42,65 @@ rtl::RunResult run_with(const Scenario& scenario, const TraceWindow& window, con
     // One block that does little, so that the file stays small.
     options.trace = rtl::TraceRequest{scratch / "window.vcd", window, {"swap_lock"}, "", find_window};
     return rtl::run(scenario, options);
+}
+
+/// Ends before the run is looked at from outside for the second time.
+Scenario short_run() {
+    return with_renderer(small_scenario(16, 8), renderer_of({PixelImage(16, 8)}, {segment_row({8, 4})}));
+}
+
+/// A waveform of these clocks.
+rtl::TraceRequest waveform_of(const ScratchDirectory& scratch, std::int64_t first, std::int64_t last) {
+    TraceWindow window;
+    window.kind = Kind::kCycles;
+    window.first = first;
+    window.last = last;
+    return {scratch / "window.vcd", window, {"swap_lock"}, "", {}};
+}
+
+/// Calls a function at each core clock of a machine, with the clock's number.
+class AtEachClock final : public sc_core::sc_module {
+  public:
+    AtEachClock(const sc_core::sc_module_name& name, rtl::Metabuffer& machine,
+                std::function<void(std::int64_t cycle)> call)
+        : sc_core::sc_module(name), machine_(machine), call_(std::move(call)) {
+        SC_METHOD(clock_edge);
+        sensitive << machine.core_clk().posedge_event();
+        dont_initialize();
+    }
+    SC_HAS_PROCESS(AtEachClock);
+
+  private:
+    void clock_edge() { call_(machine_.core_cycle()); }
+
+    rtl::Metabuffer& machine_;
+    std::function<void(std::int64_t)> call_;
+};
+
+/// Runs it with a call at each core clock.
+rtl::RunResult run_with_call(const Scenario& scenario, rtl::RunOptions options,
+                             const std::function<void(std::int64_t cycle)>& call) {
+    std::unique_ptr<AtEachClock> caller;
+    options.on_built = [&](rtl::Metabuffer& machine) {
+        caller = std::make_unique<AtEachClock>("at_each_clock", machine, call);
+    };
+    return rtl::run(scenario, options);
+}
+
+/// The text of the error of that type that ends a run.
+template <typename Error, typename Run>
+std::string error_of(Run run) {
+    try {
+        run();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "no such error";
+}
+
+std::size_t open_descriptors() {
+    const std::filesystem::directory_iterator all("/proc/self/fd");
+    return static_cast<std::size_t>(std::distance(begin(all), end(all)));
 }
 
 struct ReadWindow {
@@ -96,6 +163,88 @@ TEST_CASE("trace window: what each text asks for, up to the largest numbers", "[
     }
 }
 
+TEST_CASE("trace window: it begins with the run at the earliest and has no end beyond the last number",
+          "[system]") {
+    constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max();
+    TraceWindow window;
+    window.before_cycles = 200;
+    window.after_cycles = 2000;
+    CHECK(window.around({200, 300}).first == 0);
+    CHECK(window.around({201, 300}).first == 1);
+    CHECK(window.around({199, 300}).first == 0);
+    CHECK(window.around({201, 300}).last == 2300);
+    window.after_cycles = kForever;
+    for (const std::int64_t last : {0, 1, 2, 300}) {
+        INFO(last);
+        CHECK(window.around({0, last}).last == kForever);
+    }
+}
+
+/// Instead of a machine: what is known of its events.
+struct KnownEvents {
+    std::int64_t startframe = ComposerRecord::kNever;
+    std::int64_t frame_end = ComposerRecord::kNever;
+    std::int64_t busready_drop = ComposerRecord::kNever;
+    std::int64_t starved = ComposerRecord::kNever;
+
+    std::int64_t startframe_cycle(int frame) const { return frame == 3 ? startframe : 1000; }
+    std::int64_t frame_end_cycle(int frame) const { return frame == 4 ? frame_end : 1000; }
+    std::int64_t first_busready_drop_cycle() const { return busready_drop; }
+    std::int64_t first_starved_cycle() const { return starved; }
+};
+
+std::string as_text(const std::optional<CycleSpan>& range) {
+    return range ? std::to_string(range->first) + " to " + std::to_string(range->last) : "never";
+}
+
+TEST_CASE("trace window: each kind has its own event, and none before that has happened", "[system]") {
+    const auto event = [](const char* window, const KnownEvents& known) {
+        return as_text(event_of(parse_trace_window(window), known));
+    };
+    const KnownEvents all{10, 20, 30, 40};
+    CHECK(event("frames:3-4", all) == "10 to 20");
+    CHECK(event("startframe:3", all) == "10 to 10");
+    CHECK(event("first-busready-drop", all) == "30 to 30");
+    CHECK(event("first-starved-pixel", all) == "40 to 40");
+    CHECK(event("all", all) == "never");
+    CHECK(event("cycles:3-4", all) == "never");
+
+    const KnownEvents at_the_first_clock{0, 0, 0, 0};
+    KnownEvents frame_begun;
+    frame_begun.startframe = 10;
+    CHECK(event("frames:3-4", frame_begun) == "never");
+    for (const char* const window :
+         {"frames:3-4", "startframe:3", "first-busready-drop", "first-starved-pixel"}) {
+        INFO(window);
+        CHECK(event(window, {}) == "never");
+        CHECK(event(window, at_the_first_clock) == "0 to 0");
+    }
+}
+
+TEST_CASE("trace window: a waveform whose name ends in nothing known is refused", "[system]") {
+    const ScratchDirectory scratch;
+    rtl::RunOptions options;
+    options.trace = waveform_of(scratch, 0, 10);
+    options.trace->file = scratch / "window.txt";
+    CHECK(error_of<InputError>([&] { rtl::run(short_run(), options); }) ==
+          "--trace " + options.trace->file.string() + ": a waveform file must end in .vcd or .fst");
+    CHECK(scratch.names().empty());
+}
+
+TEST_CASE("trace window: a run without a waveform says nothing of one", "[system]") {
+    const ScratchDirectory scratch;
+    rtl::RunOptions options;
+    options.trace = waveform_of(scratch, 0, 10);
+    options.trace->window.kind = Kind::kStartFrame;
+    options.trace->find_window = tlm::find_window;
+    options.trace.reset();
+    const rtl::RunResult result = rtl::run(short_run(), options);
+    CHECK_FALSE(result.traced);
+    CHECK(result.trace_note.empty());
+    CHECK(result.trace_warning.empty());
+    CHECK(result.simulation_seconds > 0.0);
+}
+
 TEST_CASE("trace window: a window of one clock shows that clock", "[system]") {
     const ScratchDirectory scratch;
     TraceWindow window;
@@ -106,6 +255,7 @@ TEST_CASE("trace window: a window of one clock shows that clock", "[system]") {
     REQUIRE(result.traced);
     CHECK(result.traced->first == 100);
     CHECK(result.traced->last == 100);
+    CHECK(result.trace_note.empty());
 }
 
 TEST_CASE("trace window: once the waveform's first clock has run, nothing of it lies in TMPDIR", "[system]") {
@@ -113,23 +263,106 @@ TEST_CASE("trace window: once the waveform's first clock has run, nothing of it 
     const std::filesystem::path temporary = scratch / "temporary";
     std::filesystem::create_directory(temporary);
     setenv("TMPDIR", temporary.c_str(), 1);
-    // It ends before the run looks at it from outside for the first time after that clock.
-    const Scenario scenario =
-        with_renderer(small_scenario(16, 8), renderer_of({PixelImage(16, 8)}, {segment_row({8, 4})}));
-    TraceWindow window;
-    window.kind = Kind::kCycles;
-    window.last = 1'000'000;
     int frames_shown = 0;
     rtl::RunOptions options;
-    options.trace = rtl::TraceRequest{scratch / "window.vcd", window, {"swap_lock"}, "", {}};
+    // It ends before the run looks at it from outside for the first time after that clock.
+    options.trace = waveform_of(scratch, 0, 1'000'000);
     options.on_frame_shown = [&](const DisplayedFrame&) {
         ++frames_shown;
         CHECK(std::filesystem::is_empty(temporary));
     };
-    const rtl::RunResult result = rtl::run(scenario, options);
+    const rtl::RunResult result = rtl::run(short_run(), options);
     REQUIRE(result.traced);
     CHECK(result.report.core_cycles < 20'000);
     CHECK(frames_shown == 1);
+    CHECK(std::filesystem::exists(options.trace->file));
+}
+
+/// In the window's second clock nothing of its waveform lies in TMPDIR any more.
+void check_second_clock(std::int64_t last) {
+    const ScratchDirectory scratch;
+    const std::filesystem::path temporary = scratch / "temporary";
+    std::filesystem::create_directory(temporary);
+    setenv("TMPDIR", temporary.c_str(), 1);
+    rtl::RunOptions options;
+    options.trace = waveform_of(scratch, 100, last);
+    int seen = 0;
+    const rtl::RunResult result = run_with_call(short_run(), options, [&](std::int64_t cycle) {
+        if (cycle == 100) CHECK_FALSE(std::filesystem::is_empty(temporary));
+        if (cycle != 101) return;
+        ++seen;
+        CHECK(std::filesystem::is_empty(temporary));
+    });
+    CHECK(seen == 1);
+    REQUIRE(result.traced);
+    CHECK(result.traced->last == last);
+}
+
+TEST_CASE("trace window: in the second clock of a long window nothing of it lies in TMPDIR", "[system]") {
+    check_second_clock(200);
+}
+
+TEST_CASE("trace window: in the second clock of a window of two nothing of it lies in TMPDIR", "[system]") {
+    check_second_clock(101);
+}
+
+TEST_CASE("trace window: a pipe that is gone before the waveform begins is an error of one line",
+          "[system]") {
+    const ScratchDirectory scratch;
+    const std::filesystem::path temporary = scratch / "temporary";
+    std::filesystem::create_directory(temporary);
+    setenv("TMPDIR", temporary.c_str(), 1);
+    rtl::RunOptions options;
+    options.trace = waveform_of(scratch, 100, 200);
+    const auto run = [&] {
+        run_with_call(short_run(), options, [&](std::int64_t cycle) {
+            if (cycle == 50) std::filesystem::remove_all(temporary);
+        });
+    };
+    CHECK(error_of<OutputError>(run) ==
+          "cannot write '" + options.trace->file.string() + "': the pipe to its process cannot be opened");
+    CHECK(scratch.names().empty());
+}
+
+/// An error of that message type at a core clock ends the run as it is. Nothing stays open, and no waveform is left.
+void check_error(const std::string& type, std::int64_t at_cycle,
+                 const std::optional<std::pair<std::int64_t, std::int64_t>>& window) {
+    const ScratchDirectory scratch;
+    rtl::RunOptions options;
+    if (window) options.trace = waveform_of(scratch, window->first, window->second);
+    const std::size_t open_before = open_descriptors();
+    const auto run = [&] {
+        run_with_call(short_run(), options, [&](std::int64_t cycle) {
+            if (cycle == at_cycle) SC_REPORT_ERROR(type.c_str(), "told to fail");
+        });
+    };
+    CHECK_THAT(error_of<sc_core::sc_report>(run), Catch::Matchers::Contains("told to fail"));
+    CHECK(open_descriptors() == open_before);
+    CHECK(scratch.names().empty());
+}
+
+constexpr const char* kOtherError = "/metabuffer/test";
+
+TEST_CASE("trace window: an error before the window ends the run as it is", "[system]") {
+    check_error(kOtherError, 50, {{100, 200}});
+}
+
+TEST_CASE("trace window: an error in the window's first clock ends the run as it is", "[system]") {
+    check_error(kOtherError, 100, {{100, 200}});
+}
+
+TEST_CASE("trace window: an error in the window closes the waveform and ends the run as it is", "[system]") {
+    check_error(kOtherError, 150, {{100, 200}});
+}
+
+/// A host may write a waveform of its own, too.
+TEST_CASE("trace window: an error of another waveform is not taken for one of this run's", "[system]") {
+    check_error(sc_core::SC_ID_TRACING_FOPEN_FAILED_, 50, {});
+}
+
+TEST_CASE("trace window: an error of another waveform in the window is not taken for one of this run's",
+          "[system]") {
+    check_error(sc_core::SC_ID_TRACING_FOPEN_FAILED_, 150, {{100, 200}});
 }
 
 TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even if that comes late",
@@ -145,10 +378,6 @@ TEST_CASE("trace window: of a frame, from its STARTFRAME to its last pixel even 
     // The top composer starts a clock before its first pixel, and raises STARTFRAME with it.
     CHECK(result.traced->first == result.report.frames.at(0).start_cycle - 1 - 3);
     CHECK(result.traced->last == result.report.frames.at(0).end_cycle + 5);
-}
-
-std::string as_text(const std::optional<CycleSpan>& range) {
-    return range ? std::to_string(range->first) + " to " + std::to_string(range->last) : "never";
 }
 
 /// The machines' events themselves are compared wherever the levels are (tlm_run.h); here is how they are found.
@@ -225,6 +454,45 @@ TEST_CASE("trace window: a level that has the event at another clock is detected
     CHECK(result.trace_warning ==
           "what the waveform should show is elsewhere at level rtl; use --trace-window cycles:" +
               std::to_string(startframe - 3) + "-" + std::to_string(startframe + 5));
+}
+
+TEST_CASE("trace window: a level that has the event's end right and its beginning wrong is detected",
+          "[system]") {
+    const ScratchDirectory scratch;
+    TraceWindow window;
+    window.kind = Kind::kFrames;
+    std::optional<CycleSpan> right;
+    const rtl::RunResult result =
+        run_with(long_frames(), window, scratch, [&right](const Scenario& scenario, const TraceWindow& of) {
+            right = rtl::find_window(scenario, of);
+            REQUIRE(right);
+            return CycleSpan{right->first + 1, right->last};
+        });
+    CHECK(result.trace_warning ==
+          "what the waveform should show is elsewhere at level rtl; use --trace-window cycles:" +
+              std::to_string(right->first) + "-" + std::to_string(right->last));
+}
+
+TEST_CASE("trace window: what would happen behind the run's end is no event of it", "[system]") {
+    for (const char* const window : {"startframe:1", "frames:1", "frames:0-1"}) {
+        INFO(window);
+        CHECK_FALSE(rtl::find_window(short_run(), parse_trace_window(window)));
+    }
+    // Composers take nothing for a while, and then a frame could start.
+    Scenario held_up = short_run();
+    Fault fault;
+    fault.kind = FaultKind::kBusreadyLow;
+    fault.display = 1;
+    fault.cycles = 10'000;
+    held_up.faults.push_back(fault);
+    const TraceWindow startframe = parse_trace_window("startframe:0");
+    const auto found = rtl::find_window(held_up, startframe);
+    REQUIRE(found);
+    CHECK(found->last > 10'000);
+    CHECK(found->last < 15'000);
+    // Before that the watchdog ends the run.
+    held_up.watchdog_cycles = 2000;
+    CHECK_FALSE(rtl::find_window(held_up, startframe));
 }
 
 TEST_CASE("trace window: a level that has an event which does not happen is detected", "[system]") {

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -144,18 +145,38 @@ TEST_CASE("an empty schedule names its tracks and its run", "[schedule]") {
     CHECK(description(text, "process_sort_index", 1)["sort_index"] == 1);
 }
 
+TEST_CASE("each event stands on a line of its own, and what is said of the run on the last", "[schedule]") {
+    std::istringstream text(text_of(machine(), [](ScheduleTrace& trace) {
+        trace.poll(1, {0, 9});
+        trace.buffer_level(2, 1, 10, 64);
+    }));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    REQUIRE(lines.size() > 4);
+    CHECK(lines.front() == R"({"displayTimeUnit":"ns","traceEvents":[)");
+    CHECK(lines.back().substr(0, 15) == R"(],"otherData":{)");
+    lines.pop_back();
+    for (std::size_t n = 1; n < lines.size(); ++n) {
+        const std::string& line = lines[n];
+        INFO(line);
+        CHECK(Json::parse(line.back() == ',' ? line.substr(0, line.size() - 1) : line).contains("ph"));
+    }
+}
+
 TEST_CASE("each bus has a track with what it does", "[schedule]") {
     const std::string text = text_of(machine(), [](ScheduleTrace& trace) {
         trace.table(1, 7, {100, 104});
         trace.page_miss(1, 2, 4096, {105, 110});
         trace.beats(1, 2, 7, 1024, 64, 0, {111, 142});
-        trace.beats(1, 1, 7, 0, 32, 3, {143, 158});
+        trace.beats(1, 1, 7, 0, 32, 1, {143, 158});
         trace.poll(1, {159, 159});
         trace.refresh(1, {160, 171});
+        trace.memory_write(1, {172, 179});
+        trace.arbitration(1, {180, 181});
         trace.lost_slot(2, {200, 231});
     });
     const std::vector<Json> events = events_of(text);
-    REQUIRE(events.size() == 7);
+    REQUIRE(events.size() == 9);
     for (const Json& event : events) {
         CHECK(event["ph"] == "X");
         CHECK(track_of(text, event) == (event == events.back() ? "buses/sea" : "buses/ball"));
@@ -179,7 +200,7 @@ TEST_CASE("each bus has a track with what it does", "[schedule]") {
     CHECK_FALSE(events[2].contains("cname"));
 
     CHECK(events[3]["name"] == "display 1, recovered");
-    CHECK(events[3]["args"]["recovered_slots"] == 3);
+    CHECK(events[3]["args"]["recovered_slots"] == 1);
     CHECK(events[3]["cname"] == "good");
 
     CHECK(events[4]["name"] == "poll");
@@ -192,9 +213,17 @@ TEST_CASE("each bus has a track with what it does", "[schedule]") {
     CHECK(events[5]["dur"] == 0.12);
     CHECK(events[5]["cname"] == "bad");
 
-    CHECK(events[6]["name"] == "lost slot");
-    CHECK(events[6]["args"] == Json{{"first_cycle", 200}});
-    CHECK(events[6]["cname"] == "terrible");
+    CHECK(events[6]["name"] == "link writes");
+    CHECK(events[6]["args"] == Json{{"first_cycle", 172}});
+    CHECK(events[6]["cname"] == "bad");
+
+    CHECK(events[7]["name"] == "arbitration");
+    CHECK(events[7]["args"] == Json{{"first_cycle", 180}});
+    CHECK(events[7]["cname"] == "bad");
+
+    CHECK(events[8]["name"] == "lost slot");
+    CHECK(events[8]["args"] == Json{{"first_cycle", 200}});
+    CHECK(events[8]["cname"] == "terrible");
 }
 
 TEST_CASE("each display has a track of its pipeline and one of its screen", "[schedule]") {
@@ -220,6 +249,7 @@ TEST_CASE("each display has a track of its pipeline and one of its screen", "[sc
 
 TEST_CASE("each composer's buffer is a counter, written where it changes", "[schedule]") {
     const std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
+        CHECK(trace.level_wanted_cycle() == -1);  // without a window, none
         trace.buffer_level(2, 1, 0, 0);
         trace.buffer_level(2, 2, 0, 0);
         trace.buffer_level(2, 1, 10, 64);
@@ -281,6 +311,19 @@ TEST_CASE("times are the core clock's, to the nanosecond, however late", "[sched
     }
 }
 
+TEST_CASE("times are rounded to the nearest nanosecond", "[schedule]") {
+    // 0.7 MHz: 1428571 ps
+    const std::string text = text_of(machine(0.7), [](ScheduleTrace& trace) {
+        trace.buffer_level(1, 1, 169, 1);  // 241428.499 ns
+        trace.buffer_level(1, 1, 500, 2);  // 714285.5 ns
+        trace.buffer_level(1, 1, 831, 3);  // 1187142.501 ns
+    });
+    for (const char* time : {R"("ts":241.428,)", R"("ts":714.286,)", R"("ts":1187.143,)"}) {
+        INFO(time);
+        CHECK(text.find(time) != std::string::npos);
+    }
+}
+
 TEST_CASE("neighbours neither overlap nor leave a gap in a viewer that counts nanoseconds", "[schedule]") {
     const std::uint64_t seed = test::random_seed(11);
     INFO("METABUFFER_SEED=" << seed);
@@ -326,6 +369,38 @@ TEST_CASE("names are written whatever they are made of", "[schedule]") {
     CHECK((track_of(text, events[0]) == "buses/" + name));
     CHECK((events[1]["name"] == "renderer " + name + ", display 2"));
     CHECK(Json::parse(text)["otherData"]["scenario"] == "a \"machine\"");
+}
+
+TEST_CASE("a name stands in the file in its own letters, so that it can be searched", "[schedule]") {
+    Scenario scenario = machine();
+    const std::string name = "\xC3\xA9t\xC3\xA9 \xE6\xB5\xB7";
+    scenario.renderers[1].name = name;
+    CHECK(text_of(scenario, kNothing).find(name) != std::string::npos);
+}
+
+TEST_CASE("a number is whole wherever in the writer's buffer it comes", "[schedule]") {
+    constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
+    const auto text_with = [](const std::string& name) {
+        Scenario scenario = machine();
+        scenario.renderers[0].name = name;
+        return text_of(scenario, [](ScheduleTrace& trace) {
+            for (int n = 0; n < 50; ++n) trace.poll(2, {1'000'000'000 + n, 1'000'000'000 + n});
+        });
+    };
+    const std::string mark = "(name)";
+    const std::string text = text_with(mark);
+    const std::size_t at = text.find(mark);
+    REQUIRE(at != std::string::npos);
+    // The buffer ends among the events, or it is full with a name and the few letters around that.
+    std::vector<std::size_t> lengths;
+    for (std::size_t n = 0; n < 136; n += 8) lengths.push_back(kBufferBytes - 3000 + n);
+    for (std::size_t n = 60; n < 80; ++n) lengths.push_back(kBufferBytes - n);
+    for (const std::size_t length : lengths) {
+        INFO(length);
+        const std::string name(length, 'n');
+        std::string expected = text;
+        CHECK((text_with(name) == expected.replace(at, mark.size(), name)));
+    }
 }
 
 TEST_CASE("a name that is not UTF-8 is repaired, not refused", "[schedule]") {
@@ -424,6 +499,39 @@ TEST_CASE("a window begins with the level of every buffer", "[schedule]") {
                                       {"renderer ball, display 2", 1.99, 8},
                                       {"renderer sea, display 2", 1.5, 0},
                                       {"renderer sea, display 1", 1.0, 30}});
+}
+
+TEST_CASE("a window of one clock has what happens in it and the level of every buffer", "[schedule]") {
+    const std::vector<Json> events = events_of(machine(), [](ScheduleTrace& trace) {
+        trace.show_only({100, 100});
+        trace.buffer_level(1, 1, 50, 7);
+        trace.buffer_level(2, 2, 99, 30);
+        trace.poll(1, {90, 110});
+    });
+    REQUIRE(events.size() == 3);
+    CHECK(events[0]["name"] == "poll");
+    CHECK(events[0]["dur"] == 0.01);
+    CHECK(events[1]["name"] == "renderer ball, display 1");
+    CHECK(events[1]["ts"] == 1.0);
+    CHECK(events[1]["args"]["pixels"] == 7);
+    CHECK(events[2]["name"] == "renderer sea, display 2");
+    CHECK(events[2]["ts"] == 1.0);
+    CHECK(events[2]["args"]["pixels"] == 30);
+}
+
+TEST_CASE("a window that has only the levels it begins with is one in which nothing happens", "[schedule]") {
+    const ScratchDirectory scratch;
+    const auto shows = [&scratch](std::int64_t cycle) {
+        ScheduleTrace trace(scratch / "schedule.json", machine());
+        trace.show_only({100, 199});
+        trace.buffer_level(1, 1, 50, 7);
+        trace.buffer_level(2, 1, cycle, 9);
+        return trace.finish(1000).has_value();
+    };
+    CHECK_FALSE(shows(100));
+    CHECK(scratch.names().empty());
+    CHECK(shows(101));
+    CHECK(scratch.names() == std::vector<std::string>{"schedule.json"});
 }
 
 TEST_CASE("a window that reaches over the run's end shows what is left, and one after it nothing",
