@@ -22,6 +22,13 @@ class Averager {
     /// Starts a new frame.
     void restart();
 
+    /// Calls see(name, value, largest value) for each register; the row of sums is a memory.
+    template <typename See>
+    void visit_state(const See& see) const {
+        see("x", x_, raster_width_ - 1);
+        see("y_in_block", y_in_block_, supersample_ - 1);
+    }
+
   private:
     int raster_width_;
     int supersample_;

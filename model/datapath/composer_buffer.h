@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "datapath/segment.h"
 
@@ -102,8 +103,38 @@ class ComposerBuffer {
 
     int capacity_pixels() const { return capacity_; }
     int addresses() const { return addresses_; }
-    const int& held_pixels() const { return held_; }
+    int held_pixels() const { return held_; }
     int free_pixels() const { return capacity_ - held_; }
+
+    /// Calls see(name, value, largest value) for each register but those of the frames' segments, which are rows of
+    /// tables.
+    template <typename See>
+    void visit_state(const See& see) const {
+        constexpr std::int64_t kLargestNumber = 0xFFFF'FFFF;
+        see("held", held_, capacity_);
+        see("write_address", write_address_, addresses_ - 1);
+        see("head", head_, kFrames - 1);
+        see("frames", frames_, kFrames);
+        see("frames_heard", frames_heard_, kLargestNumber);
+        see("frames_composited", frames_composited_, kLargestNumber);
+        see("table_lost", table_lost_, 1);
+        see("receiving_ended_frame", receiving_ended_frame_, 1);
+        const auto see_frame = [this, &see](const std::string& name, const Frame& frame) {
+            // A smoothed segment has up to two rows and columns that do not show.
+            const std::int64_t pixels =
+                (raster_width_ + std::int64_t{2}) * (raster_height_ + std::int64_t{2});
+            see((name + "_number").c_str(), frame.number, kLargestNumber);
+            see((name + "_table_complete").c_str(), frame.table_complete, 1);
+            see((name + "_has_segment").c_str(), frame.has_segment, 1);
+            see((name + "_abandoned").c_str(), frame.abandoned, 1);
+            see((name + "_arrived").c_str(), frame.arrived, pixels);
+            see((name + "_released").c_str(), frame.released, pixels);
+            see((name + "_base_address").c_str(), frame.base_address, addresses_ - 1);
+        };
+        see_frame("frame_0", frame_[0]);
+        see_frame("frame_1", frame_[1]);
+        see_frame("ended", ended_);
+    }
 
   private:
     struct Frame {
@@ -160,18 +191,17 @@ class SegmentWalker {
                   int raster_height_pixels);
 
     bool done() const { return y_ >= raster_height_; }
-    // References, so that a waveform can trace the registers.
-    const int& x() const { return x_; }
-    const int& y() const { return y_; }
+    int x() const { return x_; }
+    int y() const { return y_; }
     bool covered() const { return row_covered_ && x_ >= left_ && x_ < right_; }
     /// The segment pixel that shows here; only where covered().
     std::int64_t pixel() const { return row_first_pixel_ + column_; }
     /// Pixels since the start of the source row; only where covered().
-    const int& column() const { return column_; }
+    int column() const { return column_; }
     /// First pixel of the source row that this raster row shows.
-    const std::int64_t& row_first_pixel() const { return row_first_pixel_; }
+    std::int64_t row_first_pixel() const { return row_first_pixel_; }
     /// Which repetition of the source row this raster row is, from 0.
-    const int& row_phase() const { return row_phase_; }
+    int row_phase() const { return row_phase_; }
     /// The pixel is not needed at any later position; only where covered().
     bool last_use() const { return last_repetition_ && (column_phase_ == multiple_ - 1 || x_ == right_ - 1); }
     /// The pixels up to here are not needed at any later position; Segment::kNoPixel if this position releases none.
@@ -193,7 +223,19 @@ class SegmentWalker {
     bool replayed() const { return row_covered_ && row_phase_ > first_row_phase_; }
     void advance();
 
+    /// Calls see(name, value, largest value) for each register, or with the smallest value too. Those of smoothing are
+    /// apart, since a composer that replicates does not have them.
+    template <typename See>
+    void visit_state(const See& see) const;
+    template <typename See>
+    void visit_smoothing_state(const See& see) const;
+
   private:
+    static constexpr std::int64_t kLargestSide = 0xFFFF;  ///< of a segment
+    /// Pixels of the largest segment: a smoothed one has up to two rows and columns that do not show.
+    std::int64_t most_pixels() const {
+        return (raster_width_ + std::int64_t{2}) * (raster_height_ + std::int64_t{2});
+    }
     void start_row();
     void start_smoothed_row();
     std::int64_t smoothed_released() const;
@@ -235,6 +277,46 @@ class SegmentWalker {
     std::int64_t releasing_row_ =
         -1;  ///< first pixel of the source row that this raster row releases; -1: none
 };
+
+template <typename See>
+void SegmentWalker::visit_state(const See& see) const {
+    see("x", x_, raster_width_);
+    see("y", y_, raster_height_);
+    see("window_row_pixel", row_first_pixel_, most_pixels());
+    see("window_column", column_, kLargestSide);
+    see("window_column_phase", column_phase_, kMaximumMultiple);
+    see("window_repetition", row_phase_, kMaximumMultiple);
+    see("row_covered", row_covered_, 1);
+    see("last_repetition", last_repetition_, 1);
+    see("left", left_, raster_width_);
+    see("right", right_, raster_width_);
+    see("top", top_, raster_height_);
+    see("bottom", bottom_, raster_height_);
+    see("multiple", multiple_, kMaximumMultiple);
+    see("source_width", source_width_, kLargestSide);
+    see("start_column", start_column_, 1);
+    see("start_column_phase", start_column_phase_, kMaximumMultiple);
+    see("first_row_phase", first_row_phase_, kMaximumMultiple);
+}
+
+template <typename See>
+void SegmentWalker::visit_smoothing_state(const See& see) const {
+    see("reach", reach_, kMaximumMultiple);
+    see("source_height", source_height_, kLargestSide);
+    see("source_row", source_row_, kLargestSide);
+    see("has_across", has_across_, 1);
+    see("across", across_, kLargestSide, -kLargestSide);
+    see("releasing_row", releasing_row_, most_pixels(), -1);
+    const auto see_blend = [&see](const std::string& name, const BlendCounter& blend) {
+        blend.visit_state(
+            [&](const char* part, const int& value, std::int64_t largest, std::int64_t smallest = 0) {
+                see((name + '_' + part).c_str(), value, largest, smallest);
+            });
+    };
+    see_blend("start_column_blend", start_column_blend_);
+    see_blend("column_blend", column_blend_);
+    see_blend("row_blend", row_blend_);
+}
 
 inline void SegmentWalker::advance() {
     if (covered()) {

@@ -78,6 +78,17 @@ class BlendCounter {
         }  // else from one half of an even block to the other
     }
 
+    /// Calls see(name, value, largest value) for each register, or with the smallest value too.
+    template <typename See>
+    void visit_state(const See& see) const {
+        see("multiple", multiple_, kMaximumMultiple);
+        see("phase", phase_, kMaximumMultiple - 1);
+        see("weight", weight_, kWholeWeight / 2);
+        see("remainder", remainder_, kMaximumMultiple, -kMaximumMultiple);
+        see("weight_step", weight_step_, kWholeWeight);
+        see("remainder_step", remainder_step_, kMaximumMultiple);
+    }
+
   private:
     int multiple_ = 1;
     int phase_ = 0;

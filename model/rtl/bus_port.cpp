@@ -82,7 +82,8 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       refresh_due_in_(registers_, "refresh_due_in", bits_for(scenario.memory.refresh_interval_cycles),
                       scenario.memory.refresh_interval_cycles),
       refresh_left_(registers_, "refresh_left", bits_for(scenario.memory.refresh_cycles)),
-      leaving_(registers_, "leaving", scenario.memory.read_latency_cycles) {
+      words_(registers_, "words", pixels_per_beat_),
+      leaving_(registers_, "leaving", scenario.memory.read_latency_cycles, 0) {
     const std::int64_t memory_words = scenario.memory.memory_words(renderer.image_words());
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
         rows_.push_back(std::make_unique<Row>(registers_, numbered("row", line), renderer, memory_words));
@@ -738,10 +739,7 @@ void BusPort::plan_memory(Plan& plan) const {
     } while (plan.command.count < most && plan.next_address < page_start + page_words);
 }
 
-void BusPort::trace(sc_core::sc_trace_file* file) const {
-    registers_.trace(file, path(""));
-    trace_lanes(file, words_.value().words, pixels_per_beat_, path("words.word"));
-}
+void BusPort::trace(sc_core::sc_trace_file* file) const { registers_.trace(file, path("")); }
 
 std::string BusPort::waiting_for() const {
     const std::int64_t frame = frames_started_ - 1;

@@ -264,9 +264,9 @@ class BusPort final : public Block {
     Register<bool> stopped_{registers_, "stopped"};  ///< the burst was stopped while its last beat was moving
     Register<int> refresh_due_in_;                   ///< clocks until the next refresh begins
     Register<int> refresh_left_;                     ///< clocks of a refresh still to pass
-    Register<BusBeat> beat_{registers_, "beat"};
-    Register<MemoryData> words_{registers_, "words"};  ///< the last that have come
-    RegisterLine<BusBeat> leaving_;                    ///< beats that wait for their words
+    Register<BusBeat> beat_{registers_, "beat", 0};  ///< without its words
+    Register<MemoryData> words_;                     ///< the last that have come
+    RegisterLine<BusBeat> leaving_;                  ///< beats that wait for their words
     std::vector<std::unique_ptr<Register<int>>>
         uncounted_;  ///< by composer: clocks for which it is passed over
     std::vector<std::unique_ptr<Bank>> banks_;

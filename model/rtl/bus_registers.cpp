@@ -4,13 +4,13 @@
 
 namespace metabuffer::rtl {
 
-BusRegisters::BusRegisters(const sc_core::sc_module_name& name, int stages, std::size_t composers)
+BusRegisters::BusRegisters(const sc_core::sc_module_name& name, int stages, std::size_t composers, int lanes)
     : Block(name),
       busready_i("busready_i", composers),
       busready_o("busready_o", composers),
       tableready_i("tableready_i", composers),
       tableready_o("tableready_o", composers),
-      bus_(registers_, "bus_stage", stages) {
+      bus_(registers_, "bus_stage", stages, lanes) {
     for (std::size_t composer = 0; composer < composers; ++composer) {
         busready_.emplace_back(registers_, numbered("busready", composer) + "_stage", stages);
         tableready_.emplace_back(registers_, numbered("tableready", composer) + "_stage", stages);

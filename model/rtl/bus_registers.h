@@ -25,8 +25,9 @@ class BusRegisters final : public Block {
     sc_core::sc_vector<sc_core::sc_in<bool>> tableready_i;
     sc_core::sc_vector<sc_core::sc_out<bool>> tableready_o;
 
-    /// stages: 1 or more. composers: number in the row.
-    BusRegisters(const sc_core::sc_module_name& name, int stages, std::size_t composers);
+    /// stages: 1 or more. composers: number in the row. lanes: words that the waveform shows of a beat.
+    BusRegisters(const sc_core::sc_module_name& name, int stages, std::size_t composers,
+                 int lanes = kMaximumBeatPixels);
     SC_HAS_PROCESS(BusRegisters);
 
     void trace(sc_core::sc_trace_file* file) const override;

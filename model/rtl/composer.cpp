@@ -40,7 +40,10 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
       gate_(gating),
       fifo_wires_(row_of(kSmoothingTable, smoothing_).window_rows),
       fifo_("fifo", scenario.composer.buffer_pixels, gating, row_of(kSmoothingTable, smoothing_).window_rows),
-      buffer_(scenario.composer.buffer_pixels, raster_width_, raster_height_, smoothing_),
+      buffer_(registers_, "buffer", 1,
+              ComposerBuffer(scenario.composer.buffer_pixels, raster_width_, raster_height_, smoothing_)),
+      walker_(registers_, "", 1, SegmentWalker(Segment{}, false, raster_width_, raster_height_)),
+      ahead_(registers_, "ahead", 1, walker_.value()),
       read_pixel_(registers_, "read_pixel", pixel_bits(scenario), kNoPixel),
       word_pixel_(registers_, "word_pixel", pixel_bits(scenario), kNoPixel),
       bypass_pixel_(registers_, "bypass_pixel", pixel_bits(scenario), kNoPixel),
@@ -71,8 +74,6 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
 }
 
 void Composer::reset() {
-    buffer_ = ComposerBuffer(buffer_.capacity_pixels(), raster_width_, raster_height_, smoothing_);
-    walker_ = ahead_ = SegmentWalker();
     registers_.reset();
     pipemaster_ = pipemaster_i.read();
     busready_o.write(false);
@@ -107,7 +108,7 @@ void Composer::clock_edge() {
         return;
     }
     const bool was_running = running_;
-    const int held_before = buffer_.held_pixels();
+    const int held_before = buffer_->held_pixels();
     // Nothing ever raises COLUMNSTALL in glitch mode.
     if (on_starvation_ == StarvationMode::kGlitch || !column_stall_i.read()) {
         pipeline_edge();
@@ -155,49 +156,49 @@ void Composer::pipeline_edge() {
 
 void Composer::start_frame() {
     running_ = true;
-    buffer_.start_frame();
-    walker_ = SegmentWalker(buffer_.segment(), buffer_.has_segment(), raster_width_, raster_height_);
+    buffer_->start_frame();
+    walker_ = SegmentWalker(buffer_->segment(), buffer_->has_segment(), raster_width_, raster_height_);
     ahead_ = walker_;
-    ahead_.advance();
+    ahead_->advance();
     ++frame_;
     frame_spans_.emplace_back();
     frame_spans_.back().startframe_cycle = clock_edge_number(core_period_picoseconds_);
 }
 
 void Composer::composite(const PipePixel& upstream) {
-    if (walker_.x() == 0 && walker_.y() == 0) {
+    if (walker_->x() == 0 && walker_->y() == 0) {
         frame_spans_.back().start_cycle = clock_edge_number(core_period_picoseconds_);
     }
-    const bool abandoned = buffer_.abandoned();
+    const bool abandoned = buffer_->abandoned();
     PipePixel out{upstream.pixel, true, upstream.lost || abandoned};
-    starved_ = walker_.covered() && !abandoned && !buffer_.has_arrived(walker_.newest_pixel());
-    if (walker_.covered()) {
+    starved_ = walker_->covered() && !abandoned && !buffer_->has_arrived(walker_->newest_pixel());
+    if (walker_->covered()) {
         if (starved_) {
-            count_glitch({frame_, walker_.x(), walker_.y()}, clock_edge_number(core_period_picoseconds_));
+            count_glitch({frame_, walker_->x(), walker_->y()}, clock_edge_number(core_period_picoseconds_));
         } else if (!abandoned) {
             out.pixel =
-                compose(composition_, window_ != nullptr ? smoothed_pixel() : local_pixel(walker_.pixel()),
+                compose(composition_, window_ != nullptr ? smoothed_pixel() : local_pixel(walker_->pixel()),
                         upstream.pixel);
-            counters_.replayed_pixels += walker_.replayed() ? 1 : 0;
+            counters_.replayed_pixels += walker_->replayed() ? 1 : 0;
         }
-        if (const std::int64_t released = walker_.released(); released != kNoPixel) {
-            buffer_.release_through(released);
+        if (const std::int64_t released = walker_->released(); released != kNoPixel) {
+            buffer_->release_through(released);
         }
     }
     pipe_o.write(out);
     pipe_valid_ = true;
-    walker_.advance();
-    if (walker_.done()) {
+    walker_->advance();
+    if (walker_->done()) {
         end_frame();
     } else {
-        ahead_.advance();
+        ahead_->advance();
     }
 }
 
 void Composer::end_frame() {
     running_ = false;
     frame_spans_.back().end_cycle = clock_edge_number(core_period_picoseconds_);
-    buffer_.end_frame();
+    buffer_->end_frame();
     word_pixel_ = kNoPixel;  // the pixel there belongs to this frame
     bypass_pixel_ = kNoPixel;
     if (window_ != nullptr) {
@@ -206,8 +207,8 @@ void Composer::end_frame() {
 }
 
 bool Composer::next_pixel_missing() const {
-    return running_ && walker_.covered() && !buffer_.abandoned() &&
-           !buffer_.has_arrived(walker_.newest_pixel());
+    return running_ && walker_->covered() && !buffer_->abandoned() &&
+           !buffer_->has_arrived(walker_->newest_pixel());
 }
 
 // ---- the bus side ----
@@ -248,42 +249,42 @@ void Composer::bus_edge() {
 /// over or cannot have begun.
 bool Composer::follow_frames(const BusBeat& beat) {
     const bool begins = beat.kind == BusBeat::Kind::kFrameStart;
-    const auto newest = static_cast<std::uint32_t>(buffer_.frames_heard() - 1);
+    const auto newest = static_cast<std::uint32_t>(buffer_->frames_heard() - 1);
     const auto behind_newest = static_cast<std::int32_t>(beat.frame - newest);
     if (behind_newest < (begins ? 1 : 0) || behind_newest > kMostFramesAhead) {
         protocol_error("a beat of a frame that is over, or that cannot have begun");
         return false;
     }
-    if (begins && !buffer_.can_begin_frame()) {
+    if (begins && !buffer_->can_begin_frame()) {
         protocol_error("a third frame's table");
         return false;
     }
     if (behind_newest > 0) {
         lose_open_table();
-        if (const std::int64_t missing = buffer_.missing_pixels(); missing > 0) {
+        if (const std::int64_t missing = buffer_->missing_pixels(); missing > 0) {
             lose_pixels(missing);
         }
         for (int begun = begins ? 1 : 0; begun < behind_newest; ++begun) {
             ++counters_.lost_tables;
-            buffer_.miss_frame();
+            buffer_->miss_frame();
         }
     }
     return true;
 }
 
 void Composer::begin_frame(const BusBeat& beat) {
-    buffer_.begin_frame();
+    buffer_->begin_frame();
     next_row_ = 0;
     if (beat.last) {
-        buffer_.end_table();
+        buffer_->end_table();
     }
 }
 
 void Composer::take_row(const BusBeat& beat) {
-    if (buffer_.table_lost()) {
+    if (buffer_->table_lost()) {
         return;
     }
-    if (!buffer_.table_open() || beat.first < next_row_) {
+    if (!buffer_->table_open() || beat.first < next_row_) {
         protocol_error("row " + std::to_string(beat.first) + " of a table again");
         return;
     }
@@ -293,23 +294,23 @@ void Composer::take_row(const BusBeat& beat) {
     }
     ++next_row_;
     if (beat.destination == display_) {
-        buffer_.set_row(beat.row());
+        buffer_->set_row(beat.row());
     }
     if (beat.last) {
-        buffer_.end_table();
+        buffer_->end_table();
     }
 }
 
 /// The rows that the newest frame's table lacks will not come. One of them may have been this composer's.
 void Composer::lose_open_table() {
-    if (buffer_.table_open()) {
+    if (buffer_->table_open()) {
         ++counters_.lost_tables;
-        buffer_.lose_table();
+        buffer_->lose_table();
     }
 }
 
 void Composer::take_pixels(const BusBeat& beat) {
-    if (!buffer_.table_lost() && !keep_pixels(beat)) {
+    if (!buffer_->table_lost() && !keep_pixels(beat)) {
         return;
     }
     announced_ = static_cast<int>(beat.remaining);
@@ -318,7 +319,7 @@ void Composer::take_pixels(const BusBeat& beat) {
 
 /// False, and reported, if the bus has broken its protocol.
 bool Composer::keep_pixels(const BusBeat& beat) {
-    const std::optional<std::int64_t> next = buffer_.next_pixel();
+    const std::optional<std::int64_t> next = buffer_->next_pixel();
     if (!next || beat.first < *next) {
         protocol_error("pixel " + std::to_string(beat.first) + " of its segment when " +
                        (next ? std::to_string(*next) + " was next" : "it was sent no table"));
@@ -328,13 +329,13 @@ bool Composer::keep_pixels(const BusBeat& beat) {
         lose_pixels(beat.first - *next);
     }
     for (int i = 0; i < beat.count; ++i) {
-        if (buffer_.free_pixels() == 0 && buffer_.keeps_next()) {
+        if (buffer_->free_pixels() == 0 && buffer_->keeps_next()) {
             protocol_error("a pixel for a full buffer");
             return false;
         }
-        const auto address = static_cast<std::uint32_t>(buffer_.write_address());
-        if (!buffer_.push()) {
-            counters_.late_pixels += buffer_.abandoning() ? 0 : 1;
+        const auto address = static_cast<std::uint32_t>(buffer_->write_address());
+        if (!buffer_->push()) {
+            counters_.late_pixels += buffer_->abandoning() ? 0 : 1;
             continue;
         }
         if (kept_.count == 0) {
@@ -342,7 +343,7 @@ bool Composer::keep_pixels(const BusBeat& beat) {
         }
         kept_.words[kept_.count++] = beat.words[static_cast<std::size_t>(i)];
     }
-    counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, buffer_.held_pixels());
+    counters_.buffer_high_water = std::max<std::int64_t>(counters_.buffer_high_water, buffer_->held_pixels());
     return true;
 }
 
@@ -352,9 +353,9 @@ void Composer::protocol_error(const std::string& what) const {
 
 void Composer::lose_pixels(std::int64_t count) {
     counters_.lost_pixels += count;
-    const int held = buffer_.held_pixels();
-    buffer_.lose(count);
-    abandoned_pixels_ += static_cast<std::uint32_t>(held - buffer_.held_pixels());
+    const int held = buffer_->held_pixels();
+    buffer_->lose(count);
+    abandoned_pixels_ += static_cast<std::uint32_t>(held - buffer_->held_pixels());
 }
 
 // ---- the FIFO ----
@@ -373,8 +374,8 @@ void Composer::drive_fifo(int held_before) {
         read_ahead();
     } else {
         window_->follow_read();
-        if (running_ && walker_.covered()) {
-            window_->next(walker_.window(), buffer_, bus_i.read(), kept_.count > 0);
+        if (running_ && walker_->covered()) {
+            window_->next(walker_->window(), buffer_, bus_i.read(), kept_.count > 0);
         }
         const std::optional<BlendWindow<std::int64_t>> ahead = window_ahead();
         window_->read_ahead(ahead ? &*ahead : nullptr, buffer_);
@@ -385,7 +386,7 @@ void Composer::drive_fifo(int held_before) {
     FifoRelease release;
     release.newest = abandoned_pixels_;
     release.oldest =
-        static_cast<std::uint32_t>(held_before + kept_.count - buffer_.held_pixels()) - abandoned_pixels_;
+        static_cast<std::uint32_t>(held_before + kept_.count - buffer_->held_pixels()) - abandoned_pixels_;
     if (release.any() || fifo_wires_.release.read().any()) {
         fifo_wires_.release.write(release);
     }
@@ -401,10 +402,10 @@ void Composer::follow_read() {
     if (fifo_wires_.read.read().enable) {
         word_pixel_ = read_pixel_;
     }
-    if (!running_ || !walker_.covered()) {
+    if (!running_ || !walker_->covered()) {
         return;
     }
-    const std::int64_t pixel = walker_.pixel();
+    const std::int64_t pixel = walker_->pixel();
     if (word_pixel_ == pixel || bypass_pixel_ == pixel) {
         return;
     }
@@ -415,7 +416,7 @@ void Composer::follow_read() {
     }
     const BusBeat& beat = bus_i.read();
     const std::int64_t place = pixel - std::int64_t{beat.first};
-    if (kept_.count > 0 && place >= 0 && place < beat.count && buffer_.has_arrived(pixel)) {
+    if (kept_.count > 0 && place >= 0 && place < beat.count && buffer_->has_arrived(pixel)) {
         bypass_pixel_ = pixel;
         bypass_word_ = beat.words[static_cast<std::size_t>(place)];
     }
@@ -426,9 +427,9 @@ void Composer::follow_read() {
 void Composer::read_ahead() {
     const std::int64_t pixel = pixel_ahead();
     const bool reads = pixel != kNoPixel && pixel != word_pixel_ && pixel != bypass_pixel_ &&
-                       buffer_.has_arrived(pixel) && !buffer_.abandoned();
+                       buffer_->has_arrived(pixel) && !buffer_->abandoned();
     if (reads) {
-        fifo_wires_.read.write({true, static_cast<std::uint32_t>(buffer_.address_of(pixel))});
+        fifo_wires_.read.write({true, static_cast<std::uint32_t>(buffer_->address_of(pixel))});
         read_pixel_ = pixel;
     } else if (fifo_wires_.read.read().enable) {
         fifo_wires_.read.write({false, fifo_wires_.read.read().address});
@@ -439,29 +440,29 @@ void Composer::read_ahead() {
 /// first position.
 std::int64_t Composer::pixel_ahead() const {
     if (running_) {
-        return !ahead_.done() && ahead_.covered() ? ahead_.pixel() : kNoPixel;
+        return !ahead_->done() && ahead_->covered() ? ahead_->pixel() : kNoPixel;
     }
-    const bool covered = buffer_.has_segment() && buffer_.segment().covers(0, 0);
+    const bool covered = buffer_->has_segment() && buffer_->segment().covers(0, 0);
     return covered ? 0 : kNoPixel;
 }
 
 /// The same for all the pixels that are mixed there.
 std::optional<BlendWindow<std::int64_t>> Composer::window_ahead() const {
     if (running_) {
-        if (ahead_.done() || !ahead_.covered()) return std::nullopt;
-        return ahead_.window();
+        if (ahead_->done() || !ahead_->covered()) return std::nullopt;
+        return ahead_->window();
     }
-    if (!buffer_.has_segment() || !buffer_.segment().covers(0, 0)) return std::nullopt;
-    return buffer_.segment().window_at(0, 0);
+    if (!buffer_->has_segment() || !buffer_->segment().covers(0, 0)) return std::nullopt;
+    return buffer_->segment().window_at(0, 0);
 }
 
 // ---- the handshakes ----
 
-bool Composer::slot_ready() const { return buffer_.free_pixels() - announced_ >= ready_space_pixels_; }
+bool Composer::slot_ready() const { return buffer_->free_pixels() - announced_ >= ready_space_pixels_; }
 
 bool Composer::prefetched() const {
-    return !running_ && buffer_.table_complete() &&
-           (buffer_.segment_complete() || buffer_.free_pixels() < ready_space_pixels_);
+    return !running_ && buffer_->table_complete() &&
+           (buffer_->segment_complete() || buffer_->free_pixels() < ready_space_pixels_);
 }
 
 void Composer::drive_handshakes(bool was_running) {
@@ -475,7 +476,7 @@ void Composer::drive_handshakes(bool was_running) {
     if (!busready) {
         // What the bus sends before it reads the drop is still to come.
     } else if (announced_ > pixels_per_beat_) {
-        busready = buffer_.free_pixels() >= std::min(announced_.value(), in_flight_pixels_);
+        busready = buffer_->free_pixels() >= std::min(announced_.value(), in_flight_pixels_);
         if (!busready) {
             burst_cut_ = cut_cycles_;
             count_busready_drop(clock_edge_number(core_period_picoseconds_));
@@ -487,7 +488,7 @@ void Composer::drive_handshakes(bool was_running) {
         busready_ = busready;
         busready_o.write(busready);
     }
-    const bool tableready = buffer_.wants_frame();
+    const bool tableready = buffer_->wants_frame();
     if (tableready != tableready_) {
         tableready_ = tableready;
         tableready_o.write(tableready);
@@ -520,23 +521,22 @@ void Composer::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, stall_o, path("STALL"));
     sc_trace(file, pipe_i.read(), path("PIPE_in"));
     sc_trace(file, pipe_o.read(), path("PIPE"));
-    sc_core::sc_trace(file, walker_.x(), path("x"));
-    sc_core::sc_trace(file, walker_.y(), path("y"));
-    sc_core::sc_trace(file, walker_.row_first_pixel(), path("window_row_pixel"));
-    sc_core::sc_trace(file, walker_.column(), path("window_column"));
-    sc_core::sc_trace(file, walker_.row_phase(), path("window_repetition"));
-    sc_core::sc_trace(file, buffer_.held_pixels(), path("buffer_held"));
     registers_.trace(file, path(""));
+    if (window_ != nullptr) {
+        walker_->visit_smoothing_state(StateTracer{file, path("")});
+        ahead_->visit_smoothing_state(StateTracer{file, path("ahead_")});
+    }
     fifo_.trace(file);
+    trace_lanes(file, fifo_wires_.write.read().words, pixels_per_beat_, path("fifo.write.word"));
 }
 
 std::string Composer::waiting_for() const {
     if (running_) {
-        return stall_ ? waits::for_segment_pixel(walker_.newest_pixel(), frame_, walker_.x(), walker_.y())
+        return stall_ ? waits::for_segment_pixel(walker_->newest_pixel(), frame_, walker_->x(), walker_->y())
                       : waits::for_column();
     }
     const int next = frame_ + 1;
-    if (!buffer_.table_complete()) {
+    if (!buffer_->table_complete()) {
         return waits::for_table(next);
     }
     if (!prefetched()) {

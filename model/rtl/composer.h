@@ -90,8 +90,8 @@ class Composer final : public Block, public ComposerRecord {
         return Pixel(bypass_pixel_ == pixel ? bypass_word_.value() : fifo_wires_.word.read());
     }
     Pixel smoothed_pixel() const {
-        return blend(window_->pixels(walker_.window()), walker_.weight_x(), walker_.weight_y(), composition_,
-                     far_z_);
+        return blend(window_->pixels(walker_->window()), walker_->weight_x(), walker_->weight_y(),
+                     composition_, far_z_);
     }
     void drive_fifo(int held_before);
     void follow_read();
@@ -139,11 +139,11 @@ class Composer final : public Block, public ComposerRecord {
 
     FifoWires fifo_wires_;
     ComposerFifo fifo_;
-    ComposerBuffer buffer_;
-    SegmentWalker walker_;
-    SegmentWalker ahead_;  ///< one position further, while a frame runs
 
     RegisterSet registers_;
+    Register<ComposerBuffer> buffer_;
+    Register<SegmentWalker> walker_;
+    Register<SegmentWalker> ahead_;                        ///< one position further, while a frame runs
     Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high
     Register<bool> running_{registers_, "running"};
     Register<bool> startframe_{registers_, "startframe"};

@@ -118,14 +118,16 @@ void ComposerFifo::refuse(const char* kind, const std::string& what) const {
 
 void ComposerFifo::trace(sc_core::sc_trace_file* file) const {
     registers_.trace(file, path(""));
-    sc_trace(file, write_i.read(), path("write"));
-    sc_trace(file, read_i.read(), path("read"));
-    sc_trace(file, release_i.read(), path("release"));
+    const int address_bits = bits_for(static_cast<std::int64_t>(storage_.size()) - 1);
+    const int count_bits = bits_for(capacity_);
+    sc_trace(file, write_i.read(), path("write"), address_bits);
+    sc_trace(file, read_i.read(), path("read"), address_bits);
+    sc_trace(file, release_i.read(), path("release"), count_bits);
     sc_core::sc_trace(file, word_o, path("word"));
-    sc_core::sc_trace(file, free_o, path("free"));
+    sc_core::sc_trace(file, free_o.read(), path("free"), count_bits);
     if (second_row != nullptr) {
         sc_core::sc_trace(file, second_row->next_word_o, path("next_word"));
-        sc_trace(file, second_row->row_read_i.read(), path("row_read"));
+        sc_trace(file, second_row->row_read_i.read(), path("row_read"), address_bits);
         sc_core::sc_trace(file, second_row->row_word_o, path("row_word"));
         sc_core::sc_trace(file, second_row->row_next_word_o, path("row_next_word"));
     }

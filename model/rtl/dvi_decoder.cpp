@@ -17,7 +17,8 @@ DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& tim
       timing_(timing),
       x_(registers_, "x", bits_for(timing.active_pixels)),
       line_(registers_, "line", bits_for(timing.active_lines)),
-      payload_at_(registers_, "payload_at", kPayloadPlaceBits) {
+      payload_at_(registers_, "payload_at", kPayloadPlaceBits),
+      pixel_(registers_, "pixel", bits_for(std::int64_t{timing.active_pixels} * timing.active_lines - 1)) {
     control_.reserve(static_cast<std::size_t>(timing.active_pixels));
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
@@ -25,7 +26,6 @@ DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& tim
 }
 
 void DviDecoder::reset() {
-    pairs_.reset();
     registers_.reset();
     control_.clear();
     table_.clear();
@@ -70,21 +70,21 @@ void DviDecoder::clock_edge() {
 }
 
 void DviDecoder::take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEvent& event) {
-    if (!pairs_.in_frame()) {
+    if (!pairs_->in_frame()) {
         return;
     }
     if (x_ >= timing_.active_pixels || line_ >= timing_.active_lines) {
-        pairs_.reject_geometry(event);
+        pairs_->reject_geometry(event);
         return;
     }
     if (line_ == 0) {
         control_.push_back(data);
-        if (pairs_.expect() == PairFollower::Expect::kDepth) {
+        if (pairs_->expect() == PairFollower::Expect::kDepth) {
             pass_payload(data, event);
         }
     } else {
         pixel.valid = true;
-        pixel.kind = pairs_.kind();
+        pixel.kind = pairs_->kind();
         pixel.address = static_cast<std::uint32_t>((line_ - 1) * timing_.active_pixels + x_);
         pixel.data = data;
     }
@@ -117,11 +117,11 @@ void DviDecoder::pass_payload(std::uint32_t data, DecoderEvent& event) {
 }
 
 void DviDecoder::end_line(DecoderEvent& event) {
-    if (!pairs_.in_frame()) {
+    if (!pairs_->in_frame()) {
         return;
     }
     if (x_ != timing_.active_pixels) {
-        pairs_.reject_geometry(event);
+        pairs_->reject_geometry(event);
         return;
     }
     if (line_ == 0) {
@@ -133,7 +133,7 @@ void DviDecoder::end_line(DecoderEvent& event) {
 
 void DviDecoder::end_control_scanline(DecoderEvent& event) {
     DecodedScanline scanline = decode_control_scanline(control_);
-    pairs_.end_control_scanline(scanline, event);
+    pairs_->end_control_scanline(scanline, event);
     if (event.colour_start) {
         table_ = std::move(scanline.content.table);
         next_row_ = 0;
@@ -142,9 +142,9 @@ void DviDecoder::end_control_scanline(DecoderEvent& event) {
 
 void DviDecoder::end_frame(DecoderEvent& event) {
     if (line_ > 0) {
-        pairs_.end_frame(line_ == timing_.active_lines, event);
+        pairs_->end_frame(line_ == timing_.active_lines, event);
     }
-    pairs_.begin_frame();
+    pairs_->begin_frame();
     control_.clear();
     x_ = 0;
     line_ = 0;

@@ -38,7 +38,7 @@ class DviDecoder final : public Block {
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
 
-    const std::array<std::int64_t, kRejectCauseCount>& rejected_frames() const { return pairs_.rejected(); }
+    const std::array<std::int64_t, kRejectCauseCount>& rejected_frames() const { return pairs_->rejected(); }
 
   private:
     void clock_edge();
@@ -51,11 +51,11 @@ class DviDecoder final : public Block {
 
     DviTiming timing_;
 
-    PairFollower pairs_;
     std::vector<std::uint32_t> control_;  ///< memory: the scanline under way
     ViewportTable table_;                 ///< likewise: its rows from next_row_ on are still to be reported
 
     RegisterSet registers_;
+    Register<PairFollower> pairs_{registers_, "pair"};
     Register<bool> previous_de_{registers_, "previous_de"};
     Register<bool> previous_vsync_{registers_, "previous_vsync"};
     Register<int> x_;
@@ -63,7 +63,7 @@ class DviDecoder final : public Block {
     Register<std::uint32_t> next_row_{registers_, "next_row", 16};
     Register<int> payload_at_;  ///< byte of the scanline where the payload's length stands
     Register<std::uint32_t> payload_left_{registers_, "payload_left", 16};  ///< bytes still to pass
-    Register<DecodedPixel> pixel_{registers_, "pixel"};
+    Register<DecodedPixel> pixel_;
     Register<DecoderEvent> event_{registers_, "event"};
     Register<bool> event_pending_{registers_, "event_pending"};  ///< event_o must be cleared
 };

@@ -26,7 +26,7 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
       refresh_left_(registers_, "refresh_left", bits_for(config.refresh_cycles)),
       refresh_due_in_(registers_, "refresh_due_in", bits_for(config.refresh_interval_cycles),
                       config.refresh_interval_cycles),
-      reads_(registers_, "read", config.read_latency_cycles) {
+      reads_(registers_, "read", config.read_latency_cycles, config.words_per_cycle) {
     const std::int64_t device_words = config.memory_words(words);
     for (int bank = 0; bank < config.banks; ++bank) {
         banks_.push_back(std::make_unique<Bank>(registers_, "bank_" + std::to_string(bank),
@@ -276,12 +276,11 @@ void FrameMemory::latency_edge(const MemoryCommand& command) {
 
 void FrameMemory::trace(sc_core::sc_trace_file* file) const {
     registers_.trace(file, path(""));
-    sc_trace(file, write_i.read(), path("write"));
+    sc_trace(file, write_i.read(), path("write"), bits_for(words() - 1));
     sc_core::sc_trace(file, front_i, path("front"));
-    sc_trace(file, command_i.read(), path("command"));
-    trace_lanes(file, command_i.read().columns, config_.words_per_cycle, path("command.column"));
-    sc_trace(file, data_o.read(), path("data"));
-    trace_lanes(file, data_o.read().words, config_.words_per_cycle, path("data.word"));
+    sc_trace(file, command_i.read(), path("command"), bits_for((words() - 1) / config_.page_words),
+             config_.words_per_cycle, bits_for(config_.page_words - 1));
+    sc_trace(file, data_o.read(), path("data"), config_.words_per_cycle);
 }
 
 }  // namespace metabuffer::rtl

@@ -1,21 +1,9 @@
 #include "rtl/input_framebuffer.h"
 
-#include <algorithm>
-
 #include "datapath/arbitration/arbitration_table.h"
 #include "rtl/framebuffer_wires.h"
 
 namespace metabuffer::rtl {
-
-namespace {
-
-/// A row of the table fills two words, however many clocks it takes.
-int words_a_beat(const Scenario& scenario) {
-    constexpr int kRowWords = kControlRowBytes / 8;
-    return std::max(kRowWords, pixels_per_beat(scenario.bus, scenario.memory));
-}
-
-}  // namespace
 
 InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
                                    int renderer, ClockGating gating)
@@ -23,7 +11,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
       busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
       tableready_i("tableready_i", busready_i.size()),
       renderer_(scenario.renderers[static_cast<std::size_t>(renderer)]),
-      words_a_beat_(words_a_beat(scenario)),
+      lanes_(BusBeat::lanes(pixels_per_beat(scenario.bus, scenario.memory))),
       wires_(std::make_unique<FramebufferWires>(scenario.displays.count(),
                                                 goes_by_deadlines(scenario.bus.arbitration),
                                                 scenario.memory.shared() ? WriteBuffer::kHalves : 0)),
@@ -150,8 +138,7 @@ void InputFramebuffer::start_frame(bool fresh) {
 
 void InputFramebuffer::trace(sc_core::sc_trace_file* file) const {
     sc_core::sc_trace(file, pair_request_o, path("pair_request"));
-    sc_trace(file, bus_o.read(), path("BUS"));
-    trace_lanes(file, bus_o.read().words, words_a_beat_, path("BUS.word"));
+    sc_trace(file, bus_o.read(), path("BUS"), lanes_);
     for (std::size_t d = 0; d < busready_i.size(); ++d) {
         sc_core::sc_trace(file, busready_i[d], path(numbered("BUSREADY", d).c_str()));
         sc_core::sc_trace(file, tableready_i[d], path(numbered("TABLEREADY", d).c_str()));

@@ -72,7 +72,7 @@ class InputFramebuffer final : public Block {
     void start_frame(bool fresh);
 
     const Renderer& renderer_;
-    int words_a_beat_;
+    int lanes_;
     RendererCounters counters_;
     std::vector<FrameSource> frame_sources_;
 

@@ -11,7 +11,9 @@ LinkPort::LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario
     : Block(name),
       depth_format_(scenario.depth_format),
       records_(std::move(records)),
-      banks_(scenario.pacing, pair_clocks(renderer), link_timeout_clocks(scenario, renderer)) {
+      write_(registers_, "write", bits_for(renderer.image_words() - 1)),
+      banks_(registers_, "banks", 1,
+             BankKeeper(scenario.pacing, pair_clocks(renderer), link_timeout_clocks(scenario, renderer))) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
@@ -19,7 +21,7 @@ LinkPort::LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario
 
 void LinkPort::reset() {
     registers_.reset();
-    banks_.reset(edge_);
+    banks_->reset(edge_);
     front_source_ = FrameSource{};
     pair_request_o.write(false);
     answer_o.write(false);
@@ -38,13 +40,13 @@ void LinkPort::clock_edge() {
         const bool request = request_.sample(request_i.read());
         if (request != request_seen_) {
             request_seen_ = request;
-            banks_.ask();
+            banks_->ask();
         }
-        if (const auto given = banks_.answer(edge_)) {
+        if (const auto given = banks_->answer(edge_)) {
             answer(*given == BankKeeper::Answer::kFresh);
         }
-        if (banks_.wants_pair() != pair_request_) {
-            pair_request_ = banks_.wants_pair();
+        if (banks_->wants_pair() != pair_request_) {
+            pair_request_ = banks_->wants_pair();
             pair_request_o.write(pair_request_);
         }
     }
@@ -73,7 +75,7 @@ void LinkPort::write_pixel(const DecodedPixel& pixel) {
 }
 
 void LinkPort::take_event(const DecoderEvent& event) {
-    const BankKeeper::Taken taken = banks_.take(event, edge_);
+    const BankKeeper::Taken taken = banks_->take(event, edge_);
     if (taken.dropped_pairs > 0) {
         records_.dropped(taken.dropped_pairs);
     }

@@ -65,9 +65,9 @@ class LinkPort final : public Block {
     Register<bool> answer_{registers_, "answer"};
     Register<bool> fresh_{registers_, "fresh"};
     Register<bool> front_{registers_, "front"};
-    Register<MemoryWrite> write_{registers_, "write"};
+    Register<MemoryWrite> write_;
     Register<std::uint32_t> back_number_{registers_, "back_number", 32};
-    BankKeeper banks_;
+    Register<BankKeeper> banks_;
 
     // What a report says of the run.
     std::int64_t edge_ = 0;  ///< number of the clock's edge

@@ -150,7 +150,8 @@ void Metabuffer::make_bus_registers() {
     const int stages = scenario_.bus.register_stages;
     for (std::size_t r = 0; stages > 0 && r < renderers(); ++r) {
         auto registers =
-            std::make_unique<BusRegisters>(numbered("bus_registers", r).c_str(), stages, displays());
+            std::make_unique<BusRegisters>(numbered("bus_registers", r).c_str(), stages, displays(),
+                                           BusBeat::lanes(pixels_per_beat(scenario_.bus, scenario_.memory)));
         registers->clk_i(*core_clk_);
         registers->reset_i(reset_);
         registers->bus_i(wires_->bus_driven(r));

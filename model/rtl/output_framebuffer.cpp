@@ -14,7 +14,7 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
       raster_pixels_(std::int64_t{display_.raster_width_pixels()} * display_.raster_height_pixels()),
       colour_table_(display_.colour_table_of(display)),
       gate_(gating),
-      averager_(display_.width_pixels, display_.supersample),
+      averager_(core_registers_, "averager", 1, Averager(display_.width_pixels, display_.supersample)),
       raster_position_(core_registers_, "raster_position", bits_for(raster_pixels_)),
       next_word_(core_registers_, "next_word",
                  bits_for(std::int64_t{display_.width_pixels} * display_.height_pixels)),
@@ -42,7 +42,6 @@ OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const 
 
 void OutputFramebuffer::reset() {
     core_registers_.reset();
-    averager_.restart();
     pipeready_o.write(false);
     framedone_o.write(false);
     framebad_o.write(false);
@@ -83,7 +82,7 @@ void OutputFramebuffer::clock_edge() {
         receiving_ = true;
         raster_position_ = 0;
         next_word_ = 0;
-        averager_.restart();
+        averager_->restart();
     }
     const bool framedone = frame_done_ && !swapped;
     if (framedone != framedone_) {
@@ -120,7 +119,7 @@ void OutputFramebuffer::take_pixel(const PipePixel& pixel) {
         mark_frame(true);
     }
     std::uint32_t& word = banks_[back_][next_word_];
-    if (averager_.push(pixel.pixel, word)) {
+    if (averager_->push(pixel.pixel, word)) {
         if (colour_table_ != nullptr) {
             word = corrected(*colour_table_, word);
         }

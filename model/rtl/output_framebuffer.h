@@ -89,7 +89,7 @@ class OutputFramebuffer final : public Block {
 
     // Core registers.
     RegisterSet core_registers_;
-    Averager averager_;
+    Register<Averager> averager_;
     Synchronizer swapped_synchronizer_{core_registers_, "swapped"};
     Register<bool> swapped_seen_{core_registers_, "swapped_seen"};
     Register<bool> receiving_{core_registers_, "receiving"};

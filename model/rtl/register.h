@@ -21,6 +21,64 @@ constexpr int bits_for(std::int64_t maximum) {
     return bits;
 }
 
+/// Adds a number, a flag or an enumeration to a waveform, `width_bits` wide. is_signed: it may be negative. A number of
+/// another kind that is negative, or too large, shows as x.
+template <typename Value>
+void trace_number(sc_core::sc_trace_file* file, const Value& value, const std::string& name, int width_bits,
+                  bool is_signed = false) {
+    if constexpr (std::is_same_v<Value, bool>) {
+        sc_core::sc_trace(file, value, name);
+    } else if constexpr (std::is_enum_v<Value>) {
+        static_assert(sizeof(Value) == 1);
+        sc_core::sc_trace(file, reinterpret_cast<const unsigned char&>(value), name, width_bits);
+    } else if (std::is_signed_v<Value> && is_signed) {
+        sc_core::sc_trace(file, value, name, width_bits);
+    } else {
+        // Numbers that are never negative may be read as unsigned.
+        using Bits = std::make_unsigned_t<Value>;
+        sc_core::sc_trace(file, reinterpret_cast<const Bits&>(value), name, width_bits);
+    }
+}
+
+/// A part of a block that has no clock, with state of its own: `visit_state(see)` calls see(name, value, largest value)
+/// for each of its registers, and see(name, value, largest, smallest) for those that may be negative.
+template <typename Value, typename = void>
+struct HasState : std::false_type {};
+struct StateVisitor {
+    template <typename Number>
+    void operator()(const char* /*name*/, const Number& /*value*/, std::int64_t /*largest*/,
+                    std::int64_t /*smallest*/ = 0) const {}
+};
+template <typename Value>
+struct HasState<Value, std::void_t<decltype(std::declval<const Value&>().visit_state(StateVisitor{}))>>
+    : std::true_type {};
+
+/// A structure whose sc_trace() takes what it must know of its place: bits of an address, lanes of a beat.
+template <typename Value, typename = void>
+struct TakesWidth : std::false_type {};
+template <typename Value>
+struct TakesWidth<Value, std::void_t<decltype(sc_trace(static_cast<sc_core::sc_trace_file*>(nullptr),
+                                                       std::declval<const Value&>(), std::string(), 1))>>
+    : std::true_type {};
+
+/// Such a part has a reset() of its own if it keeps something in reset.
+template <typename Value, typename = void>
+struct ResetsItself : std::false_type {};
+template <typename Value>
+struct ResetsItself<Value, std::void_t<decltype(std::declval<Value&>().reset())>> : std::true_type {};
+
+/// Adds a part's registers to a waveform, as PREFIX and their names.
+struct StateTracer {
+    sc_core::sc_trace_file* file;
+    std::string prefix;
+
+    template <typename Number>
+    void operator()(const char* name, const Number& value, std::int64_t largest,
+                    std::int64_t smallest = 0) const {
+        trace_number(file, value, prefix + name, bits_for(largest) + (smallest < 0 ? 1 : 0), smallest < 0);
+    }
+};
+
 class RegisterSet;
 
 /// What a RegisterSet does with each of its registers.
@@ -64,8 +122,10 @@ inline AnyRegister::AnyRegister(RegisterSet& set) { set.registers_.push_back(thi
 template <typename Value>
 class Register final : public AnyRegister {
   public:
-    /// width_bits: of a number or an enumeration; a flag has 1, and a structure traces its members itself. A number has
-    /// no sign in the waveform, unless its reset value is negative.
+    /// width_bits: of a number or an enumeration; a flag has 1, and a structure traces its members itself, with this
+    /// width if its sc_trace() takes one. A number has
+    /// no sign in the waveform, unless its reset value is negative. What has visit_state() gives its own widths; its
+    /// names follow this one after an underscore.
     Register(RegisterSet& set, std::string name, int width_bits = 1, Value reset_value = Value{})
         : AnyRegister(set),
           name_(std::move(name)),
@@ -82,25 +142,26 @@ class Register final : public AnyRegister {
     Register& operator=(const Register& other) { return *this = other.value_; }
     Register& operator+=(const Value& by) { return *this = static_cast<Value>(value_ + by); }
     Register& operator-=(const Value& by) { return *this = static_cast<Value>(value_ - by); }
+    Value* operator->() { return &value_; }
+    const Value* operator->() const { return &value_; }
     Register& operator++() { return *this += 1; }
     Register& operator--() { return *this -= 1; }
 
-    void reset() override { value_ = reset_value_; }
+    void reset() override {
+        if constexpr (ResetsItself<Value>::value) {
+            value_.reset();
+        } else {
+            value_ = reset_value_;
+        }
+    }
     void trace(sc_core::sc_trace_file* file, const std::string& prefix) const override {
         const std::string name = prefix + name_;
-        if constexpr (std::is_same_v<Value, bool>) {
-            sc_core::sc_trace(file, value_, name);
-        } else if constexpr (std::is_enum_v<Value>) {
-            static_assert(sizeof(Value) == 1);
-            sc_core::sc_trace(file, reinterpret_cast<const unsigned char&>(value_), name, width_bits_);
-        } else if constexpr (std::is_integral_v<Value>) {
-            if (std::is_signed_v<Value> && reset_value_ < Value{}) {
-                sc_core::sc_trace(file, value_, name, width_bits_);
-                return;
-            }
-            // The others are never negative, so their bits may be read as unsigned.
-            using Bits = std::make_unsigned_t<Value>;
-            sc_core::sc_trace(file, reinterpret_cast<const Bits&>(value_), name, width_bits_);
+        if constexpr (HasState<Value>::value) {
+            value_.visit_state(StateTracer{file, name_.empty() ? name : name + '_'});
+        } else if constexpr (std::is_integral_v<Value> || std::is_enum_v<Value>) {
+            trace_number(file, value_, name, width_bits_, reset_value_ < Value{});
+        } else if constexpr (TakesWidth<Value>::value) {
+            sc_trace(file, value_, name, width_bits_);
         } else {
             sc_trace(file, value_, name);
         }

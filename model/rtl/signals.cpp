@@ -7,6 +7,8 @@
 namespace metabuffer::rtl {
 namespace {
 
+constexpr int kLaneCountBits = 4;
+
 constexpr int kFieldBits = 16;
 
 std::uint64_t pack(std::uint16_t a, std::uint16_t b, std::uint16_t c, std::uint16_t d) {
@@ -63,10 +65,11 @@ std::ostream& operator<<(std::ostream& out, const DecodedPixel& value) {
     return out << (value.valid ? "pixel " : "no pixel ") << value.address << ' ' << value.data;
 }
 
-void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std::string& name) {
+void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std::string& name,
+              int address_bits) {
     sc_core::sc_trace(file, value.valid, name + ".valid");
     sc_core::sc_trace(file, byte_of(value.kind), name + ".kind");
-    sc_core::sc_trace(file, value.address, name + ".address");
+    sc_core::sc_trace(file, value.address, name + ".address", address_bits);
     sc_core::sc_trace(file, value.data, name + ".data", kColourBits);
 }
 
@@ -160,7 +163,7 @@ std::ostream& operator<<(std::ostream& out, const BusBeat& value) {
     return out;
 }
 
-void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name) {
+void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name, int lanes) {
     sc_core::sc_trace(file, byte_of(value.kind), name + ".kind", BusSideBand::kKindBits);
     sc_core::sc_trace(file, value.last, name + ".last");
     sc_core::sc_trace(file, value.frame, name + ".frame");
@@ -168,6 +171,7 @@ void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::str
     sc_core::sc_trace(file, value.count, name + ".count", BusSideBand::kCountBits);
     sc_core::sc_trace(file, value.remaining, name + ".remaining", BusSideBand::kRemainingBits);
     sc_core::sc_trace(file, value.first, name + ".first");
+    trace_lanes(file, value.words, lanes, name + ".word", kPixelBits);
 }
 
 bool operator==(const MemoryWrite& a, const MemoryWrite& b) {
@@ -182,10 +186,11 @@ std::ostream& operator<<(std::ostream& out, const MemoryWrite& value) {
     return out << value.data << " to word " << value.address << " of device " << int{value.device};
 }
 
-void sc_trace(sc_core::sc_trace_file* file, const MemoryWrite& value, const std::string& name) {
+void sc_trace(sc_core::sc_trace_file* file, const MemoryWrite& value, const std::string& name,
+              int address_bits) {
     sc_core::sc_trace(file, value.enable, name + ".enable");
     sc_core::sc_trace(file, value.device, name + ".device", 1);
-    sc_core::sc_trace(file, value.address, name + ".address");
+    sc_core::sc_trace(file, value.address, name + ".address", address_bits);
     sc_core::sc_trace(file, value.data, name + ".data");
     sc_core::sc_trace(file, value.byte_mask, name + ".byte_mask");
 }
@@ -218,12 +223,14 @@ std::ostream& operator<<(std::ostream& out, const MemoryCommand& value) {
     return out;
 }
 
-void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const std::string& name) {
+void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const std::string& name,
+              int page_bits, int lanes, int column_bits) {
     sc_core::sc_trace(file, byte_of(value.kind), name + ".kind", 3);
     sc_core::sc_trace(file, value.bank, name + ".bank", 3);
-    sc_core::sc_trace(file, value.row, name + ".row");
-    sc_core::sc_trace(file, value.count, name + ".count", 4);
+    sc_core::sc_trace(file, value.row, name + ".row", page_bits);
+    sc_core::sc_trace(file, value.count, name + ".count", kLaneCountBits);
     sc_core::sc_trace(file, value.byte_mask, name + ".byte_mask");
+    trace_lanes(file, value.columns, lanes, name + ".column", column_bits);
 }
 
 std::ostream& operator<<(std::ostream& out, const WriteBlock& value) {
@@ -244,8 +251,9 @@ std::ostream& operator<<(std::ostream& out, const MemoryData& value) {
     return out << int{value.count} << " words";
 }
 
-void sc_trace(sc_core::sc_trace_file* file, const MemoryData& value, const std::string& name) {
-    sc_core::sc_trace(file, value.count, name + ".count", 4);
+void sc_trace(sc_core::sc_trace_file* file, const MemoryData& value, const std::string& name, int lanes) {
+    sc_core::sc_trace(file, value.count, name + ".count", kLaneCountBits);
+    trace_lanes(file, value.words, lanes, name + ".word", kPixelBits);
 }
 
 bool operator==(const FifoWrite& a, const FifoWrite& b) {
@@ -257,9 +265,10 @@ std::ostream& operator<<(std::ostream& out, const FifoWrite& value) {
     return out << int{value.count} << " words from address " << value.address << " on";
 }
 
-void sc_trace(sc_core::sc_trace_file* file, const FifoWrite& value, const std::string& name) {
-    sc_core::sc_trace(file, value.count, name + ".count", 4);
-    sc_core::sc_trace(file, value.address, name + ".address");
+void sc_trace(sc_core::sc_trace_file* file, const FifoWrite& value, const std::string& name,
+              int address_bits) {
+    sc_core::sc_trace(file, value.count, name + ".count", kLaneCountBits);
+    sc_core::sc_trace(file, value.address, name + ".address", address_bits);
 }
 
 std::ostream& operator<<(std::ostream& out, const FifoRead& value) {
@@ -269,18 +278,20 @@ std::ostream& operator<<(std::ostream& out, const FifoRead& value) {
     return out << "address " << value.address;
 }
 
-void sc_trace(sc_core::sc_trace_file* file, const FifoRead& value, const std::string& name) {
+void sc_trace(sc_core::sc_trace_file* file, const FifoRead& value, const std::string& name,
+              int address_bits) {
     sc_core::sc_trace(file, value.enable, name + ".enable");
-    sc_core::sc_trace(file, value.address, name + ".address");
+    sc_core::sc_trace(file, value.address, name + ".address", address_bits);
 }
 
 std::ostream& operator<<(std::ostream& out, const FifoRelease& value) {
     return out << value.oldest << " oldest, " << value.newest << " newest";
 }
 
-void sc_trace(sc_core::sc_trace_file* file, const FifoRelease& value, const std::string& name) {
-    sc_core::sc_trace(file, value.oldest, name + ".oldest");
-    sc_core::sc_trace(file, value.newest, name + ".newest");
+void sc_trace(sc_core::sc_trace_file* file, const FifoRelease& value, const std::string& name,
+              int count_bits) {
+    sc_core::sc_trace(file, value.oldest, name + ".oldest", count_bits);
+    sc_core::sc_trace(file, value.newest, name + ".newest", count_bits);
 }
 
 bool operator==(const FrontTable& a, const FrontTable& b) { return a.rows == b.rows && a.slots == b.slots; }

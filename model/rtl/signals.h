@@ -15,8 +15,11 @@
 #include "report/report.h"
 
 /// The values that the machine's signals carry. Each has operator==, operator<< and sc_trace, as sc_signal
-/// needs.
+/// needs. A sc_trace may be told how wide the value is in its place.
 namespace metabuffer::rtl {
+
+/// Width of a number in a waveform, where whoever adds it does not say how many bits it has.
+constexpr int kNumberBits = 32;
 
 /// What a DVI receiver chip gives at each pixel clock.
 struct DviLink {
@@ -60,7 +63,8 @@ inline bool operator==(const DecodedPixel& a, const DecodedPixel& b) {
     return a.valid == b.valid && a.kind == b.kind && a.address == b.address && a.data == b.data;
 }
 std::ostream& operator<<(std::ostream& out, const DecodedPixel& value);
-void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std::string& name);
+void sc_trace(sc_core::sc_trace_file* file, const DecodedPixel& value, const std::string& name,
+              int address_bits = kNumberBits);
 
 /// What the decoder has learnt in a clock about frames and pairs.
 struct DecoderEvent : PairEvent {
@@ -73,6 +77,16 @@ struct DecoderEvent : PairEvent {
 bool operator==(const DecoderEvent& a, const DecoderEvent& b);
 std::ostream& operator<<(std::ostream& out, const DecoderEvent& value);
 void sc_trace(sc_core::sc_trace_file* file, const DecoderEvent& value, const std::string& name);
+
+/// Adds the first `lanes` of an array's values to a waveform, as NAME_0, NAME_1, ...
+template <typename Value, std::size_t kLanes>
+void trace_lanes(sc_core::sc_trace_file* file, const std::array<Value, kLanes>& values, int lanes,
+                 const std::string& name, int width_bits = 8 * sizeof(Value)) {
+    for (int lane = 0; lane < lanes; ++lane) {
+        sc_core::sc_trace(file, values[static_cast<std::size_t>(lane)], name + "_" + std::to_string(lane),
+                          width_bits);
+    }
+}
 
 /// The widest bus, in pixels per beat.
 constexpr int kMaximumBeatPixels = 8;
@@ -99,20 +113,16 @@ struct BusBeat {
     static BusBeat frame_start(std::uint32_t frame, bool last);
     static BusBeat table_row(std::uint32_t frame, std::uint32_t place, const ViewportRow& row, bool last);
     ViewportRow row() const;
+    /// Words that a beat may have: a row of the table has two, however many clocks it takes.
+    static constexpr int lanes(int pixels_per_beat) {
+        constexpr int kRowWords = kControlRowBytes / 8;
+        return pixels_per_beat > kRowWords ? pixels_per_beat : kRowWords;
+    }
 };
 bool operator==(const BusBeat& a, const BusBeat& b);
 std::ostream& operator<<(std::ostream& out, const BusBeat& value);
-/// Without the words, which trace_lanes adds, as many as the bus has.
-void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name);
-
-/// Adds the first `lanes` of an array's values to a waveform, as NAME_0, NAME_1, ...
-template <typename Value, std::size_t kLanes>
-void trace_lanes(sc_core::sc_trace_file* file, const std::array<Value, kLanes>& values, int lanes,
-                 const std::string& name) {
-    for (int lane = 0; lane < lanes; ++lane) {
-        sc_core::sc_trace(file, values[static_cast<std::size_t>(lane)], name + "_" + std::to_string(lane));
-    }
-}
+/// lanes: words that the bus carries in a beat; they are NAME.word_0 and so on.
+void sc_trace(sc_core::sc_trace_file* file, const BusBeat& value, const std::string& name, int lanes = 0);
 
 /// What the link writes into a frame memory at a clock of the link.
 struct MemoryWrite {
@@ -126,7 +136,8 @@ struct MemoryWrite {
 };
 bool operator==(const MemoryWrite& a, const MemoryWrite& b);
 std::ostream& operator<<(std::ostream& out, const MemoryWrite& value);
-void sc_trace(sc_core::sc_trace_file* file, const MemoryWrite& value, const std::string& name);
+void sc_trace(sc_core::sc_trace_file* file, const MemoryWrite& value, const std::string& name,
+              int address_bits = kNumberBits);
 
 /// What an input framebuffer's bus port asks of its frame memory in a core clock.
 struct MemoryCommand {
@@ -149,8 +160,9 @@ struct MemoryCommand {
 };
 bool operator==(const MemoryCommand& a, const MemoryCommand& b);
 std::ostream& operator<<(std::ostream& out, const MemoryCommand& value);
-/// Without the columns, see trace_lanes.
-void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const std::string& name);
+/// lanes: words that the memory reads in a clock; their columns are NAME.column_0 and so on.
+void sc_trace(sc_core::sc_trace_file* file, const MemoryCommand& value, const std::string& name,
+              int page_bits = kNumberBits, int lanes = 0, int column_bits = kNumberBits);
 
 /// The destination of a block of the link's words that waits to be written. Its words stay in the write buffer.
 struct WriteBlock {
@@ -171,8 +183,8 @@ struct MemoryData {
 };
 bool operator==(const MemoryData& a, const MemoryData& b);
 std::ostream& operator<<(std::ostream& out, const MemoryData& value);
-/// Without the words, see trace_lanes.
-void sc_trace(sc_core::sc_trace_file* file, const MemoryData& value, const std::string& name);
+/// lanes: words that the memory puts out in a clock; they are NAME.word_0 and so on.
+void sc_trace(sc_core::sc_trace_file* file, const MemoryData& value, const std::string& name, int lanes = 0);
 
 /// What a composer writes into its FIFO in a core clock: a beat's pixels, at addresses that follow each other.
 struct FifoWrite {
@@ -183,7 +195,8 @@ struct FifoWrite {
 bool operator==(const FifoWrite& a, const FifoWrite& b);
 std::ostream& operator<<(std::ostream& out, const FifoWrite& value);
 /// Without the words, see trace_lanes.
-void sc_trace(sc_core::sc_trace_file* file, const FifoWrite& value, const std::string& name);
+void sc_trace(sc_core::sc_trace_file* file, const FifoWrite& value, const std::string& name,
+              int address_bits = kNumberBits);
 
 /// What a composer reads from its FIFO in a core clock.
 struct FifoRead {
@@ -194,7 +207,8 @@ inline bool operator==(const FifoRead& a, const FifoRead& b) {
     return a.enable == b.enable && a.address == b.address;
 }
 std::ostream& operator<<(std::ostream& out, const FifoRead& value);
-void sc_trace(sc_core::sc_trace_file* file, const FifoRead& value, const std::string& name);
+void sc_trace(sc_core::sc_trace_file* file, const FifoRead& value, const std::string& name,
+              int address_bits = kNumberBits);
 
 /// Pixels that a composer's FIFO need not hold any more.
 struct FifoRelease {
@@ -207,7 +221,8 @@ inline bool operator==(const FifoRelease& a, const FifoRelease& b) {
     return a.oldest == b.oldest && a.newest == b.newest;
 }
 std::ostream& operator<<(std::ostream& out, const FifoRelease& value);
-void sc_trace(sc_core::sc_trace_file* file, const FifoRelease& value, const std::string& name);
+void sc_trace(sc_core::sc_trace_file* file, const FifoRelease& value, const std::string& name,
+              int count_bits = kNumberBits);
 
 /// The table of the pair in the front bank: its valid rows, and which row owns each slot of the bus. It does not change
 /// from one swap of the banks to the next.

@@ -5,11 +5,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -24,10 +26,15 @@ namespace {
 constexpr const char* kStem = "waveform";
 constexpr std::string_view kAllWritten = "all written";
 
-/// The text as a comment in a value change dump; the word $end ends such a comment.
-std::string as_comment(std::string text) {
-    for (std::size_t at = text.find('$'); at != std::string::npos; at = text.find('$', at)) text[at] = '?';
-    return "$comment\n" + text + "$end\n";
+/// The text as a comment in a value change dump; the word $end ends such a comment. line_by_line: each line as a comment
+/// of its own, since GTKWave's format keeps a comment's first line only.
+std::string as_comment(std::string text, bool line_by_line) {
+    std::replace(text.begin(), text.end(), '$', '?');
+    if (!line_by_line) return "$comment\n" + text + "$end\n";
+    std::string comments;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) comments += "$comment\n" + line + "\n$end\n";
+    return comments;
 }
 
 bool is_fst(const std::filesystem::path& file) { return file.extension() == kCompressedWaveformExtension; }
@@ -126,7 +133,7 @@ std::string WaveformFile::write_all(Take take) const {
         }
     };
     try {
-        take_safely(as_comment(header_));
+        take_safely(as_comment(header_, is_fst(target_)));
         pipe_->read_all(take_safely);
     } catch (const OutputError& error) {
         answer = error.what();

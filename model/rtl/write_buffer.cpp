@@ -80,8 +80,7 @@ void WriteBuffer::put_out() {
 void WriteBuffer::trace(sc_core::sc_trace_file* file) const {
     registers_.trace(file, path(""));
     sc_core::sc_trace(file, drain_i, path("drain"));
-    sc_trace(file, data_o.read(), path("data"));
-    trace_lanes(file, data_o.read().words, words_per_cycle_, path("data.word"));
+    sc_trace(file, data_o.read(), path("data"), words_per_cycle_);
 }
 
 }  // namespace metabuffer::rtl

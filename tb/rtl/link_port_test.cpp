@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "clocked_testbench.h"
+#include "scenario/derived_timing.h"
 #include "support/images.h"
 #include "support/scenarios.h"
 
@@ -181,6 +182,18 @@ TEST_CASE("link port: a reset leaves what power-up leaves, whatever was under wa
             CHECK(dut.writes.at(now) == dut.writes.at(clock));
         }
     }
+}
+
+TEST_CASE("link port: after a reset the wait for a pair is counted from the reset on") {
+    ClockedTestbench bench;
+    LinkBench dut(bench);
+    const auto timeout = static_cast<int>(link_timeout_clocks(dut.scenario, dut.scenario.renderers[0]));
+    const int reset = 2 * timeout;
+    bench.core.pulse(bench.reset, reset);
+    dut.link.drive(dut.request, reset + 5, true);
+    bench.run_through(reset + timeout + 4);
+    CHECK_FALSE(dut.answers.at(reset + timeout - 1));
+    CHECK(dut.answers.at(reset + timeout));
 }
 
 TEST_CASE("link port: after a reset the front device holds no pair") {

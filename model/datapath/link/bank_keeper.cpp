@@ -13,6 +13,7 @@ BankKeeper::Taken BankKeeper::take(const PairEvent& event, std::int64_t edge) {
         back_ = Back::kFree;
     }
     if (event.pair_lost) {
+        pair_lost_ = true;
         lost_pair_ = event.lost_number;
     }
     if (event.colour_start) {
@@ -72,7 +73,7 @@ std::optional<BankKeeper::Answer> BankKeeper::due_answer(std::int64_t edge) cons
             // A later pair: the wanted one will not come any more.
             return back_number_ == wanted_pair_ ? Answer::kFresh : Answer::kAgain;
         }
-        again = again || lost_pair_ == wanted_pair_;
+        again = again || (pair_lost_ && lost_pair_ == wanted_pair_);
     }
     return again ? std::optional<Answer>(Answer::kAgain) : std::nullopt;
 }

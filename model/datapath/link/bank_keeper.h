@@ -49,9 +49,23 @@ class BankKeeper {
     /// no question or no timer runs.
     std::optional<std::int64_t> next_timer(std::int64_t edge) const;
 
-  private:
     enum class Back : std::uint8_t { kFree, kFilling, kWhole };
 
+    /// Calls see(name, value, largest value) for each register but the timers, which are kept as edges.
+    template <typename See>
+    void visit_state(const See& see) const {
+        constexpr std::int64_t kLargestNumber = 0xFFFF'FFFF;
+        see("back", back_, 2);
+        see("back_number", back_number_, kLargestNumber);
+        see("front_valid", front_valid_, 1);
+        see("superseded", superseded_, 1);
+        see("pair_lost", pair_lost_, 1);
+        see("lost_pair", lost_pair_, kLargestNumber);
+        see("asked", asked_, 1);
+        see("wanted_pair", wanted_pair_, kLargestNumber);
+    }
+
+  private:
     std::optional<Answer> due_answer(std::int64_t edge) const;
     /// A pair is coming in: its colour frame has begun less than a pair time ago.
     bool pair_under_way(std::int64_t edge) const {
@@ -70,7 +84,8 @@ class BankKeeper {
     std::int64_t filling_since_edge_ = 0;
     bool front_valid_ = false;
     bool superseded_ = false;  ///< a whole pair newer than the front one has been overwritten
-    std::optional<std::uint32_t> lost_pair_;
+    bool pair_lost_ = false;   ///< lost_pair_ is the number of a pair that will not come
+    std::uint32_t lost_pair_ = 0;
     bool asked_ = false;
     std::uint32_t wanted_pair_ = 0;        ///< number of the composited frame that is asked for next
     std::int64_t timeout_start_edge_ = 0;  ///< reset, the last answer, or the last pair that came too late

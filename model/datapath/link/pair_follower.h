@@ -44,6 +44,16 @@ class PairFollower {
     /// Frames and pairs rejected so far, by RejectCause.
     const std::array<std::int64_t, kRejectCauseCount>& rejected() const { return rejected_; }
 
+    /// Calls see(name, value, largest value) for each register; what is counted for the report is none.
+    template <typename See>
+    void visit_state(const See& see) const {
+        see("in_frame", in_frame_, 1);
+        see("colour_begun", colour_begun_, 1);
+        see("kind", kind_, 1);
+        see("expect", expect_, 2);
+        see("number", number_, 0xFFFF'FFFF);
+    }
+
   private:
     void begin_colour(std::uint32_t number, PairEvent& event);
     void begin_depth(std::uint32_t number, PairEvent& event);

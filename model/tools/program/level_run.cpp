@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <utility>
 
 #include "build_info/build_info.h"
@@ -23,16 +24,22 @@
 namespace metabuffer {
 namespace {
 
-/// Says what made a waveform: program, scenario and every key that has a single value.
-std::string waveform_header(const Scenario& scenario) {
-    std::string header = "metabuffer " + build_version() + "\nscenario " + scenario.name + "\n";
-    for (const auto& [key, value] : scenario_settings(scenario)) {
-        header += key;
-        header += " = ";
-        header += value;
-        header += '\n';
+/// Says what made a waveform: the program, and the scenario with every setting, renderer, viewport and fault. A scenario
+/// that no file can hold has its settings only.
+std::string waveform_header(const Scenario& scenario, const std::filesystem::path& waveform) {
+    constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+    std::string content;
+    try {
+        content = effective_scenario(scenario, std::filesystem::absolute(waveform).parent_path());
+    } catch (const InputError&) {
+        for (const auto& [key, value] : scenario_settings(scenario))
+            content.append(key + ": " + value + '\n');
     }
-    return header;
+    if (content.size() > kMostBytes) {
+        content.resize(content.rfind('\n', kMostBytes) + 1);
+        content += "# and more\n";
+    }
+    return "metabuffer " + build_version() + "\nscenario " + scenario.name + '\n' + content;
 }
 
 std::string clocks_text(const CycleSpan& range) {
@@ -91,8 +98,11 @@ void run_rtl(const Scenario& scenario, const LevelRequest& request, const RunFol
         options.on_built = [check](rtl::Metabuffer& machine) { check->attach(machine); };
     }
     if (request.trace) {
-        options.trace = rtl::TraceRequest{
-            request.trace->file, request.trace->window, request.trace->blocks, waveform_header(scenario), {}};
+        options.trace = rtl::TraceRequest{request.trace->file,
+                                          request.trace->window,
+                                          request.trace->blocks,
+                                          waveform_header(scenario, request.trace->file),
+                                          {}};
         if (level_tlm_knows_clocks(scenario)) options.trace->find_window = tlm::find_window;
     }
     WrongPixelRecord wrong_pixels(scenario);
