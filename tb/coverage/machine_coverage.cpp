@@ -34,8 +34,11 @@ MachineCoverage::MachineCoverage(const sc_core::sc_module_name& name, rtl::Metab
     for (std::size_t r = 0; r < renderers_; ++r) {
         buses_.emplace_back(goals_.bus, scenario_, r);
         links_.emplace_back(goals_.link, scenario_);
+        memories_.emplace_back(goals_.memory, scenario_);
+        arbiters_.emplace_back(goals_.arbiter, scenario_);
         for (std::size_t d = 0; d < displays_; ++d) {
             composers_.emplace_back(goals_.composer, scenario_, r, static_cast<int>(d) + 1);
+            fifos_.emplace_back(goals_.fifo, scenario_);
         }
     }
     for (std::size_t d = 0; d < displays_; ++d) {
@@ -72,6 +75,7 @@ void MachineCoverage::core_edge() {
     sample_columns();
     sample_displays();
     handshakes_.clock_edge();
+    sample_inner_wires();
 }
 
 void MachineCoverage::link_events() {
@@ -162,6 +166,21 @@ void MachineCoverage::sample_displays() {
     display.vsync = wires.link_out_driven(0).read().vsync;
     display.de = wires.link_out_driven(0).read().de;
     display_.clock_edge(display);
+}
+
+/// A replaced block may have no such wires.
+void MachineCoverage::sample_inner_wires() {
+    for (std::size_t r = 0; r < renderers_; ++r) {
+        if (rtl::FramebufferWires* const wires = machine_.inner_wires(r); wires != nullptr) {
+            memories_[r].clock(wires->command.read());
+            arbiters_[r].clock(*wires);
+        }
+        for (std::size_t d = 0; d < displays_; ++d) {
+            if (rtl::FifoWires* const wires = machine_.fifo_wires(r, d); wires != nullptr) {
+                fifos_[r * displays_ + d].clock(*wires);
+            }
+        }
+    }
 }
 
 void MachineCoverage::finished(const RunReport& report) {

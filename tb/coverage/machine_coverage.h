@@ -3,13 +3,16 @@
 #include <systemc>
 #include <vector>
 
+#include "arbiter_coverage.h"
 #include "bus_coverage.h"
 #include "column_coverage.h"
 #include "composer_coverage.h"
 #include "cover_group.h"
 #include "display_coverage.h"
+#include "fifo_coverage.h"
 #include "handshake_coverage.h"
 #include "link_coverage.h"
+#include "memory_coverage.h"
 #include "rtl/metabuffer.h"
 #include "run_coverage.h"
 #include "scenario/limits.h"
@@ -73,6 +76,9 @@ struct MachineGoals : GoalSet {
     PairGoals link{coverage};
     SwapGoals display{coverage};
     HandshakeGoals handshake{coverage};
+    MemoryCommandGoals memory{coverage};
+    ArbiterGoals arbiter{coverage};
+    FifoGoals fifo{coverage};
     RunGoals run{coverage};
 };
 
@@ -98,6 +104,7 @@ class MachineCoverage final : public sc_core::sc_module {
     void sample_buses();
     void sample_columns();
     void sample_displays();
+    void sample_inner_wires();
     void sample_competition(std::size_t renderer, const ComposerCoverage& granted);
     void cover_combination(const RunReport& report);
     void cover_columns_together();
@@ -114,6 +121,9 @@ class MachineCoverage final : public sc_core::sc_module {
     std::vector<ColumnCoverage> columns_;
     DisplayCoverage display_;
     HandshakeCoverage handshakes_;
+    std::vector<MemoryCoverage> memories_;  ///< by renderer
+    std::vector<ArbiterCoverage> arbiters_;
+    std::vector<FifoCoverage> fifos_;                      ///< by composer
     std::vector<const sc_core::sc_signal<bool>*> stalls_;  ///< by composer, as the composer drives it
     std::vector<ColumnWires> column_wires_;                ///< as read at this edge
     std::vector<std::vector<const ComposerCoverage*>> column_composers_;  ///< by display, from the top
