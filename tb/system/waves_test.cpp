@@ -330,7 +330,8 @@ TEST_CASE("A waveform says which program, scenario and settings made it, and cou
         const std::size_t image = content.find("images/cases");
         REQUIRE(image != std::string::npos);
         content.insert(image, (kSource / "scenarios/").string());
-        std::ofstream(faulty) << content << "faults:\n  - {renderer: view, pair: 0, kind: delay, delay_pairs: 1}\n";
+        std::ofstream(faulty) << content
+                              << "faults:\n  - {renderer: view, pair: 0, kind: delay, delay_pairs: 1}\n";
     }
     const ProgramResult result =
         run_program(scratch, {"run", faulty.string(), "--quiet", "--no-images", "--trace", "counted.vcd",
