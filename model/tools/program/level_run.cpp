@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "build_info/build_info.h"
@@ -29,11 +30,20 @@ namespace {
 std::string waveform_header(const Scenario& scenario, const std::filesystem::path& waveform) {
     constexpr std::size_t kMostBytes = std::size_t{1} << 20;
     std::string content;
+    std::error_code no_folder;  // as in a working directory that is deleted
+    const std::filesystem::path file = std::filesystem::absolute(waveform, no_folder);
     try {
-        content = effective_scenario(scenario, std::filesystem::absolute(waveform).parent_path());
-    } catch (const InputError&) {
-        for (const auto& [key, value] : scenario_settings(scenario))
-            content.append(key + ": " + value + '\n');
+        if (!no_folder) content = effective_scenario(scenario, file.parent_path());
+    } catch (const InputError&) {  // a path that no scenario file can hold
+    } catch (const std::filesystem::filesystem_error&) {
+    }
+    if (content.empty()) {
+        for (const auto& [key, value] : scenario_settings(scenario)) {
+            content += key;
+            content += ": ";
+            content += value;
+            content += '\n';
+        }
     }
     if (content.size() > kMostBytes) {
         content.resize(content.rfind('\n', kMostBytes) + 1);
