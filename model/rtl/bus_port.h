@@ -37,11 +37,11 @@ namespace metabuffer::rtl {
 ///   read_latency_cycles after the decision that sent it, so that their order stays.
 /// - BUSREADY is read one clock after its composer wrote it. In a burst, a low one stops the burst before the clock's
 ///   beat, and the arbiter is asked in that same clock. If a page is being opened then, its bank must be closed and
-///   the page opened anew, unless precharge_cycles is 0: then the page counts as open. With read latency and bus registers, BUSREADY answers an
-///   earlier beat, sent as many clocks before as a beat and its answer take, and it is judged by that beat. A composer
-///   is passed over while its BUSREADY cannot count yet what it was sent last: the only beat of a burst, one that moved
-///   when its burst was stopped, or on such a bus the last beat of any burst. Likewise a frame's start waits until
-///   TABLEREADY counts the frame before.
+///   the page opened anew, unless precharge_cycles is 0: then the page counts as open. With read latency and bus
+///   registers, BUSREADY answers an earlier beat, sent as many clocks before as a beat and its answer take, and it is
+///   judged by that beat. A composer is passed over while its BUSREADY cannot count yet what it was sent last: the only
+///   beat of a burst, one that moved when its burst was stopped, or on such a bus the last beat of any burst. Likewise
+///   a frame's start waits until TABLEREADY counts the frame before.
 ///
 /// What the port asks of arbiter and memory in a clock (ready_o, take_o, command_o) is combinational, from its
 /// registers, BUSREADY and the grant; it samples their answers at the clock's edge. Everything else is registered.

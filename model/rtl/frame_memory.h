@@ -30,9 +30,11 @@ namespace metabuffer::rtl {
 ///   never meet at the pins. A later read finds what was stored.
 /// - precharge closes the bank's page, precharge-all every bank's.
 /// - refresh closes every bank's page too, and the memory is busy for refresh_cycles, the command's clock included.
-/// With precharge_cycles each bank counts the clocks that it needs: from a precharge to an activate precharge_cycles, and
-/// from an activate to a read or write activate_cycles. A precharge may come in these clocks. Without precharge_cycles
-/// the bus port alone counts them.
+///
+/// With precharge_cycles each bank counts the clocks that it needs: precharge_cycles from a precharge to an activate,
+/// and activate_cycles from an activate to a read or write. A precharge may come in these clocks. Without
+/// precharge_cycles the bus port alone counts them.
+///
 /// What takes no clock needs no command: without precharge_cycles an activate closes the page before, and without
 /// activate_cycles a read or write opens its page itself.
 ///

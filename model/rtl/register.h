@@ -61,7 +61,7 @@ struct TakesWidth<Value, std::void_t<decltype(sc_trace(static_cast<sc_core::sc_t
                                                        std::declval<const Value&>(), std::string(), 1))>>
     : std::true_type {};
 
-/// Such a part has a reset() of its own if it keeps something in reset.
+/// A part that keeps something in reset has a reset() of its own.
 template <typename Value, typename = void>
 struct ResetsItself : std::false_type {};
 template <typename Value>

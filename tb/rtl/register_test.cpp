@@ -1,7 +1,14 @@
 #include "rtl/register.h"
 
 #include <catch2/catch.hpp>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <string>
+#include <systemc>
 #include <vector>
+
+#include "support/scratch_directory.h"
 
 namespace metabuffer::test {
 namespace {
@@ -34,6 +41,50 @@ TEST_CASE("register: a reset of the set leaves in each register what power-up le
     CHECK(count == 7);
     CHECK_FALSE(flag);
     CHECK(line.holds(0));
+}
+
+/// A part of a block with three registers, one of which may be negative, and a count that a reset leaves.
+struct Part {
+    int level = 3;
+    bool full = false;
+    int offset = -1;
+    int counted = 0;
+    void reset() { *this = Part{3, false, -1, counted}; }
+    template <typename See>
+    void visit_state(const See& see) const {
+        see("level", level, 9);
+        see("full", full, 1);
+        see("offset", offset, 7, -7);
+    }
+};
+
+TEST_CASE(
+    "register: the state of a part is in the waveform, each with its width, and its reset is the part's "
+    "own") {
+    const ScratchDirectory scratch;
+    RegisterSet set;
+    Register<Part> part(set, "part", 1, Part{});
+    Register<Part> unnamed(set, "");
+    part->level = 5;
+    part->counted = 4;
+    set.reset();
+    CHECK(part->level == 3);
+    CHECK(part->counted == 4);
+    part->level = 9;
+    part->full = true;
+    part->offset = -7;
+    sc_core::sc_trace_file* const file = sc_core::sc_create_vcd_trace_file((scratch / "part").c_str());
+    set.trace(file, "block.");
+    sc_core::sc_start(1, sc_core::SC_NS);
+    sc_core::sc_close_vcd_trace_file(file);
+    std::ifstream in(scratch / "part.vcd");
+    const std::string dump(std::istreambuf_iterator<char>(in), {});
+    CHECK(std::regex_search(dump, std::regex(R"(\$var wire +4 +\S+ +part_level \[3:0\])")));
+    CHECK(std::regex_search(dump, std::regex(R"(\$var wire +1 +\S+ +part_full )")));
+    CHECK(std::regex_search(dump, std::regex(R"(\$var wire +4 +\S+ +part_offset \[3:0\])")));
+    CHECK(std::regex_search(dump, std::regex(R"(\$var wire +4 +\S+ +level \[3:0\])")));
+    CHECK(dump.find("b1001 ") != std::string::npos);  // 9, and -7 in four bits
+    CHECK(dump.find("bx") == std::string::npos);
 }
 
 TEST_CASE("register: what comes into a line leaves it as many edges later as it has stages") {
