@@ -238,7 +238,7 @@ void MemoryMonitor::check_open(const rtl::MemoryCommand& command, std::int64_t e
         violate("memory/timing", "command", edge,
                 text_of(command) + " " + std::to_string(edge - bank.activated_at) +
                     " clocks after its page's activate");
-    } else if (bank.activated_at == kNone && bank.closed_at != kNone &&
+    } else if (opens_itself && bank.activated_at == kNone && bank.closed_at != kNone &&
                edge < bank.closed_at + config_.precharge_cycles) {
         violate("memory/timing", "command", edge,
                 text_of(command) + " " + std::to_string(edge - bank.closed_at) +

@@ -32,8 +32,8 @@ namespace metabuffer::rtl {
 /// - refresh closes every bank's page too, and the memory is busy for refresh_cycles, the command's clock included.
 ///
 /// With precharge_cycles each bank counts the clocks that it needs: precharge_cycles from a precharge to an activate,
-/// and activate_cycles from an activate to a read or write. A precharge may come in these clocks. Without
-/// precharge_cycles the bus port alone counts them.
+/// and activate_cycles from an activate to a read or write. If an activate takes no clock, a read or write waits for
+/// the precharge. A precharge may come in these clocks. Without precharge_cycles the bus port alone counts them.
 ///
 /// What takes no clock needs no command: without precharge_cycles an activate closes the page before, and without
 /// activate_cycles a read or write opens its page itself.

@@ -21,8 +21,8 @@ constexpr int bits_for(std::int64_t maximum) {
     return bits;
 }
 
-/// Adds a number, a flag or an enumeration to a waveform, `width_bits` wide. is_signed: it may be negative. A number of
-/// another kind that is negative, or too large, shows as x.
+/// Adds a number, a flag or an enumeration to a waveform, `width_bits` wide. is_signed: it may be negative. A
+/// number that does not fit, or is negative without that, shows as x.
 template <typename Value>
 void trace_number(sc_core::sc_trace_file* file, const Value& value, const std::string& name, int width_bits,
                   bool is_signed = false) {
@@ -53,6 +53,12 @@ template <typename Value>
 struct HasState<Value, std::void_t<decltype(std::declval<const Value&>().visit_state(StateVisitor{}))>>
     : std::true_type {};
 
+/// A part that keeps something in reset has a reset() of its own.
+template <typename Value, typename = void>
+struct ResetsItself : std::false_type {};
+template <typename Value>
+struct ResetsItself<Value, std::void_t<decltype(std::declval<Value&>().reset())>> : std::true_type {};
+
 /// A structure whose sc_trace() takes what it must know of its place: bits of an address, lanes of a beat.
 template <typename Value, typename = void>
 struct TakesWidth : std::false_type {};
@@ -60,12 +66,6 @@ template <typename Value>
 struct TakesWidth<Value, std::void_t<decltype(sc_trace(static_cast<sc_core::sc_trace_file*>(nullptr),
                                                        std::declval<const Value&>(), std::string(), 1))>>
     : std::true_type {};
-
-/// A part that keeps something in reset has a reset() of its own.
-template <typename Value, typename = void>
-struct ResetsItself : std::false_type {};
-template <typename Value>
-struct ResetsItself<Value, std::void_t<decltype(std::declval<Value&>().reset())>> : std::true_type {};
 
 /// Adds a part's registers to a waveform, as PREFIX and their names.
 struct StateTracer {
@@ -123,9 +123,9 @@ template <typename Value>
 class Register final : public AnyRegister {
   public:
     /// width_bits: of a number or an enumeration; a flag has 1, and a structure traces its members itself, with this
-    /// width if its sc_trace() takes one. A number has
-    /// no sign in the waveform, unless its reset value is negative. What has visit_state() gives its own widths; its
-    /// names follow this one after an underscore.
+    /// width if its sc_trace() takes one. A number has no sign in the waveform, unless its reset value is negative.
+    /// What has visit_state() gives its own widths. Its names follow this one after an underscore, if this one is not
+    /// empty.
     Register(RegisterSet& set, std::string name, int width_bits = 1, Value reset_value = Value{})
         : AnyRegister(set),
           name_(std::move(name)),

@@ -26,8 +26,8 @@ namespace {
 constexpr const char* kStem = "waveform";
 constexpr std::string_view kAllWritten = "all written";
 
-/// The text as a comment in a value change dump; the word $end ends such a comment. line_by_line: each line as a comment
-/// of its own, since GTKWave's format keeps a comment's first line only.
+/// The text as a comment in a value change dump; the word $end ends such a comment. line_by_line: each line as a
+/// comment of its own, since GTKWave's format keeps a comment's first line only.
 std::string as_comment(std::string text, bool line_by_line) {
     std::replace(text.begin(), text.end(), '$', '?');
     if (!line_by_line) return "$comment\n" + text + "$end\n";

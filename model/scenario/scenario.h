@@ -207,7 +207,7 @@ struct MemoryConfig {
     std::optional<int> given_activate_cycles;
 
     constexpr int activate_cycles() const { return page_miss_cycles - precharge_cycles; }
-    /// Banks are timed: they take no command sooner after the one before than a real memory does. Without
+    /// Banks count the clocks from a precharge to an activate, and from an activate to a read or write. Without
     /// precharge_cycles a page miss is only a delay, and a page counts as open from its activate on.
     constexpr bool times_banks() const { return precharge_cycles > 0; }
     constexpr bool refreshes() const { return refresh_cycles > 0; }

@@ -40,8 +40,8 @@ void FrameMemory::wait_for_page(MemoryAccess& access, std::int64_t open_page) co
     access.wait_cycles = access.broken_cycles + access.refresh_cycles + opening;
 }
 
-/// The state of its bank if the last opening ends before this clock. In a memory that times its banks such a bank is
-/// neither closed nor open; in another one a page counts as open from its activate on.
+/// The state of its bank if the last opening is broken off before this clock. A refresh under way has closed it. Else
+/// it is neither closed nor open in a memory that times its banks; in another one the page counts as open.
 FrameMemory::Bank FrameMemory::broken_off(std::int64_t cycle) const {
     const std::int64_t clocks = cycle - opening_.cycle;
     const std::int64_t refreshes = refreshes_by(cycle - 1);

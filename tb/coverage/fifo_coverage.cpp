@@ -20,8 +20,8 @@ void FifoCoverage::clock(rtl::FifoWires& wires) {
     if (read.enable) {
         goals_.read.hit();
         goals_.read_of_written.hit_if((read.address + addresses_ - write.address) % addresses_ < write.count);
-        goals_.read_again.hit_if(has_read_ && read.address < last_read_ &&
-                                 last_read_ - read.address < capacity_);
+        const std::uint32_t back = (last_read_ + addresses_ - read.address) % addresses_;
+        goals_.read_again.hit_if(has_read_ && back > 0 && back < addresses_ / 2);
         goals_.both.hit_if(write.count > 0 && release.any());
         last_read_ = read.address;
         has_read_ = true;

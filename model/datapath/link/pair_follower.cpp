@@ -29,9 +29,9 @@ void lose_pair(std::uint32_t number, PairEvent& event) {
 }  // namespace
 
 void PairFollower::reset() {
-    in_frame_ = false;
-    colour_begun_ = false;
-    expect_ = Expect::kAnyColour;
+    const auto rejected = rejected_;
+    *this = PairFollower{};
+    rejected_ = rejected;
 }
 
 void PairFollower::begin_frame() {

@@ -25,8 +25,8 @@
 namespace metabuffer {
 namespace {
 
-/// Says what made a waveform: the program, and the scenario with every setting, renderer, viewport and fault. A scenario
-/// that no file can hold has its settings only.
+/// Says what made a waveform: the program, and the scenario with every setting, renderer, viewport and fault. A
+/// scenario that no file can hold has its settings only; a text beyond a megabyte is cut.
 std::string waveform_header(const Scenario& scenario, const std::filesystem::path& waveform) {
     constexpr std::size_t kMostBytes = std::size_t{1} << 20;
     std::string content;
