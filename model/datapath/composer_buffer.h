@@ -5,6 +5,7 @@
 #include <string>
 
 #include "datapath/segment.h"
+#include "formats/control_scanline.h"
 
 namespace metabuffer {
 
@@ -110,20 +111,17 @@ class ComposerBuffer {
     /// tables.
     template <typename See>
     void visit_state(const See& see) const {
-        constexpr std::int64_t kLargestNumber = 0xFFFF'FFFF;
         see("held", held_, capacity_);
         see("write_address", write_address_, addresses_ - 1);
         see("head", head_, kFrames - 1);
         see("frames", frames_, kFrames);
-        see("frames_heard", frames_heard_, kLargestNumber);
-        see("frames_composited", frames_composited_, kLargestNumber);
+        see("frames_heard", frames_heard_, kLargestFrameNumber);
+        see("frames_composited", frames_composited_, kLargestFrameNumber);
         see("table_lost", table_lost_, 1);
         see("receiving_ended_frame", receiving_ended_frame_, 1);
         const auto see_frame = [this, &see](const std::string& name, const Frame& frame) {
-            // A smoothed segment has up to two rows and columns that do not show.
-            const std::int64_t pixels =
-                (raster_width_ + std::int64_t{2}) * (raster_height_ + std::int64_t{2});
-            see((name + "_number").c_str(), frame.number, kLargestNumber);
+            const std::int64_t pixels = most_segment_pixels(raster_width_, raster_height_);
+            see((name + "_number").c_str(), frame.number, kLargestFrameNumber);
             see((name + "_table_complete").c_str(), frame.table_complete, 1);
             see((name + "_has_segment").c_str(), frame.has_segment, 1);
             see((name + "_abandoned").c_str(), frame.abandoned, 1);
@@ -232,10 +230,6 @@ class SegmentWalker {
 
   private:
     static constexpr std::int64_t kLargestSide = 0xFFFF;  ///< of a segment
-    /// Pixels of the largest segment: a smoothed one has up to two rows and columns that do not show.
-    std::int64_t most_pixels() const {
-        return (raster_width_ + std::int64_t{2}) * (raster_height_ + std::int64_t{2});
-    }
     void start_row();
     void start_smoothed_row();
     std::int64_t smoothed_released() const;
@@ -282,7 +276,7 @@ template <typename See>
 void SegmentWalker::visit_state(const See& see) const {
     see("x", x_, raster_width_);
     see("y", y_, raster_height_);
-    see("window_row_pixel", row_first_pixel_, most_pixels());
+    see("window_row_pixel", row_first_pixel_, most_segment_pixels(raster_width_, raster_height_));
     see("window_column", column_, kLargestSide);
     see("window_column_phase", column_phase_, kMaximumMultiple);
     see("window_repetition", row_phase_, kMaximumMultiple);
@@ -306,7 +300,7 @@ void SegmentWalker::visit_smoothing_state(const See& see) const {
     see("source_row", source_row_, kLargestSide);
     see("has_across", has_across_, 1);
     see("across", across_, kLargestSide, -kLargestSide);
-    see("releasing_row", releasing_row_, most_pixels(), -1);
+    see("releasing_row", releasing_row_, most_segment_pixels(raster_width_, raster_height_), -1);
     const auto see_blend = [&see](const std::string& name, const BlendCounter& blend) {
         blend.visit_state(
             [&](const char* part, const int& value, std::int64_t largest, std::int64_t smallest = 0) {

@@ -8,6 +8,11 @@
 
 namespace metabuffer {
 
+/// Pixels of the largest segment on a raster: a smoothed one has up to two rows and columns that do not show.
+constexpr std::int64_t most_segment_pixels(int raster_width_pixels, int raster_height_pixels) {
+    return (raster_width_pixels + std::int64_t{2}) * (raster_height_pixels + std::int64_t{2});
+}
+
 /// Index arithmetic of one composer's segment on its display's raster (section 5.2 of the paper). Pixel k of the
 /// segment, counted in its raster order, is needed from its first use to its last. That is one raster position with
 /// dmultiple = 1, otherwise a block that is read row after row from the moving window. Positions on the raster are

@@ -31,6 +31,7 @@ struct DecodedScanline {
 };
 
 constexpr std::uint8_t kControlScanlineVersion = 1;
+constexpr std::int64_t kLargestFrameNumber = 0xFFFF'FFFF;  ///< after it comes 0
 constexpr int kControlHeaderBytes = 16;
 constexpr int kControlRowBytes = 16;
 constexpr int kControlPayloadLengthBytes = 2;

@@ -216,8 +216,16 @@ void MemoryMonitor::check_activate(const rtl::MemoryCommand& command, std::int64
     } else if (config_.precharge_cycles > 0 && bank.page != kNone) {
         violate("memory/activate", "command", edge,
                 text_of(command) + " while page " + std::to_string(bank.page) + " is open");
-    } else if (bank.closed_at != kNone && edge < bank.closed_at + config_.precharge_cycles) {
-        violate("memory/activate", "command", edge,
+    } else {
+        check_closed("memory/activate", command, edge);
+    }
+}
+
+/// The bank is not closing any more.
+void MemoryMonitor::check_closed(const char* rule, const rtl::MemoryCommand& command, std::int64_t edge) {
+    const Bank& bank = bank_of(command);
+    if (bank.closed_at != kNone && edge < bank.closed_at + config_.precharge_cycles) {
+        violate(rule, "command", edge,
                 text_of(command) + " " + std::to_string(edge - bank.closed_at) +
                     " clocks after the bank's precharge");
     }
@@ -233,16 +241,14 @@ void MemoryMonitor::check_open(const rtl::MemoryCommand& command, std::int64_t e
                                         ? " of a bank with no page open"
                                         : " while page " + std::to_string(bank.page) + " is open"));
     }
-    if (!config_.times_banks()) return;
-    if (bank.activated_at != kNone && edge < bank.activated_at + config_.activate_cycles()) {
+    if (config_.times_banks() && bank.activated_at != kNone &&
+        edge < bank.activated_at + config_.activate_cycles()) {
         violate("memory/timing", "command", edge,
                 text_of(command) + " " + std::to_string(edge - bank.activated_at) +
                     " clocks after its page's activate");
-    } else if (opens_itself && bank.activated_at == kNone && bank.closed_at != kNone &&
-               edge < bank.closed_at + config_.precharge_cycles) {
-        violate("memory/timing", "command", edge,
-                text_of(command) + " " + std::to_string(edge - bank.closed_at) +
-                    " clocks after the bank's precharge");
+    }
+    if (opens_itself) {
+        check_closed("memory/timing", command, edge);
     }
 }
 

@@ -73,6 +73,7 @@ class MemoryMonitor final : public sc_core::sc_module {
     void check_refresh(const rtl::MemoryCommand& command, std::int64_t edge);
     void check_activate(const rtl::MemoryCommand& command, std::int64_t edge);
     void check_open(const rtl::MemoryCommand& command, std::int64_t edge);
+    void check_closed(const char* rule, const rtl::MemoryCommand& command, std::int64_t edge);
     void check_write(const rtl::MemoryCommand& command, std::int64_t edge);
     void await_word(const rtl::MemoryWrite& write);
     void close_all(std::int64_t edge);

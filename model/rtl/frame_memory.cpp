@@ -93,7 +93,9 @@ void FrameMemory::core_edge() {
         if (config_.refreshes()) {
             watch_refresh(command);
         }
-        pass_clock();
+        if (config_.times_banks()) {
+            pass_clock();
+        }
         obey(command);
         if (!reads_.empty()) {
             latency_edge(command);

@@ -80,7 +80,6 @@ void LinkPort::take_event(const DecoderEvent& event) {
         records_.dropped(taken.dropped_pairs);
     }
     if (taken.pair_accepted) {
-        back_number_ = event.number;
         records_.accepted(event.number);
     }
 }
@@ -93,7 +92,7 @@ void LinkPort::answer(bool fresh) {
     if (fresh) {
         front_ = !front_;
         front_o.write(front_);
-        front_source_.pair = static_cast<int>(back_number_.value());
+        front_source_.pair = static_cast<int>(banks_->back_number());
         front_source_.last_pixel_picoseconds = last_pixel_picoseconds_;
     }
 }

@@ -66,7 +66,6 @@ class LinkPort final : public Block {
     Register<bool> fresh_{registers_, "fresh"};
     Register<bool> front_{registers_, "front"};
     Register<MemoryWrite> write_;
-    Register<std::uint32_t> back_number_{registers_, "back_number", 32};
     Register<BankKeeper> banks_;
 
     // What a report says of the run.

@@ -5,6 +5,7 @@
 
 #include "datapath/link/pacing.h"
 #include "datapath/link/pair_event.h"
+#include "formats/control_scanline.h"
 
 namespace metabuffer {
 
@@ -45,6 +46,8 @@ class BankKeeper {
 
     /// The back bank is free for another pair, or is being filled.
     bool wants_pair() const { return back_ != Back::kWhole; }
+    /// Of the last whole pair that the back bank has held.
+    std::uint32_t back_number() const { return back_number_; }
     /// The first edge after `edge` at which a question could be answered although no event comes; none while there is
     /// no question or no timer runs.
     std::optional<std::int64_t> next_timer(std::int64_t edge) const;
@@ -54,15 +57,14 @@ class BankKeeper {
     /// Calls see(name, value, largest value) for each register but the timers, which are kept as edges.
     template <typename See>
     void visit_state(const See& see) const {
-        constexpr std::int64_t kLargestNumber = 0xFFFF'FFFF;
         see("back", back_, 2);
-        see("back_number", back_number_, kLargestNumber);
+        see("back_number", back_number_, kLargestFrameNumber);
         see("front_valid", front_valid_, 1);
         see("superseded", superseded_, 1);
         see("pair_lost", pair_lost_, 1);
-        see("lost_pair", lost_pair_, kLargestNumber);
+        see("lost_pair", lost_pair_, kLargestFrameNumber);
         see("asked", asked_, 1);
-        see("wanted_pair", wanted_pair_, kLargestNumber);
+        see("wanted_pair", wanted_pair_, kLargestFrameNumber);
     }
 
   private:

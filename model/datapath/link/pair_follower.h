@@ -51,7 +51,7 @@ class PairFollower {
         see("colour_begun", colour_begun_, 1);
         see("kind", kind_, 1);
         see("expect", expect_, 2);
-        see("number", number_, 0xFFFF'FFFF);
+        see("number", number_, kLargestFrameNumber);
     }
 
   private:

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include "build_info/build_info.h"
@@ -30,14 +29,9 @@ namespace {
 std::string waveform_header(const Scenario& scenario, const std::filesystem::path& waveform) {
     constexpr std::size_t kMostBytes = std::size_t{1} << 20;
     std::string content;
-    std::error_code no_folder;  // as in a working directory that is deleted
-    const std::filesystem::path file = std::filesystem::absolute(waveform, no_folder);
     try {
-        if (!no_folder) content = effective_scenario(scenario, file.parent_path());
-    } catch (const InputError&) {  // a path that no scenario file can hold
-    } catch (const std::filesystem::filesystem_error&) {
-    }
-    if (content.empty()) {
+        content = effective_scenario(scenario, std::filesystem::absolute(waveform).parent_path());
+    } catch (const InputError&) {
         for (const auto& [key, value] : scenario_settings(scenario)) {
             content += key;
             content += ": ";
