@@ -142,6 +142,8 @@ struct PortBench {
         }
         core.drive(grant_valid, clock, row >= 0);
     }
+    /// The memory's command, clocks from the first grant on.
+    Command kind_at(int clock) const { return commands.at(kSend + clock).kind; }
     std::vector<int> clocks_of(Command kind, int last) const {
         std::vector<int> clocks;
         for (int clock = 0; clock <= last; ++clock) {
@@ -212,42 +214,47 @@ TEST_CASE("bus port: a bank with a page open is precharged, then activated, then
     dut.give(PortBench::kSend, 0);      // page 0, in bank 0, a burst of 4 beats
     dut.give(PortBench::kSend + 1, 1);  // page 2, in bank 0 as well
     bench.run_through(PortBench::kSend + 16);
-    const auto kind_at = [&](int clock) { return dut.commands.at(PortBench::kSend + clock).kind; };
-    CHECK(kind_at(0) == Command::kActivate);  // the bank was closed
-    CHECK(kind_at(1) == Command::kNone);
-    CHECK(kind_at(2) == Command::kNone);
-    for (int clock = 3; clock < 7; ++clock) CHECK(kind_at(clock) == Command::kRead);
-    CHECK(kind_at(7) == Command::kPrecharge);
-    CHECK(kind_at(8) == Command::kNone);
-    CHECK(kind_at(9) == Command::kActivate);
+    CHECK(dut.kind_at(0) == Command::kActivate);  // the bank was closed
+    CHECK(dut.kind_at(1) == Command::kNone);
+    CHECK(dut.kind_at(2) == Command::kNone);
+    for (int clock = 3; clock < 7; ++clock) CHECK(dut.kind_at(clock) == Command::kRead);
+    CHECK(dut.kind_at(7) == Command::kPrecharge);
+    CHECK(dut.kind_at(8) == Command::kNone);
+    CHECK(dut.kind_at(9) == Command::kActivate);
     CHECK(dut.commands.at(PortBench::kSend + 9).row == 2);
     CHECK(dut.commands.at(PortBench::kSend + 9).bank == 0);
-    CHECK(kind_at(10) == Command::kNone);
-    CHECK(kind_at(11) == Command::kNone);
-    CHECK(kind_at(12) == Command::kRead);
+    CHECK(dut.kind_at(10) == Command::kNone);
+    CHECK(dut.kind_at(11) == Command::kNone);
+    CHECK(dut.kind_at(12) == Command::kRead);
     CHECK(dut.counters.page_misses == 2);
     CHECK(dut.counters.page_miss_cycles == 3 + 5);
 }
 
+/// BUSREADY stops a burst at a clock from the first grant on. Row 1's fourth burst goes from page 2 to page 3 after its
+/// first beat; row 0, which has the grant then, lies in page 3.
+struct StoppedPortBench : PortBench {
+    StoppedPortBench(ClockedTestbench& bench, int precharge, int stopped_at)
+        : PortBench(bench, Arbitration::kRoundRobin, 5, 128, 1, precharge) {
+        begin({table_row(1, {0, 6}, {kWidth, 1}, {0, 0}), table_row(2, {2, 4}, {13, 3}, {0, 0})});
+        give(kSend, 1);
+        core.drive(busready[1], kSend + stopped_at, false);
+        give(kSend + stopped_at, 0);
+    }
+};
+
 TEST_CASE("bus port: a page whose opening was broken off in its precharge is not open for the next burst") {
     ClockedTestbench bench;
-    PortBench dut(bench, Arbitration::kRoundRobin, 5, 128, 1, 2);
-    // Row 1's fourth burst goes from page 2 to page 3 after its first beat; row 0 lies in page 3.
-    dut.begin({table_row(1, {0, 6}, {kWidth, 1}, {0, 0}), table_row(2, {2, 4}, {13, 3}, {0, 0})});
-    dut.give(PortBench::kSend, 1);
-    dut.core.drive(dut.busready[1], PortBench::kSend + 17, false);
-    dut.give(PortBench::kSend + 17, 0);
+    StoppedPortBench dut(bench, 2, 17);
     bench.run_through(PortBench::kSend + 26);
-    const auto kind_at = [&](int clock) { return dut.commands.at(PortBench::kSend + clock).kind; };
-    CHECK(kind_at(15) == Command::kRead);
+    CHECK(dut.kind_at(15) == Command::kRead);
     CHECK(dut.columns_at(PortBench::kSend + 15) == Columns{29, 30});
-    CHECK(kind_at(16) == Command::kPrecharge);
+    CHECK(dut.kind_at(16) == Command::kPrecharge);
     CHECK(dut.takes.at(PortBench::kSend + 17));  // BUSREADY is low: the burst is over, the grant taken
-    CHECK(kind_at(17) == Command::kPrecharge);
-    CHECK(kind_at(18) == Command::kNone);
-    CHECK(kind_at(19) == Command::kActivate);
+    CHECK(dut.kind_at(17) == Command::kPrecharge);
+    CHECK(dut.kind_at(18) == Command::kNone);
+    CHECK(dut.kind_at(19) == Command::kActivate);
     CHECK(dut.commands.at(PortBench::kSend + 19).row == 3);
-    CHECK(kind_at(22) == Command::kRead);
+    CHECK(dut.kind_at(22) == Command::kRead);
     CHECK(dut.columns_at(PortBench::kSend + 22) == Columns{0, 1});
 }
 
@@ -255,37 +262,26 @@ TEST_CASE(
     "bus port: a page whose opening was broken off in its activation must be opened anew, if banks are "
     "timed") {
     ClockedTestbench bench;
-    PortBench dut(bench, Arbitration::kRoundRobin, 5, 128, 1, 2);
-    dut.begin({table_row(1, {0, 6}, {kWidth, 1}, {0, 0}), table_row(2, {2, 4}, {13, 3}, {0, 0})});
-    dut.give(PortBench::kSend, 1);
-    // BUSREADY answers for row 1's last beat in page 2 while page 3 is being activated.
-    dut.core.drive(dut.busready[1], PortBench::kSend + 20, false);
-    dut.give(PortBench::kSend + 20, 0);
+    StoppedPortBench dut(bench, 2, 20);
     bench.run_through(PortBench::kSend + 30);
-    const auto kind_at = [&](int clock) { return dut.commands.at(PortBench::kSend + clock).kind; };
-    CHECK(kind_at(16) == Command::kPrecharge);
-    CHECK(kind_at(18) == Command::kActivate);
+    CHECK(dut.kind_at(16) == Command::kPrecharge);
+    CHECK(dut.kind_at(18) == Command::kActivate);
     CHECK(dut.takes.at(PortBench::kSend + 20));
-    CHECK(kind_at(20) == Command::kPrecharge);
-    CHECK(kind_at(22) == Command::kActivate);
+    CHECK(dut.kind_at(20) == Command::kPrecharge);
+    CHECK(dut.kind_at(22) == Command::kActivate);
     CHECK(dut.commands.at(PortBench::kSend + 22).row == 3);
-    CHECK(kind_at(24) == Command::kNone);
-    CHECK(kind_at(25) == Command::kRead);
+    CHECK(dut.kind_at(24) == Command::kNone);
+    CHECK(dut.kind_at(25) == Command::kRead);
     CHECK(dut.columns_at(PortBench::kSend + 25) == Columns{0, 1});
 }
 
 TEST_CASE("bus port: without precharge_cycles a page whose opening was broken off counts as open") {
     ClockedTestbench bench;
-    PortBench dut(bench, Arbitration::kRoundRobin, 5, 128, 1, 0);
-    dut.begin({table_row(1, {0, 6}, {kWidth, 1}, {0, 0}), table_row(2, {2, 4}, {13, 3}, {0, 0})});
-    dut.give(PortBench::kSend, 1);
-    dut.core.drive(dut.busready[1], PortBench::kSend + 20, false);
-    dut.give(PortBench::kSend + 20, 0);
+    StoppedPortBench dut(bench, 0, 20);
     bench.run_through(PortBench::kSend + 30);
-    const auto kind_at = [&](int clock) { return dut.commands.at(PortBench::kSend + clock).kind; };
-    CHECK(kind_at(18) == Command::kActivate);
+    CHECK(dut.kind_at(18) == Command::kActivate);
     CHECK(dut.takes.at(PortBench::kSend + 20));
-    CHECK(kind_at(20) == Command::kRead);
+    CHECK(dut.kind_at(20) == Command::kRead);
     CHECK(dut.columns_at(PortBench::kSend + 20) == Columns{0, 1});
 }
 

@@ -49,6 +49,14 @@ Scenario short_run() {
     return with_renderer(small_scenario(16, 8), renderer_of({PixelImage(16, 8)}, {segment_row({8, 4})}));
 }
 
+/// From now on TMPDIR is this folder.
+std::filesystem::path own_temporary_folder(const ScratchDirectory& scratch) {
+    std::filesystem::path folder = scratch / "temporary";
+    std::filesystem::create_directory(folder);
+    setenv("TMPDIR", folder.c_str(), 1);
+    return folder;
+}
+
 /// A waveform of these clocks.
 rtl::TraceRequest waveform_of(const ScratchDirectory& scratch, std::int64_t first, std::int64_t last) {
     TraceWindow window;
@@ -237,7 +245,7 @@ TEST_CASE("trace window: a run without a waveform says nothing of one", "[system
     options.trace = waveform_of(scratch, 0, 10);
     options.trace->window.kind = Kind::kStartFrame;
     options.trace->find_window = tlm::find_window;
-    options.trace.reset();
+    options.trace.reset();  // what it asked for before counts no more
     const rtl::RunResult result = rtl::run(short_run(), options);
     CHECK_FALSE(result.traced);
     CHECK(result.trace_note.empty());
@@ -260,9 +268,7 @@ TEST_CASE("trace window: a window of one clock shows that clock", "[system]") {
 
 TEST_CASE("trace window: once the waveform's first clock has run, nothing of it lies in TMPDIR", "[system]") {
     const ScratchDirectory scratch;
-    const std::filesystem::path temporary = scratch / "temporary";
-    std::filesystem::create_directory(temporary);
-    setenv("TMPDIR", temporary.c_str(), 1);
+    const std::filesystem::path temporary = own_temporary_folder(scratch);
     int frames_shown = 0;
     rtl::RunOptions options;
     // It ends before the run looks at it from outside for the first time after that clock.
@@ -281,9 +287,7 @@ TEST_CASE("trace window: once the waveform's first clock has run, nothing of it 
 /// In the window's second clock nothing of its waveform lies in TMPDIR any more.
 void check_second_clock(std::int64_t last) {
     const ScratchDirectory scratch;
-    const std::filesystem::path temporary = scratch / "temporary";
-    std::filesystem::create_directory(temporary);
-    setenv("TMPDIR", temporary.c_str(), 1);
+    const std::filesystem::path temporary = own_temporary_folder(scratch);
     rtl::RunOptions options;
     options.trace = waveform_of(scratch, 100, last);
     int seen = 0;
@@ -309,9 +313,7 @@ TEST_CASE("trace window: in the second clock of a window of two nothing of it li
 TEST_CASE("trace window: a pipe that is gone before the waveform begins is an error of one line",
           "[system]") {
     const ScratchDirectory scratch;
-    const std::filesystem::path temporary = scratch / "temporary";
-    std::filesystem::create_directory(temporary);
-    setenv("TMPDIR", temporary.c_str(), 1);
+    const std::filesystem::path temporary = own_temporary_folder(scratch);
     rtl::RunOptions options;
     options.trace = waveform_of(scratch, 100, 200);
     const auto run = [&] {
