@@ -19,6 +19,11 @@ constexpr int buffer_addresses(int capacity_pixels) {
     return addresses;
 }
 
+/// The address of a segment's pixel k, given that of its pixel 0; after the last address comes the first.
+constexpr int buffer_address(std::int64_t base_address, std::int64_t k, int addresses) {
+    return static_cast<int>((base_address + k) & (std::int64_t{addresses} - 1));
+}
+
 /// Where a composer's pixels are in its local memory (section 5.2 of the paper): a queue of the segment's pixels with a
 /// moving window, since a replicated source row is read again until its last repetition. It keeps up to two frames
 /// apart: the one that is being composited, or is next, and the one after it, which the bus may already carry. A frame
@@ -89,12 +94,14 @@ class ComposerBuffer {
     bool segment_complete() const { return !has_segment() || head().abandoned || head().whole(); }
     /// Pixels of the oldest frame, or of its table, were lost on the bus.
     bool abandoned() const { return missed() || (frames_ > 0 && head().abandoned); }
+    /// How many pixels of it have arrived.
+    std::int64_t arrived_pixels() const { return head().arrived; }
     bool has_arrived(std::int64_t k) const { return k < head().arrived; }
+    /// The storage address of its pixel 0.
+    std::int64_t base_address() const { return head().base_address; }
     /// The storage address of pixel k, for has_arrived(k) pixels that are not released, of a frame that is not
     /// abandoned.
-    int address_of(std::int64_t k) const {
-        return static_cast<int>((head().base_address + k) & (std::int64_t{addresses_} - 1));
-    }
+    int address_of(std::int64_t k) const { return buffer_address(base_address(), k, addresses_); }
     /// The oldest frame is being composited: its pixels that are not needed at all before the first are released.
     void start_frame();
     /// Pixel k has been used for the last time: it and all before it are released.
@@ -211,6 +218,10 @@ class SegmentWalker {
     // ---- of a smoothed segment, only where covered() ----
 
     bool smooths() const { return reach_ > 0; }
+    /// The neighbour in the source row: -1 before, 1 after, 0 none.
+    int beside() const { return has_beside() ? column_blend_.side() : 0; }
+    /// From a pixel of this source row to that of the other one; 0: none.
+    std::int64_t across() const { return has_across_ ? across_ : 0; }
     int weight_x() const { return has_beside() ? column_blend_.weight() : 0; }
     int weight_y() const { return has_across_ ? row_blend_.weight() : 0; }
     /// As Segment::window_at and newest_at.

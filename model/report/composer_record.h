@@ -37,9 +37,14 @@ class ComposerRecord {
     /// Called for each starved raster pixel (`glitch` mode).
     void on_glitch(std::function<void(const Glitch&)> callback) { on_glitch_ = std::move(callback); }
 
-  protected:
-    ~ComposerRecord() = default;
+    // What the composer's parts report.
 
+    ComposerCounters& mutable_counters() { return counters_; }
+    void frame_started(std::int64_t cycle) { frame_spans_.push_back({cycle, kNever, kNever}); }
+    void first_pixel_composited(std::int64_t cycle) { frame_spans_.back().start_cycle = cycle; }
+    void last_pixel_composited(std::int64_t cycle) { frame_spans_.back().end_cycle = cycle; }
+    /// Number of the frame that has started last; -1: none yet.
+    int frame() const { return static_cast<int>(frame_spans_.size()) - 1; }
     void count_busready_drop(std::int64_t cycle) {
         ++counters_.busready_drops;
         note_first(first_busready_drop_cycle_, cycle);
@@ -53,6 +58,9 @@ class ComposerRecord {
             on_glitch_(glitch);
         }
     }
+
+  protected:
+    ~ComposerRecord() = default;
 
     ComposerCounters counters_;
     std::vector<FrameSpan> frame_spans_;

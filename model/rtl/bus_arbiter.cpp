@@ -29,6 +29,7 @@ BusArbiter::BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus
 }
 
 void BusArbiter::end_of_elaboration() {
+    gate_.attach(clk_i);
     const auto wake_by = [this](const auto& port) { wake_events_ |= port.value_changed_event(); };
     wake_by(reset_i);
     wake_by(start_i);
@@ -52,7 +53,9 @@ void BusArbiter::process() {
 }
 
 bool BusArbiter::clock_edge() {
-    const bool idle = !reset_i.read() && !start_i.read() && !take_i.read() && build_wait_ == 0;
+    // Taking an answer that grants nothing changes nothing.
+    const bool takes = take_i.read() && (bus_.grant_cycles > 0 || grant_.kind != BusGrant::Kind::kPoll);
+    const bool idle = !takes && !reset_i.read() && !start_i.read() && build_wait_ == 0;
     if (gate_.idle_edge(idle)) {
         next_trigger(wake_events_);
     }

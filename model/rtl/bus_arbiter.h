@@ -52,6 +52,7 @@ class BusArbiter final : public Block {
     SC_HAS_PROCESS(BusArbiter);
 
     void trace(sc_core::sc_trace_file* file) const override;
+    bool sleeps() const override { return gate_.asleep(); }
 
   private:
     void end_of_elaboration() override;

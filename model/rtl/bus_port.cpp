@@ -106,47 +106,63 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
 }
 
 void BusPort::end_of_elaboration() {
+    gate_.attach(clk_i);
     wake_events_ |= reset_i.value_changed_event();
     wake_events_ |= answer_i.value_changed_event();
+    wake_events_ |= grant_valid_i.value_changed_event();
+    wake_events_ |= lost_i.value_changed_event();
+    for (const auto& busready : busready_i) {
+        wake_events_ |= busready.value_changed_event();
+    }
 }
 
 void BusPort::process() {
-    if (gate_.opened()) {
-        return;
-    }
-    if (!clk_i.posedge()) {
+    if (gate_.opened() || !clk_i.posedge()) {
         ready_changed_ = true;
         drive_requests();
         return;
     }
-    count_slept_cycles();
+    if (slept_) {
+        bus_.*(slept_->counter) += slept_cycles() - 1;  // this one counts itself
+        slept_.reset();
+    }
     clock_edge();
     drive_requests();
-    if (gate_.idle_edge(nothing_comes())) {
-        slept_after_cycle_ = clock_edge_number(core_period_picoseconds_);
+    const bool waits = waits_for_pair();
+    if (gate_.idle_edge(waits || polls())) {
+        slept_ = {clock_edge_number(core_period_picoseconds_),
+                  waits ? &BusCounters::idle_cycles : &BusCounters::poll_cycles};
         next_trigger(wake_events_);
     }
 }
 
-/// True if each clock is like the one before until the link's side answers or reset rises.
-bool BusPort::nothing_comes() const {
-    return !scenario_.memory.refreshes() && writes_ == nullptr &&
-           (state_ == State::kWait || state_ == State::kDone) && !asked_ && !reset_i.read() &&
-           leaving_.holds(BusBeat{}) && uncounted_cycles_ == 0 && table_uncounted_cycles_ == 0 &&
+/// No beat is on its way, and nothing is counted down.
+bool BusPort::rests() const {
+    return !scenario_.memory.refreshes() && writes_ == nullptr && !reset_i.read() && !bus_driven_ &&
+           sent_.kind == BusBeat::Kind::kNone && leaving_.holds(BusBeat{}) && uncounted_cycles_ == 0 &&
+           table_uncounted_cycles_ == 0;
+}
+
+/// Each clock is like the one before until the link's side answers or reset rises.
+bool BusPort::waits_for_pair() const {
+    return (state_ == State::kWait || state_ == State::kDone) && !asked_ && rests() &&
            answer_.settled(answer_i.read()) && answer_i.read() == answer_seen_;
 }
 
-std::int64_t BusPort::uncounted_idle_cycles() const {
-    if (!slept_after_cycle_.has_value()) return 0;
-    return clock_edge_number(core_period_picoseconds_) - *slept_after_cycle_;
+/// The same until a composer takes a slot: the arbiter grants nothing.
+bool BusPort::polls() const {
+    return state_ == State::kSend && plan_.arbitrate && plan_.row == kNoRow && !bursting_ &&
+           beat_wait_ == 0 && lost_wait_ == 0 && scenario_.bus.grant_cycles == 0 && !search_i.read() &&
+           !lost_i.read() && !ready_changed_ && announced_before_ == announced_ &&
+           announced_line_.holds(announced_) && rests() && answer_.settled(answer_i.read());
 }
 
-/// Called at the first clock after the sleep, which counts itself.
-void BusPort::count_slept_cycles() {
-    if (slept_after_cycle_.has_value()) {
-        bus_.idle_cycles += uncounted_idle_cycles() - 1;
-        slept_after_cycle_.reset();
-    }
+std::int64_t BusPort::slept_cycles() const {
+    return clock_edge_number(core_period_picoseconds_) - slept_->after_cycle;
+}
+
+void BusPort::count_slept_cycles(BusCounters& bus) const {
+    if (slept_) bus.*(slept_->counter) += slept_cycles();
 }
 
 void BusPort::reset() {

@@ -90,9 +90,10 @@ class BusPort final : public Block {
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
+    bool sleeps() const override { return gate_.asleep(); }
 
-    /// Idle clocks that have passed without having been counted yet: a port that waits for a pair sleeps.
-    std::int64_t uncounted_idle_cycles() const;
+    /// Adds clocks that have passed without having been counted yet: a port that waits for a pair or a slot sleeps.
+    void count_slept_cycles(BusCounters& bus) const;
 
   private:
     /// Where the next pixel of a table row is in memory.
@@ -166,8 +167,10 @@ class BusPort final : public Block {
     void process();
     void clock_edge();
     void reset();
-    void count_slept_cycles();
-    bool nothing_comes() const;
+    std::int64_t slept_cycles() const;
+    bool rests() const;
+    bool waits_for_pair() const;
+    bool polls() const;
     void ask_for_frame();
     void start_frame(bool fresh);
     void table_clock();
@@ -233,7 +236,11 @@ class BusPort final : public Block {
 
     ClockGate gate_;
     sc_core::sc_event_or_list wake_events_;
-    std::optional<std::int64_t> slept_after_cycle_;  ///< the last clock before the sleep; none while awake
+    struct Sleep {
+        std::int64_t after_cycle = 0;                  ///< the last clock before it
+        std::int64_t BusCounters::*counter = nullptr;  ///< that its clocks belong to
+    };
+    std::optional<Sleep> slept_;  ///< none while awake
 
     RegisterSet registers_;
     Register<State> state_{registers_, "state", 3};

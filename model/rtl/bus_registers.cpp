@@ -21,6 +21,7 @@ BusRegisters::BusRegisters(const sc_core::sc_module_name& name, int stages, std:
 }
 
 void BusRegisters::end_of_elaboration() {
+    gate_.attach(clk_i);
     wake_events_ |= reset_i.value_changed_event();
     wake_events_ |= bus_i.value_changed_event();
     for (std::size_t composer = 0; composer < busready_i.size(); ++composer) {

@@ -31,6 +31,7 @@ class BusRegisters final : public Block {
     SC_HAS_PROCESS(BusRegisters);
 
     void trace(sc_core::sc_trace_file* file) const override;
+    bool sleeps() const override { return gate_.asleep(); }
 
   private:
     void end_of_elaboration() override;

@@ -6,33 +6,18 @@
 
 namespace metabuffer::rtl {
 
-ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, ClockGating gating,
-                           int window_rows)
+ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, int window_rows)
     : Block(name),
       second_row(window_rows > 1 ? std::make_unique<SecondRowPins>() : nullptr),
       capacity_(static_cast<std::uint32_t>(capacity_pixels)),
       storage_(static_cast<std::size_t>(buffer_addresses(capacity_pixels))),
-      gate_(gating),
       level_(registers_, "level", bits_for(capacity_pixels)) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
 }
 
-void ComposerFifo::end_of_elaboration() {
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= write_i.value_changed_event();
-    wake_events_ |= read_i.value_changed_event();
-    wake_events_ |= release_i.value_changed_event();
-    if (second_row != nullptr) {
-        wake_events_ |= second_row->row_read_i.value_changed_event();
-    }
-}
-
 void ComposerFifo::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
     if (reset_i.read()) {
         registers_.reset();
         word_o.write(0);
@@ -47,23 +32,22 @@ void ComposerFifo::clock_edge() {
     const FifoWrite& write = write_i.read();
     const FifoRead& read = read_i.read();
     const FifoRelease& release = release_i.read();
-    const bool changes_level = write.count > 0 || release.oldest > 0 || release.newest > 0;
+    const bool changes_level = write.count > 0 || release.any();
     if (changes_level) {
         account(write, release);
     }
     if (write.count > 0) {
         store(write);
     }
-    bool reads = read.enable;
     put_out(read, word_o, second_row == nullptr ? nullptr : &second_row->next_word_o);
     if (second_row != nullptr) {
-        const FifoRead& row_read = second_row->row_read_i.read();
-        reads = reads || row_read.enable;
-        put_out(row_read, second_row->row_word_o, &second_row->row_next_word_o);
+        put_out(second_row->row_read_i.read(), second_row->row_word_o, &second_row->row_next_word_o);
     }
-    if (gate_.idle_edge(!changes_level && !reads)) {
-        next_trigger(wake_events_);
-    }
+}
+
+bool ComposerFifo::sleeps() const {
+    return !reset_i.read() && write_i.read().count == 0 && !read_i.read().enable && !release_i.read().any() &&
+           (second_row == nullptr || !second_row->row_read_i.read().enable);
 }
 
 void ComposerFifo::put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,

@@ -43,14 +43,13 @@ class ComposerFifo final : public Block {
     std::unique_ptr<SecondRowPins> second_row;  ///< null with a window of one row
 
     /// capacity_pixels: 1 or more; window_rows: 1 or 2.
-    ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels,
-                 ClockGating gating = ClockGating::kOn, int window_rows = 1);
+    ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, int window_rows = 1);
     SC_HAS_PROCESS(ComposerFifo);
 
     void trace(sc_core::sc_trace_file* file) const override;
+    bool sleeps() const override;
 
   private:
-    void end_of_elaboration() override;
     void clock_edge();
     void store(const FifoWrite& write);
     void put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,
@@ -61,8 +60,6 @@ class ComposerFifo final : public Block {
     std::uint32_t capacity_;
     std::vector<std::uint64_t> storage_;
 
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
     RegisterSet registers_;
     Register<std::uint32_t> level_;
 };

@@ -12,9 +12,10 @@ constexpr unsigned kByteBits = 8;
 
 }  // namespace
 
-DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing)
+DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing, ClockGating gating)
     : Block(name),
       timing_(timing),
+      gate_(gating),
       x_(registers_, "x", bits_for(timing.active_pixels)),
       line_(registers_, "line", bits_for(timing.active_lines)),
       payload_at_(registers_, "payload_at", kPayloadPlaceBits),
@@ -23,6 +24,12 @@ DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& tim
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
+}
+
+void DviDecoder::end_of_elaboration() {
+    gate_.attach(clk_i);
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= link_i.value_changed_event();
 }
 
 void DviDecoder::reset() {
@@ -34,11 +41,15 @@ void DviDecoder::reset() {
 }
 
 void DviDecoder::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
     if (reset_i.read()) {
         reset();
         return;
     }
     const DviLink& link = link_i.read();
+    const bool blanks = !link.de && !previous_de_ && link.vsync == previous_vsync_;
     DecoderEvent event;
     if (next_row_ < table_.size()) {
         event.row = true;
@@ -67,6 +78,9 @@ void DviDecoder::clock_edge() {
         event_o.write(event_);
     }
     event_pending_ = event_now;
+    if (gate_.idle_edge(blanks && !event_now && !pixel_.value().valid && next_row_ >= table_.size())) {
+        next_trigger(wake_events_);
+    }
 }
 
 void DviDecoder::take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEvent& event) {

@@ -4,31 +4,54 @@
 
 namespace metabuffer::rtl {
 
-DviDisplay::DviDisplay(const sc_core::sc_module_name& name) : Block(name) {
+DviDisplay::DviDisplay(const sc_core::sc_module_name& name, ClockGating gating) : Block(name), gate_(gating) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
 }
 
+void DviDisplay::end_of_elaboration() {
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= link_i.value_changed_event();
+}
+
 void DviDisplay::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
+    // While the link stands still, each clock shows what the one before did.
+    const std::int64_t slept_edges = edges_.count() - 1;
     if (reset_i.read()) {
         registers_.reset();
         return;
     }
     const DviLink& link = link_i.read();
+    if (previous_->de) {
+        take_pixels(previous_->data, slept_edges);
+    }
     if (link.de) {
-        if (in_frame_) {
-            capture_.values.push_back(link.data);
-            ++x_;
-        }
-    } else if (previous_de_ && in_frame_) {
+        take_pixels(link.data, 1);
+    } else if (previous_->de && in_frame_) {
         end_line();
     }
-    if (link.vsync && !previous_vsync_) {
+    if (link.vsync && !previous_->vsync) {
         end_frame();
     }
-    previous_de_ = link.de;
-    previous_vsync_ = link.vsync;
+    const bool stands_still = link == previous_.value();
+    if (!stands_still) {
+        previous_ = link;
+    }
+    if (gate_.idle_edge(stands_still)) {
+        edges_.sleep();
+        next_trigger(wake_events_);
+    }
+}
+
+void DviDisplay::take_pixels(std::uint32_t colour, std::int64_t count) {
+    if (in_frame_) {
+        capture_.values.insert(capture_.values.end(), static_cast<std::size_t>(count), colour);
+        x_ += static_cast<int>(count);
+    }
 }
 
 void DviDisplay::end_line() {

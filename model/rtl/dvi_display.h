@@ -24,7 +24,7 @@ class DviDisplay final : public Block {
 
     using FrameCaptured = std::function<void(const ColourImage&)>;
 
-    explicit DviDisplay(const sc_core::sc_module_name& name);
+    explicit DviDisplay(const sc_core::sc_module_name& name, ClockGating gating = ClockGating::kOn);
     SC_HAS_PROCESS(DviDisplay);
 
     /// Called with every whole frame that has been shown.
@@ -37,7 +37,9 @@ class DviDisplay final : public Block {
   private:
     static constexpr int kSizeBits = 32;  ///< enough for any mode, since it knows none
 
+    void end_of_elaboration() override;
     void clock_edge();
+    void take_pixels(std::uint32_t colour, std::int64_t count);
     void end_line();
     void end_frame();
 
@@ -45,12 +47,15 @@ class DviDisplay final : public Block {
     ColourImage capture_;  ///< memory: the frame under way
     std::int64_t frames_captured_ = 0;
 
+    ClockGate gate_;
+    EdgeCounter edges_;
+    sc_core::sc_event_or_list wake_events_;
+
     RegisterSet registers_;
     Register<int> x_{registers_, "x", kSizeBits};
     Register<bool> in_frame_{registers_, "in_frame"};
     Register<bool> ragged_{registers_, "ragged"};  ///< its lines differ in length
-    Register<bool> previous_de_{registers_, "previous_de"};
-    Register<bool> previous_vsync_{registers_, "previous_vsync"};
+    Register<DviLink> previous_{registers_, "previous"};
 };
 
 }  // namespace metabuffer::rtl

@@ -28,6 +28,7 @@ DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenar
 }
 
 void DviSource::end_of_elaboration() {
+    gate_.attach(clk_i);
     wake_events_ |= reset_i.value_changed_event();
     wake_events_ |= pair_request_i.value_changed_event();
 }

@@ -37,6 +37,7 @@ class DviSource final : public Block {
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
+    bool sleeps() const override { return gate_.asleep(); }
 
     /// Faults of the scenario that have taken effect on the link.
     std::int64_t injected_faults() const { return program_.injected_faults(); }

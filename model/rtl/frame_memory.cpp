@@ -50,6 +50,7 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
 }
 
 void FrameMemory::end_of_elaboration() {
+    core_gate_.attach(clk_i);
     core_wake_events_ |= reset_i.value_changed_event();
     core_wake_events_ |= command_i.value_changed_event();
 }
@@ -57,17 +58,11 @@ void FrameMemory::end_of_elaboration() {
 // ---- the link's side ----
 
 void FrameMemory::write_edge() {
-    if (write_gate_.opened()) {
-        return;
-    }
     const MemoryWrite& write = write_i.read();
     if (write.enable) {
         std::uint64_t& word = devices_[write.device & 1U].at(write.address);
         const std::uint64_t bits = bits_of(write.byte_mask);
         word = (word & ~bits) | (write.data & bits);
-    }
-    if (write_gate_.idle_edge(!write.enable)) {
-        next_trigger(write_i.value_changed_event());
     }
 }
 

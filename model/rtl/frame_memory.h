@@ -62,6 +62,8 @@ class FrameMemory final : public Block {
     SC_HAS_PROCESS(FrameMemory);
 
     void trace(sc_core::sc_trace_file* file) const override;
+    bool link_sleeps() const override { return config_.shared() || !write_i.read().enable; }
+    bool sleeps() const override { return core_gate_.asleep(); }
 
   private:
     struct Bank {
@@ -106,7 +108,6 @@ class FrameMemory final : public Block {
     MemoryConfig config_;
     std::array<std::vector<std::uint64_t>, 2> devices_;  ///< with shared ports all is in the first
 
-    ClockGate write_gate_{ClockGating::kOn};
     ClockGate core_gate_{ClockGating::kOn};
     sc_core::sc_event_or_list core_wake_events_;
 

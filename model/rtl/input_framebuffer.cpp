@@ -20,7 +20,8 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
                       counters_.add_rejected_rows(pair, table_unit_.back_table());
                       counters_.rejected_slot_tables += table_unit_.back_slots_rejected() ? 1 : 0;
                   },
-                  [this](int pairs) { counters_.dropped_frames += pairs; }}),
+                  [this](int pairs) { counters_.dropped_frames += pairs; }},
+                 gating),
       table_unit_("table_unit", scenario.bus, scenario.limits(renderer_)),
       frame_memory_("frame_memory", scenario.memory, renderer_.image_words()),
       bus_arbiter_("bus_arbiter", scenario.bus, scenario.displays.count()),
@@ -41,7 +42,7 @@ InputFramebuffer::~InputFramebuffer() = default;
 
 RendererCounters InputFramebuffer::counters() const {
     RendererCounters counters = counters_;
-    counters.bus.idle_cycles += bus_port_.uncounted_idle_cycles();
+    bus_port_.count_slept_cycles(counters.bus);
     return counters;
 }
 

@@ -1,22 +1,42 @@
 #include "rtl/link_port.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "scenario/derived_timing.h"
 
 namespace metabuffer::rtl {
+namespace {
+
+/// Edges that pass in sleep are counted by a steady clock.
+ClockGating gating_of(const Scenario& scenario, ClockGating gating) {
+    const bool drifts = std::any_of(scenario.faults.begin(), scenario.faults.end(),
+                                    [](const Fault& fault) { return fault.kind == FaultKind::kDrift; });
+    return drifts ? ClockGating::kOff : gating;
+}
+
+}  // namespace
 
 LinkPort::LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
-                   Records records)
+                   Records records, ClockGating gating)
     : Block(name),
       depth_format_(scenario.depth_format),
       records_(std::move(records)),
+      gate_(gating_of(scenario, gating)),
       write_(registers_, "write", bits_for(renderer.image_words() - 1)),
       banks_(registers_, "banks", 1,
              BankKeeper(scenario.pacing, pair_clocks(renderer), link_timeout_clocks(scenario, renderer))) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
     dont_initialize();
+}
+
+void LinkPort::end_of_elaboration() {
+    gate_.attach(clk_i);
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= pixel_i.value_changed_event();
+    wake_events_ |= event_i.value_changed_event();
+    wake_events_ |= request_i.value_changed_event();
 }
 
 void LinkPort::reset() {
@@ -31,7 +51,12 @@ void LinkPort::reset() {
 }
 
 void LinkPort::clock_edge() {
-    ++edge_;
+    if (gate_.opened()) {
+        // A pixel that ends the sleep has come at an edge, and this is still its time.
+        previous_edge_picoseconds_ = now_picoseconds();
+        return;
+    }
+    edge_ += edges_.count();
     if (reset_i.read()) {
         reset();
     } else {
@@ -50,7 +75,18 @@ void LinkPort::clock_edge() {
             pair_request_o.write(pair_request_);
         }
     }
-    previous_edge_picoseconds_ = static_cast<std::int64_t>(sc_core::sc_time_stamp().value());
+    previous_edge_picoseconds_ = now_picoseconds();
+    if (gate_.idle_edge(idle())) {
+        edges_.sleep();
+        next_trigger(wake_events_);
+    }
+}
+
+/// Nothing comes from the link or the bus side, and no answer waits for a time.
+bool LinkPort::idle() const {
+    return !reset_i.read() && !pixel_i.read().valid && !write_->enable && !event_i.read().tells_something() &&
+           request_.settled(request_i.read()) && request_i.read() == request_seen_ &&
+           banks_->wants_pair() == pair_request_ && !banks_->next_timer(edge_);
 }
 
 /// The write reaches the memory a clock later. That is in time: a pair's verdict is never in the clock of its last

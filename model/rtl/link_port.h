@@ -38,10 +38,11 @@ class LinkPort final : public Block {
         std::function<void(int pairs)> dropped;
     };
     LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
-             Records records);
+             Records records, ClockGating gating = ClockGating::kOn);
     SC_HAS_PROCESS(LinkPort);
 
     void trace(sc_core::sc_trace_file* file) const override;
+    bool sleeps() const override { return gate_.asleep(); }
 
     /// Of the pair in the front device.
     const FrameSource& front_source() const { return front_source_; }
@@ -49,7 +50,9 @@ class LinkPort final : public Block {
     std::int64_t link_pixels() const { return link_pixels_; }
 
   private:
+    void end_of_elaboration() override;
     void clock_edge();
+    bool idle() const;
     void reset();
     void write_pixel(const DecodedPixel& pixel);
     void take_event(const DecoderEvent& event);
@@ -57,6 +60,10 @@ class LinkPort final : public Block {
 
     DepthFormat depth_format_;
     Records records_;
+
+    ClockGate gate_;
+    EdgeCounter edges_;
+    sc_core::sc_event_or_list wake_events_;
 
     RegisterSet registers_;
     Synchronizer request_{registers_, "request"};

@@ -73,6 +73,14 @@ void Metabuffer::make_clocks() {
         own_dvi_out_clk_ = make_clock("dvi_out_clk", dvi_out_period_picoseconds_);
         dvi_out_clk_ = own_dvi_out_clk_.get();
     }
+    const auto make_gated = [](const char* name, sc_core::sc_clock& clock) {
+        auto gated = std::make_unique<GatedClock>(name);
+        gated->clk_i(clock);
+        return gated;
+    };
+    link_clk_ = make_gated("link_clk", *dvi_in_clk_);
+    bus_clk_ = make_gated("bus_clk", *core_clk_);
+    pipeline_clk_ = make_gated("pipeline_clk", *core_clk_);
 }
 
 void Metabuffer::make_renderer_side() {
@@ -82,7 +90,6 @@ void Metabuffer::make_renderer_side() {
         link_clks_.push_back(&link_clk);
         auto source = std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_,
                                                   static_cast<int>(r), gating_);
-        source->clk_i(link_clk);
         source->reset_i(reset_);
         source->pair_request_i(wires_->pair_request[r]);
         source->link_o(wires_->link_in_driven(r));
@@ -95,9 +102,8 @@ void Metabuffer::make_renderer_side() {
                          wires_->link_in[r]});
         }
 
-        auto decoder =
-            std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(), scenario_.renderers[r].timing());
-        decoder->clk_i(link_clk);
+        auto decoder = std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(),
+                                                    scenario_.renderers[r].timing(), gating_);
         decoder->reset_i(reset_);
         decoder->link_i(wires_->link_in[r]);
         decoder->pixel_o(wires_->pixel[r]);
@@ -106,9 +112,9 @@ void Metabuffer::make_renderer_side() {
 
         auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),
                                                               scenario_, static_cast<int>(r), gating_);
-        framebuffer->clk_i(*core_clk_);
+        framebuffer->clk_i(*bus_clk_);
+        bus_clk_->add([block = framebuffer.get()] { return block->sleeps(); });
         framebuffer->reset_i(reset_);
-        framebuffer->dvi_clk_i(link_clk);
         framebuffer->pixel_i(wires_->pixel[r]);
         framebuffer->event_i(wires_->event[r]);
         framebuffer->pair_request_o(
@@ -120,6 +126,18 @@ void Metabuffer::make_renderer_side() {
         }
         blocks_.push_back(framebuffer.get());
 
+        if (drifting_clk != nullptr) {
+            source->clk_i(link_clk);
+            decoder->clk_i(link_clk);
+            framebuffer->dvi_clk_i(link_clk);
+        } else {
+            source->clk_i(*link_clk_);
+            decoder->clk_i(*link_clk_);
+            framebuffer->dvi_clk_i(*link_clk_);
+            link_clk_->add([block = source.get()] { return block->sleeps(); });
+            link_clk_->add([block = decoder.get()] { return block->sleeps(); });
+            link_clk_->add([block = framebuffer.get()] { return block->link_sleeps(); });
+        }
         dvi_sources_.push_back(std::move(source));
         dvi_decoders_.push_back(std::move(decoder));
         input_framebuffers_.push_back(std::move(framebuffer));
@@ -152,7 +170,8 @@ void Metabuffer::make_bus_registers() {
         auto registers =
             std::make_unique<BusRegisters>(numbered("bus_registers", r).c_str(), stages, displays(),
                                            BusBeat::lanes(pixels_per_beat(scenario_.bus, scenario_.memory)));
-        registers->clk_i(*core_clk_);
+        registers->clk_i(*bus_clk_);
+        bus_clk_->add([block = registers.get()] { return block->sleeps(); });
         registers->reset_i(reset_);
         registers->bus_i(wires_->bus_driven(r));
         registers->bus_o(wires_->bus[r]);
@@ -175,7 +194,8 @@ void Metabuffer::make_composers() {
                                                        static_cast<int>(d) + 1, gating_);
             const std::size_t above = r * displays() + d;
             const std::size_t below = above + displays();
-            composer->clk_i(*core_clk_);
+            composer->clk_i(*pipeline_clk_);
+            pipeline_clk_->add([block = composer.get()] { return block->sleeps(); });
             composer->reset_i(reset_);
             composer->pipemaster_i(wires_->pipemaster[r]);
             composer->bus_i(faults_->bus_for(r, d));
@@ -216,7 +236,8 @@ void Metabuffer::make_display_side() {
 
         auto framebuffer = std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(),
                                                                scenario_, static_cast<int>(d) + 1, gating_);
-        framebuffer->clk_i(*core_clk_);
+        framebuffer->clk_i(*pipeline_clk_);
+        pipeline_clk_->add([block = framebuffer.get()] { return block->sleeps(); });
         framebuffer->reset_i(reset_);
         framebuffer->dvi_clk_i(*dvi_out_clk_);
         framebuffer->startframe_i(wires_->startframe[bottom + d]);
@@ -239,7 +260,7 @@ void Metabuffer::make_display_side() {
                          wires_->link_out[d]});
         }
 
-        auto display = std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str());
+        auto display = std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str(), gating_);
         display->clk_i(*dvi_out_clk_);
         display->reset_i(reset_);
         display->link_i(wires_->link_out[d]);

@@ -18,6 +18,7 @@ TableUnit::TableUnit(const sc_core::sc_module_name& name, const BusConfig& bus, 
 }
 
 void TableUnit::end_of_elaboration() {
+    gate_.attach(clk_i);
     wake_events_ |= reset_i.value_changed_event();
     wake_events_ |= event_i.value_changed_event();
 }

@@ -32,6 +32,7 @@ class TableUnit final : public Block {
     SC_HAS_PROCESS(TableUnit);
 
     void trace(sc_core::sc_trace_file* file) const override;
+    bool sleeps() const override { return gate_.asleep(); }
 
     /// The rows of the pair that came last, the dropped ones too.
     const ValidatedTable& back_table() const { return back().rows.result(); }

@@ -24,6 +24,7 @@ WriteBuffer::WriteBuffer(const sc_core::sc_module_name& name, const MemoryConfig
 }
 
 void WriteBuffer::end_of_elaboration() {
+    gate_.attach(clk_i);
     wake_events_ |= reset_i.value_changed_event();
     wake_events_ |= write_i.value_changed_event();
 }

@@ -40,6 +40,7 @@ class WriteBuffer final : public Block {
     SC_HAS_PROCESS(WriteBuffer);
 
     void trace(sc_core::sc_trace_file* file) const override;
+    bool sleeps() const override { return gate_.asleep(); }
 
   private:
     struct Half {

@@ -147,6 +147,8 @@ struct DisplayConfig {
     std::vector<DisplayCorrection> correction{};  ///< at most one for each display
 
     int count() const { return columns * rows; }
+    /// Pixels of one display.
+    std::int64_t pixels() const { return std::int64_t{width_pixels} * height_pixels; }
     int raster_width_pixels() const { return width_pixels * supersample; }
     int raster_height_pixels() const { return height_pixels * supersample; }
     /// The mode of each display.

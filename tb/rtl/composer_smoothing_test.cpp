@@ -260,7 +260,7 @@ TEST_CASE(
     "composer fifo: for two rows it has two read ports, each with the word after the one that is read") {
     ClockedTestbench bench;
     rtl::FifoWires wires(2);
-    rtl::ComposerFifo dut("fifo", 20, rtl::ClockGating::kOn, 2);  // 32 addresses
+    rtl::ComposerFifo dut("fifo", 20, 2);  // 32 addresses
     dut.clk_i(bench.core.clk);
     dut.reset_i(bench.reset);
     dut.write_i(wires.write);

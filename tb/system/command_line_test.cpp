@@ -986,8 +986,9 @@ Schedule schedule_of(const Workplace& place) {
     return schedule;
 }
 
-/// The values of the blocks' numbers of that name at the first clock of a waveform, by block.
-std::map<std::string, int> initial_values(const std::filesystem::path& waveform, const std::string& name) {
+/// The values of a part's number of that name at the first clock of a waveform, by the block that the part is in.
+std::map<std::string, int> initial_values(const std::filesystem::path& waveform, const std::string& part,
+                                          const std::string& name) {
     std::map<std::string, std::string> block_of;  // by identifier
     std::map<std::string, int> values;
     std::vector<std::string> scopes;
@@ -1001,8 +1002,9 @@ std::map<std::string, int> initial_values(const std::filesystem::path& waveform,
             scopes.push_back(second);
         }
         if (first == "$upscope") scopes.pop_back();
-        if (first == "$var" && words >> width >> identifier >> signal && signal == name) {
-            block_of[identifier] = scopes.back();
+        if (first == "$var" && words >> width >> identifier >> signal && signal == name &&
+            scopes.back() == part) {
+            block_of[identifier] = scopes[scopes.size() - 2];
         }
         const auto block = block_of.find(second);
         if (first[0] == 'b' && block != block_of.end()) {
@@ -1127,7 +1129,8 @@ TEST_CASE("a schedule's window begins with what the buffers hold in a waveform",
         REQUIRE(place.run(options + std::vector<std::string>{"--trace", "t.json"}).status == kExitDone);
         REQUIRE(place.run(options + std::vector<std::string>{"--trace", "t.vcd"}).status == kExitDone);
         const Schedule schedule = schedule_of(place);
-        const std::map<std::string, int> held = initial_values(place / "t.vcd", "buffer_held");
+        const std::map<std::string, int> held =
+            initial_values(place / "t.vcd", "beat_receiver", "buffer_held");
         for (const auto& [buffer, composer] :
              std::map<std::string, std::string>{{"renderer left, display 1", "composer_1_1"},
                                                 {"renderer left, display 2", "composer_1_2"},

@@ -416,7 +416,7 @@ TEST_CASE("The waveform shows each pixel that starves for a clock, the frame's l
         const std::string name = "composer_" + std::to_string(composer["renderer"].get<int>()) + "_" +
                                  std::to_string(composer["display"].get<int>());
         INFO(name);
-        CHECK(dump.picoseconds_high(name + ".starved") ==
+        CHECK(dump.picoseconds_high(name + ".merge_stage.starved") ==
               composer["starved_pixels"].get<std::int64_t>() * kCorePeriodPicoseconds);
     }
     CHECK(report["totals"]["starved_pixels"] > 0);

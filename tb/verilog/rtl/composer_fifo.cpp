@@ -28,8 +28,7 @@ constexpr int kErrorEmpty = 2;
 
 }  // namespace
 
-ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, ClockGating /*gating*/,
-                           int window_rows)
+ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, int window_rows)
     : Block(name),
       second_row(window_rows > 1 ? std::make_unique<SecondRowPins>() : nullptr),
       context_(std::make_unique<VerilatedContext>()) {

@@ -30,8 +30,7 @@ class ComposerFifo final : public Block {
     std::unique_ptr<SecondRowPins> second_row;  ///< null with a window of one row
 
     /// capacity_pixels: 1 or more; window_rows: 1 or 2.
-    ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels,
-                 ClockGating gating = ClockGating::kOn, int window_rows = 1);
+    ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, int window_rows = 1);
     ~ComposerFifo() override;
     SC_HAS_PROCESS(ComposerFifo);
 

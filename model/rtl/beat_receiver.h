@@ -1,0 +1,123 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <systemc>
+
+#include "datapath/composer_buffer.h"
+#include "report/composer_record.h"
+#include "rtl/block.h"
+#include "rtl/composer_signals.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// A composer's side of its renderer's bus (sections 5.2 and 5.3 of the paper). It takes the beats, writes its segment's
+/// pixels into the FIFO, keeps the account of what has come and what is held (ComposerBuffer), and says what may be
+/// sent.
+///
+/// Timing, in core clocks; every output is registered:
+/// - use_i: what the raster position composited at an edge is the last to need is released at that edge, unless
+///   COLUMNSTALL is high. That comes before the edge's beat.
+/// - a pixel sampled from the bus at an edge counts as arrived after it, and stands at write_o.
+/// - BUSREADY: if no burst for this composer is under way, or its rest fits one beat, BUSREADY is high while
+///   ready_space_pixels are free besides that rest: a slot would be taken. Earlier in a burst it is high while the beat
+///   on its way and one more fit, and those that read latency and bus registers hold. The first low clock ends the
+///   burst. Its last beat is the one sampled after that clock, or as many clocks later as a beat and its answer take.
+///   BUSREADY stays low until then.
+/// - fetched_o: the next frame's table is complete, and its segment is empty or wholly in the buffer, or the buffer takes
+///   no further slot.
+/// - a pixel lost on the bus is noticed by the index that the next beat names, or by the next frame's table. The rest of
+///   that frame is abandoned.
+/// - a lost frame start or table row is noticed by the frame that the next beat names, for whichever composer that is,
+///   by the index that the next row names, or by pixels or another frame before the table's last row. The frame is
+///   abandoned, and its pixels are dropped.
+/// - a burst ends with its last beat, with what comes after BUSREADY's fall, or when no beat of it has come for
+///   longest_beat_gap_cycles().
+///
+/// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or frame
+/// that has come before, a frame more than 65535 ahead of the newest, a pixel without a table, a third frame's table.
+class BeatReceiver final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<BusBeat> bus_i{"bus_i"};
+    sc_core::sc_out<bool> busready_o{"busready_o"};
+    sc_core::sc_out<bool> tableready_o{"tableready_o"};  ///< another frame's table can be taken
+    // The raster.
+    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
+    sc_core::sc_in<bool> start_i{"start_i"};  ///< a frame starts at the edge, unless COLUMNSTALL is high
+    sc_core::sc_in<bool> uses_i{"uses_i"};    ///< there is something at use_i
+    sc_core::sc_in<PixelUse> use_i{"use_i"};
+    sc_core::sc_out<HeadSegment> segment_o{"segment_o"};
+    sc_core::sc_out<SegmentProgress> progress_o{"progress_o"};
+    sc_core::sc_out<bool> fetched_o{"fetched_o"};
+    // The FIFO.
+    sc_core::sc_out<FifoWrite> write_o{"write_o"};
+    sc_core::sc_out<FifoRelease> release_o{"release_o"};
+
+    /// display: the composer's, from 1. record: the composer's, which gets the counts of the bus side.
+    BeatReceiver(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
+                 ComposerRecord& record, ClockGating gating = ClockGating::kOn);
+    SC_HAS_PROCESS(BeatReceiver);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    std::string waiting_for() const override;
+    bool sleeps() const override { return gate_.asleep(); }
+
+  private:
+    void end_of_elaboration() override;
+    void clock_edge();
+    void reset();
+    void raster_edge();
+    void bus_edge();
+    bool follow_frames(const BusBeat& beat);
+    void begin_frame(const BusBeat& beat);
+    void take_row(const BusBeat& beat);
+    void lose_open_table();
+    void take_pixels(const BusBeat& beat);
+    bool keep_pixels(const BusBeat& beat);
+    void lose_pixels(std::int64_t count);
+    void protocol_error(const std::string& what) const;
+    void drive_fifo(int held_before);
+    void drive_raster();
+    void drive_handshakes();
+    bool idle() const;
+    bool slot_ready() const;
+
+    // Configuration, constant after elaboration.
+    std::uint16_t display_;
+    bool may_stall_;
+    int ready_space_pixels_;
+    int pixels_per_beat_;
+    int address_bits_;
+    int pixel_bits_;
+    int in_flight_pixels_;    ///< that may still come when BUSREADY falls in a burst, with that edge's beat
+    int cut_cycles_;          ///< in which they come
+    int longest_gap_cycles_;  ///< longest_beat_gap_cycles()
+    std::int64_t core_period_picoseconds_;
+
+    ComposerRecord& record_;
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+
+    RegisterSet registers_;
+    Register<ComposerBuffer> buffer_;
+    Register<bool> busready_{registers_, "busready"};
+    Register<bool> tableready_{registers_, "tableready"};
+    Register<bool> fetched_{registers_, "fetched"};
+    Register<SegmentProgress> progress_;
+    Register<bool> writes_{registers_, "writes"};  ///< pixels stand at write_o
+    Register<FifoRelease> release_;
+    Register<int> announced_;      ///< pixels of the burst under way that are still to come
+    Register<int> silent_cycles_;  ///< since its last beat, while announced_ > 0
+    Register<int> burst_cut_;  ///< clocks in which beats may still come of a burst that BUSREADY has ended
+    Register<std::uint32_t> next_row_;  ///< index in the newest frame's table of the row that must come next
+
+    FifoWrite kept_;                      ///< this edge's pixels
+    std::uint32_t abandoned_pixels_ = 0;  ///< of a frame that this edge has found incomplete
+    bool segment_changes_ = false;        ///< this edge may have changed the head's segment
+};
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <systemc>
+#include <vector>
+
+#include "rtl/block.h"
+#include "rtl/display_signals.h"
+
+namespace metabuffer::rtl {
+
+/// The memory of an output framebuffer (section 4 of the paper): two banks of display pixels, one that is written and one
+/// that is shown. It has a write port and a read port, each with a clock of its own, as a block RAM has.
+///
+/// Timing: what stands at write_i at an edge of the core clock is stored there. A pixel that is read at an edge of the DVI
+/// output clock stands at data_o after it, until the next one is read. A pixel that stands at write_i when it is read is
+/// read as it will be stored; that takes a core clock slower than the six blank lines before a frame.
+///
+/// Raises /metabuffer/display_memory/address for an address that it does not have.
+class DisplayMemory final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};        ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};    ///< clears data_o; pixels stay
+    sc_core::sc_in<bool> writes_i{"writes_i"};  ///< write_i is to be stored
+    sc_core::sc_in<DisplayWrite> write_i{"write_i"};
+    sc_core::sc_in<bool> dvi_clk_i{"dvi_clk_i"};  ///< DVI output clock
+    sc_core::sc_in<bool> reads_i{"reads_i"};      ///< read_i is to be put out
+    sc_core::sc_in<DisplayRead> read_i{"read_i"};
+    sc_core::sc_out<std::uint32_t> data_o{"data_o"};  ///< 0xRRGGBB
+
+    /// pixels: of the display, 1 or more.
+    DisplayMemory(const sc_core::sc_module_name& name, std::int64_t pixels,
+                  ClockGating gating = ClockGating::kOn);
+    SC_HAS_PROCESS(DisplayMemory);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    bool sleeps() const override { return write_gate_.asleep(); }
+
+  private:
+    void end_of_elaboration() override;
+    void write_edge();
+    void read_edge();
+    std::uint32_t& at(bool bank, std::uint32_t address, const char* what);
+
+    std::array<std::vector<std::uint32_t>, 2> banks_;
+    ClockGate write_gate_;
+    ClockGate read_gate_;
+    sc_core::sc_event_or_list read_wake_events_;
+};
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <systemc>
+
+#include "datapath/averaging.h"
+#include "formats/colour_table.h"
+#include "rtl/block.h"
+#include "rtl/display_signals.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// An output framebuffer's side of its pipeline (sections 5.4 and 7 of the paper). It receives the pixels that leave the
+/// pipeline, averages them, corrects their colours if the scenario has a table for its display, and has them written
+/// into the back bank of the display's memory. The table is configuration, like the size of the raster: it is there
+/// before reset and never changes, so it is a memory and not a register, and costs no clock.
+///
+/// Timing, in core clocks; every output is registered. The raster's first pixel is received at the edge after the one
+/// that sees STARTFRAME, and edges with COLUMNSTALL high do not count (`stall` mode only). A display pixel stands at
+/// write_o after the edge that receives its block's last raster pixel. FRAMEDONE rises after the edge that receives the
+/// raster's last pixel and falls once the swap is reported back. PIPEREADY is high while a bank is free and no frame is
+/// under way. FRAMEBAD rises with the first pixel marked `lost` and falls when the swap has been reported back.
+///
+/// Raises /metabuffer/output_framebuffer/bubble if there is no pixel at a raster position.
+class FrameAverager final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<bool> startframe_i{"startframe_i"};
+    sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
+    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
+    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};
+    sc_core::sc_out<bool> framedone_o{"framedone_o"};
+    sc_core::sc_out<bool> framebad_o{"framebad_o"};  ///< with FRAMEDONE: pixels of the frame were lost
+    sc_core::sc_out<bool> writes_o{"writes_o"};      ///< a pixel stands at write_o
+    sc_core::sc_out<DisplayWrite> write_o{"write_o"};
+    sc_core::sc_in<bool> swapped_i{"swapped_i"};  ///< DVI output clock: the banks were swapped
+    sc_core::sc_in<bool> skipped_i{"skipped_i"};  ///< with swapped_i: they were not, since the frame is bad
+
+    /// display: its own, from 1.
+    FrameAverager(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
+                  ClockGating gating = ClockGating::kOn);
+    SC_HAS_PROCESS(FrameAverager);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    std::string waiting_for() const override;
+    bool sleeps() const override { return gate_.asleep(); }
+
+    std::int64_t stalled_cycles() const { return stalled_cycles_; }
+    /// Raster pixels received so far, for the watchdog.
+    std::int64_t pixels_taken() const { return pixels_taken_; }
+
+  private:
+    void end_of_elaboration() override;
+    void clock_edge();
+    void reset();
+    bool take_pixel(const PipePixel& pixel);
+    void mark_frame(bool bad);
+
+    bool may_stall_;
+    std::int64_t raster_pixels_;
+    std::shared_ptr<const ColourTable> colour_table_;  ///< null: colours are shown as they are
+
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+
+    RegisterSet registers_;
+    Register<Averager> averager_;
+    Synchronizer swapped_{registers_, "swapped"};
+    Register<bool> swapped_seen_{registers_, "swapped_seen"};
+    Register<bool> receiving_{registers_, "receiving"};
+    Register<bool> frame_done_{registers_, "frame_done"};  ///< the back bank holds a whole frame
+    Register<bool> framedone_{registers_, "framedone"};    ///< the wire
+    Register<bool> framebad_{registers_, "framebad"};      ///< the wire; set while the frame comes in
+    Register<bool> pipeready_{registers_, "pipeready"};
+    Register<bool> back_{registers_, "back"};  ///< the bank that frames are written to
+    Register<std::int64_t> raster_position_;
+    Register<std::uint32_t> next_word_;
+    Register<bool> writes_{registers_, "writes"};
+    Register<DisplayWrite> write_;
+    Register<int> frames_taken_;
+
+    // What a report says of the run.
+    std::int64_t stalled_cycles_ = 0;
+    std::int64_t pixels_taken_ = 0;
+};
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,179 @@
+#include "rtl/merge_stage.h"
+
+#include "datapath/composer_buffer.h"
+#include "report/waits.h"
+
+namespace metabuffer::rtl {
+
+MergeStage::MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record,
+                       ClockGating gating)
+    : Block(name),
+      second_row(row_of(kSmoothingTable, scenario.composer.smoothing).window_rows > 1
+                     ? std::make_unique<SecondRowPins>()
+                     : nullptr),
+      composition_(scenario.composition),
+      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      far_z_(far_z(scenario.depth_format)),
+      background_{scenario.background_pixel(), true, false},
+      raster_width_(scenario.displays.raster_width_pixels()),
+      pixel_bits_(segment_pixel_bits(scenario)),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      record_(record),
+      gate_(gating),
+      position_(registers_, "position", pixel_bits_),
+      window_(registers_, second_row != nullptr ? 2 : 1, buffer_addresses(scenario.composer.buffer_pixels),
+              pixel_bits_, pins()) {
+    SC_METHOD(clock_edge);
+    sensitive << clk_i.pos();
+    dont_initialize();
+    SC_METHOD(drive);
+    sensitive << ahead_i << progress_i << running_i << changed_;
+    dont_initialize();
+}
+
+void MergeStage::end_of_elaboration() {
+    gate_.attach(clk_i);
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= running_i.value_changed_event();
+    wake_events_ |= ahead_i.value_changed_event();
+    wake_events_ |= progress_i.value_changed_event();
+}
+
+void MergeStage::reset() {
+    registers_.reset();
+    pipemaster_ = pipemaster_i.read();
+    pipe_o.write(PipePixel{});
+    composited_ = 0;
+    changed_.notify(sc_core::SC_ZERO_TIME);
+}
+
+PixelWindow::Pins MergeStage::pins() const {
+    PixelWindow::Pins pins{write_i};
+    pins.words[0][0] = &word_i;
+    if (second_row != nullptr) {
+        pins.words[0][1] = &second_row->next_word_i;
+        pins.words[1] = {&second_row->row_word_i, &second_row->row_next_word_i};
+    }
+    return pins;
+}
+
+void MergeStage::clock_edge() {
+    if (gate_.opened()) {
+        return;
+    }
+    if (reset_i.read()) {
+        reset();
+        return;
+    }
+    // Nothing ever raises COLUMNSTALL in glitch mode.
+    const bool moves = !may_stall_ || !column_stall_i.read();
+    const bool running = running_i.read();
+    const RasterStep& ahead = ahead_i.read();
+    bool changed = false;
+    bool frame_ends = false;
+    if (!moves) {
+        record_.mutable_counters().stalled_cycles += stall_o.read() ? 1 : 0;
+    } else if (running) {
+        composite();
+        frame_ends = position_->last;
+    } else if (pipe_valid_) {
+        pipe_valid_ = false;
+        starved_ = false;
+        pipe_o.write(PipePixel{});
+    }
+    if (ahead.covered || position_->covered) {
+        changed = window_.clock_edge({moves ? ahead : position_.value(), ahead}, progress_i.read());
+    }
+    if (frame_ends) {
+        window_.forget();
+    }
+    if (moves) {
+        position_ = ahead;
+    }
+    if (changed || frame_ends || (may_stall_ && running)) {
+        changed_.notify(sc_core::SC_ZERO_TIME);
+    }
+    if (gate_.idle_edge(!running && !pipe_valid_ && moves && !changed)) {
+        next_trigger(wake_events_);
+    }
+}
+
+bool MergeStage::missing() const {
+    const SegmentProgress& progress = progress_i.read();
+    return position_->covered && !progress.abandoned && !progress.has_arrived(position_->newest());
+}
+
+void MergeStage::composite() {
+    const SegmentProgress& progress = progress_i.read();
+    const PipePixel& upstream = pipemaster_ ? background_ : pipe_i.read();
+    PipePixel out{upstream.pixel, true, upstream.lost || progress.abandoned};
+    starved_ = missing();
+    if (position_->covered && !starved_ && !progress.abandoned) {
+        const Pixel local = second_row == nullptr
+                                ? window_.pixel(position_, progress)
+                                : blend(window_.pixels(position_, progress), position_->weight_x,
+                                        position_->weight_y, composition_, far_z_);
+        out.pixel = compose(composition_, local, upstream.pixel);
+        record_.mutable_counters().replayed_pixels += position_->replayed ? 1 : 0;
+    }
+    pipe_o.write(out);
+    pipe_valid_ = true;
+    record_pixel();
+}
+
+void MergeStage::record_pixel() {
+    if (composited_ > 0 && !starved_ && !position_->last) {
+        ++composited_;
+        return;
+    }
+    const std::int64_t cycle = clock_edge_number(core_period_picoseconds_);
+    if (composited_ == 0) {
+        record_.first_pixel_composited(cycle);
+    }
+    if (starved_) {
+        record_.count_glitch({record_.frame(), static_cast<int>(composited_ % raster_width_),
+                              static_cast<int>(composited_ / raster_width_)},
+                             cycle);
+    }
+    ++composited_;
+    if (position_->last) {
+        record_.last_pixel_composited(cycle);
+        composited_ = 0;
+    }
+}
+
+void MergeStage::drive() {
+    const RasterStep& ahead = ahead_i.read();
+    const SegmentProgress& progress = progress_i.read();
+    window_.choose_reads(ahead, progress);
+    drive_read(window_.read(0), read_o);
+    if (second_row != nullptr) {
+        drive_read(window_.read(1), second_row->row_read_o);
+    }
+    if (may_stall_) {
+        const bool stall = running_i.read() && missing();
+        stall_o.write(stall);
+        if (stall) {
+            record_.note_starved(clock_edge_number(core_period_picoseconds_));
+        }
+    }
+}
+
+void MergeStage::drive_read(const FifoRead& read, sc_core::sc_out<FifoRead>& port) {
+    if (read.enable || port.read().enable) {
+        port.write(read);
+    }
+}
+
+void MergeStage::trace(sc_core::sc_trace_file* file) const { registers_.trace(file, path("")); }
+
+std::string MergeStage::waiting_for() const {
+    if (!stall_o.read()) {
+        return waits::for_column();
+    }
+    return waits::for_segment_pixel(position_->newest(), record_.frame(),
+                                    static_cast<int>(composited_ % raster_width_),
+                                    static_cast<int>(composited_ / raster_width_));
+}
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <systemc>
+
+#include "datapath/composition.h"
+#include "report/composer_record.h"
+#include "rtl/block.h"
+#include "rtl/composer_signals.h"
+#include "rtl/pixel_window.h"
+#include "rtl/register.h"
+#include "rtl/signals.h"
+
+namespace metabuffer::rtl {
+
+/// A composer's merge stage (sections 2 and 5.2 of the paper): a stage of its display's pipeline that merges the segment
+/// pixel of each raster position with the pixel from upstream. It reads the segment's pixels from the FIFO one position
+/// ahead.
+///
+/// Timing, in core clocks:
+/// - while running_i is high the pixel on pipe_i at an edge leaves, composited, on pipe_o after it. A composer strapped
+///   PIPEMASTER makes the upstream pixel itself (background, A = 0, far).
+/// - a pixel that has come at an edge can be composited at the next one (PixelWindow).
+/// - read_o is combinational, from ahead_i, progress_i and registers.
+/// - starvation: the segment pixel of a covered raster pixel, or one that is mixed with it, is not there. `glitch`: the
+///   upstream pixel passes and is counted. `stall`: STALL, which is combinational from registers, is high ahead of the
+///   edge at which the pixel is missing; while COLUMNSTALL is high no register of the pipeline changes. In `glitch` mode
+///   COLUMNSTALL is not read.
+/// - from the clock on in which progress_i says that the frame is abandoned, every raster pixel passes as it comes from
+///   upstream, marked `lost`, and nothing is waited for.
+class MergeStage final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<bool> pipemaster_i{"pipemaster_i"};
+    // The pipeline.
+    sc_core::sc_in<PipePixel> pipe_i{"pipe_i"};
+    sc_core::sc_out<PipePixel> pipe_o{"pipe_o"};
+    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
+    sc_core::sc_out<bool> stall_o{"stall_o"};
+    // The raster and the segment.
+    sc_core::sc_in<bool> running_i{"running_i"};
+    sc_core::sc_in<RasterStep> ahead_i{"ahead_i"};  ///< of the edge after next
+    sc_core::sc_in<SegmentProgress> progress_i{"progress_i"};
+    // The FIFO.
+    sc_core::sc_in<FifoWrite> write_i{"write_i"};  ///< what it is about to store
+    sc_core::sc_out<FifoRead> read_o{"read_o"};
+    sc_core::sc_in<std::uint64_t> word_i{"word_i"};
+    /// With a window of two rows.
+    struct SecondRowPins {
+        sc_core::sc_in<std::uint64_t> next_word_i{"next_word_i"};
+        sc_core::sc_out<FifoRead> row_read_o{"row_read_o"};
+        sc_core::sc_in<std::uint64_t> row_word_i{"row_word_i"};
+        sc_core::sc_in<std::uint64_t> row_next_word_i{"row_next_word_i"};
+    };
+    std::unique_ptr<SecondRowPins> second_row;  ///< null in a composer that replicates
+
+    /// record: the composer's, to which the raster's pixels are reported.
+    MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record,
+               ClockGating gating = ClockGating::kOn);
+    SC_HAS_PROCESS(MergeStage);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    std::string waiting_for() const override;
+    bool sleeps() const override { return gate_.asleep(); }
+
+  private:
+    void end_of_elaboration() override;
+    void clock_edge();
+    void reset();
+    bool missing() const;
+    void composite();
+    void record_pixel();
+    void drive();
+    static void drive_read(const FifoRead& read, sc_core::sc_out<FifoRead>& port);
+    PixelWindow::Pins pins() const;
+
+    Composition composition_;
+    bool may_stall_;
+    std::uint32_t far_z_;
+    PipePixel background_;
+    int raster_width_;
+    int pixel_bits_;
+    std::int64_t core_period_picoseconds_;
+
+    ComposerRecord& record_;
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+    std::int64_t composited_ = 0;  ///< raster pixels of the frame, for the report
+
+    sc_core::sc_event changed_;  ///< of registers that combinational outputs depend on
+
+    RegisterSet registers_;
+    Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high
+    Register<bool> pipe_valid_{registers_, "pipe_valid"};
+    Register<bool> starved_{registers_, "starved"};  ///< the pixel that has just left lacks this composer's
+    Register<RasterStep> position_;                  ///< composited at the next edge, while a frame runs
+    PixelWindow window_;
+};
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <string>
+#include <systemc>
+
+#include "rtl/block.h"
+#include "rtl/register.h"
+
+namespace metabuffer::rtl {
+
+/// A composer's part of the handshakes that start a frame (section 5.4 of the paper): PIPEREADY goes up its display's
+/// pipeline and STARTFRAME comes down.
+///
+/// Timing, in core clocks:
+/// - PIPEREADY rises after the edge that sees PIPEREADY from below while the next frame is fetched and none runs. It
+///   falls after the edge that sees STARTFRAME.
+/// - STARTFRAME is relayed one clock later, one clock ahead of pixel 0. The composer strapped PIPEMASTER answers its own
+///   PIPEREADY instead. At an edge with COLUMNSTALL high it stands still. In `glitch` mode COLUMNSTALL is not read.
+/// - PIPEREADY and start_o are combinational from registers of this clock and from start_i of the pipeline; they change
+///   after the edge at which the composer's state does.
+class PipelineHandshake final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<bool> pipemaster_i{"pipemaster_i"};
+    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
+    sc_core::sc_in<bool> startframe_i{"startframe_i"};
+    sc_core::sc_out<bool> startframe_o{"startframe_o"};
+    sc_core::sc_in<bool> pipeready_i{"pipeready_i"};   ///< from below
+    sc_core::sc_out<bool> pipeready_o{"pipeready_o"};  ///< to above
+    sc_core::sc_in<bool> fetched_i{"fetched_i"};       ///< the next frame can be composited
+    sc_core::sc_in<bool> running_i{"running_i"};       ///< a frame is composited
+    sc_core::sc_out<bool> start_o{
+        "start_o"};  ///< a frame starts at the next edge, unless COLUMNSTALL is high
+
+    /// may_stall: the machine is in `stall` mode.
+    PipelineHandshake(const sc_core::sc_module_name& name, bool may_stall,
+                      ClockGating gating = ClockGating::kOn);
+    SC_HAS_PROCESS(PipelineHandshake);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    bool sleeps() const override { return gate_.asleep(); }
+
+  private:
+    void end_of_elaboration() override;
+    void process();
+    void clock_edge();
+    void drive();
+    bool idle() const;
+
+    bool may_stall_;
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+
+    RegisterSet registers_;
+    Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high
+    Register<bool> startframe_{registers_, "startframe"};
+    Register<bool> was_running_{registers_, "was_running"};  ///< before the last edge
+    Register<bool> below_{registers_, "below"};              ///< PIPEREADY from below, at the last edge
+    Register<bool> was_ready_{registers_, "was_ready"};      ///< PIPEREADY, before the last edge
+};
+
+}  // namespace metabuffer::rtl

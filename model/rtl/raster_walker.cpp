@@ -1,0 +1,146 @@
+#include "rtl/raster_walker.h"
+
+namespace metabuffer::rtl {
+
+RasterWalker::RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario,
+                           ComposerRecord& record, ClockGating gating)
+    : Block(name),
+      raster_width_(scenario.displays.raster_width_pixels()),
+      raster_height_(scenario.displays.raster_height_pixels()),
+      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      smooths_(scenario.composer.smoothing == Smoothing::kBilinear),
+      pixel_bits_(segment_pixel_bits(scenario)),
+      core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
+      record_(record),
+      gate_(gating),
+      frame_(registers_, "frame", 1 + bits_for(scenario.frames), -1),
+      walker_(registers_, "", 1, SegmentWalker(Segment{}, false, raster_width_, raster_height_)),
+      ahead_(registers_, "ahead", 1, walker_.value()),
+      use_(registers_, "use", pixel_bits_) {
+    SC_METHOD(process);
+    sensitive << clk_i.pos() << segment_i;
+    dont_initialize();
+}
+
+void RasterWalker::end_of_elaboration() {
+    gate_.attach(clk_i);
+    wake_events_ |= reset_i.value_changed_event();
+    wake_events_ |= start_i.value_changed_event();
+    wake_events_ |= segment_i.value_changed_event();
+}
+
+void RasterWalker::process() {
+    if (!gate_.opened() && clk_i.posedge()) {
+        clock_edge();
+    } else if (!running_) {
+        drive_ahead();
+    }
+}
+
+void RasterWalker::clock_edge() {
+    if (reset_i.read()) {
+        registers_.reset();
+        running_o.write(false);
+        uses_o.write(uses_);
+        drive_ahead();
+        return;
+    }
+    // Nothing ever raises COLUMNSTALL in glitch mode.
+    if (!may_stall_ || !column_stall_i.read()) {
+        move();
+    }
+    if (gate_.idle_edge(!running_ && !start_i.read())) {
+        next_trigger(wake_events_);
+    }
+}
+
+void RasterWalker::move() {
+    if (running_) {
+        walker_ = ahead_;
+        if (walker_->done()) {
+            running_ = false;
+            running_o.write(false);
+        } else {
+            ahead_->advance();
+        }
+    } else if (start_i.read()) {
+        start_frame();
+    } else {
+        return;
+    }
+    drive_ahead();
+    drive_use();
+}
+
+void RasterWalker::start_frame() {
+    running_ = true;
+    running_o.write(true);
+    walker_ = at_start();
+    ahead_ = walker_;
+    ahead_->advance();
+    ++frame_;
+    record_.frame_started(clock_edge_number(core_period_picoseconds_));
+}
+
+SegmentWalker RasterWalker::at_start() const {
+    const HeadSegment& head = segment_i.read();
+    return {head.segment, head.shown, raster_width_, raster_height_};
+}
+
+RasterStep RasterWalker::step_of(const SegmentWalker& walker) const {
+    RasterStep step;
+    step.last = walker.x() == raster_width_ - 1 && walker.y() == raster_height_ - 1;
+    step.covered = walker.covered();
+    if (!step.covered) {
+        return step;
+    }
+    step.replayed = walker.replayed();
+    step.pixel = walker.pixel();
+    if (walker.smooths()) {
+        step.beside = walker.beside();
+        step.across = static_cast<std::int32_t>(walker.across());
+        step.weight_x = static_cast<std::uint8_t>(walker.weight_x());
+        step.weight_y = static_cast<std::uint8_t>(walker.weight_y());
+    }
+    return step;
+}
+
+void RasterWalker::drive_ahead() {
+    RasterStep step;
+    if (!running_) {
+        step = step_of(at_start());
+    } else if (!ahead_->done()) {
+        step = step_of(ahead_);
+    }
+    if (!(step == driven_ahead_)) {
+        driven_ahead_ = step;
+        ahead_o.write(step);
+    }
+}
+
+void RasterWalker::drive_use() {
+    PixelUse use;
+    if (running_) {
+        use.ends_frame = ahead_->done();
+        use.last_use = walker_->covered() ? walker_->released() : Segment::kNoPixel;
+    }
+    if (use.any()) {
+        use_ = use;
+        use_o.write(use);
+    }
+    if (use.any() != uses_) {
+        uses_ = use.any();
+        uses_o.write(uses_);
+    }
+}
+
+void RasterWalker::trace(sc_core::sc_trace_file* file) const {
+    registers_.trace(file, path(""));
+    if (smooths_) {
+        walker_->visit_smoothing_state(StateTracer{file, path("")});
+        ahead_->visit_smoothing_state(StateTracer{file, path("ahead_")});
+    }
+    sc_trace(file, ahead_o.read(), path("ahead"), pixel_bits_);
+}
+
+}  // namespace metabuffer::rtl

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <systemc>
+
+#include "datapath/composer_buffer.h"
+#include "report/composer_record.h"
+#include "rtl/block.h"
+#include "rtl/composer_signals.h"
+#include "rtl/register.h"
+
+namespace metabuffer::rtl {
+
+/// A composer's walk over its display's raster (section 5.2 of the paper). For each raster position it says which pixels
+/// of the segment show there, one position ahead of the merge stage, and which of them have then had their last use.
+///
+/// Timing, in core clocks:
+/// - a frame starts at the edge that sees start_i while COLUMNSTALL is low. running_o is high from then on until the edge
+///   at which the raster's last position is composited.
+/// - ahead_o is what the position shows that is composited at the edge after next: the second one after the frame's start.
+///   Before a frame it is the first position, of the segment that segment_i has; this alone is combinational.
+/// - use_o is about the position that is composited at the next edge.
+/// - while COLUMNSTALL is high no register changes. In `glitch` mode COLUMNSTALL is not read.
+class RasterWalker final : public Block {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
+    sc_core::sc_in<bool> reset_i{"reset_i"};  ///< synchronous, active high
+    sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
+    sc_core::sc_in<bool> start_i{"start_i"};
+    sc_core::sc_in<HeadSegment> segment_i{"segment_i"};  ///< of the next frame; read at its start
+    sc_core::sc_out<bool> running_o{"running_o"};
+    sc_core::sc_out<RasterStep> ahead_o{"ahead_o"};
+    sc_core::sc_out<bool> uses_o{"uses_o"};  ///< there is something at use_o
+    sc_core::sc_out<PixelUse> use_o{"use_o"};
+
+    /// record: the composer's, to which each frame's start is reported.
+    RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record,
+                 ClockGating gating = ClockGating::kOn);
+    SC_HAS_PROCESS(RasterWalker);
+
+    void trace(sc_core::sc_trace_file* file) const override;
+    bool sleeps() const override { return gate_.asleep(); }
+
+  private:
+    void end_of_elaboration() override;
+    void process();
+    void clock_edge();
+    void move();
+    void start_frame();
+    SegmentWalker at_start() const;
+    RasterStep step_of(const SegmentWalker& walker) const;
+    void drive_ahead();
+    void drive_use();
+
+    int raster_width_;
+    int raster_height_;
+    bool may_stall_;
+    bool smooths_;
+    int pixel_bits_;
+    std::int64_t core_period_picoseconds_;
+
+    ComposerRecord& record_;
+    ClockGate gate_;
+    sc_core::sc_event_or_list wake_events_;
+
+    RegisterSet registers_;
+    Register<bool> running_{registers_, "running"};
+    Register<int> frame_;  ///< number of the frame composited, from 0
+    Register<SegmentWalker>
+        walker_;                     ///< the position that is composited at the next edge, while a frame runs
+    Register<SegmentWalker> ahead_;  ///< the one after it
+    Register<bool> uses_{registers_, "uses"};
+    Register<PixelUse> use_;
+    RasterStep driven_ahead_;  ///< combinational: at ahead_o
+};
+
+}  // namespace metabuffer::rtl
