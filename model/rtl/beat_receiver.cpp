@@ -273,8 +273,7 @@ bool BeatReceiver::keep_pixels(const BusBeat& beat) {
 }
 
 void BeatReceiver::protocol_error(const std::string& what) const {
-    SC_REPORT_ERROR("/metabuffer/composer/protocol",
-                    (std::string(get_parent_object()->name()) + " was sent " + what).c_str());
+    SC_REPORT_ERROR("/metabuffer/composer/protocol", (whole() + " was sent " + what).c_str());
 }
 
 void BeatReceiver::lose_pixels(std::int64_t count) {

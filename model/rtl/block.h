@@ -37,6 +37,12 @@ class Block : public sc_core::sc_module {
   protected:
     explicit Block(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {}
 
+    /// The name of the block that this one is a part of, for its errors; its own if it stands alone.
+    std::string whole() const {
+        const sc_core::sc_object* const parent = get_parent_object();
+        return parent == nullptr ? name() : parent->name();
+    }
+
     /// The full waveform name of one of the block's signals.
     std::string path(const char* signal) const { return std::string(this->name()) + "." + signal; }
 };

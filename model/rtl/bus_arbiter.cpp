@@ -7,6 +7,12 @@
 #include "rtl/wires.h"
 
 namespace metabuffer::rtl {
+namespace {
+
+/// A raster has at most 2^32 positions.
+constexpr int kDeadlineBits = 32;
+
+}  // namespace
 
 BusArbiter::BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus, int lines)
     : Block(name),
@@ -136,7 +142,7 @@ void BusArbiter::trace(sc_core::sc_trace_file* file) const {
         sc_core::sc_trace(file, grant_o[line], path(numbered("grant", line).c_str()));
     }
     for (std::size_t line = 0; line < deadline_i.size(); ++line) {
-        sc_core::sc_trace(file, deadline_i[line], path(numbered("deadline", line).c_str()));
+        trace_number(file, deadline_i[line].read(), path(numbered("deadline", line).c_str()), kDeadlineBits);
     }
     sc_core::sc_trace(file, start_i, path("start"));
     sc_core::sc_trace(file, take_i, path("take"));

@@ -101,10 +101,9 @@ void FrameAverager::mark_frame(bool bad) {
 /// True if the raster pixel completes a display pixel, which is then to be written.
 bool FrameAverager::take_pixel(const PipePixel& pixel) {
     if (!pixel.valid) {
-        SC_REPORT_ERROR("/metabuffer/output_framebuffer/bubble",
-                        (std::string(get_parent_object()->name()) + " found no pixel at raster position " +
-                         std::to_string(raster_position_))
-                            .c_str());
+        SC_REPORT_ERROR(
+            "/metabuffer/output_framebuffer/bubble",
+            (whole() + " found no pixel at raster position " + std::to_string(raster_position_)).c_str());
         return false;
     }
     ++pixels_taken_;

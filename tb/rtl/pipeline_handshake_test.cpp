@@ -1,0 +1,272 @@
+#include "rtl/pipeline_handshake.h"
+
+#include <catch2/catch.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "clocked_testbench.h"
+#include "support/random_seed.h"
+
+namespace metabuffer::test {
+namespace {
+
+using rtl::PipelineHandshake;
+
+enum class Strap : std::uint8_t { kRelay, kMaster };
+enum class Mode : std::uint8_t { kGlitch, kStall };
+using Clocks = std::vector<int>;
+
+/// A composer's handshakes between the one above, the one below and the composer's own parts, all played by the test.
+struct HandshakeBench {
+    ClockDomain& core;
+    sc_core::sc_signal<bool> pipemaster, column_stall, startframe_in, startframe_out, below, above, fetched,
+        running, start;
+    PipelineHandshake dut;
+    const Recording<bool>& startframes;  ///< what stands after each edge
+    const Recording<bool>& pipereadies;
+    const Recording<bool>& aboves;  ///< PIPEREADY as each edge samples it
+    const Recording<bool>& starts;  ///< the same of start_o
+
+    explicit HandshakeBench(ClockedTestbench& bench, Strap strap = Strap::kRelay, Mode mode = Mode::kGlitch,
+                            const std::string& name = "pipeline_handshake")
+        : core(bench.core),
+          pipemaster((name + "_pipemaster").c_str(), strap == Strap::kMaster),
+          dut(name.c_str(), mode == Mode::kStall),
+          startframes(core.record(startframe_out)),
+          pipereadies(core.record(above)),
+          aboves(core.record_sampled(above)),
+          starts(core.record_sampled(start)) {
+        dut.clk_i(core.clk);
+        dut.reset_i(bench.reset);
+        dut.pipemaster_i(pipemaster);
+        dut.column_stall_i(column_stall);
+        dut.startframe_i(startframe_in);
+        dut.startframe_o(startframe_out);
+        dut.pipeready_i(below);
+        dut.pipeready_o(above);
+        dut.fetched_i(fetched);
+        dut.running_i(running);
+        dut.start_o(start);
+        bench.trace(dut);
+    }
+    /// Edges first, first + 1, ... last sample the wire high.
+    void hold(sc_core::sc_signal<bool>& wire, int first, int last) {
+        core.drive(wire, first, true);
+        core.drive(wire, last + 1, false);
+    }
+};
+
+TEST_CASE("pipeline handshake: PIPEREADY rises after the edge that sees PIPEREADY from below") {
+    ClockedTestbench bench;
+    HandshakeBench dut(bench);
+    bench.core.drive(dut.fetched, 2, true);
+    bench.core.drive(dut.below, 20, true);  // after a pause in which the block sleeps
+    bench.run_through(24);
+    CHECK(dut.pipereadies.rises() == Clocks{20});
+    CHECK(dut.aboves.rises() == Clocks{21});
+    CHECK(dut.starts.high().empty());
+    CHECK(dut.startframes.high().empty());
+}
+
+TEST_CASE(
+    "pipeline handshake: with PIPEREADY from below, PIPEREADY follows a fetched frame in the same clock") {
+    ClockedTestbench bench;
+    HandshakeBench dut(bench);
+    bench.core.drive(dut.below, 3, true);
+    bench.core.drive(dut.fetched, 30, true);
+    bench.run_through(34);
+    CHECK(dut.aboves.rises() == Clocks{30});
+}
+
+TEST_CASE("pipeline handshake: PIPEREADY is not taken back before STARTFRAME, whatever falls") {
+    ClockedTestbench bench;
+    HandshakeBench dut(bench);
+    dut.hold(dut.below, 3, 5);
+    dut.hold(dut.fetched, 3, 8);
+    bench.core.pulse(dut.startframe_in, 40);
+    bench.run_through(50);
+    CHECK(dut.pipereadies.high() == clock_range(3, 40));
+}
+
+TEST_CASE(
+    "pipeline handshake: neither a fetched frame alone nor PIPEREADY from below alone raises PIPEREADY") {
+    ClockedTestbench bench;
+    HandshakeBench dut(bench);
+    dut.hold(dut.fetched, 3, 5);
+    dut.hold(dut.below, 6, 8);  // edge 8 has seen it when a frame is fetched again, too late
+    dut.hold(dut.fetched, 10, 12);
+    bench.run_through(20);
+    CHECK(dut.pipereadies.high().empty());
+    CHECK(dut.aboves.high().empty());
+}
+
+TEST_CASE("pipeline handshake: STARTFRAME starts a frame in its own clock and is relayed a clock later") {
+    ClockedTestbench bench;
+    HandshakeBench dut(bench);
+    dut.hold(dut.below, 3, 20);
+    dut.hold(dut.fetched, 3, 20);
+    bench.core.pulse(dut.startframe_in, 20);
+    dut.hold(dut.running, 21, 30);
+    bench.run_through(40);
+    CHECK(dut.starts.high() == Clocks{20});
+    CHECK(dut.startframes.high() == Clocks{20});  // the composer below samples it at edge 21
+    CHECK(dut.pipereadies.falls() == Clocks{20});
+}
+
+TEST_CASE("pipeline handshake: the PIPEMASTER answers its own PIPEREADY with STARTFRAME, a clock later") {
+    ClockedTestbench bench;
+    HandshakeBench dut(bench, Strap::kMaster);
+    dut.hold(dut.below, 10, 14);
+    bench.core.drive(dut.fetched, 3, true);
+    bench.core.pulse(dut.startframe_in, 5);  // it has nobody above
+    dut.hold(dut.running, 12, 30);
+    bench.run_through(40);
+    CHECK(dut.pipereadies.high() == Clocks{10});
+    CHECK(dut.starts.high() == Clocks{11});
+    CHECK(dut.startframes.high() == Clocks{11});
+}
+
+TEST_CASE("pipeline handshake: PIPEREADY of the frame just ended is not taken for the next one's") {
+    ClockedTestbench bench;
+    HandshakeBench dut(bench);
+    bench.core.drive(dut.fetched, 2, true);
+    bench.core.pulse(dut.startframe_in, 10);
+    dut.hold(dut.running, 11, 20);
+    dut.hold(dut.below, 15, 20);  // the frame's last edge still sees it
+    dut.hold(dut.below, 30, 31);
+    bench.run_through(40);
+    CHECK(dut.aboves.rises() == Clocks{31});
+    CHECK(dut.pipereadies.rises() == Clocks{30});
+}
+
+TEST_CASE(
+    "pipeline handshake: PIPEREADY for the next frame comes one clock after the frame, at the earliest") {
+    ClockedTestbench bench;
+    HandshakeBench dut(bench, Strap::kMaster);
+    bench.core.drive(dut.fetched, 2, true);
+    dut.hold(dut.running, 3, 20);
+    bench.core.drive(dut.below, 4, true);
+    bench.run_through(22);
+    CHECK(dut.pipereadies.rises() == Clocks{21});
+    CHECK(dut.startframes.rises() == Clocks{22});
+}
+
+TEST_CASE("pipeline handshake: in stall mode STARTFRAME stands still while COLUMNSTALL is high") {
+    ClockedTestbench bench;
+    HandshakeBench relay(bench, Strap::kRelay, Mode::kStall, "relay");
+    HandshakeBench master(bench, Strap::kMaster, Mode::kStall, "master");
+    HandshakeBench glitch(bench, Strap::kRelay, Mode::kGlitch, "glitch");
+    for (HandshakeBench* dut : {&relay, &master, &glitch}) {
+        dut->hold(dut->column_stall, 11, 13);
+        dut->hold(dut->column_stall, 15, 16);
+        bench.core.drive(dut->fetched, 2, true);
+    }
+    relay.hold(relay.startframe_in, 12, 14);  // a register above stands still, too
+    glitch.hold(glitch.startframe_in, 12, 12);
+    bench.core.pulse(master.below, 10);
+    relay.hold(relay.running, 15, 30);
+    master.hold(master.running, 15, 30);
+    glitch.hold(glitch.running, 13, 30);
+    bench.run_through(30);
+    CHECK(relay.startframes.high() == Clocks{14, 15, 16});
+    CHECK(master.pipereadies.high() == clock_range(10, 14));
+    CHECK(master.starts.high() == clock_range(11, 15));
+    CHECK(master.startframes.high() == Clocks{14, 15, 16});
+    CHECK(glitch.startframes.high() == Clocks{12});  // nothing ever raises it there, so it is not read
+}
+
+TEST_CASE("pipeline handshake: reset leaves what power-up leaves and reads the strap again") {
+    ClockedTestbench bench;
+    HandshakeBench ready(bench, Strap::kRelay, Mode::kStall, "ready");
+    HandshakeBench starting(bench, Strap::kRelay, Mode::kStall, "starting");
+    HandshakeBench seen(bench, Strap::kRelay, Mode::kStall, "seen");
+    HandshakeBench strapped(bench, Strap::kRelay, Mode::kStall, "strapped");
+    bench.core.drive(bench.reset, 10, true);
+    bench.core.drive(bench.reset, 12, false);
+    for (HandshakeBench* dut : {&ready, &starting, &seen, &strapped}) bench.core.drive(dut->fetched, 2, true);
+    ready.hold(ready.below, 4, 9);
+    bench.core.pulse(starting.startframe_in, 9);
+    bench.core.drive(seen.fetched, 2, false);
+    seen.hold(seen.below, 4, 11);  // the edges in reset do not see it
+    bench.core.drive(seen.fetched, 12, true);
+    bench.core.drive(strapped.pipemaster, 5, true);
+    bench.core.pulse(strapped.startframe_in, 7);
+    bench.core.pulse(strapped.below, 14);
+    bench.run_through(20);
+    CHECK(ready.pipereadies.high() == clock_range(4, 10));
+    CHECK(starting.startframes.high() == Clocks{9});
+    CHECK(starting.aboves.high().empty());
+    CHECK(seen.aboves.high().empty());
+    // It was a relay until the reset and is the PIPEMASTER since.
+    CHECK(strapped.startframes.high() == Clocks{7, 15});
+}
+
+/// A handshake under random inputs, and what its wires must be as each edge samples them; STARTFRAME: after it.
+struct RandomRun {
+    static constexpr int kClocks = 3000;
+    HandshakeBench dut;
+    std::vector<bool> ready, start, startframe;
+
+    RandomRun(ClockedTestbench& bench, Random& random, Strap strap, Mode mode, const std::string& name)
+        : dut(bench, strap, mode, name) {
+        // What the edge before has sampled, and STARTFRAME.
+        bool was_running = false, was_below = false, was_ready = false, sent = false;
+        bool fetched = false, below = false, running = false, from_above = false;
+        int pause = 0;
+        for (int clock = 0; clock < kClocks; ++clock) {
+            if (random.one_in(40)) pause = random.between(5, 20);  // long enough for the block to sleep
+            if (pause > 0) {
+                --pause;
+            } else {
+                if (random.one_in(4)) fetched = !fetched;
+                if (random.one_in(4)) below = !below;
+                if (random.one_in(6)) running = !running;
+                from_above = random.one_in(6);
+            }
+            const bool stall = random.one_in(5);
+            dut.core.drive(dut.fetched, clock, fetched);
+            dut.core.drive(dut.below, clock, below);
+            dut.core.drive(dut.running, clock, running);
+            dut.core.drive(dut.startframe_in, clock, from_above);
+            dut.core.drive(dut.column_stall, clock, stall);
+            const bool is_ready = !running && !was_running && !sent && (was_ready || (fetched && was_below));
+            const bool starts = !running && (strap == Strap::kMaster ? is_ready : from_above);
+            ready.push_back(is_ready);
+            start.push_back(starts);
+            if (mode == Mode::kGlitch || !stall) sent = starts;
+            startframe.push_back(sent);
+            was_running = running;
+            was_below = below;
+            was_ready = is_ready;
+        }
+    }
+    void check() const {
+        for (int clock = 0; clock < kClocks; ++clock) {
+            INFO("clock " << clock);
+            const auto n = static_cast<std::size_t>(clock);
+            REQUIRE(dut.aboves.at(clock) == ready[n]);
+            REQUIRE(dut.starts.at(clock) == start[n]);
+            REQUIRE(dut.startframes.at(clock) == startframe[n]);
+        }
+    }
+};
+
+TEST_CASE("pipeline handshake: under random inputs its outputs follow the rules at every clock") {
+    const auto seed = random_seed(2203);
+    INFO("METABUFFER_SEED=" << seed);
+    Random random(seed);
+    ClockedTestbench bench;
+    std::vector<std::unique_ptr<RandomRun>> runs;
+    for (const Strap strap : {Strap::kRelay, Strap::kMaster}) {
+        for (const Mode mode : {Mode::kGlitch, Mode::kStall}) {
+            runs.push_back(std::make_unique<RandomRun>(bench, random, strap, mode,
+                                                       "dut_" + std::to_string(runs.size())));
+        }
+    }
+    bench.run_through(RandomRun::kClocks);
+    for (const auto& run : runs) run->check();
+}
+
+}  // namespace
+}  // namespace metabuffer::test
