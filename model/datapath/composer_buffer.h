@@ -24,6 +24,9 @@ constexpr int buffer_address(std::int64_t base_address, std::int64_t k, int addr
     return static_cast<int>((base_address + k) & (std::int64_t{addresses} - 1));
 }
 
+/// How many addresses one lies behind another.
+constexpr int addresses_behind(int from, int to, int addresses) { return (to - from) & (addresses - 1); }
+
 /// Where a composer's pixels are in its local memory (section 5.2 of the paper): a queue of the segment's pixels with a
 /// moving window, since a replicated source row is read again until its last repetition. It keeps up to two frames
 /// apart: the one that is being composited, or is next, and the one after it, which the bus may already carry. A frame

@@ -41,8 +41,12 @@ class ComposerRecord {
 
     ComposerCounters& mutable_counters() { return counters_; }
     void frame_started(std::int64_t cycle) { frame_spans_.push_back({cycle, kNever, kNever}); }
-    void first_pixel_composited(std::int64_t cycle) { frame_spans_.back().start_cycle = cycle; }
-    void last_pixel_composited(std::int64_t cycle) { frame_spans_.back().end_cycle = cycle; }
+    void first_pixel_composited(std::int64_t cycle) {
+        if (!frame_spans_.empty()) frame_spans_.back().start_cycle = cycle;
+    }
+    void last_pixel_composited(std::int64_t cycle) {
+        if (!frame_spans_.empty()) frame_spans_.back().end_cycle = cycle;
+    }
     /// Number of the frame that has started last; -1: none yet.
     int frame() const { return static_cast<int>(frame_spans_.size()) - 1; }
     void count_busready_drop(std::int64_t cycle) {

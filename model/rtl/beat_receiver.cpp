@@ -20,7 +20,6 @@ BeatReceiver::BeatReceiver(const sc_core::sc_module_name& name, const Scenario& 
       may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
-      address_bits_(fifo_address_bits(scenario)),
       pixel_bits_(segment_pixel_bits(scenario)),
       in_flight_pixels_(in_flight_pixels(scenario.bus, scenario.memory)),
       cut_cycles_(busready_cut_cycles(scenario.bus, scenario.memory)),

@@ -18,7 +18,7 @@ namespace metabuffer::rtl {
 /// sent.
 ///
 /// Timing, in core clocks; every output is registered:
-/// - use_i: what the raster position composited at an edge is the last to need is released at that edge, unless
+/// - use_i: what is not needed any more after the position composited at an edge is released at that edge, unless
 ///   COLUMNSTALL is high. That comes before the edge's beat.
 /// - a pixel sampled from the bus at an edge counts as arrived after it, and stands at write_o.
 /// - BUSREADY: if no burst for this composer is under way, or its rest fits one beat, BUSREADY is high while
@@ -91,7 +91,6 @@ class BeatReceiver final : public Block {
     bool may_stall_;
     int ready_space_pixels_;
     int pixels_per_beat_;
-    int address_bits_;
     int pixel_bits_;
     int in_flight_pixels_;    ///< that may still come when BUSREADY falls in a burst, with that edge's beat
     int cut_cycles_;          ///< in which they come

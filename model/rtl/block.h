@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <string>
 #include <systemc>
-#include <utility>
 
 #include "rtl/clock_gate.h"
 #include "scenario/scenario.h"

@@ -178,7 +178,6 @@ class BusPort final : public Block {
     void count_answers();
     bool composers_take_table() const;
     bool take_grant();
-    void start_burst(int row);
     void stop_burst();
     void refresh_clock();
     void close_banks();

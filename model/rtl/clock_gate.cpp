@@ -5,6 +5,7 @@
 namespace metabuffer::rtl {
 
 void ClockGate::attach(const sc_core::sc_in<bool>& clock) {
+    attached_ = true;
     clock_ = dynamic_cast<GatedClock*>(const_cast<sc_core::sc_interface*>(clock.get_interface()));
 }
 

@@ -23,7 +23,8 @@ enum class ClockGating : std::uint8_t { kOn, kOff };
 ///         if (gate_.idle_edge(nothing_to_do)) next_trigger(wake_events_);
 ///     }
 ///
-/// "Nothing to do" must mean: with the inputs as they are, no register changes at any later edge.
+/// "Nothing to do" must mean: with the inputs as they are, no register changes at any later edge. A reset that changes at
+/// the very time of an edge is seen at the next one; it lasts two edges at least.
 class ClockGate {
   public:
     explicit ClockGate(ClockGating gating) : gating_(gating) {}
@@ -50,7 +51,8 @@ class ClockGate {
         asleep_ = true;
         return true;
     }
-    bool asleep() const { return asleep_; }
+    /// The method sleeps, and the gate is attached to the clock.
+    bool asleep() const { return asleep_ && attached_; }
 
   private:
     void wake();
@@ -60,6 +62,7 @@ class ClockGate {
     ClockGating gating_;
     int idle_edges_ = 0;
     bool asleep_ = false;
+    bool attached_ = false;
     GatedClock* clock_ = nullptr;
 };
 
@@ -78,7 +81,7 @@ class EdgeCounter {
         sleeps_ = false;
         return passed / period_picoseconds_;
     }
-    /// The method does not run again until an input has changed.
+    /// The method does not run again until an input has changed. It has run at two edges in a row at least.
     void sleep() { sleeps_ = true; }
 
   private:

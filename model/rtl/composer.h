@@ -24,8 +24,8 @@ namespace metabuffer::rtl {
 /// - merge_stage: merges the pixels, raises STALL;
 /// - pipeline_handshake: PIPEREADY and STARTFRAME.
 ///
-/// Their headers say what each does at which clock, and what errors it raises. To the outside every output is
-/// registered: none depends on an input of the same clock.
+/// Their headers say what each does at which clock, and what errors it raises. No output depends on an input of the same
+/// clock.
 class Composer final : public Block, public ComposerRecord {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock

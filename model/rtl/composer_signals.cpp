@@ -1,6 +1,5 @@
 #include "rtl/composer_signals.h"
 
-#include "datapath/composer_buffer.h"
 #include "rtl/register.h"
 
 namespace metabuffer::rtl {
@@ -14,10 +13,6 @@ constexpr int kWeightBits = bits_for(kWholeWeight / 2);
 int segment_pixel_bits(const Scenario& scenario) {
     const DisplayConfig& displays = scenario.displays;
     return 1 + bits_for(most_segment_pixels(displays.raster_width_pixels(), displays.raster_height_pixels()));
-}
-
-int fifo_address_bits(const Scenario& scenario) {
-    return bits_for(buffer_addresses(scenario.composer.buffer_pixels) - 1);
 }
 
 std::ostream& operator<<(std::ostream& out, const HeadSegment& value) {
@@ -48,7 +43,6 @@ void sc_trace(sc_core::sc_trace_file* file, const SegmentProgress& value, const 
               int pixel_bits) {
     sc_core::sc_trace(file, value.abandoned, name + ".abandoned");
     trace_number(file, value.arrived, name + ".arrived", pixel_bits);
-    sc_core::sc_trace(file, value.base_address, name + ".base_address");
 }
 
 BlendWindow<std::int64_t> RasterStep::window() const {

@@ -16,8 +16,6 @@ constexpr int kSegmentPixelBits = 34;
 
 /// Bits of the index of a segment's pixel, or of none.
 int segment_pixel_bits(const Scenario& scenario);
-/// Bits of an address of a composer's FIFO.
-int fifo_address_bits(const Scenario& scenario);
 
 /// Where the frame's pixels lie on the raster: of the frame that is composited, or is next.
 struct HeadSegment {
@@ -43,6 +41,7 @@ inline bool operator==(const SegmentProgress& a, const SegmentProgress& b) {
     return a.abandoned == b.abandoned && a.arrived == b.arrived && a.base_address == b.base_address;
 }
 std::ostream& operator<<(std::ostream& out, const SegmentProgress& value);
+/// Without the address, which the receiver has among its registers.
 void sc_trace(sc_core::sc_trace_file* file, const SegmentProgress& value, const std::string& name,
               int pixel_bits = kSegmentPixelBits);
 
@@ -55,7 +54,7 @@ struct RasterStep {
     std::uint8_t weight_x = 0;
     std::uint8_t weight_y = 0;
     bool last = false;      ///< the raster's last position
-    bool covered = false;   ///< the segment shows here; else the rest is 0
+    bool covered = false;   ///< the segment shows here; else all but `last` is 0
     bool replayed = false;  ///< its source row is shown for the second time or a later one
 
     BlendWindow<std::int64_t> window() const;
@@ -70,7 +69,7 @@ std::ostream& operator<<(std::ostream& out, const RasterStep& value);
 void sc_trace(sc_core::sc_trace_file* file, const RasterStep& value, const std::string& name,
               int pixel_bits = kSegmentPixelBits);
 
-/// What the raster position that is composited next is the last to need: the pixels up to last_use, if that is one, and
+/// What is not needed any more after the position that is composited next: the pixels up to last_use, if that is one, and
 /// the frame.
 struct PixelUse {
     bool ends_frame = false;

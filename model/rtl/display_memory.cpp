@@ -69,8 +69,7 @@ std::uint32_t& DisplayMemory::at(bool bank, std::uint32_t address, const char* w
 }
 
 void DisplayMemory::trace(sc_core::sc_trace_file* file) const {
-    constexpr int kColourBits = 24;
-    sc_core::sc_trace(file, data_o.read(), path("data"), kColourBits);
+    sc_core::sc_trace(file, data_o.read(), path("data"), kDisplayColourBits);
 }
 
 }  // namespace metabuffer::rtl

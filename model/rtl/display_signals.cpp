@@ -3,12 +3,6 @@
 #include <iomanip>
 
 namespace metabuffer::rtl {
-namespace {
-
-constexpr int kColourBits = 24;
-
-}  // namespace
-
 std::ostream& operator<<(std::ostream& out, const DisplayWrite& value) {
     const auto flags = out.flags();
     out << "bank " << int{value.bank} << " address " << value.address << " colour 0x" << std::hex
@@ -21,7 +15,7 @@ void sc_trace(sc_core::sc_trace_file* file, const DisplayWrite& value, const std
               int address_bits) {
     sc_core::sc_trace(file, value.bank, name + ".bank");
     sc_core::sc_trace(file, value.address, name + ".address", address_bits);
-    sc_core::sc_trace(file, value.colour, name + ".colour", kColourBits);
+    sc_core::sc_trace(file, value.colour, name + ".colour", kDisplayColourBits);
 }
 
 std::ostream& operator<<(std::ostream& out, const DisplayRead& value) {

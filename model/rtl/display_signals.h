@@ -10,6 +10,9 @@
 /// The values that the wires inside an output framebuffer carry.
 namespace metabuffer::rtl {
 
+/// 0xRRGGBB.
+constexpr int kDisplayColourBits = 24;
+
 /// A display pixel on its way into the display's memory.
 struct DisplayWrite {
     bool bank = false;  ///< which of the two

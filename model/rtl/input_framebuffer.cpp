@@ -1,9 +1,23 @@
 #include "rtl/input_framebuffer.h"
 
+#include <algorithm>
+
 #include "datapath/arbitration/arbitration_table.h"
 #include "rtl/framebuffer_wires.h"
 
 namespace metabuffer::rtl {
+namespace {
+
+/// A link port counts edges that pass in its sleep by a steady clock.
+ClockGating link_gating(const Scenario& scenario, int renderer, ClockGating gating) {
+    const bool drifts =
+        std::any_of(scenario.faults.begin(), scenario.faults.end(), [renderer](const Fault& fault) {
+            return fault.kind == FaultKind::kDrift && fault.renderer == renderer;
+        });
+    return drifts ? ClockGating::kOff : gating;
+}
+
+}  // namespace
 
 InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
                                    int renderer, ClockGating gating)
@@ -21,7 +35,7 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
                       counters_.rejected_slot_tables += table_unit_.back_slots_rejected() ? 1 : 0;
                   },
                   [this](int pairs) { counters_.dropped_frames += pairs; }},
-                 gating),
+                 link_gating(scenario, renderer, gating)),
       table_unit_("table_unit", scenario.bus, scenario.limits(renderer_)),
       frame_memory_("frame_memory", scenario.memory, renderer_.image_words()),
       bus_arbiter_("bus_arbiter", scenario.bus, scenario.displays.count()),

@@ -1,28 +1,16 @@
 #include "rtl/link_port.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "scenario/derived_timing.h"
 
 namespace metabuffer::rtl {
-namespace {
-
-/// Edges that pass in sleep are counted by a steady clock.
-ClockGating gating_of(const Scenario& scenario, ClockGating gating) {
-    const bool drifts = std::any_of(scenario.faults.begin(), scenario.faults.end(),
-                                    [](const Fault& fault) { return fault.kind == FaultKind::kDrift; });
-    return drifts ? ClockGating::kOff : gating;
-}
-
-}  // namespace
-
 LinkPort::LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
                    Records records, ClockGating gating)
     : Block(name),
       depth_format_(scenario.depth_format),
       records_(std::move(records)),
-      gate_(gating_of(scenario, gating)),
+      gate_(gating),
       write_(registers_, "write", bits_for(renderer.image_words() - 1)),
       banks_(registers_, "banks", 1,
              BankKeeper(scenario.pacing, pair_clocks(renderer), link_timeout_clocks(scenario, renderer))) {

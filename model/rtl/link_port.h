@@ -37,6 +37,7 @@ class LinkPort final : public Block {
         std::function<void(std::uint32_t pair)> accepted;
         std::function<void(int pairs)> dropped;
     };
+    /// gating: kOff if the link's clock may drift, since edges that pass in sleep are counted by a steady clock.
     LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
              Records records, ClockGating gating = ClockGating::kOn);
     SC_HAS_PROCESS(LinkPort);

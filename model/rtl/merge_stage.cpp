@@ -146,9 +146,9 @@ void MergeStage::drive() {
     const RasterStep& ahead = ahead_i.read();
     const SegmentProgress& progress = progress_i.read();
     window_.choose_reads(ahead, progress);
-    drive_read(window_.read(0), read_o);
+    read_o.write(window_.read(0));
     if (second_row != nullptr) {
-        drive_read(window_.read(1), second_row->row_read_o);
+        second_row->row_read_o.write(window_.read(1));
     }
     if (may_stall_) {
         const bool stall = running_i.read() && missing();
@@ -156,12 +156,6 @@ void MergeStage::drive() {
         if (stall) {
             record_.note_starved(clock_edge_number(core_period_picoseconds_));
         }
-    }
-}
-
-void MergeStage::drive_read(const FifoRead& read, sc_core::sc_out<FifoRead>& port) {
-    if (read.enable || port.read().enable) {
-        port.write(read);
     }
 }
 

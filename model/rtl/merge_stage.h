@@ -25,7 +25,7 @@ namespace metabuffer::rtl {
 /// - a pixel that has come at an edge can be composited at the next one (PixelWindow).
 /// - read_o is combinational, from ahead_i, progress_i and registers.
 /// - starvation: the segment pixel of a covered raster pixel, or one that is mixed with it, is not there. `glitch`: the
-///   upstream pixel passes and is counted. `stall`: STALL, which is combinational from registers, is high ahead of the
+///   upstream pixel passes and is counted. `stall`: STALL, which is combinational from running_i, progress_i and registers, is high ahead of the
 ///   edge at which the pixel is missing; while COLUMNSTALL is high no register of the pipeline changes. In `glitch` mode
 ///   COLUMNSTALL is not read.
 /// - from the clock on in which progress_i says that the frame is abandoned, every raster pixel passes as it comes from
@@ -74,7 +74,6 @@ class MergeStage final : public Block {
     void composite();
     void record_pixel();
     void drive();
-    static void drive_read(const FifoRead& read, sc_core::sc_out<FifoRead>& port);
     PixelWindow::Pins pins() const;
 
     Composition composition_;

@@ -78,9 +78,9 @@ void Metabuffer::make_clocks() {
         gated->clk_i(clock);
         return gated;
     };
-    link_clk_ = make_gated("link_clk", *dvi_in_clk_);
-    bus_clk_ = make_gated("bus_clk", *core_clk_);
-    pipeline_clk_ = make_gated("pipeline_clk", *core_clk_);
+    gated_link_clk_ = make_gated("gated_link_clk", *dvi_in_clk_);
+    gated_bus_clk_ = make_gated("gated_bus_clk", *core_clk_);
+    gated_pipeline_clk_ = make_gated("gated_pipeline_clk", *core_clk_);
 }
 
 void Metabuffer::make_renderer_side() {
@@ -112,8 +112,8 @@ void Metabuffer::make_renderer_side() {
 
         auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),
                                                               scenario_, static_cast<int>(r), gating_);
-        framebuffer->clk_i(*bus_clk_);
-        bus_clk_->add([block = framebuffer.get()] { return block->sleeps(); });
+        framebuffer->clk_i(*gated_bus_clk_);
+        gated_bus_clk_->add([block = framebuffer.get()] { return block->sleeps(); });
         framebuffer->reset_i(reset_);
         framebuffer->pixel_i(wires_->pixel[r]);
         framebuffer->event_i(wires_->event[r]);
@@ -126,17 +126,18 @@ void Metabuffer::make_renderer_side() {
         }
         blocks_.push_back(framebuffer.get());
 
+        const auto bind = [&](auto& clock) {
+            source->clk_i(clock);
+            decoder->clk_i(clock);
+            framebuffer->dvi_clk_i(clock);
+        };
         if (drifting_clk != nullptr) {
-            source->clk_i(link_clk);
-            decoder->clk_i(link_clk);
-            framebuffer->dvi_clk_i(link_clk);
+            bind(link_clk);
         } else {
-            source->clk_i(*link_clk_);
-            decoder->clk_i(*link_clk_);
-            framebuffer->dvi_clk_i(*link_clk_);
-            link_clk_->add([block = source.get()] { return block->sleeps(); });
-            link_clk_->add([block = decoder.get()] { return block->sleeps(); });
-            link_clk_->add([block = framebuffer.get()] { return block->link_sleeps(); });
+            bind(*gated_link_clk_);
+            gated_link_clk_->add([block = source.get()] { return block->sleeps(); });
+            gated_link_clk_->add([block = decoder.get()] { return block->sleeps(); });
+            gated_link_clk_->add([block = framebuffer.get()] { return block->link_sleeps(); });
         }
         dvi_sources_.push_back(std::move(source));
         dvi_decoders_.push_back(std::move(decoder));
@@ -170,8 +171,8 @@ void Metabuffer::make_bus_registers() {
         auto registers =
             std::make_unique<BusRegisters>(numbered("bus_registers", r).c_str(), stages, displays(),
                                            BusBeat::lanes(pixels_per_beat(scenario_.bus, scenario_.memory)));
-        registers->clk_i(*bus_clk_);
-        bus_clk_->add([block = registers.get()] { return block->sleeps(); });
+        registers->clk_i(*gated_bus_clk_);
+        gated_bus_clk_->add([block = registers.get()] { return block->sleeps(); });
         registers->reset_i(reset_);
         registers->bus_i(wires_->bus_driven(r));
         registers->bus_o(wires_->bus[r]);
@@ -194,8 +195,8 @@ void Metabuffer::make_composers() {
                                                        static_cast<int>(d) + 1, gating_);
             const std::size_t above = r * displays() + d;
             const std::size_t below = above + displays();
-            composer->clk_i(*pipeline_clk_);
-            pipeline_clk_->add([block = composer.get()] { return block->sleeps(); });
+            composer->clk_i(*gated_pipeline_clk_);
+            gated_pipeline_clk_->add([block = composer.get()] { return block->sleeps(); });
             composer->reset_i(reset_);
             composer->pipemaster_i(wires_->pipemaster[r]);
             composer->bus_i(faults_->bus_for(r, d));
@@ -236,8 +237,8 @@ void Metabuffer::make_display_side() {
 
         auto framebuffer = std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(),
                                                                scenario_, static_cast<int>(d) + 1, gating_);
-        framebuffer->clk_i(*pipeline_clk_);
-        pipeline_clk_->add([block = framebuffer.get()] { return block->sleeps(); });
+        framebuffer->clk_i(*gated_pipeline_clk_);
+        gated_pipeline_clk_->add([block = framebuffer.get()] { return block->sleeps(); });
         framebuffer->reset_i(reset_);
         framebuffer->dvi_clk_i(*dvi_out_clk_);
         framebuffer->startframe_i(wires_->startframe[bottom + d]);

@@ -148,9 +148,9 @@ class Metabuffer final : public Block {
 
     std::unique_ptr<sc_core::sc_clock> core_clk_;
     // The clocks of the blocks at the links, at the buses and at the pipelines, which stand still while those sleep.
-    std::unique_ptr<GatedClock> link_clk_;
-    std::unique_ptr<GatedClock> bus_clk_;
-    std::unique_ptr<GatedClock> pipeline_clk_;
+    std::unique_ptr<GatedClock> gated_link_clk_;
+    std::unique_ptr<GatedClock> gated_bus_clk_;
+    std::unique_ptr<GatedClock> gated_pipeline_clk_;
     std::unique_ptr<sc_core::sc_clock> own_dvi_in_clk_;
     std::unique_ptr<sc_core::sc_clock> own_dvi_out_clk_;
     sc_core::sc_clock* dvi_in_clk_ = nullptr;

@@ -16,8 +16,7 @@ namespace metabuffer::rtl {
 ///   falls after the edge that sees STARTFRAME.
 /// - STARTFRAME is relayed one clock later, one clock ahead of pixel 0. The composer strapped PIPEMASTER answers its own
 ///   PIPEREADY instead. At an edge with COLUMNSTALL high it stands still. In `glitch` mode COLUMNSTALL is not read.
-/// - PIPEREADY and start_o are combinational from registers of this clock and from start_i of the pipeline; they change
-///   after the edge at which the composer's state does.
+/// - PIPEREADY is combinational from registers, running_i and fetched_i, and start_o from these and startframe_i.
 class PipelineHandshake final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock

@@ -48,17 +48,27 @@ std::optional<std::uint64_t> PixelWindow::at_hand(std::size_t row, std::size_t c
     const FifoWrite& write = pins_.write.read();
     if (write.count > 0 && progress.has_arrived(pixel)) {
         const int address = buffer_address(progress.base_address, pixel, addresses_);
-        const int word = buffer_address(address, -std::int64_t{write.address}, addresses_);
+        const int word = addresses_behind(static_cast<int>(write.address), address, addresses_);
         if (word < write.count) return write.words[static_cast<std::size_t>(word)];
     }
     return std::nullopt;
+}
+
+Pixel PixelWindow::pixel_at(std::size_t row, std::size_t column, std::int64_t pixel,
+                            const SegmentProgress& progress) const {
+    const std::optional<std::uint64_t> word = at_hand(row, column, pixel, progress);
+    if (!word) {
+        SC_REPORT_ERROR("/metabuffer/merge_stage/pixel",
+                        ("pixel " + std::to_string(pixel) + " has come and is not at hand").c_str());
+    }
+    return Pixel(word.value_or(0));
 }
 
 BlendWindow<Pixel> PixelWindow::pixels(const RasterStep& step, const SegmentProgress& progress) const {
     const BlendWindow<std::int64_t> window = step.window();
     const auto pixel = [&](std::size_t row, std::int64_t index) {
         const std::size_t column = row_of(row, step)[0] == index ? 0 : 1;
-        return Pixel(at_hand(row, column, index, progress).value_or(0));
+        return pixel_at(row, column, index, progress);
     };
     const Pixel own = pixel(0, window.own);
     const auto or_own = [&](std::size_t row, std::int64_t index) {
@@ -104,16 +114,16 @@ void PixelWindow::choose_reads(const RasterStep& ahead, const SegmentProgress& p
 
 FifoRead PixelWindow::read_for(std::size_t row, const RasterStep& ahead,
                                const SegmentProgress& progress) const {
-    if (!ahead.covered || progress.abandoned) return {};
     const Row pixels = row_of(row, ahead);
+    if (pixels[0] == kNone) return {};
+    FifoRead read;
+    read.address = static_cast<std::uint32_t>(buffer_address(progress.base_address, pixels[0], addresses_));
     for (std::size_t column = 0; column < lines_; ++column) {
         const std::int64_t pixel = pixels[column];
-        if (pixel != kNone && progress.has_arrived(pixel) && !tap(row, column).has(pixel)) {
-            return {true,
-                    static_cast<std::uint32_t>(buffer_address(progress.base_address, pixels[0], addresses_))};
-        }
+        read.enable = read.enable || (pixel != kNone && progress.has_arrived(pixel) && !progress.abandoned &&
+                                      !tap(row, column).has(pixel));
     }
-    return {};
+    return read;
 }
 
 void PixelWindow::forget() {

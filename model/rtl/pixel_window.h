@@ -21,7 +21,9 @@ namespace metabuffer::rtl {
 ///
 /// A port is read one position ahead, unless its output has the words already, as it does while columns are replicated.
 /// A pixel bypasses the FIFO if it has come at the edge before its use: it is taken from the beat on its way into the
-/// FIFO. It goes into a register if it is needed for longer, or if the column stands still and the FIFO reads over it.
+/// FIFO. While the column stands still, a register keeps it, and so it does with a pixel that the FIFO reads over.
+///
+/// Raises /metabuffer/merge_stage/pixel if a pixel that has arrived is not at hand.
 class PixelWindow {
   public:
     static constexpr std::size_t kMostRows = 2;     ///< the raster pixel's own source row, and the other one
@@ -29,7 +31,7 @@ class PixelWindow {
     template <typename Value>
     using Grid = std::array<std::array<Value, kMostColumns>, kMostRows>;
 
-    /// The FIFO's pins. Those of a row or a column that the window has not are null.
+    /// The FIFO's pins; null where the window has no such row or column.
     struct Pins {
         const sc_core::sc_in<FifoWrite>& write;  ///< what it is about to store
         Grid<const sc_core::sc_in<std::uint64_t>*> words{};
@@ -48,12 +50,13 @@ class PixelWindow {
     BlendWindow<Pixel> pixels(const RasterStep& step, const SegmentProgress& progress) const;
     /// The same where nothing is mixed.
     Pixel pixel(const RasterStep& step, const SegmentProgress& progress) const {
-        return Pixel(at_hand(0, 0, step.pixel, progress).value_or(0));
+        return pixel_at(0, 0, step.pixel, progress);
     }
 
     /// Call it at each edge, after pixels(). True if the registers have changed.
     bool clock_edge(const Steps& steps, const SegmentProgress& progress);
-    /// Decides what each row's port reads, combinationally: of the position ahead, what has come and is not at hand.
+    /// Decides what each row's port reads, combinationally: of the position ahead, what has come and is not at hand. The
+    /// address is that of the position's first pixel in the row, whether it is read or not.
     void choose_reads(const RasterStep& ahead, const SegmentProgress& progress);
     /// What a row's port reads at the next edge.
     const FifoRead& read(std::size_t row) const { return reads_[row]; }
@@ -76,6 +79,8 @@ class PixelWindow {
     Row row_of(std::size_t row, const RasterStep& step) const;
     std::optional<std::uint64_t> at_hand(std::size_t row, std::size_t column, std::int64_t pixel,
                                          const SegmentProgress& progress) const;
+    Pixel pixel_at(std::size_t row, std::size_t column, std::int64_t pixel,
+                   const SegmentProgress& progress) const;
     const Tap& tap(std::size_t row, std::size_t column) const { return *taps_[row * lines_ + column]; }
     Tap& tap(std::size_t row, std::size_t column) { return *taps_[row * lines_ + column]; }
 

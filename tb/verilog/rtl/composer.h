@@ -14,8 +14,8 @@ class VerilatedComposer;
 namespace metabuffer::rtl {
 
 /// The composer of tb/verilog/composer.sv, verilated, in the place of model/rtl's: the same ports with the same
-/// meaning, timing and errors, which are written at that class. What is not a pin of the composer (counters, frame
-/// spans, what it waits for) is derived here from the status outputs of the SystemVerilog module.
+/// meaning, timing and errors, which are written at that class and its parts. What is not a pin of the composer
+/// (counters, frame spans, what it waits for) is derived here from the status outputs of the SystemVerilog module.
 ///
 /// Raises /metabuffer/composer/protocol as model/rtl's composer does, and at elaboration /metabuffer/composer/size
 /// if the scenario needs a larger memory than the module was verilated with, /metabuffer/composer/smoothing if it wants
