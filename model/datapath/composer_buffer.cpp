@@ -183,20 +183,35 @@ void SegmentWalker::start_smoothed_row() {
     }
 }
 
-BlendWindow<std::int64_t> SegmentWalker::window() const {
-    BlendWindow<std::int64_t> window{pixel(), Segment::kNoPixel, Segment::kNoPixel, Segment::kNoPixel};
-    if (!smooths()) return window;
-    const bool beside = has_beside();
-    if (beside) window.beside = window.own + column_blend_.side();
-    if (has_across_) window.across = window.own + across_;
-    if (beside && has_across_) window.diagonal = window.beside + across_;
-    return window;
+RasterStep SegmentWalker::step() const {
+    RasterStep step;
+    if (done()) {
+        return step;
+    }
+    step.last = x_ == raster_width_ - 1 && y_ == raster_height_ - 1;
+    step.covered = covered();
+    if (!step.covered) {
+        return step;
+    }
+    step.replayed = replayed();
+    step.pixel = pixel();
+    if (smooths() && has_beside()) {
+        step.beside = column_blend_.side();
+        step.weight_x = static_cast<std::uint8_t>(column_blend_.weight());
+    }
+    if (smooths() && has_across_) {
+        step.across = static_cast<std::int32_t>(across_);
+        step.weight_y = static_cast<std::uint8_t>(row_blend_.weight());
+    }
+    return step;
 }
 
-std::int64_t SegmentWalker::newest_pixel() const {
-    if (!smooths()) return pixel();
-    const std::int64_t row = has_across_ && across_ > 0 ? across_ : 0;
-    return pixel() + row + (has_beside() && column_blend_.side() > 0 ? 1 : 0);
+BlendWindow<std::int64_t> RasterStep::window() const {
+    BlendWindow<std::int64_t> window{pixel, Segment::kNoPixel, Segment::kNoPixel, Segment::kNoPixel};
+    if (beside != 0) window.beside = pixel + beside;
+    if (across != 0) window.across = pixel + across;
+    if (beside != 0 && across != 0) window.diagonal = window.beside + across;
+    return window;
 }
 
 std::int64_t SegmentWalker::smoothed_released() const {

@@ -188,6 +188,27 @@ class ComposerBuffer {
     int write_address_ = 0;
 };
 
+/// What a raster position shows of a segment.
+struct RasterStep {
+    std::int64_t pixel = 0;
+    // Of a smoothed segment: the pixels that are mixed here besides.
+    std::int32_t across = 0;  ///< from a pixel of this source row to that of the other one; 0: none
+    std::int32_t beside = 0;  ///< -1: the pixel before; 1: the one after; 0: neither
+    std::uint8_t weight_x = 0;
+    std::uint8_t weight_y = 0;
+    bool last = false;      ///< the raster's last position
+    bool covered = false;   ///< the segment shows here; else all but `last` is 0
+    bool replayed = false;  ///< its source row is shown for the second time or a later one
+
+    /// As Segment::window_at and newest_at; only where covered.
+    BlendWindow<std::int64_t> window() const;
+    std::int64_t newest() const { return pixel + (across > 0 ? across : 0) + (beside > 0 ? 1 : 0); }
+};
+inline bool operator==(const RasterStep& a, const RasterStep& b) {
+    return a.pixel == b.pixel && a.across == b.across && a.beside == b.beside && a.weight_x == b.weight_x &&
+           a.weight_y == b.weight_y && a.last == b.last && a.covered == b.covered && a.replayed == b.replayed;
+}
+
 /// Walks a display's raster in raster order. For each position it says whether the segment covers it, which of the
 /// segment's pixels shows there, and whether that is the pixel's last use. Of a smoothed segment it gives all pixels
 /// that a raster pixel is mixed of, and their weights. It only increments, as the hardware does.
@@ -218,19 +239,9 @@ class SegmentWalker {
         return smooths() ? smoothed_released() : (last_use() ? pixel() : Segment::kNoPixel);
     }
 
-    // ---- of a smoothed segment, only where covered() ----
-
     bool smooths() const { return reach_ > 0; }
-    /// The neighbour in the source row: -1 before, 1 after, 0 none.
-    int beside() const { return has_beside() ? column_blend_.side() : 0; }
-    /// From a pixel of this source row to that of the other one; 0: none.
-    std::int64_t across() const { return has_across_ ? across_ : 0; }
-    int weight_x() const { return has_beside() ? column_blend_.weight() : 0; }
-    int weight_y() const { return has_across_ ? row_blend_.weight() : 0; }
-    /// As Segment::window_at and newest_at.
-    BlendWindow<std::int64_t> window() const;
-    std::int64_t newest_pixel() const;
-
+    /// What shows here; nothing beyond the raster.
+    RasterStep step() const;
     /// The raster row shows its source row for the second time or a later one.
     bool replayed() const { return row_covered_ && row_phase_ > first_row_phase_; }
     void advance();

@@ -39,7 +39,7 @@ ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scen
                     hold.and_behind(rtl::HandshakeFault::stopped_burst_cycles(scenario)));
             }
             if (stalls) tableready_holds_.push_back(hold);
-            if (stalls && scenario.composer.on_starvation == StarvationMode::kStall) {
+            if (stalls && scenario.composer.may_stall()) {
                 stall_holds_.push_back(hold);
             }
         }

@@ -26,7 +26,7 @@ ComposerObserver::ComposerObserver(const Scenario& scenario, int renderer, int d
       composition_(scenario.composition),
       far_z_(far_z(scenario.depth_format)),
       smoothing_(scenario.composer.smoothing),
-      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      may_stall_(scenario.composer.may_stall()),
       background_(scenario.background_pixel()),
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_height_(scenario.displays.raster_height_pixels()),

@@ -17,7 +17,7 @@ PipelineMonitor::PipelineMonitor(const sc_core::sc_module_name& name, const Scen
       startframe_o("startframe_o", scenario.renderers.size()),
       pipe_o("pipe_o", scenario.renderers.size()),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
-      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      may_stall_(scenario.composer.may_stall()),
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_pixels_(raster_width_ * scenario.displays.raster_height_pixels()),
       display_("display " + std::to_string(display + 1) + ": "),

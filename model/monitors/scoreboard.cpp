@@ -66,7 +66,7 @@ Scoreboard::Scoreboard(const sc_core::sc_module_name& name, const Scenario& scen
       displays_(static_cast<std::size_t>(scenario.displays.count())),
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_pixels_of_frame_(raster_width_ * scenario.displays.raster_height_pixels()),
-      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      may_stall_(scenario.composer.may_stall()),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       reference_(scenario),
       compositor_(scenario),

@@ -56,9 +56,7 @@ struct BlockCells {
 };
 
 /// Source rows in a composer's window. The FIFO has a read port for each, and a copy of its memory behind it.
-int composer_rows(const Scenario& scenario) {
-    return row_of(kSmoothingTable, scenario.composer.smoothing).window_rows;
-}
+int composer_rows(const Scenario& scenario) { return scenario.composer.window_rows(); }
 
 /// The fits are in the order of the rows, from one row on.
 template <typename Fits>

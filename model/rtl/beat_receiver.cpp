@@ -17,7 +17,7 @@ BeatReceiver::BeatReceiver(const sc_core::sc_module_name& name, const Scenario& 
                            ComposerRecord& record, ClockGating gating)
     : Block(name),
       display_(static_cast<std::uint16_t>(display)),
-      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      may_stall_(scenario.composer.may_stall()),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
       pixel_bits_(segment_pixel_bits(scenario)),
@@ -72,7 +72,6 @@ void BeatReceiver::clock_edge() {
         return;
     }
     const int held_before = buffer_->held_pixels();
-    // Nothing ever raises COLUMNSTALL in glitch mode.
     if (!may_stall_ || !column_stall_i.read()) {
         raster_edge();
     }
@@ -118,16 +117,10 @@ void BeatReceiver::drive_raster() {
     }
     const SegmentProgress progress{buffer_->abandoned(), buffer_->arrived_pixels(),
                                    static_cast<std::uint32_t>(buffer_->base_address())};
-    if (!(progress == progress_.value())) {
-        progress_ = progress;
-        progress_o.write(progress);
-    }
-    const bool fetched = buffer_->table_complete() &&
-                         (buffer_->segment_complete() || buffer_->free_pixels() < ready_space_pixels_);
-    if (fetched != fetched_) {
-        fetched_ = fetched;
-        fetched_o.write(fetched);
-    }
+    drive_output(progress_, progress_o, progress);
+    drive_output(fetched_, fetched_o,
+                 buffer_->table_complete() &&
+                     (buffer_->segment_complete() || buffer_->free_pixels() < ready_space_pixels_));
 }
 
 // ---- the bus ----
@@ -325,15 +318,8 @@ void BeatReceiver::drive_handshakes() {
     } else {
         busready = slot_ready();
     }
-    if (busready != busready_) {
-        busready_ = busready;
-        busready_o.write(busready);
-    }
-    const bool tableready = buffer_->wants_frame();
-    if (tableready != tableready_) {
-        tableready_ = tableready;
-        tableready_o.write(tableready);
-    }
+    drive_output(busready_, busready_o, busready);
+    drive_output(tableready_, tableready_o, buffer_->wants_frame());
 }
 
 void BeatReceiver::trace(sc_core::sc_trace_file* file) const {

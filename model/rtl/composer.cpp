@@ -9,14 +9,12 @@ Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario
                    ClockGating gating)
     : Block(name),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
-      wires_(row_of(kSmoothingTable, scenario.composer.smoothing).window_rows),
+      wires_(scenario.composer.window_rows()),
       beat_receiver_("beat_receiver", scenario, display, *this, gating),
-      fifo_("fifo", scenario.composer.buffer_pixels,
-            row_of(kSmoothingTable, scenario.composer.smoothing).window_rows),
+      fifo_("fifo", scenario.composer.buffer_pixels, scenario.composer.window_rows()),
       raster_walker_("raster_walker", scenario, *this, gating),
       merge_stage_("merge_stage", scenario, *this, gating),
-      pipeline_handshake_("pipeline_handshake", scenario.composer.on_starvation == StarvationMode::kStall,
-                          gating) {
+      pipeline_handshake_("pipeline_handshake", scenario.composer.may_stall(), gating) {
     bind_bus_side();
     bind_fifo();
     bind_pipeline_side();

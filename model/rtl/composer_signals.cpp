@@ -45,13 +45,23 @@ void sc_trace(sc_core::sc_trace_file* file, const SegmentProgress& value, const 
     trace_number(file, value.arrived, name + ".arrived", pixel_bits);
 }
 
-BlendWindow<std::int64_t> RasterStep::window() const {
-    BlendWindow<std::int64_t> window{pixel, Segment::kNoPixel, Segment::kNoPixel, Segment::kNoPixel};
-    if (beside != 0) window.beside = pixel + beside;
-    if (across != 0) window.across = pixel + across;
-    if (beside != 0 && across != 0) window.diagonal = window.beside + across;
-    return window;
+std::ostream& operator<<(std::ostream& out, const PixelUse& value) {
+    if (value.last_use == Segment::kNoPixel) {
+        out << "no pixel's last use";
+    } else {
+        out << "last use of pixel " << value.last_use;
+    }
+    return out << (value.ends_frame ? ", the frame's end" : "");
 }
+
+void sc_trace(sc_core::sc_trace_file* file, const PixelUse& value, const std::string& name, int pixel_bits) {
+    sc_core::sc_trace(file, value.ends_frame, name + ".ends_frame");
+    trace_number(file, value.last_use, name + ".last_use", pixel_bits, true);
+}
+
+}  // namespace metabuffer::rtl
+
+namespace metabuffer {
 
 std::ostream& operator<<(std::ostream& out, const RasterStep& value) {
     out << (value.last ? "last position, " : "");
@@ -68,25 +78,11 @@ void sc_trace(sc_core::sc_trace_file* file, const RasterStep& value, const std::
     sc_core::sc_trace(file, value.last, name + ".last");
     sc_core::sc_trace(file, value.covered, name + ".covered");
     sc_core::sc_trace(file, value.replayed, name + ".replayed");
-    trace_number(file, value.pixel, name + ".pixel", pixel_bits);
-    trace_number(file, value.beside, name + ".beside", 2, true);
-    trace_number(file, value.across, name + ".across", kRasterBits + 1, true);
-    sc_core::sc_trace(file, value.weight_x, name + ".weight_x", kWeightBits);
-    sc_core::sc_trace(file, value.weight_y, name + ".weight_y", kWeightBits);
+    rtl::trace_number(file, value.pixel, name + ".pixel", pixel_bits);
+    rtl::trace_number(file, value.beside, name + ".beside", 2, true);
+    rtl::trace_number(file, value.across, name + ".across", rtl::kRasterBits + 1, true);
+    sc_core::sc_trace(file, value.weight_x, name + ".weight_x", rtl::kWeightBits);
+    sc_core::sc_trace(file, value.weight_y, name + ".weight_y", rtl::kWeightBits);
 }
 
-std::ostream& operator<<(std::ostream& out, const PixelUse& value) {
-    if (value.last_use == Segment::kNoPixel) {
-        out << "no pixel's last use";
-    } else {
-        out << "last use of pixel " << value.last_use;
-    }
-    return out << (value.ends_frame ? ", the frame's end" : "");
-}
-
-void sc_trace(sc_core::sc_trace_file* file, const PixelUse& value, const std::string& name, int pixel_bits) {
-    sc_core::sc_trace(file, value.ends_frame, name + ".ends_frame");
-    trace_number(file, value.last_use, name + ".last_use", pixel_bits, true);
-}
-
-}  // namespace metabuffer::rtl
+}  // namespace metabuffer

@@ -5,7 +5,7 @@
 #include <string>
 #include <systemc>
 
-#include "datapath/segment.h"
+#include "datapath/composer_buffer.h"
 #include "scenario/scenario.h"
 
 /// The values that the wires between a composer's parts carry, besides those of its FIFO (rtl/signals.h).
@@ -45,30 +45,6 @@ std::ostream& operator<<(std::ostream& out, const SegmentProgress& value);
 void sc_trace(sc_core::sc_trace_file* file, const SegmentProgress& value, const std::string& name,
               int pixel_bits = kSegmentPixelBits);
 
-/// What a raster position shows of the segment.
-struct RasterStep {
-    std::int64_t pixel = 0;
-    // Of a smoothed segment: the pixels that are mixed here besides.
-    std::int32_t across = 0;  ///< from a pixel of this source row to that of the other one; 0: none
-    std::int32_t beside = 0;  ///< -1: the pixel before; 1: the one after; 0: neither
-    std::uint8_t weight_x = 0;
-    std::uint8_t weight_y = 0;
-    bool last = false;      ///< the raster's last position
-    bool covered = false;   ///< the segment shows here; else all but `last` is 0
-    bool replayed = false;  ///< its source row is shown for the second time or a later one
-
-    BlendWindow<std::int64_t> window() const;
-    /// The newest pixel that is needed here.
-    std::int64_t newest() const { return pixel + (across > 0 ? across : 0) + (beside > 0 ? 1 : 0); }
-};
-inline bool operator==(const RasterStep& a, const RasterStep& b) {
-    return a.pixel == b.pixel && a.across == b.across && a.beside == b.beside && a.weight_x == b.weight_x &&
-           a.weight_y == b.weight_y && a.last == b.last && a.covered == b.covered && a.replayed == b.replayed;
-}
-std::ostream& operator<<(std::ostream& out, const RasterStep& value);
-void sc_trace(sc_core::sc_trace_file* file, const RasterStep& value, const std::string& name,
-              int pixel_bits = kSegmentPixelBits);
-
 /// What is not needed any more after the position that is composited next: the pixels up to last_use, if that is one, and
 /// the frame.
 struct PixelUse {
@@ -85,3 +61,12 @@ void sc_trace(sc_core::sc_trace_file* file, const PixelUse& value, const std::st
               int pixel_bits = kSegmentPixelBits);
 
 }  // namespace metabuffer::rtl
+
+// Found by the namespace of its argument, which is a plain structure of model/datapath.
+namespace metabuffer {
+
+std::ostream& operator<<(std::ostream& out, const RasterStep& value);
+void sc_trace(sc_core::sc_trace_file* file, const RasterStep& value, const std::string& name,
+              int pixel_bits = rtl::kSegmentPixelBits);
+
+}  // namespace metabuffer

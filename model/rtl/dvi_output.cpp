@@ -112,10 +112,7 @@ void DviOutput::drive_link() {
     link.de = active_line_ && into_blanking < 0;
     link.hsync = into_blanking >= kSyncStart && into_blanking < kSyncEnd;
     link.data = shows ? data_i.read() : 0;
-    if (!(link == link_.value())) {
-        link_ = link;
-        link_o.write(link_);
-    }
+    drive_output(link_, link_o, link);
 }
 
 /// Reads the pixel that is on the link kReadClocks later. A line's blanking is longer than that, and a frame begins with
@@ -133,10 +130,7 @@ void DviOutput::read_ahead() {
         read_o.write(read_);
         ++next_read_;
     }
-    if (reads != reads_) {
-        reads_ = reads;
-        reads_o.write(reads);
-    }
+    drive_output(reads_, reads_o, reads);
 }
 
 void DviOutput::trace(sc_core::sc_trace_file* file) const { registers_.trace(file, path("")); }

@@ -8,7 +8,7 @@ namespace metabuffer::rtl {
 FrameAverager::FrameAverager(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
                              ClockGating gating)
     : Block(name),
-      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      may_stall_(scenario.composer.may_stall()),
       raster_pixels_(std::int64_t{scenario.displays.raster_width_pixels()} *
                      scenario.displays.raster_height_pixels()),
       colour_table_(scenario.displays.colour_table_of(display)),
@@ -59,7 +59,6 @@ void FrameAverager::clock_edge() {
         mark_frame(false);
     }
     swapped_seen_ = swapped;
-    // Nothing ever raises COLUMNSTALL in glitch mode.
     const bool stalled = may_stall_ && column_stall_i.read();
     bool writes = false;
     if (stalled) {
@@ -72,31 +71,15 @@ void FrameAverager::clock_edge() {
         next_word_ = 0;
         averager_->restart();
     }
-    if (writes != writes_) {
-        writes_ = writes;
-        writes_o.write(writes);
-    }
-    const bool framedone = frame_done_ && !swapped;
-    if (framedone != framedone_) {
-        framedone_ = framedone;
-        framedone_o.write(framedone);
-    }
-    const bool pipeready = !receiving_ && !frame_done_;
-    if (pipeready != pipeready_) {
-        pipeready_ = pipeready;
-        pipeready_o.write(pipeready);
-    }
+    drive_output(writes_, writes_o, writes);
+    drive_output(framedone_, framedone_o, frame_done_ && !swapped);
+    drive_output(pipeready_, pipeready_o, !receiving_ && !frame_done_);
     if (gate_.idle_edge(!receiving_ && !stalled && !writes_ && swapped_.settled(swapped_i.read()))) {
         next_trigger(wake_events_);
     }
 }
 
-void FrameAverager::mark_frame(bool bad) {
-    if (bad != framebad_) {
-        framebad_ = bad;
-        framebad_o.write(bad);
-    }
-}
+void FrameAverager::mark_frame(bool bad) { drive_output(framebad_, framebad_o, bad); }
 
 /// True if the raster pixel completes a display pixel, which is then to be written.
 bool FrameAverager::take_pixel(const PipePixel& pixel) {

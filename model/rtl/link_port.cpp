@@ -58,10 +58,7 @@ void LinkPort::clock_edge() {
         if (const auto given = banks_->answer(edge_)) {
             answer(*given == BankKeeper::Answer::kFresh);
         }
-        if (banks_->wants_pair() != pair_request_) {
-            pair_request_ = banks_->wants_pair();
-            pair_request_o.write(pair_request_);
-        }
+        drive_output(pair_request_, pair_request_o, banks_->wants_pair());
     }
     previous_edge_picoseconds_ = now_picoseconds();
     if (gate_.idle_edge(idle())) {

@@ -76,8 +76,7 @@ std::vector<std::size_t> MachineFaults::faults_of_wire(Handshake handshake, std:
                 return handshake == Handshake::kPipeready && is_of_display(fault, display);
             case FaultKind::kRandomStalls:
                 // In glitch mode nothing reads STALL.
-                return handshake != Handshake::kStall ||
-                       scenario_.composer.on_starvation == StarvationMode::kStall;
+                return handshake != Handshake::kStall || scenario_.composer.may_stall();
             default:
                 return false;
         }

@@ -8,11 +8,9 @@ namespace metabuffer::rtl {
 MergeStage::MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record,
                        ClockGating gating)
     : Block(name),
-      second_row(row_of(kSmoothingTable, scenario.composer.smoothing).window_rows > 1
-                     ? std::make_unique<SecondRowPins>()
-                     : nullptr),
+      second_row(scenario.composer.window_rows() > 1 ? std::make_unique<SecondRowPins>() : nullptr),
       composition_(scenario.composition),
-      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      may_stall_(scenario.composer.may_stall()),
       far_z_(far_z(scenario.depth_format)),
       background_{scenario.background_pixel(), true, false},
       raster_width_(scenario.displays.raster_width_pixels()),
@@ -65,7 +63,6 @@ void MergeStage::clock_edge() {
         reset();
         return;
     }
-    // Nothing ever raises COLUMNSTALL in glitch mode.
     const bool moves = !may_stall_ || !column_stall_i.read();
     const bool running = running_i.read();
     const RasterStep& ahead = ahead_i.read();
@@ -131,9 +128,7 @@ void MergeStage::record_pixel() {
         record_.first_pixel_composited(cycle);
     }
     if (starved_) {
-        record_.count_glitch({record_.frame(), static_cast<int>(composited_ % raster_width_),
-                              static_cast<int>(composited_ / raster_width_)},
-                             cycle);
+        record_.count_glitch({record_.frame(), x(), y()}, cycle);
     }
     ++composited_;
     if (position_->last) {
@@ -165,9 +160,7 @@ std::string MergeStage::waiting_for() const {
     if (!stall_o.read()) {
         return waits::for_column();
     }
-    return waits::for_segment_pixel(position_->newest(), record_.frame(),
-                                    static_cast<int>(composited_ % raster_width_),
-                                    static_cast<int>(composited_ / raster_width_));
+    return waits::for_segment_pixel(position_->newest(), record_.frame(), x(), y());
 }
 
 }  // namespace metabuffer::rtl

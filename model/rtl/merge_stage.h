@@ -73,6 +73,9 @@ class MergeStage final : public Block {
     bool missing() const;
     void composite();
     void record_pixel();
+    // Of the position composited next, for the report.
+    int x() const { return static_cast<int>(composited_ % raster_width_); }
+    int y() const { return static_cast<int>(composited_ / raster_width_); }
     void drive();
     PixelWindow::Pins pins() const;
 

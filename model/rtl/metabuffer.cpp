@@ -13,6 +13,13 @@
 namespace metabuffer::rtl {
 namespace {
 
+/// The clock stands still while the block sleeps, and all others that have it.
+template <typename AnyBlock>
+void bind_clock(AnyBlock& block, GatedClock& clock) {
+    block.clk_i(clock);
+    clock.add([&block] { return block.sleeps(); });
+}
+
 constexpr int kResetCycles = 2;
 
 /// The earlier of two events, either of which may never have happened.
@@ -112,8 +119,7 @@ void Metabuffer::make_renderer_side() {
 
         auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),
                                                               scenario_, static_cast<int>(r), gating_);
-        framebuffer->clk_i(*gated_bus_clk_);
-        gated_bus_clk_->add([block = framebuffer.get()] { return block->sleeps(); });
+        bind_clock(*framebuffer, *gated_bus_clk_);
         framebuffer->reset_i(reset_);
         framebuffer->pixel_i(wires_->pixel[r]);
         framebuffer->event_i(wires_->event[r]);
@@ -126,17 +132,14 @@ void Metabuffer::make_renderer_side() {
         }
         blocks_.push_back(framebuffer.get());
 
-        const auto bind = [&](auto& clock) {
-            source->clk_i(clock);
-            decoder->clk_i(clock);
-            framebuffer->dvi_clk_i(clock);
-        };
         if (drifting_clk != nullptr) {
-            bind(link_clk);
+            source->clk_i(link_clk);
+            decoder->clk_i(link_clk);
+            framebuffer->dvi_clk_i(link_clk);
         } else {
-            bind(*gated_link_clk_);
-            gated_link_clk_->add([block = source.get()] { return block->sleeps(); });
-            gated_link_clk_->add([block = decoder.get()] { return block->sleeps(); });
+            bind_clock(*source, *gated_link_clk_);
+            bind_clock(*decoder, *gated_link_clk_);
+            framebuffer->dvi_clk_i(*gated_link_clk_);
             gated_link_clk_->add([block = framebuffer.get()] { return block->link_sleeps(); });
         }
         dvi_sources_.push_back(std::move(source));
@@ -171,8 +174,7 @@ void Metabuffer::make_bus_registers() {
         auto registers =
             std::make_unique<BusRegisters>(numbered("bus_registers", r).c_str(), stages, displays(),
                                            BusBeat::lanes(pixels_per_beat(scenario_.bus, scenario_.memory)));
-        registers->clk_i(*gated_bus_clk_);
-        gated_bus_clk_->add([block = registers.get()] { return block->sleeps(); });
+        bind_clock(*registers, *gated_bus_clk_);
         registers->reset_i(reset_);
         registers->bus_i(wires_->bus_driven(r));
         registers->bus_o(wires_->bus[r]);
@@ -195,8 +197,7 @@ void Metabuffer::make_composers() {
                                                        static_cast<int>(d) + 1, gating_);
             const std::size_t above = r * displays() + d;
             const std::size_t below = above + displays();
-            composer->clk_i(*gated_pipeline_clk_);
-            gated_pipeline_clk_->add([block = composer.get()] { return block->sleeps(); });
+            bind_clock(*composer, *gated_pipeline_clk_);
             composer->reset_i(reset_);
             composer->pipemaster_i(wires_->pipemaster[r]);
             composer->bus_i(faults_->bus_for(r, d));
@@ -237,8 +238,7 @@ void Metabuffer::make_display_side() {
 
         auto framebuffer = std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(),
                                                                scenario_, static_cast<int>(d) + 1, gating_);
-        framebuffer->clk_i(*gated_pipeline_clk_);
-        gated_pipeline_clk_->add([block = framebuffer.get()] { return block->sleeps(); });
+        bind_clock(*framebuffer, *gated_pipeline_clk_);
         framebuffer->reset_i(reset_);
         framebuffer->dvi_clk_i(*dvi_out_clk_);
         framebuffer->startframe_i(wires_->startframe[bottom + d]);

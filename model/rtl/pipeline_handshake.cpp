@@ -33,7 +33,6 @@ void PipelineHandshake::clock_edge() {
         return;
     }
     const bool idle_edge = idle();
-    // Nothing ever raises COLUMNSTALL in glitch mode.
     if (!may_stall_ || !column_stall_i.read()) {
         startframe_ = start_o.read();
         startframe_o.write(startframe_);

@@ -7,7 +7,7 @@ RasterWalker::RasterWalker(const sc_core::sc_module_name& name, const Scenario& 
     : Block(name),
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_height_(scenario.displays.raster_height_pixels()),
-      may_stall_(scenario.composer.on_starvation == StarvationMode::kStall),
+      may_stall_(scenario.composer.may_stall()),
       smooths_(scenario.composer.smoothing == Smoothing::kBilinear),
       pixel_bits_(segment_pixel_bits(scenario)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
@@ -45,7 +45,6 @@ void RasterWalker::clock_edge() {
         drive_ahead();
         return;
     }
-    // Nothing ever raises COLUMNSTALL in glitch mode.
     if (!may_stall_ || !column_stall_i.read()) {
         move();
     }
@@ -87,31 +86,8 @@ SegmentWalker RasterWalker::at_start() const {
     return {head.segment, head.shown, raster_width_, raster_height_};
 }
 
-RasterStep RasterWalker::step_of(const SegmentWalker& walker) const {
-    RasterStep step;
-    step.last = walker.x() == raster_width_ - 1 && walker.y() == raster_height_ - 1;
-    step.covered = walker.covered();
-    if (!step.covered) {
-        return step;
-    }
-    step.replayed = walker.replayed();
-    step.pixel = walker.pixel();
-    if (walker.smooths()) {
-        step.beside = walker.beside();
-        step.across = static_cast<std::int32_t>(walker.across());
-        step.weight_x = static_cast<std::uint8_t>(walker.weight_x());
-        step.weight_y = static_cast<std::uint8_t>(walker.weight_y());
-    }
-    return step;
-}
-
 void RasterWalker::drive_ahead() {
-    RasterStep step;
-    if (!running_) {
-        step = step_of(at_start());
-    } else if (!ahead_->done()) {
-        step = step_of(ahead_);
-    }
+    const RasterStep step = running_ ? ahead_->step() : at_start().step();
     if (!(step == driven_ahead_)) {
         driven_ahead_ = step;
         ahead_o.write(step);
@@ -128,10 +104,7 @@ void RasterWalker::drive_use() {
         use_ = use;
         use_o.write(use);
     }
-    if (use.any() != uses_) {
-        uses_ = use.any();
-        uses_o.write(uses_);
-    }
+    drive_output(uses_, uses_o, use.any());
 }
 
 void RasterWalker::trace(sc_core::sc_trace_file* file) const {

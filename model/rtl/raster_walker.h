@@ -48,7 +48,6 @@ class RasterWalker final : public Block {
     void move();
     void start_frame();
     SegmentWalker at_start() const;
-    RasterStep step_of(const SegmentWalker& walker) const;
     void drive_ahead();
     void drive_use();
 

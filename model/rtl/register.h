@@ -174,6 +174,15 @@ class Register final : public AnyRegister {
     Value value_;
 };
 
+/// A registered output: its register and its port get the value if it is another one, since a write takes time.
+template <typename Value>
+void drive_output(Register<Value>& output, sc_core::sc_out<Value>& port, const Value& value) {
+    if (!(value == output.value())) {
+        output = value;
+        port.write(value);
+    }
+}
+
 /// Registers that a value passes through, one per clock. With none it passes at once.
 template <typename Value>
 class RegisterLine {

@@ -261,6 +261,11 @@ struct ComposerConfig {
     int ready_space_pixels = 32;
     StarvationMode on_starvation = StarvationMode::kGlitch;
     Smoothing smoothing = Smoothing::kReplicate;
+
+    /// A column may stand still; nothing ever raises COLUMNSTALL in `glitch` mode.
+    bool may_stall() const { return on_starvation == StarvationMode::kStall; }
+    /// Source rows in the window.
+    int window_rows() const { return row_of(kSmoothingTable, smoothing).window_rows; }
 };
 
 /// Pixels that the bus moves in one beat: the lesser of bus and memory, at least one.

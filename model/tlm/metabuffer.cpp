@@ -58,7 +58,7 @@ void Metabuffer::make_display_side() {
     swap_lock_->on_shown_by(options_.observer);
     const std::int64_t raster_pixels =
         std::int64_t{scenario_.displays.raster_width_pixels()} * scenario_.displays.raster_height_pixels();
-    const bool may_stall = scenario_.composer.on_starvation == StarvationMode::kStall;
+    const bool may_stall = scenario_.composer.may_stall();
     for (std::size_t d = 0; d < displays(); ++d) {
         relays_.emplace_back();
         columns_.push_back(

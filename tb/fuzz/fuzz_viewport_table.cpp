@@ -138,10 +138,10 @@ void check_walk(const Segment& segment, const PaintedSegment& painted, test::Siz
             if (covered) {
                 EXPECT(segment.pixel_at(x, y) == pixel);
                 EXPECT(walker.pixel() == pixel);
-                EXPECT(walker.newest_pixel() == painted.newest[static_cast<std::size_t>(position)]);
+                EXPECT(walker.step().newest() == painted.newest[static_cast<std::size_t>(position)]);
                 released = std::max(released, walker.released() + 1);
                 EXPECT(released == segment.released_before(position + 1));
-                const BlendWindow<std::int64_t> window = walker.window();
+                const BlendWindow<std::int64_t> window = walker.step().window();
                 const BlendWindow<std::int64_t> divided = segment.window_at(x, y);
                 EXPECT(window.own == divided.own && window.beside == divided.beside &&
                        window.across == divided.across && window.diagonal == divided.diagonal);

@@ -32,8 +32,6 @@ using Clocks = std::vector<int>;
 constexpr Size kRaster{kWidth, kHeight};
 constexpr std::int64_t kNoUse = Segment::kNoPixel;
 
-struct Record final : ComposerRecord {};
-
 /// The word of pixel k of the segment of a frame.
 std::uint64_t word_of(int frame, std::int64_t k) {
     return 0x5A00'0000U + static_cast<std::uint64_t>(frame) * 1000 + static_cast<std::uint64_t>(k);

@@ -24,15 +24,12 @@ using rtl::FifoRead;
 using rtl::FifoWrite;
 using rtl::MergeStage;
 using rtl::PipePixel;
-using rtl::RasterStep;
 using rtl::SegmentProgress;
 using Clocks = std::vector<int>;
 
 constexpr Size kRaster{kWidth, kHeight};
 constexpr int kAddresses = 256;
 constexpr int kNever = INT_MAX;
-
-struct Record final : ComposerRecord {};
 
 enum class Strap : std::uint8_t { kRelay, kMaster };
 

@@ -7,15 +7,19 @@
 #include <optional>
 #include <vector>
 
+#include "report/composer_record.h"
 #include "rtl/composer_signals.h"
 #include "support/rows.h"
 
 namespace metabuffer::test {
 
+/// The record of a composer whose part is tested alone.
+struct Record final : ComposerRecord {};
+
 /// What a composer shows of a segment at each raster position, and when its pixels have had their last use: found by
 /// painting every source pixel's block, and by the formula of docs/design.md where it smooths.
 struct PaintedRaster {
-    std::vector<rtl::RasterStep> steps;
+    std::vector<RasterStep> steps;
     /// Pixels that have had their last use before the first position.
     std::int64_t skipped = 0;
     /// How many have had it once a position is composited.
@@ -51,7 +55,7 @@ struct PaintedRaster {
                 const int x = row.dx + i * m + repetition % m;
                 const int y = row.dy + j * m + repetition / m;
                 if (x < 0 || x >= raster.width || y < 0 || y >= raster.height) continue;
-                rtl::RasterStep& step = steps[static_cast<std::size_t>(y * raster.width + x)];
+                RasterStep& step = steps[static_cast<std::size_t>(y * raster.width + x)];
                 step.covered = true;
                 step.pixel = k;
                 step.replayed = y > std::max(0, row.dy + j * m);
@@ -73,7 +77,7 @@ struct PaintedRaster {
         std::vector<int> last(static_cast<std::size_t>(row.sdx * row.sdy), kNever);
         int left = row.sdx, right = 0, top = row.sdy, bottom = 0;
         for (std::size_t position = 0; position < steps.size(); ++position) {
-            const rtl::RasterStep& step = steps[position];
+            const RasterStep& step = steps[position];
             if (!step.covered) continue;
             for (const std::int64_t across : {0, step.across}) {
                 for (const std::int64_t beside : {0, step.beside}) {

@@ -19,14 +19,11 @@ namespace {
 
 using rtl::HeadSegment;
 using rtl::PixelUse;
-using rtl::RasterStep;
 using rtl::RasterWalker;
 using Clocks = std::vector<int>;
 using Pixels = std::vector<std::int64_t>;
 
 constexpr Size kRaster{kWidth, kHeight};
-
-struct Record final : ComposerRecord {};
 
 Scenario walker_scenario(StarvationMode mode, Smoothing smoothing = Smoothing::kReplicate) {
     Scenario scenario = composer_scenario({}, mode);

@@ -126,7 +126,7 @@ TEST_CASE(
     "signals: what a composer's parts say to each other is traced, a number in as many bits as it has") {
     const rtl::HeadSegment head{true, Segment(segment_row({3, 2}, {-1, 4}, 5), 20, 20)};
     const rtl::SegmentProgress progress{true, 5, 70};
-    rtl::RasterStep step;
+    RasterStep step;
     step.pixel = 9;
     step.across = -3;
     step.beside = -1;
@@ -246,7 +246,6 @@ TEST_CASE("signals: segments on a raster are equal if their rows are, and if bot
 
 TEST_CASE("signals: what a composer's parts say to each other is equal if every member is, and is printed") {
     using rtl::PixelUse;
-    using rtl::RasterStep;
     using rtl::SegmentProgress;
     check_all_differ<SegmentProgress>({{}, {true, 0, 0}, {false, 1, 0}, {false, 0, 1}});
     CHECK(text_of(SegmentProgress{false, 7, 12}) == "7 pixels from address 12 on");
@@ -275,7 +274,6 @@ TEST_CASE("signals: what a composer's parts say to each other is equal if every 
 
 TEST_CASE(
     "signals: a raster position needs up to four pixels, and the newest of them is that of its last row") {
-    using rtl::RasterStep;
     const auto pixels_of = [](const RasterStep& step) {
         const BlendWindow<std::int64_t> window = step.window();
         return std::vector<std::int64_t>{window.own, window.beside, window.across, window.diagonal};

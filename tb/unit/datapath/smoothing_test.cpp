@@ -125,7 +125,7 @@ void check_against_painting(const ViewportRow& row, Size raster) {
             FAIL("position " << position << ": " << segment.released_before(position) << " released");
         if (covered) {
             const BlendWindow<std::int64_t> by_division = segment.window_at(x, y);
-            const BlendWindow<std::int64_t> counted = walker.window();
+            const BlendWindow<std::int64_t> counted = walker.step().window();
             const bool same_window = by_division.own == counted.own && by_division.beside == counted.beside &&
                                      by_division.across == counted.across &&
                                      by_division.diagonal == counted.diagonal;
@@ -136,10 +136,10 @@ void check_against_painting(const ViewportRow& row, Size raster) {
             const int weight_x = counted.beside == Segment::kNoPixel ? 0 : weight(x - row.dx);
             const int weight_y = counted.across == Segment::kNoPixel ? 0 : weight(y - row.dy);
             if (!same_window || counted.own != wanted.owner[at] ||
-                walker.newest_pixel() != wanted.newest[at] || segment.newest_at(x, y) != wanted.newest[at] ||
-                walker.weight_x() != weight_x || walker.weight_y() != weight_y) {
+                walker.step().newest() != wanted.newest[at] || segment.newest_at(x, y) != wanted.newest[at] ||
+                walker.step().weight_x != weight_x || walker.step().weight_y != weight_y) {
                 FAIL("position " << position << ": own " << counted.own << ", newest "
-                                 << walker.newest_pixel() << ", not " << wanted.newest[at]);
+                                 << walker.step().newest() << ", not " << wanted.newest[at]);
             }
             if (walker.released() != Segment::kNoPixel) released = std::max(released, walker.released() + 1);
         }
