@@ -102,9 +102,6 @@ class ComposerBuffer {
     bool has_arrived(std::int64_t k) const { return k < head().arrived; }
     /// The storage address of its pixel 0.
     std::int64_t base_address() const { return head().base_address; }
-    /// The storage address of pixel k, for has_arrived(k) pixels that are not released, of a frame that is not
-    /// abandoned.
-    int address_of(std::int64_t k) const { return buffer_address(base_address(), k, addresses_); }
     /// The oldest frame is being composited: its pixels that are not needed at all before the first are released.
     void start_frame();
     /// Pixel k has been used for the last time: it and all before it are released.
@@ -113,7 +110,6 @@ class ComposerBuffer {
     void end_frame();
 
     int capacity_pixels() const { return capacity_; }
-    int addresses() const { return addresses_; }
     int held_pixels() const { return held_; }
     int free_pixels() const { return capacity_ - held_; }
 

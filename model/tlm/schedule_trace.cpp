@@ -299,7 +299,7 @@ void ScheduleTrace::write_level(int renderer, int display, std::int64_t cycle, i
     Level& of_buffer = level(renderer, display);
     if (of_buffer.written == held_pixels) return;
     of_buffer.written = held_pixels;
-    if (!window_ || cycle > window_->first) is_empty_ = false;
+    if (window_ && cycle > window_->first) is_empty_ = false;
     // No clock among the arguments: each argument of a counter is drawn.
     output_->write(kNextEvent, counter_names_[static_cast<std::size_t>(renderer - 1)], display, R"(","ts":)",
                    time_of(cycle, period_picoseconds_), R"(,"args":{"pixels":)", held_pixels, "}}");
