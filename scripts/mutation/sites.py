@@ -296,9 +296,11 @@ class Reader:
             start, end = start_of(child), end_of(child)
             if start > closing:
                 self.statement(child)
+            elif condition is not None and child.kind == CursorKind.VAR_DECL:
+                self.declaration(child)
+                condition = None  # its name, which clang has as an expression of its own, cannot be replaced
             elif condition is not None and condition[0] < start and end <= condition[1] and child.kind.is_expression():
                 self.expression(child, start, end, "condition")
-                condition = None  # a condition that declares a variable occurs again as its value
 
     def declaration(self, cursor: Cursor) -> None:
         """The value of a variable that is declared with =, unless it is computed by the compiler or only once."""

@@ -93,12 +93,14 @@ class Sites(unittest.TestCase):
                 for (int i = 0; i < b; ++i) continue;
                 do { --a; } while (a != 0);
                 if (const int c = a; c == b) throw a;
+                if (const int d = run(a * b)) throw d;
                 return b - 1;
             }""")
         self.assertEqual(sorted(made), sorted([
             ("a + 1", "value"), ("a < b", "condition"), ("run(a);", "statement"), ("a > 2", "condition"),
             ("run(b);", "statement"), ("i < b", "condition"), ("continue;", "statement"), ("--a;", "statement"),
-            ("a != 0", "condition"), ("c == b", "condition"), ("return b - 1;", "statement")]))
+            ("a != 0", "condition"), ("c == b", "condition"), ("run(a * b)", "value"),
+            ("return b - 1;", "statement")]))
         self.assertIn(("negated condition", "!(a < b)"), made[("a < b", "condition")])
         self.assertIn(("left out", ";"), made[("run(a);", "statement")])
         self.assertNotIn("left out", dict(made[("return b - 1;", "statement")]))
