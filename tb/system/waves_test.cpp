@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -305,6 +306,39 @@ TEST_CASE("Every signal of the save files is in the waveform", "[waves][repeat]"
             CHECK(dumps.at(settings).has(signal));
         }
     }
+}
+
+/// Writes the names that a waveform has beside those that the list has, so that one can be put in the other's place.
+void check_names(const ValueDump& dump, const std::string& machine) {
+    const std::filesystem::path wanted = kSource / "tb/system/waveforms" / (machine + ".txt");
+    const std::vector<std::string> names = dump.names();
+    std::string text;
+    for (const std::string& name : names) text += name + '\n';
+    if (text == text_of(wanted)) return;
+    const std::filesystem::path found = std::filesystem::current_path() / (machine + "_signals.txt");
+    std::ofstream(found) << text;
+    const std::vector<std::string> listed = lines_of(text_of(wanted));
+    std::vector<std::string> differences;
+    std::set_symmetric_difference(names.begin(), names.end(), listed.begin(), listed.end(),
+                                  std::back_inserter(differences));
+    for (const std::string& name : differences) UNSCOPED_INFO(name);
+    FAIL_CHECK("the waveform has other signals than " << wanted.string() << "; if that is meant: cp "
+                                                      << found.string() << ' ' << wanted.string());
+}
+
+TEST_CASE("Every register and wire of a machine is in the waveform, as wide as it must be",
+          "[waves][repeat]") {
+    const std::vector<std::string> small{"--set", "displays.columns=1", "--set", "displays.rows=1"};
+    check_names(dump_of("case-1.yaml", small), "defaults");
+    std::vector<std::string> all = small;
+    for (const char* setting :
+         {"links.layer=tmds", "bus.arbitration=edf", "bus.grant_cycles=2", "bus.register_stages=1",
+          "memory.ports=shared", "memory.banks=4", "memory.precharge_cycles=2", "memory.words_per_cycle=8",
+          "memory.read_latency_cycles=1", "memory.refresh_cycles=20", "memory.refresh_interval_cycles=400",
+          "composer.smoothing=bilinear", "composer.on_starvation=stall"}) {
+        all.insert(all.end(), {"--set", setting});
+    }
+    check_names(dump_of("case-1.yaml", all), "all-settings");
 }
 
 TEST_CASE("Every word of a beat is in the waveform, and no more than the bus has", "[waves][repeat]") {

@@ -10,6 +10,7 @@
 #include "formats/pixel.h"
 #include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
+#include "unit/datapath/part_state.h"
 
 namespace metabuffer {
 namespace {
@@ -411,6 +412,49 @@ TEST_CASE("composer buffer: the next frame's pixels do not count for the one tha
     CHECK_FALSE(buffer.has_arrived(2));
     CHECK(buffer.stored(0) == numbered(100));
     CHECK(buffer.stored(1) == numbered(101));
+}
+
+TEST_CASE("composer buffer: a waveform shows each frame's account, under the place that the frame has") {
+    StoredBuffer buffer(16, kWidth, kHeight);
+    const auto show = [&buffer] { return test::PartState(buffer); };
+    begin(buffer, row_of(3, 1));
+    for (int k = 0; k < 3; ++k) buffer.push(numbered(k));
+    CHECK(show()["frames"] == 1);
+    CHECK(show()["head"] == 0);
+    CHECK(show()["frame_0_number"] == 0);
+    CHECK(show()["frame_0_has_segment"] == 1);
+    CHECK(show()["frame_0_table_complete"] == 1);
+    CHECK(show()["frame_0_abandoned"] == 0);
+    CHECK(show()["frame_0_arrived"] == 3);
+    CHECK(show()["frame_0_released"] == 0);
+    CHECK(show()["frame_0_base_address"] == 0);
+    buffer.begin_frame();
+    CHECK(show()["frames"] == 2);
+    CHECK(show()["frames_heard"] == 2);
+    CHECK(show()["frame_1_number"] == 1);
+    CHECK(show()["frame_1_has_segment"] == 0);
+    CHECK(show()["frame_1_table_complete"] == 0);
+    CHECK(show()["frame_1_base_address"] == 3);
+    buffer.set_row(row_of(4, 1));
+    buffer.end_table();
+    buffer.push(numbered(10));
+    buffer.release_through(1);
+    CHECK(show()["frame_0_arrived"] == 3);
+    CHECK(show()["frame_0_released"] == 2);
+    CHECK(show()["frame_1_arrived"] == 1);
+    CHECK(show()["frame_1_table_complete"] == 1);
+    CHECK(show()["held"] == 2);
+    CHECK(show()["write_address"] == 4);
+    buffer.end_frame();
+    CHECK(show()["head"] == 1);
+    CHECK(show()["frames_composited"] == 1);
+    buffer.lose(2);
+    CHECK(show()["frame_1_abandoned"] == 1);
+    CHECK(show()["receiving_ended_frame"] == 0);
+    buffer.end_frame();
+    CHECK(show()["receiving_ended_frame"] == 1);
+    CHECK(show()["ended_number"] == 1);
+    CHECK(show()["ended_arrived"] == 3);
 }
 
 // ---- against a buffer without addresses ----

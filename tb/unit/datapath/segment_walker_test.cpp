@@ -5,6 +5,7 @@
 #include "datapath/composer_buffer.h"
 #include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
+#include "unit/datapath/part_state.h"
 
 namespace metabuffer {
 namespace {
@@ -70,6 +71,31 @@ TEST_CASE("segment walker: agrees with painting for every valid row on a small r
             }
         }
     }
+}
+
+TEST_CASE("segment walker: a waveform shows where it is and what it walks over") {
+    const Size raster{10, 8};
+    SegmentWalker walker(Segment(test::segment_row({4, 3}, {-1, 2}, 3), raster.width, raster.height), true,
+                         raster.width, raster.height);
+    while (walker.y() < 6 || walker.x() < 4) walker.advance();
+    const test::PartState shown(walker);
+    CHECK(shown["x"] == 4);
+    CHECK(shown["y"] == 6);
+    CHECK(shown["left"] == 0);
+    CHECK(shown["right"] == 10);
+    CHECK(shown["top"] == 2);
+    CHECK(shown["bottom"] == 8);
+    CHECK(shown["multiple"] == 3);
+    CHECK(shown["source_width"] == 4);
+    CHECK(shown["start_column"] == 0);
+    CHECK(shown["start_column_phase"] == 1);
+    CHECK(shown["first_row_phase"] == 0);
+    CHECK(shown["row_covered"] == 1);
+    CHECK(shown["window_row_pixel"] == 4);
+    CHECK(shown["window_column"] == 1);
+    CHECK(shown["window_column_phase"] == 2);
+    CHECK(shown["window_repetition"] == 1);
+    CHECK(shown["last_repetition"] == 0);
 }
 
 TEST_CASE("segment walker: agrees with painting for random rows, clipped on any side, of any multiple") {
