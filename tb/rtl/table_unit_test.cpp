@@ -152,19 +152,25 @@ TEST_CASE("table unit: a colour frame that begins again replaces the rows of the
     CHECK(dut.tables.at(51).rows == one_row());
 }
 
-TEST_CASE("table unit: a reset forgets both tables, whichever device is in front") {
+/// Some clocks after the last row.
+void check_reset(int idle_clocks) {
     ClockedTestbench bench;
     TableBench dut(bench);
     dut.give(2, two_rows());
     dut.core.drive(dut.front, 10, true);
-    dut.give(12, one_row());
-    bench.core.pulse(bench.reset, 20);
-    dut.core.drive(dut.front, 30, false);
-    dut.core.drive(dut.front, 32, true);
-    bench.run_through(35);
-    CHECK(dut.tables.at(19).rows == two_rows());
-    for (int clock = 20; clock < 35; ++clock) CHECK(dut.tables.at(clock).rows.empty());
+    const int behind = dut.give(12, one_row());
+    const int reset = behind + idle_clocks;
+    bench.core.pulse(bench.reset, reset);
+    dut.core.drive(dut.front, reset + 10, false);
+    dut.core.drive(dut.front, reset + 12, true);
+    bench.run_through(reset + 15);
+    CHECK(dut.tables.at(reset - 1).rows == two_rows());
+    for (int clock = reset; clock < reset + 15; ++clock) CHECK(dut.tables.at(clock).rows.empty());
 }
+
+TEST_CASE("table unit: a reset forgets both tables, whichever device is in front") { check_reset(3); }
+
+TEST_CASE("table unit: a reset wakes a block that sleeps, and it forgets both tables") { check_reset(50); }
 
 /// Rows 0 and 1 of two_rows, as the host numbers them.
 const std::vector<int> kHostSlots{1, 0, 0, 1, 0, 0, 0};
