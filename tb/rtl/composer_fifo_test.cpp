@@ -193,6 +193,21 @@ TEST_CASE("composer fifo: reset releases everything") {
     CHECK(dut.words.at(9) == kTag + 62);
 }
 
+TEST_CASE("composer fifo: its clock may stand still only while nothing is written, read or released") {
+    ClockedTestbench bench;
+    FifoBench dut(bench, 16);
+    dut.put(4, 0, 2, 1);
+    dut.get(8, 0);
+    dut.let_go(12, 1);
+    dut.let_go(16, 0, 1);
+    std::vector<int> awake;
+    for (int clock = 2; clock < 20; ++clock) {
+        bench.run_through(clock - 1);
+        if (!dut.dut.sleeps()) awake.push_back(clock);
+    }
+    CHECK(awake == std::vector<int>{4, 8, 12, 16});
+}
+
 TEST_CASE("composer fifo: under random use it agrees with a memory and a count at every clock") {
     const auto seed = random_seed(913);
     INFO("METABUFFER_SEED=" << seed);

@@ -260,6 +260,32 @@ TEST_CASE(
     CHECK(dut.events.at(first).payload_bytes == 2);  // bytes 34 and 35
 }
 
+TEST_CASE("dvi decoder: the payload begins behind as many rows as both bytes of their count say") {
+    constexpr int kRows = 0x102;
+    constexpr int kWide = 1400;
+    ViewportTable table;
+    for (int i = 0; i < kRows; ++i) table.push_back(table_row(i + 1, {i, 0}, {1, 1}, {i, 0}));
+    const std::vector<std::uint8_t> payload{10, 20, 30, 40};
+    const PixelImage image = noise_image(23, kWide, 1);
+    DecoderBench dut(kWide, 2);
+    append_blank_lines(dut.wave, kWide, 1, true);
+    append_frame(dut.wave, kWide, renderer_lines(image, FrameKind::kColour, 0, table, payload));
+    const auto start = static_cast<int>(dut.wave.size());
+    append_frame(dut.wave, kWide, renderer_lines(image, FrameKind::kDepth, 0, table, payload));
+    dut.run();
+    std::vector<std::uint8_t> passed;
+    const auto clocks =
+        dut.events.clocks_where([](const DecoderEvent& now) { return now.payload_bytes > 0; });
+    for (const int clock : clocks) {
+        const DecoderEvent& event = dut.events.at(clock);
+        passed.insert(passed.end(), event.payload.begin(), event.payload.begin() + event.payload_bytes);
+    }
+    CHECK(passed == payload);
+    REQUIRE_FALSE(clocks.empty());
+    // Header, rows and the payload's length come before it.
+    CHECK(clocks.front() == start + clock_in_frame(kWide, (16 + 16 * kRows + 2) / 3, 0));
+}
+
 TEST_CASE("dvi decoder: no payload passes without a colour frame before it") {
     DecoderBench dut;
     dut.add_start();

@@ -145,6 +145,35 @@ TEST_CASE("dvi display: a frame of unequal lines causes a warning and is not cap
     CHECK(dut.display.frames_captured() == 1);
 }
 
+TEST_CASE(
+    "dvi display: a line that VSYNC breaks off spoils its picture, and its rest belongs to the next one") {
+    DisplayBench dut;
+    ExpectedReport report("/metabuffer/dvi_display/geometry");
+    append_blank_lines(dut.wave, kWidth, 1, true);
+    dut.add(picture(7));
+    dut.wave.resize(static_cast<std::size_t>(line_clocks(kWidth) + kVsync));  // up to its vertical sync
+    constexpr int kShort = 5;
+    for (int x = 0; x < kShort; ++x) {
+        DviLink link;
+        link.de = true;
+        link.vsync = x > 1;  // the pixel that sees it rise still belongs to the line that it ends
+        link.data = static_cast<std::uint32_t>(x);
+        dut.wave.push_back(link);
+    }
+    append_blank_lines(dut.wave, kWidth, 1, false);
+    LinkLines narrow = picture(8);
+    for (auto& line : narrow) line.resize(kShort - 3);
+    dut.add(narrow);
+    dut.run();
+    CHECK(report.count() == 1);
+    REQUIRE(dut.captures.size() == 1);
+    CHECK(dut.captures[0].image.width_pixels == kShort - 3);
+    CHECK(dut.captures[0].image.height_pixels == 1 + kHeight);
+    std::vector<std::uint32_t> wanted{3, 4};
+    for (const std::uint32_t value : flat(narrow)) wanted.push_back(value);
+    CHECK(dut.captures[0].image.values == wanted);
+}
+
 TEST_CASE("dvi display: a reset in the middle of a picture drops it") {
     DisplayBench dut;
     append_blank_lines(dut.wave, kWidth, 1, true);
