@@ -198,7 +198,7 @@ class Changes:
 
     def number(self, cursor: Cursor) -> None:
         token = self.tokens.at(start_of(cursor))
-        if self.message or token is None or not re.fullmatch(r"\d+", token.text):
+        if self.message or token is None or not re.fullmatch(r"0|[1-9]\d*", token.text):
             return
         value = int(token.text)
         self.add("constant", token.start, token.end, str(value + 1))

@@ -84,6 +84,11 @@ class Sites(unittest.TestCase):
         self.assertEqual(self.changes("p = new int[b];"), {})
         self.assertEqual(self.changes("const char* text = kText;"), {})
 
+    def test_numbers(self):
+        self.assertEqual(set(self.changes("run(7);")), {"run(8);", "run(6);"})
+        self.assertEqual(set(self.changes("run(0);")), {"run(1);"})
+        self.assertEqual(self.changes("run(0600);"), {})  # a base that the change would leave
+
     def test_forms(self):
         made = self.read("""
             int f(int a) {
