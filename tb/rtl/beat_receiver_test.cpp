@@ -571,6 +571,33 @@ TEST_CASE("beat receiver: reset in a burst, a frame or a table leaves what power
     }
 }
 
+TEST_CASE("beat receiver: a reset wakes a block that sleeps, and leaves what power-up leaves") {
+    ClockedTestbench bench;
+    ReceiverBench dut(bench);
+    const auto send = [&dut](int clock) {
+        dut.put_table(clock, 0, {segment_row({5, 2})});
+        for (int k = 0; k < 10; ++k) dut.put_pixels(clock + 5 + k, 0, k, 1, 9 - k);
+    };
+    const int reset = 60;
+    send(10);
+    bench.core.drive(bench.reset, reset, true);
+    bench.core.drive(bench.reset, reset + 2, false);
+    send(10 + reset + 2);
+    bench.run_through(100);
+    CHECK(dut.progresses.at(reset - 1).arrived == 10);
+    for (int clock = -2; clock < 35; ++clock) {
+        INFO("clock " << clock);
+        const int now = clock + reset + 2;
+        CHECK(dut.busreadies.at(now) == dut.busreadies.at(clock));
+        CHECK(dut.tablereadies.at(now) == dut.tablereadies.at(clock));
+        CHECK(dut.fetches.at(now) == dut.fetches.at(clock));
+        CHECK(dut.segments.at(now) == dut.segments.at(clock));
+        CHECK(dut.progresses.at(now) == dut.progresses.at(clock));
+        CHECK(dut.writes.at(now) == dut.writes.at(clock));
+    }
+    CHECK(dut.counters().lost_tables == 0);
+}
+
 // ---- at random ----
 
 /// A receiver as its header describes it, in sets and lists: what must stand after each edge.

@@ -368,6 +368,16 @@ void check_reset(Arbitration policy) {
     for (int i = 0; i < 5; ++i) CHECK(dut.granted_at(13 + i) == dut.granted_at(ArbiterBench::kFirst + i));
 }
 
+TEST_CASE("bus arbiter: a reset wakes a block that sleeps, and clears its table") {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kIrsa);
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    bench.core.pulse(bench.reset, 40);
+    for (int clock = 50; clock < 60; ++clock) dut.drive(clock, {{true, true, true}});
+    bench.run_through(60);
+    for (int clock = 50; clock < 60; ++clock) CHECK(dut.granted_at(clock) == -1);
+}
+
 TEST_CASE("bus arbiter: a reset clears the table, and the next frame begins at its first slot") {
     check_reset(Arbitration::kIrsa);
 }

@@ -298,6 +298,20 @@ TEST_CASE("bus port: no row asks for the bus after a reset") {
     }
 }
 
+TEST_CASE("bus port: a reset wakes a port that polls, and no row asks any more") {
+    ClockedTestbench bench;
+    PortBench dut(bench);
+    for (std::size_t line = 0; line < kDisplays; ++line) bench.core.drive(dut.busready[line], 2, false);
+    dut.begin(two_rows());
+    const int reset = PortBench::kSend + 40;
+    bench.core.pulse(bench.reset, reset);
+    bench.run_through(reset + 4);
+    for (const Recording<bool>* pending : dut.pendings) {
+        CHECK(pending->at(reset - 1));
+        CHECK_FALSE(pending->at(reset + 2));
+    }
+}
+
 /// A memory that is refreshed every 14 clocks, for four of them.
 struct RefreshedPortBench : PortBench {
     explicit RefreshedPortBench(ClockedTestbench& bench)

@@ -185,5 +185,20 @@ TEST_CASE("dvi display: a reset in the middle of a picture drops it") {
     CHECK(dut.captures[0].image.values == flat(picture(2)));
 }
 
+TEST_CASE("dvi display: a reset wakes a display that sleeps, and drops its picture") {
+    DisplayBench dut;
+    append_blank_lines(dut.wave, kWidth, 1, true);
+    const int first = dut.add(picture(1));
+    dut.wave.resize(static_cast<std::size_t>(first + kVsync));
+    constexpr int kStill = 40;
+    dut.wave.resize(dut.wave.size() + kStill);
+    append_blank_lines(dut.wave, kWidth, 1, true);
+    dut.add(picture(2));
+    dut.bench.core.pulse(dut.bench.reset, first + kVsync + kStill - 5);
+    dut.run();
+    REQUIRE(dut.captures.size() == 1);
+    CHECK(dut.captures[0].image.values == flat(picture(2)));
+}
+
 }  // namespace
 }  // namespace metabuffer::test

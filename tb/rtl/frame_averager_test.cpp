@@ -379,6 +379,19 @@ TEST_CASE("frame averager: reset in a frame leaves what power-up leaves") {
     for (std::size_t i = 0; i < all.size(); ++i) CHECK(all[i] == due[i % due.size()]);
 }
 
+TEST_CASE("frame averager: a reset wakes a block that sleeps with its back bank full") {
+    ClockedTestbench bench;
+    AveragerBench dut(bench);
+    dut.send_frame(10, raster(22));
+    const int reset = 10 + kPixels + 50;
+    bench.core.drive(bench.reset, reset, true);
+    bench.core.drive(bench.reset, reset + 3, false);
+    dut.send_frame(reset + 20, raster(23));
+    bench.run_through(reset + 40 + kPixels);
+    CHECK(dut.pipereadies.rises() == Clocks{0, reset + 3});
+    CHECK(dut.framedones.rises() == Clocks{10 + kPixels, reset + 20 + kPixels});
+}
+
 TEST_CASE("frame averager: a swap of a DVI clock of any ratio is seen at the second core edge after it") {
     ClockedTestbench bench;
     std::vector<std::unique_ptr<AveragerBench>> duts;

@@ -224,6 +224,17 @@ TEST_CASE("frame memory: a precharge closes the page, and so does a reset, while
     CHECK(dut.words_at(22) == Words{77});
 }
 
+TEST_CASE("frame memory: a reset wakes a memory that sleeps, and closes its page") {
+    ExpectedReport report("/metabuffer/frame_memory/page");
+    ClockedTestbench bench;
+    MemoryBench dut(bench, pages_of(16));
+    dut.activate(2, 0);
+    bench.core.pulse(bench.reset, 40);
+    dut.read(50, {5});
+    bench.run_through(51);
+    CHECK(report.count() == 1);
+}
+
 MemoryConfig banks_of(int banks, int precharge_cycles, int activate_cycles) {
     MemoryConfig config = pages_of(16, precharge_cycles + activate_cycles);
     config.banks = banks;

@@ -551,6 +551,21 @@ TEST_CASE("merge stage: reset in a frame leaves what power-up leaves") {
     }
 }
 
+TEST_CASE("merge stage: a reset wakes a block that sleeps, and it reads its strap") {
+    ClockedTestbench bench;
+    Scenario scenario = merge_scenario();
+    scenario.displays.background[0] = 10;
+    scenario.displays.background[1] = 20;
+    scenario.displays.background[2] = 30;
+    MergeBench dut(bench, scenario);
+    dut.add_whole_frame(60, segment_row({1, 1}, {2, 1}));
+    bench.core.drive(dut.pipemaster, 5, true);
+    bench.core.drive(bench.reset, 40, true);
+    bench.core.drive(bench.reset, 42, false);
+    bench.run_through(90);
+    CHECK(dut.pipes.at(61) == PipePixel{Pixel(10, 20, 30, 0, 0xFFFF), true, false});
+}
+
 TEST_CASE(
     "merge stage: random segments, arrivals and stalls give the pixels that are due, each at its clock") {
     const auto seed = random_seed(2219);

@@ -202,6 +202,18 @@ TEST_CASE("pipeline handshake: reset leaves what power-up leaves and reads the s
     CHECK(strapped.startframes.high() == Clocks{7, 15});
 }
 
+TEST_CASE("pipeline handshake: a reset wakes a block that sleeps, and it reads the strap") {
+    ClockedTestbench bench;
+    HandshakeBench dut(bench, Strap::kRelay, Mode::kStall, "strapped");
+    bench.core.drive(dut.fetched, 2, true);
+    bench.core.drive(dut.pipemaster, 5, true);
+    bench.core.drive(bench.reset, 40, true);
+    bench.core.drive(bench.reset, 42, false);
+    bench.core.pulse(dut.below, 50);
+    bench.run_through(60);
+    CHECK(dut.startframes.high() == Clocks{51});
+}
+
 /// A handshake under random inputs, and what its wires must be as each edge samples them; STARTFRAME: after it.
 struct RandomRun {
     static constexpr int kClocks = 3000;

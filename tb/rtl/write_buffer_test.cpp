@@ -160,5 +160,16 @@ TEST_CASE("write buffer: reset leaves it empty, whichever half was filling") {
     CHECK(dut.fulls[1]->rises().empty());
 }
 
+TEST_CASE("write buffer: a reset wakes a buffer that sleeps with a full half") {
+    ClockedTestbench bench;
+    BufferBench dut(bench);
+    dut.bring(0, 0, 0, 4);
+    bench.core.drive(bench.reset, 40, true);
+    bench.core.drive(bench.reset, 42, false);
+    bench.run_through(50);
+    CHECK(dut.fulls[0]->rises() == Clocks{3});
+    CHECK(dut.fulls[0]->falls() == Clocks{40});
+}
+
 }  // namespace
 }  // namespace metabuffer::test
