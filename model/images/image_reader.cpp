@@ -295,13 +295,13 @@ PixelImage load_image(const ImageFiles& files, DepthFormat format, const DepthRa
     const std::vector<std::uint8_t> a = alpha != kNoChannel
                                             ? colour_channel(image, alpha)
                                             : std::vector<std::uint8_t>(pixels.values.size(), 255);
-    std::vector<std::uint32_t> z(pixels.values.size(), 0);
+    std::vector<std::uint32_t> z;
     if (files.depth.has_value()) {
         z = depth_of_file(*files.depth, {image.width(), image.height()}, format, range);
     } else if (files.z.has_value()) {
-        std::fill(z.begin(), z.end(),
-                  scaled((*files.z - range.near) / (range.far - range.near), far_z(format)));
-    } else if (depth != kNoChannel) {
+        z.assign(pixels.values.size(),
+                 scaled((*files.z - range.near) / (range.far - range.near), far_z(format)));
+    } else {
         z = depth_channel(image, depth, format, range);
     }
     for (std::size_t i = 0; i < pixels.values.size(); ++i) {
