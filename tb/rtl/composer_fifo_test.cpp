@@ -200,12 +200,12 @@ TEST_CASE("composer fifo: its clock may stand still only while nothing is writte
     dut.get(8, 0);
     dut.let_go(12, 1);
     dut.let_go(16, 0, 1);
-    std::vector<int> awake;
-    for (int clock = 2; clock < 20; ++clock) {
+    // A block that never sleeps is right too.
+    for (const int clock : {4, 8, 12, 16}) {
         bench.run_through(clock - 1);
-        if (!dut.dut.sleeps()) awake.push_back(clock);
+        INFO("clock " << clock);
+        CHECK_FALSE(dut.dut.sleeps());
     }
-    CHECK(awake == std::vector<int>{4, 8, 12, 16});
 }
 
 TEST_CASE("composer fifo: under random use it agrees with a memory and a count at every clock") {
