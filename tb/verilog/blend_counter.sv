@@ -1,7 +1,8 @@
 // The weight of one axis of the smoothing, counted from raster pixel to raster pixel: BlendCounter of
-// model/datapath/smoothing.h. Raster pixel `phase` of a source pixel's block of `multiple` lies |2 phase + 1 - multiple|
-// halves of a raster pixel from the block's centre. The weight of its neighbour is that distance, times 128, by the
-// multiple. The first one and the step to the next are found by a reciprocal; every other one is a step more or less.
+// model/datapath/smoothing.h. Raster pixel `phase` of a source pixel's block of `multiple` lies |2 phase + 1 -
+// multiple| halves of a raster pixel from the block's centre. The weight of its neighbour is that distance, times 128,
+// by the multiple. The first one and the step to the next are found by a reciprocal; every other one is a step more or
+// less.
 module blend_counter (
     input  logic        clk_i,
     input  logic [7:0]  multiple_i,     // 2..255; constant while it counts
@@ -32,8 +33,8 @@ module blend_counter (
   assign weight_step = reciprocal_i[22:15];
   assign remainder_step = 8'd0 - weight_step * multiple_i;
   assign position = {phase_i, 1'b1};
-  // The first raster pixel of a block is as far from its centre as the last one of the block before. From one half of an
-  // even block to the other, the distance stays as well.
+  // The first raster pixel of a block is as far from its centre as the last one of the block before. From one half of
+  // an even block to the other, the distance stays as well.
   assign towards = phase_i != '0 && position <= {1'b0, multiple_i};
   assign away = phase_i != '0 && position >= {1'b0, multiple_i} + 9'd2;
   assign remainder_up = {1'b0, remainder} + {1'b0, remainder_step};

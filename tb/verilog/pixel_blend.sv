@@ -1,5 +1,5 @@
-// The local pixel of a raster pixel where a composer smooths: colour and alpha of up to four source pixels, mixed, and Z of
-// its own one. See blend() in model/datapath/smoothing.h.
+// The local pixel of a raster pixel where a composer smooths: colour and alpha of up to four source pixels, mixed, and
+// Z of its own one. See blend() in model/datapath/smoothing.h.
 module pixel_blend (
     input  logic [63:0] own_i,
     input  logic [63:0] beside_i,
@@ -12,7 +12,8 @@ module pixel_blend (
     output logic [63:0] pixel_o
 );
   // A neighbour that a viewer does not see counts as the own pixel.
-  function automatic logic [31:0] seen_or_own(input logic [55:0] neighbour, input logic [31:0] own, input logic [23:0] far_z,
+  function automatic logic [31:0] seen_or_own(input logic [55:0] neighbour, input logic [31:0] own,
+                                              input logic [23:0] far_z,
                                               input logic alpha_key);
     seen_or_own = neighbour[55:32] == far_z || (alpha_key && neighbour[31:24] == '0) ? own : neighbour[31:0];
   endfunction
