@@ -181,6 +181,12 @@ class Lists(unittest.TestCase):
         for entry, source in self.entries("written.json"):
             with self.subTest(f"{entry['file']}: {entry['what']}"):
                 mutants.written_mutant(entry, source)
+                for edit in entry.get("edits", [entry]):
+                    # What is switched is an expression or whole statements, but no declaration, which a switch would hide.
+                    for text in (edit["original"], edit["replacement"]):
+                        self.assertEqual(text.count("{"), text.count("}"))
+                    if edit["original"].rstrip().endswith((";", "}")):
+                        self.assertNotRegex(edit["original"], r"^\s*(const|constexpr|auto)\b")
 
     def test_what_every_equivalent_mutant_changes_is_there(self):
         for entry, source in self.entries("equivalent.json"):
