@@ -64,9 +64,8 @@ void DviDisplay::end_line() {
 }
 
 void DviDisplay::end_frame() {
-    const bool line_under_way = x_ > 0;
     if (in_frame_ && capture_.height_pixels > 0) {
-        if (ragged_ || line_under_way) {
+        if (ragged_ || x_ > 0) {  // its last line is broken off
             SC_REPORT_WARNING("/metabuffer/dvi_display/geometry",
                               (std::string(name()) + " was shown a frame of unequal lines").c_str());
         } else {

@@ -15,8 +15,8 @@ def run_quietly(command: list) -> subprocess.CompletedProcess:
 def configure(source: pathlib.Path, build: pathlib.Path) -> None:
     """An index beyond a container, and the value of an empty optional, end a test."""
     command = ["cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Debug",
-               "-DCMAKE_CXX_FLAGS_DEBUG=-O1", "-DCMAKE_CXX_FLAGS=-w -D_GLIBCXX_ASSERTIONS", "-DMETABUFFER_BROWSER_TESTS=OFF",
-               "-DMETABUFFER_UNITY=OFF", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"]
+               "-DCMAKE_CXX_FLAGS_DEBUG=-O1", "-DCMAKE_CXX_FLAGS=-w -D_GLIBCXX_ASSERTIONS",
+               "-DMETABUFFER_BROWSER_TESTS=OFF", "-DMETABUFFER_UNITY=OFF", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"]
     if shutil.which("ccache"):
         command.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
     done = run_quietly(command)

@@ -182,7 +182,7 @@ class Lists(unittest.TestCase):
             with self.subTest(f"{entry['file']}: {entry['what']}"):
                 mutants.written_mutant(entry, source)
                 for edit in entry.get("edits", [entry]):
-                    # What is switched is an expression or whole statements, but no declaration, which a switch would hide.
+                    # What is switched is an expression or whole statements. A switch would hide a declaration.
                     for text in (edit["original"], edit["replacement"]):
                         self.assertEqual(text.count("{"), text.count("}"))
                     if edit["original"].rstrip().endswith((";", "}")):

@@ -535,6 +535,21 @@ TEST_CASE("beat receiver: a frame that is as far ahead as a bus can be makes up 
     CHECK_FALSE(dut.tablereadies.at(10));
 }
 
+/// From a reset that ends at edge `start` on all is as it was from power-up on, up to edge `clocks`.
+void check_repeats(const ReceiverBench& dut, int start, int clocks) {
+    for (int clock = -2; clock < clocks; ++clock) {
+        INFO(dut.dut.name() << ", clock " << clock);
+        const int now = clock + start;
+        CHECK(dut.busreadies.at(now) == dut.busreadies.at(clock));
+        CHECK(dut.tablereadies.at(now) == dut.tablereadies.at(clock));
+        CHECK(dut.fetches.at(now) == dut.fetches.at(clock));
+        CHECK(dut.segments.at(now) == dut.segments.at(clock));
+        CHECK(dut.progresses.at(now) == dut.progresses.at(clock));
+        CHECK(dut.writes.at(now) == dut.writes.at(clock));
+    }
+    CHECK(dut.counters().lost_tables == 0);
+}
+
 TEST_CASE("beat receiver: reset in a burst, a frame or a table leaves what power-up leaves") {
     ClockedTestbench bench;
     ReceiverBench in_burst(bench, composer_scenario(), "in_burst");
@@ -557,17 +572,7 @@ TEST_CASE("beat receiver: reset in a burst, a frame or a table leaves what power
     CHECK(in_table.release_clocks() == Clocks{23});
     CHECK(in_burst.release_clocks().empty());
     for (ReceiverBench* dut : {&in_burst, &in_table}) {
-        for (int clock = -2; clock < 23; ++clock) {
-            INFO(dut->dut.name() << ", clock " << clock);
-            const int now = clock + reset + 2;
-            CHECK(dut->busreadies.at(now) == dut->busreadies.at(clock));
-            CHECK(dut->tablereadies.at(now) == dut->tablereadies.at(clock));
-            CHECK(dut->fetches.at(now) == dut->fetches.at(clock));
-            CHECK(dut->segments.at(now) == dut->segments.at(clock));
-            CHECK(dut->progresses.at(now) == dut->progresses.at(clock));
-            CHECK(dut->writes.at(now) == dut->writes.at(clock));
-        }
-        CHECK(dut->counters().lost_tables == 0);
+        check_repeats(*dut, reset + 2, 23);
     }
 }
 
@@ -585,17 +590,7 @@ TEST_CASE("beat receiver: a reset wakes a block that sleeps, and leaves what pow
     send(10 + reset + 2);
     bench.run_through(100);
     CHECK(dut.progresses.at(reset - 1).arrived == 10);
-    for (int clock = -2; clock < 35; ++clock) {
-        INFO("clock " << clock);
-        const int now = clock + reset + 2;
-        CHECK(dut.busreadies.at(now) == dut.busreadies.at(clock));
-        CHECK(dut.tablereadies.at(now) == dut.tablereadies.at(clock));
-        CHECK(dut.fetches.at(now) == dut.fetches.at(clock));
-        CHECK(dut.segments.at(now) == dut.segments.at(clock));
-        CHECK(dut.progresses.at(now) == dut.progresses.at(clock));
-        CHECK(dut.writes.at(now) == dut.writes.at(clock));
-    }
-    CHECK(dut.counters().lost_tables == 0);
+    check_repeats(dut, reset + 2, 35);
 }
 
 // ---- at random ----

@@ -78,6 +78,18 @@ struct DecoderBench {
     std::vector<int> event_clocks() const {
         return events.clocks_where([](const DecoderEvent& now) { return !(now == DecoderEvent{}); });
     }
+    std::vector<int> payload_clocks() const {
+        return events.clocks_where([](const DecoderEvent& now) { return now.payload_bytes > 0; });
+    }
+    std::vector<std::uint8_t> payload() const {
+        std::vector<std::uint8_t> passed;
+        for (const int clock : payload_clocks()) {
+            const DecoderEvent& event_now = events.at(clock);
+            passed.insert(passed.end(), event_now.payload.begin(),
+                          event_now.payload.begin() + event_now.payload_bytes);
+        }
+        return passed;
+    }
     std::vector<int> pixel_clocks() const {
         return pixels.clocks_where([](const DecodedPixel& now) { return now.valid; });
     }
@@ -247,16 +259,10 @@ TEST_CASE(
     const int start =
         dut.add(renderer_lines(image, FrameKind::kDepth, 7, {table_row(1, {0, 0}, {1, 1}, {0, 0})}, payload));
     dut.run();
-    const auto clocks =
-        dut.events.clocks_where([](const DecoderEvent& now) { return now.payload_bytes > 0; });
+    const auto clocks = dut.payload_clocks();
     const int first = start + clock_in_frame(kWidth, 34 / 3, 0);
     REQUIRE(clocks == std::vector<int>{first, first + 1, first + 2});
-    std::vector<std::uint8_t> passed;
-    for (const int clock : clocks) {
-        const DecoderEvent& event = dut.events.at(clock);
-        passed.insert(passed.end(), event.payload.begin(), event.payload.begin() + event.payload_bytes);
-    }
-    CHECK(passed == payload);
+    CHECK(dut.payload() == payload);
     CHECK(dut.events.at(first).payload_bytes == 2);  // bytes 34 and 35
 }
 
@@ -273,14 +279,8 @@ TEST_CASE("dvi decoder: the payload begins behind as many rows as both bytes of 
     const auto start = static_cast<int>(dut.wave.size());
     append_frame(dut.wave, kWide, renderer_lines(image, FrameKind::kDepth, 0, table, payload));
     dut.run();
-    std::vector<std::uint8_t> passed;
-    const auto clocks =
-        dut.events.clocks_where([](const DecoderEvent& now) { return now.payload_bytes > 0; });
-    for (const int clock : clocks) {
-        const DecoderEvent& event = dut.events.at(clock);
-        passed.insert(passed.end(), event.payload.begin(), event.payload.begin() + event.payload_bytes);
-    }
-    CHECK(passed == payload);
+    const auto clocks = dut.payload_clocks();
+    CHECK(dut.payload() == payload);
     REQUIRE_FALSE(clocks.empty());
     // Header, rows and the payload's length come before it.
     CHECK(clocks.front() == start + clock_in_frame(kWide, (16 + 16 * kRows + 2) / 3, 0));
@@ -295,7 +295,7 @@ TEST_CASE("dvi decoder: no payload passes without a colour frame before it") {
     dut.add(depth(1));
     dut.add(renderer_lines(image, FrameKind::kDepth, 1, {}, {1, 2, 3}));  // sent twice
     dut.run();
-    CHECK(dut.events.clocks_where([](const DecoderEvent& now) { return now.payload_bytes > 0; }).empty());
+    CHECK(dut.payload_clocks().empty());
 }
 
 TEST_CASE("dvi decoder: a long table's rows run on beside the first pixels") {

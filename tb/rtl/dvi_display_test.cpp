@@ -150,8 +150,8 @@ TEST_CASE(
     DisplayBench dut;
     ExpectedReport report("/metabuffer/dvi_display/geometry");
     append_blank_lines(dut.wave, kWidth, 1, true);
-    dut.add(picture(7));
-    dut.wave.resize(static_cast<std::size_t>(line_clocks(kWidth) + kVsync));  // up to its vertical sync
+    const int first = dut.add(picture(7));
+    dut.wave.resize(static_cast<std::size_t>(first + kVsync));  // up to its vertical sync
     constexpr int kShort = 5;
     for (int x = 0; x < kShort; ++x) {
         DviLink link;

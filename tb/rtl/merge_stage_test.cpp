@@ -351,14 +351,20 @@ TEST_CASE("merge stage: it composites as the scenario says") {
           Pixel(over(0xC0, back.r()), over(1, back.g()), over(3, back.b()), over(128, back.a()), 0x8000));
 }
 
-TEST_CASE("merge stage: a PIPEMASTER makes the pixels from above itself, and a strap changes in reset only") {
-    ClockedTestbench bench;
+/// Its background is not black.
+Scenario coloured_scenario() {
     Scenario scenario = merge_scenario();
-    MergeBench plain(bench, scenario, "plain", Strap::kMaster);
     scenario.displays.background[0] = 10;
     scenario.displays.background[1] = 20;
     scenario.displays.background[2] = 30;
-    MergeBench coloured(bench, scenario, "coloured", Strap::kMaster);
+    return scenario;
+}
+const PipePixel kColouredBackground{Pixel(10, 20, 30, 0, 0xFFFF), true, false};
+
+TEST_CASE("merge stage: a PIPEMASTER makes the pixels from above itself, and a strap changes in reset only") {
+    ClockedTestbench bench;
+    MergeBench plain(bench, merge_scenario(), "plain", Strap::kMaster);
+    MergeBench coloured(bench, coloured_scenario(), "coloured", Strap::kMaster);
     for (MergeBench* dut : {&plain, &coloured}) {
         dut->lost_above = {2, 5};
         dut->add_whole_frame(40, segment_row({1, 1}, {2, 1}));
@@ -366,7 +372,7 @@ TEST_CASE("merge stage: a PIPEMASTER makes the pixels from above itself, and a s
     bench.core.drive(coloured.pipemaster, 20, false);
     bench.run_through(70);
     plain.check_frames();
-    CHECK(coloured.pipes.at(41) == PipePixel{Pixel(10, 20, 30, 0, 0xFFFF), true, false});
+    CHECK(coloured.pipes.at(41) == kColouredBackground);
     CHECK(coloured.pipes.at(41 + kWidth + 2).pixel == local(0, 0));
 }
 
@@ -553,17 +559,13 @@ TEST_CASE("merge stage: reset in a frame leaves what power-up leaves") {
 
 TEST_CASE("merge stage: a reset wakes a block that sleeps, and it reads its strap") {
     ClockedTestbench bench;
-    Scenario scenario = merge_scenario();
-    scenario.displays.background[0] = 10;
-    scenario.displays.background[1] = 20;
-    scenario.displays.background[2] = 30;
-    MergeBench dut(bench, scenario);
+    MergeBench dut(bench, coloured_scenario());
     dut.add_whole_frame(60, segment_row({1, 1}, {2, 1}));
     bench.core.drive(dut.pipemaster, 5, true);
     bench.core.drive(bench.reset, 40, true);
     bench.core.drive(bench.reset, 42, false);
     bench.run_through(90);
-    CHECK(dut.pipes.at(61) == PipePixel{Pixel(10, 20, 30, 0, 0xFFFF), true, false});
+    CHECK(dut.pipes.at(61) == kColouredBackground);
 }
 
 TEST_CASE(

@@ -152,7 +152,7 @@ TEST_CASE("table unit: a colour frame that begins again replaces the rows of the
     CHECK(dut.tables.at(51).rows == one_row());
 }
 
-/// Some clocks after the last row.
+/// A reset comes so many clocks after the last row.
 void check_reset(int idle_clocks) {
     ClockedTestbench bench;
     TableBench dut(bench);

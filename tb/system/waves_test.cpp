@@ -314,10 +314,11 @@ void check_names(const ValueDump& dump, const std::string& machine) {
     const std::vector<std::string> names = dump.names();
     std::string text;
     for (const std::string& name : names) text += name + '\n';
-    if (text == text_of(wanted)) return;
+    const std::string list = text_of(wanted);
+    if (text == list) return;
     const std::filesystem::path found = std::filesystem::current_path() / (machine + "_signals.txt");
     std::ofstream(found) << text;
-    const std::vector<std::string> listed = lines_of(text_of(wanted));
+    const std::vector<std::string> listed = lines_of(list);
     std::vector<std::string> differences;
     std::set_symmetric_difference(names.begin(), names.end(), listed.begin(), listed.end(),
                                   std::back_inserter(differences));

@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -31,11 +32,10 @@ class StoredBuffer : public ComposerBuffer {
         if (kept) memory_[address] = pixel;
         return kept;
     }
-    /// Pixel k of the oldest frame: one that has arrived and is not released, of a frame that is not abandoned.
-    Pixel stored(std::int64_t k) const {
-        const int addresses = static_cast<int>(memory_.size());
-        return memory_[static_cast<std::size_t>(buffer_address(base_address(), k, addresses))];
-    }
+    int addresses() const { return static_cast<int>(memory_.size()); }
+    /// Of pixel k of the oldest frame: one that has arrived and is not released, of a frame that is not abandoned.
+    int address_of(std::int64_t k) const { return buffer_address(base_address(), k, addresses()); }
+    Pixel stored(std::int64_t k) const { return memory_[static_cast<std::size_t>(address_of(k))]; }
 
   private:
     std::vector<Pixel> memory_;
@@ -510,7 +510,14 @@ void check_same(const StoredBuffer& buffer, const MapBuffer& wanted) {
     if (head == nullptr || !head->has_row) return;
     REQUIRE(buffer.segment_complete() == (head->arrived == head->pixels));
     for (std::int64_t k = 0; k < head->pixels; ++k) REQUIRE(buffer.has_arrived(k) == (k < head->arrived));
-    for (const auto& [k, pixel] : head->held) REQUIRE(buffer.stored(k) == pixel);
+    std::set<int> addresses;
+    for (const auto& [k, pixel] : head->held) {
+        const int address = buffer.address_of(k);
+        REQUIRE(address >= 0);
+        REQUIRE(address < buffer.addresses());
+        REQUIRE(addresses.insert(address).second);
+        REQUIRE(buffer.stored(k) == pixel);
+    }
 }
 
 /// Plays tables, pixels, releases and frame ends in a random order that the protocol allows.
