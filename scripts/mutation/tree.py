@@ -124,9 +124,9 @@ class Tree:
     def build(self) -> None:
         """Builds the copy. Mutants that do not compile are discarded."""
         directory = self.directory / "build"
-        for _ in range(ROUNDS_OF_BUILDING):
+        for turn in range(ROUNDS_OF_BUILDING):
             lines = self.write()
-            if not (directory / "build.ninja").exists():
+            if turn == 0:  # even if there is a build: its flags may be those of an older script
                 building.configure(self.directory / "source", directory)
             done, output = building.build(directory, self.options.jobs, self.options.target)
             (self.directory / "build.log").write_text(output)
