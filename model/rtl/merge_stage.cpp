@@ -73,8 +73,7 @@ void MergeStage::clock_edge() {
     } else if (running) {
         composite();
         frame_ends = position_->last;
-    } else if (pipe_valid_) {
-        pipe_valid_ = false;
+    } else if (pipe_o.read().valid) {
         starved_ = false;
         pipe_o.write(PipePixel{});
     }
@@ -90,7 +89,7 @@ void MergeStage::clock_edge() {
     if (changed || frame_ends || (may_stall_ && running)) {
         changed_.notify(sc_core::SC_ZERO_TIME);
     }
-    if (gate_.idle_edge(!running && !pipe_valid_ && moves && !changed)) {
+    if (gate_.idle_edge(!running && !pipe_o.read().valid && moves && !changed)) {
         next_trigger(wake_events_);
     }
 }
@@ -114,7 +113,6 @@ void MergeStage::composite() {
         record_.mutable_counters().replayed_pixels += position_->replayed ? 1 : 0;
     }
     pipe_o.write(out);
-    pipe_valid_ = true;
     record_pixel();
 }
 

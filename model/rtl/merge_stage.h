@@ -96,7 +96,6 @@ class MergeStage final : public Block {
 
     RegisterSet registers_;
     Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high
-    Register<bool> pipe_valid_{registers_, "pipe_valid"};
     Register<bool> starved_{registers_, "starved"};  ///< the pixel that has just left lacks this composer's
     Register<RasterStep> position_;                  ///< composited at the next edge, while a frame runs
     PixelWindow window_;
