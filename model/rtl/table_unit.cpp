@@ -33,7 +33,6 @@ void TableUnit::link_edge() {
             tables.rows.clear();
             tables.slots.clear();
         }
-        registers_.reset();
     } else {
         if (event.colour_start) {
             back().rows.clear();
@@ -44,9 +43,9 @@ void TableUnit::link_edge() {
         }
         back().slots.insert(back().slots.end(), event.payload.begin(),
                             event.payload.begin() + event.payload_bytes);
-        back_rows_ = static_cast<int>(back_table().rows.size());
-        back_slot_bytes_ = static_cast<int>(back().slots.size());
     }
+    back_rows_ = static_cast<int>(back_table().rows.size());
+    back_slot_bytes_ = static_cast<int>(back().slots.size());
     if (gate_.idle_edge(!event.row && !event.colour_start && event.payload_bytes == 0)) {
         next_trigger(wake_events_);
     }
