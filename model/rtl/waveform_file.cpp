@@ -72,8 +72,8 @@ class WaveformFile::Pipe {
     /// For the process that writes the file: calls take(bytes) with all that comes, until the pipe's writer closes it.
     template <typename Take>
     void read_all(Take take) const {
-        pollfd polled{reading_, POLLIN, 0};
-        while (poll(&polled, 1, -1) < 0 && errno == EINTR) {
+        std::array<pollfd, 1> polled{{{reading_, POLLIN, 0}}};
+        while (poll(polled.data(), polled.size(), -1) < 0 && errno == EINTR) {
         }
         fcntl(reading_, F_SETFL, 0);
         std::array<char, std::size_t{1} << 16> buffer{};
