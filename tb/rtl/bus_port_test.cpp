@@ -1,5 +1,6 @@
 #include "rtl/bus_port.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "support/images.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
+#include "support/traced_values.h"
 
 // The input framebuffer's tests check at its pins what the bus carries at which clock. These tests check what the port
 // asks of arbiter and memory; the test plays both.
@@ -283,6 +285,27 @@ TEST_CASE("bus port: without precharge_cycles a page whose opening was broken of
     CHECK(dut.takes.at(PortBench::kSend + 20));
     CHECK(dut.kind_at(20) == Command::kRead);
     CHECK(dut.columns_at(PortBench::kSend + 20) == Columns{0, 1});
+}
+
+TEST_CASE("bus port: clocks in which the arbiter builds its table are counted as its own, not as polls") {
+    ClockedTestbench bench;
+    PortBench dut(bench);
+    constexpr int kBuildClocks = 30;
+    dut.begin(two_rows());
+    bench.core.drive(dut.search, PortBench::kSend, true);
+    bench.core.drive(dut.search, PortBench::kSend + kBuildClocks, false);
+    dut.give(PortBench::kSend + kBuildClocks + 5, 0);
+    bench.run_through(PortBench::kSend + kBuildClocks + 8);
+    CHECK(dut.counters.grant_cycles == kBuildClocks);
+    CHECK(dut.counters.poll_cycles == 5);
+}
+
+TEST_CASE("bus port: the register of an open page is no wider than the number of the image's last page") {
+    ClockedTestbench bench;
+    PortBench dut(bench);  // 128 words in pages of 32
+    const std::vector<std::string> traced =
+        traced_by([&dut](sc_core::sc_trace_file* file) { dut.dut.trace(file); });
+    CHECK(std::count(traced.begin(), traced.end(), "bus_port.bank_0_page[2]=0") == 1);
 }
 
 TEST_CASE("bus port: no row asks for the bus after a reset") {

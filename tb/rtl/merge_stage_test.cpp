@@ -1,7 +1,6 @@
 #include "rtl/merge_stage.h"
 
 #include <algorithm>
-#include <array>
 #include <catch2/catch.hpp>
 #include <climits>
 #include <cmath>
@@ -74,7 +73,8 @@ class Neighbours final : public sc_core::sc_module {
         row_next_word{"row_next_word"};
     sc_core::sc_signal<bool> stall{"stall"}, other_stall{"other_stall"}, column_stall{"column_stall"};
 
-    explicit Neighbours(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {
+    Neighbours(const sc_core::sc_module_name& name, int addresses)
+        : sc_core::sc_module(name), words_(static_cast<std::size_t>(addresses)) {
         SC_METHOD(fifo_edge);
         sensitive << clk_i.pos();
         dont_initialize();
@@ -86,7 +86,7 @@ class Neighbours final : public sc_core::sc_module {
   private:
     void fifo_edge() {
         for (std::uint32_t i = 0; i < write.read().count; ++i) {
-            words_[(write.read().address + i) % kAddresses] = write.read().words[i];
+            words_[(write.read().address + i) % words_.size()] = write.read().words[i];
         }
         put_out(read, word, next_word);
         put_out(row_read, row_word, row_next_word);
@@ -95,11 +95,11 @@ class Neighbours final : public sc_core::sc_module {
                  sc_core::sc_signal<std::uint64_t>& second) {
         if (!of.read().enable) return;
         first.write(words_.at(of.read().address));
-        second.write(words_.at((of.read().address + 1) % kAddresses));
+        second.write(words_.at((of.read().address + 1) % words_.size()));
     }
     void join_stalls() { column_stall.write(stall.read() || other_stall.read()); }
 
-    std::array<std::uint64_t, kAddresses> words_{};
+    std::vector<std::uint64_t> words_;
 };
 
 /// A merge stage whose walker, receiver and upstream neighbour the test plays. check() follows from the frames alone.
@@ -129,7 +129,7 @@ struct MergeBench {
         : scenario(std::move(with)),
           core(bench.core),
           may_stall(scenario.composer.on_starvation == StarvationMode::kStall),
-          around((name + "_neighbours").c_str()),
+          around((name + "_neighbours").c_str(), scenario.composer.buffer_pixels),
           pipemaster((name + "_pipemaster").c_str(), strap == Strap::kMaster),
           dut(name.c_str(), scenario, record),
           pipes(core.record(pipe_out)),
@@ -302,7 +302,8 @@ struct MergeBench {
             for (std::size_t k = 0; k < frames[f].comes_at.size(); ++k) {
                 if (frames[f].comes_at[k] != clock - 1) continue;
                 if (write.count == 0) {
-                    write.address = (frames[f].base_address + static_cast<std::uint32_t>(k)) % kAddresses;
+                    write.address = (frames[f].base_address + static_cast<std::uint32_t>(k)) %
+                                    static_cast<std::uint32_t>(scenario.composer.buffer_pixels);
                 }
                 write.words.at(write.count++) =
                     local(static_cast<int>(f), static_cast<std::int64_t>(k)).word();
@@ -627,6 +628,28 @@ TEST_CASE(
     }
     CHECK(starved > 0);
     CHECK(stalled > 0);
+}
+
+TEST_CASE("merge stage: a pixel that has not come is not the one that is being written at its address") {
+    ClockedTestbench bench;
+    constexpr int kFew = 16;
+    constexpr int kAbove = kFew + 1;  // pixels above the raster: the first one in it has pixel 1's address
+    constexpr int kPixelsPerBeat = 4;
+    Scenario scenario = merge_scenario();
+    scenario.composer.buffer_pixels = kFew;
+    MergeBench dut(bench, scenario);
+    // One pixel wide and twice as large: each pixel is shown in two rows, and none other comes in between.
+    constexpr int kStart = 40;
+    const ViewportRow row = segment_row({1, kAbove + 2}, {2, -2 * kAbove}, 2);
+    std::vector<int> comes_at;
+    for (int k = 0; k < row.sdy; ++k) comes_at.push_back(kStart + 1 + k / kPixelsPerBeat);
+    dut.add_frame(kStart, row, comes_at);
+    dut.frames.front().base_address = 0;
+    bench.run_through(kStart + kPixels + 4);
+    dut.check_frames();
+    const int first_row = kStart + 1 + row.dx;
+    CHECK(dut.pipes.at(first_row).pixel == upstream(row.dx));  // it starves, while pixel 1 is written
+    CHECK(dut.pipes.at(first_row + kWidth).pixel == local(0, kAbove));
 }
 
 }  // namespace

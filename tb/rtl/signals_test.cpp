@@ -5,9 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
-#include <map>
 #include <sstream>
 #include <string>
 #include <systemc>
@@ -18,7 +16,7 @@
 #include "rtl/enumeration_names.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
-#include "support/scratch_directory.h"
+#include "support/traced_values.h"
 
 namespace metabuffer::test {
 namespace {
@@ -60,52 +58,6 @@ TEST_CASE("signals: a frame's start carries no word and says whether a table fol
         CHECK(beat.frame == 200);
         CHECK(beat.last == last);
     }
-}
-
-std::vector<std::string> lines_of(const std::filesystem::path& file) {
-    std::ifstream stream(file);
-    std::vector<std::string> lines;
-    for (std::string line; std::getline(stream, line);) lines.push_back(line);
-    return lines;
-}
-
-/// What a waveform shows of the values that `trace` adds to it, in its order: name[bits]=value, as unsigned, or x.
-template <typename Trace>
-std::vector<std::string> traced_by(const Trace& trace) {
-    const ScratchDirectory scratch;
-    sc_core::sc_trace_file* const file = sc_core::sc_create_vcd_trace_file((scratch / "values").c_str());
-    trace(file);
-    sc_core::sc_start(1, sc_core::SC_NS);
-    sc_core::sc_close_vcd_trace_file(file);
-    std::map<std::string, std::size_t> places;  // by identifier
-    std::vector<std::string> traced;
-    std::vector<std::string> scopes;
-    bool in_values = false;
-    for (const std::string& line : lines_of(scratch / "values.vcd")) {
-        std::istringstream stream(line);
-        std::string keyword, type, width, identifier, name;
-        stream >> keyword;
-        in_values = in_values || keyword == "$dumpvars";
-        if (keyword == "$scope") {
-            stream >> type >> name;
-            scopes.push_back(name);
-        } else if (keyword == "$upscope") {
-            scopes.pop_back();
-        } else if (keyword == "$var") {
-            stream >> type >> width >> identifier >> name;
-            for (std::size_t i = scopes.size(); i > 1; --i) name.insert(0, scopes[i - 1] + ".");
-            places[identifier] = traced.size();
-            traced.push_back(name.append("[").append(width).append("]="));
-        } else if (in_values && keyword[0] == 'b') {
-            stream >> identifier;
-            const bool is_number = keyword.find('x') == std::string::npos;
-            traced.at(places.at(identifier)) +=
-                is_number ? std::to_string(std::stoull(keyword.substr(1), nullptr, 2)) : "x";
-        } else if (in_values && (keyword[0] == '0' || keyword[0] == '1')) {
-            traced.at(places.at(keyword.substr(1))) += keyword[0];
-        }
-    }
-    return traced;
 }
 
 template <typename Value>

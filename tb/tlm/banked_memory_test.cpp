@@ -1,8 +1,11 @@
 #include "examples/banked_memory.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "memory_bench.h"
 #include "report/report.h"
@@ -95,10 +98,11 @@ TEST_CASE("banked memory: with one bank the machine reports what it does with it
 /// A memory without page misses, whose answers are corrupted.
 class SpoiltMemory final : public sc_core::sc_module {
   public:
-    using Spoil = void (*)(tlm::MemoryAccess& access);
+    using Spoil = std::function<void(tlm::MemoryAccess& access)>;
     tlm::TargetSocket<SpoiltMemory, tlm::MemoryAccess> socket{"socket"};
 
-    SpoiltMemory(const sc_core::sc_module_name& name, Spoil spoil) : sc_core::sc_module(name), spoil_(spoil) {
+    SpoiltMemory(const sc_core::sc_module_name& name, Spoil spoil)
+        : sc_core::sc_module(name), spoil_(std::move(spoil)) {
         socket.register_b_transport(this, &SpoiltMemory::b_transport);
     }
 
@@ -114,8 +118,8 @@ class SpoiltMemory final : public sc_core::sc_module {
 };
 
 /// What the machine reports about such a memory; empty if the run ends well.
-std::string complaint_about(SpoiltMemory::Spoil spoil) {
-    const Scenario scenario = scenario_of("case-2");
+std::string complaint_about(const SpoiltMemory::Spoil& spoil,
+                            const Scenario& scenario = scenario_of("case-2")) {
     tlm::Metabuffer::Options options;
     options.images = false;
     options.make_memory = [spoil](const char* name, const Scenario& /*scenario*/, int /*renderer*/) {
@@ -138,6 +142,32 @@ std::string complaint_about(SpoiltMemory::Spoil spoil) {
 
 TEST_CASE("own memory: a run with one that always has its words ends well") {
     CHECK(complaint_about([](tlm::MemoryAccess&) {}).empty());
+}
+
+TEST_CASE(
+    "own memory: with shared ports it hears by when a block's place in time is settled, which then holds") {
+    Scenario scenario = scenario_of("case-2");
+    scenario.memory.ports = MemoryPorts::kShared;
+    scenario.frames = 3;
+    std::int64_t settled_before = 0;
+    std::int64_t last_access_cycle = 0;
+    int blocks = 0;
+    int accesses_before = 0;
+    const auto record = [&](const tlm::MemoryAccess& access) {
+        if (access.write) {
+            ++blocks;
+            accesses_before += access.settled_before < settled_before ? 1 : 0;
+            settled_before = access.settled_before;
+        } else {
+            accesses_before += access.cycle < settled_before ? 1 : 0;
+            last_access_cycle = std::max(last_access_cycle, access.cycle);
+        }
+    };
+    CHECK(complaint_about(record, scenario).empty());
+    CHECK(blocks > 0);
+    CHECK(accesses_before == 0);
+    // A memory may forget the blocks before it, so it must not lag behind for ever.
+    CHECK(settled_before > last_access_cycle / 2);
 }
 
 TEST_CASE("own memory: one that has no word for a burst is reported, since the run would never end") {

@@ -383,6 +383,10 @@ TEST_CASE("rules: faults that undo each other, or make a good pair of two pairs'
           0);
     CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kNumber, kDepth, 2)}).empty());
     CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kMissing, kDepth)}).empty());
+    // The depth frame of the first pair has come, so the second pair's has nothing to go with.
+    CHECK(error_of({fault(FaultKind::kNumber, kDepth), fault(FaultKind::kMissing, FrameKind::kColour, 2)})
+              .empty());
+    CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kMissing, FrameKind::kColour, 2)}).empty());
     CHECK(error_of({fault(FaultKind::kNumber), fault(FaultKind::kMissing, kDepth),
                     fault(FaultKind::kMissing, FrameKind::kColour, 2)}) ==
           "faults[0].kind: with the next two frames missing, number makes one good pair of halves of two; "
