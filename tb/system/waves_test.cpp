@@ -332,11 +332,14 @@ TEST_CASE("Every register and wire of a machine is in the waveform, as wide as i
     const std::vector<std::string> small{"--set", "displays.columns=1", "--set", "displays.rows=1"};
     check_names(dump_of("case-1.yaml", small), "defaults");
     std::vector<std::string> all = small;
+    // Numbers of 2^k - 1 take all bits that they have: one more, and a register would need another.
     for (const char* setting :
-         {"links.layer=tmds", "bus.arbitration=edf", "bus.grant_cycles=2", "bus.register_stages=1",
-          "memory.ports=shared", "memory.banks=4", "memory.precharge_cycles=2", "memory.words_per_cycle=8",
-          "memory.read_latency_cycles=1", "memory.refresh_cycles=20", "memory.refresh_interval_cycles=400",
-          "composer.smoothing=bilinear", "composer.on_starvation=stall"}) {
+         {"links.layer=tmds", "displays.width=129", "displays.height=127", "bus.arbitration=edf",
+          "bus.burst_pixels=31", "bus.grant_cycles=2", "bus.register_stages=1", "memory.ports=shared",
+          "memory.banks=4", "memory.page_miss_cycles=7", "memory.precharge_cycles=2",
+          "memory.words_per_cycle=8", "memory.read_latency_cycles=4", "memory.refresh_cycles=15",
+          "memory.refresh_interval_cycles=511", "composer.buffer_pixels=1023", "composer.smoothing=bilinear",
+          "composer.on_starvation=stall"}) {
         all.insert(all.end(), {"--set", setting});
     }
     check_names(dump_of("case-1.yaml", all), "all-settings");
