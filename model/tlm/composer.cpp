@@ -360,17 +360,14 @@ void Composer::composite_row(const PipelineFrame& band, int y, const PixelPlanes
                              const Segment& segment) {
     const ViewportRow& row = segment.row();
     const int source_row = (y - row.dy) / row.dmultiple;
-    const int clipped = segment.left() - row.dx;  // raster pixels of the segment left of the raster
     const auto width = static_cast<std::size_t>(segment.right() - segment.left());
     const std::size_t source = content.index(row.sx, row.sy + source_row);
     PixelSpan local{&content.argb[source], &content.z[source]};
     if (segment.smooths()) {
         local = smoothed_row(band, y, content, segment);
-    } else if (row.dmultiple == 1) {
-        local.argb += clipped;
-        local.z += clipped;
-    } else {
+    } else if (row.dmultiple > 1) {  // only the first source column may begin left of the raster
         if (source_row != line_row_) {
+            const int clipped = segment.left() - row.dx;  // raster pixels of the segment left of the raster
             replicate_span(local, row.dmultiple, clipped, band.line->argb.data(), band.line->z.data(), width);
             line_row_ = source_row;
         }

@@ -7,9 +7,7 @@
 
 #include "machine_run.h"
 #include "random_scenario.h"
-#include "report/report.h"
 #include "scenario/derived_timing.h"
-#include "support/images.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
 #include "tlm_run.h"
@@ -47,24 +45,6 @@ void compare_levels(const std::vector<LevelRuns>& runs) {
         INFO(first_lines(differences));
         CHECK(differences.empty());
     }
-}
-
-TEST_CASE("levels agree on a segment that begins left of the raster or above it", "[system]") {
-    constexpr Size kImage{16, 12};
-    std::vector<LevelRuns> runs;
-    for (const int multiple : {1, 2, 3}) {
-        for (const Smoothing smoothing : {Smoothing::kReplicate, Smoothing::kBilinear}) {
-            for (const Place at : {Place{-5, 0}, Place{-5, -3}, Place{0, -3}, Place{4, 2}}) {
-                Scenario scenario = small_scenario(24, 16);
-                scenario.composer.smoothing = smoothing;
-                scenario.renderers.push_back(
-                    renderer_of({noise_image(runs.size() + 1, kImage.width, kImage.height)},
-                                {segment_row(kImage, at, multiple)}));
-                runs.emplace_back("machine_" + std::to_string(runs.size()), scenario);
-            }
-        }
-    }
-    compare_levels(runs);
 }
 
 TEST_CASE("levels agree where the last frame has been shown while the bus still does something", "[system]") {
@@ -285,36 +265,6 @@ TEST_CASE("a fault lets one link's clock drift and no other's", "[system][faults
         CHECK(end_cycle(run) > end_cycle(0) + end_cycle(0) / 20);
         CHECK(runs[run]->report().renderers[run - 1].injected_faults == 1);
         CHECK(runs[run]->report().renderers[2 - run].injected_faults == 0);
-    }
-}
-
-TEST_CASE("a pair that does not come is given up by its link's own clock, which drifts", "[system][faults]") {
-    // Between its answers a framebuffer has nothing to do on the link's side, and its clocks count all the same.
-    MachineRuns runs;
-    for (const int ppm : {-100'000, -77'777, -3, 3, 77'777, 100'000}) {
-        Scenario scenario = small_scenario(24, 16);
-        const PixelImage image(24, 16, Pixel(10, 20, 30, 255, 5));
-        add_renderer(scenario, renderer_of({image, image, image, image}, {segment_row({24, 16})}));
-        scenario.frames = 4;
-        scenario.pacing = Pacing::kLockstep;
-        Fault drift;
-        drift.kind = FaultKind::kDrift;
-        drift.pair = 1;
-        drift.ppm = ppm;
-        Fault missing;
-        missing.kind = FaultKind::kMissing;
-        missing.pair = 2;
-        scenario.faults = {drift, missing};
-        for (const rtl::ClockGating gating : {rtl::ClockGating::kOn, rtl::ClockGating::kOff}) {
-            runs.push_back(
-                std::make_unique<MachineRun>("run_" + std::to_string(runs.size()), scenario, gating));
-        }
-    }
-    REQUIRE(run_to_end(runs));
-    for (std::size_t i = 0; i < runs.size(); i += 2) {
-        INFO("a drift of " << runs[i]->scenario().faults.front().ppm << " millionths");
-        CHECK(runs[i]->report().renderers.front().injected_faults == 2);
-        CHECK(report_json(runs[i]->report()) == report_json(runs[i + 1]->report()));
     }
 }
 
