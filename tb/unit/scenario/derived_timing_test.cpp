@@ -1,6 +1,7 @@
 #include "scenario/derived_timing.h"
 
 #include <catch2/catch.hpp>
+#include <utility>
 
 #include "datapath/arbitration/arbitration_table.h"
 #include "support/scenarios.h"
@@ -94,6 +95,9 @@ TEST_CASE("derived timing: a link is at its fastest where its drift is") {
     scenario.renderers.push_back(scenario.renderers.front());
     scenario.clocks.dvi_in_mhz = 100.0;
     CHECK(shortest_link_period_picoseconds(scenario, 1) == 10'000);
+    scenario.clocks.dvi_in_mhz = 0.5;
+    CHECK(shortest_link_period_picoseconds(scenario, 1) == 2'000'000);
+    scenario.clocks.dvi_in_mhz = 100.0;
     for (const int ppm : {-50'000, 20'000, 100'000, 3}) {
         Fault drift;
         drift.kind = FaultKind::kDrift;
@@ -158,6 +162,14 @@ TEST_CASE("derived timing: the watchdog's default is twice the sum of the silenc
         scenario.bus.grant_cycles = 100;
         CHECK(watchdog_interval_picoseconds(scenario) == 2 * (link + display) + core + 2 * 100 * 10'000);
     }
+    SECTION("the way of a beat and its answer, and a table that the hardware makes, are waited for") {
+        scenario.memory.read_latency_cycles = 40;
+        scenario.bus.register_stages = 30;
+        scenario.bus.slot_table = SlotTableMaker::kBuilt;
+        const int slots = 256 + scenario.displays.count();
+        CHECK(watchdog_interval_picoseconds(scenario) ==
+              2 * (link + display) + core + 2 * (40 + 2 * 30 + slots) * std::int64_t{10'000});
+    }
     SECTION("each renderer adds a clock") {
         scenario.renderers.push_back(scenario.renderers.front());
         CHECK(watchdog_interval_picoseconds(scenario) == 2 * (link + display) + core + 10'000);
@@ -169,6 +181,113 @@ TEST_CASE("derived timing: the watchdog's interval is watchdog_cycles core clock
     scenario.clocks.core_mhz = 50;
     scenario.watchdog_cycles = 777;
     CHECK(watchdog_interval_picoseconds(scenario) == 777 * 20'000);
+}
+
+TEST_CASE(
+    "derived timing: a pair is given up some pair times and the lines of a vertical sync after it was due") {
+    for (const int pairs : {1, 3}) {
+        const Scenario scenario = machine_of(32, 24, pairs);
+        const Renderer& renderer = scenario.renderers.front();
+        const DviTiming timing = renderer.timing();
+        CHECK(link_timeout_clocks(scenario, renderer) ==
+              std::int64_t{2} * pairs * timing.frame_clocks() + std::int64_t{DviTiming::kVerticalSyncLines} * timing.line_clocks());
+    }
+}
+
+TEST_CASE(
+    "derived timing: a lost slot takes the clocks of its burst, the last beat's too if it is not full") {
+    Scenario scenario;
+    scenario.memory.words_per_cycle = 4;
+    scenario.bus.width_bits = 256;
+    for (const auto& [burst_pixels, beats] : {std::pair{1, 1}, {3, 1}, {4, 1}, {5, 2}, {32, 8}, {33, 9}}) {
+        scenario.bus.burst_pixels = burst_pixels;
+        CHECK(lost_slot_cycles(scenario) == beats);
+    }
+    scenario.bus.width_bits = 16;  // four clocks for each pixel
+    CHECK(lost_slot_cycles(scenario) == 4 * 33);
+}
+
+TEST_CASE(
+    "derived timing: a beat has as many pixels as bus and memory both give, and takes a clock or more") {
+    MemoryConfig memory;
+    BusConfig bus;
+    const auto pixels = [&](int width_bits, int words_per_cycle) {
+        bus.width_bits = width_bits;
+        memory.words_per_cycle = words_per_cycle;
+        return pixels_per_beat(bus, memory);
+    };
+    CHECK(pixels(8, 4) == 1);
+    CHECK(cycles_per_beat(bus) == 8);
+    CHECK(pixels(32, 4) == 1);
+    CHECK(cycles_per_beat(bus) == 2);
+    CHECK(pixels(64, 4) == 1);
+    CHECK(cycles_per_beat(bus) == 1);
+    CHECK(pixels(128, 4) == 2);
+    CHECK(pixels(512, 4) == 4);
+    CHECK(pixels(512, 1) == 1);
+    CHECK(cycles_per_beat(bus) == 1);
+}
+
+TEST_CASE(
+    "derived timing: the last beat of a burst that BUSREADY ends comes a clock after the way to and fro") {
+    MemoryConfig memory;
+    BusConfig bus;
+    CHECK(busready_cut_cycles(bus, memory) == 1);
+    memory.read_latency_cycles = 3;
+    bus.register_stages = 2;
+    CHECK(busready_cut_cycles(bus, memory) == 1 + 3 + 2 + 2);
+}
+
+TEST_CASE("derived timing: a memory's images have whole pages, and share a device only with shared ports") {
+    MemoryConfig memory;
+    memory.page_words = 8;
+    for (const auto& [words, device] : {std::pair{1, 8}, {7, 8}, {8, 8}, {9, 16}, {16, 16}, {17, 24}}) {
+        CHECK(memory.device_words(words) == device);
+        CHECK(memory.memory_words(words) == words);
+    }
+    memory.ports = MemoryPorts::kShared;
+    CHECK(memory.memory_words(9) == 16 + 9);
+    memory.words_per_cycle = 4;
+    for (const auto& [words, cycles] : {std::pair{1, 1}, {4, 1}, {5, 2}, {8, 2}}) {
+        CHECK(memory.write_cycles(words) == cycles);
+    }
+}
+
+TEST_CASE("derived timing: one clock is enough for a memory that times its banks or is refreshed") {
+    MemoryConfig memory;
+    CHECK_FALSE(memory.times_banks());
+    CHECK_FALSE(memory.refreshes());
+    memory.precharge_cycles = memory.refresh_cycles = 1;
+    CHECK(memory.times_banks());
+    CHECK(memory.refreshes());
+    memory.page_miss_cycles = 5;
+    CHECK(memory.opening_cycles(false) == 4);
+    CHECK(memory.opening_cycles(true) == 5);
+}
+
+TEST_CASE("derived timing: an arbiter takes time for its answer, for its table, or not at all") {
+    BusConfig bus;
+    CHECK_FALSE(bus.arbiter_takes_time());
+    CHECK(bus.build_cycles(7) == 0);
+    bus.grant_cycles = 1;
+    CHECK(bus.arbiter_takes_time());
+    bus.slot_table = SlotTableMaker::kBuilt;
+    CHECK(bus.arbiter_takes_time());
+    bus.grant_cycles = 0;
+    CHECK(bus.arbiter_takes_time());
+    CHECK(bus.build_cycles(7) == 7);
+}
+
+TEST_CASE("derived timing: a fault lasts for its clocks from its first one on, or for ever") {
+    Fault fault;
+    fault.from_cycle = 10;
+    for (const std::int64_t cycle : {10, 14, 15, 1'000'000'000}) CHECK(fault.lasts_at(cycle));
+    CHECK_FALSE(fault.lasts_at(9));
+    fault.cycles = 5;
+    CHECK_FALSE(fault.lasts_at(9));
+    CHECK(fault.lasts_at(10));
+    CHECK(fault.lasts_at(14));
+    CHECK_FALSE(fault.lasts_at(15));
 }
 
 }  // namespace
