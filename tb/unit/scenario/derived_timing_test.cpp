@@ -190,7 +190,8 @@ TEST_CASE(
         const Renderer& renderer = scenario.renderers.front();
         const DviTiming timing = renderer.timing();
         CHECK(link_timeout_clocks(scenario, renderer) ==
-              std::int64_t{2} * pairs * timing.frame_clocks() + std::int64_t{DviTiming::kVerticalSyncLines} * timing.line_clocks());
+              std::int64_t{2} * pairs * timing.frame_clocks() +
+                  std::int64_t{DviTiming::kVerticalSyncLines} * timing.line_clocks());
     }
 }
 

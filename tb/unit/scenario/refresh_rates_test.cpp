@@ -38,6 +38,12 @@ TEST_CASE("refresh rates: the links' clock by the mode of the images") {
 TEST_CASE("refresh rates: one of clock and rate is given, or both that agree") {
     const ScenarioFixture fixture;
     CHECK(fixture.error(fixture.minimal("clocks: {dvi_out_refresh_hz: 1000, dvi_out_mhz: 2.208}\n")).empty());
+    // A billionth of it may be lost in writing it down.
+    CHECK(fixture.error(fixture.minimal("clocks: {dvi_out_refresh_hz: 1000, dvi_out_mhz: 2.208000002}\n"))
+              .empty());
+    CHECK_FALSE(
+        fixture.error(fixture.minimal("clocks: {dvi_out_refresh_hz: 1000, dvi_out_mhz: 2.208000003}\n"))
+            .empty());
     CHECK(fixture.error(fixture.minimal("clocks: {dvi_out_refresh_hz: 1000, dvi_out_mhz: 2.2}\n")) ==
           "test.yaml:1: clocks.dvi_out_mhz: 2.2 is not what dvi_out_refresh_hz needs, 2.208; use one of the "
           "two");

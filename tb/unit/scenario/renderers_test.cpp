@@ -412,6 +412,7 @@ TEST_CASE("faults: a reset is the whole machine's, names no renderer and says ho
                Catch::Contains("faults[0].cycles: 2000000 is ") && Catch::Contains("use 1 to 1000000"));
     CHECK_THAT(fixture.error(with_faults({"{kind: busready_low, display: 1}"})),
                Catch::Contains("faults[0].renderer: is missing"));
+    CHECK(fixture.error("clocks: {dvi_out_mhz: 30}\n" + with_faults({"{kind: reset, cycles: 7}"})).empty());
     CHECK_THAT(fixture.error("clocks: {dvi_out_mhz: 30}\n" + with_faults({"{kind: reset, cycles: 6}"})),
                Catch::Contains(
                    "faults[0].cycles: 6 core cycles are less than two of the slowest clock; use 7 or more"));

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "host/text.h"
@@ -168,6 +169,15 @@ TEST_CASE("rules: settings") {
         "memory.write_block_words: 128 words may be written as late as 194 core cycles after the last pixel "
         "of renderers[0] whose pair is judged after 192; use smaller blocks, more words_per_cycle or a "
         "faster core_mhz");
+    // An image of 112 words has no full block: 3 + 3 * 23 + 64 + 56 are the 192 clocks to the clock.
+    const auto one_block = [&judged_early](int page_miss) {
+        return [&judged_early, page_miss](Scenario& s) {
+            judged_early(page_miss)(s);
+            s.renderers[0] = renderer_of({PixelImage(16, 7)}, {segment_row({16, 7})});
+        };
+    };
+    CHECK(error_after(one_block(23)).empty());
+    CHECK(error_after(one_block(24)).find(" as late as 195 core cycles") != std::string::npos);
     // A link that a fault makes a tenth faster brings 16 words in 29 clocks, and 29 clocks are needed.
     const auto drifting = [&](int page_miss) {
         return [&shared, page_miss](Scenario& s) {
@@ -325,6 +335,22 @@ TEST_CASE("rules: a fault's keys go with its kind and lie within its image and t
     CHECK(error_of(fault).empty());
     fault.seed = ~std::uint64_t{0};
     CHECK(error_of(fault) == "faults[0].seed: -1 is out of range; use 0 to 1000000000000000");
+}
+
+TEST_CASE("rules: a reset lasts for two of the slowest clock at least, and not for ever") {
+    const auto error_of = [](std::optional<std::int64_t> cycles) {
+        return error_after([cycles](Scenario& s) {
+            s.clocks = {100.0, 100.0, 50.0};
+            Fault reset;
+            reset.kind = FaultKind::kReset;
+            reset.cycles = cycles;
+            s.faults = {reset};
+        });
+    };
+    CHECK(error_of({}) == "faults[0].cycles: is missing; use how long the reset lasts");
+    CHECK(error_of(3).find("3 core cycles are less than two of the slowest clock; use 4 or more") !=
+          std::string::npos);
+    CHECK(error_of(4).empty());
 }
 
 TEST_CASE("rules: faults that undo each other, or make a good pair of two pairs' halves, are refused") {
