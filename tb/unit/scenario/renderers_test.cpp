@@ -185,6 +185,7 @@ TEST_CASE("renderers: a frame may give the host's slot table, by display") {
     CHECK_THAT(error_of(table + ", slots: [one]"), Catch::Contains(path + "[0]"));
     std::string many = "1";
     for (int slot = 1; slot < 300; ++slot) many += ", 1";
+    CHECK(error_of(table + ", slots: [" + many.substr(0, 208 * 3 - 2) + "]").empty());
     CHECK(error_of(table + ", slots: [" + many + "]") ==
           path +
               ": 300 slots do not fit the control scanline of an image 16 pixels wide; use 208 at the most "
