@@ -174,5 +174,10 @@ TEST_CASE("segment: the largest raster overflows nothing") {
     CHECK(replicated.released_before(area) == pixels);
 }
 
+TEST_CASE("segment: the largest one has a row and a column more than the raster on each side") {
+    CHECK(most_segment_pixels(100, 50) == 102 * 52);
+    CHECK(most_segment_pixels(1, 1) == 9);
+}
+
 }  // namespace
 }  // namespace metabuffer

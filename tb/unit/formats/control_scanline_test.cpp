@@ -352,5 +352,17 @@ TEST_CASE("control scanline: counts that their 16 bits cannot hold are the host'
     CHECK(decode_control_scanline(encode_control_scanline(content, wide)).content.payload.size() == 65535);
 }
 
+TEST_CASE("control scanline: a payload and rows share what an image's width leaves of the line") {
+    CHECK(payload_room_bytes(1) == 0);
+    for (const int width : {8, 16, 100}) {
+        const std::size_t room = payload_room_bytes(width);
+        ControlScanline content;
+        content.payload.resize(room);
+        CHECK(encode_control_scanline(content, width).size() == static_cast<std::size_t>(width));
+        content.payload.resize(room + 1);
+        CHECK_THROWS_AS(encode_control_scanline(content, width), ScanlineOverflow);
+    }
+}
+
 }  // namespace
 }  // namespace metabuffer
