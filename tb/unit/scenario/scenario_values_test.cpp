@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "support/rows.h"
 #include "unit/scenario/scenario_fixture.h"
 
 namespace metabuffer::test {
@@ -435,6 +436,22 @@ TEST_CASE("scenario: files") {
     CHECK(error("windows.yaml").empty());
     fixture.directory().write("zeros.yaml", std::string(100, '\0'));
     CHECK(error("zeros.yaml").rfind(folder + "/zeros.yaml:1: ", 0) == 0);
+}
+
+TEST_CASE("scenario: frames have the same tables if rows and slots are the same, whatever their images") {
+    RendererFrame frame;
+    frame.table = {segment_row({4, 2})};
+    frame.slots = {1, 1};
+    RendererFrame other = frame;
+    other.image = 1;
+    CHECK(has_same_tables(frame, other));
+    other.slots = {1, 2};
+    CHECK_FALSE(has_same_tables(frame, other));
+    other.slots = std::nullopt;
+    CHECK_FALSE(has_same_tables(frame, other));
+    other.slots = frame.slots;
+    other.table.push_back(segment_row({4, 2}, {}, 1, 2));
+    CHECK_FALSE(has_same_tables(frame, other));
 }
 
 }  // namespace metabuffer::test
