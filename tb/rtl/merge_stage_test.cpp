@@ -638,6 +638,7 @@ TEST_CASE("merge stage: a pixel that has not come is not the one that is being w
     Scenario scenario = merge_scenario();
     scenario.composer.buffer_pixels = kFew;
     MergeBench dut(bench, scenario);
+    // No table has a row so far above the raster, but all that the stage sees of it is which pixel is wanted.
     // One pixel wide and twice as large: each pixel is shown in two rows, and none other comes in between.
     constexpr int kStart = 40;
     const ViewportRow row = segment_row({1, kAbove + 2}, {2, -2 * kAbove}, 2);

@@ -112,6 +112,7 @@ TEST_CASE("corrections: a table that is not whole is refused, and no display is 
     CHECK(error(rows(5) + "1,2\n" + rows(250)) == ":6: has 2 values" + use);
     CHECK(error(rows(5) + "1,2,3,4\n" + rows(250)) == ":6: has 4 values" + use);
     CHECK(error(rows(5) + "\n" + rows(251)) == ":6: has 1 value" + use);
+    CHECK(error(rows(70'000)) == ": cannot be read: it is longer than 64 KiB");
     // Empty lines at the end do no harm, but for their length.
     const auto of_length = [](std::size_t bytes) {
         return rows(256) + std::string(bytes - rows(256).size(), '\n');

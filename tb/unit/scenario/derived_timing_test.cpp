@@ -217,8 +217,8 @@ TEST_CASE(
         memory.words_per_cycle = words_per_cycle;
         return pixels_per_beat(bus, memory);
     };
-    CHECK(pixels(8, 4) == 1);
-    CHECK(cycles_per_beat(bus) == 8);
+    CHECK(pixels(16, 4) == 1);
+    CHECK(cycles_per_beat(bus) == 4);
     CHECK(pixels(32, 4) == 1);
     CHECK(cycles_per_beat(bus) == 2);
     CHECK(pixels(64, 4) == 1);
