@@ -14,6 +14,7 @@
 #include "rtl/composer_signals.h"
 #include "rtl/display_signals.h"
 #include "rtl/enumeration_names.h"
+#include "support/lines.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 #include "support/traced_values.h"
@@ -124,7 +125,7 @@ TEST_CASE(
                              " " + word);
         }
         INFO(enumeration.file);
-        CHECK(lines_of(folder / enumeration.file) == wanted);
+        CHECK(lines_of_file(folder / enumeration.file) == wanted);
     }
     using Iterator = std::filesystem::directory_iterator;
     CHECK(static_cast<std::size_t>(std::distance(Iterator(folder), Iterator())) ==
@@ -137,7 +138,7 @@ TEST_CASE("signals: the save files show enumerations by their names") {
          std::filesystem::directory_iterator(std::filesystem::path(METABUFFER_SOURCE_DIRECTORY) / "waves")) {
         if (entry.path().extension() != ".gtkw") continue;
         std::string before;
-        for (const std::string& line : lines_of(entry.path())) {
+        for (const std::string& line : lines_of_file(entry.path())) {
             for (const rtl::EnumerationNames& enumeration : rtl::enumeration_names()) {
                 if (line.find("." + enumeration.signal + "[") == std::string::npos) continue;
                 INFO(entry.path().filename().string() << ": " << line);

@@ -1,24 +1,16 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <sstream>
 #include <string>
 #include <systemc>
 #include <vector>
 
+#include "support/lines.h"
 #include "support/scratch_directory.h"
 
 namespace metabuffer::test {
-
-inline std::vector<std::string> lines_of(const std::filesystem::path& file) {
-    std::ifstream stream(file);
-    std::vector<std::string> lines;
-    for (std::string line; std::getline(stream, line);) lines.push_back(line);
-    return lines;
-}
 
 /// What a waveform shows of the values that `trace` adds to it, in its order: name[bits]=value, as unsigned, or x.
 template <typename Trace>
@@ -32,7 +24,7 @@ std::vector<std::string> traced_by(const Trace& trace) {
     std::vector<std::string> traced;
     std::vector<std::string> scopes;
     bool in_values = false;
-    for (const std::string& line : lines_of(scratch / "values.vcd")) {
+    for (const std::string& line : lines_of_file(scratch / "values.vcd")) {
         std::istringstream stream(line);
         std::string keyword, type, width, identifier, name;
         stream >> keyword;

@@ -8,6 +8,7 @@
 
 #include "host/errors.h"
 #include "program_run.h"
+#include "support/lines.h"
 #include "tools/exploration/results_database.h"
 #include "tools/program/exit_status.h"
 #include "workplace.h"
@@ -70,13 +71,6 @@ std::size_t rows_left_in(const Workplace& place) {
         CHECK_THAT(error.what(), Contains("holds no results"));
         return 0;
     }
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-    std::vector<std::string> lines;
-    std::istringstream stream(text);
-    for (std::string line; std::getline(stream, line);) lines.push_back(line);
-    return lines;
 }
 
 /// Without those of the program's output, which the test keeps in hidden files.

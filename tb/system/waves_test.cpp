@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "program_run.h"
+#include "support/lines.h"
 
 using namespace metabuffer::test;
 
@@ -20,13 +21,6 @@ namespace {
 constexpr std::int64_t kCorePeriodPicoseconds = 10000;  // 100 MHz, the scenarios' default
 
 const std::filesystem::path kSource = METABUFFER_SOURCE_DIRECTORY;
-
-std::vector<std::string> lines_of(const std::string& text) {
-    std::istringstream stream(text);
-    std::vector<std::string> lines;
-    for (std::string line; std::getline(stream, line);) lines.push_back(line);
-    return lines;
-}
 
 bool begins_with(const std::string& text, const std::string& beginning) {
     return text.compare(0, beginning.size(), beginning) == 0;

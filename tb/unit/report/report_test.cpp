@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "support/lines.h"
+
 using namespace metabuffer;
 using nlohmann::ordered_json;
 
@@ -95,13 +97,6 @@ RunReport clean_run() {
 std::vector<std::string> keys(const ordered_json& json) {
     std::vector<std::string> result;
     for (const auto& item : json.items()) result.push_back(item.key());
-    return result;
-}
-
-std::vector<std::string> lines(const std::string& text) {
-    std::vector<std::string> result;
-    std::istringstream stream(text);
-    for (std::string line; std::getline(stream, line);) result.push_back(line);
     return result;
 }
 
@@ -477,8 +472,8 @@ TEST_CASE("the summary of a big machine stays short and narrow", "[report]") {
     CHECK(contains(text, "... and " + std::to_string(renderers * displays - 8) + " more in the report\n"));
     CHECK(contains(text, std::to_string(renderers * displays) + " pixels starved on displays 1, 2, 3, 4"));
     CHECK(contains(text, "used least: r1, 50.0 %; most: r" + std::to_string(renderers)) == (renderers > 16));
-    CHECK(lines(text).size() < 40);
-    for (const std::string& each : lines(text)) CHECK(each.size() <= 100);
+    CHECK(test::lines_of(text).size() < 40);
+    for (const std::string& each : test::lines_of(text)) CHECK(each.size() <= 100);
 }
 
 TEST_CASE("the largest grid that is shown fits a terminal", "[report]") {
@@ -493,7 +488,7 @@ TEST_CASE("the largest grid that is shown fits a terminal", "[report]") {
     const std::string text = report_summary(report);
     INFO(text);
     CHECK(contains(text, "  name of many ...  "));
-    for (const std::string& each : lines(text)) CHECK(each.size() <= 100);
+    for (const std::string& each : test::lines_of(text)) CHECK(each.size() <= 100);
 }
 
 TEST_CASE("names beyond ASCII are cut between characters and stay aligned", "[report]") {

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "host/quiet_fork.h"
+#include "support/lines.h"
 #include "support/scratch_directory.h"
 #include "tools/exploration/figures.h"
 
@@ -53,10 +54,7 @@ struct Place {
     }
     /// Lines of a file, none if it is not there.
     std::vector<std::string> lines(const std::string& name) const {
-        std::vector<std::string> result;
-        std::ifstream stream(directory / name);
-        for (std::string line; std::getline(stream, line);) result.push_back(line);
-        return result;
+        return test::lines_of_file(directory / name);
     }
     ScratchDirectory directory;
 };
