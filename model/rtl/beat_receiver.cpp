@@ -51,9 +51,6 @@ void BeatReceiver::end_of_elaboration() {
 
 void BeatReceiver::reset() {
     registers_.reset();
-    kept_.count = 0;
-    abandoned_pixels_ = 0;
-    segment_changes_ = false;
     busready_o.write(busready_);
     tableready_o.write(tableready_);
     segment_o.write(HeadSegment{});
@@ -88,7 +85,7 @@ void BeatReceiver::clock_edge() {
 /// still.
 bool BeatReceiver::idle() const {
     return !start_i.read() && !uses_i.read() && announced_ == 0 && burst_cut_ == 0 &&
-           bus_i.read().kind == BusBeat::Kind::kNone && !writes_ && !release_->any();
+           bus_i.read().kind == BusBeat::Kind::kNone;
 }
 
 // ---- the raster ----

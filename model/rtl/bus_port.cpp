@@ -138,9 +138,8 @@ void BusPort::process() {
 
 /// No beat is on its way, and nothing is counted down.
 bool BusPort::rests() const {
-    return !scenario_.memory.refreshes() && writes_ == nullptr && !reset_i.read() && !bus_driven_ &&
-           sent_.kind == BusBeat::Kind::kNone && leaving_.holds(BusBeat{}) && uncounted_cycles_ == 0 &&
-           table_uncounted_cycles_ == 0;
+    return !scenario_.memory.refreshes() && writes_ == nullptr && !bus_driven_ && leaving_.holds(BusBeat{}) &&
+           uncounted_cycles_ == 0 && table_uncounted_cycles_ == 0;
 }
 
 /// Each clock is like the one before until the link's side answers or reset rises.
@@ -152,9 +151,9 @@ bool BusPort::waits_for_pair() const {
 /// The same until a composer takes a slot: the arbiter grants nothing.
 bool BusPort::polls() const {
     return state_ == State::kSend && plan_.arbitrate && plan_.row == kNoRow && !bursting_ &&
-           beat_wait_ == 0 && lost_wait_ == 0 && scenario_.bus.grant_cycles == 0 && !search_i.read() &&
-           !lost_i.read() && !ready_changed_ && announced_before_ == announced_ &&
-           announced_line_.holds(announced_) && rests() && answer_.settled(answer_i.read());
+           scenario_.bus.grant_cycles == 0 && !search_i.read() && !lost_i.read() &&
+           announced_before_ == announced_ && announced_line_.holds(announced_) && rests() &&
+           answer_.settled(answer_i.read());
 }
 
 std::int64_t BusPort::slept_cycles() const {
@@ -175,7 +174,6 @@ void BusPort::reset() {
     for (auto& drain : drain_o) {
         drain.write(false);
     }
-    sent_ = BusBeat{};
     bus_o.write(BusBeat{});
     bus_driven_ = false;
 }

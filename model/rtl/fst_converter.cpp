@@ -64,7 +64,6 @@ void FstConverter::finish(OutputFile& output) {
         throw OutputError("the waveform: " + converter().command.front() + " left half a file in '" +
                           folder_->path().parent_path().string() + "'; is there room on the disk?");
     }
-    file.clear();
     file.seekg(0);
     std::vector<char> buffer(std::size_t{1} << 16);
     std::uintmax_t copied = 0;

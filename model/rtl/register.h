@@ -12,10 +12,10 @@
 
 namespace metabuffer::rtl {
 
-/// How many bits a number from 0 to `maximum` takes; at least 1.
+/// How many bits a number from 0 to `maximum`, which is not negative, takes; at least 1.
 constexpr int bits_for(std::int64_t maximum) {
     int bits = 1;
-    while (bits < 63 && (maximum >> bits) != 0) {
+    while ((maximum >> bits) != 0) {
         ++bits;
     }
     return bits;

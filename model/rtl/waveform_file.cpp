@@ -167,7 +167,6 @@ std::string WaveformFile::stem() const { return pipe_->stem(); }
 void WaveformFile::note_opened() { pipe_->close_reading(); }
 
 void WaveformFile::put_in_place() {
-    pipe_->close_reading();
     std::string answer;
     while (!writer_->ended()) writer_->receive(answer);
     if (answer == kAllWritten && writer_->complaint().empty()) {
