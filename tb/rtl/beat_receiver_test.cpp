@@ -16,6 +16,7 @@
 #include "expected_report.h"
 #include "painted_raster.h"
 #include "support/random_seed.h"
+#include "support/traced_values.h"
 
 namespace metabuffer::test {
 namespace {
@@ -146,6 +147,10 @@ TEST_CASE("beat receiver: after an edge its pixel counts as arrived and stands a
     dut.put_single_pixels(40, 0, 0, 5);
     dut.put_pixels(60, 0, 0, 1, 0, 2);  // another composer's
     dut.put_single_pixels(70, 0, 5, 1);
+    bench.run_through(44);
+    CHECK(shows(dut.dut, "writes[1]=1"));
+    bench.run_through(45);
+    CHECK(shows(dut.dut, "writes[1]=0"));
     bench.run_through(90);
     CHECK(dut.segments.at(21) == HeadSegment{});
     CHECK(dut.segments.at(22).shown);
@@ -254,23 +259,23 @@ TEST_CASE("beat receiver: a use and a start wait while COLUMNSTALL is high, the 
         dut.put_table(5, 0, {row});
         dut.put_single_pixels(10, 0, 0, 4);
         bench.core.drive(dut.column_stall, 20, true);
-        bench.core.drive(dut.column_stall, 24, false);
+        bench.core.drive(dut.column_stall, 44, false);
         bench.core.drive(dut.start, 20, true);
-        bench.core.drive(dut.start, 25, false);
-        bench.core.drive(dut.column_stall, 30, true);
-        bench.core.drive(dut.column_stall, 33, false);
-        bench.core.drive(dut.use, 30, PixelUse{false, 2});
-        bench.core.drive(dut.uses, 30, true);
-        bench.core.drive(dut.uses, 34, false);
-        dut.put_single_pixels(31, 0, 4, 2);
+        bench.core.drive(dut.start, 45, false);
+        bench.core.drive(dut.column_stall, 50, true);
+        bench.core.drive(dut.column_stall, 73, false);
+        bench.core.drive(dut.use, 50, PixelUse{false, 2});
+        bench.core.drive(dut.uses, 50, true);
+        bench.core.drive(dut.uses, 74, false);
+        dut.put_single_pixels(51, 0, 4, 2);
     }
-    bench.run_through(40);
-    CHECK(duts[0]->release_clocks() == Clocks{24, 33});
-    CHECK(duts[1]->release_clocks() == Clocks{20, 30});  // nothing ever raises it there, so it is not read
+    bench.run_through(80);
+    CHECK(duts[0]->release_clocks() == Clocks{44, 73});
+    CHECK(duts[1]->release_clocks() == Clocks{20, 50});  // nothing ever raises it there, so it is not read
     for (const auto& dut : duts) {
         CHECK(dut->releases.at(dut->release_clocks()[0]) == FifoRelease{2, 0});
         CHECK(dut->releases.at(dut->release_clocks()[1]) == FifoRelease{1, 0});
-        CHECK(dut->progresses.at(32).arrived == 6);
+        CHECK(dut->progresses.at(52).arrived == 6);
     }
 }
 
@@ -348,9 +353,20 @@ TEST_CASE(
     dut.put_table(5, 0, {whole_raster()});
     for (int beat = 0; beat < 4; ++beat) dut.put_pixels(10 + beat, 0, 2 * beat, 2, 22 - 2 * beat);
     dut.use_at(14, 7);  // all is free again at once, and nothing more comes
+    // A loop that is longer than a block takes to sleep, and a burst that says early that it is over.
+    Scenario long_way = composer_scenario({20, 18, 1});
+    long_way.memory.read_latency_cycles = 8;
+    long_way.bus.register_stages = 4;
+    ReceiverBench far(bench, long_way, "far");
+    far.put_table(5, 0, {whole_raster()});
+    for (int beat = 0; beat < 3; ++beat) far.put_pixels(10 + beat, 0, beat, 1, 23 - beat);
+    far.put_pixels(13, 0, 3, 1, 0);
+    far.use_at(14, 3);
     bench.run_through(40);
     CHECK(dut.busreadies.falls() == Clocks{13});
     CHECK(dut.busreadies.rises() == Clocks{0, 17});
+    CHECK(far.busreadies.falls() == Clocks{12});
+    CHECK(far.busreadies.rises() == Clocks{0, 12 + 1 + 8 + 2 * 4});
 }
 
 TEST_CASE("beat receiver: a burst is over when no beat of it has come for the longest gap") {
@@ -372,6 +388,9 @@ TEST_CASE("beat receiver: a burst is over when no beat of it has come for the lo
         const int gap = dut->scenario.memory.page_miss_cycles + 1;
         CHECK(dut->busreadies.falls() == Clocks{20});
         CHECK(dut->busreadies.rises() == Clocks{0, 20 + gap});
+        // What counts the gap stands still then.
+        const std::string bits = std::to_string(rtl::bits_for(gap));
+        CHECK(shows(dut->dut, "silent_cycles[" + bits + "]=" + std::to_string(gap)));
     }
 }
 

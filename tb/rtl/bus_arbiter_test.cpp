@@ -301,6 +301,27 @@ TEST_CASE("bus arbiter: it sees a frame's start after any number of idle clocks,
     CHECK(dut.granted_at(kLateStart + 1) == 0);
 }
 
+TEST_CASE("bus arbiter: the answer follows each line in its own clock, after any number of idle clocks") {
+    ClockedTestbench bench;
+    ArbiterBench dut(bench, Arbitration::kEdf);
+    const auto stand = [&dut](int clock, const std::vector<bool>& ready, const std::vector<bool>& pending) {
+        dut.drive(clock, {ready, -1, false, 0, false, pending});
+    };
+    dut.start_at(ArbiterBench::kStart, three_rows());
+    stand(ArbiterBench::kFirst, {true, true, true}, {true, true, true});
+    stand(40, {true, true, true}, {true, false, true});
+    stand(80, {true, true, false}, {true, false, true});
+    stand(120, {true, true, false}, {true, true, true});
+    dut.core.drive(dut.deadline[0], 160, 0U);
+    dut.core.drive(dut.deadline[1], 160, 1U);
+    bench.run_through(170);
+    const std::vector<int> granted{1, 2, 0, 1, 0};
+    for (int clock = ArbiterBench::kFirst; clock < 170; ++clock) {
+        INFO("clock " << clock);
+        CHECK(dut.granted_at(clock) == granted.at(static_cast<std::size_t>(clock / 40)));
+    }
+}
+
 TEST_CASE("bus arbiter: a lost slot takes as many clocks as an answer") {
     ClockedTestbench bench;
     ArbiterBench dut(bench, Arbitration::kSlotAllocation, 2);

@@ -132,6 +132,8 @@ struct PortBench {
     /// The answer to the first question is seen at edge kAnswer. The frame's first grant may be taken at edge kSend.
     static constexpr int kAnswer = 6;
     static constexpr int kSend = kAnswer + 1 + 1 + 2;  // frame start, two rows
+    /// The same on a bus on which a row of the table takes more than a clock.
+    static constexpr int send_at(int width_bits) { return kSend + 2 * (128 / width_bits - 1); }
     void begin(const ViewportTable& rows) {
         core.drive(table, 1, FrontTable{rows, {}});
         core.drive(fresh, kAnswer - 1, true);
@@ -215,6 +217,10 @@ TEST_CASE("bus port: a bank with a page open is precharged, then activated, then
     dut.begin({table_row(1, {0, 0}, {kWidth, 1}, {0, 0}), table_row(2, {0, 4}, {kWidth, 1}, {0, 0})});
     dut.give(PortBench::kSend, 0);      // page 0, in bank 0, a burst of 4 beats
     dut.give(PortBench::kSend + 1, 1);  // page 2, in bank 0 as well
+    bench.run_through(PortBench::kSend + 8);
+    CHECK(shows(dut.dut, "precharging[1]=1"));
+    bench.run_through(PortBench::kSend + 9);
+    CHECK(shows(dut.dut, "precharging[1]=0"));
     bench.run_through(PortBench::kSend + 16);
     CHECK(dut.kind_at(0) == Command::kActivate);  // the bank was closed
     CHECK(dut.kind_at(1) == Command::kNone);
@@ -303,17 +309,77 @@ TEST_CASE("bus port: clocks in which the arbiter builds its table are counted as
 TEST_CASE("bus port: the register of an open page is no wider than the number of the image's last page") {
     ClockedTestbench bench;
     PortBench dut(bench);  // 128 words in pages of 32
-    const std::vector<std::string> traced =
-        traced_by([&dut](sc_core::sc_trace_file* file) { dut.dut.trace(file); });
-    CHECK(std::count(traced.begin(), traced.end(), "bus_port.bank_0_page[2]=0") == 1);
+    CHECK(shows(dut.dut, "bank_0_page[2]=0"));
 }
 
-TEST_CASE("bus port: no row asks for the bus after a reset") {
+TEST_CASE("bus port: it has registers for as many rows and composers as there are displays") {
+    ClockedTestbench bench;
+    PortBench dut(bench);
+    CHECK(shows(dut.dut, "row_2_left[8]=0"));
+    CHECK(shows(dut.dut, "uncounted_2[1]=0"));
+    CHECK_FALSE(shows(dut.dut, "row_3_left[8]=0"));
+    CHECK_FALSE(shows(dut.dut, "uncounted_3[1]=0"));
+}
+
+TEST_CASE("bus port: a lost slot and a grant are seen after any number of polls") {
+    ClockedTestbench bench;
+    Scenario scenario = PortBench::make(Arbitration::kSlotAllocation, 3, 128, 1, 0, 0, 0);
+    scenario.bus.burst_pixels = 2;  // a lost slot takes a clock
+    PortBench dut(bench, scenario);
+    dut.begin(two_rows());
+    constexpr int kLost = PortBench::kSend + 20;
+    constexpr int kGrant = kLost + 60;
+    bench.core.drive(dut.lost, kLost, true);
+    bench.core.drive(dut.lost, kLost + 30, false);
+    dut.give(kGrant, 1);
+    bench.run_through(kGrant + 1);
+    CHECK(dut.counters.lost_cycles == 30);
+    CHECK(dut.counters.poll_cycles == 20 + 30);
+    CHECK(dut.clocks_of(Command::kActivate, kGrant + 1) == std::vector<int>{kGrant});
+}
+
+TEST_CASE("bus port: a beat of a narrow bus carries the words that stood at its read's edge alone") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kRoundRobin, 0, 16);  // four clocks a beat
+    dut.begin(two_rows());
+    const int first = PortBench::send_at(16);
+    dut.give(first, 1);
+    MemoryData words;
+    words.count = 1;
+    words.words[0] = 77;
+    dut.core.drive(dut.data, first, words);
+    dut.core.drive(dut.data, first + 1, MemoryData{});
+    bench.run_through(first + 3);
+    CHECK(dut.beats.at(first + 2).kind == BusBeat::Kind::kNone);
+    CHECK(dut.beats.at(first + 3).kind == BusBeat::Kind::kPixels);
+    CHECK(dut.beats.at(first + 3).words[0] == 77);
+}
+
+TEST_CASE("bus port: after a burst that was stopped in a beat its row is not ready for a clock, once") {
+    ClockedTestbench bench;
+    PortBench dut(bench, Arbitration::kRoundRobin, 0, 32);  // two clocks a beat
+    dut.begin(two_rows());
+    const int first = PortBench::send_at(32);
+    dut.give(first, 1);
+    // Edge 5 moves the second half of the third beat.
+    dut.core.drive(dut.busready[1], first + 5, false);
+    dut.core.drive(dut.busready[1], first + 6, true);
+    bench.run_through(first + 23);
+    CHECK(dut.beats.at(first + 5).remaining == 0);
+    CHECK_FALSE(dut.readies[1]->at(first + 6));
+    // Eight beats of the next burst follow, then a third burst.
+    for (int clock = first + 7; clock <= first + 23; ++clock) CHECK(dut.readies[1]->at(clock));
+    CHECK(dut.counters.bursts == 3);
+}
+
+TEST_CASE("bus port: no row asks for the bus after a reset, and the first pair is requested again") {
     ClockedTestbench bench;
     PortBench dut(bench);
     dut.begin(two_rows());
     bench.core.pulse(bench.reset, PortBench::kSend + 4);
     bench.run_through(PortBench::kSend + 8);
+    CHECK(dut.requests.falls() == std::vector<int>{PortBench::kSend + 4});
+    CHECK(dut.requests.rises() == std::vector<int>{0, PortBench::kSend + 5});
     for (const Recording<bool>* pending : dut.pendings) {
         CHECK_FALSE(pending->at(2));  // power-up, and nothing yet
         CHECK(pending->at(PortBench::kSend + 2));
@@ -348,6 +414,7 @@ TEST_CASE("bus port: a refresh is sent when it is due, whatever the bus does") {
     RefreshedPortBench dut(bench);
     bench.run_through(60);  // it waits for its first pair
     CHECK(dut.clocks_of(Command::kRefresh, 60) == Clocks{14, 28, 42, 56});
+    CHECK(shows(dut.dut, "precharging[1]=0"));
     CHECK(dut.counters.refresh_cycles == 0);
     CHECK(dut.counters.idle_cycles == 61 + 2);  // and those of reset
 }
@@ -400,7 +467,9 @@ struct SharedPortBench : PortBench {
     const Recording<bool>& drains;
 
     explicit SharedPortBench(ClockedTestbench& bench, int banks = 1, int refresh_interval = 0)
-        : PortBench(bench, shared(banks, refresh_interval)), drains(core.record(drain)) {}
+        : SharedPortBench(bench, shared(banks, refresh_interval)) {}
+    SharedPortBench(ClockedTestbench& bench, Scenario made)
+        : PortBench(bench, std::move(made)), drains(core.record(drain)) {}
     static Scenario shared(int banks, int refresh_interval) {
         Scenario scenario =
             make(Arbitration::kRoundRobin, 3, 128, banks, 0, refresh_interval, refresh_interval > 0 ? 4 : 0);
@@ -448,6 +517,25 @@ TEST_CASE("bus port: halves are written in turn, and the second block finds the 
     CHECK(dut.columns_at(15) == Columns{4, 5});
     CHECK(dut.drains.rises() == Clocks{14, 23});
     CHECK(dut.drains.falls() == Clocks{16});
+}
+
+TEST_CASE("bus port: for a block of another page its bank is precharged, then activated once, then written") {
+    ClockedTestbench bench;
+    Scenario scenario = SharedPortBench::shared(1, 0);
+    scenario.memory.page_miss_cycles = 6;
+    scenario.memory.precharge_cycles = 3;
+    SharedPortBench dut(bench, scenario);
+    dut.fill(10, 0, 128, 2);  // the bank is closed: three clocks
+    dut.fill(20, 1, 160, 2);
+    bench.run_through(22);
+    CHECK(shows(dut.dut, "write_precharging[1]=1"));
+    bench.run_through(23);
+    CHECK(shows(dut.dut, "write_precharging[1]=0"));
+    bench.run_through(30);
+    CHECK(dut.clocks_of(Command::kActivate, 30) == Clocks{10, 23});
+    CHECK(dut.clocks_of(Command::kPrecharge, 30) == Clocks{20});
+    CHECK(dut.clocks_of(Command::kWrite, 30) == Clocks{13, 26});
+    CHECK(dut.commands.at(23).row == 5);
 }
 
 TEST_CASE("bus port: a burst waits while a block is written, and opens its page again if it was closed") {
@@ -703,6 +791,10 @@ void check_passed_over(int latency, int stages) {
         CHECK(dut.readies[1]->at(clock) == (loop == 0 || counts));
         CHECK(dut.readies[0]->at(clock));
     }
+    const std::string bits = std::to_string(rtl::bits_for(1 + loop));
+    for (const char* counter : {"uncounted_cycles", "uncounted_1", "uncounted_2"}) {
+        CHECK(shows(dut.dut, std::string(counter) + "[" + bits + "]=0"));
+    }
 }
 
 TEST_CASE("bus port: without a loop no composer is passed over after a burst of several beats") {
@@ -741,6 +833,27 @@ TEST_CASE("bus port: a low BUSREADY stops the burst whose beat it answers, and n
     CHECK(dut.counters.bursts == 1);
     // The beats that had been decided on go out.
     CHECK(dut.pixel_clocks() == clock_range(send + kLatency, send + kLatency + 2 + kLoop));
+}
+
+TEST_CASE("bus port: a burst is not judged by what the burst before it announced") {
+    constexpr int kLoop = 2 + 2;
+    ClockedTestbench bench;
+    DelayedPortBench dut(bench, 2, 1);
+    dut.begin(two_rows());
+    const int send = PortBench::kSend;
+    const int next = send + 4;
+    dut.give(send, 1);
+    dut.give(next, 0);
+    dut.give(next + 1, -1);
+    // BUSREADY is low until the burst's own first beat has been answered.
+    dut.core.drive(dut.busready[0], next + 1, false);
+    dut.core.drive(dut.busready[0], next + 1 + kLoop, true);
+    bench.run_through(next);
+    for (const char* stage : {"", "_1", "_2", "_3", "_4"}) {
+        CHECK(shows(dut.dut, std::string("announced_before") + stage + "[4]=0"));
+    }
+    bench.run_through(next + 4 + kLoop);
+    CHECK(dut.read_clocks() == clock_range(send, next + 4));
 }
 
 TEST_CASE("bus port: a frame starts no earlier than TABLEREADY counts the one before") {

@@ -194,6 +194,25 @@ TEST_CASE("gated clock: it stands still only while all of its blocks sleep") {
     dut.check_sums(200);
 }
 
+TEST_CASE("gated clock: it never stands still for a block that does not say that it sleeps") {
+    class Plain final : public rtl::Block {
+      public:
+        explicit Plain(const sc_core::sc_module_name& name) : Block(name) {}
+        void trace(sc_core::sc_trace_file* /*file*/) const override {}
+    };
+    ClockedTestbench bench;
+    const Plain plain("plain");
+    GatedClock gated("gated_clock"), link("gated_link_clock");
+    const EdgeProbe probe("probe", gated), link_probe("link_probe", link);
+    gated.clk_i(bench.core.clk);
+    link.clk_i(bench.core.clk);
+    gated.add([&plain] { return plain.sleeps(); });
+    link.add([&plain] { return plain.link_sleeps(); });
+    bench.run_through(40);
+    CHECK(probe.edges() == 41 + bench.core.reset_clocks());
+    CHECK(link_probe.edges() == probe.edges());
+}
+
 TEST_CASE("gated clock: an input between two edges starts it again, for the very next edge") {
     ClockedTestbench bench;
     GateBench dut(bench);

@@ -172,7 +172,8 @@ TEST_CASE("composer fifo: a write to an address that it does not have is reporte
     ClockedTestbench bench;
     FifoBench dut(bench, 17);
     dut.put(3, 32, 1, 0);
-    bench.run_through(6);
+    dut.put(5, 32, 0, 0);  // writes nothing
+    bench.run_through(8);
     CHECK(report.count() == 1);
 }
 
@@ -200,8 +201,10 @@ TEST_CASE("composer fifo: its clock may stand still only while nothing is writte
     dut.get(8, 0);
     dut.let_go(12, 1);
     dut.let_go(16, 0, 1);
+    dut.put(20, 2, 1, 3);
+    bench.core.drive(bench.reset, 24, true);
     // A block that never sleeps is right too.
-    for (const int clock : {4, 8, 12, 16}) {
+    for (const int clock : {4, 8, 12, 16, 20, 24}) {
         bench.run_through(clock - 1);
         INFO("clock " << clock);
         CHECK_FALSE(dut.dut.sleeps());

@@ -295,7 +295,10 @@ TEST_CASE(
     // After a pause in which the block sleeps, the second port alone wakes it.
     bench.core.drive(wires.second_row->read, 40, rtl::FifoRead{true, 26});
     bench.core.drive(wires.second_row->read, 41, rtl::FifoRead{});
-    bench.run_through(45);
+    bench.core.drive(bench.reset, 46, true);
+    bench.run_through(39);
+    CHECK_FALSE(dut.sleeps());
+    bench.run_through(46);
     CHECK(words.at(3) == 107);
     CHECK(next_words.at(3) == 200);
     CHECK(row_words.at(3) == 205);
@@ -304,4 +307,5 @@ TEST_CASE(
     CHECK(next_words.at(45) == 200);
     CHECK(row_words.at(40) == 102);
     CHECK(row_next_words.at(40) == 103);
+    for (const auto* all : {&words, &next_words, &row_words, &row_next_words}) CHECK(all->at(46) == 0);
 }

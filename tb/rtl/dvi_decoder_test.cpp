@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <iterator>
+#include <numeric>
 #include <vector>
 
 #include "clocked_testbench.h"
@@ -266,12 +267,14 @@ TEST_CASE(
     CHECK(dut.events.at(first).payload_bytes == 2);  // bytes 34 and 35
 }
 
-TEST_CASE("dvi decoder: the payload begins behind as many rows as both bytes of their count say") {
+TEST_CASE(
+    "dvi decoder: rows before the payload and its bytes are as many as both bytes of their counts say") {
     constexpr int kRows = 0x102;
-    constexpr int kWide = 1400;
+    constexpr int kWide = 1500;
     ViewportTable table;
     for (int i = 0; i < kRows; ++i) table.push_back(table_row(i + 1, {i, 0}, {1, 1}, {i, 0}));
-    const std::vector<std::uint8_t> payload{10, 20, 30, 40};
+    std::vector<std::uint8_t> payload(0x12B);
+    std::iota(payload.begin(), payload.end(), std::uint8_t{10});
     const PixelImage image = noise_image(23, kWide, 1);
     DecoderBench dut(kWide, 2);
     append_blank_lines(dut.wave, kWide, 1, true);
@@ -625,13 +628,16 @@ TEST_CASE("dvi decoder: a reset in the middle of a pair forgets it") {
 }
 
 TEST_CASE("dvi decoder: a reset at any moment of a pair leaves what power-up leaves") {
-    constexpr int kStride = 127;  // not a divisor of a line
+    constexpr int kStride = 163;  // not a divisor of a line
     DecoderBench dut;
     dut.add_start();
     const ViewportTable table(3, segment_row({2, 2}));
     std::vector<int> good;
     std::vector<int> resets;
-    for (int reset = 5; reset < 2 * kFrame; reset += kStride) {
+    // The clocks behind a verdict and behind a row, and many others.
+    std::vector<int> moments{kBehindControl + 1, kBehindControl + 2, kFrame + kVsync + 1};
+    for (int moment = 5; moment < 2 * kFrame; moment += kStride) moments.push_back(moment);
+    for (const int reset : moments) {
         const int cut = dut.add(colour(7, table));
         dut.add(depth(7, table));
         resets.push_back(cut + reset);
@@ -643,6 +649,8 @@ TEST_CASE("dvi decoder: a reset at any moment of a pair leaves what power-up lea
     const std::vector<int> told = dut.event_clocks();
     for (std::size_t i = 0; i < resets.size(); ++i) {
         INFO("the reset at clock " << resets[i]);
+        REQUIRE(dut.events.at(resets[i]) == DecoderEvent{});
+        REQUIRE(dut.pixels.at(resets[i]) == DecodedPixel{});
         // No row of the table before the reset comes after it.
         REQUIRE(std::none_of(told.begin(), told.end(), [&](int clock) {
             return clock >= resets[i] && clock < good[i] && dut.events.at(clock).row;

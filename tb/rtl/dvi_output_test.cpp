@@ -231,14 +231,22 @@ TEST_CASE("dvi output: reset in a frame leaves what power-up leaves") {
     bench.core.drive(dut.swapskip, reset - 280, true);
     bench.core.drive(dut.swaplock, reset, false);
     bench.core.drive(dut.swapskip, reset, false);
+    // While the swap is still reported.
+    DviBench reporting(bench, bench.core, 4, 3, "reporting");
+    bench.core.drive(reporting.swaplock, 5, true);
+    bench.core.drive(reporting.swaplock, reset, false);
     bench.core.drive(bench.reset, reset, true);
     bench.core.drive(bench.reset, reset + 5, false);
     const int again = reset + 5;
     bench.core.drive(dut.swaplock, again + dut.frame_start(1) - 50, true);
     bench.run_through(again + dut.frame_start(3));
+    CHECK(reporting.swaps.falls() == Clocks{reset});
+    reporting.check({dut.black(), dut.black(), dut.black()}, again);
     CHECK(dut.links.at(reset - 1).de);
     CHECK(dut.links.at(reset) == DviLink{});
+    CHECK(dut.reading.at(reset - 1));
     CHECK_FALSE(dut.reading.at(reset));
+    CHECK(dut.asked.at(reset) == DisplayRead{});
     CHECK_FALSE(dut.swaps.at(reset));
     CHECK(dut.skips.at(reset - 1));
     CHECK_FALSE(dut.skips.at(reset));

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <cstdlib>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -187,7 +188,14 @@ TEST_CASE(
     Scenario slow_beats = one_clock;
     slow_beats.bus.width_bits = 16;
     WireBench narrow(bench, "narrow", Handshake::kBusready, slow_beats);
-    for (WireBench* dut : {&kept, &lowered, &long_fault, &narrow}) bench.core.drive(dut->raised, 10, true);
+    Scenario long_way = one_clock;
+    long_way.bus.grant_cycles = 5;
+    long_way.memory.read_latency_cycles = 3;
+    long_way.bus.register_stages = 1;
+    WireBench delayed(bench, "delayed", Handshake::kBusready, long_way);
+    for (WireBench* dut : {&kept, &lowered, &long_fault, &narrow, &delayed}) {
+        bench.core.drive(dut->raised, 10, true);
+    }
     // The wire itself is low, as edge 22 reads it.
     bench.core.drive(lowered.raised, 22, false);
     bench.core.drive(lowered.raised, 23, true);
@@ -195,8 +203,11 @@ TEST_CASE(
     // Two page misses, three beats and two clocks.
     constexpr int kLow = 2 * kPageMiss + 3 * 1 + 2;
     constexpr int kLowAtFourClocksABeat = 2 * kPageMiss + 3 * 4 + 2;
+    // Besides, the grant, and read latency and registers there and back.
+    constexpr int kLowOfALongWay = kLow + 5 + 2 * (3 + 2 * 1);
     CHECK(read_high(kept) == both(clock_range(10, 20), clock_range(20 + kLow, 61)));
     CHECK(read_high(narrow) == both(clock_range(10, 20), clock_range(20 + kLowAtFourClocksABeat, 61)));
+    CHECK(read_high(delayed) == both(clock_range(10, 20), clock_range(20 + kLowOfALongWay, 61)));
     CHECK(read_high(lowered) == both(clock_range(10, 20), clock_range(23, 61)));
     CHECK(read_high(long_fault) == both(clock_range(10, 20), clock_range(40, 61)));
 }
@@ -218,6 +229,24 @@ TEST_CASE("handshake fault: a STALL that is held for ever is reported") {
     bench.run_through(10);
     CHECK(read_high(dut) == clock_range(0, 11));
     CHECK(dut.fault.waiting_for() == "holds WIRE high");
+}
+
+TEST_CASE(
+    "handshake fault: one in the first clocks holds the wire at the edge of its own clock, and is counted") {
+    ClockedTestbench bench;
+    std::vector<std::unique_ptr<WireBench>> wires;
+    for (int clock = -kResetClocks; clock <= 1; ++clock) {
+        wires.push_back(std::make_unique<WireBench>(bench, "dut_" + std::to_string(wires.size()),
+                                                    Handshake::kStall,
+                                                    fault_scenario(FaultKind::kBusreadyLow, clock, 1)));
+    }
+    bench.run_through(4);
+    for (int first = -kResetClocks; first <= 1; ++first) {
+        const WireBench& dut = *wires[static_cast<std::size_t>(first + kResetClocks)];
+        INFO("fault at clock " << first);
+        for (int clock = -kResetClocks; clock <= 4; ++clock) CHECK(dut.wires.at(clock) == (clock == first));
+        CHECK(dut.tally.count(0) == 1);
+    }
 }
 
 TEST_CASE("handshake fault: random stalls hold in their share of the clocks, as seed and wire determine") {
@@ -510,6 +539,8 @@ std::vector<int> lost_clocks(LostBeats of, int beats, std::int64_t pixels_lost) 
     bench.core.drive(sent, 27, BusBeat{});
     bench.core.drive(sent, 28, BusBeat::frame_start(2, true));
     bench.core.drive(sent, 29, BusBeat{});
+    bench.run_through(17);
+    CHECK(dut.waiting_for().empty());
     bench.run_through(35);
     std::vector<int> lost;
     for (int clock = 0; clock <= 35; ++clock) {
@@ -520,6 +551,7 @@ std::vector<int> lost_clocks(LostBeats of, int beats, std::int64_t pixels_lost) 
     }
     CHECK(dut.lost_pixels() == pixels_lost);
     CHECK(tally.count(0) == static_cast<std::int64_t>(lost.size()));
+    CHECK(dut.waiting_for() == "has lost " + std::to_string(lost.size()) + " beats");
     return lost;
 }
 

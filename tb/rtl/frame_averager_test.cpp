@@ -239,6 +239,25 @@ TEST_CASE("frame averager: a frame that is not shown leaves its bank to the next
     }());
 }
 
+TEST_CASE("frame averager: it says which frame it waits for, and in a frame at which raster position") {
+    ClockedTestbench bench;
+    AveragerBench dut(bench);
+    dut.send_frame(10, raster(7));
+    dut.swap(50, 60);
+    dut.send_frame(110, raster(8));
+    const auto waits_after = [&](int clock) {
+        bench.run_through(clock);
+        return dut.dut.waiting_for();
+    };
+    CHECK(waits_after(9) == "waits for STARTFRAME of frame 0");
+    CHECK(waits_after(10) == "waits for raster pixel 0 of frame 0");
+    CHECK(waits_after(13) == "waits for raster pixel 3 of frame 0");
+    CHECK(waits_after(30) == "waits for SWAPLOCK to show frame 0");
+    CHECK(waits_after(70) == "waits for STARTFRAME of frame 1");
+    CHECK(waits_after(112) == "waits for raster pixel 2 of frame 1");
+    CHECK(waits_after(130) == "waits for SWAPLOCK to show frame 1");
+}
+
 TEST_CASE("frame averager: FRAMEDONE does not rise again before the swap before has been seen to end") {
     ClockedTestbench bench;
     AveragerBench dut(bench);
@@ -355,7 +374,7 @@ TEST_CASE("frame averager: reset in a frame leaves what power-up leaves") {
     dut.swap(80, 85);
     const int first = 100;  // goes into the second bank and is broken off in a block
     auto broken = raster(20, 4 * kPixels);
-    broken.resize(2 * 2 * kWidth - 3);
+    broken.resize(2 * 2 * kWidth - 2);
     dut.send_frame(first, broken, {}, {2});
     const int reset = first + 1 + static_cast<int>(broken.size());
     bench.core.drive(bench.reset, reset, true);
@@ -370,6 +389,8 @@ TEST_CASE("frame averager: reset in a frame leaves what power-up leaves") {
     dut.send_frame(again + 20, pixels);
     bench.run_through(again + 100);
     CHECK(dut.framebads.high() == clock_range(first + 3, reset));
+    CHECK(dut.writing.at(reset - 1));
+    CHECK(dut.written.at(reset) == DisplayWrite{});
     CHECK(dut.pipereadies.rises() == Clocks{0, 81, reset + 3, again - 4, again + 2});
     CHECK(dut.framedones.rises() ==
           Clocks{10 + 4 * kPixels, reset + 20 + 4 * kPixels, again + 20 + 4 * kPixels});

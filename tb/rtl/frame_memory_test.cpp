@@ -270,7 +270,7 @@ TEST_CASE("frame memory: each bank has its own open page until it is precharged"
 TEST_CASE("frame memory: a bank that must be precharged accepts no activate before") {
     ExpectedReport report("/metabuffer/frame_memory/page");
     ClockedTestbench bench;
-    MemoryBench dut(bench, banks_of(1, 2, 3));
+    MemoryBench dut(bench, banks_of(1, 1, 3));
     dut.activate(2, 0);
     dut.activate(6, 1);
     bench.run_through(7);
@@ -447,17 +447,18 @@ TEST_CASE(
     bench.run_through(8);
     CHECK(address.count() == 0);
     CHECK(width.count() == 0);
-    dut.read(10, {63, 64});  // the column is not in the page
-    bench.run_through(11);
+    dut.activate(10, 2);
+    dut.read(16, {47, 48});  // the column is not in the page
+    bench.run_through(17);
     CHECK(address.count() == 1);
-    dut.activate(13, 4);
-    dut.read(19, {64});  // nor is the page in the device
-    bench.run_through(20);
+    dut.activate(19, 4);
+    dut.read(25, {64});  // nor is the page in the device
+    bench.run_through(26);
     CHECK(address.count() == 2);
-    CHECK(dut.words_at(19) == Words{0});
-    dut.activate(23, 3);
-    dut.read(29, {61, 62, 63});
-    bench.run_through(30);
+    CHECK(dut.words_at(25) == Words{0});
+    dut.activate(29, 3);
+    dut.read(35, {61, 62, 63});
+    bench.run_through(36);
     CHECK(width.count() == 1);
 }
 
@@ -683,15 +684,15 @@ TEST_CASE("frame memory: a write needs its page open, must fit the pins, and mus
     CHECK(address.count() == 0);
 }
 
-TEST_CASE("frame memory: without shared ports a write from the bus's side is reported") {
+TEST_CASE("frame memory: without shared ports a write from the bus's side is reported at each clock") {
     ExpectedReport report("/metabuffer/frame_memory/ports");
     ClockedTestbench bench;
     MemoryConfig config = pages_of(16, 0);
     MemoryBench dut(bench, config);
-    MemoryCommand write = dut.make(Kind::kWrite, 0);
-    dut.send(3, write);
-    bench.run_through(5);
-    CHECK(report.count() == 1);
+    dut.core.drive(dut.command, 3, dut.make(Kind::kWrite, 0));
+    dut.core.drive(dut.command, 20, MemoryCommand{});
+    bench.run_through(25);
+    CHECK(report.count() == 17);
 }
 
 }  // namespace

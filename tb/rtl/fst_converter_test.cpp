@@ -119,6 +119,16 @@ TEST_CASE("FST converter: a section that was not finished has no length, and the
     CHECK(bench.error_of(section(0, "header") + unfinished).find("left half a file") != std::string::npos);
 }
 
+TEST_CASE("FST converter: a length that does not include its own eight bytes is none") {
+    Bench bench;
+    // Each would lead to a section without content at the file's end: from the length's last byte, and its first.
+    const std::string head(8, '\0');
+    CHECK(bench.error_of(head + '\7' + section(0, "").substr(1)).find("left half a file") !=
+          std::string::npos);
+    CHECK(bench.error_of(head + '\0' + '\10').find("left half a file") != std::string::npos);
+    CHECK(bench.error_of(head + '\10').empty());
+}
+
 TEST_CASE("FST converter: a converter that makes no file, or fails, is an error") {
     Bench bench;
     CHECK(bench.error_with("true").find("left half a file") != std::string::npos);

@@ -164,12 +164,22 @@ TEST_CASE("link port: a reset leaves what power-up leaves, whatever was under wa
         dut.pair_good(start + 20, 0);
         dut.link.drive(dut.request, start + 26, true);
         dut.put_pixel(start + 36, FrameKind::kColour, 4, 0x66);
+        dut.put_pixel(start + 37, FrameKind::kColour, 5, 0x77);
         // At another moment each time, before the next round. The bus side is reset as well.
         bench.core.pulse(bench.reset, start + 32 + 2 * round);
         dut.link.drive(dut.request, start + 32 + 2 * round, false);
     }
     bench.run_through(kRounds * kPeriod);
     CHECK(dut.accepted.size() == kRounds);
+    for (int round = 0; round < kRounds; ++round) {
+        INFO("reset in round " << round);
+        const int reset = round * kPeriod + 32 + 2 * round;
+        CHECK_FALSE(dut.pair_requests.at(reset));
+        CHECK_FALSE(dut.answers.at(reset));
+        CHECK_FALSE(dut.freshes.at(reset));
+        CHECK_FALSE(dut.fronts.at(reset));
+        CHECK(dut.writes.at(reset) == MemoryWrite{});
+    }
     for (int round = 1; round < kRounds; ++round) {
         INFO("round " << round);
         for (int clock = 8; clock < 32; ++clock) {

@@ -13,8 +13,10 @@
 
 #include "clocked_testbench.h"
 #include "composer_scenario.h"
+#include "expected_report.h"
 #include "painted_raster.h"
 #include "support/random_seed.h"
+#include "support/traced_values.h"
 
 namespace metabuffer::test {
 namespace {
@@ -387,7 +389,10 @@ TEST_CASE(
         comes[10] + 1;  // a beat: the first two of it are too late by two clocks and one
     comes[11] = comes[11] + 1;
     dut.add_frame(40, row, comes);
+    bench.run_through(41 + kWidth + 8);
+    CHECK(shows(dut.dut, "starved[1]=1"));
     bench.run_through(70);
+    CHECK(shows(dut.dut, "starved[1]=0"));  // between frames nothing leaves that could lack a pixel
     dut.check_frames();
     CHECK(dut.pipes.at(41 + kWidth).pixel == local(0, 0));
     CHECK(dut.record.counters().starved_pixels == 4);
@@ -520,6 +525,44 @@ TEST_CASE("merge stage: smoothed, a raster pixel is mixed of four pixels and wai
     CHECK(late.record.counters().starved_pixels > 0);
     // Both rows are read, each once for two columns of a source pixel.
     CHECK_FALSE(whole.row_reads.clocks_where([](const FifoRead& read) { return read.enable; }).empty());
+}
+
+TEST_CASE("merge stage: its window has registers for each column of each row, and they know what has come") {
+    ClockedTestbench bench;
+    MergeBench replicates(bench, merge_scenario(), "replicates");
+    MergeBench smooths(bench, merge_scenario(StarvationMode::kGlitch, Smoothing::kBilinear), "smooths");
+    for (MergeBench* dut : {&replicates, &smooths}) dut->add_whole_frame(40, segment_row({1, 1}, {}, 8));
+    bench.run_through(50);
+    const auto values = [](const MergeBench& dut, const std::string& of) {
+        std::vector<std::string> found;
+        for (const std::string& line : traced_values(dut.dut)) {
+            if (line.find(of) != std::string::npos) found.push_back(line.substr(line.find('=') + 1));
+        }
+        return found;
+    };
+    // The only pixel is at hand, and no other one.
+    const int bits = rtl::segment_pixel_bits(smooths.scenario);
+    const std::string none = std::to_string((1ULL << bits) - 1);
+    CHECK(values(replicates, ".word_pixel") == std::vector<std::string>{"0"});
+    CHECK(values(smooths, ".word_pixel") == std::vector<std::string>{"0", none, none, none});
+    CHECK(values(replicates, ".bypass_pixel") == std::vector<std::string>(1, none));
+    CHECK(values(smooths, ".bypass_pixel") == std::vector<std::string>(4, none));
+    CHECK(values(replicates, ".bypass_word") == std::vector<std::string>(1, "0"));
+    CHECK(values(smooths, ".bypass_word") == std::vector<std::string>(4, "0"));
+}
+
+TEST_CASE("merge stage: a pixel that has come and is neither in the FIFO nor in the beat is reported") {
+    ExpectedReport report("/metabuffer/merge_stage/pixel");
+    ClockedTestbench bench;
+    MergeBench dut(bench);
+    const ViewportRow row = segment_row({kWidth, 1}, {0, 1});
+    dut.add_frame(40, row, one_a_clock(row, 40 + kWidth));  // each just in time
+    bench.core.each_clock([&dut](int clock) {
+        // In the place of pixel 3's beat comes that of pixel 2 again.
+        if (clock == 41 + kWidth + 3) dut.around.write.write(FifoWrite{1, 250 + 2, {}});
+    });
+    bench.run_through(70);
+    CHECK(report.count() == 1);
 }
 
 TEST_CASE("merge stage: what is at hand at a frame's end is not taken for the next frame's") {

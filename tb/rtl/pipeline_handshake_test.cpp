@@ -152,27 +152,56 @@ TEST_CASE(
     CHECK(dut.startframes.rises() == Clocks{22});
 }
 
+TEST_CASE("pipeline handshake: what changes from clock to clock is seen as it stands at last") {
+    ClockedTestbench bench;
+    std::vector<std::unique_ptr<HandshakeBench>> duts;
+    for (int changes = 2; changes <= 16; changes += 2) {
+        for (const bool below_changes : {true, false}) {
+            const std::string name = (below_changes ? "below_" : "running_") + std::to_string(changes);
+            duts.push_back(std::make_unique<HandshakeBench>(bench, Strap::kMaster, Mode::kGlitch, name));
+            HandshakeBench& dut = *duts.back();
+            bench.core.drive(dut.below, 3, true);
+            bench.core.drive(dut.fetched, below_changes ? 20 + changes : 21, true);
+            for (int change = 1; change <= changes; ++change) {
+                if (below_changes) {
+                    bench.core.drive(dut.below, 20 + change, change % 2 == 0);
+                } else {
+                    bench.core.drive(dut.running, 20 + change, change % 2 != 0);
+                }
+            }
+            bench.core.drive(dut.running, 22 + changes, true);  // the frame that starts
+        }
+    }
+    bench.run_through(45);
+    for (std::size_t i = 0; i < duts.size(); ++i) {
+        const int last_change = 22 + 2 * static_cast<int>(i / 2);
+        INFO(duts[i]->dut.name());
+        CHECK(duts[i]->pipereadies.at(last_change));
+        CHECK(duts[i]->startframes.rises() == Clocks{last_change + 1});
+    }
+}
+
 TEST_CASE("pipeline handshake: in stall mode STARTFRAME stands still while COLUMNSTALL is high") {
     ClockedTestbench bench;
     HandshakeBench relay(bench, Strap::kRelay, Mode::kStall, "relay");
     HandshakeBench master(bench, Strap::kMaster, Mode::kStall, "master");
     HandshakeBench glitch(bench, Strap::kRelay, Mode::kGlitch, "glitch");
     for (HandshakeBench* dut : {&relay, &master, &glitch}) {
-        dut->hold(dut->column_stall, 11, 13);
-        dut->hold(dut->column_stall, 15, 16);
+        dut->hold(dut->column_stall, 11, 30);  // each time long enough for an idle block to sleep
+        dut->hold(dut->column_stall, 32, 50);
         bench.core.drive(dut->fetched, 2, true);
     }
-    relay.hold(relay.startframe_in, 12, 14);  // a register above stands still, too
+    relay.hold(relay.startframe_in, 12, 31);  // a register above stands still, too
     glitch.hold(glitch.startframe_in, 12, 12);
     bench.core.pulse(master.below, 10);
-    relay.hold(relay.running, 15, 30);
-    master.hold(master.running, 15, 30);
-    glitch.hold(glitch.running, 13, 30);
-    bench.run_through(30);
-    CHECK(relay.startframes.high() == Clocks{14, 15, 16});
-    CHECK(master.pipereadies.high() == clock_range(10, 14));
-    CHECK(master.starts.high() == clock_range(11, 15));
-    CHECK(master.startframes.high() == Clocks{14, 15, 16});
+    relay.hold(relay.running, 32, 70);
+    master.hold(master.running, 32, 70);
+    glitch.hold(glitch.running, 13, 70);
+    bench.run_through(70);
+    CHECK(relay.startframes.high() == clock_range(31, 51));
+    CHECK(master.pipereadies.high() == clock_range(10, 31));
+    CHECK(master.starts.high() == clock_range(11, 32));
+    CHECK(master.startframes.high() == clock_range(31, 51));
     CHECK(glitch.startframes.high() == Clocks{12});  // nothing ever raises it there, so it is not read
 }
 

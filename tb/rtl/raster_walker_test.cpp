@@ -13,6 +13,7 @@
 #include "composer_scenario.h"
 #include "painted_raster.h"
 #include "support/random_seed.h"
+#include "support/traced_values.h"
 
 namespace metabuffer::test {
 namespace {
@@ -177,6 +178,8 @@ TEST_CASE("raster walker: a frame runs from the edge that sees its start to that
     const int resets = bench.core.reset_clocks();
     CHECK(dut.record.frame_spans()[0].startframe_cycle == 20 + resets);
     CHECK(dut.record.frame_spans()[1].startframe_cycle == 21 + kPixels + resets);
+    const std::string bits = std::to_string(1 + rtl::bits_for(dut.scenario.frames));
+    CHECK(shows(dut.dut, "frame[" + bits + "]=1"));
 }
 
 TEST_CASE("raster walker: a replicated column shows its pixel again until its last repetition") {
@@ -255,7 +258,8 @@ TEST_CASE("raster walker: while COLUMNSTALL is high nothing moves, and a start w
     ClockedTestbench bench;
     WalkerBench stall(bench, walker_scenario(StarvationMode::kStall), "stall");
     WalkerBench glitch(bench, walker_scenario(StarvationMode::kGlitch), "glitch");
-    const std::set<int> stalled{10, 11, 14, 20, 21, 22, 35, 39};
+    std::set<int> stalled{26, 32, 33, 34, 47, 51};
+    for (const int clock : clock_range(10, 24)) stalled.insert(clock);  // an idle walker would sleep
     const ViewportRow row = segment_row({3, 2}, {}, 2);
     for (WalkerBench* dut : {&stall, &glitch}) {
         for (const int clock : stalled) bench.core.pulse(dut->column_stall, clock);
@@ -263,13 +267,13 @@ TEST_CASE("raster walker: while COLUMNSTALL is high nothing moves, and a start w
         dut->show(11, row);
     }
     bench.core.drive(stall.start, 10, true);
-    bench.core.drive(stall.start, 13, false);
+    bench.core.drive(stall.start, 25, false);
     bench.core.pulse(glitch.start, 12);
-    bench.run_through(60);
+    bench.run_through(70);
     CHECK(stall.steps_sampled.at(11) == stall.painted(row).steps[0]);
-    CHECK(stall.runs.rises() == Clocks{12});
-    stall.check_frame(12, stall.painted(row), stalled);
-    CHECK(stall.runs.falls() == Clocks{12 + kPixels + 6});
+    CHECK(stall.runs.rises() == Clocks{24});
+    stall.check_frame(24, stall.painted(row), stalled);
+    CHECK(stall.runs.falls() == Clocks{24 + kPixels + 6});
     glitch.check_frame(12, glitch.painted(row));  // nothing ever raises it there, so it is not read
 }
 
@@ -291,6 +295,21 @@ TEST_CASE("raster walker: reset in a frame leaves what power-up leaves") {
         CHECK(dut.steps.at(clock) == first);
     }
     dut.check_frame(40, dut.painted(segment_row({3, 2}, {}, 2)));
+}
+
+TEST_CASE("raster walker: a reset wakes a walker that sleeps, and leaves what power-up leaves") {
+    ClockedTestbench bench;
+    WalkerBench dut(bench);
+    dut.show(2, segment_row({3, 2}, {}, 2));
+    bench.core.pulse(dut.start, 10);
+    bench.core.drive(bench.reset, 80, true);
+    bench.core.drive(bench.reset, 82, false);
+    bench.run_through(5);
+    const std::vector<std::string> at_power_up = traced_values(dut.dut);
+    bench.run_through(79);
+    CHECK(traced_values(dut.dut) != at_power_up);
+    bench.run_through(82);
+    CHECK(traced_values(dut.dut) == at_power_up);
 }
 
 TEST_CASE(

@@ -61,6 +61,11 @@ TEST_CASE("signals: a frame's start carries no word and says whether a table fol
     }
 }
 
+TEST_CASE("signals: a beat has a word for each of its pixels, and two at least for a row of the table") {
+    CHECK(BusBeat::lanes(1) == 2);
+    for (int pixels = 2; pixels <= rtl::kMaximumBeatPixels; ++pixels) CHECK(BusBeat::lanes(pixels) == pixels);
+}
+
 template <typename Value>
 std::string text_of(const Value& value) {
     std::ostringstream stream;

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "clocked_testbench.h"
@@ -9,6 +10,7 @@
 #include "formats/slot_payload.h"
 #include "support/random_seed.h"
 #include "support/rows.h"
+#include "support/traced_values.h"
 
 namespace metabuffer::test {
 namespace {
@@ -186,6 +188,23 @@ TEST_CASE("table unit: the host's slot table is the one that the bus sees") {
     bench.run_through(25);
     CHECK(dut.tables.at(23).rows == two_rows());
     CHECK(dut.tables.at(23).slots == kHostSlots);
+}
+
+TEST_CASE(
+    "table unit: a waveform has the numbers of rows and bytes of slots that have come, 0 after a reset") {
+    ClockedTestbench bench;
+    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
+    const std::vector<std::uint8_t> payload = encode_slots(kHostSlots, 2);
+    dut.give(2, two_rows());
+    dut.give_payload(8, payload);
+    bench.core.pulse(bench.reset, 20);
+    bench.run_through(18);
+    CHECK(traced_values(dut.dut) ==
+          std::vector<std::string>{"table_unit.back_rows[3]=2",
+                                   "table_unit.back_slot_bytes[16]=" + std::to_string(payload.size())});
+    bench.run_through(25);
+    CHECK(traced_values(dut.dut) ==
+          std::vector<std::string>{"table_unit.back_rows[3]=0", "table_unit.back_slot_bytes[16]=0"});
 }
 
 TEST_CASE("table unit: the slots of a table with dropped rows are those of the valid rows") {

@@ -114,6 +114,38 @@ TEST_CASE("tmds decoder: every skew of up to four characters is removed from the
     }
 }
 
+TEST_CASE(
+    "tmds decoder: skew is measured by lines behind eight control characters, and by none behind fewer") {
+    constexpr int kLines = 4;
+    ClockedTestbench bench;
+    std::vector<std::unique_ptr<DecoderBench>> benches;
+    std::vector<Waveform> waves;
+    for (const int pause : {kTmdsPauseBeforeLine - 1, kTmdsPauseBeforeLine}) {
+        Random random(random_seed(69));
+        Waveform wave;
+        append_blank_lines(wave, kWidth, kFirstSync / kLine, true);
+        for (int line = 0; line < kLines; ++line) {
+            for (int x = 0; x < kWidth; ++x) {
+                wave.push_back({static_cast<std::uint32_t>(random.bits()) & 0xFF'FFFFU, true, false, true});
+            }
+            wave.insert(wave.end(), static_cast<std::size_t>(pause), DviLink{0, false, false, true});
+        }
+        append_blank_lines(wave, kWidth, 1, true);
+        // Green comes two characters late.
+        benches.push_back(
+            std::make_unique<DecoderBench>(bench, "pause_" + std::to_string(pause),
+                                           tmds_waveform(late_streams(tmds_streams(wave), {0, 20, 0}))));
+        waves.push_back(std::move(wave));
+    }
+    bench.run_through(static_cast<int>(waves.back().size()));
+    const auto last_line_is_right = [&](std::size_t i, int pause) {
+        const int first = kFirstSync + (kLines - 1) * (kWidth + pause);
+        return first_wrong(benches[i]->seen, waves[i], first, first + kWidth) == -1;
+    };
+    CHECK_FALSE(last_line_is_right(0, kTmdsPauseBeforeLine - 1));
+    CHECK(last_line_is_right(1, kTmdsPauseBeforeLine));
+}
+
 TEST_CASE("tmds decoder: channels whose words begin anywhere in characters, and come late besides") {
     const std::uint64_t seed = random_seed(63);
     INFO("seed " << seed);

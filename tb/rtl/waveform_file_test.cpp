@@ -6,7 +6,9 @@
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <csignal>
+#include <cstddef>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -78,25 +80,100 @@ TEST_CASE("waveform file: it leaves the process as it was, its signals and its s
     CHECK(std::signal(SIGPIPE, SIG_DFL) == ignore_signal);
 }
 
-TEST_CASE("waveform file: a signal while nothing has come yet does not keep the writer waiting") {
+TEST_CASE("waveform file: a process without a standard input writes one, too") {
+    const ScratchDirectory scratch;
+    WaveformFile file(scratch / "without.vcd", kHeader);
+    close(STDIN_FILENO);
+    file.start();
+    const int pipe = opened(file);
+    file.note_opened();
+    put(pipe, "all");
+    close(pipe);
+    file.put_in_place();
+    CHECK(text_of(scratch / "without.vcd") == "$comment\n" + std::string(kHeader) + "$end\nall");
+}
+
+TEST_CASE(
+    "waveform file: signals while the writer waits, for the simulation or for more bytes, change nothing") {
     const ScratchDirectory scratch;
     be_a_process_group();
     struct sigaction interrupting {};
     interrupting.sa_handler = ignore_signal;  // without SA_RESTART
     REQUIRE(sigaction(SIGUSR1, &interrupting, nullptr) == 0);
+    // Its writer is waiting by the last of them at the latest.
+    const auto send_signals = [] {
+        for (int i = 0; i < 12; ++i) {
+            usleep(10'000);
+            kill(0, SIGUSR1);
+        }
+    };
     WaveformFile file(scratch / "interrupted.vcd", kHeader);
     file.start();
+    send_signals();
     const int pipe = opened(file);
     file.note_opened();
-    // Its writer is waiting by the last of them at the latest.
-    for (int i = 0; i < 20; ++i) {
-        usleep(10'000);
-        kill(0, SIGUSR1);
-    }
     put(pipe, "all");
+    send_signals();
+    put(pipe, " of it");
     close(pipe);
     file.put_in_place();
-    CHECK(text_of(scratch / "interrupted.vcd") == "$comment\n" + std::string(kHeader) + "$end\nall");
+    CHECK(text_of(scratch / "interrupted.vcd") == "$comment\n" + std::string(kHeader) + "$end\nall of it");
+}
+
+TEST_CASE(
+    "waveform file: without a folder for its pipe, or without the pipe, the error names file and cause") {
+    const ScratchDirectory scratch;
+    const auto error_of_start = [&scratch] {
+        WaveformFile file(scratch / "none.vcd", kHeader);
+        try {
+            file.start();
+        } catch (const OutputError& error) {
+            return std::string(error.what());
+        }
+        return std::string("no error");
+    };
+    const std::string no_pipe = "cannot write '" + (scratch / "none.vcd").string() + "': no pipe for it: ";
+    REQUIRE(setenv("TMPDIR", "/proc", 1) == 0);  // nobody can make a folder there
+    CHECK(error_of_start() == no_pipe + "No such file or directory");
+    // There is room for the folder's name, but not for the pipe's.
+    constexpr std::size_t kLongestName = 4095;
+    const std::string own_folder = "/metabuffer-XXXXXX";
+    std::string place = scratch.path().string();
+    while (place.size() + own_folder.size() < kLongestName) {
+        const std::size_t left = kLongestName - own_folder.size() - place.size();
+        place += left > 100 ? '/' + std::string(99, 'f') : std::string(left, 'f');
+    }
+    CAPTURE(place.size());
+    REQUIRE(std::filesystem::create_directories(place));
+    REQUIRE(setenv("TMPDIR", place.c_str(), 1) == 0);
+    CHECK(error_of_start() == no_pipe + "File name too long");
+    CHECK(std::filesystem::is_empty(place));
+    CHECK_FALSE(std::filesystem::exists(scratch / "none.vcd"));
+}
+
+/// The descriptor of the pipe that the next waveform file reads.
+int pipe_to_lose = -1;
+void lose_pipe(int /*number*/) { close(pipe_to_lose); }
+
+TEST_CASE("waveform file: if its writer cannot read the pipe, that is the error, and an earlier file stays") {
+    const ScratchDirectory scratch;
+    scratch.write("unread.vcd", "an earlier one");
+    be_a_process_group();
+    WaveformFile file(scratch / "unread.vcd", kHeader);
+    pipe_to_lose = dup(STDIN_FILENO);  // the lowest one that is free
+    REQUIRE(pipe_to_lose >= 0);
+    close(pipe_to_lose);
+    struct sigaction losing {};
+    losing.sa_handler = lose_pipe;  // without SA_RESTART
+    REQUIRE(sigaction(SIGUSR1, &losing, nullptr) == 0);
+    file.start();
+    REQUIRE(std::signal(SIGUSR1, ignore_signal) != SIG_ERR);  // only in this process
+    const int pipe = opened(file);
+    file.note_opened();
+    kill(0, SIGUSR1);
+    CHECK_THROWS_WITH(file.put_in_place(), "the waveform's pipe: Bad file descriptor");
+    close(pipe);
+    CHECK(text_of(scratch / "unread.vcd") == "an earlier one");
 }
 
 TEST_CASE("waveform file: the error of a killed writer says how it ended") {

@@ -28,7 +28,7 @@ struct BufferBench {
     sc_core::sc_signal<bool> drain;
     sc_core::sc_signal<MemoryData> data;
     WriteBuffer dut;
-    std::vector<const Recording<bool>*> fulls;
+    std::vector<const Recording<bool>*> fulls, fulls_sampled;
     std::vector<const Recording<WriteBlock>*> blocks;
     const Recording<MemoryData>& sampled;
 
@@ -44,6 +44,7 @@ struct BufferBench {
             dut.full_o[half](full[half]);
             dut.block_o[half](block[half]);
             fulls.push_back(&core.record(full[half]));
+            fulls_sampled.push_back(&core.record_sampled(full[half]));
             blocks.push_back(&core.record(block[half]));
         }
         bench.trace(dut);
@@ -89,6 +90,7 @@ TEST_CASE("write buffer: a half is full with its block's last word, and then the
     dut.bring(2, 0, 0, 10);
     bench.run_through(14);
     CHECK(dut.fulls[0]->rises() == Clocks{5});
+    CHECK(dut.fulls_sampled[0]->rises() == Clocks{6});  // it changes with the edge
     CHECK(dut.blocks[0]->at(5) == WriteBlock{0, 4, kColour});
     CHECK(dut.fulls[1]->rises() == Clocks{9});
     CHECK(dut.blocks[1]->at(9) == WriteBlock{4, 4, kColour});
@@ -127,11 +129,14 @@ TEST_CASE("write buffer: a write command's words, of the half that is written, s
     dut.bring(0, 0, 0, 8);
     dut.ask(12, false, {1, 2});
     dut.ask(13, true, {4, 5});  // columns in the page
-    bench.run_through(15);
+    dut.ask(14, true, {7});
+    bench.run_through(16);
     CHECK(dut.words_at(11).empty());
     CHECK(dut.words_at(12) == Words{101, 102});
     CHECK(dut.words_at(13) == Words{104, 105});
-    CHECK(dut.words_at(14).empty());
+    CHECK(dut.words_at(14) == Words{107});
+    CHECK(dut.sampled.at(14).words[1] == 105);  // a lane without a word stands still
+    CHECK(dut.words_at(15).empty());
 }
 
 TEST_CASE("write buffer: no word comes out for any other command") {
@@ -144,6 +149,16 @@ TEST_CASE("write buffer: no word comes out for any other command") {
     dut.core.drive(dut.command, 10, read);
     bench.run_through(12);
     CHECK(dut.words_at(11).empty());
+}
+
+TEST_CASE("write buffer: a word that stands is taken at each clock") {
+    ClockedTestbench bench;
+    BufferBench dut(bench);
+    dut.core.drive(dut.write, 2, MemoryWrite{true, 0, 3, 103, kColour});  // a block's last one
+    dut.core.drive(dut.write, 22, MemoryWrite{});
+    bench.run_through(30);
+    CHECK(dut.fulls[0]->rises() == Clocks{2, 6, 10, 14, 18});
+    CHECK(dut.fulls[1]->rises() == Clocks{3, 7, 11, 15, 19});
 }
 
 TEST_CASE("write buffer: reset leaves it empty, whichever half was filling") {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <map>
 #include <sstream>
@@ -49,6 +50,19 @@ std::vector<std::string> traced_by(const Trace& trace) {
         }
     }
     return traced;
+}
+
+/// The same of all that a block adds to a waveform.
+template <typename Block>
+std::vector<std::string> traced_values(const Block& block) {
+    return traced_by([&block](sc_core::sc_trace_file* file) { block.trace(file); });
+}
+
+/// Whether that has one of the block's registers, without the block's name before it, with this value.
+template <typename Block>
+bool shows(const Block& block, const std::string& register_value) {
+    const std::vector<std::string> values = traced_values(block);
+    return std::count(values.begin(), values.end(), block.name() + ("." + register_value)) == 1;
 }
 
 }  // namespace metabuffer::test
