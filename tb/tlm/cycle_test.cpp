@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <string>
 
 namespace metabuffer::test {
 namespace {
@@ -29,6 +30,20 @@ TEST_CASE(
     CHECK(clock.edge_seeing(0) == 2);
     CHECK(clock.edge_seeing(6) == 2);
     CHECK(clock.edge_seeing(7) == 3);
+}
+
+TEST_CASE("clock domain: to wait for a clock that has passed is an error of the model") {
+    const tlm::ClockDomain clock(7);
+    sc_core::sc_start(sc_core::sc_time::from_value(14));
+    CHECK(clock.until(2) == sc_core::SC_ZERO_TIME);
+    CHECK(clock.until(3) == sc_core::sc_time::from_value(7));
+    std::string id;
+    try {
+        clock.until(1);
+    } catch (const sc_core::sc_report& report) {
+        id = report.get_msg_type();
+    }
+    CHECK(id == "/metabuffer/tlm/past");
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 #include "tlm/dvi_source.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <cstring>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "formats/control_scanline.h"
@@ -40,25 +43,48 @@ TEST_CASE("dvi source: a frame's payload is its control scanline, a word a pixel
 
 TEST_CASE("dvi source: in lockstep a pair starts at the clock that reads the request, one after its rise") {
     constexpr int kWidth = 24;
-    constexpr std::int64_t kRise = 5'000;  // after the first sync
     Scenario scenario = small_scenario(kWidth, 4);
     scenario.pacing = Pacing::kLockstep;
     add_renderer(scenario, renderer_of({noise_image(1, kWidth, 4)}, {segment_row({kWidth, 4})}));
-    sc_core::sc_signal<bool> request{"request"};
-    tlm::DviSource dut("dut", scenario, 0, 0);
-    Target<tlm::DviFrame> decoder("decoder");
-    dut.link_socket.bind(decoder.socket);
-    dut.pair_request_i(request);
-    std::vector<std::int64_t> first_edges;
-    decoder.on_transport = [&first_edges](::tlm::tlm_generic_payload& payload) {
-        first_edges.push_back(tlm::content_of<tlm::DviFrame>(payload).first_edge);
+    // In the very clock that ends the first sync, and later.
+    constexpr std::int64_t kSyncEnd = 8 * (kWidth + 80);
+    constexpr std::array<std::int64_t, 3> kRises{kSyncEnd, kSyncEnd + 1, 5'000};
+    struct Link {
+        sc_core::sc_signal<bool> request;
+        tlm::DviSource dut;
+        Target<tlm::DviFrame> decoder;
+        std::vector<std::int64_t> first_edges;
+        Link(const Scenario& scenario, const std::string& number)
+            : request(("request_" + number).c_str()),
+              dut(("dut_" + number).c_str(), scenario, 0, 0),
+              decoder(("decoder_" + number).c_str()) {
+            dut.link_socket.bind(decoder.socket);
+            dut.pair_request_i(request);
+            decoder.on_transport = [this](::tlm::tlm_generic_payload& payload) {
+                first_edges.push_back(tlm::content_of<tlm::DviFrame>(payload).first_edge);
+            };
+        }
     };
+    std::vector<std::unique_ptr<Link>> links;
+    for (const std::int64_t rise : kRises) {
+        links.push_back(std::make_unique<Link>(scenario, std::to_string(rise)));
+    }
     const std::int64_t period = clock_period_picoseconds(scenario.clocks.dvi_in_mhz);
-    sc_core::sc_start(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(kRise * period)));
-    CHECK(first_edges.empty());
-    request.write(true);
-    sc_core::sc_start(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(10 * period)));
-    CHECK(first_edges == std::vector<std::int64_t>{kRise + 1});
+    const auto advance_to = [period](std::int64_t edge) {
+        sc_core::sc_start(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(edge * period)) -
+                          sc_core::sc_time_stamp());
+    };
+    for (std::size_t i = 0; i < kRises.size(); ++i) {
+        advance_to(kRises[i]);
+        CHECK(links[i]->first_edges.empty());
+        links[i]->request.write(true);
+    }
+    advance_to(kRises.back() + 10);
+    for (std::size_t i = 0; i < kRises.size(); ++i) {
+        INFO("request at clock " << kRises[i]);
+        REQUIRE_FALSE(links[i]->first_edges.empty());
+        CHECK(links[i]->first_edges.front() == kRises[i] + 1);
+    }
 }
 
 }  // namespace

@@ -282,6 +282,20 @@ TEST_CASE("frame memory: what a broken-off wait over a refresh leaves depends on
     CHECK(dut.user.all_ok);
 }
 
+TEST_CASE(
+    "frame memory: a bank whose opening is broken off before a refresh must be closed first until then") {
+    MemoryConfig config = memory_config(16, 6, 1, 4);
+    config.refresh_cycles = 5;
+    config.refresh_interval_cycles = 100;
+    FrameMemoryBench dut(config);
+    CHECK(dut.user.access_at(50, 0, 1, true).wait_cycles == 2);
+    CHECK(dut.user.access_at(95, 16, 1).wait_cycles == 5 + 5 + 2);
+    dut.user.break_off(16, 1);
+    // The refresh is four clocks away. To open a page takes two, but to close one first makes it six.
+    CHECK(dut.user.access_at(96, 16, 1).wait_cycles == 4 + 5 + 2);
+    CHECK(dut.user.all_ok);
+}
+
 TEST_CASE("frame memory: an access without its extension is an error of the model") {
     FrameMemoryBench dut(16, 6);
     CHECK(report_of_empty_payload(dut.user.initiator) == kExtensionReport);
@@ -507,6 +521,20 @@ TEST_CASE("frame memory: a block may be written where an opening is broken off")
     CHECK(dut.user.access_at(120, 0, 1).wait_cycles == 6);
     dut.user.break_off(0, 6);
     CHECK(dut.user.access_at(140, 1, 1).wait_cycles == 0);
+    CHECK(dut.user.all_ok);
+}
+
+TEST_CASE(
+    "frame memory: a burst that ends while it waits for a block to be written does not end the writing") {
+    FrameMemoryBench dut(shared_memory_config(16, 6, 1, 2));
+    dut.user.bring_block(100, 32, 4);
+    dut.user.bring_block(500, 48, 4);
+    CHECK(dut.user.access_at(10, 0, 1).wait_cycles == 4);
+    // The page is closed, the block's one opened, 4 words written.
+    CHECK(dut.user.access_at(102, 0, 1).write_cycles == 100 + 6 + 4 - 102);
+    dut.user.break_off(0, 3);
+    CHECK(dut.user.access_at(106, 33, 1).write_cycles == 100 + 6 + 4 - 106);
+    CHECK(dut.user.access_at(110, 33, 1).wait_cycles == 0);
     CHECK(dut.user.all_ok);
 }
 

@@ -13,6 +13,7 @@ namespace {
 using tlm::BeatRun;
 using tlm::BufferTime;
 using tlm::ColumnTime;
+using tlm::kNoStep;
 using tlm::kUnknownCycle;
 using tlm::SlotTime;
 
@@ -242,6 +243,29 @@ TEST_CASE("buffer time: levels fall to zero after a frame, though the next one's
     // The frame's last pixel is composited in clock 40 + 16.
     CHECK(levels.back().first >= 56);
     CHECK(levels.back().second == 0);
+}
+
+TEST_CASE("buffer time: pixels held are counted when it is known what of the frame before has been used") {
+    ColumnTime column(2, kWidth * kHeight, true);
+    const ViewportRow row = segment_row({8, 1});
+    BufferTime::Config config = config_of(16, 2);
+    config.renderer = 1;
+    BufferTime buffer(config, column);
+    column.set_pipeready_cycle(2);
+    buffer.begin_frame(0, &row, 10, 10);
+    buffer.add({0, 8, 11}, 11, 11);
+    column.start(0, 40);
+    buffer.start_frame(0);
+    column.set_needed_step(0, 5);  // the other composer's next pixel may come late
+    column.advance(40);
+    buffer.begin_frame(1, &row, 42, 42);
+    buffer.add({0, 6, 48}, 48, 48);  // sampled in clocks 49 to 54
+    buffer.add({6, 1, 60}, 60, 52);
+    // That pixel is sampled in clock 53. So step 6 is in clock 54, and uses the fifth pixel.
+    column.add_arrival(0, 5, 53);
+    column.set_needed_step(0, kNoStep);
+    column.advance(52);
+    CHECK(buffer.finish(100, 0).buffer_high_water == 6 + 8 - 5);
 }
 
 TEST_CASE("buffer time: a drop of BUSREADY after the end of the run has not happened") {
