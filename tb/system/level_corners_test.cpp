@@ -8,6 +8,7 @@
 #include "machine_run.h"
 #include "random_scenario.h"
 #include "scenario/derived_timing.h"
+#include "support/images.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
 #include "tlm_run.h"
@@ -47,26 +48,43 @@ void compare_levels(const std::vector<LevelRuns>& runs) {
     }
 }
 
+/// The last frame is shown without most of its pixels, since pages are opened so slowly.
+Scenario slow_pages(int page_miss_cycles) {
+    Scenario scenario = small_scenario(24, 16);
+    const PixelImage image(24, 16, Pixel(10, 20, 30, 255, 5));
+    scenario.renderers.push_back(renderer_of({image}, {segment_row({24, 16})}));
+    scenario.memory.page_words = 4;
+    scenario.memory.page_miss_cycles = page_miss_cycles;
+    scenario.composer.buffer_pixels = 32;
+    scenario.composer.ready_space_pixels = 8;
+    scenario.bus.burst_pixels = 8;
+    scenario.bus.width_bits = 16;
+    return scenario;
+}
+
 TEST_CASE("levels agree where the last frame has been shown while the bus still does something", "[system]") {
-    // Page misses are so long that the last frame is shown without most of its pixels. The run ends within a page miss
-    // or between two.
+    // The run ends within a page miss or between two.
     std::vector<LevelRuns> runs;
     for (int page_miss_cycles = 50; page_miss_cycles < 80; ++page_miss_cycles) {
-        Scenario scenario = small_scenario(24, 16);
-        const PixelImage image(24, 16, Pixel(10, 20, 30, 255, 5));
-        scenario.renderers.push_back(renderer_of({image}, {segment_row({24, 16})}));
-        scenario.memory.page_words = 4;
-        scenario.memory.page_miss_cycles = page_miss_cycles;
-        scenario.composer.buffer_pixels = 32;
-        scenario.composer.ready_space_pixels = 8;
-        scenario.bus.burst_pixels = 8;
-        scenario.bus.width_bits = 16;
-        runs.emplace_back("machine_" + std::to_string(page_miss_cycles), scenario);
+        runs.emplace_back("machine_" + std::to_string(page_miss_cycles), slow_pages(page_miss_cycles));
     }
     compare_levels(runs);
     for (const LevelRuns& run : runs) {
         CHECK(run.rtl->report().renderers.front().bus.pixels_sent < 24 * 16);
     }
+}
+
+TEST_CASE("levels agree where the last frame has been shown sooner than it has been composited", "[system]") {
+    Scenario scenario = slow_pages(80);
+    scenario.displays.supersample = 4;
+    scenario.clocks.dvi_out_mhz = 400;
+    std::vector<LevelRuns> runs;
+    runs.emplace_back("machine", scenario);
+    compare_levels(runs);
+    const RunReport& report = runs.front().rtl->report();
+    const FrameRecord& frame = report.frames.at(0);
+    CHECK(report.core_cycles - frame.end_cycle < frame.end_cycle - frame.start_cycle);
+    CHECK(report.renderers.front().bus.pixels_sent < 24 * 16);
 }
 
 TEST_CASE("levels agree where the last frame has been shown while the arbiter still decides", "[system]") {
@@ -158,6 +176,32 @@ TEST_CASE("levels agree on slot tables of the host's, and each row has a slot wh
     CHECK(report(1).renderers.front().bus.recovered_slots != report(0).renderers.front().bus.recovered_slots);
 }
 
+TEST_CASE("levels agree where a block of the link's words is longer than the blanking before a frame",
+          "[system]") {
+    // The whole image is one block. The bus is still slow with one pair while the link writes the next.
+    constexpr Size kImage{40, 22};
+    Scenario scenario = small_scenario(kImage.width, kImage.height);
+    add_renderer(scenario, renderer_of({noise_image(1, kImage.width, kImage.height),
+                                        noise_image(2, kImage.width, kImage.height)},
+                                       {segment_row(kImage)}));
+    scenario.frames = 2;
+    scenario.clocks.dvi_in_mhz = 50;
+    scenario.composer.on_starvation = StarvationMode::kStall;
+    scenario.bus.burst_pixels = 2;
+    scenario.bus.grant_cycles = 30;
+    scenario.memory.ports = MemoryPorts::kShared;
+    scenario.memory.words_per_cycle = 8;
+    scenario.memory.write_block_words = scenario.memory.page_words = kImage.width * kImage.height;
+    scenario.memory.page_miss_cycles = 4;
+    const DviTiming timing = scenario.renderers.front().timing();
+    REQUIRE(scenario.memory.write_block_words > (DviTiming::kVerticalBackLines + 1) * timing.line_clocks());
+    check_scenario(scenario);
+    std::vector<LevelRuns> runs;
+    runs.emplace_back("machine", scenario);
+    compare_levels(runs);
+    CHECK(runs.front().rtl->report().renderers.front().bus.write_cycles > 0);
+}
+
 TEST_CASE("levels agree where the watchdog checks in the very clock of a link's last pixel", "[system]") {
     // The colour frame's last pixel comes after a vertical sync and 7 lines of blanking, and the depth frame's first
     // one a frame later. So only the pixel at the first check decides whether the second check finds that nothing
@@ -196,6 +240,32 @@ Scenario watched_frame() {
     return scenario;
 }
 
+TEST_CASE("levels agree where the watchdog ends a run while slots are lost", "[system]") {
+    // The buffer has room again when the first frame is swapped, which the slow output does after the second check.
+    std::vector<LevelRuns> runs;
+    for (const int interval : {6'000, 6'050, 7'000}) {
+        Scenario scenario = small_scenario(24, 4);
+        const PixelImage image(24, 4, Pixel(10, 20, 30, 255, 5));
+        add_renderer(scenario, renderer_of({image}, {segment_row({24, 4})}));
+        scenario.pacing = Pacing::kFreeRunning;
+        scenario.frames = 2;
+        scenario.bus.arbitration = Arbitration::kSlotAllocation;
+        scenario.bus.burst_pixels = 4;
+        scenario.composer.buffer_pixels = 32;
+        scenario.composer.ready_space_pixels = 4;
+        scenario.clocks.dvi_out_mhz = 5;
+        scenario.watchdog_cycles = interval;
+        runs.emplace_back("machine_" + std::to_string(interval), scenario);
+    }
+    compare_levels(runs);
+    for (const LevelRuns& run : runs) {
+        const RunReport& report = run.rtl->report();
+        CHECK(report.core_cycles == 2 * run.rtl->scenario().watchdog_cycles + 1);
+        CHECK_FALSE(report.watchdog.empty());
+        CHECK(report.total_bus().lost_cycles > 1'000);
+    }
+}
+
 TEST_CASE("levels agree where the watchdog ends a run before a frame, or in a stall whose pixel has not come",
           "[system]") {
     // A refresh stops the bus when the frame is about to begin, or somewhere in it.
@@ -222,6 +292,72 @@ TEST_CASE("levels agree where the watchdog ends a run before a frame, or in a st
     CHECK(stalled > 0);
 }
 
+TEST_CASE("levels agree where the watchdog ends a run in which a bus polls", "[system]") {
+    // The other renderer's second pair does not come. A buffer of one frame takes no pixel of the third one, and a
+    // larger one takes it whole, but then no fourth table.
+    constexpr int kOneFrame = 12;
+    std::vector<LevelRuns> runs;
+    for (const int buffer_pixels : {kOneFrame, 64}) {
+        Scenario scenario = one_line(2);
+        scenario.frames = 4;
+        for (Renderer& renderer : scenario.renderers) renderer.frames.resize(4, renderer.frames.front());
+        scenario.composer.buffer_pixels = buffer_pixels;
+        scenario.composer.ready_space_pixels = 4;
+        scenario.link_timeout_pairs = 1'000;
+        scenario.watchdog_cycles = 2'500;  // longer than a blanking
+        Fault silence;
+        silence.kind = FaultKind::kDelay;
+        silence.renderer = 1;
+        silence.pair = 1;
+        silence.delay_pairs = 100;
+        runs.emplace_back("machine_" + std::to_string(buffer_pixels), with_fault(scenario, silence));
+    }
+    compare_levels(runs);
+    for (const LevelRuns& run : runs) {
+        const RunReport& report = run.rtl->report();
+        REQUIRE_FALSE(report.watchdog.empty());
+        const std::string wire =
+            run.rtl->scenario().composer.buffer_pixels == kOneFrame ? "BUSREADY" : "TABLEREADY";
+        CHECK(std::any_of(report.watchdog.begin(), report.watchdog.end(), [&wire](const std::string& line) {
+            return line.find("input_framebuffer_1") != std::string::npos &&
+                   line.find(wire) != std::string::npos;
+        }));
+        CHECK(report.renderers.front().bus.poll_cycles > run.rtl->scenario().watchdog_cycles / 2);
+    }
+}
+
+TEST_CASE("levels agree where the watchdog checks in the clock of a frame-start beat", "[system]") {
+    // The second pair does not come, so the first one's table goes out again at the timeout of the link, after silence.
+    constexpr std::int64_t kFrameStart = 10'026;
+    constexpr int kTableCycles = 1 + 128 / 16;
+    const auto frame_ends = [](std::int64_t interval) { return 2 * interval > kFrameStart; };
+    std::vector<LevelRuns> runs;
+    for (std::int64_t interval = kFrameStart / 2 - 1; interval <= kFrameStart / 2 + 1; ++interval) {
+        Scenario scenario = one_line(1);
+        scenario.frames = 2;
+        scenario.renderers.front().frames.resize(2, scenario.renderers.front().frames.front());
+        scenario.bus.width_bits = 16;
+        scenario.clocks.dvi_in_mhz =
+            101;  // else the beat's clock would be odd, and never that of a second check
+        scenario.watchdog_cycles = interval;
+        Fault silence;
+        silence.kind = FaultKind::kDelay;
+        silence.pair = 1;
+        silence.delay_pairs = 100;
+        runs.emplace_back("machine_" + std::to_string(interval), with_fault(scenario, silence));
+    }
+    compare_levels(runs);
+    for (const LevelRuns& run : runs) {
+        const std::int64_t interval = run.rtl->scenario().watchdog_cycles;
+        INFO("checks every " << interval);
+        const RunReport& report = run.rtl->report();
+        CHECK(report.watchdog.empty() == frame_ends(interval));
+        const std::int64_t of_second =
+            frame_ends(interval) ? kTableCycles : std::max<std::int64_t>(0, 2 * interval + 1 - kFrameStart);
+        CHECK(report.total_bus().table_cycles == kTableCycles + of_second);
+    }
+}
+
 TEST_CASE("levels agree where nothing but a swap happens between two checks of the watchdog", "[system]") {
     // The outputs are slow: they swap long after the last pixel of a raster, and long before the picture has been shown.
     std::vector<LevelRuns> runs;
@@ -240,6 +376,99 @@ TEST_CASE("levels agree where nothing but a swap happens between two checks of t
     // Otherwise every interval would be too short, or long enough without the swap.
     CHECK(tripped > 0);
     CHECK(tripped < static_cast<int>(runs.size()));
+}
+
+TEST_CASE("levels agree that the watchdog does not set what is sent off against what is taken", "[system]") {
+    // All that happens before the first check: a table of three clocks and its pixels are sent, and a raster is taken.
+    constexpr int kTableCycles = 3;
+    constexpr int kRasterPixels = 12;
+    constexpr std::int64_t kInterval = 4'500;  // between the raster and its swap
+    const auto with_segment = [](int pixels) {
+        Scenario scenario = one_line(0);
+        scenario.pacing = Pacing::kFreeRunning;
+        scenario.clocks = {100, 100, 25};
+        scenario.watchdog_cycles = kInterval;
+        add_renderer(scenario, renderer_of({PixelImage(kRasterPixels, 1)}, {segment_row({pixels, 1})}));
+        return scenario;
+    };
+    // No raster yet: it waits for the second renderer, whose image is larger.
+    Scenario no_raster = with_segment(kTableCycles);
+    add_renderer(no_raster, renderer_of({PixelImage(kRasterPixels, 18)}, {segment_row({kRasterPixels, 1})}));
+    const Scenario raster = with_segment(kRasterPixels - kTableCycles);
+    // Link pixels count, too: two for each pixel of the image.
+    Scenario link = raster;
+    link.pacing = Pacing::kLockstep;
+    std::vector<LevelRuns> runs;
+    for (const Scenario& scenario : {no_raster, raster, link}) {
+        runs.emplace_back("machine_" + std::to_string(runs.size()), scenario);
+    }
+    compare_levels(runs);
+    for (const LevelRuns& run : runs) {
+        const RunReport& report = run.rtl->report();
+        REQUIRE(report.watchdog.empty());
+        CHECK(report.core_cycles > kInterval);
+        CHECK(report.renderers.front().bus.table_cycles == kTableCycles);
+    }
+    CHECK(runs[0].rtl->report().frames.front().start_cycle > kInterval);
+    for (const LevelRuns* run : {&runs[1], &runs[2]}) {
+        CHECK(run->rtl->report().frames.front().end_cycle < kInterval);
+        CHECK(run->rtl->report().frames.front().swap_cycle > kInterval);
+    }
+}
+
+TEST_CASE("levels agree where the watchdog checks in the very clock of a raster's last pixel", "[system]") {
+    // The slower output swaps after all these checks. The other one swaps behind the first check, with nothing else
+    // but the raster's last pixels, and has not shown the frame by the third one.
+    constexpr double kSlowMhz = 5.0;
+    constexpr std::int64_t kLastPixel = 3'592;  // is read by the output framebuffer
+    std::vector<LevelRuns> runs;
+    for (const double dvi_out_mhz : {kSlowMhz, 12.5}) {
+        for (std::int64_t interval = kLastPixel - 1; interval <= kLastPixel + 1; ++interval) {
+            Scenario scenario = small_scenario(12, 1, 2);
+            add_renderer(scenario, across_two_displays({12, 1}));
+            scenario.clocks.dvi_out_mhz = dvi_out_mhz;
+            scenario.watchdog_cycles = interval;
+            runs.emplace_back("machine_" + std::to_string(runs.size()), scenario);
+        }
+    }
+    compare_levels(runs);
+    for (const LevelRuns& run : runs) {
+        const Scenario& scenario = run.rtl->scenario();
+        INFO("output of " << scenario.clocks.dvi_out_mhz << " MHz, checks every "
+                          << scenario.watchdog_cycles);
+        // A check sees what has happened before its clock.
+        const bool moved = scenario.clocks.dvi_out_mhz > kSlowMhz || scenario.watchdog_cycles <= kLastPixel;
+        CHECK(run.rtl->report().core_cycles == (moved ? 3 : 2) * scenario.watchdog_cycles + 1);
+        CHECK_FALSE(run.rtl->report().watchdog.empty());
+    }
+}
+
+TEST_CASE("levels agree on a raster so wide that a block's rows are more than what is composited at a time",
+          "[system]") {
+    Scenario scenario = small_scenario(1'100, 2);
+    scenario.displays.supersample = 4;
+    add_renderer(scenario, renderer_of({noise_image(1, 24, 2)}, {segment_row({24, 2}, {4'000, 1}, 3)}));
+    std::vector<LevelRuns> runs;
+    runs.emplace_back("machine", scenario);
+    compare_levels(runs);
+}
+
+TEST_CASE("levels agree where as many pixels move on a link as elsewhere between two checks of the watchdog",
+          "[system]") {
+    // Bus, pipeline and display have the first frame while the link has the second pair. At one of these intervals, the
+    // sums are the same.
+    std::vector<LevelRuns> runs;
+    for (int interval = 2'861; interval <= 2'867; ++interval) {
+        Scenario scenario = small_scenario(24, 2);
+        const PixelImage image(24, 4, Pixel(10, 20, 30, 255, 5));
+        add_renderer(scenario, renderer_of({image}, {segment_row({24, 2})}));
+        scenario.pacing = Pacing::kLockstep;
+        scenario.frames = 2;
+        scenario.watchdog_cycles = interval;
+        runs.emplace_back("machine_" + std::to_string(interval), scenario);
+    }
+    compare_levels(runs);
+    for (const LevelRuns& run : runs) CHECK(run.rtl->report().watchdog.empty());
 }
 
 TEST_CASE("a fault lets one link's clock drift and no other's", "[system][faults]") {

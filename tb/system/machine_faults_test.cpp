@@ -1018,6 +1018,28 @@ TEST_CASE("random stalls hold every handshake of their row, the last one's outpu
     }
 }
 
+TEST_CASE(
+    "random stalls have a module in each handshake of their row, one in the swap lock's, and in no other",
+    "[system][faults]") {
+    MachineRuns runs;
+    for (const StarvationMode mode : {StarvationMode::kStall, StarvationMode::kGlitch}) {
+        for (int row = 1; row <= 3; ++row) {
+            INFO("row " << row << (mode == StarvationMode::kStall ? ", stall" : ", glitch"));
+            Machine machine;
+            machine.mode = mode;
+            const std::string number = std::to_string(runs.size());
+            runs.push_back(std::make_unique<MachineRun>(
+                "run_" + number, with_fault(three_renderers(machine), random_stalls(row - 1, 50))));
+            const HandshakeProbe probe(("probe_" + number).c_str(), runs.back()->machine());
+            std::set<std::string> expected = handshakes_of_row(row, mode);
+            CHECK(runs.back()->machine().matching_blocks({"*_fault*"}) == static_cast<int>(expected.size()));
+            CHECK(runs.back()->machine().matching_blocks({"swap_lock_fault"}) == (row == 3 ? 1 : 0));
+            if (row == 3) expected.insert("SWAPSKIP");
+            CHECK(probe.wires() == expected);
+        }
+    }
+}
+
 TEST_CASE("a machine whose faults are on its links has no module that holds a handshake",
           "[system][faults]") {
     Scenario scenario = three_renderers({});
@@ -1172,6 +1194,27 @@ TEST_CASE("resets that overlap are one, and several are each counted", "[system]
     CHECK(runs[0]->report().renderers[0].injected_faults == 1);
     CHECK(runs[1]->report().renderers[0].injected_faults == 2);
     CHECK(runs[2]->report().renderers[0].injected_faults == 2);
+}
+
+TEST_CASE("a reset begins and ends half a core clock before the edge that sees it", "[system][faults]") {
+    constexpr std::int64_t kPeriodPicoseconds = 40'000;
+    Scenario scenario = three_renderers({});
+    scenario.clocks.core_mhz = 1e6 / kPeriodPicoseconds;
+    scenario.faults = {reset_at(30, 7)};
+    check_scenario(scenario);
+    MachineRun run("machine", scenario);
+    const auto in_reset_at = [&run](std::int64_t picoseconds) {
+        sc_core::sc_start(rtl::picoseconds(picoseconds) - sc_core::sc_time_stamp());
+        return run.machine().reset().read();
+    };
+    bool in_reset = true;  // from power-up on
+    for (const std::int64_t cycle : {2, 30, 37}) {
+        INFO("core clock " << cycle);
+        const std::int64_t change = cycle * kPeriodPicoseconds - kPeriodPicoseconds / 2;
+        CHECK(in_reset_at(change - 1) == in_reset);
+        in_reset = !in_reset;
+        CHECK(in_reset_at(change + 1) == in_reset);
+    }
 }
 
 TEST_CASE("random stalls: clock gating changes neither clocks nor counters", "[system][faults][repeat]") {

@@ -1,10 +1,15 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "formats/stored_image.h"
+#include "host/errors.h"
 #include "rtl/composer.h"
 #include "rtl/metabuffer.h"
 #include "rtl/run.h"
@@ -24,6 +29,17 @@ Scenario uneven_columns() {
     scenario.frames = kFrames;
     const PixelImage image(24, 8, Pixel(10, 20, 30, 255, 5));
     scenario.renderers.push_back(renderer_of({image}, {segment_row({24, 8}, {}, 1, 2)}));
+    return scenario;
+}
+
+/// The same, with pages that take longer to open than the buffer holds out.
+Scenario starving_columns() {
+    Scenario scenario = uneven_columns();
+    scenario.memory.page_miss_cycles = 9;
+    scenario.memory.page_words = 8;
+    scenario.composer.buffer_pixels = 16;
+    scenario.composer.ready_space_pixels = 8;
+    scenario.bus.burst_pixels = 8;
     return scenario;
 }
 
@@ -70,15 +86,9 @@ TEST_CASE("run progress: a frame has ended when every column has ended it and st
 }
 
 TEST_CASE("run progress: at every clock both levels have taken as many raster pixels", "[system]") {
-    Scenario starving = uneven_columns();
-    starving.memory.page_miss_cycles = 9;  // longer than the buffer holds out
-    starving.memory.page_words = 8;
-    starving.composer.buffer_pixels = 16;
-    starving.composer.ready_space_pixels = 8;
-    starving.bus.burst_pixels = 8;
-    Scenario stalling = starving;
+    Scenario stalling = starving_columns();
     stalling.composer.on_starvation = StarvationMode::kStall;
-    const std::vector<Scenario> scenarios{uneven_columns(), starving, stalling};
+    const std::vector<Scenario> scenarios{uneven_columns(), starving_columns(), stalling};
     std::vector<std::unique_ptr<rtl::Metabuffer>> clocked;
     std::vector<std::unique_ptr<tlm::Metabuffer>> transacted;
     for (const Scenario& scenario : scenarios) {
@@ -106,28 +116,86 @@ TEST_CASE("run progress: at every clock both levels have taken as many raster pi
     }
 }
 
-/// Shares never fall, and the last one is the whole.
-void check_shares(const std::vector<double>& shares) {
+/// What a run at that level says of its progress: shares never fall, and the last one is the whole, at the run's end.
+template <typename Options, typename Run>
+void check_progress(const Run& run) {
+    std::vector<double> shares;
+    std::int64_t core_cycle = -1;
+    Options options;
+    options.on_progress = [&](std::int64_t cycle, double share) {
+        core_cycle = cycle;
+        shares.push_back(share);
+    };
+    const RunReport report = run(uneven_columns(), options).report;
     REQUIRE_FALSE(shares.empty());
     CHECK(std::is_sorted(shares.begin(), shares.end()));
     CHECK(shares.front() >= 0.0);
     CHECK(shares.back() == 1.0);
+    CHECK(core_cycle == report.core_cycles - 1);
 }
 
 TEST_CASE("run progress: level rtl reports the share of the raster pixels that are done", "[system]") {
-    std::vector<double> shares;
-    rtl::RunOptions options;
-    options.on_progress = [&](std::int64_t, double share) { shares.push_back(share); };
-    rtl::run(uneven_columns(), options);
-    check_shares(shares);
+    check_progress<rtl::RunOptions>(rtl::run);
 }
 
 TEST_CASE("run progress: level tlm reports the share of the raster pixels that are done", "[system]") {
-    std::vector<double> shares;
+    check_progress<tlm::RunOptions>(tlm::run);
+}
+
+/// What a level says with each frame that is shown is what its report has of it in the end.
+template <typename Options, typename Run>
+void check_shown_frames(const Run& run) {
+    Scenario scenario = starving_columns();
+    scenario.renderers.push_back(scenario.renderers.front());
+    struct Said {
+        std::vector<int> pairs;
+        std::int64_t starved_pixels;
+        bool kept;
+    };
+    std::map<std::pair<std::size_t, std::size_t>, Said> shown;  // by frame and display, from 0
+    Options options;
+    options.on_frame_shown = [&shown](const DisplayedFrame& of) {
+        shown[{static_cast<std::size_t>(of.frame), static_cast<std::size_t>(of.display) - 1}] =
+            Said{of.pairs, of.starved_pixels, of.kept};
+    };
+    const RunReport report = run(scenario, options).report;
+    CHECK(shown.size() == kFrames * 2);
+    for (const auto& [place, said] : shown) {
+        const auto& [frame, display] = place;
+        INFO("frame " << frame << ", display " << display);
+        CHECK(said.pairs == report.frames.at(frame).pairs);
+        CHECK(said.starved_pixels == report.frames.at(frame).starved_pixels.at(display));
+        CHECK((said.starved_pixels > 0) == (display == 1));
+        CHECK_FALSE(said.kept);
+    }
+}
+
+TEST_CASE("run progress: level rtl says with each frame that is shown which pairs it has and what starved",
+          "[system]") {
+    check_shown_frames<rtl::RunOptions>(rtl::run);
+}
+
+TEST_CASE("run progress: level tlm says with each frame that is shown which pairs it has and what starved",
+          "[system]") {
+    check_shown_frames<tlm::RunOptions>(tlm::run);
+}
+
+TEST_CASE("run progress: without images level tlm runs to its end, reads none and shows none", "[system]") {
+    Scenario scenario = uneven_columns();
+    for (Renderer& renderer : scenario.renderers) {
+        for (auto& image : renderer.images) {
+            image = std::make_shared<const StoredImage>(
+                ImageSize{image->width_pixels(), image->height_pixels()},
+                []() -> PixelImage { throw InputError("it cannot be read"); });
+        }
+    }
+    int shown = 0;
     tlm::RunOptions options;
-    options.on_progress = [&](std::int64_t, double share) { shares.push_back(share); };
-    tlm::run(uneven_columns(), options);
-    check_shares(shares);
+    options.images = false;
+    options.on_frame_shown = [&shown](const DisplayedFrame&) { ++shown; };
+    const RunReport report = tlm::run(scenario, options).report;
+    CHECK(report.frames.size() == static_cast<std::size_t>(scenario.frames));
+    CHECK(shown == 0);
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ class Tally final : public tlm::ScheduleObserver {
         std::int64_t table = 0, busy = 0, page_miss = 0, refresh = 0, write = 0, poll = 0, grant = 0,
                      lost = 0;
         std::int64_t pixels = 0, recovered_slots = 0;
+        int frames = 0;
         std::int64_t last_cycle = -1;
         bool in_order = true;
     };
@@ -36,12 +37,22 @@ class Tally final : public tlm::ScheduleObserver {
     std::map<std::pair<int, std::uint32_t>, CycleSpan> depth_frames;  ///< taken, by renderer, pair
     std::map<int, std::int64_t> rejected_links;                       ///< by renderer
     bool destinations_good = true;
+    bool frames_good = true;  ///< tables are in order, and beats go on with the last one's segments
     bool levels_in_order = true;
+    bool levels_of_beats = true;  ///< none is of a clock before the renderer's first beat
 
-    void table(int renderer, int /*frame*/, CycleSpan span) override { add(renderer, &Bus::table, span); }
-    void beats(int renderer, int display, int /*frame*/, std::int64_t /*first_pixel*/, int pixels,
+    void table(int renderer, int frame, CycleSpan span) override {
+        add(renderer, &Bus::table, span);
+        frames_good = frames_good && frame == buses[renderer].frames++;
+        sent_[renderer].clear();
+    }
+    void beats(int renderer, int display, int frame, std::int64_t first_pixel, int pixels,
                int recovered_slots, CycleSpan span) override {
         add(renderer, &Bus::busy, span);
+        std::int64_t& sent = sent_[renderer][display];
+        frames_good = frames_good && frame == buses[renderer].frames - 1 && first_pixel == sent;
+        sent += pixels;
+        first_beats_.emplace(renderer, span.first);
         buses[renderer].pixels += pixels;
         buses[renderer].recovered_slots += recovered_slots;
         destinations_good = destinations_good && display >= 1;
@@ -59,6 +70,7 @@ class Tally final : public tlm::ScheduleObserver {
         std::int64_t& last = level_cycles_[{renderer, display}];
         levels_in_order = levels_in_order && cycle >= last;
         last = cycle;
+        levels_of_beats = levels_of_beats && cycle >= first_beats_.at(renderer);
         std::int64_t& highest = levels[{renderer, display}];
         highest = std::max<std::int64_t>(highest, held_pixels);
     }
@@ -86,6 +98,8 @@ class Tally final : public tlm::ScheduleObserver {
 
   private:
     std::map<std::pair<int, int>, std::int64_t> level_cycles_;
+    std::map<int, std::int64_t> first_beats_;          ///< clocks, by renderer
+    std::map<int, std::map<int, std::int64_t>> sent_;  ///< pixels of the frame, by renderer, display
 
     void add(int renderer, std::int64_t Bus::*kind, CycleSpan span) {
         Bus& bus = buses[renderer];
@@ -138,7 +152,9 @@ void check_tally(const Tally& tally, const Scenario& scenario, const RunReport& 
         CHECK(told.in_order);
     }
     CHECK(tally.destinations_good);
+    CHECK(tally.frames_good);
     CHECK(tally.levels_in_order);
+    CHECK(tally.levels_of_beats);
     for (const ComposerCounters& composer : report.composers) {
         const auto level = tally.levels.find({composer.renderer, composer.display});
         const std::int64_t highest = level == tally.levels.end() ? 0 : level->second;

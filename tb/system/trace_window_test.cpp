@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/stored_image.h"
 #include "host/errors.h"
 #include "random_scenario.h"
 #include "rtl/metabuffer.h"
@@ -407,6 +408,16 @@ TEST_CASE("trace window: level tlm finds the clocks that level rtl finds", "[sys
     }
 }
 
+TEST_CASE("trace window: level tlm finds clocks without reading an image", "[system]") {
+    Scenario unread = short_run();
+    unread.renderers.front().images.front() = std::make_shared<const StoredImage>(
+        ImageSize{16, 8}, []() -> PixelImage { throw InputError("it cannot be read"); });
+    const TraceWindow window = parse_trace_window("startframe:0");
+    const std::optional<CycleSpan> right = rtl::find_window(short_run(), window);
+    REQUIRE(right);
+    CHECK(as_text(tlm::find_window(unread, window)) == as_text(right));
+}
+
 TEST_CASE("trace window: level tlm is certain of an event when its frame has been shown", "[system]") {
     Scenario scenario = small_scenario(64, 32);
     // The bus is so slow that pixels starve in every frame.
@@ -417,8 +428,11 @@ TEST_CASE("trace window: level tlm is certain of an event when its frame has bee
     scenario.frames = 3;
     tlm::Metabuffer machine("metabuffer", scenario, tlm::Metabuffer::Options{});
     std::vector<std::int64_t> first_starved;
-    machine.on_frame_shown(
-        [&](const DisplayedFrame&) { first_starved.push_back(machine.first_starved_cycle()); });
+    std::vector<std::int64_t> ends;
+    machine.on_frame_shown([&](const DisplayedFrame& shown) {
+        first_starved.push_back(machine.first_starved_cycle());
+        ends.push_back(machine.frame_end_cycle(shown.frame));
+    });
     machine.on_finished([] { sc_core::sc_pause(); });
     while (!machine.finished()) sc_core::sc_start(1, sc_core::SC_MS);
     REQUIRE(first_starved.size() == 3);
@@ -426,6 +440,9 @@ TEST_CASE("trace window: level tlm is certain of an event when its frame has bee
     CHECK(first_starved[0] >= first.start_cycle);
     CHECK(first_starved[0] <= first.end_cycle);
     CHECK(first_starved[2] == first_starved[0]);
+    for (std::size_t frame = 0; frame < ends.size(); ++frame) {
+        CHECK(ends[frame] == machine.report().frames.at(frame).end_cycle);
+    }
 }
 
 TEST_CASE("trace window: a window that another level found is the same, without a warning", "[system]") {
@@ -479,6 +496,7 @@ TEST_CASE("trace window: what would happen behind the run's end is no event of i
     for (const char* const window : {"startframe:1", "frames:1", "frames:0-1"}) {
         INFO(window);
         CHECK_FALSE(rtl::find_window(short_run(), parse_trace_window(window)));
+        CHECK_FALSE(tlm::find_window(short_run(), parse_trace_window(window)));
     }
     // Composers take nothing for a while, and then a frame could start.
     Scenario held_up = short_run();
