@@ -146,6 +146,24 @@ TEST_CASE("report: starved pixels side by side are one run, and runs beyond thos
     CHECK(static_cast<std::int64_t>(counters.starved_runs.size()) == kStarvedRunsKept);
 }
 
+TEST_CASE("report: every table row that is rejected is counted, and the messages of the first ones are kept",
+          "[report]") {
+    ValidatedTable table;
+    for (int row = 0; row <= static_cast<int>(kRowMessagesKept) / 2; ++row) {
+        table.rejected.push_back({row, RowDefect::kDisplay, "no " + std::to_string(row)});
+    }
+    RendererCounters counters;
+    counters.add_rejected_rows(3, table);
+    CHECK(counters.rejected_row_messages.size() == table.rejected.size());
+    CHECK(counters.rejected_row_messages.back() == "pair 3, row " + std::to_string(kRowMessagesKept / 2) +
+                                                       ": no " + std::to_string(kRowMessagesKept / 2));
+    table.rejected.front().defect = RowDefect::kMultiple;
+    counters.add_rejected_rows(4, table);
+    CHECK(counters.rejected_row_messages.size() == kRowMessagesKept);
+    CHECK(counters.total_rejected_rows() == static_cast<std::int64_t>(kRowMessagesKept) + 2);
+    CHECK(counters.rejected_rows[static_cast<std::size_t>(RowDefect::kMultiple)] == 1);
+}
+
 TEST_CASE("reject causes have their keys", "[report]") {
     CHECK(std::string(reject_cause_key(RejectCause::kGeometry)) == "geometry");
     CHECK(std::string(reject_cause_key(RejectCause::kMagic)) == "magic");
