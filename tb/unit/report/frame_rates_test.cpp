@@ -58,6 +58,10 @@ TEST_CASE("frame rates: from start to start, the longest interval, and from the 
     CHECK(rates.slowest_interval->hz == Approx(1e6 / 17'500));
     CHECK(rates.display_hz == Approx(2e6 / 40'000));
     CHECK(rates.held_hz() == rates.display_hz);  // the least of the three
+    // Of two that are as long, the first.
+    CHECK(run_of({frame(0, 1, 0), frame(9'000, 2, 1), frame(18'000, 3, 2)})
+              .frame_rates()
+              .slowest_interval->frame == 1);
 }
 
 TEST_CASE("frame rates: the first frame waits for no display, and no rate is more than displays allow") {

@@ -14,6 +14,10 @@ Scenario two_renderers() {
     scenario.displays.supersample = 2;
     scenario.clocks.core_mhz = 100;
     scenario.composer.buffer_pixels = 77;
+    scenario.memory.words_per_cycle = 3;
+    scenario.bus.width_bits = 48;
+    scenario.displays.correction.resize(1);
+    scenario.displays.correction.front().display = 2;
     scenario.frames = 5;
     scenario.renderers.resize(2);
     scenario.renderers[0].name = "ball";
@@ -58,7 +62,7 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
         for (int d = 0; d < 3; ++d) {
             ComposerCounters composer;
             composer.late_pixels = 10 * r + d;
-            if (d == 1) composer.add_starved_run({1, 0, 0, r});
+            if (d == 1 && r == 1) composer.add_starved_run({1, 0, 0, 0});  // a single pixel of the frame
             composer.add_starved_run({2, 3, 0, 6});
             made.add_composer(composer);
         }
@@ -78,6 +82,13 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     CHECK(report.core_mhz == 100);
     CHECK(report.core_cycles == 1'000);
     CHECK(report.buffer_pixels == 77);
+    CHECK(report.raster_pixels == 8 * 4);
+    CHECK(report.memory_words_per_cycle == 3);
+    CHECK(report.bus_width_bits == 48);
+    CHECK(report.corrected_displays == std::vector<int>{2});
+    CHECK_FALSE(report.begins_anew);
+    REQUIRE(report.cost.has_value());
+    CHECK(report.cost->bus_wires == machine_cost(scenario).bus_wires);
     CHECK(report.watchdog == std::vector<std::string>{"composer_1_1 waits"});
     REQUIRE(report.frames.size() == 2);
     CHECK(report.frames[0].index == 0);
@@ -89,7 +100,7 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     CHECK(report.frames[1].kept);
     CHECK(report.frames[0].starved_pixels == std::vector<std::int64_t>{0, 0, 0});
     CHECK(report.frames[0].wrong_pixels == std::vector<std::int64_t>{0, 0, 0});
-    CHECK(report.frames[1].starved_pixels == std::vector<std::int64_t>{0, 3, 0});
+    CHECK(report.frames[1].starved_pixels == std::vector<std::int64_t>{0, 1, 0});
     CHECK_FALSE(report.frames[1].wrong_pixels);  // only pictures show them
     REQUIRE(report.rate_limits.has_value());
     CHECK(report.rate_limits->raster_hz == Approx(100e6 / 32));
@@ -115,6 +126,18 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     CHECK(report.displays[0].frames_shown == 2);
     CHECK(report.displays[1].frames_shown == 3);
     CHECK(report.displays[2].stalled_cycles == 2);
+}
+
+TEST_CASE("machine report: only a run with a reset begins anew") {
+    const ShownFrames shown(3);
+    Scenario scenario = two_renderers();
+    const auto begins_anew = [&] { return MachineReport(scenario, "rtl", shown, 1).finish({}).begins_anew; };
+    CHECK_FALSE(begins_anew());
+    scenario.faults.resize(1);
+    scenario.faults.front().kind = FaultKind::kBusreadyLow;
+    CHECK_FALSE(begins_anew());
+    scenario.faults.front().kind = FaultKind::kReset;
+    CHECK(begins_anew());
 }
 
 }  // namespace

@@ -132,8 +132,9 @@ TEST_CASE("what only one report has is reported", "[report]") {
             report.composers[0].first_glitch = Glitch{0, 3, 4};
         }) ==
         Lines{R"(composers[renderer ball, display 1].first_glitch: rtl null, tlm {"frame":0,"x":3,"y":4})"});
-    CHECK(compare_reports(R"({"a": 1, "level": 1})", R"({"b": {"c": 2}})").differences ==
-          Lines{"a: rtl 1, tlm none", "b: only in tlm"});
+    const ReportComparison other_keys = compare_reports(R"({"a": 1, "level": 1})", R"({"b": {"c": 2}})");
+    CHECK(other_keys.differences == Lines{"a: rtl 1, tlm none", "b: only in tlm"});
+    CHECK(other_keys.values == 2);
 }
 
 TEST_CASE("a list of texts is reported by the first that differs", "[report]") {
@@ -200,6 +201,8 @@ TEST_CASE("pictures differ by pixels or size or by not being there", "[report]")
           "display_1 frame 14: 2 pixels differ, first at 12,5: rtl #102030, tlm #0A2031");
     const ColourImage turned(10, 20, 0x102030);
     CHECK(picture_difference(1, 0, &left, &turned) == "display_1 frame 0: rtl 20x10, tlm 10x20 pixels");
+    const ColourImage wider(21, 10, 0x102030);
+    CHECK(picture_difference(1, 0, &left, &wider) == "display_1 frame 0: rtl 20x10, tlm 21x10 pixels");
     CHECK(picture_difference(1, 0, &left, nullptr) == "display_1 frame 0: shown by rtl only");
     CHECK(picture_difference(1, 0, nullptr, &left) == "display_1 frame 0: shown by tlm only");
 }

@@ -191,6 +191,10 @@ TEST_CASE("totals over the run", "[report]") {
     const RunReport report = troubled_run();
     CHECK(report.total_starved_pixels() == 1234);
     CHECK(report.total_rejected() == 7);
+    RendererCounters renderer = report.renderers.front();
+    const std::int64_t without_slot_tables = renderer.total_rejected();
+    renderer.rejected_slot_tables += 2;
+    CHECK(renderer.total_rejected() == without_slot_tables + 2);
     const BusCounters bus = report.total_bus();
     CHECK(bus.busy_cycles == 9000);
     CHECK(bus.table_cycles == 20);
@@ -205,6 +209,35 @@ TEST_CASE("totals over the run", "[report]") {
     CHECK(bus.pixels_sent == 8990);
     CHECK(bus.bursts == 294);
     CHECK(bus.recovered_slots == 7);
+}
+
+TEST_CASE("frames that every display has shown, and the clocks of compositing from first to last",
+          "[report]") {
+    RunReport report;
+    CHECK(report.frames_shown() == 0);
+    CHECK(report.composition_cycles() == 0);
+    for (const std::int64_t shown : {3, 2, 4}) {
+        report.displays.emplace_back();
+        report.displays.back().frames_shown = shown;
+    }
+    CHECK(report.frames_shown() == 2);
+    report.frames.resize(2);
+    report.frames[0].start_cycle = 100;
+    report.frames[0].end_cycle = 199;
+    report.frames[1].start_cycle = 300;
+    report.frames[1].end_cycle = 419;
+    CHECK(report.composition_cycles() == 320);
+}
+
+TEST_CASE("what a check of the run has found is in the JSON report, if there was one", "[report]") {
+    RunReport report = clean_run();
+    CHECK_FALSE(ordered_json::parse(report_json(report)).contains("check"));
+    report.check = CheckRecord();
+    report.check->rules = 7;
+    report.check->pictures = 5;
+    report.check->add("frame 0: a pixel");
+    CHECK(ordered_json::parse(report_json(report))["check"].dump() ==
+          R"({"rules":7,"pictures":5,"violations":1,"first_violations":["frame 0: a pixel"]})");
 }
 
 TEST_CASE("the JSON report holds every counter under its key, in a fixed order", "[report]") {
