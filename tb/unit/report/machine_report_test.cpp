@@ -53,7 +53,7 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     shown.add(1, 2);
     MachineReport made(scenario, "rtl", shown, 1'000);
     // Frame 0 of two fresh pairs, frame 1 of none, a third one under way.
-    const std::vector<FrameSource> sources[2] = {{{0, true, 45'999}, {0, false, 45'999}, {1, true, 500'000}},
+    const std::vector<FrameSource> sources[2] = {{{0, true, 45'999}, {0, false, 55'999}, {1, true, 500'000}},
                                                  {{0, true, 30'000}, {-1, false, 0}}};
     for (int r = 0; r < 2; ++r) {
         RendererCounters counters;

@@ -183,6 +183,27 @@ TEST_CASE("the runs go by the names they are given", "[report]") {
     CHECK(picture_difference(1, 0, nullptr, &picture, names) == "display_1 frame 0: shown by after only");
 }
 
+TEST_CASE("parts that a report does not name go by their place", "[report]") {
+    // Renderers without a name, composers of no renderer that there is, or without numbers.
+    const auto report = [](int x) {
+        const std::string value = "\"x\":" + std::to_string(x) + "}";
+        return R"({"renderers":[{"name":5,)" + value + R"(],"composers":[{"renderer":2,"display":1,)" +
+               value + R"(,{"display":1,)" + value + R"(,{"renderer":"a","display":1,)" + value + "]}";
+    };
+    CHECK(compare_reports(report(1), report(2)).differences ==
+          Lines{"renderers[1].x: rtl 1, tlm 2", "composers[renderer 2, display 1].x: rtl 1, tlm 2",
+                "composers[1].x: rtl 1, tlm 2", "composers[2].x: rtl 1, tlm 2"});
+    CHECK(compare_reports(R"({"renderers":[{"name":"a"}]})", R"({"renderers":[{"name":"a"},{"name":"b"}]})")
+              .differences == Lines{"renderers[1]: only in tlm"});
+}
+
+TEST_CASE("the level is no difference, and texts are shown as they are", "[report]") {
+    CHECK(compare_reports("{}", R"({"level":"tlm"})").differences.empty());
+    CHECK(compare_reports(R"({"level":"rtl"})", "{}").differences.empty());
+    CHECK(compare_reports("{\"a\":\"K\u00fcche\"}", "{\"a\":1}").differences ==
+          Lines{"a: rtl \"K\u00fcche\", tlm 1"});
+}
+
 TEST_CASE("what is not a report is refused", "[report]") {
     CHECK_THROWS_AS(compare_reports("", "{}"), std::invalid_argument);
     CHECK_THROWS_AS(compare_reports("{}", "[1]"), std::invalid_argument);
