@@ -143,9 +143,10 @@ class Tree:
         raise Stop(f"cannot be built, see {self.directory / 'build.log'}")
 
     def refused(self, output: str, lines: dict[str, dict[int, Mutant]]) -> set[Mutant]:
-        """The mutants that the compiler's errors belong to."""
+        """The mutants that the compiler's errors belong to; if an error is in a template, those that ask for it."""
         refused, elsewhere = set(), set()
-        for name, line in re.findall(r"^([^\s:]+):(\d+):\d+: (?:fatal )?error: ", output, re.MULTILINE):
+        for name, line in re.findall(r"^([^\s:]+):(\d+):\d+: +(?:(?:fatal )?error: |required from here)", output,
+                                     re.MULTILINE):
             file = os.path.realpath(self.directory / "build" / name)
             mutant = lines.get(file, {}).get(int(line))
             if mutant is not None:

@@ -44,9 +44,17 @@ const char* Gate::name() const {
 }
 
 int Gate::never_called() const { return limit_ - 1; }
+
+int Gate::size() const { return size_of<2>(); }
 """
 
 HEADER = """#pragma once
+
+template <int kSize>
+int size_of() {
+    static_assert(kSize == 2);
+    return kSize;
+}
 
 class Gate {
   public:
@@ -55,6 +63,7 @@ class Gate {
     int run();
     const char* name() const;
     int never_called() const;
+    int size() const;
 
   private:
     int limit_;
@@ -153,6 +162,9 @@ class Mutate(unittest.TestCase):
     def test_mutant_that_does_not_compile_is_discarded(self):
         self.assertEqual(self.verdict('return "gate";', "return NoSuchName;")["verdict"], "discarded")
         self.assertRegex(self.first.stdout, r", [1-9]\d* discarded; ")
+
+    def test_mutant_that_asks_for_a_template_that_does_not_compile_is_discarded(self):
+        self.assertEqual(self.verdict("return size_of<2>();", "return size_of<3>();")["verdict"], "discarded")
 
     def test_all_survivors_known_to_be_equivalent_is_success(self):
         survivors = [{key: one[key] for key in ("file", "original", "replacement", "place")} | {"reason": "shown"}
