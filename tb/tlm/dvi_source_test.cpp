@@ -69,17 +69,13 @@ TEST_CASE("dvi source: in lockstep a pair starts at the clock that reads the req
     for (const std::int64_t rise : kRises) {
         links.push_back(std::make_unique<Link>(scenario, std::to_string(rise)));
     }
-    const std::int64_t period = clock_period_picoseconds(scenario.clocks.dvi_in_mhz);
-    const auto advance_to = [period](std::int64_t edge) {
-        sc_core::sc_start(sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(edge * period)) -
-                          sc_core::sc_time_stamp());
-    };
+    const tlm::ClockDomain clock(clock_period_picoseconds(scenario.clocks.dvi_in_mhz));
     for (std::size_t i = 0; i < kRises.size(); ++i) {
-        advance_to(kRises[i]);
+        sc_core::sc_start(clock.until(kRises[i]));
         CHECK(links[i]->first_edges.empty());
         links[i]->request.write(true);
     }
-    advance_to(kRises.back() + 10);
+    sc_core::sc_start(clock.until(kRises.back() + 10));
     for (std::size_t i = 0; i < kRises.size(); ++i) {
         INFO("request at clock " << kRises[i]);
         REQUIRE_FALSE(links[i]->first_edges.empty());

@@ -31,19 +31,13 @@ struct Shown {
     std::vector<std::uint32_t> colours;
 };
 
-void advance_to(std::int64_t picoseconds) {
-    sc_core::sc_start(
-        sc_core::sc_time::from_value(static_cast<sc_dt::uint64>(picoseconds - tlm::now_picoseconds())));
-}
-
 /// Raster rows of a picture whose pixels are all that a pixel of the display is averaged of.
 PixelPlanes raster_rows(const PixelImage& picture, int first_row, int rows) {
     PixelPlanes planes(kWidth * kSupersample, rows);
     for (int y = 0; y < rows; ++y) {
         for (int x = 0; x < planes.width_pixels; ++x) {
             const Pixel pixel = picture.at(x / kSupersample, (first_row + y) / kSupersample);
-            planes.argb[planes.index(x, y)] =
-                std::uint32_t{pixel.a()} << 24 | std::uint32_t{pixel.r()} << 16 | pixel.g() << 8 | pixel.b();
+            planes.argb[planes.index(x, y)] = static_cast<std::uint32_t>(pixel.word());
         }
     }
     return planes;
@@ -54,6 +48,7 @@ TEST_CASE(
     Scenario scenario = small_scenario(kWidth, kHeight);
     scenario.displays.supersample = kSupersample;
     scenario.frames = kFrames;
+    const tlm::ClockDomain clock(kPeriod);
     tlm::ColumnTime column(1, kRasterPixels, false);
     tlm::SwapLock lock("swap_lock", scenario, kReadyCycle, kReadyCycle);
     Initiator<tlm::PipelineFrame> composer("composer");
@@ -88,7 +83,7 @@ TEST_CASE(
             CHECK(dut.pixels_taken(start + 1 + taken) == frame * kRasterPixels + taken);
         }
         CHECK(dut.pixels_taken(start) == frame * kRasterPixels);
-        advance_to((start + 1 + kRasterPixels) * kPeriod);
+        sc_core::sc_start(clock.until(start + 1 + kRasterPixels));
         const PixelImage picture = noise_image(random, kWidth, kHeight);
         band->frame = frame;
         band->first_row = 0;
@@ -104,10 +99,10 @@ TEST_CASE(
         CHECK(ready.back() == std::pair<int, std::int64_t>{frame + 1, lock.pipeready_cycle()});
         pictures.emplace_back();
         for (const Pixel& pixel : picture.values) {
-            pictures.back().push_back(std::uint32_t{pixel.r()} << 16 | pixel.g() << 8 | pixel.b());
+            pictures.back().push_back(pixel.rgb());
         }
     }
-    advance_to(lock.end_picoseconds() + kPeriod);
+    sc_core::sc_start(clock.until(clock.edge_at(lock.end_picoseconds()) + 1));
     REQUIRE(shown.size() == kFrames);
     for (int frame = 0; frame < kFrames; ++frame) {
         INFO("frame " << frame);

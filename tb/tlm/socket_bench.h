@@ -67,16 +67,22 @@ class Target final : public sc_core::sc_module {
 /// Sockets are connected when the simulation starts.
 inline void elaborate() { sc_core::sc_start(sc_core::SC_ZERO_TIME); }
 
-/// Sends a payload without any extension. Returns the id of the report that it raises.
-template <typename Content>
-std::string report_of_empty_payload(Initiator<Content>& initiator) {
-    ::tlm::tlm_generic_payload payload;
+/// The id of the error report that a call raises.
+template <typename Call>
+std::string report_of(const Call& call) {
     try {
-        initiator.send(payload);
+        call();
     } catch (const sc_core::sc_report& report) {
         return report.get_severity() == sc_core::SC_ERROR ? report.get_msg_type() : "not an error";
     }
     return "no report";
+}
+
+/// The same of a payload without any extension.
+template <typename Content>
+std::string report_of_empty_payload(Initiator<Content>& initiator) {
+    ::tlm::tlm_generic_payload payload;
+    return report_of([&] { initiator.send(payload); });
 }
 
 constexpr const char* kExtensionReport = "/metabuffer/tlm/extension";

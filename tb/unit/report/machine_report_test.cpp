@@ -62,7 +62,7 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
         for (int d = 0; d < 3; ++d) {
             ComposerCounters composer;
             composer.late_pixels = 10 * r + d;
-            if (d == 1 && r == 1) composer.add_starved_run({1, 0, 0, 0});  // a single pixel of the frame
+            if (d == 1) composer.add_starved_run({1, 0, 0, r});
             composer.add_starved_run({2, 3, 0, 6});
             made.add_composer(composer);
         }
@@ -100,7 +100,7 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     CHECK(report.frames[1].kept);
     CHECK(report.frames[0].starved_pixels == std::vector<std::int64_t>{0, 0, 0});
     CHECK(report.frames[0].wrong_pixels == std::vector<std::int64_t>{0, 0, 0});
-    CHECK(report.frames[1].starved_pixels == std::vector<std::int64_t>{0, 1, 0});
+    CHECK(report.frames[1].starved_pixels == std::vector<std::int64_t>{0, 3, 0});
     CHECK_FALSE(report.frames[1].wrong_pixels);  // only pictures show them
     REQUIRE(report.rate_limits.has_value());
     CHECK(report.rate_limits->raster_hz == Approx(100e6 / 32));
@@ -126,6 +126,20 @@ TEST_CASE("machine report: what the blocks have counted, by renderer, composer, 
     CHECK(report.displays[0].frames_shown == 2);
     CHECK(report.displays[1].frames_shown == 3);
     CHECK(report.displays[2].stalled_cycles == 2);
+}
+
+TEST_CASE("machine report: a single pixel that starved is enough for only pictures to show what is wrong") {
+    ShownFrames shown(3);
+    for (std::size_t display = 0; display < 3; ++display) shown.add(display, 0);
+    const Scenario scenario = two_renderers();
+    MachineReport made(scenario, "rtl", shown, 1'000);
+    made.add_renderer({}, {FrameSource{}});
+    ComposerCounters composer;
+    composer.add_starved_run({0, 0, 5, 5});
+    made.add_composer(composer);
+    const RunReport report = made.finish({});
+    CHECK(report.frames.at(0).starved_pixels == std::vector<std::int64_t>{1, 0, 0});
+    CHECK_FALSE(report.frames.at(0).wrong_pixels);
 }
 
 TEST_CASE("machine report: only a run with a reset begins anew") {
