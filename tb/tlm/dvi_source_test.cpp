@@ -81,6 +81,7 @@ TEST_CASE("dvi source: in lockstep a pair starts at the clock that reads the req
         REQUIRE_FALSE(links[i]->first_edges.empty());
         CHECK(links[i]->first_edges.front() == kRises[i] + 1);
     }
+    CHECK(links.back()->first_edges.size() == 1);
 }
 
 }  // namespace
