@@ -22,18 +22,18 @@ quietly() {
   return "$status"
 }
 
-# configure NAME PRESET [OPTION...]: makes build/NAME ready for ninja, unless it is so already with the same options.
-# Without options any configuration that is there will do. CMake itself notices changes of the CMakeLists.
+# configure NAME PRESET [-DOPTION=VALUE...]: makes build/NAME ready for ninja, unless it is so already with these values.
 configure() {
-  local name=$1 preset=$2 directory=$root/build/$1
+  local name=$1 preset=$2 directory=$root/build/$1 option is_ready=yes
   shift 2
   if [[ -f $directory/build.ninja ]]; then
-    (($#)) || return 0
-    [[ -f $directory/options && $(<"$directory/options") == "$*" ]] && return 0
+    for option in "$@"; do
+      sed 's/:[A-Z]*=/=/' "$directory/CMakeCache.txt" | grep -Fxq -e "${option#-D}" || is_ready=no
+    done
+    [[ $is_ready == yes ]] && return
   fi
   # A preset's source directory is the current one.
-  (cd "$root" && quietly "$directory/configure.log" cmake --preset "$preset" -B "$directory" "$@") || return
-  echo "$*" >"$directory/options"
+  (cd "$root" && quietly "$directory/configure.log" cmake --preset "$preset" -B "$directory" "$@")
 }
 
 # build NAME [TARGET...]: builds what is out of date in build/NAME.
@@ -44,15 +44,21 @@ build() {
     ${@:+--target "$@"}
 }
 
-# build_programs TARGET...: installs what it takes to build these, and builds them in build/release.
+# build_programs TARGET...: installs what it takes to build these, and builds them in build/release. For the program alone
+# a first configuration is without the tests, which need another package.
 build_programs() {
   "$root/scripts/install-packages" run
-  configure release release
-  build release "$@"
+  if [[ $* == metabuffer ]]; then
+    [[ -f $root/build/release/build.ninja ]] || configure release release -DMETABUFFER_TESTS=OFF
+    build release metabuffer
+  else
+    "$root/scripts/install-packages" catch2
+    build_checked "$@"
+  fi
 }
 
-# build_checked TARGET...: builds these in build/release for the checks: warnings are errors, and no test is left out.
+# build_checked TARGET...: builds these in build/release, with the tests.
 build_checked() {
-  configure release release -DMETABUFFER_WERROR=ON -DMETABUFFER_BROWSER_TESTS=ON -DMETABUFFER_PYTHON=ON
+  configure release release -DMETABUFFER_TESTS=ON
   build release "$@"
 }

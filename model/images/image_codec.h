@@ -10,8 +10,7 @@
 
 namespace metabuffer {
 
-/// Reads and writes image files by OpenImageIO. Its libraries take a third of a second to load, so they are in a
-/// separate module, which is loaded for the first image.
+/// Reads and writes image files by OpenImageIO.
 class ImageCodec : public ImageSource {
   public:
     /// The bytes of an 8-bit RGB PNG file: the same for the same picture. `file` is what an error names. `description`
@@ -29,11 +28,11 @@ class ImageCodec : public ImageSource {
                                    const std::filesystem::path& file) const = 0;
 };
 
-/// The codec of this process. Call it before the process forks if the children need it too, or each loads it again.
-/// Throws InputError if the module cannot be loaded.
+/// The program's codec, which does its work in a process of its own (image_service.h). Call it before this process forks
+/// if the children need it too, or each starts such a process. Throws InputError if this computer cannot start it.
 const ImageCodec& image_codec();
 
-/// Reads images by the codec of this process, which is loaded for the first one.
-std::shared_ptr<const ImageSource> images_here();
+/// Reads images by the program's codec, which is started for the first one.
+std::shared_ptr<const ImageSource> images_of_codec();
 
 }  // namespace metabuffer

@@ -4,7 +4,7 @@
 
 namespace metabuffer {
 
-/// The module that image_codec() loads, and the function in it that returns its codec.
+/// The module that the image service loads (image_service.h), and the function in it that returns its codec.
 constexpr const char* kImageModuleFile = "metabuffer_images.so";
 constexpr const char* kImageModuleEntry = "metabuffer_image_module";
 using ImageModuleEntry = const ImageCodec*();

@@ -19,10 +19,10 @@ class ScenarioTemplate {
   public:
     /// Reads the file, not its images. Throws InputError.
     explicit ScenarioTemplate(const std::filesystem::path& file,
-                              std::shared_ptr<const ImageSource> images = images_here());
+                              std::shared_ptr<const ImageSource> images = images_of_codec());
     /// The same from text; `origin` names it in messages and `base` is what image paths are relative to.
     ScenarioTemplate(std::string text, const std::string& origin, const std::filesystem::path& base,
-                     std::shared_ptr<const ImageSource> images = images_here());
+                     std::shared_ptr<const ImageSource> images = images_of_codec());
     ScenarioTemplate(ScenarioTemplate&&) noexcept;
     ScenarioTemplate& operator=(ScenarioTemplate&&) noexcept;
     ~ScenarioTemplate();

@@ -1,5 +1,4 @@
-# Whether the Python module is built: METABUFFER_BUILDS_PYTHON. Included before model/, whose libraries then become
-# position-independent.
+# Whether the Python module is built: METABUFFER_BUILDS_PYTHON.
 set(METABUFFER_PYTHON AUTO CACHE STRING "Build the Python module: AUTO (if pybind11 is there), ON or OFF")
 set_property(CACHE METABUFFER_PYTHON PROPERTY STRINGS AUTO ON OFF)
 set(METABUFFER_BUILDS_PYTHON OFF)

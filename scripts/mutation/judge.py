@@ -48,8 +48,7 @@ class Test:
     def distance(self, mutant: Mutant) -> int:
         """Smaller for tests that are likelier to notice the mutant."""
         file = pathlib.PurePosixPath(mutant.file)
-        program = pathlib.PurePath(self.command[0]).name
-        own = file.stem in program or file.stem.replace("_", " ") in self.name
+        own = file.stem in self.name or file.stem.replace("_", " ") in self.name
         order = {"unit": 1, "rtl": 2, "tlm": 3, "system": 4}.get(self.kind, 5)
         if own and not self.slow:
             order = 0

@@ -53,6 +53,8 @@ def wait_until(holds, seconds=60):
 
 
 class Hostile(unittest.TestCase):
+    program = METABUFFER
+
     def setUp(self):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
@@ -69,12 +71,12 @@ class Hostile(unittest.TestCase):
     def run_program(self, *words, **options):
         settings = {"cwd": self.place, "stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE,
                     "stderr": subprocess.PIPE, "timeout": 120, **options}
-        return subprocess.run([METABUFFER, *words], check=False, **settings)
+        return subprocess.run([self.program, *words], check=False, **settings)
 
-    def start_program(self, *words):
+    def start_program(self, *words, **options):
         """Starts the program in its own process group."""
-        process = subprocess.Popen([METABUFFER, *words], cwd=self.place, stdin=subprocess.DEVNULL,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+        process = subprocess.Popen([self.program, *words], cwd=self.place, stdin=subprocess.DEVNULL,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True, **options)
         self.addCleanup(process.stderr.close)
         self.addCleanup(self.kill_group, process)
         return process
@@ -327,18 +329,43 @@ class Resources(Hostile):
                         self.check_line(done)
         self.assertEqual(reached, {DONE, BAD_INPUT})
 
+    def test_a_parallel_blas_starts_no_thread_and_hangs_nothing(self):
+        # Debian's libopenblas0-pthread, if it is installed, is the BLAS of a library behind OpenImageIO. When it is loaded
+        # it starts a thread for each further processor, and where these find no memory it tried for ever.
+        self.write("large.ppm", b"P6\n64 48\n255\n" + bytes(64 * 48 * 3))
+        self.write("long.yaml", LONG_SCENARIO)
+        threads = {}
+        for blas in ("blas", "openblas-pthread"):
+            folders = list(pathlib.Path("/usr/lib").glob(f"*/{blas}"))
+            self.assertTrue(folders, "apt install libopenblas0-pthread")
+            environment = dict(os.environ, LD_LIBRARY_PATH=str(folders[0]), OPENBLAS_NUM_THREADS="8")
+            for mebibytes in range(320, 704, 32):
+                with self.subTest(f"{blas}, {mebibytes} MiB"):
+                    done = self.run_program("run", "scenario.yaml", env=environment, timeout=60,
+                                            preexec_fn=limits(RLIMIT_AS=mebibytes << 20))
+                    if done.returncode != DONE:
+                        self.check_line(done)
+            process = self.start_program("run", "long.yaml", "--pictures", "none", env=environment)
+            # The program, and the two processes that have loaded the libraries.
+            self.assertTrue(wait_until(lambda group=process.pid: len(alive_in(group)) == 3))
+            loads = sorted(alive_in(process.pid))[1]
+            maps = pathlib.Path(f"/proc/{loads}/maps").read_text(encoding="utf-8")
+            self.assertIn(f"{folders[0]}/libblas.so", maps)
+            threads[blas] = len(list(pathlib.Path(f"/proc/{loads}/task").iterdir()))
+        self.assertEqual(threads["blas"], threads["openblas-pthread"])
+
     def test_wherever_processes_end_there_is_one_line(self):
+        environment = dict(os.environ, HOME=str(self.place))
+        user = {}
         if os.getuid() == 0:
-            # Root may have any number of them.
+            # Root may have any number of them. Another user may not enter the build's folder if that is in root's home.
+            self.program = shutil.copy(METABUFFER, self.place)
+            environment["LD_LIBRARY_PATH"] = shutil.copytree(METABUFFER.parent / "modules", self.place / "modules")
             nobody = pwd.getpwnam("nobody")
             for path in (self.place, *self.place.iterdir()):
                 os.chown(path, nobody.pw_uid, nobody.pw_gid)
             user = {"user": nobody.pw_uid, "group": nobody.pw_gid, "extra_groups": []}
-            if self.run_program("--version", **user).returncode != DONE:
-                self.skipTest("the program is where nobody else may read")
-        else:
-            user = {}
-        environment = dict(os.environ, HOME=str(self.place))
+            self.assertEqual(self.run_program("--version", **user).returncode, DONE)
         trace = ["--trace", "t.vcd", "--trace-window", "startframe:0"]
         commands = (["--version"], ["run", "scenario.yaml", "--quiet"], ["run", "scenario.yaml", *trace],
                     ["view", "scenario.yaml", "-o", "t.html"], ["compare", "scenario.yaml"])
@@ -379,8 +406,9 @@ class Resources(Hostile):
         self.write("long.yaml", LONG_SCENARIO)
         process = self.start_program("run", "long.yaml", "--trace", "t.vcd", "--trace-window", "first-starved-pixel",
                                      "--pictures", "none")  # or there are processes that encode them
-        # The program waits for the process that searches for the window; no process writes a waveform yet.
-        self.assertTrue(wait_until(lambda: len(alive_in(process.pid)) == 2))
+        # The program waits for the process that searches for the window, and there are the two that have read the image;
+        # no process writes a waveform yet.
+        self.assertTrue(wait_until(lambda: len(alive_in(process.pid)) == 4))
         for child in alive_in(process.pid):
             if child != process.pid:
                 os.kill(child, signal.SIGKILL)

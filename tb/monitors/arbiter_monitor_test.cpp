@@ -11,8 +11,7 @@
 #include "support/scenarios.h"
 #include "violations.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::arbiter_monitor_test {
 
 // An arbiter, played by the test, breaks each rule of docs/monitors.md once, and no other rule before it.
 namespace {
@@ -278,3 +277,5 @@ TEST_CASE("arbiter monitor: a grant before the slot table is built", "[monitors]
     bench.run();
     bench.violations.check_only("arbiter/search", "bus_arbiter_1.search", kAsk + 1, 0);
 }
+
+}  // namespace metabuffer::test::arbiter_monitor_test

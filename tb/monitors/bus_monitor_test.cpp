@@ -10,8 +10,7 @@
 #include "support/scenarios.h"
 #include "violations.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::bus_monitor_test {
 
 // A stream breaks each rule of docs/monitors.md once, and no other rule before it.
 namespace {
@@ -713,3 +712,5 @@ TEST_CASE("bus monitor: with shared ports too a beat comes within the longest wa
     bench.run();
     bench.violations.check_only("bus/pace", "BUS_1", 16 + 27 + 1, 0);
 }
+
+}  // namespace metabuffer::test::bus_monitor_test

@@ -10,8 +10,7 @@
 #include "composer_bench.h"
 #include "violations.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::composer_monitor_test {
 
 // A composer that keeps its rules. The test falsifies a wire to its monitor for one clock.
 namespace {
@@ -687,3 +686,5 @@ TEST_CASE("composer observer: which local pixel comes next, what is held and wha
     CHECK_FALSE(observer.has_segment());
     CHECK(observer.segment_complete());
 }
+
+}  // namespace metabuffer::test::composer_monitor_test

@@ -6,8 +6,7 @@
 #include "altered_machine.h"
 #include "monitors/link_plan.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::dvi_monitor_test {
 
 namespace {
 
@@ -251,3 +250,5 @@ TEST_CASE("link plan: frames come as the scenario scripts them", "[monitors]") {
     CHECK(frames_of(FaultKind::kRepeated) == " c0 d0 c1 c1 d1 c2");
     for (const FaultKind kind : kLineFaults) CHECK(frames_of(kind) == " c0 d0 c1! d1 c2 d2");
 }
+
+}  // namespace metabuffer::test::dvi_monitor_test

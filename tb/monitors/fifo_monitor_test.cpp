@@ -8,8 +8,7 @@
 #include "support/scenarios.h"
 #include "violations.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::fifo_monitor_test {
 
 // A composer or a FIFO, both played by the test, breaks each rule of docs/monitors.md once, and no other rule.
 namespace {
@@ -222,3 +221,5 @@ TEST_CASE("fifo monitor: a pixel of the other row is read that has not come", "[
     bench.run();
     bench.violations.check_only("fifo/read", "composer_1_1.fifo.row_read", 20, -1);
 }
+
+}  // namespace metabuffer::test::fifo_monitor_test

@@ -8,8 +8,7 @@
 #include "altered_machine.h"
 #include "random_scenario.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::machine_monitors_test {
 using Catch::Contains;
 
 TEST_CASE("machine monitors: a report that differs from the wires", "[monitors]") {
@@ -81,3 +80,5 @@ TEST_CASE("machine monitors: random machines are compared pixel by pixel", "[mon
               pictures * scenario.displays.raster_width_pixels() * scenario.displays.raster_height_pixels());
     }
 }
+
+}  // namespace metabuffer::test::machine_monitors_test

@@ -8,8 +8,7 @@
 #include "support/scenarios.h"
 #include "violations.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::memory_monitor_test {
 
 // A bus port, a link or a memory, played by the test, breaks each rule of docs/monitors.md once, and no other rule.
 namespace {
@@ -322,3 +321,5 @@ TEST_CASE("memory monitor: words of the link that are written into the image tha
     bench.run();
     bench.violations.check_only("memory/write", "frame_memory_1.command", 40, -1);
 }
+
+}  // namespace metabuffer::test::memory_monitor_test

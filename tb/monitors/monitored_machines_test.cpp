@@ -11,8 +11,7 @@
 #include "scenario/derived_timing.h"
 #include "support/random_seed.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::monitored_machines_test {
 
 namespace {
 
@@ -171,3 +170,5 @@ const bool kRandomFaulty =
 TEST_CASE("random machines are registered", "[monitors]") {
     CHECK((kRandom && kRandomLong && kRandomFaulty));
 }
+
+}  // namespace metabuffer::test::monitored_machines_test

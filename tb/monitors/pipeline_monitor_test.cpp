@@ -9,8 +9,7 @@
 #include "support/scenarios.h"
 #include "violations.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::pipeline_monitor_test {
 
 // Two stages and an output framebuffer, played by the test: each rule is broken once.
 namespace {
@@ -221,3 +220,5 @@ TEST_CASE("pipeline monitor: a stall does not count as pixels", "[monitors]") {
     bench.run();
     bench.violations.check_only("pipeline/outside", "PIPE_2", kStart + 2 + kRaster, 0);
 }
+
+}  // namespace metabuffer::test::pipeline_monitor_test

@@ -4,8 +4,7 @@
 
 #include "altered_machine.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::scoreboard_test {
 using Catch::Contains;
 
 namespace {
@@ -222,3 +221,5 @@ TEST_CASE("scoreboard: a frame with lost pixels must not replace the picture bef
         CHECK_THAT(violation.detail, Contains("the picture before was to stay"));
     }
 }
+
+}  // namespace metabuffer::test::scoreboard_test

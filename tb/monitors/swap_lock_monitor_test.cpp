@@ -6,8 +6,7 @@
 
 #include "altered_machine.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::swap_lock_monitor_test {
 
 namespace {
 
@@ -292,3 +291,5 @@ TEST_CASE("swap lock monitor: a display that swaps though pixels of the frame we
     bench.check_first("swap-lock/kept", "DVI_OUT_1", "dvi_out", first_pixel, 0);
     CHECK(bench.monitor.kept_frames() == kAlteredFrames);
 }
+
+}  // namespace metabuffer::test::swap_lock_monitor_test

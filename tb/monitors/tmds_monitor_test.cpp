@@ -9,8 +9,7 @@
 #include "support/random_seed.h"
 #include "tmds_waveform.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::tmds_monitor_test {
 
 namespace {
 
@@ -229,3 +228,5 @@ TEST_CASE("TMDS monitor: after a reset the link comes up again", "[monitors]") {
     bench.run();
     for (const auto& violation : bench.violations) FAIL(to_string(violation));
 }
+
+}  // namespace metabuffer::test::tmds_monitor_test

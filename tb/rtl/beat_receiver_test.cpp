@@ -18,7 +18,7 @@
 #include "support/random_seed.h"
 #include "support/traced_values.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::beat_receiver_test {
 namespace {
 
 using rtl::BeatReceiver;
@@ -939,4 +939,4 @@ TEST_CASE("beat receiver: under random traffic, with beats lost, every output is
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::beat_receiver_test

@@ -16,7 +16,7 @@
 
 // The datapath's unit tests check the policies against independent code. These tests check that the arbiter's pins
 // follow the policy, at the clock that its header states.
-namespace metabuffer::test {
+namespace metabuffer::test::bus_arbiter_test {
 namespace {
 
 using rtl::BusArbiter;
@@ -466,4 +466,4 @@ TEST_CASE("bus arbiter: edf's pins say what the policy says, over random frames"
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::bus_arbiter_test

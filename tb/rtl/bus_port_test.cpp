@@ -16,7 +16,7 @@
 
 // The input framebuffer's tests check at its pins what the bus carries at which clock. These tests check what the port
 // asks of arbiter and memory; the test plays both.
-namespace metabuffer::test {
+namespace metabuffer::test::bus_port_test {
 namespace {
 
 using rtl::BusBeat;
@@ -872,4 +872,4 @@ TEST_CASE("bus port: a frame starts no earlier than TABLEREADY counts the one be
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::bus_port_test

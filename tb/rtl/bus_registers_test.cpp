@@ -6,7 +6,7 @@
 #include "clocked_testbench.h"
 #include "rtl/wires.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::bus_registers_test {
 namespace {
 
 using rtl::BusBeat;
@@ -110,4 +110,4 @@ TEST_CASE("bus registers: a reset also empties registers that are asleep") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::bus_registers_test

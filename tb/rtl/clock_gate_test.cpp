@@ -10,7 +10,7 @@
 #include "rtl/block.h"
 #include "support/random_seed.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::clock_gate_test {
 namespace {
 
 using rtl::ClockGate;
@@ -300,4 +300,4 @@ TEST_CASE("gated clock: at random its blocks and their counters agree with block
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::clock_gate_test

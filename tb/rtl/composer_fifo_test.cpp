@@ -11,7 +11,7 @@
 #include "expected_report.h"
 #include "support/random_seed.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::composer_fifo_test {
 namespace {
 
 using rtl::ComposerFifo;
@@ -271,4 +271,4 @@ TEST_CASE("composer fifo: under random use it agrees with a memory and a count a
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::composer_fifo_test

@@ -10,8 +10,7 @@
 #include "composer_scenario.h"
 #include "rtl/composer_fifo.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::composer_smoothing_test {
 
 // A composer that smooths, through its pins.
 namespace {
@@ -309,3 +308,5 @@ TEST_CASE(
     CHECK(row_next_words.at(40) == 103);
     for (const auto* all : {&words, &next_words, &row_words, &row_next_words}) CHECK(all->at(46) == 0);
 }
+
+}  // namespace metabuffer::test::composer_smoothing_test

@@ -14,7 +14,7 @@
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::composer_test {
 namespace {
 
 using rtl::BusBeat;
@@ -1490,4 +1490,4 @@ TEST_CASE("composer's counters: under the random bus they agree with the ports")
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::composer_test

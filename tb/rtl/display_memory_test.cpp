@@ -11,7 +11,7 @@
 #include "expected_report.h"
 #include "support/random_seed.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::display_memory_test {
 namespace {
 
 using rtl::DisplayMemory;
@@ -212,4 +212,4 @@ TEST_CASE("display memory: under random use it agrees with a map at every read, 
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::display_memory_test

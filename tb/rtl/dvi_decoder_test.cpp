@@ -12,7 +12,7 @@
 #include "support/rows.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::dvi_decoder_test {
 namespace {
 
 using rtl::DecodedPixel;
@@ -668,4 +668,4 @@ TEST_CASE("dvi decoder: a reset at any moment of a pair leaves what power-up lea
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::dvi_decoder_test

@@ -7,7 +7,7 @@
 #include "dvi_waveform.h"
 #include "expected_report.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::dvi_display_test {
 namespace {
 
 using rtl::DviDisplay;
@@ -201,4 +201,4 @@ TEST_CASE("dvi display: a reset wakes a display that sleeps, and drops its pictu
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::dvi_display_test

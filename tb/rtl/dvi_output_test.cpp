@@ -11,7 +11,7 @@
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::dvi_output_test {
 namespace {
 
 using rtl::DisplayRead;
@@ -332,4 +332,4 @@ TEST_CASE("dvi output: through random swaps and skips each frame shows the last 
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::dvi_output_test

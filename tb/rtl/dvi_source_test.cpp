@@ -13,7 +13,7 @@
 #include "support/images.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::dvi_source_test {
 namespace {
 
 using rtl::DviLink;
@@ -657,4 +657,4 @@ TEST_CASE("dvi source: a reset ends what delays a channel") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::dvi_source_test

@@ -16,7 +16,7 @@
 #include "rtl/link_clock.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::fault_blocks_test {
 namespace {
 
 using rtl::BusBeat;
@@ -615,4 +615,4 @@ TEST_CASE("link clock: nominal until a drift is set, then off by that many milli
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::fault_blocks_test

@@ -13,7 +13,7 @@
 #include "support/images.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::frame_averager_test {
 namespace {
 
 using rtl::DisplayWrite;
@@ -521,4 +521,4 @@ TEST_CASE("frame averager: through random frames, stalls and swaps every output 
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::frame_averager_test

@@ -8,7 +8,7 @@
 #include "expected_report.h"
 #include "support/random_seed.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::frame_memory_test {
 namespace {
 
 using rtl::FrameMemory;
@@ -696,4 +696,4 @@ TEST_CASE("frame memory: without shared ports a write from the bus's side is rep
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::frame_memory_test

@@ -14,7 +14,7 @@
 #include "support/scratch_directory.h"
 
 // GTKWave's vcd2fst does not notice a full disk, so its output is checked. Here another program has its name.
-namespace metabuffer::test {
+namespace metabuffer::test::fst_converter_test {
 namespace {
 
 using rtl::FstConverter;
@@ -137,4 +137,4 @@ TEST_CASE("FST converter: a converter that makes no file, or fails, is an error"
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::fst_converter_test

@@ -16,7 +16,7 @@
 #include "support/random_seed.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::input_framebuffer_test {
 namespace {
 
 using rtl::BusBeat;
@@ -1296,4 +1296,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::input_framebuffer_test

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace metabuffer::test {
+namespace metabuffer::test::link_clock_test {
 namespace {
 
 using rtl::LinkClock;
@@ -110,4 +110,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::link_clock_test

@@ -11,7 +11,7 @@
 
 // BankKeeper's unit tests check which pair is answered when. The input framebuffer's tests check what the core sees of
 // it at its pins. These tests check the port's own pins, at the link's clock.
-namespace metabuffer::test {
+namespace metabuffer::test::link_port_test {
 namespace {
 
 using rtl::DecodedPixel;
@@ -220,4 +220,4 @@ TEST_CASE("link port: after a reset the front device holds no pair") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::link_port_test

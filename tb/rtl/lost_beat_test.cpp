@@ -10,7 +10,7 @@
 #include "expected_report.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::lost_beat_test {
 namespace {
 
 using rtl::BusBeat;
@@ -555,4 +555,4 @@ TEST_CASE("composer: a pixel that is sent again announces nothing") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::lost_beat_test

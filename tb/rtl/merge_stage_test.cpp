@@ -18,7 +18,7 @@
 #include "support/random_seed.h"
 #include "support/traced_values.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::merge_stage_test {
 namespace {
 
 using rtl::FifoRead;
@@ -697,4 +697,4 @@ TEST_CASE("merge stage: a pixel that has not come is not the one that is being w
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::merge_stage_test

@@ -14,7 +14,7 @@
 #include "support/images.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::output_framebuffer_test {
 namespace {
 
 using rtl::DviLink;
@@ -654,4 +654,4 @@ TEST_CASE("output framebuffer: a reset in the middle of a frame starts everythin
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::output_framebuffer_test

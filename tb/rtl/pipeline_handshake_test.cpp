@@ -8,7 +8,7 @@
 #include "clocked_testbench.h"
 #include "support/random_seed.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::pipeline_handshake_test {
 namespace {
 
 using rtl::PipelineHandshake;
@@ -310,4 +310,4 @@ TEST_CASE("pipeline handshake: under random inputs its outputs follow the rules 
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::pipeline_handshake_test

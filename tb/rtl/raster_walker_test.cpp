@@ -15,7 +15,7 @@
 #include "support/random_seed.h"
 #include "support/traced_values.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::raster_walker_test {
 namespace {
 
 using rtl::HeadSegment;
@@ -369,4 +369,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::raster_walker_test

@@ -7,7 +7,7 @@
 
 #include "support/traced_values.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::register_test {
 namespace {
 
 using rtl::Register;
@@ -110,4 +110,4 @@ TEST_CASE("register: a line holds a value if every stage has it") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::register_test

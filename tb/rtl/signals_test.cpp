@@ -19,7 +19,7 @@
 #include "support/scenarios.h"
 #include "support/traced_values.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::signals_test {
 namespace {
 
 using rtl::BusBeat;
@@ -272,4 +272,4 @@ TEST_CASE("signals: the bits of pixels and addresses follow from the scenario") 
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::signals_test

@@ -6,7 +6,7 @@
 
 #include "clocked_testbench.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::swap_lock_test {
 namespace {
 
 using rtl::ColumnStall;
@@ -104,4 +104,4 @@ TEST_CASE("column stall: COLUMNSTALL is high within each clock in which any STAL
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::swap_lock_test

@@ -12,7 +12,7 @@
 #include "support/rows.h"
 #include "support/traced_values.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::table_unit_test {
 namespace {
 
 using rtl::DecoderEvent;
@@ -270,4 +270,4 @@ TEST_CASE("table unit: a policy that uses no slot table of the host does not rep
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::table_unit_test

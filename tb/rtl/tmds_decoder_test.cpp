@@ -11,7 +11,7 @@
 #include "support/random_seed.h"
 #include "tmds_waveform.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::tmds_decoder_test {
 namespace {
 
 using rtl::ClockGating;
@@ -438,4 +438,4 @@ TEST_CASE("tmds decoder: clock gating changes nothing, after pauses of any lengt
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::tmds_decoder_test

@@ -9,7 +9,7 @@
 #include "support/random_seed.h"
 #include "tmds_waveform.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::tmds_encoder_test {
 namespace {
 
 using rtl::ClockGating;
@@ -134,4 +134,4 @@ TEST_CASE("tmds encoder: clock gating changes nothing, after pauses of any lengt
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::tmds_encoder_test

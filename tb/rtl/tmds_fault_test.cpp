@@ -12,7 +12,7 @@
 #include "support/scenarios.h"
 #include "tmds_waveform.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::tmds_fault_test {
 namespace {
 
 using rtl::FaultTally;
@@ -263,4 +263,4 @@ TEST_CASE("tmds fault: a reset forgets what is late") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::tmds_fault_test

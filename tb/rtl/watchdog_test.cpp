@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-namespace metabuffer::test {
+namespace metabuffer::test::watchdog_test {
 namespace {
 
 using rtl::Watchdog;
@@ -84,4 +84,4 @@ TEST_CASE("watchdog: a count that stands at -1 from the beginning trips it like 
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::watchdog_test

@@ -18,7 +18,7 @@
 #include "support/scratch_directory.h"
 
 // A process at the other end of a pipe writes the waveform. The test takes the role of SystemC's writer.
-namespace metabuffer::test {
+namespace metabuffer::test::waveform_file_test {
 namespace {
 
 using rtl::WaveformFile;
@@ -200,4 +200,4 @@ TEST_CASE("waveform file: only a compressed waveform needs the converter, and sa
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::waveform_file_test

@@ -8,7 +8,7 @@
 #include "support/images.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::wires_test {
 namespace {
 
 using rtl::Wires;
@@ -91,4 +91,4 @@ TEST_CASE("wires: each is named by its renderer and display counted from 1") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::wires_test

@@ -6,7 +6,7 @@
 #include "clocked_testbench.h"
 #include "rtl/wires.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::write_buffer_test {
 namespace {
 
 using rtl::MemoryCommand;
@@ -187,4 +187,4 @@ TEST_CASE("write buffer: a reset wakes a buffer that sleeps with a full half") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::write_buffer_test

@@ -14,8 +14,7 @@
 
 // Every machine runs in a process of its own, which run_with_buffer starts; nothing is elaborated in this one.
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::analysis_safety_test {
 
 namespace {
 
@@ -177,3 +176,5 @@ TEST_CASE("a frame has as many bursts and beats on each bus as the analysis says
     }
     CHECK(compared >= 50);
 }
+
+}  // namespace metabuffer::test::analysis_safety_test

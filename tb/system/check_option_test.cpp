@@ -4,8 +4,7 @@
 
 #include "workplace.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::check_option_test {
 using Catch::Contains;
 
 namespace {
@@ -119,3 +118,5 @@ TEST_CASE("run --check: a wrong composer is found and traced to its clock", "[pr
     CHECK(place.exists("wrong.vcd"));
     CHECK(place.report().at("check") == check);
 }
+
+}  // namespace metabuffer::test::check_option_test

@@ -6,8 +6,7 @@
 #include "random_scenario.h"
 #include "report/report.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::clock_gating_test {
 
 namespace {
 
@@ -60,3 +59,5 @@ TEST_CASE("clock gating changes neither clocks nor counters nor pictures (seeds 
 TEST_CASE("clock gating changes neither clocks nor counters nor pictures (seeds 3001 on)", "[system][slow]") {
     compare_gated_machines(3001);
 }
+
+}  // namespace metabuffer::test::clock_gating_test

@@ -22,8 +22,7 @@
 // machines are small, two composers of each bus want it at once, and all monitors watch. Their pictures must be the
 // functional level's.
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::combinations_test {
 
 namespace {
 
@@ -201,3 +200,5 @@ TEST_CASE("coverage: a combination counts the frames that its composers competed
     CHECK(runs[2]->report().core_cycles > kFirstFrameIsSent);
     CHECK(runs[3]->report().total_bus().bursts > 4);
 }
+
+}  // namespace metabuffer::test::combinations_test

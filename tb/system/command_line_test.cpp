@@ -19,8 +19,7 @@
 
 // The built program from outside, as a user meets it.
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::command_line_test {
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 using nlohmann::json;
@@ -1167,3 +1166,5 @@ TEST_CASE("a run that the watchdog ends leaves its schedule", "[program][trace]"
     CHECK(place.run({"--trace", "t.json"}).status == kExitWatchdog);
     CHECK(json::parse(text_of(place / "t.json")).at("traceEvents").size() > 10);
 }
+
+}  // namespace metabuffer::test::command_line_test

@@ -11,8 +11,7 @@
 
 // `metabuffer compare` from outside: the built program, and one whose level tlm does what the scenario's name says.
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::compare_command_test {
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 
@@ -190,10 +189,10 @@ TEST_CASE("compare: a level that fails is named", "[program][compare]") {
 /// Limits a process's memory, so it is not a test for a sanitizer, which takes terabytes of addresses.
 TEST_CASE("compare: two levels that fail alike are reported in one line", "[program][compare]") {
     const Workplace place;
-    // The four composers' buffers take 512 MiB in either process; the program by itself takes less than half the limit.
+    // The four composers' buffers take 512 MiB in either process, which is more than the limit.
     const ProgramResult result = run_program(
         "/bin/sh", place,
-        {"-c", "ulimit -v 700000; exec \"$0\" compare scenario.yaml --set composer.buffer_pixels=16777216",
+        {"-c", "ulimit -v 520000; exec \"$0\" compare scenario.yaml --set composer.buffer_pixels=16777216",
          METABUFFER_FAULTY_PROGRAM});
     CHECK(result.status == kExitBadInput);
     CHECK(result.out.empty());
@@ -203,3 +202,5 @@ TEST_CASE("compare: two levels that fail alike are reported in one line", "[prog
 }
 
 #endif
+
+}  // namespace metabuffer::test::compare_command_test

@@ -16,8 +16,7 @@
 // Machines made for one goal of the functional coverage each, which random machines hardly ever reach. They pass the
 // same checks as any other.
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::coverage_holes_test {
 
 namespace {
 
@@ -175,3 +174,5 @@ TEST_CASE("coverage: the watchdog ends a machine that waits and names who waits"
         }
     }
 }
+
+}  // namespace metabuffer::test::coverage_holes_test

@@ -9,8 +9,7 @@
 #include "random_scenario.h"
 #include "report/report.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::coverage_samplers_test {
 
 namespace {
 
@@ -89,3 +88,5 @@ TEST_CASE("coverage: clock ratios are distinguished", "[coverage]") {
     CHECK(coverage::clock_ratio(250, 100) == ClockRatio::kFaster);
     CHECK(coverage::clock_ratio(300, 100) == ClockRatio::kFasterByWholeFactor);
 }
+
+}  // namespace metabuffer::test::coverage_samplers_test

@@ -16,9 +16,10 @@
 // `metabuffer sweep`, `size` and `export` from outside: what is run is what `metabuffer run` runs, and what has ended
 // stays.
 
-using namespace metabuffer;
-using namespace metabuffer::exploration;
-using namespace metabuffer::test;
+namespace metabuffer::test::exploration_commands_test {
+using namespace exploration;
+using exploration::text_of;
+using test::text_of;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 
@@ -608,3 +609,5 @@ TEST_CASE("report and plot: wrong arguments are reported in a line and leave not
     }
     CHECK(visible_names(place) == files);
 }
+
+}  // namespace metabuffer::test::exploration_commands_test

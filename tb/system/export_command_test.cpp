@@ -12,7 +12,7 @@
 
 // `metabuffer export` from outside, on files that the library wrote.
 
-namespace metabuffer::test {
+namespace metabuffer::test::export_command_test {
 namespace {
 
 using Catch::Matchers::Contains;
@@ -132,4 +132,4 @@ TEST_CASE("export: the documentation has every figure and every function") {
     }
 }
 
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::export_command_test

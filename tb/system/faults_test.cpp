@@ -22,8 +22,7 @@
 #include "support/trace_switch.h"
 #include "tlm_run.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::faults_test {
 
 namespace {
 
@@ -798,3 +797,5 @@ TEST_CASE("free-running: a fast machine shows a pair again while the next one co
         CHECK(counters.dropped_frames == 0);
     }
 }
+
+}  // namespace metabuffer::test::faults_test

@@ -14,7 +14,7 @@
 #include "tlm_run.h"
 
 // Coincidences of clocks that random machines hardly ever meet.
-namespace metabuffer::test {
+namespace metabuffer::test::level_corners_test {
 namespace {
 
 /// One display, and renderers that each send one pair of one line.
@@ -498,4 +498,4 @@ TEST_CASE("a fault lets one link's clock drift and no other's", "[system][faults
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::level_corners_test

@@ -12,8 +12,7 @@
 #include "support/trace_switch.h"
 #include "tlm_run.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::levels_test {
 
 namespace {
 
@@ -125,3 +124,5 @@ TEST_CASE("the random machines do all that a machine can do", "[system][random]"
         CHECK(sum.rejected_rows[static_cast<std::size_t>(defect)] > 0);
     }
 }
+
+}  // namespace metabuffer::test::levels_test

@@ -24,8 +24,7 @@
 #include "support/scenarios.h"
 #include "support/trace_switch.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::machine_faults_test {
 
 namespace {
 
@@ -1238,3 +1237,5 @@ TEST_CASE("random stalls: clock gating changes neither clocks nor counters", "[s
         CHECK(report_json(runs[i]->report()) == report_json(runs[i + 1]->report()));
     }
 }
+
+}  // namespace metabuffer::test::machine_faults_test

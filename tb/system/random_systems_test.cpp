@@ -14,8 +14,7 @@
 #include "scenario/names.h"
 #include "support/trace_switch.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::random_systems_test {
 
 namespace {
 
@@ -92,3 +91,5 @@ TEST_CASE("random scenarios cover what a scenario may be", "[system]") {
     }
     CHECK(*std::min_element(arbitrations.begin(), arbitrations.end()) > 0);
 }
+
+}  // namespace metabuffer::test::random_systems_test

@@ -18,7 +18,7 @@
 #include "tlm/run.h"
 
 // What a machine reports of a run that is under way.
-namespace metabuffer::test {
+namespace metabuffer::test::run_progress_test {
 namespace {
 
 constexpr int kFrames = 3;
@@ -199,4 +199,4 @@ TEST_CASE("run progress: without images level tlm runs to its end, reads none an
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::run_progress_test

@@ -8,8 +8,7 @@
 #include "support/scenario_difference.h"
 #include "support/scratch_directory.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::scenario_files_test {
 
 TEST_CASE("random scenarios survive being kept as files", "[system][random]") {
     const ScratchDirectory directory;
@@ -21,3 +20,5 @@ TEST_CASE("random scenarios survive being kept as files", "[system][random]") {
         CHECK(scenario_difference(scenario, loaded).empty());
     }
 }
+
+}  // namespace metabuffer::test::scenario_files_test

@@ -17,12 +17,11 @@
 #include "support/trace_switch.h"
 #include "tlm_run.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::scenarios_test {
 
 namespace {
 
-const std::filesystem::path kScenarioDirectory = METABUFFER_SCENARIO_DIRECTORY;
+const std::filesystem::path kScenarioDirectory = METABUFFER_SOURCE_DIRECTORY "/scenarios";
 
 /// Scenarios whose comments promise that nothing starves.
 const std::set<std::string> kNeverStarve{"paper-figure",
@@ -217,3 +216,5 @@ TEST_CASE("the four cases of section 5.1 have the paper's segments", "[system][s
     CHECK(widths_of("case-3") == std::vector<int>{50, 50, 50, 50});                      // w / 2
     CHECK(widths_of("case-4") == std::vector<int>{30, 50, 20, 30, 50, 20, 30, 50, 20});  // l / 2, w / 2, ...
 }
+
+}  // namespace metabuffer::test::scenarios_test

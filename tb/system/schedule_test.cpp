@@ -13,7 +13,7 @@
 #include "tlm/schedule_observer.h"
 
 // What level tlm reports to an observer of its time must be what its report counts, bus by bus and column by column.
-namespace metabuffer::test {
+namespace metabuffer::test::schedule_test {
 namespace {
 
 class Tally final : public tlm::ScheduleObserver {
@@ -279,4 +279,4 @@ TEST_CASE("schedule: times and counters agree where ports are shared", "[system]
         500, [](const Scenario& scenario) { return scenario.memory.shared() && scenario.frames > 1; }));
 }
 
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::schedule_test

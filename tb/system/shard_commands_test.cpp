@@ -12,9 +12,8 @@
 // `metabuffer sweep --shard`, `--parts` and `metabuffer merge` from outside: a sweep in shards gives what it gives in
 // one run, whichever process is killed on the way.
 
-using namespace metabuffer;
-using namespace metabuffer::exploration;
-using namespace metabuffer::test;
+namespace metabuffer::test::shard_commands_test {
+using namespace exploration;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 
@@ -388,3 +387,5 @@ TEST_CASE("sweep: without Slurm, --slurm says which package has it", "[program][
     CHECK(result.complains_in_one_line());
     CHECK_THAT(result.err, Contains("sbatch") && Contains("slurm-client"));
 }
+
+}  // namespace metabuffer::test::shard_commands_test

@@ -12,8 +12,7 @@
 #include "scenario/scenario_loader.h"
 #include "support/random_seed.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::shrink_test {
 
 namespace {
 
@@ -149,3 +148,5 @@ TEST_CASE("shrink: it ends with its budget and does the same each time", "[shrin
     CHECK(nothing.steps.empty());
     CHECK(nothing.at_its_smallest);
 }
+
+}  // namespace metabuffer::test::shrink_test

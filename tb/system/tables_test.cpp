@@ -14,8 +14,7 @@
 
 // What the program says of its own tables: keys, counters, and the scenario that a run had.
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::tables_test {
 using Catch::Matchers::Contains;
 using nlohmann::json;
 
@@ -152,3 +151,5 @@ TEST_CASE("a run leaves the scenario that it ran, and that file gives the same r
     // The same again, whatever was overridden before.
     CHECK(text_of(place / "out/again/effective_scenario.yaml") == effective);
 }
+
+}  // namespace metabuffer::test::tables_test

@@ -23,7 +23,7 @@
 #include "tlm_run.h"
 
 // Machines whose DVI links carry characters, healthy and disturbed.
-namespace metabuffer::test {
+namespace metabuffer::test::tmds_test {
 namespace {
 
 constexpr int kFrames = 5;
@@ -618,4 +618,4 @@ TEST_CASE("random machines with noise on a link: what is shown is what was recei
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::tmds_test

@@ -26,7 +26,7 @@
 #include "tlm/run.h"
 
 // Which clocks a waveform shows. What the file then holds is tested with the program.
-namespace metabuffer::test {
+namespace metabuffer::test::trace_window_test {
 namespace {
 
 using Kind = TraceWindow::Kind;
@@ -536,4 +536,4 @@ TEST_CASE("trace window: a level that misses an event is detected", "[system]") 
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::trace_window_test

@@ -14,7 +14,7 @@
 #include "program_run.h"
 #include "support/lines.h"
 
-using namespace metabuffer::test;
+namespace metabuffer::test::waves_test {
 
 namespace {
 
@@ -582,3 +582,5 @@ TEST_CASE("The waveforms show what their page says", "[waves][slow]") {
     for (const std::filesystem::path& file : save_files()) present.push_back(file.filename().string());
     CHECK(shown == present);
 }
+
+}  // namespace metabuffer::test::waves_test

@@ -12,7 +12,7 @@
 #include "scenario/scenario_loader.h"
 #include "tlm/metabuffer.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::banked_memory_test {
 namespace {
 
 using examples::BankedMemory;
@@ -68,7 +68,7 @@ TEST_CASE("banked memory: an access without its extension is an error of the mod
 // ---- in the machine ----
 
 Scenario scenario_of(const std::string& name) {
-    return load_scenario(std::string(METABUFFER_SCENARIO_DIRECTORY) + "/" + name + ".yaml", {});
+    return load_scenario(std::string(METABUFFER_SOURCE_DIRECTORY) + "/scenarios/" + name + ".yaml", {});
 }
 
 TEST_CASE("banked memory: with one bank the machine reports what it does with its own memory") {
@@ -207,4 +207,4 @@ TEST_CASE("own memory: one whose next refresh begins before the words can be rea
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::banked_memory_test

@@ -7,7 +7,7 @@
 #include "socket_bench.h"
 #include "tlm/dvi_display.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::bus_test {
 namespace {
 
 constexpr int kDisplays = 3;
@@ -96,4 +96,4 @@ TEST_CASE("dvi display: receives each frame as it is on the link") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::bus_test

@@ -7,7 +7,7 @@
 #include "support/rows.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::composer_test {
 namespace {
 
 TEST_CASE("composer: pixels that come ahead of the first frame do not change when its column may start") {
@@ -41,4 +41,4 @@ TEST_CASE("composer: pixels that come ahead of the first frame do not change whe
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::composer_test

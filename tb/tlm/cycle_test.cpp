@@ -5,7 +5,7 @@
 
 #include "socket_bench.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::cycle_test {
 namespace {
 
 TEST_CASE(
@@ -42,4 +42,4 @@ TEST_CASE("clock domain: to wait for a clock that has passed is an error of the 
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::cycle_test

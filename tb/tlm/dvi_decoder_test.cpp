@@ -14,7 +14,7 @@
 #include "support/images.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::dvi_decoder_test {
 namespace {
 
 constexpr int kWidth = 24;  // room for two rows
@@ -376,4 +376,4 @@ TEST_CASE("dvi decoder: frames with random faults give the clocked decoder's eve
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::dvi_decoder_test

@@ -14,7 +14,7 @@
 #include "support/rows.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::dvi_source_test {
 namespace {
 
 TEST_CASE("dvi source: a frame's payload is its control scanline, a word a pixel, and no byte more") {
@@ -85,4 +85,4 @@ TEST_CASE("dvi source: in lockstep a pair starts at the clock that reads the req
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::dvi_source_test

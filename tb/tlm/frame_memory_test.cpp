@@ -10,7 +10,7 @@
 #include "memory_bench.h"
 #include "support/random_seed.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::frame_memory_test {
 namespace {
 
 struct FrameMemoryBench {
@@ -539,4 +539,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::frame_memory_test

@@ -10,7 +10,7 @@
 #include "support/images.h"
 #include "support/scenarios.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::output_framebuffer_test {
 namespace {
 
 constexpr int kWidth = 3;
@@ -115,4 +115,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::output_framebuffer_test

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace metabuffer::test {
+namespace metabuffer::test::payload_test {
 namespace {
 
 // Nothing in the machine copies a payload; an interconnect that a user puts between two blocks may.
@@ -30,4 +30,4 @@ TEST_CASE("payload: a copy of a payload has a copy of what it carries") {
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::payload_test

@@ -8,7 +8,7 @@
 #include "support/random_seed.h"
 #include "tlm/column_time.h"
 
-namespace metabuffer::test {
+namespace metabuffer::test::swap_lock_test {
 namespace {
 
 struct Swap {
@@ -253,4 +253,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace metabuffer::test
+}  // namespace metabuffer::test::swap_lock_test

@@ -16,7 +16,6 @@
 #include <utility>
 
 #include "host/text.h"
-#include "images/image_process.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
 #include "tools/exploration/smallest_value_search.h"
@@ -529,17 +528,13 @@ void Explorer::Session::report_progress() {
 
 Explorer::Explorer(const SweepPlan& plan, Simulate simulate, bool needs_pixels)
     : plan_(&plan), simulate_(std::move(simulate)), needs_pixels_(needs_pixels || plan.pictures) {
-    // With pictures the runs' processes encode images, so the libraries are loaded here, where these find them in
-    // memory.
-    const std::shared_ptr<const ImageSource> images =
-        plan.pictures ? images_here() : std::make_shared<const ImageProcess>();
     // Points that agree in all that may change images have the same ones.
     std::set<std::string> with_images;
     for (const Point& point : plan.points) {
         const std::filesystem::path file = plan.scenario_file(point.settings);
         const auto [known, is_new] = templates_.try_emplace(file);
         if (is_new) {
-            known->second = std::make_shared<const ScenarioTemplate>(file, images);
+            known->second = std::make_shared<const ScenarioTemplate>(file);
             add_input(file == plan.scenario ? kOnlyScenario : name_of_input(file), file);
         }
         const std::string shown = image_settings(file, point);

@@ -62,7 +62,7 @@ std::size_t process_count(const Scenario& scenario, const PictureChoice& choice)
                                static_cast<std::size_t>(scenario.displays.count()) *
                                pixels_of_display(scenario.displays);
     const std::size_t processes = std::min(helper_process_count(), pixels / kWorthAProcessPixels);
-    // Loaded before the processes start, since otherwise each of them would load it again.
+    // Started before those processes, since otherwise each of them would start it again.
     if (processes > 0) static_cast<void>(image_codec());
     return processes;
 }

@@ -13,7 +13,7 @@
 #include "unit/datapath/painted_segment.h"
 #include "unit/datapath/part_state.h"
 
-namespace metabuffer {
+namespace metabuffer::composer_buffer_test {
 namespace {
 
 constexpr int kWidth = 12;
@@ -619,4 +619,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace metabuffer
+}  // namespace metabuffer::composer_buffer_test

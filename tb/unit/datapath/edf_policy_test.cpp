@@ -7,7 +7,7 @@
 #include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
-namespace metabuffer {
+namespace metabuffer::edf_policy_test {
 namespace {
 
 using Kind = BusGrant::Kind;
@@ -77,4 +77,4 @@ TEST_CASE("edf: has no slot table") {
 }
 
 }  // namespace
-}  // namespace metabuffer
+}  // namespace metabuffer::edf_policy_test

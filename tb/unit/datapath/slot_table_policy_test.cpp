@@ -8,7 +8,7 @@
 #include "support/random_seed.h"
 #include "unit/datapath/painted_segment.h"
 
-namespace metabuffer {
+namespace metabuffer::slot_table_policy_test {
 namespace {
 
 using Kind = BusGrant::Kind;
@@ -144,4 +144,4 @@ TEST_CASE("irsa: a composer that is not ready loses its slot and no more, the ot
 }
 
 }  // namespace
-}  // namespace metabuffer
+}  // namespace metabuffer::slot_table_policy_test

@@ -15,7 +15,7 @@
 #include "support/rows.h"
 #include "unit/datapath/painted_segment.h"
 
-namespace metabuffer {
+namespace metabuffer::smoothing_test {
 namespace {
 
 using test::PaintedSegment;
@@ -242,4 +242,4 @@ TEST_CASE("smoothing: two source rows and a pixel are never too little for a ras
 }
 
 }  // namespace
-}  // namespace metabuffer
+}  // namespace metabuffer::smoothing_test

@@ -11,15 +11,15 @@ TEST_CASE("text: one_line squeezes white space and control characters") {
 }
 
 TEST_CASE("text: quoted cuts what is long") {
-    CHECK(quoted("a\nb") == "'a b'");
-    CHECK(quoted(std::string(60, 'x')) == "'" + std::string(60, 'x') + "'");
-    CHECK(quoted(std::string(61, 'x')) == "'" + std::string(60, 'x') + "...'");
+    CHECK(text::quoted("a\nb") == "'a b'");
+    CHECK(text::quoted(std::string(60, 'x')) == "'" + std::string(60, 'x') + "'");
+    CHECK(text::quoted(std::string(61, 'x')) == "'" + std::string(60, 'x') + "...'");
 }
 
 TEST_CASE("text: what is cut keeps whole characters") {
     std::string text = "x";
     for (int n = 0; n < 40; ++n) text += "\xc3\xa9";
-    CHECK(quoted(text) == "'" + text.substr(0, 59) + "...'");
+    CHECK(text::quoted(text) == "'" + text.substr(0, 59) + "...'");
 }
 
 TEST_CASE("text: a message keeps its ends when it is cut") {

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "images/image_codec.h"
+
 namespace metabuffer::test {
 
 /// What a file is to look like: `file_type` of all channels, or one type per channel.
@@ -22,6 +24,7 @@ struct PictureFormat {
 template <typename Sample>
 void write_picture(const std::filesystem::path& file, int width, int height, const PictureFormat& format,
                    const std::vector<Sample>& samples) {
+    static_cast<void>(image_codec());  // starts its process while this one has no threads of OpenImageIO's
     const int channels = static_cast<int>(format.channels.size());
     REQUIRE(samples.size() == static_cast<std::size_t>(width * height * channels));
     OIIO::ImageSpec spec(width, height, channels, format.file_type);

@@ -13,8 +13,7 @@
 #include "sample_results.h"
 #include "tools/charts/base64.h"
 
-using namespace metabuffer;
-using namespace metabuffer::test;
+namespace metabuffer::test::report_page_test {
 using Catch::Matchers::Contains;
 using Catch::Matchers::Equals;
 using charts::PageOptions;
@@ -306,3 +305,5 @@ TEST_CASE("A file without points makes a page too", "[charts]") {
     CHECK(data["points"].empty());
     CHECK_THROWS_AS(report_page({scratch / "none.db"}, {}), InputError);
 }
+
+}  // namespace metabuffer::test::report_page_test

@@ -1,10 +1,15 @@
-#include "images/image_process.h"
+#include "images/image_service.h"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "host/child_process.h"
 #include "images/image_module.h"
@@ -23,21 +28,11 @@ std::string text_of(const std::string& file) {
     return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-bool has_loaded_the_module() {
+bool has_loaded_the_libraries() {
     return text_of("/proc/self/maps").find(kImageModuleFile) != std::string::npos;
 }
 
-/// Whether the module is loaded by the test, and not by another test of the same process before it.
-class ModuleWatch {
-  public:
-    bool is_loaded_since() const { return !was_loaded_ && has_loaded_the_module(); }
-
-  private:
-    bool was_loaded_ = has_loaded_the_module();
-};
-
-/// A picture with a Z of 75. The test itself must not use OpenImageIO for it: a child of a process that has used
-/// OpenEXR outside of the codec waits for threads that it does not have.
+/// A picture with a Z of 75.
 ImageFiles write_picture_with_z(const std::filesystem::path& file, int width, int height) {
     const auto bytes = static_cast<std::size_t>(3 * width * height);
     std::ofstream(file) << "P6\n" << width << " " << height << "\n255\n" << std::string(bytes, 'a');
@@ -78,85 +73,117 @@ struct CountedImages final : ImageSource {
     }
 };
 
-/// The process that this one has started.
-pid_t only_child() {
-    const std::string pid = std::to_string(getpid());
-    return std::stoi(text_of("/proc/" + pid + "/task/" + pid + "/children"));
+/// The processes that one has started.
+std::vector<pid_t> children_of(pid_t process) {
+    const std::string pid = std::to_string(process);
+    std::istringstream stream(text_of("/proc/" + pid + "/task/" + pid + "/children"));
+    return {std::istream_iterator<pid_t>(stream), {}};
 }
+
+/// Kills a process and waits until it has ended, although nobody may have waited for it.
+void kill_and_wait(pid_t process) {
+    kill(process, SIGKILL);
+    const std::string file = "/proc/" + std::to_string(process) + "/stat";
+    for (std::string stat = text_of(file); !stat.empty() && stat.find(") Z ") == std::string::npos;
+         stat = text_of(file)) {
+        usleep(1000);
+    }
+}
+
+/// A service and a picture that it has read.
+struct ServiceFixture {
+    ScratchDirectory scratch;
+    ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
+    std::vector<pid_t> others = children_of(getpid());
+    ImageService images;
+    PixelImage picture = images.load(good, kFormat, kRange);
+
+    /// Its process, which this one has started.
+    pid_t process() const {
+        for (const pid_t child : children_of(getpid())) {
+            if (std::find(others.begin(), others.end(), child) == others.end()) return child;
+        }
+        FAIL("this process has not started another");
+        return 0;
+    }
+};
 
 }  // namespace
 
-TEST_CASE("image process: it reads what the codec reads, and this process stays small") {
-    const ScratchDirectory scratch;
-    const ModuleWatch module;
-    const ImageFiles wide = write_picture_with_z(scratch / "wide.ppm", 24, 5);
+TEST_CASE("image service: it reads and writes images, and this process never loads OpenImageIO's libraries") {
+    const ServiceFixture fixture;
+    const ScratchDirectory& scratch = fixture.scratch;
+    const ImageService& images = fixture.images;
     ImageFiles two_files = write_picture_with_z(scratch / "square.ppm", 9, 9);
     two_files.z.reset();
     two_files.depth = scratch / "depth.pgm";
     std::ofstream(*two_files.depth) << "P5\n9 9\n65535\n" << std::string(std::size_t{9} * 9 * 2, 'b');
-    ImageProcess images;
-    const PixelImage one = images.load(wide, kFormat, kRange);
-    const PixelImage two = images.load(two_files, kFormat, kRange);
-    CHECK(one.width_pixels == 24);
-    CHECK(two.height_pixels == 9);
-    CHECK(images.size(wide).width_pixels == 24);
+    CHECK((fixture.picture == PixelImage(16, 8, Pixel('a', 'a', 'a', 255, 49151))));
+    CHECK((images.load(two_files, kFormat, kRange) == PixelImage(9, 9, Pixel('a', 'a', 'a', 255, 0x6262))));
+    CHECK(images.size(fixture.good).width_pixels == 16);
     CHECK(images.size(two_files).height_pixels == 9);
-    CHECK_FALSE(module.is_loaded_since());
 
-    CHECK((one == images_here()->load(wide, kFormat, kRange)));
-    CHECK((two == images_here()->load(two_files, kFormat, kRange)));
-    CHECK(has_loaded_the_module());
+    const ColourImage shown(3, 2, 0x10'2030);
+    std::ofstream(scratch / "shown.png") << images.png(shown, "shown.png", "");
+    CHECK((images.load({scratch / "shown.png", std::nullopt, 0.0}, kFormat, kRange) ==
+           PixelImage(3, 2, Pixel(0x10, 0x20, 0x30, 255, 0))));
+    std::ofstream(scratch / "colour.tif") << images.colour_tiff(fixture.picture, "colour.tif");
+    std::ofstream(scratch / "depth.tif") << images.depth_tiff(fixture.picture, kFormat, "depth.tif");
+    CHECK((images.load({scratch / "colour.tif", scratch / "depth.tif"}, kFormat, kRange) == fixture.picture));
+    CHECK_FALSE(has_loaded_the_libraries());
 }
 
-TEST_CASE(
-    "image process: what is wrong with an image is reported as by the codec, and the next one is read") {
-    const ScratchDirectory scratch;
-    const ModuleWatch module;
-    const ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
-    const std::filesystem::path missing = scratch / "missing.exr";
-    ImageProcess images;
-    const std::string message = input_error_of([&] { images.load({missing}, kFormat, kRange); });
+TEST_CASE("image service: what is wrong with an image is one line, and the next one is read") {
+    const ServiceFixture fixture;
+    const std::filesystem::path missing = fixture.scratch / "missing.exr";
+    const std::string message = input_error_of([&] { fixture.images.load({missing}, kFormat, kRange); });
     CHECK(message.find("missing.exr") != std::string::npos);
-    CHECK(images.load(good, kFormat, kRange).width_pixels == 16);
-    CHECK_FALSE(module.is_loaded_since());
-    CHECK(message == input_error_of([&] { images.size({missing}); }));
-    CHECK(images.size(good).height_pixels == 8);
-    CHECK_FALSE(module.is_loaded_since());
-    CHECK(message == input_error_of([&] { images_here()->load({missing}, kFormat, kRange); }));
+    CHECK((fixture.images.load(fixture.good, kFormat, kRange) == fixture.picture));
+    CHECK(message == input_error_of([&] { fixture.images.size({missing}); }));
+    CHECK(fixture.images.size(fixture.good).height_pixels == 8);
 }
 
-TEST_CASE("image process: if it ends, this process reads the image itself, and all that follow") {
-    const ScratchDirectory scratch;
-    const ModuleWatch module;
-    const ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
-    ImageProcess images;
-    images.load(good, kFormat, kRange);
-    kill(only_child(), SIGKILL);
-    CHECK_FALSE(module.is_loaded_since());
-    CHECK((images.load(good, kFormat, kRange) == images_here()->load(good, kFormat, kRange)));
-    CHECK(images.load(good, kFormat, kRange).width_pixels == 16);
+TEST_CASE("image service: an image is asked for again if the process has been killed that reads it") {
+    const ServiceFixture fixture;
+    // The server alone, which the service has started for this process, and then the service.
+    const std::vector<pid_t> servers = children_of(fixture.process());
+    REQUIRE(servers.size() == 1);
+    kill_and_wait(servers.front());
+    CHECK((fixture.images.load(fixture.good, kFormat, kRange) == fixture.picture));
+    const pid_t killed = fixture.process();
+    kill_and_wait(killed);
+    CHECK((fixture.images.load(fixture.good, kFormat, kRange) == fixture.picture));
+    CHECK(fixture.process() != killed);
 }
 
-TEST_CASE("image process: a child of this process reads by itself") {
-    const ScratchDirectory scratch;
-    const ModuleWatch module;
-    const ImageFiles good = write_picture_with_z(scratch / "good.ppm", 16, 8);
-    ImageProcess images;
-    images.load(good, kFormat, kRange);
+TEST_CASE("image service: a child of this process has a connection of its own") {
+    const ServiceFixture fixture;
     ChildProcess child([&](const ChildProcess::Sender& sender) {
-        const bool reads = images.load(good, kFormat, kRange).width_pixels == 16 && has_loaded_the_module();
-        sender.send(reads ? "yes" : "no ", 3);
+        const bool reads = fixture.images.load(fixture.good, kFormat, kRange) == fixture.picture;
+        sender.send(reads && children_of(getpid()).empty() ? "yes" : "no ", 3);
     });
     std::string answer;
     while (!child.ended()) child.receive(answer);
     CHECK(answer == "yes");
     // The two have not mixed up their images.
-    CHECK(images.load(good, kFormat, kRange).width_pixels == 16);
-    CHECK_FALSE(module.is_loaded_since());
+    CHECK((fixture.images.load(fixture.good, kFormat, kRange) == fixture.picture));
+}
+
+TEST_CASE("image service: a child whose parent's service has been killed starts one, and both end") {
+    const ServiceFixture fixture;
+    ChildProcess child([&, service = fixture.process()](const ChildProcess::Sender& sender) {
+        kill_and_wait(service);
+        const bool reads = fixture.images.load(fixture.good, kFormat, kRange) == fixture.picture;
+        sender.send(reads && children_of(getpid()).size() == 1 ? "yes" : "no ", 3);
+    });
+    std::string answer;
+    while (!child.ended()) child.receive(answer);
+    CHECK(answer == "yes");
+    CHECK((fixture.images.load(fixture.good, kFormat, kRange) == fixture.picture));
 }
 
 TEST_CASE(
-    "image process: a scenario's image that cannot be read is tried twice, in case that the system was at "
+    "image service: a scenario's image that cannot be read is tried twice, in case that the system was at "
     "fault") {
     const ScenarioFixture fixture;
     const auto images = std::make_shared<const BrokenImages>();
@@ -173,7 +200,7 @@ TEST_CASE(
     CHECK(reads == 3);
 }
 
-TEST_CASE("image process: a scenario reads headers, and the pixels of the frames that it shows") {
+TEST_CASE("image service: a scenario reads headers, and the pixels of the frames that it shows") {
     const ScenarioFixture fixture;
     const auto images = std::make_shared<const CountedImages>();
     const ScenarioTemplate scenarios(
