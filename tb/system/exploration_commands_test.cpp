@@ -18,10 +18,10 @@
 
 namespace metabuffer::test::exploration_commands_test {
 using namespace exploration;
-using exploration::text_of;
-using test::text_of;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
+using exploration::text_of;
+using test::text_of;
 
 namespace {
 

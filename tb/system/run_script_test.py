@@ -1,4 +1,5 @@
-"""Tests scripts/run with the built program, in a project of two small scenarios that needs no building.
+"""Tests scripts/run with the built program, in a project of two small scenarios that needs no building, and what
+scripts/test does with its steps.
 
 usage: run_script_test.py SCRIPTS METABUFFER
 """
@@ -34,7 +35,9 @@ def options_of_run():
             for match in re.finditer(r"^  (?:-\w,)?(--[\w-]+)( [A-Z]+\b)?", text, re.MULTILINE)}
 
 
-class Run(unittest.TestCase):
+class Project(unittest.TestCase):
+    """A project with stand-ins for what installs and builds."""
+
     def setUp(self):
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
@@ -45,9 +48,9 @@ class Run(unittest.TestCase):
         self.write("waves/metabuffer.gtkw", '[dumpfile] "(null)"\n[timestart] 0\n')
         self.write("build/release/build.ninja", "")  # nothing is to be configured
         (self.project / "build/release/metabuffer").symlink_to(METABUFFER.resolve())
-        for stand_in in ("scripts/install-packages", "bin/cmake"):
-            self.write(stand_in, "#!/bin/sh\nexit 0\n").chmod(0o755)
-        for name in ("run", "common.bash"):
+        for name in ("scripts/install-packages", "bin/cmake", "bin/git", "bin/clang-format-14"):
+            self.stand_in(name, "exit 0")
+        for name in ("run", "test", "common.bash"):
             shutil.copy(SCRIPTS / name, self.project / "scripts" / name)
 
     def write(self, name, text):
@@ -56,12 +59,17 @@ class Run(unittest.TestCase):
         path.write_text(text)
         return path
 
-    def run_script(self, *words, directory="."):
+    def stand_in(self, name, commands):
+        self.write(name, f"#!/bin/sh\n{commands}\n").chmod(0o755)
+
+    def run_script(self, *words, script="run", directory="."):
         environment = dict(os.environ, PATH=f"{self.project / 'bin'}:{os.environ['PATH']}")
-        return subprocess.run([self.project / "scripts/run", *words], cwd=self.project / directory, env=environment,
+        return subprocess.run([self.project / "scripts" / script, *words], cwd=self.project / directory, env=environment,
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                               timeout=100, check=False)
 
+
+class Run(Project):
     def check_ran(self, done, name, results):
         self.assertEqual(done.returncode, DONE, done.stderr)
         report = json.loads((self.project / results / "report.json").read_text())
@@ -142,6 +150,41 @@ class Run(unittest.TestCase):
             done = self.run_script("--check", word)
             self.assertEqual(done.returncode, DONE)
             self.assertIn("usage: scripts/run", done.stdout)
+
+
+class Steps(Project):
+    def test_a_package_that_cannot_be_had_fails_its_step_with_one_line_and_no_other(self):
+        self.stand_in("scripts/install-packages", 'case "$*" in *shellcheck*) echo "no shellcheck" >&2; exit 1 ;; esac')
+        self.stand_in("bin/clang-format-14", "touch formatted")
+        done = self.run_script("scripts", "format", script="test")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stderr, r"\Ano shellcheck\nFAILED: scripts; \d+ s in all\n\Z")
+        self.assertRegex(done.stdout, r"(?m)^-- scripts \d+ s, FAILED$")
+        self.assertRegex(done.stdout, r"(?m)^-- format \d+ s$")
+        self.assertTrue((self.project / "formatted").exists())
+
+    def test_a_check_that_fails_stops_its_step_and_no_other(self):
+        self.stand_in("bin/clang-format-14", "exit 1")
+        for name in ("shellcheck", "wc"):
+            self.stand_in(f"bin/{name}", "exit 1")
+        done = self.run_script("scripts", "format", script="test")
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stdout, r"(?m)^-- scripts \d+ s, FAILED$")
+        self.assertRegex(done.stdout, r"(?m)^-- format \d+ s$")  # there are no files to format
+
+    def test_the_help_lists_each_step_that_there_is_with_its_packages(self):
+        text = self.run_script("--help", script="test").stdout
+        script = (SCRIPTS / "test").read_text()
+        steps = re.findall(r"^step_([\w-]+)\(\)", script, re.MULTILINE)
+        self.assertGreater(len(steps), 15)
+        for step in steps:
+            self.assertRegex(text, rf"(?m)^{step}(, without an argument|, by this name only)?\n(    .*\n)+?    packages: \w")
+
+    def test_wrong_words_are_one_line(self):
+        for words in (("sanitise",), ("all", "lint"), ("lint", "all"), ("--fast",)):
+            done = self.run_script(*words, script="test")
+            self.assertEqual((done.returncode, done.stdout), (BAD_INPUT, ""))
+            self.assertRegex(done.stderr, r"\Atest: .*\n\Z")
 
 
 if __name__ == "__main__":
