@@ -4,9 +4,7 @@
 #include <pybind11/pybind11.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
-#include <climits>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
@@ -54,15 +52,7 @@ void begin_child(std::vector<int> kept_descriptors) {
     pthread_sigmask(SIG_SETMASK, &none, nullptr);
     report_uncaught_exceptions();
     // Another call's pipe would not end while it is open here, and the child has no use for a notebook's sockets.
-    std::sort(kept_descriptors.begin(), kept_descriptors.end());
-    unsigned first = STDERR_FILENO + 1;
-    for (const int kept : kept_descriptors) {
-        const auto descriptor = static_cast<unsigned>(kept);
-        if (kept < 0 || descriptor < first) continue;
-        if (descriptor > first) close_range(first, descriptor - 1, 0);
-        first = descriptor + 1;
-    }
-    close_range(first, UINT_MAX, 0);
+    close_descriptors_but(std::move(kept_descriptors));
 }
 
 Reply reply_of(const std::function<Reply()>& work) {

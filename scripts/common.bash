@@ -28,7 +28,7 @@ configure() {
   shift 2
   if [[ -f $directory/build.ninja ]]; then
     for option in "$@"; do
-      sed 's/:[A-Z]*=/=/' "$directory/CMakeCache.txt" | grep -Fxq -e "${option#-D}" || is_ready=no
+      sed 's/:[A-Z]*=/=/' "$directory/CMakeCache.txt" | grep -Fx -e "${option#-D}" >/dev/null || is_ready=no
     done
     [[ $is_ready == yes ]] && return
   fi
@@ -57,8 +57,8 @@ build_programs() {
   fi
 }
 
-# build_checked TARGET...: builds these in build/release, with the tests.
+# build_checked TARGET...: builds these in build/release, with the tests, and warnings are errors.
 build_checked() {
-  configure release release -DMETABUFFER_TESTS=ON
+  configure release release -DMETABUFFER_TESTS=ON -DMETABUFFER_WERROR=ON
   build release "$@"
 }

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <climits>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -103,6 +104,18 @@ void ChildProcess::receive(std::string& bytes) {
 
 void ChildProcess::ask_to_end() const {
     if (!ended()) kill(process_, SIGTERM);
+}
+
+void close_descriptors_but(std::vector<int> kept) {
+    std::sort(kept.begin(), kept.end());
+    unsigned first = STDERR_FILENO + 1;
+    for (const int one : kept) {
+        const auto descriptor = static_cast<unsigned>(one);
+        if (one < 0 || descriptor < first) continue;
+        if (descriptor > first) close_range(first, descriptor - 1, 0);
+        first = descriptor + 1;
+    }
+    close_range(first, UINT_MAX, 0);
 }
 
 std::size_t helper_process_count() {

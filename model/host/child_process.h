@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace metabuffer {
 
@@ -52,6 +53,10 @@ class ChildProcess {
     int descriptor_ = -1;
     std::string complaint_;
 };
+
+/// Closes all descriptors of this process but the standard ones and these: for a child that has no use for what its
+/// parent has open, and at whose end of a pipe others would wait.
+void close_descriptors_but(std::vector<int> kept);
 
 /// The processes that help this one at the same time on this computer: one for each core, none if there is only one.
 std::size_t helper_process_count();

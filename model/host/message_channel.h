@@ -12,7 +12,7 @@ namespace metabuffer {
 class MessageChannel {
   public:
     static constexpr std::size_t kMostBytes =
-        16384;  ///< of a message: two paths, or a line that says what is wrong
+        16384;  ///< of a message: a path, or a line that says what is wrong
 
     /// Throws InputError if this computer has no descriptors for it.
     MessageChannel();

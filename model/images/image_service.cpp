@@ -9,8 +9,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
@@ -107,6 +109,18 @@ void check(const std::string& ending) {
     if (!is_done(ending)) throw std::bad_alloc();
 }
 
+/// Whether there is something to receive within this time, if only that the other end is gone.
+bool comes_within(int seconds, int descriptor) {
+    using Clock = std::chrono::steady_clock;
+    const auto end = Clock::now() + std::chrono::seconds(seconds);
+    pollfd wanted{descriptor, POLLIN, 0};
+    for (;;) {
+        const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
+        const int ready = poll(&wanted, 1, static_cast<int>(std::max<std::int64_t>(left, 0)));
+        if (ready >= 0 || errno != EINTR) return ready > 0;
+    }
+}
+
 /// Sends a descriptor through a socket that keeps messages whole. False if nobody receives any more.
 bool send_descriptor(int socket, int descriptor) {
     char nothing = 0;
@@ -163,15 +177,7 @@ class ImageService::Stream {
         if (descriptor_ >= 0) close(descriptor_);
     }
 
-    /// Whether there is something to receive within this time, if only that the other end is gone.
-    bool comes_within(int seconds) const {
-        pollfd wanted{descriptor_, POLLIN, 0};
-        int ready = 0;
-        do {
-            ready = poll(&wanted, 1, seconds * 1000);
-        } while (ready < 0 && errno == EINTR);
-        return ready > 0;
-    }
+    int descriptor() const { return descriptor_; }
 
     template <typename Value>
     void put(const Value& value) {
@@ -260,7 +266,7 @@ struct ImageService::EncodingRequest {
 class ImageService::Server {
   public:
     /// Loads the libraries, and forks a server for each connection that comes through the socket.
-    static void serve(int socket) {
+    static void serve(int socket, int pipe) {
         // Its program ends this process. Ctrl-C is for the program, which may still write pictures.
         for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, SIG_IGN);
         // libpng, libtiff and others print what they also report to their caller.
@@ -273,19 +279,24 @@ class ImageService::Server {
         for (int descriptor = received_descriptor(socket); descriptor >= 0;
              descriptor = received_descriptor(socket)) {
             Stream stream(descriptor);
-            const pid_t server = codec == nullptr ? 0 : quiet_fork();
+            const pid_t server = codec == nullptr ? -1 : quiet_fork();
+            const int error = errno;
             if (server > 0) continue;
-            if (server < 0) {
-                stream.put_text(
-                    ending_of([] { throw InputError(std::string(kNoImages) + std::strerror(errno)); }));
-                continue;
+            if (server == 0) {
+                close(socket);
+                close(pipe);  // which says when the service has ended
+                prctl(PR_SET_PDEATHSIG, SIGKILL);
+                stream.put_text(loaded);
+                if (getppid() == service) Server(stream, *codec).answer();
+                return;
             }
-            stream.put_text(loaded);
-            if (codec == nullptr) continue;
-            close(socket);
-            prctl(PR_SET_PDEATHSIG, SIGKILL);
-            if (getppid() == service) Server(stream, *codec).answer();
-            return;
+            try {
+                stream.put_text(codec == nullptr ? loaded : ending_of([error] {
+                    throw InputError(std::string(kNoImages) + std::strerror(error));
+                }));
+            } catch (const Disconnected&) {
+                // Who asked has ended.
+            }
         }
     }
 
@@ -360,10 +371,11 @@ class ImageService::Server {
 class ImageService::Process {
   public:
     Process()
-        : process_([this](const ChildProcess::Sender& /*pipe*/) {
+        : process_([this](const ChildProcess::Sender& pipe) {
               channel_.be_child();
+              close_descriptors_but({channel_.descriptor(), pipe.descriptor()});
               try {
-                  Server::serve(channel_.descriptor());
+                  Server::serve(channel_.descriptor(), pipe.descriptor());
               } catch (const Disconnected&) {
                   // So ends a server.
               }
@@ -374,11 +386,12 @@ class ImageService::Process {
     bool is_of_this_process() const { return owner_ == getpid(); }
     /// False if it has ended.
     bool give(int descriptor) const { return send_descriptor(channel_.descriptor(), descriptor); }
-    /// Waits until it has ended.
+    /// How it has ended, if it has.
     std::string how_it_ended() {
+        constexpr int kSecondsForIt = 1;
         std::string nothing;
-        while (!process_.ended()) process_.receive(nothing);
-        return process_.complaint().empty() ? "ended" : process_.complaint();
+        if (comes_within(kSecondsForIt, process_.descriptor())) process_.receive(nothing);
+        return process_.complaint().empty() ? "gives no answer" : process_.complaint();
     }
 
     /// Whether a connection has ever been answered.
@@ -420,7 +433,7 @@ ImageService::Stream ImageService::connect() const {
 ImageService::Stream& ImageService::stream() const {
     if (stream_ != nullptr && connected_ == getpid()) return *stream_;
     auto stream = std::make_unique<Stream>(connect());
-    if (!stream->comes_within(kMostLoadingSeconds)) {
+    if (!comes_within(kMostLoadingSeconds, stream->descriptor())) {
         give_up();
         throw InputError(kNoImages + std::string("OpenImageIO's libraries are not loaded after ") +
                          std::to_string(kMostLoadingSeconds) + " s; is there enough memory?");
@@ -435,7 +448,12 @@ ImageService::Stream& ImageService::stream() const {
         throw InputError(kNoImages + std::string("the process that loads OpenImageIO's libraries ") + how +
                          "; is there enough memory?");
     }
-    check(loaded);
+    try {
+        check(loaded);
+    } catch (...) {
+        give_up();  // the next one may have more luck
+        throw;
+    }
     process_->has_loaded = true;
     stream_ = std::move(stream);
     connected_ = getpid();
@@ -453,6 +471,13 @@ void ImageService::ask(const std::filesystem::path& file,
             return;
         } catch (const Disconnected&) {
             stream_.reset();
+        } catch (const InputError&) {
+            throw;
+        } catch (const OutputError&) {
+            throw;
+        } catch (...) {
+            stream_.reset();  // there is more to receive
+            throw;
         }
     }
     throw InputError(text::quoted(file.string()) +

@@ -13,14 +13,15 @@
 namespace metabuffer {
 
 /// The codec of the program, its processes included: what it is asked for is done in a separate process, which is
-/// started for the first image and loads OpenImageIO's 260 libraries there. Whatever these do when they are loaded or
-/// when they meet an image, such as start threads, wait for ever or crash, they do not do it to this process.
+/// started for the first image and loads OpenImageIO's 260 libraries there. If these start threads, wait for ever or crash
+/// when they are loaded, or crash over an image, this process goes on. A program that uses OpenImageIO itself makes this
+/// object first: OpenImageIO's threads are not there in a process that is forked later.
 ///
 /// This process and each child of it have a connection of their own. At the other end of each is a child of the process
 /// that has loaded the libraries, so images can be read and written at the same time.
 ///
-/// All functions throw InputError, in one line, if the libraries cannot be loaded within kMostLoadingSeconds, or if the
-/// process ends twice on the same image; std::bad_alloc if it has too little memory for the image.
+/// All functions throw InputError if the libraries cannot be loaded within kMostLoadingSeconds, or if the process ends
+/// twice over the same image; std::bad_alloc if it has too little memory for the image.
 class ImageService final : public ImageCodec {
   public:
     /// Of wall time, and of the processor's: more than enough for a computer that reads the libraries from the network.

@@ -5,7 +5,7 @@ set(METABUFFER_BUILDS_PYTHON OFF)
 if(METABUFFER_PYTHON STREQUAL "OFF")
     return()
 endif()
-# An interpreter without the sanitizers cannot load a module with them. Libraries of replaced blocks need not be
+# An interpreter without the sanitizers cannot load a module with them. Libraries of replaced blocks may not be
 # position-independent.
 if(METABUFFER_PYTHON STREQUAL "AUTO" AND (METABUFFER_SANITIZE OR METABUFFER_REPLACEMENT))
     return()

@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -129,6 +130,14 @@ int fdatasync(int descriptor) {
 pid_t fork() { return fails("fork") ? fail_with(EAGAIN) : next<pid_t()>("fork")(); }
 int pipe2(int ends[2], int flags) {
     return fails("pipe2") ? fail_with(EMFILE) : next<int(int*, int)>("pipe2")(ends, flags);
+}
+int socketpair(int domain, int type, int protocol, int ends[2]) {
+    return fails("socketpair") ? fail_with(EMFILE)
+                               : next<int(int, int, int, int*)>("socketpair")(domain, type, protocol, ends);
+}
+ssize_t sendmsg(int descriptor, const msghdr* message, int flags) {
+    return fails("sendmsg") ? fail_with(ENOBUFS)
+                            : next<ssize_t(int, const msghdr*, int)>("sendmsg")(descriptor, message, flags);
 }
 void* mmap(void* address, std::size_t length, int protection, int flags, int descriptor, off_t offset) {
     return mapped("mmap", address, length, protection, flags, descriptor, offset);

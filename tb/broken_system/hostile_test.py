@@ -1,7 +1,9 @@
 """Tests the built program in a hostile environment: input that is not a file, outputs that would replace inputs, full
 disks, memory that ends, runs that are killed or meet in one folder, damaged results.
 
-usage: hostile_test.py METABUFFER [CLASS...]
+usage: hostile_test.py METABUFFER MODULES [CLASS...]
+
+MODULES: the folder with the modules of images that wait or crash when they are loaded.
 """
 
 import os
@@ -22,7 +24,7 @@ from small_machine import IMAGE, SCENARIO
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
 from lib.parallel import alive_in  # noqa: E402
 
-METABUFFER = pathlib.Path(sys.argv[1]).resolve()
+METABUFFER, MODULES = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
 DONE, BAD_INPUT = 0, 2
 LONGEST_LINE = 400
 
@@ -366,6 +368,16 @@ class Resources(Hostile):
             self.kill_group(process)
         self.assertEqual(threads["blas"], threads["openblas-pthread"])
 
+    def test_libraries_that_hang_or_crash_when_they_are_loaded_are_one_line(self):
+        self.write("nothing/metabuffer_images.so", "")
+        for folder, line in ((MODULES / "waiting", "are not loaded after 20 s"), (MODULES / "crashing", "ended by a signal: Abort"),
+                             (self.place / "nothing", "metabuffer_images.so: file too short")):
+            with self.subTest(folder.name):
+                environment = dict(os.environ, LD_LIBRARY_PATH=str(folder))
+                done = self.run_program("run", "scenario.yaml", "--out", "out", env=environment, timeout=60)
+                self.check_line(done, "scenario.yaml:", "images can be neither read nor written", line)
+                self.assertFalse((self.place / "out").exists())
+
     def test_wherever_processes_end_there_is_one_line(self):
         environment = dict(os.environ, HOME=str(self.place))
         user = {}
@@ -509,4 +521,4 @@ class Locale(Hostile):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

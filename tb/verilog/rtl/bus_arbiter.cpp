@@ -86,6 +86,7 @@ void BusArbiter::process() {
     if (clk_i.posedge()) {
         clock_edge();
     } else {
+        verilated_->clk_i = 0;
         verilated_->eval();
     }
     drive_outputs();
@@ -98,10 +99,13 @@ void BusArbiter::clock_edge() {
     if (start_i.read()) {
         drive_table();
     }
-    verilated_->eval();
+    // The clock has fallen with the last request that changed, if there was one. An evaluation lets what follows from the
+    // inputs settle before it looks at the clock.
+    if (verilated_->clk_i != 0) {
+        verilated_->clk_i = 0;
+        verilated_->eval();
+    }
     verilated_->clk_i = 1;
-    verilated_->eval();
-    verilated_->clk_i = 0;
     verilated_->eval();
 }
 

@@ -1,0 +1,11 @@
+#include <cstdlib>
+
+namespace {
+
+struct Crashing {
+    Crashing() { std::abort(); }
+};
+
+const Crashing crashing;
+
+}  // namespace
