@@ -13,6 +13,9 @@ namespace metabuffer::text {
 bool is_control(char character);
 bool has_control(std::string_view text);
 
+/// Whether it is one of 0 to 9, in any locale.
+inline bool is_digit(char character) { return character >= '0' && character <= '9'; }
+
 /// Control characters and runs of white space become one space each; none at either end.
 std::string one_line(std::string_view text);
 

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <iterator>
 
+#include "host/text.h"
+
 namespace metabuffer::input {
 namespace {
 
@@ -15,8 +17,6 @@ std::optional<int> frame_number(const std::string& text) {
     if (error != std::errc() || stop != end || number < 0) return std::nullopt;
     return number;
 }
-
-bool is_digit(char character) { return character >= '0' && character <= '9'; }
 
 /// Between `from` at frame 0 and `to` at frame `frames`; rounded to nearest, a half away from zero.
 int between(int from, int to, int frame, int frames) {
@@ -40,7 +40,7 @@ std::optional<std::string> numbered_name(const std::string& name, int number) {
     if (percent == std::string::npos) return name;
     std::size_t at = percent + 1;
     std::size_t digits = 0;
-    if (at + 1 < name.size() && name[at] == '0' && is_digit(name[at + 1])) {
+    if (at + 1 < name.size() && name[at] == '0' && text::is_digit(name[at + 1])) {
         digits = static_cast<std::size_t>(name[at + 1] - '0');
         at += 2;
     }

@@ -285,13 +285,11 @@ class OverrideWalk {
     std::string path_;
 };
 
-bool is_digit(char character) { return character >= '0' && character <= '9'; }
-
 /// Whether the text is a sign and decimal digits and nothing else.
 bool looks_whole(const std::string& text) {
     const std::size_t first = !text.empty() && (text[0] == '-' || text[0] == '+') ? 1 : 0;
     return first < text.size() &&
-           std::all_of(text.begin() + static_cast<std::ptrdiff_t>(first), text.end(), is_digit);
+           std::all_of(text.begin() + static_cast<std::ptrdiff_t>(first), text.end(), text::is_digit);
 }
 
 bool has_leading_zero(const std::string& text) {
@@ -305,7 +303,8 @@ const char* after_plus(const std::string& text) { return text.data() + (text[0] 
 /// A decimal number, also `.5`, `5.` and `1e3`; not hexadecimal, not inf or nan.
 std::optional<double> decimal_number(const std::string& text) {
     const bool allowed = !text.empty() && std::all_of(text.begin(), text.end(), [](char character) {
-        return is_digit(character) || std::string_view("+-.eE").find(character) != std::string_view::npos;
+        return text::is_digit(character) ||
+               std::string_view("+-.eE").find(character) != std::string_view::npos;
     });
     if (!allowed) return std::nullopt;
     const char* begin = after_plus(text);
@@ -324,14 +323,14 @@ bool is_letter(char character) {
 /// Whether the text means just itself in YAML wherever it stands. May be false for some texts that do.
 bool is_plain(const std::string& text) {
     const bool simple = !text.empty() && std::all_of(text.begin(), text.end(), [](char character) {
-        return is_letter(character) || is_digit(character) ||
+        return is_letter(character) || text::is_digit(character) ||
                std::string_view("_-+./").find(character) != std::string_view::npos;
     });
     const std::size_t first = simple && (text[0] == '-' || text[0] == '+') ? 1 : 0;
     if (!simple || first == text.size()) return false;
     const bool is_path = text[0] == '.' && text.find('/') != std::string::npos;
-    return (is_path || is_letter(text[first]) || is_digit(text[first])) && text != "null" && text != "Null" &&
-           text != "NULL";
+    return (is_path || is_letter(text[first]) || text::is_digit(text[first])) && text != "null" &&
+           text != "Null" && text != "NULL";
 }
 
 /// A scalar in flow style. A text that is not a number only because of its quotation marks keeps them.

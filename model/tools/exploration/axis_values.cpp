@@ -29,11 +29,11 @@ std::string number_text(double value, bool whole) {
     return is_whole ? std::to_string(std::llround(value)) : text::number(without_noise(value));
 }
 
-std::string text_of(const AxisNumber& number) { return number_text(number.value, number.is_whole); }
+std::string axis_text(const AxisNumber& number) { return number_text(number.value, number.is_whole); }
 
 std::optional<std::string> problem_of_ends(const AxisNumber& from, const AxisNumber& to) {
     if (from.value <= to.value) return std::nullopt;
-    return "from " + text_of(from) + " is above to " + text_of(to) + "; use from at most to";
+    return "from " + axis_text(from) + " is above to " + axis_text(to) + "; use from at most to";
 }
 
 /// The end of the range. It is a little more than `to` if rounding could make the last value miss that.
@@ -124,13 +124,13 @@ std::optional<std::string> problem_of(const AxisRange& range) {
     if (auto problem = problem_of_ends(range.from, range.to)) return problem;
     if (range.step && range.factor) return "has a step and a factor; use one of the two";
     if (range.step && range.step->value <= 0.0) {
-        return "step " + text_of(*range.step) + " goes nowhere; use a step above 0";
+        return "step " + axis_text(*range.step) + " goes nowhere; use a step above 0";
     }
     if (range.factor && range.factor->value <= 1.0) {
-        return "factor " + text_of(*range.factor) + " goes nowhere; use a factor above 1";
+        return "factor " + axis_text(*range.factor) + " goes nowhere; use a factor above 1";
     }
     if (range.factor && range.from.value <= 0.0) {
-        return "from " + text_of(range.from) + " does not go with a factor; use from above 0, or a step";
+        return "from " + axis_text(range.from) + " does not go with a factor; use from above 0, or a step";
     }
     if (const double count = count_of(range); count > static_cast<double>(kMostPoints))
         return too_many(count);
@@ -166,7 +166,7 @@ std::optional<std::string> problem_of(const RandomAxis& random) {
         const double largest = std::max(std::abs(random.from.value), std::abs(random.to.value));
         const double choices = (random.to.value - random.from.value) / std::max(largest * 1e-9, 1e-300);
         if (random.count > 1 && static_cast<double>(random.count) > choices) {
-            return "from " + text_of(random.from) + " to " + text_of(random.to) + " is too narrow for " +
+            return "from " + axis_text(random.from) + " to " + axis_text(random.to) + " is too narrow for " +
                    std::to_string(random.count) + " different numbers; use a smaller count or a wider range";
         }
     }
