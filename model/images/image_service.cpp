@@ -86,10 +86,11 @@ class ProcessorLimit {
 
 const ImageCodec& loaded_codec() {
     const ProcessorLimit limit(ImageService::kMostLoadingProcessorSeconds);
-    // OpenBLAS, which may be GDAL's, would start a thread for each processor, and with little memory try for ever.
+    // Where one of the libraries brings OpenBLAS along, it would start a thread for each processor, and with little memory
+    // try for ever.
     setenv("OPENBLAS_NUM_THREADS", "1", 1);
     setenv("OMP_NUM_THREADS", "1", 1);
-    // log4cplus starts four, and waits for ever for those that it cannot start.
+    // Others start a few, and wait for ever for those that they cannot start.
     constexpr std::size_t kThreads = 6;
     if (!can_start(kThreads)) {
         throw InputError(

@@ -13,7 +13,7 @@
 namespace metabuffer {
 
 /// The codec of the program, its processes included: what it is asked for is done in a separate process, which is
-/// started for the first image and loads OpenImageIO's 260 libraries there. If these start threads, wait for ever or crash
+/// started for the first image and loads OpenImageIO and its libraries there. If these start threads, wait for ever or crash
 /// when they are loaded, or crash over an image, this process goes on. A program that uses OpenImageIO itself makes this
 /// object first: OpenImageIO's threads are not there in a process that is forked later.
 ///

@@ -9,6 +9,7 @@ set(package "${CMAKE_INSTALL_LIBDIR}/cmake/Metabuffer")
 # ---- the program ----
 file(RELATIVE_PATH to_modules "/${CMAKE_INSTALL_BINDIR}" "/${METABUFFER_INSTALLED_MODULE_DIRECTORY}")
 set_target_properties(metabuffer PROPERTIES INSTALL_RPATH "$ORIGIN/${to_modules}")
+set_target_properties(metabuffer_image_module PROPERTIES INSTALL_RPATH "$ORIGIN")
 install(TARGETS metabuffer RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT program)
 install(TARGETS metabuffer_image_module LIBRARY DESTINATION "${METABUFFER_INSTALLED_MODULE_DIRECTORY}"
         COMPONENT program)
