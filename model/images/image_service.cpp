@@ -122,45 +122,48 @@ bool comes_within(int seconds, int descriptor) {
     }
 }
 
+/// A message with room for a descriptor. A socket passes descriptors only with a byte of data.
+struct DescriptorMessage {
+    char nothing = 0;
+    iovec data{&nothing, sizeof nothing};
+    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
+    msghdr header{};
+
+    DescriptorMessage() {
+        header.msg_iov = &data;
+        header.msg_iovlen = 1;
+        header.msg_control = control.data();
+        header.msg_controllen = control.size();
+    }
+    DescriptorMessage(const DescriptorMessage&) = delete;
+    DescriptorMessage& operator=(const DescriptorMessage&) = delete;
+};
+
 /// Sends a descriptor through a socket that keeps messages whole. False if nobody receives any more.
 bool send_descriptor(int socket, int descriptor) {
-    char nothing = 0;
-    iovec data{&nothing, 1};
-    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof descriptor)> control{};
-    msghdr message{};
-    message.msg_iov = &data;
-    message.msg_iovlen = 1;
-    message.msg_control = control.data();
-    message.msg_controllen = control.size();
-    cmsghdr* const header = CMSG_FIRSTHDR(&message);
-    header->cmsg_level = SOL_SOCKET;
-    header->cmsg_type = SCM_RIGHTS;
-    header->cmsg_len = CMSG_LEN(sizeof descriptor);
-    std::memcpy(CMSG_DATA(header), &descriptor, sizeof descriptor);
+    DescriptorMessage message;
+    cmsghdr* const content = CMSG_FIRSTHDR(&message.header);
+    content->cmsg_level = SOL_SOCKET;
+    content->cmsg_type = SCM_RIGHTS;
+    content->cmsg_len = CMSG_LEN(sizeof descriptor);
+    std::memcpy(CMSG_DATA(content), &descriptor, sizeof descriptor);
     ssize_t sent = 0;
     do {
-        sent = sendmsg(socket, &message, MSG_NOSIGNAL);
+        sent = sendmsg(socket, &message.header, MSG_NOSIGNAL);
     } while (sent < 0 && errno == EINTR);
     return sent == 1;
 }
 
 /// The next one; -1 if none comes any more.
 int received_descriptor(int socket) {
-    char nothing = 0;
-    iovec data{&nothing, 1};
-    int descriptor = -1;
-    alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof descriptor)> control{};
-    msghdr message{};
-    message.msg_iov = &data;
-    message.msg_iovlen = 1;
-    message.msg_control = control.data();
-    message.msg_controllen = control.size();
+    DescriptorMessage message;
     ssize_t got = 0;
     do {
-        got = recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
+        got = recvmsg(socket, &message.header, MSG_CMSG_CLOEXEC);
     } while (got < 0 && (errno == EINTR || errno == ECONNRESET));
-    const cmsghdr* const header = got == 1 ? CMSG_FIRSTHDR(&message) : nullptr;
-    if (header != nullptr) std::memcpy(&descriptor, CMSG_DATA(header), sizeof descriptor);
+    const cmsghdr* const content = got == 1 ? CMSG_FIRSTHDR(&message.header) : nullptr;
+    int descriptor = -1;
+    if (content != nullptr) std::memcpy(&descriptor, CMSG_DATA(content), sizeof descriptor);
     return descriptor;
 }
 

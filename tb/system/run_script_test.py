@@ -145,6 +145,17 @@ class Run(Project):
             self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         self.assertFalse((self.project / "out").exists())
 
+    def test_without_the_packages_for_a_build_what_is_built_runs(self):
+        self.stand_in("scripts/install-packages", "echo 'missing packages' >&2; exit 1")
+        self.stand_in("bin/cmake", "exit 1")
+        done = self.run_script("--no-images")
+        self.check_ran(done, "paper-figure", "out/paper-figure")
+        self.assertRegex(done.stderr, r"\Amissing packages\nrun: using .*\n\Z")
+        (self.project / "build/release/metabuffer").unlink()
+        done = self.run_script("--no-images")
+        self.assertEqual(done.returncode, 1)
+        self.assertTrue(done.stderr.endswith("missing packages\n"), done.stderr)
+
     def test_help_is_the_scripts_own(self):
         for word in ("-h", "--help"):
             done = self.run_script("--check", word)
