@@ -3,11 +3,6 @@
 # replaced) and `python`.
 include(CMakePackageConfigHelpers)
 
-# What an administrator installs, or packs, is for everybody, whatever the administrator's umask.
-set(CMAKE_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ
-                                                WORLD_EXECUTE)
-set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS ${CMAKE_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS})
-
 set(data "${CMAKE_INSTALL_DATADIR}/metabuffer")
 set(package "${CMAKE_INSTALL_LIBDIR}/cmake/Metabuffer")
 
