@@ -169,7 +169,7 @@ TEST_CASE("merge: a part that was killed lacks points, and says how many", "[pro
     place.write("sweep.yaml", many);
     run_program(
         "/bin/sh", place,
-        {"-c", std::string(METABUFFER_PROGRAM) +
+        {"-c", std::string("'" METABUFFER_PROGRAM "'") +
                    " sweep sweep.yaml --shard 1/2 -o part-1.db & until grep -aFqs '\"}done' part-1.db-wal "
                    "part-1.db; do sleep 0.05; done; kill -KILL $!; wait $!"});
     const ProgramResult result = metabuffer_in(place, {"merge", "part-1.db", "-o", "all.db"});
@@ -189,7 +189,7 @@ TEST_CASE("merge: what a killed sweep left in its journal neither gets lost nor 
     run_well(place, {"sweep", "sweep.yaml", "-o", "whole.db", "--quiet"});
     run_program(
         "/bin/sh", place,
-        {"-c", std::string(METABUFFER_PROGRAM) +
+        {"-c", std::string("'" METABUFFER_PROGRAM "'") +
                    " sweep sweep.yaml -o all.db & until grep -aFqs '\"}done' all.db-wal all.db; do sleep "
                    "0.05; done; kill -KILL $!; wait $!"});
     REQUIRE(place.exists("all.db-wal"));
@@ -206,7 +206,7 @@ TEST_CASE("merge: a few parts of a shard are not the shard", "[program][sweep]")
     place.write("sweep.yaml", many);
     // Stopped and started again: two parts at least, and the last one knows that the shard has ended.
     const std::string sweep =
-        std::string(METABUFFER_PROGRAM) + " sweep sweep.yaml --shard 1/1 --parts parts --quiet";
+        std::string("'" METABUFFER_PROGRAM "'") + " sweep sweep.yaml --shard 1/1 --parts parts --quiet";
     // A busy computer takes longer until the first points are done.
     std::vector<std::filesystem::path> early;
     for (const char* seconds : {"0.7", "1.5", "3", "6", "12", "24"}) {
@@ -308,7 +308,7 @@ TEST_CASE("parts: what was handed in is not run again, and a part that runs twic
     run_well(place, {"sweep", "sweep.yaml", "-o", "whole.db", "--quiet"});
     const std::string expected = exported(place, "whole.db");
     const std::string sweep =
-        std::string(METABUFFER_PROGRAM) + " sweep sweep.yaml --parts parts --hand-in 1 --quiet ";
+        std::string("'" METABUFFER_PROGRAM "'") + " sweep sweep.yaml --parts parts --hand-in 1 --quiet ";
     // Stopped: it hands in what it has.
     run_program("/bin/sh", place, {"-c", sweep + "--shard 1/2 & sleep 0.5; kill -TERM $!; wait $!"});
     REQUIRE(place.exists("parts"));
@@ -382,7 +382,7 @@ TEST_CASE("sweep: without Slurm, --slurm says which package has it", "[program][
     std::filesystem::create_directory(place / "nothing");
     const ProgramResult result = run_program(
         "/bin/sh", place,
-        {"-c", "PATH=nothing exec " METABUFFER_PROGRAM " sweep sweep.yaml --slurm 2 -o r.db --quiet"});
+        {"-c", "PATH=nothing exec '" METABUFFER_PROGRAM "' sweep sweep.yaml --slurm 2 -o r.db --quiet"});
     CHECK(result.status == kExitBadInput);
     CHECK(result.complains_in_one_line());
     CHECK_THAT(result.err, Contains("sbatch") && Contains("slurm-client"));
