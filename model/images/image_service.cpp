@@ -470,17 +470,11 @@ void ImageService::ask(const std::filesystem::path& file,
     constexpr int kTries = 2;
     for (int n = 0; n < kTries; ++n) {
         try {
-            Stream& to = stream();
-            question(to);
-            return;
+            return question(stream());
         } catch (const Disconnected&) {
             stream_.reset();
-        } catch (const InputError&) {
-            throw;
-        } catch (const OutputError&) {
-            throw;
         } catch (...) {
-            stream_.reset();  // there is more to receive
+            stream_.reset();  // there may be more to receive
             throw;
         }
     }

@@ -9,9 +9,10 @@ mkdir -p "$folder"
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
+ldd "$library" >"$scratch/loaded"
 nm -D --undefined-only "$library" | awk '{ sub(/@.*/, "", $2); print $2 }' >"$scratch/asked"
 while read -r name; do
-  real=$(ldd "$library" | awk -v name="$name" '$1 == name { print $3 }')
+  real=$(awk -v name="$name" '$1 == name { print $3 }' "$scratch/loaded")
   # Each symbol that is asked for, with its version, if it has one.
   nm -D --defined-only "$real" |
     awk 'NR == FNR { asked[$1]; next } { split($3, part, /@+/) } part[1] in asked { print part[1], part[2] }' \
@@ -21,8 +22,8 @@ while read -r name; do
     "$scratch/symbols" >"$scratch/versions"
   options=(-shared -nostdlib "-Wl,-soname,$name")
   if [[ -s $scratch/versions ]]; then options+=("-Wl,--version-script=$scratch/versions"); fi
-  # A program that runs may have the old one open.
   "$compiler" "${options[@]}" -o "$folder/$name.part" "$scratch/symbols.S"
-  mv "$folder/$name.part" "$folder/$name"
+  # What is linked with it is linked again only if it differs.
+  if cmp -s "$folder/$name.part" "$folder/$name"; then rm "$folder/$name.part"; else mv "$folder/$name.part" "$folder/$name"; fi
   echo "$folder/$name"
 done < <(readelf -d "$library" | sed -n 's/.*(NEEDED).*\[\(lib\(opencv_\|av\|sw\|openvdb\).*\)\]/\1/p')

@@ -23,7 +23,8 @@ import small_machine
 
 DONE, BAD_INPUT = 0, 2
 LONGEST_LINE = 400
-FUNCTIONS = ("write", "open", "close", "rename", "mkdir", "unlink", "fsync", "fork", "pipe2", "mmap", "read", "socketpair", "sendmsg")
+FUNCTIONS = ("write", "open", "close", "rename", "mkdir", "unlink", "fsync", "fork", "pipe2", "mmap", "read", "socketpair",
+             "sendmsg")
 SCENARIO = small_machine.SCENARIO + "frames: 2\n"
 EARLIER = SCENARIO.replace("frames: 2", "frames: 3")
 SIZE = ["size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..8", "--over", "bus.width_bits=64,128",
