@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "formats/pixel.h"
@@ -45,5 +46,22 @@ struct Raster {
 
 using PixelImage = Raster<Pixel>;           ///< a renderer's image: colour, alpha and Z
 using ColourImage = Raster<std::uint32_t>;  ///< what a display shows: 0xRRGGBB
+
+/// Pixels of an image whose depth lay outside of the depth range.
+struct ClampedDepths {
+    std::int64_t before_near_pixels = 0;
+    std::int64_t behind_far_pixels = 0;
+
+    bool any() const { return before_near_pixels + behind_far_pixels > 0; }
+};
+
+/// A renderer's image with what was found when its file was read.
+struct ReadImage : PixelImage {
+    ReadImage() = default;
+    ReadImage(PixelImage image, const ClampedDepths& depths = {})
+        : PixelImage(std::move(image)), clamped(depths) {}
+
+    ClampedDepths clamped;
+};
 
 }  // namespace metabuffer

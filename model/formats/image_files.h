@@ -2,19 +2,24 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <tuple>
 
 namespace metabuffer {
 
-/// Where a renderer's image comes from: its file, and its Z if that is not a channel of it.
+/// Where a renderer's image comes from: its file, and its Z if that is not in it.
 struct ImageFiles {
     std::filesystem::path image;
     std::optional<std::filesystem::path> depth = std::nullopt;  ///< a file of Z
     std::optional<double> z = std::nullopt;                     ///< one depth for all of it, in depth_range
+    std::optional<std::string> layer = std::nullopt;            ///< of the colours, if the file has several
+    std::optional<std::string> depth_layer = std::nullopt;      ///< of Z, in its file
 
-    friend bool operator<(const ImageFiles& a, const ImageFiles& b) {
-        return std::tie(a.image, a.depth, a.z) < std::tie(b.image, b.depth, b.z);
-    }
+  private:
+    auto all() const { return std::tie(image, depth, z, layer, depth_layer); }
+
+  public:
+    friend bool operator<(const ImageFiles& a, const ImageFiles& b) { return a.all() < b.all(); }
 };
 
 }  // namespace metabuffer

@@ -14,7 +14,9 @@ void StoredImage::read_pixels() const {
     failure_ = nullptr;
     const Clock::time_point begun = Clock::now();
     try {
-        pixels_ = read_();
+        ReadImage image = read_();
+        clamped_ = image.clamped;
+        pixels_ = std::move(image);
         reading_time_ = Clock::now() - begun;
     } catch (...) {
         failure_ = std::current_exception();

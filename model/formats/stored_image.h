@@ -14,7 +14,7 @@ namespace metabuffer {
 class StoredImage {
   public:
     /// Reads the pixels. What it throws reaches the caller of pixels().
-    using Read = std::function<PixelImage()>;
+    using Read = std::function<ReadImage()>;
 
     /// An image in memory.
     explicit StoredImage(PixelImage pixels);
@@ -29,9 +29,11 @@ class StoredImage {
         return *pixels_;
     }
     /// Reads the pixels without keeping them. Throws what `read` throws. Not for an image in memory.
-    PixelImage read() const { return read_(); }
+    ReadImage read() const { return read_(); }
     /// Whether the pixels are in memory.
     bool is_read() const { return pixels_.has_value(); }
+    /// What became of its depths; nothing before it is read.
+    const ClampedDepths& clamped() const { return clamped_; }
     /// The wall time that pixels() took to read the image; 0 if it has not read it.
     std::chrono::duration<double> reading_time() const { return reading_time_; }
     /// What the last reading has thrown; null if it has thrown nothing. A simulation's kernel wraps what passes through
@@ -44,6 +46,7 @@ class StoredImage {
     ImageSize size_;
     Read read_;
     mutable std::optional<PixelImage> pixels_;
+    mutable ClampedDepths clamped_;
     mutable std::chrono::duration<double> reading_time_{};
     mutable std::exception_ptr failure_;
 };

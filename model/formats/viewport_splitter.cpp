@@ -69,15 +69,16 @@ ViewportTable split_viewport(const Viewport& viewport, int image_width_pixels, i
     }
     const std::int64_t raster_width = wall.raster_width_pixels;
     const std::int64_t raster_height = wall.raster_height_pixels;
+    const std::int64_t pitch_x = raster_width + wall.gap_x_pixels;
+    const std::int64_t pitch_y = raster_height + wall.gap_y_pixels;
     const std::int64_t apron = smoothing_reach(smoothing, multiple) > 0 ? 1 : 0;
     ViewportTable table;
     std::int64_t display = 0;
     for (int row = 0; row < wall.rows; ++row) {
-        const Span y = visible_span(viewport.y - row * raster_height, multiple, image_height_pixels,
-                                    raster_height, apron);
+        const Span y = visible_span(viewport.y - row * pitch_y, multiple, image_height_pixels, raster_height, apron);
         for (int column = 0; column < wall.columns; ++column) {
             ++display;
-            const Span x = visible_span(viewport.x - column * raster_width, multiple, image_width_pixels,
+            const Span x = visible_span(viewport.x - column * pitch_x, multiple, image_width_pixels,
                                         raster_width, apron);
             if (x.count > 0 && y.count > 0) table.push_back(make_row(display, x, y, multiple));
         }

@@ -18,6 +18,8 @@ struct DisplayWall {
     int rows = 1;
     int raster_width_pixels = 0;  ///< of one display, supersampling included
     int raster_height_pixels = 0;
+    int gap_x_pixels = 0;  ///< raster pixels between neighbouring displays that nobody sees
+    int gap_y_pixels = 0;
 };
 
 /// The host's side of section 5: the table that puts an image of the given size at the viewport, one row per display it

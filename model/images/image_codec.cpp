@@ -8,8 +8,8 @@ namespace {
 class ImagesOfCodec final : public ImageSource {
   public:
     ImageSize size(const ImageFiles& files) const override { return image_codec().size(files); }
-    PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const override {
-        return image_codec().load(files, format, range);
+    ReadImage load(const ImageFiles& files, DepthFormat format, const ImageReading& reading) const override {
+        return image_codec().load(files, format, reading);
     }
 };
 

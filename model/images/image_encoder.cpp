@@ -4,9 +4,11 @@
 #include <OpenImageIO/imageio.h>
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "host/output_file.h"
+#include "images/rescaled.h"
 
 namespace metabuffer {
 namespace {
@@ -54,11 +56,14 @@ std::string encode_tiff(const PixelImage& image, const std::vector<std::string>&
     return encoded("tiff", spec, samples, file);
 }
 
+/// Z as a share of the samples' full scale.
 template <typename Sample>
-std::string encode_depth(const PixelImage& image, const std::filesystem::path& file) {
+std::string encode_depth(const PixelImage& image, std::uint32_t far, const std::filesystem::path& file) {
     std::vector<Sample> samples;
     samples.reserve(image.values.size());
-    for (const Pixel pixel : image.values) samples.push_back(static_cast<Sample>(pixel.z()));
+    for (const Pixel pixel : image.values) {
+        samples.push_back(static_cast<Sample>(rescaled(pixel.z(), far, std::numeric_limits<Sample>::max())));
+    }
     return encode_tiff(image, {"Z"}, samples, file);
 }
 
@@ -96,8 +101,9 @@ std::string encode_colour_tiff(const PixelImage& image, const std::filesystem::p
 
 std::string encode_depth_tiff(const PixelImage& image, DepthFormat format,
                               const std::filesystem::path& file) {
-    return layout_of(format).z_bits <= 16 ? encode_depth<std::uint16_t>(image, file)
-                                          : encode_depth<std::uint32_t>(image, file);
+    const std::uint32_t far = far_z(format);
+    return layout_of(format).z_bits <= 16 ? encode_depth<std::uint16_t>(image, far, file)
+                                          : encode_depth<std::uint32_t>(image, far, file);
 }
 
 }  // namespace metabuffer

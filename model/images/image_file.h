@@ -13,11 +13,25 @@
 
 namespace metabuffer {
 
+/// An image file that is open for reading: samples unconverted, and R, G and B as the file has them, multiplied by alpha or
+/// not (the attribute oiio:UnassociatedAlpha says which).
+struct OpenImageFile {
+    enum class Windows : std::uint8_t {
+        kNone,    ///< the format has none that mean where an image is shown
+        kSized,   ///< a display window, whose place means nothing
+        kPlaced,  ///< a display window at its place
+    };
+    std::unique_ptr<OIIO::ImageInput> input;
+    int orientation = 1;  ///< as EXIF numbers them
+    Windows windows = Windows::kNone;
+    bool has_parts = false;  ///< which belong together; if not, only the first image counts
+};
+
 /// Opens an image in one of the formats that renderers and frame grabbers write, recognized by its first bytes and not
 /// by its name (only Targa, which has no such bytes, by its name). The readers of other formats are never called: some
 /// readers of OpenImageIO 2.4 write beyond their memory, the one for ICO even with a file without a fault. Throws
 /// InputError naming the file and why it cannot be read.
-std::unique_ptr<OIIO::ImageInput> open_image_file(const std::filesystem::path& file);
+OpenImageFile open_image_file(const std::filesystem::path& file);
 
 /// Throws the InputError that names the file and its size unless both sides lie in kImageSidePixels.
 void check_image_size(const std::filesystem::path& file, std::int64_t width_pixels,

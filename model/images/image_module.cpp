@@ -9,8 +9,8 @@ namespace {
 class OpenImageIoCodec final : public ImageCodec {
   public:
     ImageSize size(const ImageFiles& files) const override { return image_size(files); }
-    PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const override {
-        return load_image(files, format, range);
+    ReadImage load(const ImageFiles& files, DepthFormat format, const ImageReading& reading) const override {
+        return load_image(files, format, reading);
     }
     std::string png(const ColourImage& image, const std::filesystem::path& file,
                     const std::string& description) const override {

@@ -1,47 +1,28 @@
 #include "images/image_reader.h"
 
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
+#include "host/errors.h"
 #include "host/text.h"
-#include "images/image_file.h"
+#include "images/image_channels.h"
+#include "images/native_image.h"
+#include "images/rescaled.h"
 
 namespace metabuffer {
 namespace {
 
-constexpr int kNoChannel = -1;
+using image_channels::Colours;
+using image_channels::Depth;
+using image_channels::kNoChannel;
 
-/// A 16-bit float as its file has it; the standard library has no type for it.
-struct Half {
-    std::uint16_t bits = 0;
-};
-
-double to_double(Half half) {
-    constexpr int kMantissaBits = 10;
-    constexpr int kExponentBias = 15;
-    const int exponent = (half.bits >> kMantissaBits) & 0x1F;
-    const int mantissa = half.bits & 0x3FF;
-    double magnitude = 0.0;
-    if (exponent == 0x1F) {
-        magnitude = mantissa == 0 ? std::numeric_limits<double>::infinity()
-                                  : std::numeric_limits<double>::quiet_NaN();
-    } else if (exponent == 0) {
-        magnitude = std::ldexp(mantissa, 1 - kExponentBias - kMantissaBits);
-    } else {
-        magnitude = std::ldexp(mantissa + (1 << kMantissaBits), exponent - kExponentBias - kMantissaBits);
-    }
-    return (half.bits & 0x8000U) != 0 ? -magnitude : magnitude;
-}
-
-double to_double(float value) { return value; }
-double to_double(double value) { return value; }
+// ---- numbers ----
 
 /// clamp(value, 0, 1) * maximum to the nearest whole number, halves up. The product of a float's 24 bits and
 /// a maximum of at most 24 is exact in a double.
@@ -49,263 +30,329 @@ std::uint32_t scaled(double value, std::uint32_t maximum) {
     return static_cast<std::uint32_t>(std::floor(std::clamp(value, 0.0, 1.0) * maximum + 0.5));
 }
 
-/// An open image file, for reading a channel's samples unconverted.
-class NativeImage {
+/// The display's value of a linear one, both 0 to 1 (IEC 61966-2-1).
+double srgb_curve(double linear) {
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+}
+
+std::string described(const DisplayWindow& window) {
+    const auto& [x, y, size] = window;
+    return std::to_string(size.width_pixels) + " x " + std::to_string(size.height_pixels) + " pixels" +
+           (x == 0 && y == 0 ? "" : " from x " + std::to_string(x) + ", y " + std::to_string(y));
+}
+
+// ---- the channels that count ----
+
+/// What InputErrors of image_channels do not say: which file.
+template <typename Find>
+auto found_in(const NativeImage& image, Find find) {
+    try {
+        return find(image.parts());
+    } catch (const InputError& error) {
+        image.fail(error.what());
+    }
+}
+
+/// An image's files, what they show and where. Of a separate file of Z the headers are read first.
+class ImagePlan {
   public:
-    /// Opens the file and checks what can be checked before its pixels are read.
-    explicit NativeImage(const std::filesystem::path& file) : file_(file), input_(open_image_file(file)) {
-        spec_ = input_->spec();
-        if (spec_.deep || spec_.depth > 1)
-            fail_image(file, "is a deep or volume image; use one with flat pixels");
-        check_image_size(file, spec_.width, spec_.height);
-        if (spec_.image_bytes(true) > kLargestImageBytes) {
-            constexpr std::uint64_t kMegabyte = 1'000'000;
-            fail_image(file, "holds " + std::to_string(spec_.image_bytes(true) / kMegabyte) + " MB in " +
-                                 std::to_string(spec_.nchannels) + " channels; use " +
-                                 std::to_string(kLargestImageBytes / kMegabyte) +
-                                 " MB or less, with no channels but R, G, B, A and Z");
-        }
-        // OpenImageIO 2.4 unpacks some of these beyond its memory.
-        constexpr int kSeparated = 5;
-        if (spec_.get_int_attribute("tiff:PhotometricInterpretation") == kSeparated) {
-            fail_image(file, "holds inks (CMYK); use R, G and B");
-        }
-    }
-
-    int width() const { return spec_.width; }
-    int height() const { return spec_.height; }
-    int channel_count() const { return spec_.nchannels; }
-
-    int channels_named(const std::string& name) const {
-        return static_cast<int>(std::count(spec_.channelnames.begin(), spec_.channelnames.end(), name));
-    }
-    /// The first channel of that name, kNoChannel if there is none.
-    int find_channel(const std::string& name) const {
-        const auto found = std::find(spec_.channelnames.begin(), spec_.channelnames.end(), name);
-        return found == spec_.channelnames.end() ? kNoChannel
-                                                 : static_cast<int>(found - spec_.channelnames.begin());
-    }
-    std::string channel_list() const { return text::joined(spec_.channelnames, "and"); }
-
-    /// Reads the channels first..last, both included, in the types the file has them in.
-    void read(int first, int last) {
-        reject_unread_doubles(first, last);
-        first_channel_ = first;
-        pixel_bytes_ = offset_of(last + 1);
-        samples_.resize(pixel_bytes_ * static_cast<std::size_t>(width()) *
-                        static_cast<std::size_t>(height()));
-        const bool whole = ask_reader(file_, [&] {
-            return input_->read_image(0, 0, first, last + 1, OIIO::TypeUnknown, samples_.data());
+    explicit ImagePlan(const ImageFiles& files)
+        : image(files.image),
+          colours(found_in(
+              image, [&](const auto& parts) { return image_channels::find_colours(parts, files.layer); })),
+          window(image.window(colours.part)) {
+        if (files.z) return;
+        if (files.depth) depth_image.emplace(*files.depth);
+        depth = found_in(depth_file(), [&](const auto& parts) {
+            return files.depth ? image_channels::find_depth_alone(parts, files.depth_layer)
+                               : image_channels::find_depth(parts, files.depth_layer, colours);
         });
-        // With a strip that cannot be read, the read claims to have worked but leaves an error.
-        if (!whole || input_->has_error()) fail_unreadable_image(file_, input_->geterror());
-        input_->close();
-    }
-
-    /// Calls convert(sample, index) for every pixel of a channel that has been read. Sample is double for the
-    /// floating types, never NaN, and the unsigned type itself for the others.
-    template <typename Convert>
-    void for_each_sample(int channel, Convert convert) const {
-        switch (spec_.channelformat(channel).basetype) {
-            case OIIO::TypeDesc::UINT8:
-                return visit<std::uint8_t>(channel, convert);
-            case OIIO::TypeDesc::UINT16:
-                return visit<std::uint16_t>(channel, convert);
-            case OIIO::TypeDesc::UINT32:
-                return visit<std::uint32_t>(channel, convert);
-            case OIIO::TypeDesc::UINT64:
-                return visit<std::uint64_t>(channel, convert);
-            case OIIO::TypeDesc::HALF:
-                return visit<Half>(channel, convert);
-            case OIIO::TypeDesc::FLOAT:
-                return visit<float>(channel, convert);
-            case OIIO::TypeDesc::DOUBLE:
-                return visit<double>(channel, convert);
-            default:
-                fail_image(file_, "channel " + name(channel) + " holds " +
-                                      spec_.channelformat(channel).c_str() +
-                                      " values; use unsigned integers, half, float or double");
+        const DisplayWindow of_depth = depth_file().window(depth.part);
+        const bool agrees = of_depth.size.width_pixels == window.size.width_pixels &&
+                            of_depth.size.height_pixels == window.size.height_pixels &&
+                            of_depth.x == window.x && of_depth.y == window.y;
+        if (!agrees) {
+            depth_file().fail("has " + described(of_depth) + "; use " + described(window) +
+                              (files.depth ? ", as the image it belongs to" : ", as the colours"));
         }
     }
 
-    [[noreturn]] void fail_at_pixel(int channel, std::size_t index, const std::string& message) const {
-        const std::size_t row = static_cast<std::size_t>(width());
-        fail_image(file_, "channel " + name(channel) + " at x " + std::to_string(index % row) + ", y " +
-                              std::to_string(index / row) + ": " + message);
+    NativeImage& depth_file() { return depth_image ? *depth_image : image; }
+
+    NativeImage image;
+    Colours colours;
+    DisplayWindow window;
+    Depth depth;
+    std::optional<NativeImage> depth_image;  ///< a separate file
+};
+
+// ---- colours ----
+
+/// A channel of a pixel's byte, for all of the image; 0 where the file has nothing.
+using Bytes = std::vector<std::uint8_t>;
+/// Alpha from 0 to 1 that colours are to be multiplied by; empty if they are already.
+using Alpha = std::vector<double>;
+
+/// The share of its type's full scale.
+template <typename Sample>
+double share(Sample sample) {
+    if constexpr (std::is_integral_v<Sample>) {
+        return static_cast<double>(sample) / std::numeric_limits<Sample>::max();
+    } else {
+        return sample;
+    }
+}
+
+Alpha alpha_to_multiply_by(const NativeSamples& samples, int channel) {
+    if (channel == kNoChannel || !samples.is_unassociated()) return {};
+    Alpha alpha(samples.pixels());
+    samples.for_each(channel, [&alpha](auto sample, std::size_t index) {
+        alpha[index] = std::clamp(share(sample), 0.0, 1.0);
+    });
+    return alpha;
+}
+
+Bytes bytes_of(const NativeSamples& samples, int channel, const Alpha& alpha, ColourEncoding encoding) {
+    constexpr std::uint32_t kFull = 255;
+    Bytes bytes(samples.pixels());
+    samples.for_each(channel, [&](auto sample, std::size_t index) {
+        using Sample = decltype(sample);
+        std::uint32_t byte = 0;
+        if constexpr (std::is_integral_v<Sample>) {
+            byte = alpha.empty() ? rescaled(sample, std::numeric_limits<Sample>::max(), kFull)
+                                 : scaled(share(sample) * alpha[index], kFull);
+        } else {
+            if (std::isnan(sample)) {
+                samples.fail_at_pixel(channel, index, "is not a number; use finite values");
+            }
+            const double value = alpha.empty() ? sample : sample * alpha[index];
+            byte = scaled(encoding == ColourEncoding::kSrgb ? srgb_curve(value) : value, kFull);
+        }
+        bytes[index] = static_cast<std::uint8_t>(byte);
+    });
+    return bytes;
+}
+
+/// Where the file has samples; empty if everywhere.
+std::vector<bool> covered(const NativeSamples& samples) {
+    if (samples.placement().covers_all()) return {};
+    std::vector<bool> is_covered(samples.pixels());
+    samples.placement().for_each(
+        [&](std::size_t /*sample*/, std::size_t index) { is_covered[index] = true; });
+    return is_covered;
+}
+
+// ---- Z ----
+
+/// Makes Z of samples, and counts those outside of the depth range.
+class DepthConverter {
+  public:
+    DepthConverter(DepthFormat format, const ImageReading& reading)
+        : reading_(reading), far_(far_z(format)), range_(reading.far - reading.near) {}
+
+    std::uint32_t far() const { return far_; }
+    const ClampedDepths& clamped() const { return clamped_; }
+
+    /// Of a finite depth in the depth range.
+    std::uint32_t of_depth(double depth) const { return scaled((depth - reading_.near) / range_, far_); }
+
+    /// Nothing if the sample is not a number and that does not mean anything.
+    std::optional<std::uint32_t> of_sample(double sample) {
+        if (is_nothing(sample)) return far_;
+        if (std::isnan(sample)) return std::nullopt;
+        ++depths_;
+        const double share = (sample - reading_.near) / range_;
+        if (share < 0.0) count_before_near(sample);
+        if (share > 1.0) ++clamped_.behind_far_pixels;
+        if (share >= 1.0) --depths_;
+        return scaled(share, far_);
+    }
+
+    /// Of a whole number; nothing if it is taken as it is and lies beyond the far plane.
+    std::optional<std::uint32_t> of_number(std::uint32_t number, std::uint32_t full) {
+        if (is_nothing(number)) return far_;
+        const bool is_raw = reading_.integers == DepthIntegers::kRaw;
+        if (is_raw && number > far_) return std::nullopt;
+        const std::uint32_t z = is_raw ? number : rescaled(number, full, far_);
+        return reading_.larger_is_nearer() ? far_ - z : z;
+    }
+
+    /// What is wrong if most depths lie before near: then depth_range does not fit; empty if nothing is.
+    std::string complaint() const {
+        if (clamped_.before_near_pixels * 2 <= depths_) return "";
+        return std::to_string(clamped_.before_near_pixels) + " of its " + text::counted(depths_, "pixel") +
+               " that are not far have a depth before near, " + text::number(reading_.near) + ", such as " +
+               text::number(first_before_near_) +
+               "; use a depth_range with them in it, or depth_nothing if they mean that nothing is there";
     }
 
   private:
-    /// OpenImageIO 2.4 claims to read such files and returns zeros, or nothing at all.
-    void reject_unread_doubles(int first, int last) const {
-        const bool is_affected =
-            std::string(input_->format_name()) == "tiff" && (spec_.tile_width != 0 || spec_.height == 1);
-        for (int channel = first; is_affected && channel <= last; ++channel) {
-            if (spec_.channelformat(channel).basetype != OIIO::TypeDesc::DOUBLE) continue;
-            fail_image(
-                file_,
-                "channel " + name(channel) +
-                    " holds double values in tiles or a single line, which cannot be read from TIFF; use "
-                    "float, or strips and two lines or more");
-        }
+    bool is_nothing(double sample) const {
+        if (std::isnan(sample)) return reading_.nan_is_nothing;
+        return std::any_of(reading_.nothing.begin(), reading_.nothing.end(), [sample](double nothing) {
+            return sample == nothing || sample == static_cast<double>(static_cast<float>(nothing));
+        });
+    }
+    void count_before_near(double sample) {
+        if (clamped_.before_near_pixels == 0) first_before_near_ = sample;
+        ++clamped_.before_near_pixels;
     }
 
-    const std::string& name(int channel) const {
-        return spec_.channelnames[static_cast<std::size_t>(channel)];
-    }
-
-    std::size_t offset_of(int channel) const {
-        std::size_t offset = 0;
-        for (int c = first_channel_; c < channel; ++c) offset += spec_.channelformat(c).size();
-        return offset;
-    }
-
-    template <typename Sample, typename Convert>
-    void visit(int channel, Convert& convert) const {
-        const std::size_t count = samples_.size() / pixel_bytes_;
-        const unsigned char* at = samples_.data() + offset_of(channel);
-        for (std::size_t index = 0; index < count; ++index, at += pixel_bytes_) {
-            Sample sample{};
-            std::memcpy(&sample, at, sizeof sample);
-            if constexpr (std::is_integral_v<Sample>) {
-                convert(sample, index);
-            } else {
-                const double value = to_double(sample);
-                if (std::isnan(value)) fail_at_pixel(channel, index, "is not a number; use finite values");
-                convert(value, index);
-            }
-        }
-    }
-
-    std::filesystem::path file_;
-    std::unique_ptr<OIIO::ImageInput> input_;
-    OIIO::ImageSpec spec_;
-    int first_channel_ = 0;
-    std::size_t pixel_bytes_ = 1;
-    std::vector<unsigned char> samples_;
+    const ImageReading& reading_;
+    std::uint32_t far_;
+    double range_;
+    std::int64_t depths_ = 0;  ///< that are not far
+    double first_before_near_ = 0.0;
+    ClampedDepths clamped_;
 };
 
-std::vector<std::uint8_t> colour_channel(const NativeImage& image, int channel) {
-    std::vector<std::uint8_t> values(static_cast<std::size_t>(image.width()) *
-                                     static_cast<std::size_t>(image.height()));
-    image.for_each_sample(channel, [&values](auto sample, std::size_t index) {
+using Depths = std::vector<std::uint32_t>;
+
+/// Far where the file has nothing.
+Depths depths_of_channel(const NativeSamples& samples, int channel, DepthConverter& converter,
+                         const ImageReading& reading) {
+    Depths depths(samples.pixels(), converter.far());
+    samples.for_each(channel, [&](auto sample, std::size_t index) {
         using Sample = decltype(sample);
+        std::optional<std::uint32_t> z;
         if constexpr (std::is_integral_v<Sample>) {
-            values[index] = static_cast<std::uint8_t>(sample >> (8 * (sizeof(Sample) - 1)));
-        } else {
-            values[index] = static_cast<std::uint8_t>(scaled(sample, 255));
-        }
-    });
-    return values;
-}
-
-std::vector<std::uint32_t> depth_channel(const NativeImage& image, int channel, DepthFormat format,
-                                         const DepthRange& range) {
-    const std::uint32_t far = far_z(format);
-    std::vector<std::uint32_t> values(static_cast<std::size_t>(image.width()) *
-                                      static_cast<std::size_t>(image.height()));
-    image.for_each_sample(channel, [&](auto sample, std::size_t index) {
-        if constexpr (std::is_integral_v<decltype(sample)>) {
-            if (sample > far) {
-                image.fail_at_pixel(channel, index,
-                                    "Z " + std::to_string(sample) +
-                                        " is beyond the far plane of the depth format; use 0 to " +
-                                        std::to_string(far) + ", or floats and depth_range");
+            if (reading.integers == DepthIntegers::kRaw && samples.has_scaled_integers(channel)) {
+                samples.fail(
+                    "has whole numbers of another width than 8, 16 or 32 bits, which are read scaled; "
+                    "use depth_integers: scaled");
             }
-            values[index] = static_cast<std::uint32_t>(sample);
+            z = converter.of_number(sample, std::numeric_limits<Sample>::max());
+            if (!z) {
+                samples.fail_at_pixel(channel, index,
+                                      "Z " + std::to_string(sample) +
+                                          " is beyond the far plane of the depth format; use 0 to " +
+                                          std::to_string(converter.far()) + ", or depth_integers: scaled");
+            }
         } else {
-            values[index] = scaled((sample - range.near) / (range.far - range.near), far);
+            z = converter.of_sample(sample);
+            if (!z) {
+                samples.fail_at_pixel(channel, index,
+                                      "is not a number; use finite values, or depth_nothing: [nan]");
+            }
         }
+        depths[index] = *z;
     });
-    return values;
+    return depths;
 }
 
-struct Channels {
-    int red = kNoChannel;
-    int green = kNoChannel;
-    int blue = kNoChannel;
-    int depth = kNoChannel;
-};
+constexpr int kByteBits = 8;
 
-/// The channels of an image. None for depth if it is not in that file.
-Channels channels_of(const NativeImage& image, const ImageFiles& files) {
-    Channels channels{image.find_channel("R"), image.find_channel("G"), image.find_channel("B"), kNoChannel};
-    if (channels.red == kNoChannel || channels.green == kNoChannel || channels.blue == kNoChannel) {
-        fail_image(files.image,
-                   "has the channels " + image.channel_list() + "; use R, G and B, and A and Z if need be");
+/// R, G and B, 8 bits each, as one number of 24.
+Depths packed_depths(const NativeSamples& samples, const Colours& channels, DepthConverter& converter) {
+    constexpr std::uint32_t kFull = 0xFF'FFFF;
+    Depths numbers(samples.pixels());
+    for (const int channel : {channels.red, channels.green, channels.blue}) {
+        samples.for_each(channel, [&](auto sample, std::size_t index) {
+            if constexpr (std::is_same_v<decltype(sample), std::uint8_t>) {
+                numbers[index] = numbers[index] << kByteBits | sample;
+            } else {
+                samples.fail("has R, G and B that are not of 8 bits; depth_bits: rgb24 needs 8");
+            }
+        });
     }
-    const bool own_depth = !files.depth.has_value() && !files.z.has_value();
-    if (own_depth) channels.depth = image.find_channel("Z");
-    // Without Z it would be the nearest of all and hide every other image.
-    if (own_depth && channels.depth == kNoChannel) {
-        fail_image(files.image, "has the channels " + image.channel_list() +
-                                    " and no Z; use depth, a file of Z, or z, one depth for all of it");
-    }
-    return channels;
+    Depths depths(samples.pixels(), converter.far());
+    samples.placement().for_each([&](std::size_t /*sample*/, std::size_t index) {
+        const std::optional<std::uint32_t> z = converter.of_number(numbers[index], kFull);
+        if (!z) {
+            samples.fail_at_pixel(channels.red, index,
+                                  "Z " + std::to_string(numbers[index]) +
+                                      " is beyond the far plane of the depth format; use 0 to " +
+                                      std::to_string(converter.far()) + ", or depth_integers: scaled");
+        }
+        depths[index] = *z;
+    });
+    return depths;
 }
 
-/// The channel of a separate file of Z.
-int depth_channel_of(const NativeImage& image, const std::filesystem::path& file, ImageSize size) {
-    if (image.width() != size.width_pixels || image.height() != size.height_pixels) {
-        fail_image(file, "has " + std::to_string(image.width()) + " x " + std::to_string(image.height()) +
-                             " pixels; use " + std::to_string(size.width_pixels) + " x " +
-                             std::to_string(size.height_pixels) + ", the size of the image it belongs to");
+/// Throws InputError unless R, G and B are the same everywhere.
+void check_is_grey(const NativeSamples& samples, const Colours& channels) {
+    std::vector<double> red(samples.pixels());
+    samples.for_each(channels.red, [&](auto sample, std::size_t index) { red[index] = sample; });
+    for (const int channel : {channels.green, channels.blue}) {
+        samples.for_each(channel, [&](auto sample, std::size_t index) {
+            const double value = sample;
+            if (value == red[index] || (std::isnan(value) && std::isnan(red[index]))) return;
+            samples.fail_at_pixel(channel, index,
+                                  "differs from R; use a file of Z with the same in R, G and B, depth_bits: "
+                                  "rgb24 if they hold 24 bits, or depth_layer");
+        });
     }
-    if (image.channel_count() == 1) return 0;
-    if (image.channels_named("Z") != 1) {
-        fail_image(file, "has the channels " + image.channel_list() +
-                             "; use one channel, or several with exactly one Z among them");
-    }
-    return image.find_channel("Z");
 }
 
-/// Z from a separate file.
-std::vector<std::uint32_t> depth_of_file(const std::filesystem::path& file, ImageSize size,
-                                         DepthFormat format, const DepthRange& range) {
-    NativeImage image(file);
-    const int channel = depth_channel_of(image, file, size);
-    image.read(channel, channel);
-    return depth_channel(image, channel, format, range);
+Depths depths_of(const NativeSamples& samples, const Depth& depth, DepthConverter& converter,
+                 const ImageReading& reading) {
+    if (!depth.colours) return depths_of_channel(samples, depth.channel, converter, reading);
+    if (reading.bits == DepthBits::kRgb24) return packed_depths(samples, *depth.colours, converter);
+    check_is_grey(samples, *depth.colours);
+    return depths_of_channel(samples, depth.channel, converter, reading);
+}
+
+/// Z of one file, or of another part of the image's.
+Depths separate_depths(ImagePlan& plan, DepthConverter& converter, const ImageReading& reading) {
+    const Depth& depth = plan.depth;
+    if (plan.depth_image && !depth.colours && reading.bits == DepthBits::kRgb24) {
+        plan.depth_file().fail("has no R, G and B that hold Z; depth_bits: rgb24 needs them");
+    }
+    int first = depth.channel;
+    int last = depth.channel;
+    if (depth.colours) {
+        std::tie(first, last) = std::minmax({depth.colours->red, depth.colours->green, depth.colours->blue});
+    }
+    return depths_of(plan.depth_file().read(depth.part, first, last), depth, converter, reading);
 }
 
 }  // namespace
 
-ImageSize image_size(const ImageFiles& files) {
-    const NativeImage image(files.image);
-    channels_of(image, files);
-    const ImageSize size{image.width(), image.height()};
-    if (files.depth.has_value()) depth_channel_of(NativeImage(*files.depth), *files.depth, size);
-    return size;
-}
+ImageSize image_size(const ImageFiles& files) { return ImagePlan(files).window.size; }
 
-PixelImage load_image(const ImageFiles& files, DepthFormat format, const DepthRange& range) {
-    NativeImage image(files.image);
-    const auto [red, green, blue, depth] = channels_of(image, files);
+ReadImage load_image(const ImageFiles& files, DepthFormat format, const ImageReading& reading) {
+    ImagePlan plan(files);
+    const Colours& channels = plan.colours;
+    const bool is_depth_inside = !files.z && !plan.depth_image && plan.depth.part == channels.part;
+
+    std::vector<int> wanted{channels.red, channels.green, channels.blue};
+    if (channels.alpha != kNoChannel) wanted.push_back(channels.alpha);
+    if (is_depth_inside) wanted.push_back(plan.depth.channel);
+    const auto [first, last] = std::minmax_element(wanted.begin(), wanted.end());
+    const NativeSamples samples = plan.image.read(channels.part, *first, *last);
+
+    const Alpha alpha = alpha_to_multiply_by(samples, channels.alpha);
+    const bool is_grey = channels.red == channels.green;
+    const Bytes red = bytes_of(samples, channels.red, alpha, reading.colours);
+    const Bytes green = is_grey ? red : bytes_of(samples, channels.green, alpha, reading.colours);
+    const Bytes blue = is_grey ? red : bytes_of(samples, channels.blue, alpha, reading.colours);
     // Without alpha on the link, every receiver treats a pixel as opaque.
-    const int alpha = layout_of(format).has_alpha() ? image.find_channel("A") : kNoChannel;
+    const bool sends_alpha = layout_of(format).has_alpha();
+    const Bytes opacity = sends_alpha && channels.alpha != kNoChannel
+                              ? bytes_of(samples, channels.alpha, {}, ColourEncoding::kAsIs)
+                              : Bytes(samples.pixels(), 255);
 
-    int first = std::min({red, green, blue});
-    if (alpha != kNoChannel) first = std::min(first, alpha);
-    if (depth != kNoChannel) first = std::min(first, depth);
-    image.read(first, std::max({red, green, blue, alpha, depth}));
-
-    PixelImage pixels(image.width(), image.height());
-    const std::vector<std::uint8_t> r = colour_channel(image, red);
-    const std::vector<std::uint8_t> g = colour_channel(image, green);
-    const std::vector<std::uint8_t> b = colour_channel(image, blue);
-    const std::vector<std::uint8_t> a = alpha != kNoChannel
-                                            ? colour_channel(image, alpha)
-                                            : std::vector<std::uint8_t>(pixels.values.size(), 255);
-    std::vector<std::uint32_t> z;
-    if (files.depth.has_value()) {
-        z = depth_of_file(*files.depth, {image.width(), image.height()}, format, range);
-    } else if (files.z.has_value()) {
-        z.assign(pixels.values.size(),
-                 scaled((*files.z - range.near) / (range.far - range.near), far_z(format)));
+    DepthConverter converter(format, reading);
+    Depths depths;
+    if (files.z) {
+        depths.assign(samples.pixels(), converter.of_depth(*files.z));
+    } else if (is_depth_inside) {
+        depths = depths_of(samples, plan.depth, converter, reading);
     } else {
-        z = depth_channel(image, depth, format, range);
+        depths = separate_depths(plan, converter, reading);
     }
+    if (const std::string complaint = converter.complaint(); !complaint.empty()) {
+        plan.depth_file().fail(complaint);
+    }
+
+    const std::vector<bool> is_covered = covered(samples);
+    const Pixel nothing(0, 0, 0, sends_alpha ? 0 : 255, converter.far());
+    ReadImage pixels{PixelImage(plan.window.size.width_pixels, plan.window.size.height_pixels)};
+    pixels.clamped = converter.clamped();
     for (std::size_t i = 0; i < pixels.values.size(); ++i) {
-        pixels.values[i] = Pixel(r[i], g[i], b[i], a[i], z[i]);
+        pixels.values[i] = is_covered.empty() || is_covered[i]
+                               ? Pixel(red[i], green[i], blue[i], opacity[i], depths[i])
+                               : nothing;
     }
     return pixels;
 }

@@ -6,6 +6,6 @@ namespace metabuffer {
 
 /// As ImageSource has them.
 ImageSize image_size(const ImageFiles& files);
-PixelImage load_image(const ImageFiles& files, DepthFormat format, const DepthRange& range);
+ReadImage load_image(const ImageFiles& files, DepthFormat format, const ImageReading& reading);
 
 }  // namespace metabuffer

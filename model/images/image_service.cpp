@@ -18,6 +18,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <new>
+#include <optional>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -220,21 +221,44 @@ class ImageService::Stream {
     }
     void put_files(const ImageFiles& files) {
         put_text(files.image.string());
-        put(files.depth.has_value());
-        if (files.depth) put_text(files.depth->string());
-        put(files.z.has_value());
-        put(files.z.value_or(0.0));
+        put_optional(files.depth, [this](const auto& depth) { put_text(depth.string()); });
+        put_optional(files.z, [this](double z) { put(z); });
+        put_optional(files.layer, [this](const auto& layer) { put_text(layer); });
+        put_optional(files.depth_layer, [this](const auto& layer) { put_text(layer); });
     }
     ImageFiles get_files() {
         ImageFiles files{get_text()};
         if (get<bool>()) files.depth = get_text();
-        const bool has_z = get<bool>();
-        const double z = get<double>();
-        if (has_z) files.z = z;
+        if (get<bool>()) files.z = get<double>();
+        if (get<bool>()) files.layer = get_text();
+        if (get<bool>()) files.depth_layer = get_text();
         return files;
+    }
+    void put_reading(const ImageReading& reading) {
+        put(reading.near);
+        put(reading.far);
+        put(reading.integers);
+        put(reading.bits);
+        put(reading.colours);
+        put(reading.nothing.size());
+        for (const double sample : reading.nothing) put(sample);
+        put(reading.nan_is_nothing);
+    }
+    ImageReading get_reading() {
+        ImageReading reading{get<double>(), get<double>(), get<DepthIntegers>(), get<DepthBits>(),
+                             get<ColourEncoding>()};
+        reading.nothing.resize(get<std::size_t>());
+        for (double& sample : reading.nothing) sample = get<double>();
+        reading.nan_is_nothing = get<bool>();
+        return reading;
     }
 
   private:
+    template <typename Value, typename Put>
+    void put_optional(const std::optional<Value>& value, Put put_value) {
+        put(value.has_value());
+        if (value) put_value(*value);
+    }
     void put_bytes(const void* bytes, std::size_t count) const {
         const char* at = static_cast<const char*>(bytes);
         while (count > 0) {
@@ -333,9 +357,11 @@ class ImageService::Server {
     void answer_load() {
         const ImageFiles files = stream_.get_files();
         const auto format = stream_.get<DepthFormat>();
-        const auto range = stream_.get<DepthRange>();
-        PixelImage image;
-        if (did([&] { image = codec_.load(files, format, range); })) stream_.put_raster(image);
+        const ImageReading reading = stream_.get_reading();
+        ReadImage image;
+        if (!did([&] { image = codec_.load(files, format, reading); })) return;
+        stream_.put_raster<Pixel>(image);
+        stream_.put(image.clamped);
     }
     void answer_encoding(Operation operation) {
         EncodingRequest request{operation, stream_.get_text()};
@@ -493,15 +519,16 @@ ImageSize ImageService::size(const ImageFiles& files) const {
     return size;
 }
 
-PixelImage ImageService::load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const {
-    PixelImage image;
+ReadImage ImageService::load(const ImageFiles& files, DepthFormat format, const ImageReading& reading) const {
+    ReadImage image;
     ask(files.image, [&](Stream& to) {
         to.put(Operation::kLoad);
         to.put_files(files);
         to.put(format);
-        to.put(range);
+        to.put_reading(reading);
         check(to.get_text());
         image = to.get_raster<Pixel>();
+        image.clamped = to.get<ClampedDepths>();
     });
     return image;
 }

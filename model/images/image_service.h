@@ -34,7 +34,7 @@ class ImageService final : public ImageCodec {
     ~ImageService() override;
 
     ImageSize size(const ImageFiles& files) const override;
-    PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const override;
+    ReadImage load(const ImageFiles& files, DepthFormat format, const ImageReading& reading) const override;
     std::string png(const ColourImage& image, const std::filesystem::path& file,
                     const std::string& description) const override;
     std::string colour_tiff(const PixelImage& image, const std::filesystem::path& file) const override;

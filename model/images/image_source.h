@@ -3,16 +3,13 @@
 #include "formats/depth_format.h"
 #include "formats/image.h"
 #include "formats/image_files.h"
+#include "formats/image_reading.h"
 
 namespace metabuffer {
 
-struct DepthRange {
-    double near = 0.0;
-    double far = 1.0;
-};
-
-/// Reads renderers' images: channels R G B, A where the file has it (else 255), and Z, unless that is given for all of
-/// the image or comes from a separate one-channel file. image_file.h describes the formats.
+/// Reads renderers' images: R, G, B, A where the file has it (else 255), and Z. An image is upright, whatever orientation
+/// its file has, and is as large as the display window that its file names. What no file says of a pixel: colour 0, alpha
+/// 0 and Z far. image_file.h describes the formats, image_channels.h which channels count.
 class ImageSource {
   public:
     ImageSource() = default;
@@ -23,7 +20,8 @@ class ImageSource {
     /// The image's size, by the headers of its files. Throws InputError naming the file and what it lacks.
     virtual ImageSize size(const ImageFiles& files) const = 0;
     /// The image. Throws InputError as size() does, and for a fault of the pixels.
-    virtual PixelImage load(const ImageFiles& files, DepthFormat format, const DepthRange& range) const = 0;
+    virtual ReadImage load(const ImageFiles& files, DepthFormat format,
+                           const ImageReading& reading) const = 0;
 };
 
 }  // namespace metabuffer

@@ -28,7 +28,7 @@ std::size_t pixels_of(const StoredImage& image) {
 class Worker {
   public:
     Worker(const Images& images, std::size_t most_pixels)
-        : memory_(most_pixels * sizeof(Pixel)),
+        : memory_(sizeof(ClampedDepths) + most_pixels * sizeof(Pixel)),
           process_([this, &images](const ChildProcess::Sender& /*pipe*/) { serve(images); }) {
         channel_.be_parent();
     }
@@ -45,14 +45,17 @@ class Worker {
         return channel_.receive();
     }
     /// What it has read last.
-    PixelImage image(const StoredImage& stored) const {
-        PixelImage image(stored.width_pixels(), stored.height_pixels());
-        std::memcpy(image.values.data(), memory_.begin(), image.values.size() * sizeof(Pixel));
+    ReadImage image(const StoredImage& stored) const {
+        ReadImage image{PixelImage(stored.width_pixels(), stored.height_pixels())};
+        std::memcpy(&image.clamped, memory_.begin(), sizeof image.clamped);
+        std::memcpy(image.values.data(), pixels(), image.values.size() * sizeof(Pixel));
         return image;
     }
 
   private:
-    static_assert(std::is_trivially_copyable_v<Pixel>);
+    static_assert(std::is_trivially_copyable_v<Pixel> && std::is_trivially_copyable_v<ClampedDepths>);
+
+    void* pixels() const { return static_cast<char*>(memory_.begin()) + sizeof(ClampedDepths); }
 
     /// What the process does until its parent has ended.
     void serve(const Images& images) {
@@ -62,8 +65,9 @@ class Worker {
         for (std::string message = channel_.receive(); !message.empty(); message = channel_.receive()) {
             const StoredImage& stored = *images[std::stoul(message)];
             const std::string ending = ending_of([&] {
-                const PixelImage image = stored.read();
-                std::memcpy(memory_.begin(), image.values.data(), image.values.size() * sizeof(Pixel));
+                const ReadImage image = stored.read();
+                std::memcpy(memory_.begin(), &image.clamped, sizeof image.clamped);
+                std::memcpy(pixels(), image.values.data(), image.values.size() * sizeof(Pixel));
             });
             if (!channel_.send(ending)) return;
         }
@@ -92,20 +96,20 @@ class Reading {
         }
     }
 
-    PixelImage take(std::size_t index) {
+    ReadImage take(std::size_t index) {
         const StoredImage& stored = *images_[index];
         if (getpid() != owner_) return stored.read();
         if (!is_taken_[index]) --left_;
         is_taken_[index] = true;
-        std::optional<PixelImage> image = taken_from_worker(index);
+        std::optional<ReadImage> image = taken_from_worker(index);
         return image ? *std::move(image) : stored.read();
     }
 
   private:
-    std::optional<PixelImage> taken_from_worker(std::size_t index) {
+    std::optional<ReadImage> taken_from_worker(std::size_t index) {
         const auto found = std::find_if(workers_.begin(), workers_.end(),
                                         [index](const auto& worker) { return worker->index() == index; });
-        std::optional<PixelImage> image;
+        std::optional<ReadImage> image;
         if (found != workers_.end()) {
             Worker& worker = **found;
             const std::string ending = worker.finish();

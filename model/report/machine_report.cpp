@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "scenario/fault_keys.h"
@@ -11,6 +12,21 @@ namespace metabuffer {
 std::int64_t raster_pixels_of_run(const Scenario& scenario) {
     return std::int64_t{scenario.displays.raster_width_pixels()} * scenario.displays.raster_height_pixels() *
            scenario.displays.count() * scenario.frames;
+}
+
+std::vector<ImageDepths> clamped_depths(const Scenario& scenario) {
+    std::vector<ImageDepths> depths;
+    std::set<const StoredImage*> known;
+    for (const Renderer& renderer : scenario.renderers) {
+        for (const auto& image : renderer.images) {
+            if (!image->clamped().any() || !known.insert(image.get()).second) continue;
+            const auto files = scenario.image_files.find(image.get());
+            const bool is_known = files != scenario.image_files.end();
+            depths.push_back({is_known ? files->second.depth.value_or(files->second.image).string() : "",
+                              image->clamped()});
+        }
+    }
+    return depths;
 }
 
 bool ShownFrames::add(std::size_t display, int frame) {
@@ -91,6 +107,7 @@ void MachineReport::add_swap(int frame, const Swap& swap) {
 }
 
 RunReport MachineReport::finish(std::vector<std::string> watchdog_findings) {
+    report_.clamped_depths = clamped_depths(scenario_);
     const std::int64_t period = clock_period_picoseconds(scenario_.clocks.core_mhz);
     for (std::size_t f = 0; f < report_.frames.size(); ++f) {
         if (const std::optional<std::int64_t> newest = newest_pixel_picoseconds_[f]) {

@@ -27,6 +27,9 @@ struct Swap {
 /// Raster pixels of all displays in all frames of a run.
 std::int64_t raster_pixels_of_run(const Scenario& scenario);
 
+/// The images that have been read and have depths outside of the depth range, each once.
+std::vector<ImageDepths> clamped_depths(const Scenario& scenario);
+
 /// The composited frames (from 0) that the displays (indices) have shown in full.
 class ShownFrames {
   public:

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "datapath/link/reject_cause.h"
+#include "formats/image.h"
 #include "formats/pixel.h"
 #include "formats/viewport_table.h"
 #include "report/machine_cost.h"
@@ -174,6 +175,12 @@ struct CheckRecord {
     }
 };
 
+/// Depths of an image's file that lay outside of the depth range.
+struct ImageDepths {
+    std::string file;  ///< of Z
+    ClampedDepths clamped;
+};
+
 /// Everything that report.json reports of a run.
 struct RunReport {
     std::string scenario;
@@ -192,7 +199,8 @@ struct RunReport {
     std::vector<DisplayCounters> displays;
     std::vector<int> corrected_displays{};  ///< from 1, ascending: those whose colours are corrected
     int buffer_pixels = 0;
-    std::vector<std::string> watchdog;  ///< what waited for what, if the watchdog ended the run
+    std::vector<ImageDepths> clamped_depths{};  ///< of the images that were read and have such depths
+    std::vector<std::string> watchdog;          ///< what waited for what, if the watchdog ended the run
     std::optional<CheckRecord> check;   ///< only of a run that was checked
 
     // Totals over the machine; lists of positions and messages stay empty.

@@ -160,6 +160,16 @@ Json cost_json(const RunReport& report) {
     return json;
 }
 
+Json clamped_depths_json(const RunReport& report) {
+    Json json = Json::array();
+    for (const auto& [file, clamped] : report.clamped_depths) {
+        json.push_back({{"file", file},
+                        {"before_near_pixels", clamped.before_near_pixels},
+                        {"behind_far_pixels", clamped.behind_far_pixels}});
+    }
+    return json;
+}
+
 Json totals_json(const RunReport& report) {
     const RendererCounters renderers = report.total_renderer();
     Json json{{"bus", bus_json(report.total_bus())},
@@ -200,6 +210,7 @@ std::string report_json(const RunReport& report) {
     json["composers"] = std::move(composers);
     json["displays"] = std::move(displays);
     json["totals"] = totals_json(report);
+    json["clamped_depths"] = clamped_depths_json(report);
     json["watchdog"] = report.watchdog;
     if (report.check) {
         json["check"] = {{"rules", report.check->rules},

@@ -393,6 +393,17 @@ std::string rejected_verdict(const RunReport& report) {
     return rejected.empty() ? "" : text::joined(rejected, "and") + " rejected";
 }
 
+std::string clamped_list(const RunReport& report) {
+    std::vector<std::string> lines;
+    for (const auto& [file, clamped] : report.clamped_depths) {
+        const std::string before = counted(clamped.before_near_pixels, "pixel") + " before near";
+        const std::string behind = counted(clamped.behind_far_pixels, "pixel") + " behind far";
+        lines.push_back(text::one_line(file) + ": " + (clamped.before_near_pixels == 0 ? behind : before) +
+                        (clamped.before_near_pixels != 0 && clamped.behind_far_pixels != 0 ? ", " + behind : ""));
+    }
+    return lines.empty() ? "" : "\nclamped to depth_range:\n" + listed(lines);
+}
+
 /// What only a scenario with faults has to report.
 std::string faults_verdict(const RunReport& report) {
     const std::int64_t faults = report.total_renderer().injected_faults;
@@ -427,7 +438,7 @@ std::string functional_summary(const RunReport& report) {
     const std::string rejected = rejected_verdict(report);
     return report.scenario + " (functional: " + machine(report) + ", no clock)\n" + "frames      " +
            std::to_string(report.frames_shown()) + " shown on every display\n" + correction_line(report) +
-           rejected_lists(report) + "\n" + (rejected.empty() ? "nothing rejected" : rejected) + "\n";
+           rejected_lists(report) + clamped_list(report) + "\n" + (rejected.empty() ? "nothing rejected" : rejected) + "\n";
 }
 
 }  // namespace
@@ -436,7 +447,8 @@ std::string report_summary(const RunReport& report) {
     if (report.level == "functional") return functional_summary(report);
     return report.scenario + " (" + report.level + ": " + machine(report) + ")\n" + timing_lines(report) +
            cost_lines(report) + correction_line(report) + bus_table(report) + high_water(report) +
-           starved_list(report) + wrong_list(report) + stalled_list(report) + rejected_lists(report) + "\n" +
+           starved_list(report) + wrong_list(report) + stalled_list(report) + rejected_lists(report) +
+           clamped_list(report) + "\n" +
            joined({starved_verdict(report), stalled_verdict(report), rejected_verdict(report),
                    lost_verdict(report), kept_verdict(report), faults_verdict(report)}) +
            "\n";

@@ -52,6 +52,27 @@ struct EnumNames<Arbitration> {
 };
 
 template <>
+struct EnumNames<DepthIntegers> {
+    static constexpr const char* kWhat = "a meaning of whole numbers";
+    static constexpr auto kTable =
+        name_table<DepthIntegers>({{DepthIntegers::kScaled, "scaled"}, {DepthIntegers::kRaw, "raw"}});
+};
+
+template <>
+struct EnumNames<DepthBits> {
+    static constexpr const char* kWhat = "a place of depth bits";
+    static constexpr auto kTable =
+        name_table<DepthBits>({{DepthBits::kChannel, "channel"}, {DepthBits::kRgb24, "rgb24"}});
+};
+
+template <>
+struct EnumNames<ColourEncoding> {
+    static constexpr const char* kWhat = "a colour encoding";
+    static constexpr auto kTable =
+        name_table<ColourEncoding>({{ColourEncoding::kAsIs, "as-is"}, {ColourEncoding::kSrgb, "srgb"}});
+};
+
+template <>
 struct EnumNames<StarvationMode> {
     static constexpr const char* kWhat = "a starvation mode";
     static constexpr auto kTable =

@@ -18,6 +18,7 @@
 #include "formats/control_scanline.h"
 #include "formats/dvi_timing.h"
 #include "formats/image_files.h"
+#include "formats/image_reading.h"
 #include "formats/pixel.h"
 #include "formats/smoothing.h"
 #include "formats/stored_image.h"
@@ -137,9 +138,16 @@ struct DisplayCorrection {
     }
 };
 
+/// What the frames of neighbouring displays hide of the joint display space.
+struct DisplayGap {
+    int x_raster_pixels = 0;  ///< between columns of displays
+    int y_raster_pixels = 0;  ///< between rows
+};
+
 struct DisplayConfig {
     int columns = 1;
     int rows = 1;
+    DisplayGap gap{};
     int width_pixels = 0;  ///< of one display
     int height_pixels = 0;
     int supersample = 1;  ///< per axis
@@ -153,7 +161,14 @@ struct DisplayConfig {
     int raster_height_pixels() const { return height_pixels * supersample; }
     /// The mode of each display.
     DviTiming timing() const { return {width_pixels, height_pixels}; }
-    DisplayWall wall() const { return {columns, rows, raster_width_pixels(), raster_height_pixels()}; }
+    DisplayWall wall() const {
+        return {columns,
+                rows,
+                raster_width_pixels(),
+                raster_height_pixels(),
+                gap.x_raster_pixels,
+                gap.y_raster_pixels};
+    }
     /// The displays (from 1, ascending) whose colours are corrected.
     std::vector<int> corrected() const {
         std::vector<int> displays;
@@ -344,8 +359,7 @@ struct Scenario {
     DisplayConfig displays;
     Composition composition = Composition::kZ;
     DepthFormat depth_format = DepthFormat::kA8Z16;
-    double depth_near = 0.0;
-    double depth_far = 100.0;
+    ImageReading image_reading{0.0, 100.0};
     ClockConfig clocks;
     MemoryConfig memory;
     BusConfig bus;

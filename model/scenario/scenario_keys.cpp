@@ -1,8 +1,10 @@
 #include "scenario/scenario_keys.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
+#include "host/text.h"
 #include "scenario/fault_keys.h"
 #include "scenario/limits.h"
 
@@ -22,6 +24,7 @@ constexpr std::array<int, 3> kSupersamples{1, 2, 4};
 static_assert(kDisplayPixels.high * kSupersamples.back() <= std::numeric_limits<std::int16_t>::max(),
               "a row's place on the raster, dx and dy, is an int16");
 constexpr IntegerRange kViewportPosition{-1'000'000'000, 1'000'000'000};
+constexpr IntegerRange kGapRasterPixels{0, 65535};
 constexpr NumberRange kClockMhz{0.001, 10000.0};
 constexpr NumberRange kRefreshHz{0.001, 1e9};
 constexpr NumberRange kDepth{-1e30, 1e30};
@@ -48,16 +51,36 @@ SchemaKey scalar(const char* path, const char* meaning, ValueRule::Type type = V
 }
 
 ObjectKey<Scenario> depth_range() {
-    ObjectKey<Scenario> key{numbers("depth_range", "a list of two numbers, [near, far]", 2)};
+    ObjectKey<Scenario> key{
+        numbers("depth_range", "a list of two numbers, [near, far]; near > far if larger ones are nearer", 2)};
     key.value = [](const Scenario& scenario) {
-        return std::optional<KeyValue>(std::vector<double>{scenario.depth_near, scenario.depth_far});
+        const ImageReading& reading = scenario.image_reading;
+        return std::optional<KeyValue>(std::vector<double>{reading.near, reading.far});
     };
     key.set = [](Scenario& scenario, const KeyValue& value) {
         const auto& ends = std::get<std::vector<double>>(value);
-        scenario.depth_near = ends[0];
-        scenario.depth_far = ends[1];
+        scenario.image_reading.near = ends[0];
+        scenario.image_reading.far = ends[1];
     };
     key.schema.fallback = value_text(*key.value(Scenario()));
+    return key;
+}
+
+/// Its numbers may be infinite or none, so the reader has code of its own for it.
+ObjectKey<Scenario> depth_nothing() {
+    ObjectKey<Scenario> key{{"depth_nothing", KeyShape::kList,
+                             "a list of numbers, nan or inf: the depths in image files that mean nothing is there"}};
+    key.schema.may_be_one = true;
+    key.schema.fallback = "none";
+    key.value = [](const Scenario& scenario) {
+        const ImageReading& reading = scenario.image_reading;
+        std::vector<std::string> samples;
+        for (const double sample : reading.nothing) {
+            samples.push_back(std::isinf(sample) ? (sample < 0 ? "-inf" : "inf") : text::number(sample));
+        }
+        if (reading.nan_is_nothing) samples.emplace_back("nan");
+        return std::optional<KeyValue>("[" + text::listed(samples) + "]");
+    };
     return key;
 }
 
@@ -90,7 +113,11 @@ std::vector<SchemaKey> renderer_keys() {
          "a list of frames, each with an image and a viewport or a table"},
         {"renderers[].frames[]", KeyShape::kMap, "a map"},
         scalar("renderers[].frames[].image", "a file name"),
+        scalar("renderers[].frames[].layer", "a layer, or a part, of the image's colours",
+               ValueRule::Type::kText, "R, G and B, or the only one"),
         scalar("renderers[].frames[].depth", "a file name", ValueRule::Type::kText, "Z of the image"),
+        scalar("renderers[].frames[].depth_layer", "a layer, a part or a channel of Z, of the image or of depth",
+               ValueRule::Type::kText, "Z, or the only one"),
         scalar("renderers[].frames[].frames",
                "the numbers of many frames, such as 0-299, which file names have as %d or %04d",
                ValueRule::Type::kText, "one frame"),
@@ -199,11 +226,27 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
         row<&Scenario::displays, &DisplayConfig::background>(
             numbers("displays.background", "a list of three whole numbers 0 to 255, [R, G, B]", 3)),
         {{"displays.background[]", KeyShape::kScalar, "one of R, G, B", ValueRule::whole_numbers({0, 255})}},
+        map("displays.gap"),
+        whole_number<&Scenario::displays, &DisplayConfig::gap, &DisplayGap::x_raster_pixels>(
+            "displays.gap.x", "raster pixels", "hidden between displays side by side", kGapRasterPixels),
+        whole_number<&Scenario::displays, &DisplayConfig::gap, &DisplayGap::y_raster_pixels>(
+            "displays.gap.y", "raster pixels", "hidden between displays one above the other",
+            kGapRasterPixels),
         {{kCorrection, KeyShape::kList, "a list of displays whose colours are corrected", {}, "", "none"}},
         choice<Composition, &Scenario::composition>("composition", "how a composer merges two pixels"),
         choice<DepthFormat, &Scenario::depth_format>("depth_format", "the layout of a depth frame's pixel"),
         depth_range(),
         {{"depth_range[]", KeyShape::kScalar, "near or far", ValueRule::numbers(kDepth)}},
+        depth_nothing(),
+        {{"depth_nothing[]", KeyShape::kScalar, "a number, nan, inf or -inf"}},
+        choice<DepthIntegers, &Scenario::image_reading, &ImageReading::integers>(
+            "depth_integers",
+            "Z of whole numbers in image files: shares of the largest that their bits hold, or as it is sent"),
+        choice<DepthBits, &Scenario::image_reading, &ImageReading::bits>(
+            "depth_bits", "where a file of Z has its bits: in one channel, or in R, G and B of 8 bits"),
+        choice<ColourEncoding, &Scenario::image_reading, &ImageReading::colours>(
+            "colour_encoding",
+            "what colours of floats in image files become: the same, or, since they are linear, sRGB"),
         map("clocks"),
         number<&Scenario::clocks, &ClockConfig::core_mhz>("clocks.core_mhz", "MHz",
                                                           "clock of buses and composers", kClockMhz),

@@ -1,6 +1,7 @@
 #include "scenario/scenario_reader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -62,6 +63,32 @@ void read_keys(const Entry& base, const std::vector<ObjectKey<Object>>& keys, st
 constexpr std::string_view kViewportPattern = "renderers[].frames[].viewport.";
 constexpr std::string_view kCorrectionPattern = "displays.correction[].";
 constexpr std::string_view kPathPattern = "renderers[].frames[].viewport.path[].";
+
+/// A number, or what YAML writes as .nan and .inf, with or without the dot.
+double any_number(const Entry& entry) {
+    using Limits = std::numeric_limits<double>;
+    std::string word = entry.name();
+    for (char& character : word) {
+        if (character >= 'A' && character <= 'Z') character = static_cast<char>(character - 'A' + 'a');
+    }
+    const bool has_sign = word.front() == '-' || word.front() == '+';
+    const double sign = word.front() == '-' ? -1.0 : 1.0;
+    word.erase(0, has_sign ? 1 : 0);
+    if (word == ".inf" || word == "inf") return sign * Limits::infinity();
+    if (word == ".nan" || word == "nan") return Limits::quiet_NaN();
+    return entry.number({Limits::lowest(), Limits::max()});
+}
+
+void read_depth_nothing(const Entry& list, ImageReading& reading) {
+    for (const Entry& item : list.items()) {
+        const double sample = any_number(item);
+        if (std::isnan(sample)) {
+            reading.nan_is_nothing = true;
+        } else {
+            reading.nothing.push_back(sample);
+        }
+    }
+}
 
 Entry correction_of(const Entry& root) { return root.child("displays").child("correction"); }
 
@@ -140,8 +167,12 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, co
     FrameSource source{entry, {base / entry.child("image").name()}, {}};
     const Entry depth = entry.child("depth");
     if (depth.present()) source.files.depth = base / depth.name();
+    if (const Entry layer = entry.child("layer"); layer.present()) source.files.layer = layer.name();
+    const Entry depth_layer = entry.child("depth_layer");
+    if (depth_layer.present()) source.files.depth_layer = depth_layer.name();
     if (const Entry z = entry.child("z"); z.present()) {
         if (depth.present()) z.fail("is given together with a depth; use one of the two");
+        if (depth_layer.present()) z.fail("is given together with a depth_layer; use one of the two");
         source.files.z = z.number(depths);
     }
 
@@ -320,7 +351,7 @@ const std::shared_ptr<const StoredImage>& image_of(const FrameSource& source, co
     const PlaceOfImage place{source.entry.child("image").where(), source.entry.child("depth").where(),
                              source.files};
     try {
-        return shelf.image_of({source.files, scenario.depth_format, scenario.depth_near, scenario.depth_far},
+        return shelf.image_of({source.files, scenario.depth_format, scenario.image_reading},
                               [place](const std::string& fault) { place.fail(fault); });
     } catch (const InputError& error) {
         place.fail(error.what());
@@ -409,17 +440,18 @@ void throw_if(const std::optional<RuleViolation>& violation, const Draft& draft,
 /// The depths that images may have. An empty range is not refused here: the rules do so later.
 NumberRange depths_of(const Scenario& scenario) {
     using Limits = std::numeric_limits<double>;
-    return scenario.depth_near < scenario.depth_far ? NumberRange{scenario.depth_near, scenario.depth_far}
-                                                    : NumberRange{Limits::lowest(), Limits::max()};
+    const ImageReading& reading = scenario.image_reading;
+    return reading.near != reading.far ? NumberRange{reading.nearest(), reading.farthest()}
+                                       : NumberRange{Limits::lowest(), Limits::max()};
 }
 
 /// The pixels of an image whose headers gave this size.
-PixelImage read_pixels(const ImageSource& source, const ImageShelf::Key& key, ImageSize size,
-                       const ImageShelf::Fail& fail) {
-    const auto& [files, format, near, far] = key;
-    PixelImage image;
+ReadImage read_pixels(const ImageSource& source, const ImageShelf::Key& key, ImageSize size,
+                      const ImageShelf::Fail& fail) {
+    const auto& [files, format, reading] = key;
+    ReadImage image;
     try {
-        image = source.load(files, format, {near, far});
+        image = source.load(files, format, reading);
         if (image.width_pixels != size.width_pixels || image.height_pixels != size.height_pixels) {
             throw InputError(files.image.string() + ": has changed its size since the scenario was read");
         }
@@ -439,6 +471,7 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
     }
     scenario.name = default_name;
     read_keys(root, setting_rows(), 0, scenario);
+    read_depth_nothing(root.child("depth_nothing"), scenario.image_reading);
     scenario.displays.correction = read_corrections(correction_of(root), base);
 
     draft.sources = read_renderers(root.child("renderers"), base, depths_of(scenario));

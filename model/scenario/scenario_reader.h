@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "formats/colour_table.h"
+#include "formats/image_reading.h"
 #include "formats/stored_image.h"
 #include "images/image_source.h"
 #include "scenario/scenario.h"
@@ -24,8 +25,8 @@ class ImageShelf {
   public:
     explicit ImageShelf(std::shared_ptr<const ImageSource> source) : source_(std::move(source)) {}
 
-    /// What a pixel depends on: the files, and how depths become Z (format, near, far).
-    using Key = std::tuple<ImageFiles, DepthFormat, double, double>;
+    /// What a pixel depends on.
+    using Key = std::tuple<ImageFiles, DepthFormat, ImageReading>;
 
     /// Throws the InputError for an image's fault, whose message says where the scenario names the image.
     using Fail = std::function<void(const std::string& fault)>;

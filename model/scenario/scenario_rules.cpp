@@ -139,13 +139,13 @@ void check_write_blocks(RuleCheck& check, const Scenario& scenario, std::size_t 
 void check_machine(RuleCheck& check, const Scenario& scenario) {
     if (check.failed()) return;
     const ValueRule& depth = scenario_schema().find("depth_range[]")->rule;
-    for (const double end : {scenario.depth_near, scenario.depth_far}) {
+    const ImageReading& reading = scenario.image_reading;
+    for (const double end : {reading.near, reading.far}) {
         const std::string complaint = depth.complaint(end);
         check.require(complaint.empty(), "depth_range", complaint);
     }
-    check.require(scenario.depth_near < scenario.depth_far, "depth_range",
-                  "near " + text::number(scenario.depth_near) + " is not below far " +
-                      text::number(scenario.depth_far) + "; use [near, far] with near < far");
+    check.require(reading.near != reading.far, "depth_range",
+                  "near and far are both " + text::number(reading.near) + "; use two different depths");
     const MemoryConfig& memory = scenario.memory;
     check.require(memory.precharge_cycles <= memory.page_miss_cycles, "memory.precharge_cycles",
                   std::to_string(memory.precharge_cycles) + " is more than page_miss_cycles, " +

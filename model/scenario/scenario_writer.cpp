@@ -97,7 +97,7 @@ class ReadFiles final : public FileNames {
     ImageFiles files_of(const StoredImage& image) override {
         const ImageFiles& files = scenario_.image_files.at(&image);
         return {relative(files.image), files.depth ? std::optional(relative(*files.depth)) : std::nullopt,
-                files.z};
+                files.z, files.layer, files.depth_layer};
     }
 
     std::filesystem::path table_file_of(const DisplayCorrection& correction) override {
@@ -165,6 +165,12 @@ std::string corrections_text(const std::vector<DisplayCorrection>& corrections, 
 /// The members of a map on one line.
 std::string map_text(const std::string& path, const Scenario& scenario, FileNames& files) {
     std::vector<std::string> members = members_of(setting_rows(), path, scenario);
+    for (const ObjectKey<Scenario>& key : setting_rows()) {
+        const std::string inner = key.schema.pattern;
+        if (key.schema.shape == KeyShape::kMap && inner.rfind(path + ".", 0) == 0) {
+            members.push_back(inner.substr(path.size() + 1) + ": " + map_text(inner, scenario, files));
+        }
+    }
     const std::vector<DisplayCorrection>& corrections = scenario.displays.correction;
     if (path == "displays" && !corrections.empty()) {
         members.push_back("correction: " + corrections_text(corrections, files));
@@ -206,8 +212,12 @@ void write_renderer(std::ostream& out, const Renderer& renderer, const Scenario&
     for (const RendererFrame& frame : renderer.frames) {
         const ImageFiles files = names.files_of(*renderer.images[frame.image]);
         std::vector<std::string> members{"image: " + name("renderers.frames.image", files.image.string())};
+        if (files.layer) members.push_back("layer: " + name("renderers.frames.layer", *files.layer));
         if (files.depth) {
             members.push_back("depth: " + name("renderers.frames.depth", files.depth->string()));
+        }
+        if (files.depth_layer) {
+            members.push_back("depth_layer: " + name("renderers.frames.depth_layer", *files.depth_layer));
         }
         if (files.z) members.push_back("z: " + text::number(*files.z));
         if (is_split_of_viewport(frame, renderer, scenario)) {
@@ -261,7 +271,10 @@ std::map<std::string, std::string> scenario_settings(const Scenario& scenario) {
 
 void write_scenario(const Scenario& scenario, const std::filesystem::path& directory) {
     WrittenFiles files;
-    const std::string content = scenario_text(scenario, files);
+    Scenario written = scenario;
+    // Its files have Z as a share of their full scale, whatever those have had that it was read from.
+    written.image_reading = {scenario.image_reading.nearest(), scenario.image_reading.farthest()};
+    const std::string content = scenario_text(written, files);
     std::error_code error;
     std::filesystem::create_directories(directory, error);
     if (error) fail_to_write(directory, error.message());

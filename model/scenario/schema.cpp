@@ -141,7 +141,7 @@ std::vector<std::string> Schema::paths() const {
 std::string Schema::nearest_key(std::string_view map_pattern, std::string_view map_path,
                                 std::string_view key) const {
     constexpr int kSlip = 2;  // edits that still count as a typing error
-    const std::string sibling = text::nearest(key, keys_of(map_pattern));
+    const std::string sibling = text::nearest(key.substr(0, key.find('.')), keys_of(map_pattern));
     if (text::edit_distance(key, sibling) > kSlip && !key.empty()) {
         for (const SchemaKey& elsewhere : keys_) {
             if (last_key(elsewhere.pattern) == key) return elsewhere.pattern;

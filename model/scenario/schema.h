@@ -70,6 +70,7 @@ struct SchemaKey {
     const char* unit = "";
     std::string fallback = {};  ///< what holds if it is not given, in words: "64", "required"
     std::size_t length = 0;     ///< of a list that always has that many numbers
+    bool may_be_one = false;    ///< of a list: a single entry may stand without one
 };
 
 /// Every place that a kind of YAML file has, the one list that its reader, overrides and documentation use.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -78,19 +79,44 @@ class TreeBuilder {
   private:
     void add_members(Value& map, const YAML::Node& node, int depth) {
         std::unordered_map<std::string, int> lines;  ///< of the keys so far
+        std::vector<Member> merged;
         for (const auto& member : node) {
             const YAML::Node& key = member.first;
             const Place key_place = place(key.Mark());
             if (!key.IsScalar()) fail_at(key_place, "", "a key is not plain text; use the name of a key");
             const std::string& name = key.Scalar();
+            const bool merges = name == "<<" && key.Tag() != "!";
             const auto [earlier, is_new] = lines.emplace(name, key_place.line);
             if (!is_new) {
                 const std::string where =
                     has_lines_ ? " on line " + std::to_string(earlier->second) : std::string(" already");
                 fail_at(key_place, name, "is here twice, first" + where + "; use each key once in a map");
             }
-            map.members.push_back({key_place, name, build(member.second, key_place, depth + 1)});
+            Value value = build(member.second, key_place, depth + 1);
+            if (merges) {
+                add_merged(merged, std::move(value));
+            } else {
+                map.members.push_back({key_place, name, std::move(value)});
+            }
         }
+        // What the map has itself comes first, then what earlier maps have.
+        for (Member& member : merged) {
+            if (map.find(member.key) == nullptr) map.members.push_back(std::move(member));
+        }
+    }
+    /// Of a merge key, `<<`: members of the map, or of each map of the list.
+    static void add_merged(std::vector<Member>& members, Value value) {
+        if (value.kind == ValueKind::kList) {
+            for (Value& map : value.items) add_map(members, std::move(map));
+        } else {
+            add_map(members, std::move(value));
+        }
+    }
+    static void add_map(std::vector<Member>& members, Value map) {
+        if (map.kind != ValueKind::kMap) {
+            fail_at(map.place, "<<", "is " + described(map) + "; use a map with an anchor, such as *frame, or a list of them");
+        }
+        std::move(map.members.begin(), map.members.end(), std::back_inserter(members));
     }
 
     std::shared_ptr<const std::string> origin_;
@@ -208,6 +234,7 @@ void check_structure_of(const Schema& schema, const Value& value, const std::str
             break;
         }
         case KeyShape::kList:
+            if (key.may_be_one && value.kind == ValueKind::kScalar) break;
             if (value.kind != ValueKind::kList) fail_shape(schema, value, path, key);
             for (std::size_t i = 0; i < value.items.size(); ++i) {
                 check_structure_of(schema, value.items[i], pattern + "[]", item_path(path, i));
@@ -505,6 +532,7 @@ Entry Entry::at(std::string_view path) const {
 std::vector<Entry> Entry::items() const {
     std::vector<Entry> entries;
     if (value_ == nullptr) return entries;
+    if (value_->kind == ValueKind::kScalar) return {Entry(schema_, value_, path_, pattern_ + "[]", place_)};
     entries.reserve(value_->items.size());
     for (std::size_t i = 0; i < value_->items.size(); ++i) {
         const Value& item = value_->items[i];

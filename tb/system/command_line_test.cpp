@@ -74,7 +74,7 @@ std::vector<BadScenario> bad_scenarios() {
         {"a channel of 256", with("height: 16", "height: 16, background: [1, 2, 256]"), {":2", "0 to 255"}},
         {"an unknown composition", std::string(kScenario) + "composition: under\n", {":16", "under", "over"}},
         {"an unknown depth format", std::string(kScenario) + "depth_format: z32\n", {":16", "z32", "z24"}},
-        {"near beyond far", std::string(kScenario) + "depth_range: [5, 1]\n", {":16", "depth_range"}},
+        {"near at far", std::string(kScenario) + "depth_range: [5, 5]\n", {":16", "depth_range"}},
         {"a depth range of one", std::string(kScenario) + "depth_range: [5]\n", {":16", "near, far"}},
         {"a clock that stands", std::string(kScenario) + "clocks: {core_mhz: 0}\n", {":16", "core_mhz"}},
         {"no page", with("words_per_cycle: 4", "page_words: 0"), {":3", "memory.page_words"}},

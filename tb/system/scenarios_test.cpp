@@ -179,7 +179,7 @@ TEST_CASE("the union of three renderers shows what one renderer sees", "[system]
     const ColourImage composite = collage(displays, scenario.displays, 0);
     const PixelImage truth =
         image_codec().load({kScenarioDirectory / "images/union/truth.exr"}, scenario.depth_format,
-                           {scenario.depth_near, scenario.depth_far});
+                           scenario.image_reading);
     REQUIRE(composite.width_pixels == truth.width_pixels);
     REQUIRE(composite.height_pixels == truth.height_pixels);
     ColourImage expected(truth.width_pixels, truth.height_pixels);

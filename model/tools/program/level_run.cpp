@@ -9,6 +9,7 @@
 #include "functional/functional_compositor.h"
 #include "host/errors.h"
 #include "host/text.h"
+#include "report/machine_report.h"
 #include "rtl/run.h"
 #include "rtl/waveform_file.h"
 #include "scenario/fault_kinds.h"
@@ -92,6 +93,7 @@ RunReport run_functional(const Scenario& scenario, const RunFollower& follower) 
             ++report.displays[static_cast<std::size_t>(display) - 1].frames_shown;
         }
     }
+    report.clamped_depths = clamped_depths(scenario);
     return report;
 }
 

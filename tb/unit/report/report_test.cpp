@@ -240,6 +240,21 @@ TEST_CASE("what a check of the run has found is in the JSON report, if there was
           R"({"rules":7,"pictures":5,"violations":1,"first_violations":["frame 0: a pixel"]})");
 }
 
+TEST_CASE("depths that were clamped are in the JSON report and the summary", "[report]") {
+    RunReport report = clean_run();
+    CHECK(ordered_json::parse(report_json(report))["clamped_depths"].dump() == "[]");
+    CHECK(report_summary(report).find("clamped") == std::string::npos);
+    report.clamped_depths = {{"a.exr", {1, 0}}, {"b.exr", {0, 7}}, {"c.exr", {2, 5}}};
+    CHECK(ordered_json::parse(report_json(report))["clamped_depths"][0].dump() ==
+          R"({"file":"a.exr","before_near_pixels":1,"behind_far_pixels":0})");
+    const std::string lines =
+        "\nclamped to depth_range:\n  a.exr: 1 pixel before near\n  b.exr: 7 pixels behind far\n"
+        "  c.exr: 2 pixels before near, 5 pixels behind far\n";
+    CHECK(report_summary(report).find(lines) != std::string::npos);
+    report.level = "functional";
+    CHECK(report_summary(report).find(lines) != std::string::npos);
+}
+
 TEST_CASE("the JSON report holds every counter under its key, in a fixed order", "[report]") {
     const RunReport report = troubled_run();
     const std::string text = report_json(report);
@@ -249,7 +264,8 @@ TEST_CASE("the JSON report holds every counter under its key, in a fixed order",
     CHECK(text.back() == '\n');
     CHECK(keys(json) == std::vector<std::string>{"scenario", "level", "core_cycles", "core_mhz",
                                                  "buffer_pixels", "rates", "bottleneck", "cost", "frames",
-                                                 "renderers", "composers", "displays", "totals", "watchdog"});
+                                                 "renderers", "composers", "displays", "totals",
+                                                 "clamped_depths", "watchdog"});
     CHECK(json["scenario"] == "troubled");
     CHECK(json["level"] == "rtl");
     CHECK(json["core_cycles"] == 30000);

@@ -30,20 +30,20 @@ bool lacks_z(const std::string& complaint) { return complaint.find("and no Z; us
 
 /// With Z of the near plane if it has none.
 PixelImage load(const std::filesystem::path& file, DepthFormat format = DepthFormat::kA8Z16,
-                const DepthRange& range = {}) {
+                const ImageReading& reading = {}) {
     ImageFiles files{file};
     try {
-        return image_codec().load(files, format, range);
+        return image_codec().load(files, format, reading);
     } catch (const InputError& error) {
         if (!lacks_z(error.what())) throw;
     }
-    files.z = range.near;
-    return image_codec().load(files, format, range);
+    files.z = reading.near;
+    return image_codec().load(files, format, reading);
 }
 
 std::string error_of(const ImageFiles& files, DepthFormat format = DepthFormat::kA8Z16,
-                     const DepthRange& range = {}) {
-    return input_error_of([&] { image_codec().load(files, format, range); });
+                     const ImageReading& reading = {}) {
+    return input_error_of([&] { image_codec().load(files, format, reading); });
 }
 
 /// What is wrong with it; that it has no Z is allowed.
@@ -59,9 +59,10 @@ std::string error_of(const std::filesystem::path& file,
 
 /// The Z values of an image with `depth` as its depth file, all in one row.
 std::vector<std::uint32_t> depths(const ScratchDirectory& directory, const std::string& depth, int width,
-                                  DepthFormat format, const DepthRange& range) {
+                                  DepthFormat format, const ImageReading& reading) {
     write_black(directory / "colour.png", width, 1);
-    const PixelImage image = image_codec().load({directory / "colour.png", directory / depth}, format, range);
+    const PixelImage image =
+        image_codec().load({directory / "colour.png", directory / depth}, format, reading);
     std::vector<std::uint32_t> z;
     for (const Pixel& pixel : image.values) z.push_back(pixel.z());
     return z;
@@ -73,10 +74,11 @@ TEST_CASE("image: one without Z is refused, since it would hide all others, unle
     const ScratchDirectory directory;
     write_picture<std::uint8_t>(directory / "a.png", 2, 1, {}, {0, 1, 2, 3, 4, 5});
     const ImageFiles none{directory / "a.png"};
-    CHECK(error_of(none) ==
-          (directory / "a.png").string() +
-              ": has the channels R, G and B and no Z; use depth, a file of Z, or z, one depth for all "
-              "of it");
+    CHECK(
+        error_of(none) ==
+        (directory / "a.png").string() +
+            ": has the channels R, G and B and no Z; use depth, a file of Z, z, one depth for all of it, or "
+            "depth_layer, a layer or a channel of the file");
     const auto z_at = [&](double depth, DepthFormat format) {
         ImageFiles files = none;
         files.z = depth;
@@ -109,10 +111,11 @@ TEST_CASE("image: 8-bit integers as they are, A and Z by default") {
                                              Pixel(127, 128, 129, 255, 0), Pixel(253, 254, 255, 255, 0)});
 }
 
-TEST_CASE("image: 16-bit and 32-bit integers by their high byte") {
+TEST_CASE("image: 16-bit and 32-bit integers are rounded to 8 bits as shares of their full scale") {
     const ScratchDirectory directory;
-    const std::vector<std::uint16_t> words{0x0000, 0x00FF, 0x0100, 0x12FF, 0x8000, 0xFFFF};
-    const std::vector<Pixel> high{Pixel(0, 0, 1, 255, 0), Pixel(0x12, 0x80, 0xFF, 255, 0)};
+    // 255 x 128 / 65535 = 0.498, 255 x 129 / 65535 = 0.502, 255 x 0x12FF / 65535 = 18.92, 127.502.
+    const std::vector<std::uint16_t> words{128, 129, 0x0100, 0x12FF, 0x8000, 0xFFFF};
+    const std::vector<Pixel> high{Pixel(0, 1, 1, 255, 0), Pixel(19, 128, 255, 255, 0)};
     for (const char* name : {"a.png", "a.tif"}) {
         INFO(name);
         write_picture(directory / name, 2, 1, {{"R", "G", "B"}, TypeDesc::UINT16}, words);
@@ -120,7 +123,7 @@ TEST_CASE("image: 16-bit and 32-bit integers by their high byte") {
     }
     write_picture<std::uint32_t>(directory / "b.tif", 1, 1, {{"R", "G", "B"}, TypeDesc::UINT32},
                                  {0x00FFFFFF, 0x7F000000, 0xFFFFFFFF});
-    CHECK(load(directory / "b.tif").values == std::vector<Pixel>{Pixel(0, 0x7F, 0xFF, 255, 0)});
+    CHECK(load(directory / "b.tif").values == std::vector<Pixel>{Pixel(1, 0x7F, 0xFF, 255, 0)});
 }
 
 TEST_CASE("image: floats are clamped, scaled and rounded halves up") {
@@ -263,30 +266,6 @@ TEST_CASE("image: float Z over the depth range") {
     CHECK(image.at(0, 1).z() == 11184810);
 }
 
-TEST_CASE("image: integer Z is taken as it is") {
-    const ScratchDirectory directory;
-    write_picture<std::uint8_t>(directory / "z8.png", 3, 1, {{"Y"}, TypeDesc::UINT8}, {0, 7, 255});
-    CHECK(depths(directory, "z8.png", 3, DepthFormat::kA8Z16, {10.0, 30.0}) ==
-          std::vector<std::uint32_t>{0, 7, 255});
-    write_picture<std::uint16_t>(directory / "z16.png", 3, 1, {{"Y"}, TypeDesc::UINT16}, {0, 300, 65535});
-    CHECK(depths(directory, "z16.png", 3, DepthFormat::kA8Z16, {}) ==
-          std::vector<std::uint32_t>{0, 300, 65535});
-    CHECK(depths(directory, "z16.png", 3, DepthFormat::kZ24, {}) ==
-          std::vector<std::uint32_t>{0, 300, 65535});
-    write_picture<std::uint32_t>(directory / "z32.tif", 3, 1, {{"Z"}, TypeDesc::UINT32},
-                                 {0, 70000, 0xFFFFFF});
-    CHECK(depths(directory, "z32.tif", 3, DepthFormat::kZ24, {}) ==
-          std::vector<std::uint32_t>{0, 70000, 0xFFFFFF});
-    CHECK(error_of(directory / "colour.png", directory / "z32.tif") ==
-          (directory / "z32.tif").string() +
-              ": channel Y at x 1, y 0: Z 70000 is beyond the far plane of the depth format; use 0 to 65535, "
-              "or "
-              "floats and depth_range");
-    write_picture<std::uint32_t>(directory / "far.tif", 3, 1, {{"Z"}, TypeDesc::UINT32}, {0, 0, 0x1000000});
-    CHECK(error_of(directory / "colour.png", directory / "far.tif", DepthFormat::kZ24)
-              .find("use 0 to 16777215") != std::string::npos);
-}
-
 TEST_CASE("image: a Z of the image and a depth file of its own") {
     const ScratchDirectory directory;
     write_picture<float>(directory / "a.exr", 2, 1, {kRgbaz, TypeDesc::FLOAT},
@@ -306,22 +285,20 @@ TEST_CASE("image: a Z of the image and a depth file of its own") {
     write_picture<std::uint8_t>(directory / "rgb.png", 2, 1, {}, {1, 2, 3, 4, 5, 6});
     CHECK(error_of(directory / "a.exr", directory / "rgb.png") ==
           (directory / "rgb.png").string() +
-              ": has the channels R, G and B; use one channel, or several with exactly one Z among them");
+              ": channel G at x 0, y 0: differs from R; use a file of Z with the same in R, G and B, "
+              "depth_bits: rgb24 if they hold 24 bits, or depth_layer");
     write_picture<std::uint8_t>(directory / "small.png", 1, 1, {{"Y"}}, {1});
     CHECK(error_of(directory / "a.exr", directory / "small.png") ==
           (directory / "small.png").string() +
-              ": has 1 x 1 pixels; use 2 x 1, the size of the image it belongs to");
+              ": has 1 x 1 pixels; use 2 x 1 pixels, as the image it belongs to");
 }
 
 TEST_CASE("image: missing channels are named") {
     const ScratchDirectory directory;
-    write_picture<std::uint8_t>(directory / "grey.png", 1, 1, {{"Y"}}, {1});
-    CHECK(error_of(directory / "grey.png") ==
-          (directory / "grey.png").string() + ": has the channels Y; use R, G and B, and A and Z if need be");
     write_picture<float>(directory / "part.exr", 1, 1, {{"R", "G", "Z"}, TypeDesc::FLOAT}, {0, 0, 0});
     CHECK(error_of(directory / "part.exr") ==
           (directory / "part.exr").string() +
-              ": has the channels R, G and Z; use R, G and B, and A and Z if need be");
+              ": has the channels R, G and Z; use R, G and B, or Y, and A and Z if need be");
 }
 
 TEST_CASE("image: what is not a number is reported with its position") {
@@ -331,28 +308,32 @@ TEST_CASE("image: what is not a number is reported with its position") {
             std::vector<float> samples(30, 0.5F);
             samples[20 + channel] = kNan;
             write_picture(directory / "a.exr", 3, 2, {kRgbaz, type}, samples);
-            CHECK(error_of(directory / "a.exr") == (directory / "a.exr").string() + ": channel " +
-                                                       kRgbaz[channel] +
-                                                       " at x 1, y 1: is not a number; use finite values");
+            const std::string or_nothing = kRgbaz[channel] == "Z" ? ", or depth_nothing: [nan]" : "";
+            CHECK(error_of(directory / "a.exr") ==
+                  (directory / "a.exr").string() + ": channel " + kRgbaz[channel] +
+                      " at x 1, y 1: is not a number; use finite values" + or_nothing);
         }
     }
     write_picture<float>(directory / "z.tif", 2, 1, {{"Z"}, TypeDesc::FLOAT}, {0.0F, kNan});
     write_black(directory / "colour.png", 2, 1);
     CHECK(error_of(directory / "colour.png", directory / "z.tif") ==
-          (directory / "z.tif").string() + ": channel Y at x 1, y 0: is not a number; use finite values");
+          (directory / "z.tif").string() +
+              ": channel Y at x 1, y 0: is not a number; use "
+              "finite values, or depth_nothing: [nan]");
 }
 
 TEST_CASE("image: signed integers are rejected") {
     const ScratchDirectory directory;
     write_picture<std::int16_t>(directory / "a.tif", 1, 1, {{"R", "G", "B"}, TypeDesc::INT16}, {1, 2, 3});
-    CHECK(error_of(directory / "a.tif") ==
-          (directory / "a.tif").string() +
-              ": channel R holds int16 values; use unsigned integers, half, float or double");
+    CHECK(
+        error_of(directory / "a.tif") ==
+        (directory / "a.tif").string() +
+            ": channel R holds int16 values; use unsigned integers of up to 32 bits, half, float or double");
     write_picture<std::int32_t>(directory / "z.tif", 1, 1, {{"Z"}, TypeDesc::INT32}, {1});
     write_black(directory / "colour.png", 1, 1);
     CHECK(error_of(directory / "colour.png", directory / "z.tif") ==
           (directory / "z.tif").string() +
-              ": channel Y holds int values; use unsigned integers, half, float or double");
+              ": channel Y holds int values; use unsigned integers of up to 32 bits, half, float or double");
 }
 
 TEST_CASE("image: doubles that the library does not read from TIFF are reported, not read as zeros") {

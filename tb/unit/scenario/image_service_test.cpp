@@ -21,7 +21,7 @@ namespace metabuffer::test {
 namespace {
 
 constexpr DepthFormat kFormat = DepthFormat::kA8Z16;
-constexpr DepthRange kRange{0.0, 100.0};
+const ImageReading kRange{0.0, 100.0};
 
 std::string text_of(const std::string& file) {
     std::ifstream stream(file);
@@ -47,8 +47,8 @@ struct BrokenImages final : ImageSource {
         ++reads;
         throw InputError(files.image.string() + ": is broken");
     }
-    PixelImage load(const ImageFiles& files, DepthFormat /*format*/,
-                    const DepthRange& /*range*/) const override {
+    ReadImage load(const ImageFiles& files, DepthFormat /*format*/,
+                   const ImageReading& /*reading*/) const override {
         throw InputError(files.image.string() + ": is read though its headers are broken");
     }
 };
@@ -64,8 +64,8 @@ struct CountedImages final : ImageSource {
         ++headers_read;
         return {16, 8};
     }
-    PixelImage load(const ImageFiles& files, DepthFormat /*format*/,
-                    const DepthRange& /*range*/) const override {
+    ReadImage load(const ImageFiles& files, DepthFormat /*format*/,
+                   const ImageReading& /*reading*/) const override {
         ++images_read;
         const std::string name = files.image.filename().string();
         if (name == "f" + std::to_string(kBroken) + ".png") throw InputError(name + ": is broken");

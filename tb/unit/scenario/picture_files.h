@@ -18,6 +18,10 @@ struct PictureFormat {
     OIIO::TypeDesc file_type = OIIO::TypeDesc::UINT8;
     std::vector<OIIO::TypeDesc> channel_types = {};
     bool unassociated_alpha = false;
+    int orientation = 0;            ///< 0: none is written
+    OIIO::ROI display_window = {};  ///< with `data_x`, `data_y`, if it is not what the samples cover
+    int data_x = 0;
+    int data_y = 0;
 };
 
 /// Writes samples (all of one type, pixel by pixel) with OpenImageIO.
@@ -35,6 +39,12 @@ void write_picture(const std::filesystem::path& file, int width, int height, con
     for (int c = 0; c < channels; ++c) {
         if (format.channels[static_cast<std::size_t>(c)] == "A") spec.alpha_channel = c;
         if (format.channels[static_cast<std::size_t>(c)] == "Z") spec.z_channel = c;
+    }
+    if (format.orientation != 0) spec.attribute("Orientation", format.orientation);
+    if (format.display_window.defined()) {
+        spec.set_roi_full(format.display_window);
+        spec.x = format.data_x;
+        spec.y = format.data_y;
     }
     if (format.unassociated_alpha) spec.attribute("oiio:UnassociatedAlpha", 1);
     const auto output = OIIO::ImageOutput::create(file.string());

@@ -283,12 +283,13 @@ TEST_CASE("renderers: images of one size, and what is wrong with one, have their
               "/absent.png: cannot be read: No such file or directory");
     CHECK(fixture.error(with_frame(first + "        depth: depth.png\n")) ==
           "test.yaml:6: renderers[0].frames[0].depth: " + folder +
-              "/depth.png: has 16 x 7 pixels; use 16 x 8, the size of the image it belongs to");
+              "/depth.png: has 16 x 7 pixels; use 16 x 8 pixels, as the image it belongs to");
     CHECK(fixture.error(with_frame(first + "        depth: absent.png\n")) ==
           "test.yaml:6: renderers[0].frames[0].depth: " + folder +
               "/absent.png: cannot be read: No such file or directory");
-    write_black(fixture.directory() / "colours.png", 16, 8);
-    CHECK(fixture.error(with_frame(first + "        depth: colours.png\n")).rfind("test.yaml:6: ", 0) == 0);
+    write_picture<std::uint8_t>(fixture.directory() / "two.exr", 16, 8, {{"U", "V"}},
+                                std::vector<std::uint8_t>(std::size_t{16} * 8 * 2));
+    CHECK(fixture.error(with_frame(first + "        depth: two.exr\n")).rfind("test.yaml:6: ", 0) == 0);
 }
 
 TEST_CASE("renderers: an image without Z is given one depth for all of it") {
@@ -298,10 +299,11 @@ TEST_CASE("renderers: an image without Z is given one depth for all of it") {
         return with_frame("      - {image: colours.png" + depth + ", viewport: {x: 0, y: 0}}\n");
     };
     const std::string place = "test.yaml:4: renderers[0].frames[0].";
-    CHECK(fixture.error(frame("")) ==
-          place + "image: " + (fixture.directory() / "colours.png").string() +
-              ": has the channels R, G and B and no Z; use depth, a file of Z, or z, "
-              "one depth for all of it");
+    CHECK(
+        fixture.error(frame("")) ==
+        place + "image: " + (fixture.directory() / "colours.png").string() +
+            ": has the channels R, G and B and no Z; use depth, a file of Z, z, one depth for all of it, or "
+            "depth_layer, a layer or a channel of the file");
     CHECK(fixture.error(frame(", z: 100.5")) == place + "z: 100.5 is out of range; use 0 to 100");
     CHECK(fixture.error(frame(", z: -1"), {"depth_range=[-0.5, 7]"}) ==
           place + "z: -1 is out of range; use -0.5 to 7");

@@ -62,9 +62,9 @@ TEST_CASE("rules: settings") {
           "displays.height: 2000000000 is out of range; use 1 to 4096");
     CHECK(error_after([](Scenario& s) { s.displays.supersample = 3; }) ==
           "displays.supersample: 3 is not a supersampling; use 1, 2 or 4");
-    CHECK(error_after([](Scenario& s) { s.depth_near = 100.0; }) ==
-          "depth_range: near 100 is not below far 100; use [near, far] with near < far");
-    CHECK(error_after([](Scenario& s) { s.depth_far = std::numeric_limits<double>::quiet_NaN(); }) ==
+    CHECK(error_after([](Scenario& s) { s.image_reading.near = 100.0; }) ==
+          "depth_range: near and far are both 100; use two different depths");
+    CHECK(error_after([](Scenario& s) { s.image_reading.far = std::numeric_limits<double>::quiet_NaN(); }) ==
           "depth_range: nan is out of range; use -1e+30 to 1e+30");
     CHECK(error_after([](Scenario& s) { s.clocks.core_mhz = 0.0; }) ==
           "clocks.core_mhz: 0 is out of range; use 0.001 to 10000");

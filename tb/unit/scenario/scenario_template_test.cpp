@@ -133,7 +133,7 @@ TEST_CASE("scenario template: errors are those of the loader") {
         {"bus.width_bits", "48"},       {"bus.widht_bits", "32"}, {"composer.ready_space_pixels", "1"},
         {"renderers.1.name", "ball"},   {"renderers", "[]"},      {"displays.columns", "[1"},
         {"renderers.0.frames.0", "{}"}, {"displays.rows", "65"},  {"name", "a/b"},
-        {"displays", "{width: 16}"},    {"faults", "[{}]"},       {"depth_range", "[2, 1]"},
+        {"displays", "{width: 16}"},    {"faults", "[{}]"},       {"depth_range", "[2, 2]"},
     };
     for (const ScenarioOverride& one : overrides) {
         INFO(one.path << "=" << one.value);

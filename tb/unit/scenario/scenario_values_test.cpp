@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <initializer_list>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -135,8 +136,8 @@ TEST_CASE("scenario: the least scenario has the documented defaults") {
     CHECK(scenario.background_pixel() == Pixel(0, 0, 0, 0, 0xFFFF));
     CHECK(scenario.composition == Composition::kZ);
     CHECK(scenario.depth_format == DepthFormat::kA8Z16);
-    CHECK(scenario.depth_near == 0.0);
-    CHECK(scenario.depth_far == 100.0);
+    CHECK(scenario.image_reading.near == 0.0);
+    CHECK(scenario.image_reading.far == 100.0);
     CHECK(scenario.memory.page_words == 512);
     CHECK(scenario.memory.page_miss_cycles == 6);
     CHECK(scenario.memory.words_per_cycle == 1);
@@ -279,21 +280,67 @@ TEST_CASE("scenario: the background is three channels") {
           "test.yaml:2: displays.background[0]: '0.5' is not a whole number; use 0 to 255");
 }
 
-TEST_CASE("scenario: the depth range is near below far") {
+TEST_CASE("scenario: the depth range is near and far, which differ") {
     const ScenarioFixture fixture;
     const Scenario scenario = fixture.parse(scenario_with("depth_range", "[-2.5, 100]"));
-    CHECK(scenario.depth_near == -2.5);
-    CHECK(scenario.depth_far == 100.0);
-    check_error(fixture, "depth_range", "[5, 5]",
-                "near 5 is not below far 5; use [near, far] with near < far");
-    check_error(fixture, "depth_range", "[5, 1.5]",
-                "near 5 is not below far 1.5; use [near, far] with near < far");
-    check_error(fixture, "depth_range", "[1]", "has 1 entries; use two numbers, [near, far]");
-    check_error(fixture, "depth_range", "100", "is '100'; use a list of two numbers, [near, far]");
+    CHECK(scenario.image_reading.near == -2.5);
+    CHECK(scenario.image_reading.far == 100.0);
+    CHECK(fixture.parse(scenario_with("depth_range", "[5, 1.5]")).image_reading.larger_is_nearer());
+    check_error(fixture, "depth_range", "[5, 5]", "near and far are both 5; use two different depths");
+    const std::string use = "two numbers, [near, far]; near > far if larger ones are nearer";
+    check_error(fixture, "depth_range", "[1]", "has 1 entries; use " + use);
+    check_error(fixture, "depth_range", "100", "is '100'; use a list of " + use);
     CHECK(fixture.error(scenario_with("depth_range", "[0, .inf]")) ==
           "test.yaml:1: depth_range[1]: '.inf' is not a finite decimal number; use -1e+30 to 1e+30");
     CHECK(fixture.error(scenario_with("depth_range", "\n  - 0\n  - 1e31")) ==
           "test.yaml:3: depth_range[1]: 1e31 is out of range; use -1e+30 to 1e+30");
+}
+
+TEST_CASE("scenario: depths that mean nothing are one or a list, of numbers or what is none") {
+    const ScenarioFixture fixture;
+    const auto reading = [&](const std::string& value) {
+        return fixture.parse(scenario_with("depth_nothing", value)).image_reading;
+    };
+    CHECK(reading("-1").nothing == std::vector<double>{-1.0});
+    const ImageReading all = reading("[0, .inf, -inf, NaN, 1e10]");
+    const double infinity = std::numeric_limits<double>::infinity();
+    CHECK(all.nothing == std::vector<double>{0.0, infinity, -infinity, 1e10});
+    CHECK(all.nan_is_nothing);
+    CHECK_FALSE(reading("[]").nan_is_nothing);
+    CHECK(fixture.error(scenario_with("depth_nothing", "[1, none]")) ==
+          "test.yaml:1: depth_nothing[1]: 'none' is not a finite decimal number; use "
+          "-1.7976931348623157e+308 to 1.7976931348623157e+308");
+    check_error(
+        fixture, "depth_nothing", "{a: 1}",
+        "is a map; use a list of numbers, nan or inf: the depths in image files that mean nothing is there");
+}
+
+TEST_CASE("scenario: a gap between displays moves what lies behind it") {
+    const ScenarioFixture fixture;
+    const Scenario scenario = fixture.parse(
+        std::string("displays: {columns: 2, rows: 2, width: 16, height: 8, gap: {x: 3, y: 2}}\n") +
+        ScenarioFixture::kRenderers);
+    const DisplayWall wall = scenario.displays.wall();
+    CHECK(wall.gap_x_pixels == 3);
+    CHECK(wall.gap_y_pixels == 2);
+    // 24 x 12 pixels from (4, 3): of its columns 12 to 14 and its rows 5 and 6 nobody sees anything.
+    const ViewportTable table = split_viewport({4, 3, 1}, 24, 12, wall);
+    const auto row = [](int display, int sx, int sy, int sdx, int sdy, int dx, int dy) {
+        ViewportRow made;
+        made.dcomp = static_cast<std::uint16_t>(display);
+        made.sx = static_cast<std::uint16_t>(sx);
+        made.sy = static_cast<std::uint16_t>(sy);
+        made.sdx = static_cast<std::uint16_t>(sdx);
+        made.sdy = static_cast<std::uint16_t>(sdy);
+        made.dx = static_cast<std::int16_t>(dx);
+        made.dy = static_cast<std::int16_t>(dy);
+        made.dmultiple = 1;
+        return made;
+    };
+    CHECK((table == ViewportTable{row(1, 0, 0, 12, 5, 4, 3), row(2, 15, 0, 9, 5, 0, 3),
+                                  row(3, 0, 7, 12, 5, 4, 0), row(4, 15, 7, 9, 5, 0, 0)}));
+    CHECK(fixture.error(scenario_with("displays.gap", "{x: -1}")) ==
+          "test.yaml:2: displays.gap.x: -1 is out of range; use 0 to 65535");
 }
 
 TEST_CASE("scenario: its name") {

@@ -38,6 +38,7 @@ Scenario unusual_scenario(DepthFormat format) {
     scenario.name = "it's: {unusual} #1 \xc3\xa4";
     scenario.displays.columns = 3;
     scenario.displays.rows = 2;
+    scenario.displays.gap = {2, 5};
     scenario.displays.width_pixels = 21;
     scenario.displays.height_pixels = 9;
     scenario.displays.supersample = 2;
@@ -46,8 +47,8 @@ Scenario unusual_scenario(DepthFormat format) {
     scenario.displays.background[2] = 77;
     scenario.composition = Composition::kOver;
     scenario.depth_format = format;
-    scenario.depth_near = -0.1;
-    scenario.depth_far = 1e25;
+    scenario.image_reading.near = -0.1;
+    scenario.image_reading.far = 1e25;
     scenario.clocks = {66.6, 1.0 / 3.0, 10000.0};
     scenario.memory = {17, 8, 2, 11, 3, 5, 400, 20, MemoryPorts::kShared, 17, std::nullopt};
     scenario.bus = {256, 65535, Arbitration::kEdf, 3, SlotTableMaker::kBuilt, 2};

@@ -83,6 +83,27 @@ Value random_value(Random& random, int depth) {
 
 }  // namespace
 
+TEST_CASE("yaml: merge keys bring the members of maps that the map itself does not have") {
+    struct Row {
+        const char* text;
+        const char* flow;
+    };
+    for (const Row& row :
+         {Row{"[&a {x: 1, y: 2}, {<<: *a, y: 3}]", "[{x: 1, y: 2}, {y: 3, x: 1}]"},
+          Row{"[&a {x: 1, y: 2}, {y: 3, <<: *a}]", "[{x: 1, y: 2}, {y: 3, x: 1}]"},
+          Row{"[&a {x: 1}, &b {x: 2, y: 2}, {<<: [*a, *b]}]", "[{x: 1}, {x: 2, y: 2}, {x: 1, y: 2}]"},
+          Row{"[&a {x: 1}, &b {<<: *a, y: 2}, {<<: *b}]", "[{x: 1}, {y: 2, x: 1}, {y: 2, x: 1}]"},
+          Row{"{'<<': {x: 1}}", "{'<<': {x: 1}}"}, Row{"{<<: {}}", "{}"}}) {
+        CHECK(flow(row.text) == row.flow);
+    }
+    for (const char* wrong : {"{<<: 3}", "{<<: [{}, 3]}", "{<<: ~}"}) {
+        const std::string error = input_error_of([wrong] { parse(wrong); });
+        CHECK(error.find("<<: is ") != std::string::npos);
+        CHECK(error.find("; use a map with an anchor, such as *frame, or a list of them") !=
+              std::string::npos);
+    }
+}
+
 TEST_CASE("flow text: plain words and numbers stay as they are") {
     for (const std::string text :
          {"64", "-3", "+5", ".5", "1e3", "irsa", "slot-allocation", "case-1.yaml", "../a/b.yaml", "true",
