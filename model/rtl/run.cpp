@@ -136,7 +136,9 @@ RunResult run(const Scenario& scenario, const RunOptions& options) {
             window =
                 (options.trace->find_window ? options.trace->find_window : find_window)(scenario, wanted);
         }
-        if (window) waveform_file->start();
+        if (window) {
+            waveform_file->start(window->first * clock_period_picoseconds(scenario.clocks.core_mhz));
+        }
     }
 
     SimulationRun simulation(scenario, options.on_frame_shown);

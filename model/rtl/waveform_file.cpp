@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "host/errors.h"
 #include "host/temporary_folder.h"
@@ -36,6 +37,32 @@ std::string as_comment(std::string text, bool line_by_line) {
     for (std::string line; std::getline(lines, line);) comments += "$comment\n" + line + "\n$end\n";
     return comments;
 }
+
+/// Puts the time before the first values of a value change dump. SystemC writes none, and readers take them for values
+/// of time 0.
+class FirstTime {
+  public:
+    explicit FirstTime(std::int64_t picoseconds) : line_("#" + std::to_string(picoseconds) + "\n") {}
+
+    /// What is to be written of the next bytes.
+    std::string after(std::string_view bytes) {
+        if (is_written_) return std::string(bytes);
+        held_ += bytes;
+        const std::size_t values = held_.find(kValues);
+        if (values == std::string::npos) return {};
+        is_written_ = true;
+        return std::move(held_.insert(values + 1, line_));
+    }
+    /// What has been held back for values that have not come.
+    std::string rest() { return is_written_ ? std::string() : std::move(held_); }
+
+  private:
+    static constexpr std::string_view kValues = "\n$dumpvars";
+
+    std::string line_;
+    std::string held_;
+    bool is_written_ = false;
+};
 
 bool is_fst(const std::filesystem::path& file) { return file.extension() == kCompressedWaveformExtension; }
 
@@ -111,7 +138,8 @@ WaveformFile::WaveformFile(const std::filesystem::path& target, const std::strin
     if (is_fst(target)) FstConverter::check_installed(target);
 }
 
-void WaveformFile::start() {
+void WaveformFile::start(std::int64_t first_picoseconds) {
+    first_picoseconds_ = first_picoseconds;
     pipe_ = std::make_unique<Pipe>(target_);
     writer_ = std::make_unique<ChildProcess>([this](const ChildProcess::Sender& sender) {
         const std::string answer = is_fst(target_) ? write_compressed() : write_dump();
@@ -134,7 +162,9 @@ std::string WaveformFile::write_all(Take take) const {
     };
     try {
         take_safely(as_comment(header_, is_fst(target_)));
-        pipe_->read_all(take_safely);
+        FirstTime first(first_picoseconds_);
+        pipe_->read_all([&](std::string_view bytes) { take_safely(first.after(bytes)); });
+        take_safely(first.rest());
     } catch (const OutputError& error) {
         answer = error.what();
     }

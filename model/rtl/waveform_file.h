@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -25,9 +26,9 @@ class WaveformFile {
     WaveformFile& operator=(const WaveformFile&) = delete;
     ~WaveformFile();
 
-    /// Starts the process that writes. Call it as late as possible, but before this process elaborates anything. Throws
-    /// OutputError or InputError.
-    void start();
+    /// Starts the process that writes. Call it as late as possible, but before this process elaborates anything.
+    /// first_picoseconds: the time that the first values belong to. Throws OutputError or InputError.
+    void start(std::int64_t first_picoseconds);
     /// The name that SystemC's writer is given; it adds the extension itself.
     std::string stem() const;
     /// Call it as soon as SystemC has opened its file, which it does at its first clock. From then on SystemC does not
@@ -49,6 +50,7 @@ class WaveformFile {
     std::filesystem::path target_;
     std::string header_;
     OutputFile output_;
+    std::int64_t first_picoseconds_ = 0;
     std::unique_ptr<Pipe> pipe_;
     std::unique_ptr<ChildProcess> writer_;
 };

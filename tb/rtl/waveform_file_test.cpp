@@ -53,7 +53,7 @@ TEST_CASE("waveform file: what comes is written behind the header, even a single
     const ScratchDirectory scratch;
     for (const std::string bytes : {"x", "$var wire 1 ! clk $end\n"}) {
         WaveformFile file(scratch / "short.vcd", kHeader);
-        file.start();
+        file.start(0);
         const int pipe = opened(file);
         file.note_opened();
         put(pipe, bytes);
@@ -70,7 +70,7 @@ TEST_CASE("waveform file: it leaves the process as it was, its signals and its s
     REQUIRE(std::signal(SIGPIPE, ignore_signal) != SIG_ERR);
     {
         WaveformFile file(scratch / "left.vcd", kHeader);
-        file.start();
+        file.start(0);
         const int pipe = opened(file);
         file.note_opened();
         close(pipe);
@@ -84,7 +84,7 @@ TEST_CASE("waveform file: a process without a standard input writes one, too") {
     const ScratchDirectory scratch;
     WaveformFile file(scratch / "without.vcd", kHeader);
     close(STDIN_FILENO);
-    file.start();
+    file.start(0);
     const int pipe = opened(file);
     file.note_opened();
     put(pipe, "all");
@@ -108,7 +108,7 @@ TEST_CASE(
         }
     };
     WaveformFile file(scratch / "interrupted.vcd", kHeader);
-    file.start();
+    file.start(0);
     send_signals();
     const int pipe = opened(file);
     file.note_opened();
@@ -126,7 +126,7 @@ TEST_CASE(
     const auto error_of_start = [&scratch] {
         WaveformFile file(scratch / "none.vcd", kHeader);
         try {
-            file.start();
+            file.start(0);
         } catch (const OutputError& error) {
             return std::string(error.what());
         }
@@ -166,7 +166,7 @@ TEST_CASE("waveform file: if its writer cannot read the pipe, that is the error,
     struct sigaction losing {};
     losing.sa_handler = lose_pipe;  // without SA_RESTART
     REQUIRE(sigaction(SIGUSR1, &losing, nullptr) == 0);
-    file.start();
+    file.start(0);
     REQUIRE(std::signal(SIGUSR1, ignore_signal) != SIG_ERR);  // only in this process
     const int pipe = opened(file);
     file.note_opened();
@@ -181,7 +181,7 @@ TEST_CASE("waveform file: the error of a killed writer says how it ended") {
     scratch.write("killed.vcd", "an earlier one");
     be_a_process_group();
     WaveformFile file(scratch / "killed.vcd", kHeader);
-    file.start();
+    file.start(0);
     const int pipe = opened(file);
     file.note_opened();
     REQUIRE(std::signal(SIGTERM, ignore_signal) != SIG_ERR);  // only in this process

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "random_scenario.h"
 #include "rtl/metabuffer.h"
 #include "rtl/run.h"
+#include "support/lines.h"
 #include "support/scenarios.h"
 #include "support/scratch_directory.h"
 #include "tlm/metabuffer.h"
@@ -265,6 +267,29 @@ TEST_CASE("trace window: a window of one clock shows that clock", "[system]") {
     CHECK(result.traced->first == 100);
     CHECK(result.traced->last == 100);
     CHECK(result.trace_note.empty());
+}
+
+TEST_CASE("trace window: core_cycle n stands at n clocks in all of the file, also for the first values",
+          "[system]") {
+    const ScratchDirectory scratch;
+    const Scenario scenario = long_frames();
+    const std::int64_t period = clock_period_picoseconds(scenario.clocks.core_mhz);
+    rtl::RunOptions options;
+    options.trace = waveform_of(scratch, 100, 103);
+    rtl::run(scenario, options);
+    std::string identifier;
+    std::int64_t time = 0;  // what readers take it for before the first stamp
+    std::vector<std::int64_t> cycles;
+    for (const std::string& line : lines_of_file(scratch / "window.vcd")) {
+        std::istringstream stream(line);
+        const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
+        if (words.size() > 4 && words[0] == "$var" && words[4] == "core_cycle") identifier = words[3];
+        if (words.size() == 1 && words[0][0] == '#') time = std::stoll(words[0].substr(1));
+        if (words.size() != 2 || words[1] != identifier) continue;
+        cycles.push_back(std::stoll(words[0].substr(1), nullptr, 2));
+        CHECK(time == cycles.back() * period);
+    }
+    CHECK(cycles == std::vector<std::int64_t>{100, 101, 102, 103});
 }
 
 TEST_CASE("trace window: once the waveform's first clock has run, nothing of it lies in TMPDIR", "[system]") {
