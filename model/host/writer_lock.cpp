@@ -12,6 +12,22 @@
 #include "host/text.h"
 
 namespace metabuffer {
+namespace {
+
+bool says_no_locks(int error) { return error == ENOLCK || error == ENOSYS || error == EOPNOTSUPP; }
+
+}  // namespace
+
+bool lacks_locks(const std::filesystem::path& file) {
+    const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) return false;
+    struct flock request {};
+    request.l_type = F_RDLCK;
+    request.l_whence = SEEK_SET;
+    const bool lacks = fcntl(descriptor, F_GETLK, &request) != 0 && says_no_locks(errno);
+    close(descriptor);
+    return lacks;
+}
 
 WriterLock::WriterLock(const std::filesystem::path& lock_file, std::string what, const std::string& instead)
     : lock_file_(lock_file), what_(std::move(what)) {
@@ -37,14 +53,14 @@ void WriterLock::take(const std::string& instead) {
     request.l_type = F_WRLCK;
     request.l_whence = SEEK_SET;
     // Not flock(): a forked child, which may outlive this process by a moment, would hold that lock as well.
-    if (fcntl(descriptor_, F_SETLK, &request) == 0) return;
+    is_held_ = fcntl(descriptor_, F_SETLK, &request) == 0;
     const int error = errno;
-    // On a file system without locks every process may write.
-    if (error == ENOLCK || error == ENOSYS || error == EOPNOTSUPP) return;
-    const bool is_held = error == EAGAIN || error == EACCES;
-    const bool is_told = is_held && fcntl(descriptor_, F_GETLK, &request) == 0 && request.l_type != F_UNLCK;
+    if (is_held_ || says_no_locks(error)) return;
+    const bool another_holds = error == EAGAIN || error == EACCES;
+    const bool is_told =
+        another_holds && fcntl(descriptor_, F_GETLK, &request) == 0 && request.l_type != F_UNLCK;
     close(descriptor_);
-    if (!is_held) fail(error);
+    if (!another_holds) fail(error);
     throw InputError(what_ + " is being written by another process" +
                      (is_told ? " (" + std::to_string(request.l_pid) + ")" : "") + "; " + instead);
 }

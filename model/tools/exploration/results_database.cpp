@@ -204,7 +204,7 @@ struct ResultsDatabase::Content {
     Content(const std::filesystem::path& file_in, const ResultsIdentity& identity)
         : file(file_in),
           lock(lock_results(file_in)),
-          database(real_path(file_in).string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
+          database(file_to_write().string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE,
                    kBusyTimeoutMilliseconds) {
         const bool is_new = is_empty_database(database);
         if (!is_new) {
@@ -226,6 +226,12 @@ struct ResultsDatabase::Content {
     }
     Content(const Content&) = delete;
     Content& operator=(const Content&) = delete;
+
+    /// SQLite cannot write a file without its own locks.
+    std::filesystem::path file_to_write() const {
+        if (!lock.is_held()) fail_without_locks(file);
+        return real_path(file);
+    }
 
     /// Leaves one plain file that can be read even where nothing can be written. While another process reads the file,
     /// it stays as it is, which is just as complete.

@@ -15,6 +15,7 @@
 #include "host/errors.h"
 #include "host/text.h"
 #include "host/text_file.h"
+#include "host/writer_lock.h"
 #include "tools/exploration/expression.h"
 #include "tools/exploration/figures.h"
 
@@ -364,8 +365,21 @@ std::vector<std::string> axis_columns(const std::vector<std::string>& keys) {
     return columns;
 }
 
+bool is_without_locks(const std::filesystem::path& file, const SQLite::Exception& error) {
+    const int code = error.getErrorCode();
+    return (code == SQLITE_BUSY || code == SQLITE_IOERR) && lacks_locks(file);
+}
+
+void fail_without_locks(const std::filesystem::path& file) {
+    throw InputError(
+        "'" + file.string() +
+        "' lies on a file system without locks; copy it to a local disk, or for a sweep name a file "
+        "there, or a folder with --parts, which merge reads");
+}
+
 void fail_to_read(const std::filesystem::path& file, const SQLite::Exception& error) {
     const std::string name = "'" + file.string() + "'";
+    if (is_without_locks(file, error)) fail_without_locks(file);
     switch (error.getErrorCode()) {
         case SQLITE_NOTADB:
             throw InputError(name + " is no file of results: it is no SQLite file");

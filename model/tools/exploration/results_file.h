@@ -83,6 +83,11 @@ std::vector<std::string> column_names(const SQLite::Database& database, const st
 /// The columns of view results that hold the axes' settings, in their order.
 std::vector<std::string> axis_columns(const std::vector<std::string>& keys);
 
+/// Whether an error of a file comes from a file system that has no locks. Reading needs none if nobody writes.
+bool is_without_locks(const std::filesystem::path& file, const SQLite::Exception& error);
+/// Throws the InputError for a file there.
+[[noreturn]] void fail_without_locks(const std::filesystem::path& file);
+
 /// Throws the InputError for a file that cannot be opened or read.
 [[noreturn]] void fail_to_read(const std::filesystem::path& file, const SQLite::Exception& error);
 

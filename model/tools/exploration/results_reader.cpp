@@ -35,13 +35,32 @@ bool has_pending_changes(const std::filesystem::path& file) {
     return !error && size > 0;
 }
 
+/// Opens a file that nobody writes to, without locks and without writing anything.
+SQLite::Database open_at_rest(const std::filesystem::path& file) {
+    try {
+        SQLite::Database database(uri_of(file) + "?immutable=1", SQLite::OPEN_READONLY | SQLite::OPEN_URI);
+        check_holds_results(database, file);
+        return database;
+    } catch (const SQLite::Exception& error) {
+        fail_to_read(file, error);
+    }
+}
+
 /// Opens a file to read. SQLite reads one that is still in WAL mode through shared memory in the file's folder. If that
 /// cannot be made, the file alone is read, unless its journal holds changes.
 SQLite::Database open_to_read(const std::filesystem::path& file) {
-    try {
-        SQLite::Database database(file.string(), SQLite::OPEN_READONLY, kBusyTimeoutMilliseconds);
+    const auto opened = [&file](int busy_timeout_milliseconds) {
+        SQLite::Database database(file.string(), SQLite::OPEN_READONLY, busy_timeout_milliseconds);
         check_holds_results(database, file);
         return database;
+    };
+    try {
+        return opened(0);
+    } catch (const SQLite::Exception& error) {
+        if (is_without_locks(file, error) && !has_pending_changes(file)) return open_at_rest(file);
+    }
+    try {
+        return opened(kBusyTimeoutMilliseconds);
     } catch (const SQLite::Exception& error) {
         const bool is_folder_at_fault =
             error.getErrorCode() == SQLITE_CANTOPEN || error.getErrorCode() == SQLITE_READONLY;
@@ -51,13 +70,7 @@ SQLite::Database open_to_read(const std::filesystem::path& file) {
                              "-wal' takes a folder that can be written to; copy both into one");
         }
     }
-    try {
-        SQLite::Database database(uri_of(file) + "?immutable=1", SQLite::OPEN_READONLY | SQLite::OPEN_URI);
-        check_holds_results(database, file);
-        return database;
-    } catch (const SQLite::Exception& error) {
-        fail_to_read(file, error);
-    }
+    return open_at_rest(file);
 }
 
 std::string inflated(const std::filesystem::path& file, const SQLite::Column& column) {
