@@ -278,10 +278,26 @@ Failure verdict(const Exploration& exploration) {
     return {kExitBadInput, text::message(failures.begin()->second.reason)};
 }
 
-ExitStatus judge(const Exploration& exploration) {
+ExitStatus judge(const Exploration& exploration, bool strict) {
     const Failure failure = verdict(exploration);
-    if (failure.status != kExitDone) std::cerr << failure.message << '\n';
-    return failure.status;
+    if (failure.status != kExitDone) {
+        std::cerr << failure.message << '\n';
+        return failure.status;
+    }
+    std::size_t points = 0;
+    std::size_t without_result = 0;
+    std::vector<std::string> kinds;
+    for (const auto& [status, count] : exploration.outcomes.counts()) {
+        points += count;
+        // That no value meets a search's goal is a result.
+        if (status == exploration::RunStatus::kDone || status == exploration::RunStatus::kUnmet) continue;
+        without_result += count;
+        kinds.push_back(std::to_string(count) + " " + to_string(status));
+    }
+    if (without_result == 0) return kExitDone;
+    std::cerr << without_result << " of " << text::counted(static_cast<std::int64_t>(points), "point")
+              << " without a result: " << text::listed(kinds) << "; the column reason says why\n";
+    return strict ? kExitStrict : kExitDone;
 }
 
 }  // namespace metabuffer

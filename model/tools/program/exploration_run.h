@@ -57,7 +57,8 @@ std::string figure_text(const exploration::PointRecord& point, const std::string
 void print_outcomes(const exploration::Exploration& exploration);
 /// The exit status, with a line that says so if it was stopped or if no point makes a scenario.
 Failure verdict(const exploration::Exploration& exploration);
-/// The status of verdict(). Writes the line of verdict(), if there is one, to stderr.
-ExitStatus judge(const exploration::Exploration& exploration);
+/// The status of verdict(); with `strict` another one if points have no result. Writes the line of verdict(), or how many
+/// points have none, to stderr.
+ExitStatus judge(const exploration::Exploration& exploration, bool strict = false);
 
 }  // namespace metabuffer

@@ -25,8 +25,8 @@ constexpr const char* kSweepFooter =
     "  metabuffer sweep large.yaml --shard 3/16 -o part-3.db; metabuffer merge part-*.db -o all.db\n"
     "  metabuffer sweep large.yaml --slurm 16 -o all.db --sbatch=--partition=long\n"
     "docs/cluster.md has more on shards and Slurm.\n"
-    "Exit status: 0 every point has ended, failed ones too; 2 bad input, or no point makes a scenario; 130\n"
-    "stopped by Ctrl-C.";
+    "Exit status: 0 every point has ended, failed ones too; 2 bad input, or no point makes a scenario; 3\n"
+    "--strict and a point has no result; 130 stopped by Ctrl-C.";
 
 void print_points(const exploration::SweepPlan& plan) {
     for (const exploration::Point& point : plan.points) {
@@ -63,6 +63,9 @@ SweepCommand::SweepCommand(CLI::App& program)
     add_options(command(), processes_);
     command().add_flag("--list", list_, "Print the points and run nothing");
     command().add_flag("--quiet", quiet_, "Print no summary and no progress");
+    command().add_flag(
+        "--strict", strict_,
+        "Exit with 3 if a point has no result: invalid, failed, crashed or ended by the watchdog");
     add_cluster_options();
     command().footer(kSweepFooter);
 }
@@ -89,7 +92,8 @@ void SweepCommand::add_cluster_options() {
                 "Cut the sweep into so many shards, run them as jobs of Slurm, and merge them into -o")
             ->check(CLI::Range(std::int64_t{1}, exploration::kMostPoints))
             ->excludes(shard)
-            ->excludes(parts);
+            ->excludes(parts)
+            ->excludes(command().get_option("--strict"));
     command()
         .add_option("--sbatch", slurm_.site_options,
                     "An option for sbatch, as --sbatch=--partition=long; may be repeated")
@@ -119,7 +123,7 @@ ExitStatus SweepCommand::run(const exploration::SweepPlan& plan) const {
         print_outcomes(exploration);
         std::cout << "results in " << results.string() << std::endl;
     }
-    return judge(exploration);
+    return judge(exploration, strict_);
 }
 
 ExitStatus SweepCommand::run_by_slurm() {

@@ -32,6 +32,7 @@ class SweepCommand final : public Command {
     ProcessOptions processes_;
     bool list_ = false;
     bool quiet_ = false;
+    bool strict_ = false;
 };
 
 }  // namespace metabuffer
