@@ -4,10 +4,7 @@
 
 namespace metabuffer {
 
-std::string build_version() {
-    const std::string commit = METABUFFER_COMMIT;
-    return commit.empty() ? METABUFFER_VERSION : METABUFFER_VERSION " (" + commit + ")";
-}
+std::string build_version() { return METABUFFER_VERSION " (" METABUFFER_COMMIT ")"; }
 
 std::string build_description() {
     return "metabuffer " + build_version() +

@@ -3,9 +3,10 @@ disks, memory that ends, runs that are killed or meet in one folder, damaged res
 
 usage: hostile_test.py METABUFFER MODULES [CLASS...]
 
-MODULES: the folder with the modules of images that wait or crash when they are loaded.
+MODULES: the folder with the modules of images that wait or crash when they are loaded, and the libraries to be preloaded.
 """
 
+import errno
 import os
 import pathlib
 import pwd
@@ -477,6 +478,41 @@ class Results(Hostile):
                     told += 1
             with self.subTest(damage):
                 self.assertGreater(told, 0)
+
+    def test_a_file_system_without_locks_is_read_and_written_to_by_merge_alone(self):
+        self.write("sweep.yaml", "scenario: scenario.yaml\naxes: [{key: bus.width_bits, values: [64, 128]}]\n")
+        for error in (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP):
+            system = {**os.environ, "LD_PRELOAD": str(MODULES / "libmissing_locks.so"), "MISSING_LOCKS": str(error)}
+            shutil.rmtree(self.place / "unlocked", ignore_errors=True)
+            for words in ("sweep sweep.yaml --shard 1/1 --parts unlocked/parts --quiet", "merge unlocked/parts -o unlocked/r.db",
+                          "export unlocked/r.db -o unlocked/r.csv", "export unlocked/parts", "report unlocked/r.db -o r.html"):
+                with self.subTest(words, error=error):
+                    done = self.run_program(*words.split(), env=system)
+                    self.assertEqual((done.returncode, done.stderr), (DONE, b""))
+            self.assertEqual(len((self.place / "unlocked/r.csv").read_text().splitlines()), 3)
+            with self.subTest("sweep -o", error=error):
+                done = self.run_program("sweep", "sweep.yaml", "-o", "unlocked/new.db", "--quiet", env=system)
+                self.check_line(done, "unlocked/new.db", "file system without locks", "--parts")
+                self.assertFalse((self.place / "unlocked/new.db").exists())
+            # What only its journal has is not in the file, and cannot be read without locks.
+            self.write("unlocked/r.db-wal", b"changes")
+            with self.subTest("unfinished", error=error):
+                done = self.run_program("export", "unlocked/r.db", env=system)
+                self.check_line(done, "unlocked/r.db", "file system without locks", "local disk")
+
+    def test_files_have_the_permissions_that_the_umask_leaves(self):
+        self.write("sweep.yaml", "scenario: scenario.yaml\naxes: [{key: bus.width_bits, values: [64, 128]}]\n")
+        before = set(self.place.rglob("*"))
+        for words in ("run scenario.yaml --out out/run --level rtl --trace t.vcd --quiet", "run scenario.yaml --trace t.json --quiet",
+                      "view scenario.yaml -o v.html --quiet", "sweep sweep.yaml -o sweep/r.db --quiet",
+                      "sweep sweep.yaml --shard 1/1 --parts parts --quiet", "merge parts -o m.db",
+                      "size scenario.yaml --minimize composer.buffer_pixels=1..8 -o size.db --quiet",
+                      "export m.db -o t.csv", "report m.db -o r.html"):
+            self.assertEqual(self.run_program(*words.split(), umask=0).returncode, DONE, words)
+        made = set(self.place.rglob("*")) - before
+        self.assertGreater(len(made), 12)
+        for path in made:
+            self.assertEqual(path.stat().st_mode & 0o777, 0o777 if path.is_dir() else 0o666, path)
 
     def test_no_spreadsheet_takes_a_text_for_a_formula(self):
         self.run_program("size", "scenario.yaml", "--minimize", "composer.buffer_pixels=1..64", "--out", "r.db")

@@ -16,7 +16,7 @@ Function* next(const char* name) {
 }
 
 /// open()'s third argument, which is there if the flags ask for it.
-mode_t mode_of(int flags, va_list& arguments) {
+[[maybe_unused]] mode_t mode_of(int flags, va_list& arguments) {
     constexpr int kUnnamedFile = O_TMPFILE & ~O_DIRECTORY;
     return (flags & (O_CREAT | kUnnamedFile)) != 0 ? static_cast<mode_t>(va_arg(arguments, int)) : 0;
 }

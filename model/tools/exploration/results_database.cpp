@@ -4,6 +4,8 @@
 #include <SQLiteCpp/Exception.h>
 #include <SQLiteCpp/Statement.h>
 #include <SQLiteCpp/Transaction.h>
+#include <fcntl.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -227,10 +229,14 @@ struct ResultsDatabase::Content {
     Content(const Content&) = delete;
     Content& operator=(const Content&) = delete;
 
-    /// SQLite cannot write a file without its own locks.
+    /// SQLite cannot write a file without its own locks, and makes a new one that only its owner may write to, whatever the
+    /// umask is.
     std::filesystem::path file_to_write() const {
         if (!lock.is_held()) fail_without_locks(file);
-        return real_path(file);
+        std::filesystem::path target = real_path(file);
+        const int made = ::open(target.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (made >= 0) ::close(made);
+        return target;
     }
 
     /// Leaves one plain file that can be read even where nothing can be written. While another process reads the file,

@@ -57,7 +57,10 @@ SQLite::Database open_to_read(const std::filesystem::path& file) {
     try {
         return opened(0);
     } catch (const SQLite::Exception& error) {
-        if (is_without_locks(file, error) && !has_pending_changes(file)) return open_at_rest(file);
+        if (is_without_locks(file, error)) {
+            if (has_pending_changes(file)) fail_without_locks(file);
+            return open_at_rest(file);
+        }
     }
     try {
         return opened(kBusyTimeoutMilliseconds);
