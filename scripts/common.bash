@@ -36,11 +36,14 @@ configure() {
   (cd "$root" && quietly "$directory/configure.log" cmake --preset "$preset" -B "$directory" "$@")
 }
 
+# How many processes compile or test at once.
+jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
+
 # build NAME [TARGET...]: builds what is out of date in build/NAME.
 build() {
   local name=$1
   shift
-  quietly "$root/build/$name/build.log" cmake --build "$root/build/$name" --parallel "$(nproc)" \
+  quietly "$root/build/$name/build.log" cmake --build "$root/build/$name" --parallel "$jobs" \
     ${@:+--target "$@"}
 }
 

@@ -10,8 +10,13 @@ call works in a process of its own, so a crash of the model is an exception, and
 of :class:`Error`, with the program's message.
 """
 
-from ._core import build as __build__
-from ._core import version as __version__
+try:
+    from ._core import build as __build__
+    from ._core import version as __version__
+except ModuleNotFoundError as _error:
+    from ._texts import other_python
+
+    raise ImportError(other_python(__file__)) from _error
 from ._errors import (CheckError, CrashError, Error, InputError, ModelError, StoppedError, UnsoundRunError,
                       WatchdogError)
 from ._run import Result, analyze, run

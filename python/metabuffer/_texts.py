@@ -7,11 +7,26 @@ import numbers
 import operator
 import os
 import pathlib
+import shutil
+import sys
 from typing import Any, Iterable, Mapping
 
 #: Messages about a dict begin with this name. The dict is one line of YAML, so a line number would say nothing.
 SCENARIO_NAME = "scenario"
 SWEEP_NAME = "sweep"
+
+
+def other_python(package: str) -> str:
+    """Why the package's module cannot be imported: it is for one version of Python."""
+    modules = sorted(pathlib.Path(package).parent.glob("_core.cpython-*.so"))
+    here = f"CPython {sys.version_info.major}.{sys.version_info.minor} ({sys.executable})"
+    if not modules:
+        return f"metabuffer has no module _core beside {package}; build and install it, see docs/installing.md"
+    tag = modules[0].name.split("-")[1]
+    version = f"{tag[0]}.{tag[1:]}"
+    program = shutil.which(f"python{version}", path="/usr/bin")
+    return (f"metabuffer's module {modules[0].name} is for CPython {version}{f' ({program})' if program else ''}, and this "
+            f"is {here}; use that one, or build the module for this one with cmake -DPython_EXECUTABLE={sys.executable}")
 
 
 def _plain(value: Any) -> Any:

@@ -3,6 +3,24 @@
 # replaced) and `python`.
 include(CMakePackageConfigHelpers)
 
+# Whatever the umask, all users can read what is installed. CMake's own settings reach only some of the folders, so the
+# script of the installation runs in a process of its own that has a usual umask. What is installed by a file of another
+# folder would come before that.
+install(CODE [[
+    if(NOT METABUFFER_HAS_UMASK)
+        set(arguments -DMETABUFFER_HAS_UMASK=ON)
+        foreach(name CMAKE_INSTALL_PREFIX CMAKE_INSTALL_COMPONENT CMAKE_INSTALL_CONFIG_NAME BUILD_TYPE
+                     CMAKE_INSTALL_DO_STRIP CMAKE_INSTALL_LOCAL_ONLY)
+            if(DEFINED ${name})
+                list(APPEND arguments "-D${name}=${${name}}")
+            endif()
+        endforeach()
+        execute_process(COMMAND sh -c [=[umask 022 && exec "$@"]=] sh "${CMAKE_COMMAND}" ${arguments}
+                                -P "${CMAKE_CURRENT_LIST_FILE}"
+                        COMMAND_ERROR_IS_FATAL ANY)
+        return()
+    endif()]] ALL_COMPONENTS)
+
 set(data "${CMAKE_INSTALL_DATADIR}/metabuffer")
 set(package "${CMAKE_INSTALL_LIBDIR}/cmake/Metabuffer")
 
@@ -13,6 +31,8 @@ set_target_properties(metabuffer_image_module PROPERTIES INSTALL_RPATH "$ORIGIN"
 install(TARGETS metabuffer RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT program)
 install(TARGETS metabuffer_image_module LIBRARY DESTINATION "${METABUFFER_INSTALLED_MODULE_DIRECTORY}"
         COMPONENT program)
+get_property(stand_ins GLOBAL PROPERTY METABUFFER_STAND_INS)
+install(FILES ${stand_ins} DESTINATION "${METABUFFER_INSTALLED_MODULE_DIRECTORY}" COMPONENT program)
 install(DIRECTORY scenarios waves DESTINATION "${data}" COMPONENT program)
 install(FILES README.md CHANGELOG.md LICENSE NOTICE CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}"
         COMPONENT program)
@@ -48,6 +68,7 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "executable model of image-compositing har
 set(CPACK_RESOURCE_FILE_LICENSE "${CMAKE_SOURCE_DIR}/LICENSE")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
+set(CPACK_PRE_BUILD_SCRIPTS "${CMAKE_SOURCE_DIR}/scripts/cmake/open_folders.cmake")
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_ALL ${components})

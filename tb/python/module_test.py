@@ -25,6 +25,23 @@ SCENARIOS = SOURCE / "scenarios"
 LEVELS = ("tlm", "rtl", "functional")
 
 
+class Import(unittest.TestCase):
+    def test_another_python_than_the_module_s_is_told_which_one_that_is_for(self):
+        # The package alone, with a module of a Python that there is not.
+        with tempfile.TemporaryDirectory() as folder:
+            package = pathlib.Path(folder) / "metabuffer"
+            package.mkdir()
+            for source in pathlib.Path(metabuffer.__file__).parent.glob("*.py"):
+                (package / source.name).write_bytes(source.read_bytes())
+            (package / "_core.cpython-38-x86_64-linux-gnu.so").touch()
+            done = subprocess.run([sys.executable, "-B", "-c", "import metabuffer"], cwd=folder, text=True,
+                                  env={**os.environ, "PYTHONPATH": folder}, stderr=subprocess.PIPE, check=False)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("is for CPython 3.8, and this is CPython "
+                          f"{sys.version_info.major}.{sys.version_info.minor} ({sys.executable})",
+                          done.stderr.splitlines()[-1])
+
+
 class Scratch(unittest.TestCase):
     """In a folder that has the small machine's image."""
 
