@@ -201,7 +201,7 @@ struct RunReport {
     int buffer_pixels = 0;
     std::vector<ImageDepths> clamped_depths{};  ///< of the images that were read and have such depths
     std::vector<std::string> watchdog;          ///< what waited for what, if the watchdog ended the run
-    std::optional<CheckRecord> check;   ///< only of a run that was checked
+    std::optional<CheckRecord> check;           ///< only of a run that was checked
 
     // Totals over the machine; lists of positions and messages stay empty.
     BusCounters total_bus() const;
@@ -226,6 +226,9 @@ struct RunReport {
     std::int64_t composition_cycles() const;
     FrameRates frame_rates() const;
 };
+
+/// What to know of a bus that is wider than its memory fills, in one line; empty for another one.
+std::string idle_bus_line(int width_bits, int words_per_cycle);
 
 /// The report as JSON text, keys in a fixed order.
 std::string report_json(const RunReport& report);

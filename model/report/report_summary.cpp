@@ -9,6 +9,7 @@
 #include "report/bottleneck.h"
 #include "report/report.h"
 #include "report/text_table.h"
+#include "scenario/scenario.h"
 
 namespace metabuffer {
 
@@ -150,6 +151,10 @@ std::string timing_lines(const RunReport& report) {
     if (report.frames.empty()) return text;
 
     text += rate_lines(report) + bottleneck_line(report);
+    if (const std::string line = idle_bus_line(report.bus_width_bits, report.memory_words_per_cycle);
+        !line.empty()) {
+        text += "bus         " + line + "\n";
+    }
 
     std::vector<std::int64_t> latencies;
     for (const FrameRecord& frame : report.frames) {
@@ -398,8 +403,9 @@ std::string clamped_list(const RunReport& report) {
     for (const auto& [file, clamped] : report.clamped_depths) {
         const std::string before = counted(clamped.before_near_pixels, "pixel") + " before near";
         const std::string behind = counted(clamped.behind_far_pixels, "pixel") + " behind far";
-        lines.push_back(text::one_line(file) + ": " + (clamped.before_near_pixels == 0 ? behind : before) +
-                        (clamped.before_near_pixels != 0 && clamped.behind_far_pixels != 0 ? ", " + behind : ""));
+        lines.push_back(
+            text::one_line(file) + ": " + (clamped.before_near_pixels == 0 ? behind : before) +
+            (clamped.before_near_pixels != 0 && clamped.behind_far_pixels != 0 ? ", " + behind : ""));
     }
     return lines.empty() ? "" : "\nclamped to depth_range:\n" + listed(lines);
 }
@@ -438,10 +444,19 @@ std::string functional_summary(const RunReport& report) {
     const std::string rejected = rejected_verdict(report);
     return report.scenario + " (functional: " + machine(report) + ", no clock)\n" + "frames      " +
            std::to_string(report.frames_shown()) + " shown on every display\n" + correction_line(report) +
-           rejected_lists(report) + clamped_list(report) + "\n" + (rejected.empty() ? "nothing rejected" : rejected) + "\n";
+           rejected_lists(report) + clamped_list(report) + "\n" +
+           (rejected.empty() ? "nothing rejected" : rejected) + "\n";
 }
 
 }  // namespace
+
+std::string idle_bus_line(int width_bits, int words_per_cycle) {
+    const int idle_bits = idle_bus_bits(width_bits, words_per_cycle);
+    if (idle_bits == 0) return "";
+    return std::to_string(width_bits) + " bits wide, of which memory fills " +
+           std::to_string(width_bits - idle_bits) +
+           ", 64 x memory.words_per_cycle; a bus of so many does the same";
+}
 
 std::string report_summary(const RunReport& report) {
     if (report.level == "functional") return functional_summary(report);

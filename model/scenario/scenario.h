@@ -288,6 +288,10 @@ constexpr int pixels_per_beat(const BusConfig& bus, const MemoryConfig& memory) 
     const int bus_pixels = bus.width_bits < kPixelBits ? 1 : bus.width_bits / kPixelBits;
     return bus_pixels < memory.words_per_cycle ? bus_pixels : memory.words_per_cycle;
 }
+/// Bits of the bus that its memory, which gives so many words in a cycle, never fills.
+constexpr int idle_bus_bits(int width_bits, int words_per_cycle) {
+    return std::max(0, width_bits - kPixelBits * words_per_cycle);
+}
 /// Core clocks that one beat takes: more than one on a bus narrower than a pixel.
 constexpr int cycles_per_beat(const BusConfig& bus) {
     return bus.width_bits < kPixelBits ? kPixelBits / bus.width_bits : 1;

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -371,6 +372,56 @@ TEST_CASE("a run leaves pictures of every frame and the last one, a collage and 
     }
     CHECK(place.exists("out/effective_scenario.yaml"));
     CHECK(files == 9);  // no half-written file beside them
+}
+
+TEST_CASE("a run in which pixels starve names what keeps them from it, and each change does", "[program]") {
+    const Workplace place;
+    const std::vector<std::string> narrow{"--set", "bus.width_bits=64",
+                                          "--set", "memory.words_per_cycle=1",
+                                          "--set", "composer.buffer_pixels=60"};
+    const std::string out = place.run(narrow).out;
+    const std::string title = "what would do, each by itself, as runs have shown:\n";
+    REQUIRE(out.find(title) != std::string::npos);
+    std::istringstream lines(out.substr(out.find(title) + title.size()));
+    const std::regex setting("([a-z_]+\\.[a-z_]+): ([a-z0-9]+)");
+    std::set<std::string> keys;
+    for (std::string line; std::getline(lines, line) && line.rfind("  ", 0) == 0;) {
+        INFO(line);
+        std::vector<std::string> change = narrow;
+        for (std::sregex_iterator found(line.begin(), line.end(), setting), end; found != end; ++found) {
+            keys.insert((*found)[1]);
+            change = change + std::vector<std::string>{"--set", (*found)[1].str() + "=" + (*found)[2].str()};
+        }
+        CHECK_THAT(place.run(change).out, Contains("no pixel starved"));
+        if (line.find("composer.buffer_pixels: ") == std::string::npos) continue;
+        const int least = std::stoi(line.substr(line.rfind(' ')));
+        CHECK_THAT(place
+                       .run(change + std::vector<std::string>{"--set", "composer.buffer_pixels=" +
+                                                                           std::to_string(least - 1)})
+                       .out,
+                   !Contains("no pixel starved"));
+    }
+    CHECK(keys.count("composer.buffer_pixels") == 1);
+    CHECK(keys.count("composer.on_starvation") == 1);
+    CHECK((keys.count("bus.width_bits") + keys.count("memory.words_per_cycle") > 0));
+}
+
+TEST_CASE("a bus that is wider than its memory fills is named by what runs and what analyzes it",
+          "[program]") {
+    const Workplace place;
+    const std::string line =
+        "256 bits wide, of which memory fills 64, 64 x memory.words_per_cycle; a bus of so many";
+    const std::vector<std::string> wide{"--set", "memory.words_per_cycle=1"};
+    CHECK_THAT(place.run(wide).out, Contains(line));
+    CHECK_THAT(run_program(place, std::vector<std::string>{"analyze", "scenario.yaml"} + wide).out,
+               Contains(line));
+    CHECK_THAT(place.run().out, !Contains("of which memory fills"));
+    const ProgramResult size =
+        run_program(place, std::vector<std::string>{"size", "scenario.yaml", "--minimize",
+                                                    "composer.buffer_pixels=80..200", "--over",
+                                                    "bus.width_bits=64,128,256"} +
+                               wide);
+    CHECK_THAT(size.out, Contains("buses of 2 points are wider than their memory fills"));
 }
 
 TEST_CASE("option --quiet prints nothing and results go to out/NAME by default", "[program]") {

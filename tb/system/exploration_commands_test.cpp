@@ -217,6 +217,15 @@ TEST_CASE("sweep: points that fail are kept with their reasons", "[program][swee
         run_program(METABUFFER_FAULTY_PROGRAM, place, {"sweep", "sweep.yaml", "-o", "r.db"});
     CHECK(result.status == kExitDone);
     CHECK_THAT(result.out, Contains("told to throw"));
+    const std::string line =
+        "6 of 7 points without a result: 1 invalid, 1 watchdog, 2 failed, 2 crashed; the column reason says "
+        "why\n";
+    CHECK(result.err == line);
+    const ProgramResult strict = run_program(METABUFFER_FAULTY_PROGRAM, place,
+                                             {"sweep", "sweep.yaml", "-o", "s.db", "--quiet", "--strict"});
+    CHECK(strict.status == kExitStrict);
+    CHECK(strict.out.empty());
+    CHECK(strict.err == line);
     std::map<std::string, std::pair<std::string, std::string>> outcomes;
     for (const auto& row : ResultsReader(place / "r.db").results({"name", "status", "reason"}, "").rows) {
         outcomes[text_of(row[0])] = {text_of(row[1]), text_of(row[2])};

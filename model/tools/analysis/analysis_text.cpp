@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/text.h"
+#include "report/report.h"
 #include "report/text_table.h"
 #include "scenario/names.h"
 #include "tools/analysis/analysis_report.h"
@@ -294,6 +295,10 @@ std::string analysis_text(const Analysis& analysis, bool details) {
             counted(analysis.memory.words_per_cycle, "word") + " a clock, pages of " +
             std::to_string(analysis.memory.page_words) + ", " +
             counted(analysis.memory.page_miss_cycles, "clock") + " a miss\n";
+    if (const std::string line = idle_bus_line(analysis.bus.width_bits, analysis.memory.words_per_cycle);
+        !line.empty()) {
+        text += "the bus is " + line + "\n";
+    }
     if (analysis.memory.banks > 1 || analysis.memory.precharge_cycles > 0) {
         text += "page misses are counted as if one bank had one page open, each at its full price: the " +
                 counted(analysis.memory.banks, "bank") + " may have fewer and cheaper ones\n";

@@ -729,6 +729,11 @@
               (searchKey ? ` Each is a search for the smallest ${searchKey}; ${counted(simulations.length, "simulation")}.` : "") +
               (data.condition ? ` Only where ${data.condition}.` : "")
             : "There is no point in these results" + (data.condition ? ` where ${data.condition}.` : " yet.");
+        const idle = points.filter(item => figureOf(item, "idle_bus_bits") > 0).length;
+        if (idle) {
+            byId("remarks").append(element("p", {class: "remark"}, `The buses of ${counted(idle, "point")} are wider than their ` +
+                "memory fills, 64 × memory.words_per_cycle bits: narrower ones do the same."));
+        }
         for (const field of axisFields) {
             const values = valuesOf(field, points).map(formatValue);
             const shown = values.length > 24 ? [...values.slice(0, 12), "…", ...values.slice(-4), `(${values.length} values)`] : values;

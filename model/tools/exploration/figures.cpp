@@ -173,6 +173,12 @@ std::vector<Figure> make_figures() {
            "share of the clocks that the bottleneck is to blame for; while pixels starve, clocks that the "
            "worst bus works over those of the raster"},
           [](const Sums& s) { return s.bottleneck ? Value(s.bottleneck->share()) : Value(); }},
+         {{kIdleBusBits, "bits",
+           "bits of each bus that memory never fills: bus.width_bits beyond 64 x memory.words_per_cycle"},
+          [](const Sums& s) -> Value {
+              return std::int64_t{
+                  idle_bus_bits(s.scenario.bus.width_bits, s.scenario.memory.words_per_cycle)};
+          }},
          {{"bus_load", "", "clocks that the worst or busiest bus works over those of the raster"},
           [](const Sums& s) { return s.bottleneck ? Value(s.bottleneck->bus_load) : Value(); }}});
     add_figures(figures, {{{kWrongPixels, "pixels",

@@ -22,6 +22,8 @@ struct FigureKind {
 constexpr const char* kCost = "cost";
 /// The only figure for which a run has to make pictures.
 constexpr const char* kWrongPixels = "wrong_pixels";
+/// Above 0 in points whose buses are wider than memory fills: a narrower bus does the same.
+constexpr const char* kIdleBusBits = "idle_bus_bits";
 
 /// Every figure, in the order of the results' columns: what a run is asked for and its rates, the totals of every
 /// counter (report/counters.h), and the cost of the machine.

@@ -15,6 +15,11 @@ void Outcomes::add(std::size_t number, const PointRecord& point) {
         const auto* const name = std::get_if<std::string>(&point.figures[bottleneck]);
         if (name != nullptr) ++bottlenecks_[*name];
     }
+    const std::size_t idle_bus_bits = figure_index(kIdleBusBits).value();
+    if (idle_bus_bits < point.figures.size()) {
+        const auto* const bits = std::get_if<std::int64_t>(&point.figures[idle_bus_bits]);
+        if (bits != nullptr && *bits > 0) ++with_idle_bus_bits_;
+    }
     if (point.status == RunStatus::kDone) return;
     ++failed_;
     failures_.emplace(number, point);

@@ -22,6 +22,8 @@ class Outcomes {
     std::size_t not_monotonic() const { return not_monotonic_; }
     /// How many points wait most for each resource, by its name.
     const std::map<std::string, std::size_t>& bottlenecks() const { return bottlenecks_; }
+    /// Points whose buses are wider than memory fills.
+    std::size_t with_idle_bus_bits() const { return with_idle_bus_bits_; }
     /// The first points that did not end well, by their number in the plan.
     const std::map<std::size_t, PointRecord>& failures() const { return failures_; }
     std::size_t failed() const { return failed_; }
@@ -34,6 +36,7 @@ class Outcomes {
     std::map<std::size_t, PointRecord> failures_;
     std::size_t failed_ = 0;
     std::size_t not_monotonic_ = 0;
+    std::size_t with_idle_bus_bits_ = 0;
 };
 
 }  // namespace metabuffer::exploration

@@ -248,6 +248,14 @@ void print_smallest(const exploration::SweepPlan& plan, const Exploration& explo
     std::cout << table.text();
 }
 
+void print_idle_buses(const Exploration& exploration) {
+    const std::size_t points = exploration.outcomes.with_idle_bus_bits();
+    if (points == 0) return;
+    std::cout << "  buses of " << text::counted(static_cast<std::int64_t>(points), "point")
+              << " are wider than their memory fills, 64 x memory.words_per_cycle bits; narrower ones do the "
+                 "same\n";
+}
+
 void print_outcomes(const Exploration& exploration) {
     const exploration::Outcomes& outcomes = exploration.outcomes;
     for (const auto& [status, count] : outcomes.counts()) {
@@ -259,6 +267,7 @@ void print_outcomes(const Exploration& exploration) {
                   << " points the goal is not monotonic: see column note\n";
     }
     print_bottlenecks(exploration);
+    print_idle_buses(exploration);
     for (const auto& [number, point] : outcomes.failures()) {
         std::cout << to_string(point.status) << ": " << described(point.settings) << ": "
                   << shortened(point.reason) << '\n';

@@ -53,6 +53,8 @@ void print_pace(const exploration::Exploration& exploration);
 void print_smallest(const exploration::SweepPlan& plan, const exploration::Exploration& exploration);
 /// A figure of a point's run as text, with `digits` digits after the decimal point; empty if there is none.
 std::string figure_text(const exploration::PointRecord& point, const std::string& figure, int digits = 2);
+/// Prints how many points have a bus that is wider than its memory fills, if any.
+void print_idle_buses(const exploration::Exploration& exploration);
 /// Prints how the points ended, with the reasons of the first that failed.
 void print_outcomes(const exploration::Exploration& exploration);
 /// The exit status, with a line that says so if it was stopped or if no point makes a scenario.

@@ -51,15 +51,6 @@ std::string clocks_text(const CycleSpan& range) {
     return std::to_string(range.first) + " to " + std::to_string(range.last);
 }
 
-/// Whether level tlm, which is faster, knows the clock of every event of level rtl. It does not if the machine has a
-/// replaced block, or a fault that only level rtl has.
-bool level_tlm_knows_clocks(const Scenario& scenario) {
-    constexpr bool kReplacesBlocks = METABUFFER_REPLACES_BLOCKS != 0;
-    return !kReplacesBlocks &&
-           std::none_of(scenario.faults.begin(), scenario.faults.end(),
-                        [](const Fault& fault) { return fault_traits(fault.kind).only_at_level_rtl(); });
-}
-
 RunReport run_functional(const Scenario& scenario, const RunFollower& follower) {
     RunReport report;
     report.scenario = scenario.name;
@@ -202,6 +193,13 @@ void run_tlm(const Scenario& scenario, const LevelRequest& request, const RunFol
 }
 
 }  // namespace
+
+bool level_tlm_knows_clocks(const Scenario& scenario) {
+    constexpr bool kReplacesBlocks = METABUFFER_REPLACES_BLOCKS != 0;
+    return !kReplacesBlocks &&
+           std::none_of(scenario.faults.begin(), scenario.faults.end(),
+                        [](const Fault& fault) { return fault_traits(fault.kind).only_at_level_rtl(); });
+}
 
 void check_request(const LevelRequest& request) {
     if (!request.images && request.level == RunLevel::kFunctional) {

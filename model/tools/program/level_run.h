@@ -58,6 +58,10 @@ struct LevelOutcome {
     std::string check_trace_options;  ///< show the first violation in a waveform; empty if there is none
 };
 
+/// Whether level tlm, which is faster, knows the clock of every event of level rtl. It does not if the machine has a
+/// replaced block, or a fault that only level rtl has.
+bool level_tlm_knows_clocks(const Scenario& scenario);
+
 /// Throws InputError if the level cannot do what is requested: level functional has no check and always makes images,
 /// and the check of level tlm needs images.
 void check_request(const LevelRequest& request);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 
 #include "host/child_process.h"
 #include "host/errors.h"
@@ -219,21 +220,25 @@ ExitStatus RunCommand::execute() {
     // Made before the run, which takes longer: it throws for a path that no scenario file can hold.
     const std::string effective = effective_scenario(scenario, directory);
 
+    std::optional<StarvationAdvice> advice;
+    if (!quiet_) advice.emplace(scenario);
     PictureSink pictures(folder, scenario, choice);
     const LevelOutcome outcome = run(scenario, request, pictures);
     pictures.finish();
     folder.write(kReportFile, report_json(outcome.report));
     folder.write(kEffectiveScenarioFile, effective);
     folder.put_in_place();
-    if (!quiet_) print_summary(outcome, directory.string());
+    if (!quiet_) print_summary(outcome, *advice, directory.string());
     if (!outcome.trace_note.empty()) std::cerr << outcome.trace_note << '\n';
     const Judgement judgement = judge(outcome, scenario_.file(), strict_);
     std::cerr << judgement.text;
     return judgement.status;
 }
 
-void RunCommand::print_summary(const LevelOutcome& outcome, const std::string& directory) const {
-    std::cout << report_summary(outcome.report) << "results in " << directory << std::endl;
+void RunCommand::print_summary(const LevelOutcome& outcome, const StarvationAdvice& advice,
+                               const std::string& directory) const {
+    std::cout << report_summary(outcome.report) << advice.text(outcome.report, scenario_.file())
+              << "results in " << directory << std::endl;
     if (outcome.simulation_seconds > 0.0) {
         const double composer_clocks = static_cast<double>(outcome.report.composers.size()) *
                                        static_cast<double>(outcome.report.core_cycles);

@@ -9,6 +9,7 @@
 #include "tools/program/command.h"
 #include "tools/program/level_run.h"
 #include "tools/program/scenario_options.h"
+#include "tools/program/starvation_advice.h"
 
 namespace CLI {
 class Option;
@@ -42,7 +43,8 @@ class RunCommand final : public Command {
     LevelRequest request() const;
     bool wants_pictures() const;
     LevelOutcome run(const Scenario& scenario, const LevelRequest& request, PictureSink& pictures) const;
-    void print_summary(const LevelOutcome& outcome, const std::string& directory) const;
+    void print_summary(const LevelOutcome& outcome, const StarvationAdvice& advice,
+                       const std::string& directory) const;
 
     ScenarioOptions scenario_;
     std::string level_;  ///< empty if it is not given

@@ -276,6 +276,7 @@ ExitStatus SizeCommand::size_one() {
     if (!quiet_) std::cout << "goal: " << plan.search->goal << '\n';
     print_smallest(plan, exploration);
     if (!quiet_) {
+        print_idle_buses(exploration);
         std::size_t stalling_runs = 0;
         const bool stopped = !exploration.stopped && print_stalling(asked, exploration, stalling_runs);
         print_pace(exploration);
@@ -371,6 +372,7 @@ ExitStatus SizeCommand::size_front() {
         of_second = !of_second;
     }
     print_front(over_keys, first.key, second.key, corners);
+    if (!quiet_) print_idle_buses(all);
     if (!quiet_)
         std::cout << all.progress.runs << " simulations in " << text::decimal(all.progress.seconds, 1)
                   << " s\n";

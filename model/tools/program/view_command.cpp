@@ -19,6 +19,7 @@
 #include "tools/program/output_guard.h"
 #include "tools/program/progress_line.h"
 #include "tools/program/result_folder.h"
+#include "tools/program/starvation_advice.h"
 #include "tools/program/watchdog_lines.h"
 #include "tools/program/wrong_pixel_record.h"
 
@@ -92,6 +93,7 @@ ExitStatus ViewCommand::execute() {
     OutputFile file(output_file_);  // before the run, which takes longer
 
     const std::size_t most_bytes = static_cast<std::size_t>(embedded_mebibytes_) * charts::kBytesPerMebibyte;
+    const StarvationAdvice advice(scenario);
     charts::RunRecord record(scenario);
     charts::ShownPictures pictures(scenario, most_bytes / 2);
     WrongPixelRecord wrong_pixels(scenario);
@@ -113,6 +115,9 @@ ExitStatus ViewCommand::execute() {
     const std::vector<std::string> words = scenario_.words();
     page.command.insert(page.command.end(), words.begin(), words.end());
     if (report_file) page.remarks = remarks_on(*report_file, report_text);
+    for (const std::string& line : advice.lines(report)) {
+        page.remarks.push_back("What would keep pixels from starving, as a run has shown: " + line + ".");
+    }
     page.safe_buffer_pixels = analysis::analyze(scenario).safe_buffer_pixels;
     page.most_image_bytes = most_bytes - std::min(most_bytes, pictures.bytes());
     file.write(charts::run_page(page));
