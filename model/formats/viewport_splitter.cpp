@@ -75,7 +75,8 @@ ViewportTable split_viewport(const Viewport& viewport, int image_width_pixels, i
     ViewportTable table;
     std::int64_t display = 0;
     for (int row = 0; row < wall.rows; ++row) {
-        const Span y = visible_span(viewport.y - row * pitch_y, multiple, image_height_pixels, raster_height, apron);
+        const Span y =
+            visible_span(viewport.y - row * pitch_y, multiple, image_height_pixels, raster_height, apron);
         for (int column = 0; column < wall.columns; ++column) {
             ++display;
             const Span x = visible_span(viewport.x - column * pitch_x, multiple, image_width_pixels,

@@ -35,9 +35,7 @@ struct Layer {
     bool is_called(const std::string& wanted) const {
         return wanted == name() || wanted == part_name || wanted == prefix;
     }
-    std::string name_of(std::size_t n) const {
-        return name().empty() ? names[n] : name() + "." + names[n];
-    }
+    std::string name_of(std::size_t n) const { return name().empty() ? names[n] : name() + "." + names[n]; }
 };
 
 std::vector<Layer> layers_of(const Parts& parts) {
@@ -122,8 +120,8 @@ std::vector<DepthChannel> depth_channels(const std::vector<Layer>& layers) {
     for (const Layer& layer : layers) {
         for (std::size_t n = 0; n < layer.names.size(); ++n) {
             const std::string& name = layer.names[n];
-            const bool is_depth = name == "Depth" || name == "depth" ||
-                                  (name == "Z" && !layer.has("X") && !layer.has("Y"));
+            const bool is_depth =
+                name == "Depth" || name == "depth" || (name == "Z" && !layer.has("X") && !layer.has("Y"));
             if (is_depth) found.push_back({&layer, n});
         }
     }
@@ -151,14 +149,15 @@ std::optional<Colours> only_colours(const std::vector<Layer>& layers, const char
     const auto has_colours = [](const Layer& layer) { return colours_in(layer).has_value(); };
     const auto is_plain = [&](const Layer& layer) { return layer.prefix.empty() && has_colours(layer); };
     const auto has_grey = [](const Layer& layer) { return grey_in(layer).has_value(); };
-    for (const auto& test : {std::function<bool(const Layer&)>(is_plain),
-                             std::function<bool(const Layer&)>(has_colours),
-                             std::function<bool(const Layer&)>(has_grey)}) {
+    for (const auto& test :
+         {std::function<bool(const Layer&)>(is_plain), std::function<bool(const Layer&)>(has_colours),
+          std::function<bool(const Layer&)>(has_grey)}) {
         const std::vector<Layer> chosen = layers_that(layers, test);
         if (chosen.size() > 1) {
-            fail_for_choice("layers of colours", chosen, [](const Layer& layer) {
-                return layer.name().empty() ? "one without a name" : layer.name();
-            }, key);
+            fail_for_choice(
+                "layers of colours", chosen,
+                [](const Layer& layer) { return layer.name().empty() ? "one without a name" : layer.name(); },
+                key);
         }
         if (!chosen.empty()) {
             const std::optional<Colours> colours = colours_in(chosen.front());
@@ -174,8 +173,9 @@ std::optional<Depth> only_depth(const std::vector<DepthChannel>& channels) {
     std::copy_if(channels.begin(), channels.end(), std::back_inserter(named),
                  [](const DepthChannel& channel) { return channel.is_named_for_depth(); });
     if (channels.size() > 1 && named.size() != 1) {
-        fail_for_choice("channels of Z", channels,
-                        [](const DepthChannel& channel) { return channel.full_name(); }, "depth_layer");
+        fail_for_choice(
+            "channels of Z", channels, [](const DepthChannel& channel) { return channel.full_name(); },
+            "depth_layer");
     }
     if (channels.empty()) return std::nullopt;
     return (channels.size() == 1 ? channels : named).front().depth();

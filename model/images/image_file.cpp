@@ -135,8 +135,8 @@ int radiance_orientation(const Path& /*file*/, int of_reader) {
 /// In the order of ImageFormat's members.
 constexpr std::array<ImageFormat, 8> kFormats{{
     {"png", "PNG", [](std::string_view bytes) { return begins(bytes, "\x89PNG\r\n\x1a\n"sv); }},
-    {"openexr", "OpenEXR", [](std::string_view bytes) { return begins(bytes, "\x76\x2f\x31\x01"sv); }, nullptr,
-     nullptr, OpenImageFile::Windows::kPlaced, true},
+    {"openexr", "OpenEXR", [](std::string_view bytes) { return begins(bytes, "\x76\x2f\x31\x01"sv); },
+     nullptr, nullptr, OpenImageFile::Windows::kPlaced, true},
     {"tiff", "TIFF",
      [](std::string_view bytes) {
          return begins(bytes, "II*\0"sv) || begins(bytes, "MM\0*"sv) || begins(bytes, "II+\0"sv) ||
@@ -229,8 +229,7 @@ OpenImageFile open_image_file(const Path& file) {
     return open;
 }
 
-void check_image_size(const Path& file, std::int64_t width_pixels,
-                      std::int64_t height_pixels) {
+void check_image_size(const Path& file, std::int64_t width_pixels, std::int64_t height_pixels) {
     if (kImageSidePixels.contains(width_pixels) && kImageSidePixels.contains(height_pixels)) return;
     fail_image(file, "has " + std::to_string(width_pixels) + " x " + std::to_string(height_pixels) +
                          " pixels; use " + text::range(kImageSidePixels) + " per side");

@@ -51,7 +51,7 @@ class Placement {
   private:
     std::int64_t data_width_;
     std::int64_t first_x_, end_x_, first_y_, end_y_;  ///< samples that are shown, in the data window
-    std::int64_t start_, step_x_, step_y_;            ///< the index of sample (x, y): start + x step_x + y step_y
+    std::int64_t start_, step_x_, step_y_;  ///< the index of sample (x, y): start + x step_x + y step_y
     ImageSize size_;
     bool covers_all_;
 };

@@ -51,8 +51,8 @@ SchemaKey scalar(const char* path, const char* meaning, ValueRule::Type type = V
 }
 
 ObjectKey<Scenario> depth_range() {
-    ObjectKey<Scenario> key{
-        numbers("depth_range", "a list of two numbers, [near, far]; near > far if larger ones are nearer", 2)};
+    ObjectKey<Scenario> key{numbers(
+        "depth_range", "a list of two numbers, [near, far]; near > far if larger ones are nearer", 2)};
     key.value = [](const Scenario& scenario) {
         const ImageReading& reading = scenario.image_reading;
         return std::optional<KeyValue>(std::vector<double>{reading.near, reading.far});
@@ -68,8 +68,9 @@ ObjectKey<Scenario> depth_range() {
 
 /// Its numbers may be infinite or none, so the reader has code of its own for it.
 ObjectKey<Scenario> depth_nothing() {
-    ObjectKey<Scenario> key{{"depth_nothing", KeyShape::kList,
-                             "a list of numbers, nan or inf: the depths in image files that mean nothing is there"}};
+    ObjectKey<Scenario> key{
+        {"depth_nothing", KeyShape::kList,
+         "a list of numbers, nan or inf: the depths in image files that mean nothing is there"}};
     key.schema.may_be_one = true;
     key.schema.fallback = "none";
     key.value = [](const Scenario& scenario) {
@@ -116,8 +117,9 @@ std::vector<SchemaKey> renderer_keys() {
         scalar("renderers[].frames[].layer", "a layer, or a part, of the image's colours",
                ValueRule::Type::kText, "R, G and B, or the only one"),
         scalar("renderers[].frames[].depth", "a file name", ValueRule::Type::kText, "Z of the image"),
-        scalar("renderers[].frames[].depth_layer", "a layer, a part or a channel of Z, of the image or of depth",
-               ValueRule::Type::kText, "Z, or the only one"),
+        scalar("renderers[].frames[].depth_layer",
+               "a layer, a part or a channel of Z, of the image or of depth", ValueRule::Type::kText,
+               "Z, or the only one"),
         scalar("renderers[].frames[].frames",
                "the numbers of many frames, such as 0-299, which file names have as %d or %04d",
                ValueRule::Type::kText, "one frame"),
@@ -241,7 +243,8 @@ const std::vector<ObjectKey<Scenario>>& setting_rows() {
         {{"depth_nothing[]", KeyShape::kScalar, "a number, nan, inf or -inf"}},
         choice<DepthIntegers, &Scenario::image_reading, &ImageReading::integers>(
             "depth_integers",
-            "Z of whole numbers in image files: shares of the largest that their bits hold, or as it is sent"),
+            "Z of whole numbers in image files: shares of the largest that their bits hold, or as it is "
+            "sent"),
         choice<DepthBits, &Scenario::image_reading, &ImageReading::bits>(
             "depth_bits", "where a file of Z has its bits: in one channel, or in R, G and B of 8 bits"),
         choice<ColourEncoding, &Scenario::image_reading, &ImageReading::colours>(

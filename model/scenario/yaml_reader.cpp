@@ -114,7 +114,8 @@ class TreeBuilder {
     }
     static void add_map(std::vector<Member>& members, Value map) {
         if (map.kind != ValueKind::kMap) {
-            fail_at(map.place, "<<", "is " + described(map) + "; use a map with an anchor, such as *frame, or a list of them");
+            fail_at(map.place, "<<",
+                    "is " + described(map) + "; use a map with an anchor, such as *frame, or a list of them");
         }
         std::move(map.members.begin(), map.members.end(), std::back_inserter(members));
     }

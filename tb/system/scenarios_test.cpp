@@ -177,9 +177,8 @@ TEST_CASE("the union of three renderers shows what one renderer sees", "[system]
         displays.push_back(*picture);
     }
     const ColourImage composite = collage(displays, scenario.displays, 0);
-    const PixelImage truth =
-        image_codec().load({kScenarioDirectory / "images/union/truth.exr"}, scenario.depth_format,
-                           scenario.image_reading);
+    const PixelImage truth = image_codec().load({kScenarioDirectory / "images/union/truth.exr"},
+                                                scenario.depth_format, scenario.image_reading);
     REQUIRE(composite.width_pixels == truth.width_pixels);
     REQUIRE(composite.height_pixels == truth.height_pixels);
     ColourImage expected(truth.width_pixels, truth.height_pixels);
