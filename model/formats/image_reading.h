@@ -1,12 +1,9 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <tuple>
 #include <vector>
-
-#include "host/enum_table.h"
 
 namespace metabuffer {
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <functional>
 
 #include "host/errors.h"
 #include "host/text.h"
@@ -146,12 +145,12 @@ std::vector<Layer> layers_that(const std::vector<Layer>& layers, Test test) {
 
 /// Of layers with colours, in the order in which they are preferred.
 std::optional<Colours> only_colours(const std::vector<Layer>& layers, const char* key) {
-    const auto has_colours = [](const Layer& layer) { return colours_in(layer).has_value(); };
-    const auto is_plain = [&](const Layer& layer) { return layer.prefix.empty() && has_colours(layer); };
-    const auto has_grey = [](const Layer& layer) { return grey_in(layer).has_value(); };
-    for (const auto& test :
-         {std::function<bool(const Layer&)>(is_plain), std::function<bool(const Layer&)>(has_colours),
-          std::function<bool(const Layer&)>(has_grey)}) {
+    using Test = bool (*)(const Layer&);
+    constexpr std::array<Test, 3> kPreferred{
+        [](const Layer& layer) { return layer.prefix.empty() && colours_in(layer).has_value(); },
+        [](const Layer& layer) { return colours_in(layer).has_value(); },
+        [](const Layer& layer) { return grey_in(layer).has_value(); }};
+    for (const Test test : kPreferred) {
         const std::vector<Layer> chosen = layers_that(layers, test);
         if (chosen.size() > 1) {
             fail_for_choice(

@@ -160,16 +160,15 @@ class DepthConverter {
     std::optional<std::uint32_t> of_sample(double sample) {
         if (is_nothing(sample)) return far_;
         if (std::isnan(sample)) return std::nullopt;
-        ++depths_;
         const double share = (sample - reading_.near) / range_;
         if (share < 0.0) count_before_near(sample);
+        if (share < 1.0) ++depths_;
         if (share > 1.0) ++clamped_.behind_far_pixels;
-        if (share >= 1.0) --depths_;
         return scaled(share, far_);
     }
 
     /// Of a whole number; nothing if it is taken as it is and lies beyond the far plane.
-    std::optional<std::uint32_t> of_number(std::uint32_t number, std::uint32_t full) {
+    std::optional<std::uint32_t> of_number(std::uint32_t number, std::uint32_t full) const {
         if (is_nothing(number)) return far_;
         const bool is_raw = reading_.integers == DepthIntegers::kRaw;
         if (is_raw && number > far_) return std::nullopt;
@@ -208,34 +207,41 @@ class DepthConverter {
 
 using Depths = std::vector<std::uint32_t>;
 
+/// Z of a whole number. Throws InputError if it is taken as it is and lies beyond the far plane.
+std::uint32_t z_of_number(const NativeSamples& samples, int channel, std::size_t index, std::uint32_t number,
+                          std::uint32_t full, const DepthConverter& converter) {
+    const std::optional<std::uint32_t> z = converter.of_number(number, full);
+    if (!z) {
+        samples.fail_at_pixel(channel, index,
+                              "Z " + std::to_string(number) +
+                                  " is beyond the far plane of the depth format; use 0 to " +
+                                  std::to_string(converter.far()) + ", or depth_integers: scaled");
+    }
+    return *z;
+}
+
 /// Far where the file has nothing.
 Depths depths_of_channel(const NativeSamples& samples, int channel, DepthConverter& converter,
                          const ImageReading& reading) {
+    if (reading.integers == DepthIntegers::kRaw && samples.has_scaled_integers(channel)) {
+        samples.fail(
+            "has whole numbers of another width than 8, 16 or 32 bits, which are read scaled; "
+            "use depth_integers: scaled");
+    }
     Depths depths(samples.pixels(), converter.far());
     samples.for_each(channel, [&](auto sample, std::size_t index) {
         using Sample = decltype(sample);
-        std::optional<std::uint32_t> z;
         if constexpr (std::is_integral_v<Sample>) {
-            if (reading.integers == DepthIntegers::kRaw && samples.has_scaled_integers(channel)) {
-                samples.fail(
-                    "has whole numbers of another width than 8, 16 or 32 bits, which are read scaled; "
-                    "use depth_integers: scaled");
-            }
-            z = converter.of_number(sample, std::numeric_limits<Sample>::max());
-            if (!z) {
-                samples.fail_at_pixel(channel, index,
-                                      "Z " + std::to_string(sample) +
-                                          " is beyond the far plane of the depth format; use 0 to " +
-                                          std::to_string(converter.far()) + ", or depth_integers: scaled");
-            }
+            constexpr std::uint32_t kFull = std::numeric_limits<Sample>::max();
+            depths[index] = z_of_number(samples, channel, index, sample, kFull, converter);
         } else {
-            z = converter.of_sample(sample);
+            const std::optional<std::uint32_t> z = converter.of_sample(sample);
             if (!z) {
                 samples.fail_at_pixel(channel, index,
                                       "is not a number; use finite values, or depth_nothing: [nan]");
             }
+            depths[index] = *z;
         }
-        depths[index] = *z;
     });
     return depths;
 }
@@ -243,7 +249,7 @@ Depths depths_of_channel(const NativeSamples& samples, int channel, DepthConvert
 constexpr int kByteBits = 8;
 
 /// R, G and B, 8 bits each, as one number of 24.
-Depths packed_depths(const NativeSamples& samples, const Colours& channels, DepthConverter& converter) {
+Depths packed_depths(const NativeSamples& samples, const Colours& channels, const DepthConverter& converter) {
     constexpr std::uint32_t kFull = 0xFF'FFFF;
     Depths numbers(samples.pixels());
     for (const int channel : {channels.red, channels.green, channels.blue}) {
@@ -257,14 +263,7 @@ Depths packed_depths(const NativeSamples& samples, const Colours& channels, Dept
     }
     Depths depths(samples.pixels(), converter.far());
     samples.placement().for_each([&](std::size_t /*sample*/, std::size_t index) {
-        const std::optional<std::uint32_t> z = converter.of_number(numbers[index], kFull);
-        if (!z) {
-            samples.fail_at_pixel(channels.red, index,
-                                  "Z " + std::to_string(numbers[index]) +
-                                      " is beyond the far plane of the depth format; use 0 to " +
-                                      std::to_string(converter.far()) + ", or depth_integers: scaled");
-        }
-        depths[index] = *z;
+        depths[index] = z_of_number(samples, channels.red, index, numbers[index], kFull, converter);
     });
     return depths;
 }

@@ -80,9 +80,9 @@ class ProcessorLimit {
 
 [[noreturn]] void fail_to_load() {
     const char* why = dlerror();
-    throw InputError(
-        text::one_line(std::string(kNoImages) + (why == nullptr ? "no reason given" : why) +
-                       "; is there enough memory, and is all of metabuffer built or installed?"));
+    throw InputError(text::one_line(
+        std::string(kNoImages) + (why == nullptr ? "no reason given" : why) +
+        "; is there enough memory, and is all of metabuffer built or installed, for this user to read?"));
 }
 
 const ImageCodec& loaded_codec() {

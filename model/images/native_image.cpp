@@ -91,7 +91,8 @@ std::size_t NativeSamples::pixels() const {
 bool NativeSamples::has_scaled_integers(int channel) const {
     constexpr int kByteBits = 8;
     const auto bits = static_cast<int>(spec_.get_float_attribute("oiio:BitsPerSample"));
-    return bits != 0 && bits != static_cast<int>(spec_.channelformat(channel).size()) * kByteBits;
+    const bool is_whole = !spec_.channelformat(channel).is_floating_point();
+    return is_whole && bits != 0 && bits != static_cast<int>(spec_.channelformat(channel).size()) * kByteBits;
 }
 
 std::size_t NativeSamples::offset_of(int channel) const {

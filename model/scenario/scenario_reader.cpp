@@ -64,7 +64,7 @@ constexpr std::string_view kViewportPattern = "renderers[].frames[].viewport.";
 constexpr std::string_view kCorrectionPattern = "displays.correction[].";
 constexpr std::string_view kPathPattern = "renderers[].frames[].viewport.path[].";
 
-/// A number, or what YAML writes as .nan and .inf, with or without the dot.
+/// A number, or what YAML writes as .nan and .inf, with or without the dot, and Python's JSON as NaN and Infinity.
 double any_number(const Entry& entry) {
     using Limits = std::numeric_limits<double>;
     std::string word = entry.name();
@@ -74,7 +74,7 @@ double any_number(const Entry& entry) {
     const bool has_sign = word.front() == '-' || word.front() == '+';
     const double sign = word.front() == '-' ? -1.0 : 1.0;
     word.erase(0, has_sign ? 1 : 0);
-    if (word == ".inf" || word == "inf") return sign * Limits::infinity();
+    if (word == ".inf" || word == "inf" || word == "infinity") return sign * Limits::infinity();
     if (word == ".nan" || word == "nan") return Limits::quiet_NaN();
     return entry.number({Limits::lowest(), Limits::max()});
 }

@@ -221,24 +221,25 @@ ExitStatus RunCommand::execute() {
     const std::string effective = effective_scenario(scenario, directory);
 
     std::optional<StarvationAdvice> advice;
-    if (!quiet_) advice.emplace(scenario);
+    if (!quiet_ && request.level != RunLevel::kFunctional) advice.emplace(scenario);
     PictureSink pictures(folder, scenario, choice);
     const LevelOutcome outcome = run(scenario, request, pictures);
     pictures.finish();
     folder.write(kReportFile, report_json(outcome.report));
     folder.write(kEffectiveScenarioFile, effective);
     folder.put_in_place();
-    if (!quiet_) print_summary(outcome, *advice, directory.string());
+    if (!quiet_) print_summary(outcome, advice, directory.string());
     if (!outcome.trace_note.empty()) std::cerr << outcome.trace_note << '\n';
     const Judgement judgement = judge(outcome, scenario_.file(), strict_);
     std::cerr << judgement.text;
     return judgement.status;
 }
 
-void RunCommand::print_summary(const LevelOutcome& outcome, const StarvationAdvice& advice,
+void RunCommand::print_summary(const LevelOutcome& outcome, const std::optional<StarvationAdvice>& advice,
                                const std::string& directory) const {
-    std::cout << report_summary(outcome.report) << advice.text(outcome.report, scenario_.file())
-              << "results in " << directory << std::endl;
+    std::cout << report_summary(outcome.report)
+              << (advice ? advice->text(outcome.report, scenario_.file()) : "") << "results in " << directory
+              << std::endl;
     if (outcome.simulation_seconds > 0.0) {
         const double composer_clocks = static_cast<double>(outcome.report.composers.size()) *
                                        static_cast<double>(outcome.report.core_cycles);

@@ -43,7 +43,7 @@ class RunCommand final : public Command {
     LevelRequest request() const;
     bool wants_pictures() const;
     LevelOutcome run(const Scenario& scenario, const LevelRequest& request, PictureSink& pictures) const;
-    void print_summary(const LevelOutcome& outcome, const StarvationAdvice& advice,
+    void print_summary(const LevelOutcome& outcome, const std::optional<StarvationAdvice>& advice,
                        const std::string& directory) const;
 
     ScenarioOptions scenario_;

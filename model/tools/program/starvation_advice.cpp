@@ -44,20 +44,26 @@ class Trials {
   public:
     Trials(const Scenario& scenario, std::int64_t rejected) : scenario_(scenario), rejected_(rejected) {}
 
-    std::string lines() {
+    std::string lines() const {
         // The search for the buffer takes as long as all others together.
+        ChildProcess of_buffer([this](const ChildProcess::Sender& sender) { send(sender, buffer()); });
         ChildProcess others([this](const ChildProcess::Sender& sender) {
-            const std::string stalling = stall();
-            sender.send(stalling.data(), stalling.size());
-            const std::string bus = bus_and_memory();
-            sender.send(bus.data(), bus.size());
+            send(sender, stall());
+            send(sender, bus_and_memory());
         });
-        const std::string lines = buffer();
-        return lines + received(others);
+        const Clock::time_point end = end_ + std::chrono::milliseconds(kSendingMilliseconds);
+        const std::string lines = received(of_buffer, end);
+        return lines + received(others, end);
     }
 
   private:
     using Clock = std::chrono::steady_clock;
+    /// For a process to send what it knows when its time is over.
+    static constexpr int kSendingMilliseconds = 50;
+
+    static void send(const ChildProcess::Sender& sender, const std::string& line) {
+        sender.send(line.data(), line.size());
+    }
 
     /// Nothing if the time is over, or the change makes no valid scenario or does not help.
     std::optional<Outcome> tried(const Scenario& changed) const {
@@ -67,7 +73,7 @@ class Trials {
                 const Outcome outcome = outcome_of(changed);
                 sender.send(&outcome, sizeof outcome);
             });
-            const std::string bytes = received(process);
+            const std::string bytes = received(process, end_);
             Outcome outcome;
             if (bytes.size() != sizeof outcome) return std::nullopt;
             std::memcpy(&outcome, bytes.data(), sizeof outcome);
@@ -79,11 +85,11 @@ class Trials {
         }
     }
     /// What the process sends until it ends or the time is over.
-    std::string received(ChildProcess& process) const {
+    static std::string received(ChildProcess& process, Clock::time_point end) {
         std::string bytes;
         while (!process.ended()) {
             const auto left =
-                std::chrono::duration_cast<std::chrono::milliseconds>(end_ - Clock::now()).count();
+                std::chrono::duration_cast<std::chrono::milliseconds>(end - Clock::now()).count();
             pollfd wanted{process.descriptor(), POLLIN, 0};
             if (poll(&wanted, 1, static_cast<int>(std::max<std::int64_t>(left, 0))) <= 0) break;
             process.receive(bytes);

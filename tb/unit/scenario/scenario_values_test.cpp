@@ -302,9 +302,9 @@ TEST_CASE("scenario: depths that mean nothing are one or a list, of numbers or w
         return fixture.parse(scenario_with("depth_nothing", value)).image_reading;
     };
     CHECK(reading("-1").nothing == std::vector<double>{-1.0});
-    const ImageReading all = reading("[0, .inf, -inf, NaN, 1e10]");
+    const ImageReading all = reading("[0, .inf, -inf, NaN, 1e10, Infinity]");
     const double infinity = std::numeric_limits<double>::infinity();
-    CHECK(all.nothing == std::vector<double>{0.0, infinity, -infinity, 1e10});
+    CHECK(all.nothing == std::vector<double>{0.0, infinity, -infinity, 1e10, infinity});
     CHECK(all.nan_is_nothing);
     CHECK_FALSE(reading("[]").nan_is_nothing);
     CHECK(fixture.error(scenario_with("depth_nothing", "[1, none]")) ==
