@@ -67,6 +67,7 @@ class Trials {
 
     /// Nothing if the time is over, or the change makes no valid scenario or does not help.
     std::optional<Outcome> tried(const Scenario& changed) const {
+        if (is_time_over()) return std::nullopt;
         try {
             check_scenario(changed);
             ChildProcess process([&changed](const ChildProcess::Sender& sender) {
