@@ -131,6 +131,7 @@ template <typename Item, typename Name>
 [[noreturn]] void fail_for_choice(const char* what, const std::vector<Item>& items, Name name_of,
                                   const char* key) {
     std::vector<std::string> names;
+    names.reserve(items.size());
     for (const Item& item : items) names.push_back(name_of(item));
     throw InputError(std::string("has several ") + what + ", " + text::joined(names, "and") + "; use " + key +
                      ", one of them");
