@@ -93,11 +93,9 @@ void check_pnm_header(const Path& file, std::string_view bytes) {
     std::int64_t sample_bytes = bytes[1] == '6' || bytes[1] == 'F' ? 3 : 1;
     if (bytes[1] == 'f' || bytes[1] == 'F') sample_bytes *= 4;
     if ((bytes[1] == '5' || bytes[1] == '6') && numbers[2] > 255) sample_bytes *= 2;
-    const auto header = static_cast<std::int64_t>(input.tellg()) - 1;
-    if (static_cast<std::int64_t>(std::filesystem::file_size(file)) - header ==
-        row * numbers[1] * sample_bytes) {
-        return;
-    }
+    const std::int64_t first_sample = input.tellg() - std::streamoff{1};
+    input.seekg(0, std::ios::end);
+    if (input.tellg() - std::streampos(first_sample) == row * numbers[1] * sample_bytes) return;
     fail_image(file, "has a header whose lines end in CR and LF; write it with LF alone");
 }
 

@@ -101,7 +101,7 @@ class TreeBuilder {
         }
         // What the map has itself comes first, then what earlier maps have.
         for (Member& member : merged) {
-            if (map.find(member.key) == nullptr) map.members.push_back(std::move(member));
+            if (lines.emplace(member.key, member.place.line).second) map.members.push_back(std::move(member));
         }
     }
     /// Of a merge key, `<<`: members of the map, or of each map of the list.
@@ -533,7 +533,9 @@ Entry Entry::at(std::string_view path) const {
 std::vector<Entry> Entry::items() const {
     std::vector<Entry> entries;
     if (value_ == nullptr) return entries;
-    if (value_->kind == ValueKind::kScalar) return {Entry(schema_, value_, path_, pattern_ + "[]", place_)};
+    if (value_->kind == ValueKind::kScalar && schema_->find(pattern_)->may_be_one) {
+        return {Entry(schema_, value_, path_, pattern_ + "[]", place_)};
+    }
     entries.reserve(value_->items.size());
     for (std::size_t i = 0; i < value_->items.size(); ++i) {
         const Value& item = value_->items[i];
