@@ -427,9 +427,9 @@ class Resources(Hostile):
         self.write("long.yaml", LONG_SCENARIO)
         process = self.start_program("run", "long.yaml", "--trace", "t.vcd", "--trace-window", "first-starved-pixel",
                                      "--pictures", "none")  # or there are processes that encode them
-        # The program waits for the process that searches for the window, and there are the two that have read the image;
-        # no process writes a waveform yet.
-        self.assertTrue(wait_until(lambda: len(alive_in(process.pid)) == 4))
+        # The program waits for the process that searches for the window, and there are the two that have read the image and
+        # the one that waits to try what keeps pixels from starving; no process writes a waveform yet.
+        self.assertTrue(wait_until(lambda: len(alive_in(process.pid)) == 5))
         for child in alive_in(process.pid):
             if child != process.pid:
                 os.kill(child, signal.SIGKILL)

@@ -890,12 +890,16 @@ class RunPage(PageTest):
             text = page.read_text(encoding="utf-8")
             data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1])
             pictures = re.findall(r'<script type="application/base64" id="picture-\d+">(.*?)</script>', text)
-            return {key: value for key, value in data.items() if key not in ("command", "remarks")}, pictures, data
+            return {key: value for key, value in data.items() if key not in ("command", "remarks", "advice")}, pictures, data
         shown, pictures, data = parts(out)
         expected, expected_pictures, _ = parts(self.starving_page)
         self.assertEqual(expected, shown)
         self.assertEqual(expected_pictures, pictures)
         self.assertEqual([], data["remarks"])
+        # How many changes are tried depends on the time that they take.
+        self.assertTrue(data["advice"])
+        self.open(out)
+        self.assertIn(f"as runs have shown: {data['advice'][0]}", self.text_of("#remarks"))
         # The page says so if the report is that of another run.
         other = json.loads((folder / "report.json").read_text(encoding="utf-8"))
         other["core_cycles"] += 1

@@ -78,6 +78,7 @@ std::string run_page(const RunPage& page) {
     data["title"] = page.title;
     data["command"] = page.command;
     data["remarks"] = page.remarks;
+    data["advice"] = page.advice;
     data["machine"] = machine_json(page.scenario);
     data["safe_buffer_pixels"] = page.safe_buffer_pixels ? Json(*page.safe_buffer_pixels) : Json();
     data["frames"] = page.pictures.json(pictures);

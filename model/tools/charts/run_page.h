@@ -23,6 +23,7 @@ struct RunPage {
     std::vector<std::string> command =
         {};  ///< words of the command that repeats the run; the page adds options
     std::vector<std::string> remarks = {};  ///< lines for the reader
+    std::vector<std::string> advice = {};   ///< changes of the scenario that keep pixels from starving
     /// A size of the buffers with which no pixel starves, by proof; nullopt if nothing is proved.
     std::optional<std::int64_t> safe_buffer_pixels = std::nullopt;
     std::size_t most_image_bytes = 0;  ///< for the renderers' images

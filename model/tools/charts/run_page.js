@@ -45,6 +45,9 @@
             byId("answers").append(element("dt", {}, title), element("dd", {class: title === "starved" && starved ? "bad" : null}, text));
         }
         const remarks = [...data.remarks];
+        if (data.advice.length) {
+            remarks.push("What would keep pixels from starving, each by itself, as runs have shown: " + data.advice.join("; ") + ".");
+        }
         for (const finding of report.watchdog || []) remarks.push("Watchdog: " + finding);
         const corrected = Object.keys(machine.corrections).map(display => Number(display) + 1).sort((a, b) => a - b);
         if (corrected.length) {

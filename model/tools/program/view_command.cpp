@@ -115,9 +115,7 @@ ExitStatus ViewCommand::execute() {
     const std::vector<std::string> words = scenario_.words();
     page.command.insert(page.command.end(), words.begin(), words.end());
     if (report_file) page.remarks = remarks_on(*report_file, report_text);
-    for (const std::string& line : advice.lines(report)) {
-        page.remarks.push_back("What would keep pixels from starving, as a run has shown: " + line + ".");
-    }
+    page.advice = advice.lines(report);
     page.safe_buffer_pixels = analysis::analyze(scenario).safe_buffer_pixels;
     page.most_image_bytes = most_bytes - std::min(most_bytes, pictures.bytes());
     file.write(charts::run_page(page));
