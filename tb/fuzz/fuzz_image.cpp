@@ -86,7 +86,7 @@ class OutputCapture {
 bool is_large(const std::filesystem::path& file) {
     constexpr std::uint64_t kLargeBytes = 4'000'000;
     try {
-        const std::uint64_t bytes = open_image_file(file)->spec().image_bytes(true);
+        const std::uint64_t bytes = open_image_file(file).input->spec().image_bytes(true);
         return bytes > kLargeBytes && bytes <= kLargestImageBytes;
     } catch (const InputError&) {
         return false;
