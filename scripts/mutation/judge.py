@@ -65,11 +65,14 @@ class Judge:
         self.scratch.mkdir(parents=True, exist_ok=True)
         self.children = Children()
         self.kills: collections.Counter = collections.Counter()  # by the mutant's file and the test
+        self.seconds: collections.Counter = collections.Counter()  # by judge
         listed = subprocess.run(["ctest", "--show-only=json-v1"], cwd=self.build, stdout=subprocess.PIPE, check=True)
         self.tests = [Test(entry) for entry in json.loads(listed.stdout)["tests"]
                       if "command" in entry and "_NOT_BUILT" not in entry["name"]
                       and not (self.options.target and self.foreign(entry["command"]))]
         self.tests = [test for test in self.tests if self.options.slow or not test.slow]
+        if self.options.judges:
+            self.tests = [test for test in self.tests if any(find.search(test.name) for _, find in self.options.judges)]
         self.put_repetitions_last()
 
     def put_repetitions_last(self) -> None:
@@ -118,6 +121,18 @@ class Judge:
     def try_rest(self, mutant: Mutant) -> None:
         self.try_tests(mutant, lambda test: not test.quick())
         mutant.met = "all"
+
+    def try_judges(self, mutant: Mutant) -> None:
+        """Lets each judge's tests run on the mutant until one of them fails. All judges have killed it, or it survives."""
+        for name, find in self.options.judges:
+            started = time.monotonic()
+            before = len(mutant.tests)
+            self.try_tests(mutant, lambda test, find=find: find.search(test.name))
+            self.seconds[name] += time.monotonic() - started
+            if len(mutant.tests) > before:
+                mutant.killers[name] = mutant.tests[before]
+        mutant.killed = len(mutant.killers) == len(self.options.judges)
+        mutant.met = "judges"
 
     def try_tests(self, mutant: Mutant, wanted: Callable[[Test], bool]) -> None:
         """Runs the tests that reach the mutant until one fails: the nearest first, and of those as near as each other

@@ -57,6 +57,7 @@ def take_over_verdicts(tree: Tree) -> None:
             mutant.killed = noted["verdict"] == "killed"
             mutant.kind, mutant.tests = noted["kind"], noted["tests"]
             mutant.met, mutant.reached_by = noted["met"], noted["reached_by_tests"]
+            mutant.killers = noted["killers"]
 
 
 def taking_part(tree: Tree) -> list[Mutant]:
@@ -95,10 +96,13 @@ def try_all(tree: Tree, judge: Judge, mutants: list[Mutant], save: Callable[[], 
     options = tree.options
     fresh = [mutant for mutant in mutants if not mutant.met]
     progress = Progress("mutants", len(fresh))
-    for _ in in_parallel(options.jobs, judge.try_quick, fresh, judge.children.stop):
+    for _ in in_parallel(options.jobs, judge.try_judges if options.judges else judge.try_quick, fresh,
+                         judge.children.stop):
         progress.step()
         save()
     progress.finish()
+    if options.judges:
+        return
     # On known equivalents the quick tests have run, which is enough for a daily run.
     left = [mutant for mutant in mutants if mutant.met != "all"
             and (options.all_tests or not mutant.killed and (options.slow or not mutant.reason))]
@@ -117,6 +121,21 @@ def try_all(tree: Tree, judge: Judge, mutants: list[Mutant], save: Callable[[], 
 def note_killed_equivalents(tree: Tree, mutants: list[Mutant]) -> None:
     tree.notes += [f"equivalent.json: killed by {mutant.tests[0]}: {tree.describe(mutant)}"
                    for mutant in mutants if mutant.killed and mutant.reason]
+
+
+def tell_judges(tree: Tree, mutants: list[Mutant], seconds: collections.Counter) -> int:
+    """Prints what each judge kills, and what the first one kills and another does not. Returns the exit status."""
+    first, *others = (name for name, _ in tree.options.judges)
+    print(tables.by_judge(mutants, [first, *others], seconds))
+    missed = 0
+    for mutant in mutants:
+        missing = [name for name in others if first in mutant.killers and name not in mutant.killers]
+        if missing:
+            missed += 1
+            print(f"killed by {first} ({mutant.killers[first]}), not by {', '.join(missing)}: {tree.describe(mutant)}"
+                  + (f"  (equivalent: {mutant.reason})" if mutant.reason else ""))
+    print(f"{missed} mutants that {first} kills are missed")
+    return 1 if missed else 0
 
 
 def tell(tree: Tree, mutants: list[Mutant], seconds: float) -> int:
@@ -156,10 +175,11 @@ def run(options: argparse.Namespace) -> int:
     if options.only:
         for mutant in mutants:
             print(f"{mutant.verdict}: {mutant.number}: {'; '.join(mutant.tests) or mutant.reason}")
-    note_killed_equivalents(tree, mutants)
+    if not options.judges:
+        note_killed_equivalents(tree, mutants)
     shutil.rmtree(judge.scratch, ignore_errors=True)
     seconds = time.monotonic() - started
     save()
     if options.write_table:
         tables.write(options.write_table, tree, mutants)
-    return tell(tree, mutants, seconds)
+    return tell_judges(tree, mutants, judge.seconds) if options.judges else tell(tree, mutants, seconds)

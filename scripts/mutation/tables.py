@@ -39,6 +39,19 @@ def by_block(mutants: Iterable[Mutant]) -> str:
     return "\n".join(lines)
 
 
+def by_judge(mutants: Iterable[Mutant], judges: list[str], seconds: collections.Counter) -> str:
+    """A table of what each judge kills, by block."""
+    blocks: dict[str, collections.Counter] = collections.defaultdict(collections.Counter)
+    for mutant in mutants:
+        for block in (f"`{block_of(mutant.file)}`", "all"):
+            blocks[block].update(["mutants", *mutant.killers])
+    lines = head("block", "mutants", *judges, figures=len(judges) + 1)
+    lines += [row(block, counts["mutants"], *(counts[one] for one in judges))
+              for block, counts in sorted(blocks.items(), key=lambda one: (one[0] == "all", one[0]))]
+    lines.append(row("minutes of tests", "", *(f"{seconds[one] / 60:.1f}" for one in judges)))
+    return "\n".join(lines)
+
+
 def by_seed(tree: Tree, mutants: list[Mutant]) -> str:
     """A table of verdicts by seed. A mutant that several seeds chose is in each of their rows."""
     lines = head("seed", "mutants", *VERDICTS, figures=len(VERDICTS) + 1)
@@ -95,6 +108,6 @@ def results(tree: Tree, mutants: Iterable[Mutant], seconds: float) -> dict:
                 "number": mutant.number, "file": mutant.file, "line": tree.copies[mutant.file].line_of(mutant),
                 "operator": mutant.operator, "original": mutant.key.original, "replacement": mutant.key.replacement,
                 "place": mutant.key.place, "seeds": mutant.seeds, "verdict": mutant.verdict,
-                "tests": mutant.tests, "met": mutant.met,
+                "tests": mutant.tests, "killers": mutant.killers, "met": mutant.met,
                 "kind": mutant.kind, "reached_by_tests": mutant.reached_by,
                 "reason": mutant.reason or mutant.discarded} for mutant in mutants]}

@@ -242,6 +242,19 @@ class Mutate(unittest.TestCase):
         self.assertRegex(done.stdout, rf"survived 1 tests: {number}: ")
         self.assertEqual(done.returncode, 1)
 
+    def test_judges_are_compared(self):
+        path = self.tree / "build/mutate/results.json"
+        self.addCleanup(path.write_text, path.read_text())
+        killed = sum(one["verdict"] == "killed" for one in self.first_results)
+        done = self.mutate("--no-build", "--judge", "gate=gate$", "--judge", "units=^unit: ")
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertRegex(done.stdout, rf"\| `rtl/gate` \| \d+ \| {killed} \| 0 \|")
+        self.assertRegex(done.stdout, r"killed by gate \(rtl: gate\), not by units: \d+: model/rtl/gate.cpp:4: ")
+        self.assertIn({"gate": "rtl: gate"}, [one["killers"] for one in self.results()])
+        done = self.mutate("--no-build", "--judge", "units=^unit: ", "--judge", "gate=gate$")
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("0 mutants that units kills are missed", done.stdout)
+
     def test_source_that_has_changed_is_read_again(self):
         before = self.mutate("--list").stdout
         self.assertIn("value < limit_  ->  value <= limit_", before)
@@ -261,7 +274,8 @@ class Mutate(unittest.TestCase):
         self.assertTrue(re.search(r"mutation::active\(\d+\)", copy))
 
     def test_bad_arguments_are_refused(self):
-        for arguments in [("--count", "-1"), ("--only", "0"), ("--only", "70000", "--no-build"), ("--colour",)]:
+        for arguments in [("--count", "-1"), ("--only", "0"), ("--only", "70000", "--no-build"), ("--colour",),
+                          ("--judge", "all"), ("--judge", "all=(")]:
             self.assertEqual(self.mutate(*arguments).returncode, 2, arguments)
 
 
