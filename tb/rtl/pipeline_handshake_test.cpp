@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "clocked_testbench.h"
+#include "lockstep/lockstep.h"
 #include "support/random_seed.h"
 
 namespace metabuffer::test::pipeline_handshake_test {
@@ -243,70 +244,69 @@ TEST_CASE("pipeline handshake: a reset wakes a block that sleeps, and it reads t
     CHECK(dut.startframes.high() == Clocks{51});
 }
 
-/// A handshake under random inputs, and what its wires must be as each edge samples them; STARTFRAME: after it.
-struct RandomRun {
-    static constexpr int kClocks = 3000;
-    HandshakeBench dut;
-    std::vector<bool> ready, start, startframe;
+// ---- in lockstep ----
 
-    RandomRun(ClockedTestbench& bench, Random& random, Strap strap, Mode mode, const std::string& name)
-        : dut(bench, strap, mode, name) {
-        // What the edge before has sampled, and STARTFRAME.
-        bool was_running = false, was_below = false, was_ready = false, sent = false;
-        bool fetched = false, below = false, running = false, from_above = false;
-        int pause = 0;
-        for (int clock = 0; clock < kClocks; ++clock) {
-            if (random.one_in(40)) pause = random.between(5, 20);  // long enough for the block to sleep
-            if (pause > 0) {
-                --pause;
-            } else {
-                if (random.one_in(4)) fetched = !fetched;
-                if (random.one_in(4)) below = !below;
-                if (random.one_in(6)) running = !running;
-                from_above = random.one_in(6);
-            }
-            const bool stall = random.one_in(5);
-            dut.core.drive(dut.fetched, clock, fetched);
-            dut.core.drive(dut.below, clock, below);
-            dut.core.drive(dut.running, clock, running);
-            dut.core.drive(dut.startframe_in, clock, from_above);
-            dut.core.drive(dut.column_stall, clock, stall);
-            const bool is_ready = !running && !was_running && !sent && (was_ready || (fetched && was_below));
-            const bool starts = !running && (strap == Strap::kMaster ? is_ready : from_above);
-            ready.push_back(is_ready);
-            start.push_back(starts);
-            if (mode == Mode::kGlitch || !stall) sent = starts;
-            startframe.push_back(sent);
-            was_running = running;
-            was_below = below;
-            was_ready = is_ready;
-        }
+/// PIPEREADY and STARTFRAME of a composer by the rules of the header, from what the last edge has sampled.
+class Handshake final : public Lockstep<PipelineHandshake> {
+  public:
+    Handshake(LockstepBench& bench, const char* name, Mode mode)
+        : Lockstep(bench, name,
+                   [mode](const char* dut, rtl::ClockGating gating) {
+                       return std::make_unique<PipelineHandshake>(dut, mode == Mode::kStall, gating);
+                   }),
+          mode_(mode) {}
+
+    void stimulate() override {
+        Random& random = bench_.random;
+        if (bench_.in_reset()) pipemaster_ = random.one_in(2);
+        stall_ = random.one_in(5);
+        if (bench_.pausing()) return;
+        if (random.one_in(4)) fetched_ = !fetched_;
+        if (random.one_in(4)) below_ = !below_;
+        if (random.one_in(6)) running_ = !running_;
+        startframe_in_ = random.one_in(6);
     }
-    void check() const {
-        for (int clock = 0; clock < kClocks; ++clock) {
-            INFO("clock " << clock);
-            const auto n = static_cast<std::size_t>(clock);
-            REQUIRE(dut.aboves.at(clock) == ready[n]);
-            REQUIRE(dut.starts.at(clock) == start[n]);
-            REQUIRE(dut.startframes.at(clock) == startframe[n]);
-        }
+    void expect() override {
+        // A PIPEREADY from below that the last edge of a frame has sampled belongs to that frame.
+        const bool ready = !running_ && !was_running_ && !sent_ && (was_ready_ || (fetched_ && was_below_));
+        pipeready_ = ready;
+        start_ = !running_ && (master_ ? ready : startframe_in_.value());
+        startframe_ = sent_;
     }
+    void edge() override {
+        was_running_ = running_;
+        was_below_ = below_;
+        was_ready_ = pipeready_;
+        if (mode_ == Mode::kGlitch || !stall_) sent_ = start_;
+        bench_.happened["PIPEREADY outlasts its reasons"] += was_ready_ && !(fetched_ && below_) ? 1 : 0;
+        bench_.happened["STARTFRAME"] += sent_ ? 1 : 0;
+    }
+    void reset() override {
+        was_running_ = was_below_ = was_ready_ = sent_ = false;
+        master_ = pipemaster_;
+    }
+
+  private:
+    Mode mode_;
+    Input<bool>& pipemaster_ = in(&PipelineHandshake::pipemaster_i);
+    Input<bool>& stall_ = in(&PipelineHandshake::column_stall_i);
+    Input<bool>& startframe_in_ = in(&PipelineHandshake::startframe_i);
+    Output<bool>& startframe_ = out(&PipelineHandshake::startframe_o);
+    Input<bool>& below_ = in(&PipelineHandshake::pipeready_i);
+    Output<bool>& pipeready_ = out(&PipelineHandshake::pipeready_o);
+    Input<bool>& fetched_ = in(&PipelineHandshake::fetched_i);
+    Input<bool>& running_ = in(&PipelineHandshake::running_i);
+    Output<bool>& start_ = out(&PipelineHandshake::start_o);
+    bool master_ = false;
+    // As the last edge has sampled them, and STARTFRAME.
+    bool was_running_ = false, was_below_ = false, was_ready_ = false, sent_ = false;
 };
 
-TEST_CASE("pipeline handshake: under random inputs its outputs follow the rules at every clock") {
-    const auto seed = random_seed(2203);
-    INFO("METABUFFER_SEED=" << seed);
-    Random random(seed);
-    ClockedTestbench bench;
-    std::vector<std::unique_ptr<RandomRun>> runs;
-    for (const Strap strap : {Strap::kRelay, Strap::kMaster}) {
-        for (const Mode mode : {Mode::kGlitch, Mode::kStall}) {
-            runs.push_back(std::make_unique<RandomRun>(bench, random, strap, mode,
-                                                       "dut_" + std::to_string(runs.size())));
-        }
-    }
-    bench.run_through(RandomRun::kClocks);
-    for (const auto& run : runs) run->check();
+TEST_CASE("pipeline handshake: in lockstep with its reference") {
+    LockstepBench bench(2203);
+    const Handshake glitch(bench, "glitch", Mode::kGlitch);
+    const Handshake stall(bench, "stall", Mode::kStall);
+    bench.run(6000, {{"PIPEREADY outlasts its reasons", 100}, {"STARTFRAME", 300}});
 }
 
 }  // namespace

@@ -1,0 +1,172 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <systemc>
+#include <utility>
+#include <vector>
+
+#include "lockstep/pin.h"
+#include "rtl/block.h"
+#include "support/random_seed.h"
+#include "support/trace_switch.h"
+
+namespace metabuffer::test {
+
+class LockstepBlock;
+
+/// Clock and reset of blocks that run in lockstep with their references. At each edge every output must have the value
+/// that its reference gives it. The first edge at which one has not ends the run and fails the test: it prints the seed,
+/// the clock, and every pin at the last edges.
+///
+///     LockstepBench bench(2203);
+///     Handshake relay(bench, "relay", ...);  // a Lockstep, below
+///     bench.run(3000, {{"a frame started", 20}});
+///
+/// Clock 0 is the first edge that samples reset low.
+class LockstepBench final : public sc_core::sc_module {
+  public:
+    sc_core::sc_clock clk{"clk", sc_core::sc_time(10.0, sc_core::SC_NS)};
+    sc_core::sc_signal<bool> reset{"reset", true};
+    Random random;
+    /// What the stimuli have brought about, counted by the references.
+    std::map<std::string, std::int64_t> happened;
+    /// Once in so many clocks the blocks are reset, for two to five edges; 0: at the beginning only.
+    int clocks_to_reset = 400;
+    /// Once in so many clocks comes a pause, so long that a block which has nothing to do sleeps in it.
+    int clocks_to_pause = 60;
+
+    /// For stimuli at random: the test's own seed, see random_seed().
+    explicit LockstepBench(std::uint64_t default_seed);
+    /// For stimuli that are written down: no pauses, and one reset only, at the beginning.
+    LockstepBench() : LockstepBench(0) { clocks_to_reset = clocks_to_pause = 0; }
+    SC_HAS_PROCESS(LockstepBench);
+
+    /// The coming edge samples reset high.
+    bool in_reset() const { return reset_edges_ > 0; }
+    /// The stimuli are to be at rest.
+    bool pausing() const { return pause_ > 0; }
+    int clock() const { return clock_; }
+
+    /// Runs to the end of clock `clocks` - 1. least: what must have happened so often, or the stimulus is too tame.
+    void run(int clocks, const std::map<std::string, std::int64_t>& least = {});
+
+  private:
+    friend class LockstepBlock;
+    void falling_edge();
+    void rising_edge();
+
+    std::uint64_t seed_;
+    std::vector<LockstepBlock*> blocks_;
+    std::unique_ptr<TraceSwitch> trace_;
+    static constexpr int kFirstClock = -2;
+    int clock_ = kFirstClock;  ///< the edge that comes next, or is executed
+    int reset_edges_ = -kFirstClock;
+    int pause_ = 0;
+    std::deque<bool> resets_;  ///< as the last edges have sampled it
+    std::string failure_;
+};
+
+/// What a bench does with each of its blocks at an edge.
+class LockstepBlock {
+  public:
+    LockstepBlock(const LockstepBlock&) = delete;
+    LockstepBlock& operator=(const LockstepBlock&) = delete;
+
+    // A block's reference and stimulus. They are called in this order, with the inputs as they are then.
+
+    /// Assigns the inputs that the coming edge samples. An input that is not assigned stands.
+    virtual void stimulate() {}
+    /// Assigns to each output what is due there as the coming edge samples it: from the reference's registers and, of
+    /// a combinational output, from the inputs.
+    virtual void expect() = 0;
+    /// The edge, with reset low: the reference's registers change.
+    virtual void edge() {}
+    /// The edge, with reset high.
+    virtual void reset() {}
+
+  protected:
+    explicit LockstepBlock(LockstepBench& bench) : bench_(bench) { bench.blocks_.push_back(this); }
+    virtual ~LockstepBlock() = default;
+
+    LockstepBench& bench_;
+    std::vector<std::unique_ptr<LockstepPin>> pins_;
+
+  private:
+    friend class LockstepBench;
+    virtual void trace(TraceSwitch& trace) const = 0;
+    virtual const char* block_name() const = 0;
+    /// The last edges at every pin, one line each.
+    std::string picture(const LockstepPin& wrong) const;
+};
+
+/// A block that is in lockstep with its reference, twice: once with clock gating, once without. Both get the same inputs.
+/// A test derives a class from it that has the reference's registers, and as members the pins that it uses:
+///
+///     class Handshake final : public Lockstep<rtl::PipelineHandshake> {
+///         ...
+///         Input<bool>& running_ = in(&rtl::PipelineHandshake::running_i);
+///         Output<bool>& start_ = out(&rtl::PipelineHandshake::start_o);
+///     };
+///
+/// Every pin must be among them but clk_i and reset_i, or be bound by the factory.
+template <typename Dut>
+class Lockstep : public LockstepBlock {
+  public:
+    /// Makes the block; it may bind pins that are no part of the test.
+    using Factory = std::function<std::unique_ptr<Dut>(const char* name, rtl::ClockGating gating)>;
+
+    Lockstep(LockstepBench& bench, const std::string& name, const Factory& factory)
+        : LockstepBlock(bench), name_(name) {
+        duts_.push_back(factory(name.c_str(), rtl::ClockGating::kOn));
+        duts_.push_back(factory((name + "_ungated").c_str(), rtl::ClockGating::kOff));
+        for (const auto& dut : duts_) {
+            dut->clk_i(bench.clk);
+            dut->reset_i(bench.reset);
+        }
+    }
+
+    template <typename Value>
+    Input<Value>& in(sc_core::sc_in<Value> Dut::*port) {
+        return add_pin<Input<Value>>([port](Dut & dut) -> auto& { return dut.*port; });
+    }
+    template <typename Value>
+    Output<Value>& out(sc_core::sc_out<Value> Dut::*port) {
+        return add_pin<Output<Value>>([port](Dut & dut) -> auto& { return dut.*port; });
+    }
+    template <typename Value>
+    Input<Value>& in(sc_core::sc_vector<sc_core::sc_in<Value>> Dut::*ports, std::size_t index) {
+        return add_pin<Input<Value>>([ ports, index ](Dut & dut) -> auto& { return (dut.*ports)[index]; });
+    }
+    template <typename Value>
+    Output<Value>& out(sc_core::sc_vector<sc_core::sc_out<Value>> Dut::*ports, std::size_t index) {
+        return add_pin<Output<Value>>([ ports, index ](Dut & dut) -> auto& { return (dut.*ports)[index]; });
+    }
+
+  protected:
+    /// The one with clock gating.
+    Dut& dut() { return *duts_.front(); }
+    const Dut& dut() const { return *duts_.front(); }
+
+  private:
+    void trace(TraceSwitch& trace) const override { trace.add(dut()); }
+    const char* block_name() const override { return name_.c_str(); }
+
+    template <typename Pin, typename Port>
+    Pin& add_pin(const Port& port) {
+        auto pin = std::make_unique<Pin>(port(dut()).basename());
+        for (const auto& dut : duts_) pin->bind(port(*dut));
+        Pin& added = *pin;
+        pins_.push_back(std::move(pin));
+        return added;
+    }
+
+    std::string name_;
+    std::vector<std::unique_ptr<Dut>> duts_;
+};
+
+}  // namespace metabuffer::test

@@ -1,0 +1,142 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <systemc>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace metabuffer::test {
+
+/// A pin of the blocks of a Lockstep, which the gated and the ungated one have alike.
+class LockstepPin {
+  public:
+    static constexpr std::size_t kEdgesShown = 20;
+
+    explicit LockstepPin(std::string name) : name_(std::move(name)) {}
+    LockstepPin(const LockstepPin&) = delete;
+    LockstepPin& operator=(const LockstepPin&) = delete;
+    virtual ~LockstepPin() = default;
+
+    const std::string& name() const { return name_; }
+    /// Drives an input with its value.
+    virtual void drive() {}
+    /// Notes what the edge samples. Returns whether it is what is due.
+    virtual bool sample() = 0;
+    /// A line, or several: the last edges, and below an output that is wrong what was due.
+    virtual std::string picture() const = 0;
+
+    /// A wire as `__--`, what has more values as the edges at which it changes.
+    template <typename Value>
+    static std::string edges(const std::deque<Value>& values) {
+        std::ostringstream text;
+        if constexpr (std::is_same_v<Value, bool>) {
+            for (const bool value : values) text << (value ? '-' : '_');
+        } else {
+            const Value* before = nullptr;
+            for (std::size_t i = 0; i < values.size(); ++i) {
+                if (before == nullptr || !(*before == values[i])) {
+                    text << (before == nullptr ? "" : "  ") << '[' << i << "] " << values[i];
+                }
+                before = &values[i];
+            }
+        }
+        return text.str();
+    }
+
+  protected:
+    template <typename Value>
+    static void keep(std::deque<Value>& values, const Value& value) {
+        values.push_back(value);
+        if (values.size() > kEdgesShown) values.pop_front();
+    }
+
+  private:
+    std::string name_;
+};
+
+/// An input: assign what the next edge is to sample. It stands until it is assigned again.
+template <typename Value>
+class Input final : public LockstepPin {
+  public:
+    using LockstepPin::LockstepPin;
+
+    Input& operator=(const Value& value) {
+        value_ = value;
+        return *this;
+    }
+    operator const Value&() const { return value_; }
+    const Value& value() const { return value_; }
+    const Value* operator->() const { return &value_; }
+
+    void bind(sc_core::sc_in<Value>& port) { port(signal_); }
+    void drive() override { signal_.write(value_); }
+    bool sample() override {
+        keep(values_, value_);
+        return true;
+    }
+    std::string picture() const override { return edges(values_); }
+
+  private:
+    sc_core::sc_signal<Value> signal_;
+    Value value_{};
+    std::deque<Value> values_;
+};
+
+/// An output: assign what is due there as the next edge samples it.
+template <typename Value>
+class Output final : public LockstepPin {
+  public:
+    using LockstepPin::LockstepPin;
+
+    Output& operator=(const Value& value) {
+        due_ = value;
+        checked_ = true;
+        return *this;
+    }
+    /// What is due.
+    operator const Value&() const { return due_; }
+    const Value& value() const { return due_; }
+    const Value* operator->() const { return &due_; }
+    /// The next edge may sample any value.
+    void ignore() { checked_ = false; }
+    /// What the last edge has sampled, where the reference leaves the block a choice.
+    const Value& seen() const { return seen_.front().back(); }
+
+    void bind(sc_core::sc_out<Value>& port) {
+        signals_.push_back(std::make_unique<sc_core::sc_signal<Value>>());
+        port(*signals_.back());
+        seen_.emplace_back();
+    }
+    bool sample() override {
+        bool right = true;
+        for (std::size_t i = 0; i < signals_.size(); ++i) {
+            const Value& value = signals_[i]->read();
+            keep(seen_[i], value);
+            right = right && (!checked_ || value == due_);
+        }
+        keep(dues_, checked_ ? due_ : seen_.front().back());
+        return right;
+    }
+    std::string picture() const override {
+        static constexpr const char* kUngated = "\n  without clock gating  ";
+        std::string text = edges(seen_.front());
+        for (std::size_t i = 1; i < seen_.size(); ++i) {
+            if (!(seen_[i].back() == seen_.front().back())) text += kUngated + edges(seen_[i]);
+        }
+        const bool right = seen_.front().back() == dues_.back() && seen_.back().back() == dues_.back();
+        return right ? text : text + "\n  due                   " + edges(dues_);
+    }
+
+  private:
+    std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
+    Value due_{};
+    bool checked_ = false;
+    std::vector<std::deque<Value>> seen_;  ///< of each block
+    std::deque<Value> dues_;
+};
+
+}  // namespace metabuffer::test
