@@ -6,6 +6,33 @@
 
 namespace metabuffer::test {
 
+void FreeWires::stimulate(LockstepBench& bench) {
+    constexpr int kIdleEdges = 8;  // after so many a block sleeps
+    constexpr int kClocksToLoneChange = 12;
+    const bool begins = bench.pausing() && !paused_;
+    paused_ = bench.pausing();
+    if (!paused_) {
+        for (const Wire& wire : wires_) {
+            if (bench.random.one_in(wire.clocks_to_change)) wire.change();
+        }
+        return;
+    }
+    if (begins) {
+        restless_ = &any(bench);
+        restless_clocks_ = bench.random.between(0, 2 * kIdleEdges);
+    }
+    if (restless_clocks_ > 0) {
+        restless_->change();
+        if (--restless_clocks_ == 0) any(bench).change();
+    } else if (bench.random.one_in(kClocksToLoneChange)) {
+        any(bench).change();
+    }
+}
+
+const FreeWires::Wire& FreeWires::any(LockstepBench& bench) const {
+    return wires_[static_cast<std::size_t>(bench.random.between(0, static_cast<int>(wires_.size()) - 1))];
+}
+
 LockstepBench::LockstepBench(std::uint64_t default_seed)
     : sc_core::sc_module(sc_core::sc_module_name("lockstep")),
       random(random_seed(default_seed)),
@@ -41,7 +68,7 @@ void LockstepBench::run(int clocks, const std::map<std::string, std::int64_t>& l
 /// Half a clock before an edge: what it samples is driven.
 void LockstepBench::falling_edge() {
     constexpr int kShortestPause = 10;
-    constexpr int kLongestPause = 40;
+    constexpr int kLongestPause = 60;
     ++clock_;
     if (pause_ > 0) {
         --pause_;

@@ -17,7 +17,32 @@
 
 namespace metabuffer::test {
 
+class LockstepBench;
 class LockstepBlock;
+
+/// Inputs that no protocol binds. Each changes at random. At the beginning of a pause one of them changes from clock to
+/// clock, which a block must not take for one that stands, and the last time another one changes with it. Then they
+/// stand, and now and then one changes alone, which must wake a block that sleeps.
+class FreeWires {
+  public:
+    /// It changes once in so many clocks.
+    void add(Input<bool>& wire, int clocks_to_change) { wires_.push_back({&wire, clocks_to_change}); }
+    /// Call it from stimulate().
+    void stimulate(LockstepBench& bench);
+
+  private:
+    struct Wire {
+        Input<bool>* input;
+        int clocks_to_change;
+        void change() const { *input = !*input; }
+    };
+    const Wire& any(LockstepBench& bench) const;
+
+    std::vector<Wire> wires_;
+    bool paused_ = false;
+    const Wire* restless_ = nullptr;
+    int restless_clocks_ = 0;
+};
 
 /// Clock and reset of blocks that run in lockstep with their references. At each edge every output must have the value
 /// that its reference gives it. The first edge at which one has not ends the run and fails the test: it prints the seed,

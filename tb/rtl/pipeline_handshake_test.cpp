@@ -254,18 +254,16 @@ class Handshake final : public Lockstep<PipelineHandshake> {
                    [mode](const char* dut, rtl::ClockGating gating) {
                        return std::make_unique<PipelineHandshake>(dut, mode == Mode::kStall, gating);
                    }),
-          mode_(mode) {}
-
-    void stimulate() override {
-        Random& random = bench_.random;
-        if (bench_.in_reset()) pipemaster_ = random.one_in(2);
-        stall_ = random.one_in(5);
-        if (bench_.pausing()) return;
-        if (random.one_in(4)) fetched_ = !fetched_;
-        if (random.one_in(4)) below_ = !below_;
-        if (random.one_in(6)) running_ = !running_;
-        startframe_in_ = random.one_in(6);
+          mode_(mode) {
+        wires_.add(pipemaster_, 100);
+        wires_.add(stall_, 4);
+        wires_.add(startframe_in_, 4);
+        wires_.add(below_, 4);
+        wires_.add(fetched_, 4);
+        wires_.add(running_, 6);
     }
+
+    void stimulate() override { wires_.stimulate(bench_); }
     void expect() override {
         // A PIPEREADY from below that the last edge of a frame has sampled belongs to that frame.
         const bool ready = !running_ && !was_running_ && !sent_ && (was_ready_ || (fetched_ && was_below_));
@@ -297,6 +295,7 @@ class Handshake final : public Lockstep<PipelineHandshake> {
     Input<bool>& fetched_ = in(&PipelineHandshake::fetched_i);
     Input<bool>& running_ = in(&PipelineHandshake::running_i);
     Output<bool>& start_ = out(&PipelineHandshake::start_o);
+    FreeWires wires_;
     bool master_ = false;
     // As the last edge has sampled them, and STARTFRAME.
     bool was_running_ = false, was_below_ = false, was_ready_ = false, sent_ = false;
@@ -304,9 +303,10 @@ class Handshake final : public Lockstep<PipelineHandshake> {
 
 TEST_CASE("pipeline handshake: in lockstep with its reference") {
     LockstepBench bench(2203);
+    bench.clocks_to_pause = 20;
     const Handshake glitch(bench, "glitch", Mode::kGlitch);
     const Handshake stall(bench, "stall", Mode::kStall);
-    bench.run(6000, {{"PIPEREADY outlasts its reasons", 100}, {"STARTFRAME", 300}});
+    bench.run(150'000, {{"PIPEREADY outlasts its reasons", 300}, {"STARTFRAME", 1000}});
 }
 
 }  // namespace

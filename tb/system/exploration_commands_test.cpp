@@ -40,9 +40,7 @@ ProgramResult sweep(const Workplace& place, const std::vector<std::string>& argu
 
 /// Starts a sweep in a shell, which then does something to it.
 ProgramResult sweep_and(const Workplace& place, const std::string& what) {
-    return run_program("/bin/sh", place,
-                       {"-c", std::string("'" METABUFFER_PROGRAM "'") +
-                                  " sweep sweep.yaml -o r.db --processes 2 & " + what});
+    return run_script(place, "\"$0\" sweep sweep.yaml -o r.db --processes 2 & " + what);
 }
 
 /// Some figures of every point, by its settings.

@@ -32,6 +32,10 @@ ProgramResult run_program(const ScratchDirectory& scratch, const std::vector<std
     return run_program(METABUFFER_PROGRAM, scratch, arguments);
 }
 
+ProgramResult run_script(const ScratchDirectory& scratch, const std::string& script) {
+    return run_program("/bin/sh", scratch, {"-c", script, METABUFFER_PROGRAM});
+}
+
 ProgramResult run_program(const std::filesystem::path& program, const ScratchDirectory& scratch,
                           const std::vector<std::string>& arguments) {
     std::string command = "cd " + quoted(scratch.path().string()) + " && " + quoted(program.string());

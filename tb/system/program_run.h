@@ -26,6 +26,9 @@ ProgramResult run_program(const ScratchDirectory& scratch, const std::vector<std
 ProgramResult run_program(const std::filesystem::path& program, const ScratchDirectory& scratch,
                           const std::vector<std::string>& arguments);
 
+/// Runs a script by the shell. In it "$0" is the built program, whatever letters its path has.
+ProgramResult run_script(const ScratchDirectory& scratch, const std::string& script);
+
 std::string text_of(const std::filesystem::path& file);
 
 /// A value change dump, as far as these tests need it.

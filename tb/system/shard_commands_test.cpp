@@ -167,11 +167,9 @@ TEST_CASE("merge: a part that was killed lacks points, and says how many", "[pro
     std::string many = kSweep;
     many.replace(many.find("to: 59"), 6, "to: 2059");
     place.write("sweep.yaml", many);
-    run_program(
-        "/bin/sh", place,
-        {"-c", std::string("'" METABUFFER_PROGRAM "'") +
-                   " sweep sweep.yaml --shard 1/2 -o part-1.db & until grep -aFqs '\"}done' part-1.db-wal "
-                   "part-1.db; do sleep 0.05; done; kill -KILL $!; wait $!"});
+    run_script(place,
+               "\"$0\" sweep sweep.yaml --shard 1/2 -o part-1.db & until grep -aFqs '\"}done' part-1.db-wal "
+               "part-1.db; do sleep 0.05; done; kill -KILL $!; wait $!");
     const ProgramResult result = metabuffer_in(place, {"merge", "part-1.db", "-o", "all.db"});
     CHECK(result.status == kExitIncomplete);
     const auto ended = static_cast<std::int64_t>(ResultsReader(place / "all.db").results().rows.size());
@@ -187,11 +185,9 @@ TEST_CASE("merge: what a killed sweep left in its journal neither gets lost nor 
     many.replace(many.find("to: 59"), 6, "to: 559");
     place.write("sweep.yaml", many);
     run_well(place, {"sweep", "sweep.yaml", "-o", "whole.db", "--quiet"});
-    run_program(
-        "/bin/sh", place,
-        {"-c", std::string("'" METABUFFER_PROGRAM "'") +
-                   " sweep sweep.yaml -o all.db & until grep -aFqs '\"}done' all.db-wal all.db; do sleep "
-                   "0.05; done; kill -KILL $!; wait $!"});
+    run_script(place,
+               "\"$0\" sweep sweep.yaml -o all.db & until grep -aFqs '\"}done' all.db-wal all.db; do sleep "
+               "0.05; done; kill -KILL $!; wait $!");
     REQUIRE(place.exists("all.db-wal"));
     std::filesystem::create_symlink("all.db", place / "link.db");
     run_well(place, {"merge", "whole.db", "-o", "link.db"});
@@ -205,13 +201,12 @@ TEST_CASE("merge: a few parts of a shard are not the shard", "[program][sweep]")
     many.replace(many.find("to: 59"), 6, "to: 259");
     place.write("sweep.yaml", many);
     // Stopped and started again: two parts at least, and the last one knows that the shard has ended.
-    const std::string sweep =
-        std::string("'" METABUFFER_PROGRAM "'") + " sweep sweep.yaml --shard 1/1 --parts parts --quiet";
+    const std::string sweep = "\"$0\" sweep sweep.yaml --shard 1/1 --parts parts --quiet";
     // A busy computer takes longer until the first points are done.
     std::vector<std::filesystem::path> early;
     for (const char* seconds : {"0.7", "1.5", "3", "6", "12", "24"}) {
         std::filesystem::remove_all(place / "parts");
-        run_program("/bin/sh", place, {"-c", sweep + " & sleep " + seconds + "; kill -TERM $!; wait $!"});
+        run_script(place, sweep + " & sleep " + seconds + "; kill -TERM $!; wait $!");
         early.clear();
         for (const auto& entry : std::filesystem::directory_iterator(place / "parts"))
             early.push_back(entry.path());
@@ -307,21 +302,20 @@ TEST_CASE("parts: what was handed in is not run again, and a part that runs twic
     place.write("sweep.yaml", many);
     run_well(place, {"sweep", "sweep.yaml", "-o", "whole.db", "--quiet"});
     const std::string expected = exported(place, "whole.db");
-    const std::string sweep =
-        std::string("'" METABUFFER_PROGRAM "'") + " sweep sweep.yaml --parts parts --hand-in 1 --quiet ";
+    const std::string sweep = "\"$0\" sweep sweep.yaml --parts parts --hand-in 1 --quiet ";
     // Stopped: it hands in what it has.
-    run_program("/bin/sh", place, {"-c", sweep + "--shard 1/2 & sleep 0.5; kill -TERM $!; wait $!"});
+    run_script(place, sweep + "--shard 1/2 & sleep 0.5; kill -TERM $!; wait $!");
     REQUIRE(place.exists("parts"));
     const ProgramResult first = metabuffer_in(place, {"merge", "parts", "-o", "first.db", "--quiet"});
     CHECK(first.status == kExitIncomplete);
     const auto ended = ResultsReader(place / "first.db").results().rows.size();
     // Killed: what it has handed in until then is there.
-    run_program(
-        "/bin/sh", place,
-        {"-c", sweep + "--shard 2/2 & until ls parts/part-2-of-2-*.db >parts.log 2>&1; do sleep 0.05; done; "
-                       "kill -KILL $!; wait $!"});
+    run_script(place,
+               sweep +
+                   "--shard 2/2 & until ls parts/part-2-of-2-*.db >parts.log 2>&1; do sleep 0.05; done; "
+                   "kill -KILL $!; wait $!");
     // The same shard by two at once, as after a job that was taken for dead.
-    run_program("/bin/sh", place, {"-c", sweep + "--shard 2/2 & " + sweep + "--shard 2/2; wait $!"});
+    run_script(place, sweep + "--shard 2/2 & " + sweep + "--shard 2/2; wait $!");
     const ProgramResult rest =
         metabuffer_in(place, {"sweep", "sweep.yaml", "--shard", "1/2", "--parts", "parts"});
     CHECK(rest.status == kExitDone);
@@ -380,9 +374,8 @@ TEST_CASE("sweep: without Slurm, --slurm says which package has it", "[program][
     const Workplace place;
     place.write("sweep.yaml", kSweep);
     std::filesystem::create_directory(place / "nothing");
-    const ProgramResult result = run_program(
-        "/bin/sh", place,
-        {"-c", "PATH=nothing exec '" METABUFFER_PROGRAM "' sweep sweep.yaml --slurm 2 -o r.db --quiet"});
+    const ProgramResult result =
+        run_script(place, "PATH=nothing exec \"$0\" sweep sweep.yaml --slurm 2 -o r.db --quiet");
     CHECK(result.status == kExitBadInput);
     CHECK(result.complains_in_one_line());
     CHECK_THAT(result.err, Contains("sbatch") && Contains("slurm-client"));

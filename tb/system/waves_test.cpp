@@ -543,11 +543,12 @@ TEST_CASE("A compressed waveform for which there is no room is an error, and not
     const ScratchDirectory scratch;
     std::filesystem::create_directory(scratch / "temporary");
     // The converter's files must not grow beyond 8 KiB; it does not notice itself, but is ended by a signal.
-    const ProgramResult result =
-        run_program("/bin/sh", scratch,
-                    {"-c", "ulimit -f 16; TMPDIR=temporary '" METABUFFER_PROGRAM "' run '" +
-                               (kSource / "scenarios/case-1.yaml").string() +
-                               "' --quiet --no-images --trace packed.fst --trace-window cycles:0-3000"});
+    const ProgramResult result = run_program(
+        "/bin/sh", scratch,
+        {"-c",
+         "ulimit -f 16; TMPDIR=temporary \"$0\" run \"$1\" --quiet --no-images --trace packed.fst "
+         "--trace-window cycles:0-3000",
+         METABUFFER_PROGRAM, (kSource / "scenarios/case-1.yaml").string()});
     CHECK(result.status == 2);
     CHECK(result.complains_in_one_line());
     CHECK_FALSE(std::filesystem::exists(scratch / "packed.fst"));
