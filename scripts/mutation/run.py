@@ -5,7 +5,7 @@ import collections
 import json
 import shutil
 import time
-from typing import Callable
+from typing import Callable, Union
 
 from lib.parallel import in_parallel
 from lib.progress import Progress
@@ -24,15 +24,20 @@ def list_mutants(tree: Tree) -> int:
     return 1 if tree.notes else 0
 
 
-def only(tree: Tree, numbers: list[int]) -> list[Mutant]:
-    """Prints the mutants of these numbers, and returns them."""
-    mutants = [mutant for mutant in tree.mutants if mutant.number in numbers]
-    if len(mutants) < len(set(numbers)):
-        raise Stop("no such mutant among those chosen, see --list", 2)
-    for mutant in mutants:
-        print(tree.describe(mutant))
-        print(tree.copies[mutant.file].difference(mutant))
-    return mutants
+def only(tree: Tree, wanted: list[Union[int, str]]) -> list[Mutant]:
+    """The mutants of these numbers, which are printed, and of files whose paths begin so."""
+    chosen = []
+    for one in wanted:
+        some = [mutant for mutant in tree.mutants
+                if (mutant.file.startswith(one) if isinstance(one, str) else mutant.number == one)]
+        if not some:
+            raise Stop(f"{one}: no such mutant among those chosen, see --list", 2)
+        chosen += some
+    for mutant in chosen:
+        if mutant.number in wanted:
+            print(tree.describe(mutant))
+            print(tree.copies[mutant.file].difference(mutant))
+    return chosen
 
 
 def last_run(tree: Tree) -> dict[Key, dict]:
@@ -169,10 +174,10 @@ def run(options: argparse.Namespace) -> int:
         take_over_verdicts(tree)
 
     def save() -> None:
-        if not options.only:
+        if options.judges or not options.only:
             save_results(tree, asked, time.monotonic() - started)
     try_all(tree, judge, mutants, save)
-    if options.only:
+    if options.only and not options.judges:
         for mutant in mutants:
             print(f"{mutant.verdict}: {mutant.number}: {'; '.join(mutant.tests) or mutant.reason}")
     if not options.judges:

@@ -274,7 +274,7 @@ class Mutate(unittest.TestCase):
         self.assertTrue(re.search(r"mutation::active\(\d+\)", copy))
 
     def test_bad_arguments_are_refused(self):
-        for arguments in [("--count", "-1"), ("--only", "0"), ("--only", "70000", "--no-build"), ("--colour",),
+        for arguments in [("--count", "-1"), ("--only", "0"), ("--only", "-1"), ("--only", "model/none", "--no-build"), ("--only", "70000", "--no-build"), ("--colour",),
                           ("--judge", "all"), ("--judge", "all=(")]:
             self.assertEqual(self.mutate(*arguments).returncode, 2, arguments)
 
