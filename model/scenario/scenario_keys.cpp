@@ -120,11 +120,14 @@ std::vector<SchemaKey> renderer_keys() {
         scalar("renderers[].frames[].depth_layer",
                "a layer, a part or a channel of Z, of the image or of depth", ValueRule::Type::kText,
                "Z, or the only one"),
+        numbers("renderers[].frames[].depth_range", "a list of two numbers, [near, far], of this image", 2),
+        {"renderers[].frames[].depth_range[]", KeyShape::kScalar, "near or far", ValueRule::numbers(kDepth)},
         scalar("renderers[].frames[].frames",
                "the numbers of many frames, such as 0-299, which file names have as %d or %04d",
                ValueRule::Type::kText, "one frame"),
-        {"renderers[].frames[].z", KeyShape::kScalar, "one depth for all of the image, within depth_range",
-         ValueRule::numbers(kDepth), "", "Z of the image"},
+        {"renderers[].frames[].z", KeyShape::kScalar,
+         "one depth for all of the image, within its depth_range", ValueRule::numbers(kDepth), "",
+         "Z of the image"},
         {"renderers[].frames[].viewport", KeyShape::kMap, "a map"}};
     for (const ObjectKey<Viewport>& key : viewport_rows()) {
         keys.push_back(key.schema);

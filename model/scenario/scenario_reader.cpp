@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -162,14 +163,20 @@ std::filesystem::path numbered_file(const Entry& entry, const std::filesystem::p
     return base / *name;
 }
 
-/// depths: the range of a frame's z.
-FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, const NumberRange& depths) {
+/// depths: the range of z in a frame that has no range of its own.
+FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, NumberRange depths) {
     FrameSource source{entry, {base / entry.child("image").name()}, {}};
     const Entry depth = entry.child("depth");
     if (depth.present()) source.files.depth = base / depth.name();
     if (const Entry layer = entry.child("layer"); layer.present()) source.files.layer = layer.name();
     const Entry depth_layer = entry.child("depth_layer");
     if (depth_layer.present()) source.files.depth_layer = depth_layer.name();
+    if (const Entry range = entry.child("depth_range"); range.present()) {
+        const auto ends = std::get<std::vector<double>>(range.value());
+        source.files.depth_range = {ends[0], ends[1]};
+        if (ends[0] == ends[1]) range.fail(same_depths(ends[0]));
+        depths = {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])};
+    }
     if (const Entry z = entry.child("z"); z.present()) {
         if (depth.present()) z.fail("is given together with a depth; use one of the two");
         if (depth_layer.present()) z.fail("is given together with a depth_layer; use one of the two");
@@ -350,8 +357,10 @@ const std::shared_ptr<const StoredImage>& image_of(const FrameSource& source, co
                                                    ImageShelf& shelf) {
     const PlaceOfImage place{source.entry.child("image").where(), source.entry.child("depth").where(),
                              source.files};
+    ImageReading reading = scenario.image_reading;
+    if (source.files.depth_range) std::tie(reading.near, reading.far) = *source.files.depth_range;
     try {
-        return shelf.image_of({source.files, scenario.depth_format, scenario.image_reading},
+        return shelf.image_of({source.files, scenario.depth_format, reading},
                               [place](const std::string& fault) { place.fail(fault); });
     } catch (const InputError& error) {
         place.fail(error.what());

@@ -144,8 +144,7 @@ void check_machine(RuleCheck& check, const Scenario& scenario) {
         const std::string complaint = depth.complaint(end);
         check.require(complaint.empty(), "depth_range", complaint);
     }
-    check.require(reading.near != reading.far, "depth_range",
-                  "near and far are both " + text::number(reading.near) + "; use two different depths");
+    check.require(reading.near != reading.far, "depth_range", same_depths(reading.near));
     const MemoryConfig& memory = scenario.memory;
     check.require(memory.precharge_cycles <= memory.page_miss_cycles, "memory.precharge_cycles",
                   std::to_string(memory.precharge_cycles) + " is more than page_miss_cycles, " +
@@ -431,6 +430,10 @@ void check_slots(RuleCheck& check, const Renderer& renderer, const RendererFrame
 }
 
 }  // namespace
+
+std::string same_depths(double depth) {
+    return "near and far are both " + text::number(depth) + "; use two different depths";
+}
 
 std::optional<RuleViolation> settings_violation(const Scenario& scenario) {
     RuleCheck check;

@@ -13,6 +13,9 @@ struct RuleViolation {
     std::string message;
 };
 
+/// What is wrong with a range of depths whose ends are the same.
+std::string same_depths(double depth);
+
 /// The first rule that a scenario breaks, leaving out its images and what has to fit them.
 std::optional<RuleViolation> settings_violation(const Scenario& scenario);
 

@@ -96,8 +96,12 @@ class ReadFiles final : public FileNames {
 
     ImageFiles files_of(const StoredImage& image) override {
         const ImageFiles& files = scenario_.image_files.at(&image);
-        return {relative(files.image), files.depth ? std::optional(relative(*files.depth)) : std::nullopt,
-                files.z, files.layer, files.depth_layer};
+        return {relative(files.image),
+                files.depth ? std::optional(relative(*files.depth)) : std::nullopt,
+                files.z,
+                files.layer,
+                files.depth_layer,
+                files.depth_range};
     }
 
     std::filesystem::path table_file_of(const DisplayCorrection& correction) override {
@@ -218,6 +222,10 @@ void write_renderer(std::ostream& out, const Renderer& renderer, const Scenario&
         }
         if (files.depth_layer) {
             members.push_back("depth_layer: " + name("renderers.frames.depth_layer", *files.depth_layer));
+        }
+        if (files.depth_range) {
+            const auto& [near, far] = *files.depth_range;
+            members.push_back("depth_range: " + flow_list({text::number(near), text::number(far)}));
         }
         if (files.z) members.push_back("z: " + text::number(*files.z));
         if (is_split_of_viewport(frame, renderer, scenario)) {

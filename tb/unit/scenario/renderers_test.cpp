@@ -307,6 +307,10 @@ TEST_CASE("renderers: an image without Z is given one depth for all of it") {
     CHECK(fixture.error(frame(", z: 100.5")) == place + "z: 100.5 is out of range; use 0 to 100");
     CHECK(fixture.error(frame(", z: -1"), {"depth_range=[-0.5, 7]"}) ==
           place + "z: -1 is out of range; use -0.5 to 7");
+    CHECK(fixture.error(frame(", z: 11, depth_range: [10, 0]")) ==
+          place + "z: 11 is out of range; use 0 to 10");
+    CHECK(fixture.error(frame(", z: 1, depth_range: [3, 3]")) ==
+          place + "depth_range: near and far are both 3; use two different depths");
     CHECK(fixture.error(frame(", z: 1, depth: colours.png")) ==
           place + "z: is given together with a depth; use one of the two");
     const Scenario scenario = fixture.parse(frame(", z: 25"));
@@ -358,6 +362,13 @@ TEST_CASE("renderers: the depth range and format reach the images") {
     const Scenario z16 = fixture.parse(text);
     CHECK(z16.renderers[0].images[0]->pixels().at(5, 0) == Pixel(255, 0, 0, 0, 32768));
     CHECK(z16.renderers[0].images[0]->pixels().at(11, 0).z() == 0xFFFF);
+    const Scenario own =
+        fixture.parse(text +
+                      "      - {image: z.exr, depth_range: [20, 0], viewport: {x: 0, y: 0}}\n"
+                      "      - {image: image.exr, depth_range: [20, 0], z: 15, viewport: {x: 0, y: 0}}\n");
+    CHECK(own.renderers[0].images[0]->pixels().at(5, 0).z() == 32768);
+    CHECK(own.renderers[0].images[1]->pixels().at(5, 0).z() == 49151);
+    CHECK(own.renderers[0].images[2]->pixels().at(5, 0).z() == 16384);
     const Scenario z24 = fixture.parse("depth_format: z24\n" + text);
     CHECK(z24.renderers[0].images[0]->pixels().at(5, 0) == Pixel(255, 0, 0, 255, 8388608));
     CHECK(z24.background_pixel().z() == 0xFFFFFF);
