@@ -365,7 +365,7 @@ TEST_CASE("renderers: the depth range and format reach the images") {
     const Scenario own =
         fixture.parse(text +
                       "      - {image: z.exr, depth_range: [20, 0], viewport: {x: 0, y: 0}}\n"
-                      "      - {image: image.exr, depth_range: [20, 0], z: 15, viewport: {x: 0, y: 0}}\n");
+                      "      - {image: z.exr, depth_range: [20, 0], z: 15, viewport: {x: 0, y: 0}}\n");
     CHECK(own.renderers[0].images[0]->pixels().at(5, 0).z() == 32768);
     CHECK(own.renderers[0].images[1]->pixels().at(5, 0).z() == 49151);
     CHECK(own.renderers[0].images[2]->pixels().at(5, 0).z() == 16384);
