@@ -122,8 +122,12 @@ class Tree:
         return lines
 
     def build(self) -> None:
-        """Builds the copy. Mutants that do not compile are discarded."""
+        """Builds the copy. Mutants that do not compile are discarded, those of the last run before they are tried."""
         directory = self.directory / "build"
+        self.discard_those_of_last_build()
+        for mutant in self.mutants:
+            if mutant.by_hand:  # it can be mended, so each run reports it
+                mutant.discarded = ""
         for turn in range(ROUNDS_OF_BUILDING):
             lines = self.write()
             if turn == 0:  # even if there is a build: its flags may be those of an older script
@@ -157,13 +161,16 @@ class Tree:
             refused = {mutant for file in elsewhere for mutant in lines.get(file, {}).values() if mutant.by_hand}
         return refused
 
+    def discard_those_of_last_build(self) -> None:
+        refused = {Key(*one) for one in kept(self.directory / "discarded.json")}
+        for mutant in self.mutants:
+            mutant.discarded = UNCOMPILED if mutant.key in refused else ""
+
     def build_or_reuse(self) -> bool:
         """Builds, unless --no-build says that the last run's build will do. Returns whether it has built."""
         told = self.directory / "discarded.json"
         if self.options.no_build and told.exists():
-            refused = {Key(*one) for one in json.loads(told.read_text())}
-            for mutant in self.mutants:
-                mutant.discarded = UNCOMPILED if mutant.key in refused else ""
+            self.discard_those_of_last_build()
             return False
         self.build()
         told.write_text(json.dumps([mutant.key for mutant in self.mutants if mutant.discarded]))
