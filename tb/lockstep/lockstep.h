@@ -171,6 +171,15 @@ class Lockstep : public LockstepBlock {
     Output<Value>& out(sc_core::sc_vector<sc_core::sc_out<Value>> Dut::*ports, std::size_t index) {
         return add_pin<Output<Value>>([ ports, index ](Dut & dut) -> auto& { return (dut.*ports)[index]; });
     }
+    /// A pin of a part of the block, which a function finds: `in_part<int>([](Dut& dut) -> auto& { return ...; })`.
+    template <typename Value, typename Port>
+    Input<Value>& in_part(const Port& port) {
+        return add_pin<Input<Value>>(port);
+    }
+    template <typename Value, typename Port>
+    Output<Value>& out_part(const Port& port) {
+        return add_pin<Output<Value>>(port);
+    }
 
   protected:
     /// The one with clock gating.
