@@ -15,7 +15,7 @@
 #include "expectations.h"
 #include "formats/viewport_splitter.h"
 #include "formats/viewport_table.h"
-#include "unit/datapath/painted_segment.h"
+#include "support/painted_segment.h"
 
 namespace {
 
@@ -130,7 +130,7 @@ void check_walk(const Segment& segment, const PaintedSegment& painted, test::Siz
     for (int y = 0; y < raster.height; ++y) {
         for (int x = 0; x < raster.width; ++x) {
             const std::int64_t position = std::int64_t{y} * raster.width + x;
-            const std::int64_t pixel = painted.owner[static_cast<std::size_t>(position)];
+            const std::int64_t pixel = painted.owner(position);
             const bool covered = pixel != PaintedSegment::kNone;
             EXPECT(!walker.done() && walker.x() == x && walker.y() == y);
             EXPECT(segment.covers(x, y) == covered);

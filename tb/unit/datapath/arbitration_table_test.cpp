@@ -8,7 +8,7 @@
 #include "datapath/segment.h"
 #include "formats/slot_payload.h"
 #include "support/random_seed.h"
-#include "unit/datapath/painted_segment.h"
+#include "support/rows.h"
 
 namespace metabuffer {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "formats/pixel.h"
+#include "support/painted_segment.h"
 #include "support/random_seed.h"
-#include "unit/datapath/painted_segment.h"
 #include "unit/datapath/part_state.h"
 
 namespace metabuffer::composer_buffer_test {
@@ -605,7 +605,7 @@ TEST_CASE(
         for (std::int64_t k = 0; k < pixels; ++k) buffer.push(numbered(k));
         SegmentWalker walker(buffer.segment(), true, kWidth, kHeight);
         for (std::int64_t position = 0; position < kWidth * kHeight; ++position) {
-            const std::int64_t k = painted.owner[static_cast<std::size_t>(position)];
+            const std::int64_t k = painted.owner(position);
             if (k != test::PaintedSegment::kNone) {
                 REQUIRE(buffer.stored(walker.pixel()) == numbered(k));
             }

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "datapath/segment.h"
+#include "support/painted_segment.h"
 #include "support/random_seed.h"
-#include "unit/datapath/painted_segment.h"
 
 namespace metabuffer::edf_policy_test {
 namespace {

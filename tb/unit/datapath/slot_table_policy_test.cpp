@@ -6,7 +6,7 @@
 
 #include "datapath/slot_table.h"
 #include "support/random_seed.h"
-#include "unit/datapath/painted_segment.h"
+#include "support/rows.h"
 
 namespace metabuffer::slot_table_policy_test {
 namespace {

@@ -8,9 +8,9 @@
 #include "functional/functional_compositor.h"
 #include "support/colour_tables.h"
 #include "support/images.h"
+#include "support/naive_pixels.h"
 #include "support/random_seed.h"
 #include "support/scenarios.h"
-#include "unit/functional/naive_pixels.h"
 
 // The functional compositor goes through the source pixels. The reference in this file goes through the raster: it
 // looks up which source pixel shows at each position, and blends in floating point.

@@ -8,8 +8,8 @@
 
 #include "scenario/names.h"
 #include "support/images.h"
+#include "support/naive_pixels.h"
 #include "support/random_seed.h"
-#include "unit/functional/naive_pixels.h"
 
 // Runs of every length and at every alignment, against the same work done pixel by pixel. Memory around what is written
 // must stay as it was: vector instructions could write too far.

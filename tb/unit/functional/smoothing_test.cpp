@@ -10,10 +10,10 @@
 
 #include "functional/functional_compositor.h"
 #include "support/images.h"
+#include "support/naive_pixels.h"
 #include "support/random_seed.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
-#include "unit/functional/naive_pixels.h"
 
 // Bilinear smoothing (composer.smoothing) of the functional level. The judge is written from the formulas of
 // docs/design.md, raster pixel by raster pixel; it shares nothing with any level.

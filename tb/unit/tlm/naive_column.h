@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "formats/viewport_table.h"
+#include "support/painted_segment.h"
 #include "support/random_seed.h"
-#include "unit/datapath/painted_segment.h"
 
 /// A column of composers and their buses, clock by clock, written from the rules in docs/design.md alone. What level
 /// tlm computes is compared with what happens here.
@@ -226,15 +226,15 @@ class NaiveColumn {
         Composer& c = composers_[r];
         Frame& frame = *c.kept.front();
         if (frame.has_row) {
-            const std::int64_t k = frame.painted->owner[static_cast<std::size_t>(c.position)];
-            if (k != PaintedSegment::kNone) {
+            const RasterStep& step = frame.painted->steps[static_cast<std::size_t>(c.position)];
+            if (step.covered) {
                 const std::int64_t newest = frame.painted->newest[static_cast<std::size_t>(c.position)];
                 const State state = frame.pixels[static_cast<std::size_t>(newest)];
                 const auto x = static_cast<int>(c.position % setup_.raster.width);
                 const auto y = static_cast<int>(c.position / setup_.raster.width);
                 if (state == State::kWaiting) {
                     log_.composers[r].starved.push_back({clock_, frame.number, x, y});
-                } else if (y > frame.painted->shown[static_cast<std::size_t>(k)] / setup_.raster.width) {
+                } else if (step.replayed) {
                     log_.composers[r].replayed.push_back(clock_);
                 }
                 release(c, c.position);

@@ -4,13 +4,15 @@
 #include <cmath>
 #include <cstdint>
 
+#include "datapath/composition.h"
+#include "datapath/smoothing.h"
+#include "formats/depth_format.h"
 #include "formats/pixel.h"
-#include "scenario/scenario.h"
 
 namespace metabuffer::test {
 
 // What happens to single pixels, written independently and as simply as possible, with floating point where something
-// is divided. The functional level is tested against it.
+// is divided. All levels are tested against it.
 
 /// What a link of this depth format leaves of a pixel.
 inline Pixel naive_after_link(Pixel pixel, DepthFormat format) {
@@ -44,6 +46,25 @@ inline Pixel naive_blend(Composition composition, Pixel local, Pixel upstream) {
                     naive_over_channel(front.a(), back.a(), front.a()), front.z()};
     }
     return {};
+}
+
+/// The local pixel where up to four are mixed, by the formula of docs/design.md. x and y are the neighbours' weights of
+/// 256.
+inline Pixel naive_mixture(const BlendWindow<Pixel>& window, int x, int y, Composition composition,
+                           std::uint32_t far_z) {
+    const bool key = composition == Composition::kZAlphaKey;
+    if (key && window.own.a() == 0) return window.own;
+    const auto or_own = [&](Pixel pixel) {
+        return pixel.z() == far_z || (key && pixel.a() == 0) ? window.own : pixel;
+    };
+    const auto channel = [&](auto of) {
+        const double sum =
+            of(window.own) * (256.0 - x) * (256.0 - y) + of(or_own(window.beside)) * x * (256.0 - y) +
+            of(or_own(window.across)) * (256.0 - x) * y + of(or_own(window.diagonal)) * 1.0 * x * y;
+        return static_cast<std::uint8_t>(std::floor((sum + 32768.0) / 65536.0));
+    };
+    return {channel([](Pixel p) { return p.r(); }), channel([](Pixel p) { return p.g(); }),
+            channel([](Pixel p) { return p.b(); }), channel([](Pixel p) { return p.a(); }), window.own.z()};
 }
 
 }  // namespace metabuffer::test
