@@ -1,21 +1,22 @@
 #include "rtl/merge_stage.h"
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
-#include <climits>
-#include <cmath>
+#include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "clocked_testbench.h"
 #include "composer_scenario.h"
 #include "expected_report.h"
+#include "lockstep/lockstep.h"
+#include "lockstep/waveform_case.h"
 #include "painted_raster.h"
-#include "support/random_seed.h"
+#include "support/images.h"
+#include "support/naive_pixels.h"
 #include "support/traced_values.h"
 
 namespace metabuffer::test::merge_stage_test {
@@ -26,674 +27,414 @@ using rtl::FifoWrite;
 using rtl::MergeStage;
 using rtl::PipePixel;
 using rtl::SegmentProgress;
-using Clocks = std::vector<int>;
 
-constexpr Size kRaster{kWidth, kHeight};
-constexpr int kAddresses = 256;
-constexpr int kNever = INT_MAX;
+constexpr Size kRaster{14, 6};
+constexpr int kPositions = kRaster.width * kRaster.height;
 
-enum class Strap : std::uint8_t { kRelay, kMaster };
-
-Scenario merge_scenario(StarvationMode mode = StarvationMode::kGlitch,
-                        Smoothing smoothing = Smoothing::kReplicate) {
-    Scenario scenario = composer_scenario({kAddresses, 16, 1}, mode);
-    scenario.composer.smoothing = smoothing;
-    return scenario;
-}
-
-/// Pixel k of the segment of a frame. Most are nearer than those from above, some are farther or tie with them.
-Pixel local(int frame, std::int64_t k) {
-    const auto value = static_cast<std::uint32_t>(k * 7 + frame * 1000 + 1);
-    const std::uint32_t z = k % 5 == 3 ? 0x9000 : (k % 7 == 4 ? 0x8000 : 5);
-    return {static_cast<std::uint8_t>(value >> 8), static_cast<std::uint8_t>(value),
-            static_cast<std::uint8_t>(255 - k), 255, z};
-}
-Pixel upstream(int position) { return {0xC0, 1, static_cast<std::uint8_t>(position), 128, 0x8000}; }
-
-/// A frame as the test plays it. After the edge at which a pixel comes it is in the account, and on its way into the
-/// FIFO.
-struct Frame {
-    int start = 0;  ///< the edge that sees its start, at the earliest
-    std::optional<ViewportRow> row;
-    std::vector<int> comes_at;  ///< by pixel, in order; pixels of one edge are a beat
-    int abandoned_at = kNever;  ///< the edge that finds that something of it is lost
-    std::uint32_t base_address = 250;
+struct Variant {
+    StarvationMode mode = StarvationMode::kGlitch;
+    Smoothing smoothing = Smoothing::kReplicate;
+    Composition composition = Composition::kZ;
+    DepthFormat depth_format = DepthFormat::kA8Z16;
 };
 
-/// Every pixel comes at its own edge, first, first + 1, ...
-std::vector<int> one_a_clock(const ViewportRow& row, int first) {
-    return clock_range(first, first + row.sdx * row.sdy);
-}
-
-/// The composer's other parts, as far as they have no clock to themselves: its FIFO, and a column of two composers.
-class Neighbours final : public sc_core::sc_module {
-  public:
-    sc_core::sc_in<bool> clk_i{"clk_i"};
-    sc_core::sc_signal<FifoWrite> write{"write"};
-    sc_core::sc_signal<FifoRead> read{"read"}, row_read{"row_read"};
-    sc_core::sc_signal<std::uint64_t> word{"word"}, next_word{"next_word"}, row_word{"row_word"},
-        row_next_word{"row_next_word"};
-    sc_core::sc_signal<bool> stall{"stall"}, other_stall{"other_stall"}, column_stall{"column_stall"};
-
-    Neighbours(const sc_core::sc_module_name& name, int addresses)
-        : sc_core::sc_module(name), words_(static_cast<std::size_t>(addresses)) {
-        SC_METHOD(fifo_edge);
-        sensitive << clk_i.pos();
-        dont_initialize();
-        SC_METHOD(join_stalls);
-        sensitive << stall << other_stall;
-    }
-    SC_HAS_PROCESS(Neighbours);
-
-  private:
-    void fifo_edge() {
-        for (std::uint32_t i = 0; i < write.read().count; ++i) {
-            words_[(write.read().address + i) % words_.size()] = write.read().words[i];
-        }
-        put_out(read, word, next_word);
-        put_out(row_read, row_word, row_next_word);
-    }
-    void put_out(const sc_core::sc_signal<FifoRead>& of, sc_core::sc_signal<std::uint64_t>& first,
-                 sc_core::sc_signal<std::uint64_t>& second) {
-        if (!of.read().enable) return;
-        first.write(words_.at(of.read().address));
-        second.write(words_.at((of.read().address + 1) % words_.size()));
-    }
-    void join_stalls() { column_stall.write(stall.read() || other_stall.read()); }
-
-    std::vector<std::uint64_t> words_;
-};
-
-/// A merge stage whose walker, receiver and upstream neighbour the test plays. check() follows from the frames alone.
-struct MergeBench {
-    Scenario scenario;
-    ClockDomain& core;
-    bool may_stall;
-    Record record;
-    Neighbours around;
-    sc_core::sc_signal<bool> pipemaster, running;
-    sc_core::sc_signal<PipePixel> pipe_in, pipe_out;
-    sc_core::sc_signal<RasterStep> ahead;
-    sc_core::sc_signal<SegmentProgress> progress;
-    MergeStage dut;
-    const Recording<PipePixel>& pipes;     ///< what stands after each edge
-    const Recording<bool>& stalls;         ///< as each edge samples it
-    const Recording<bool>& column_stalls;  ///< the same
-    const Recording<FifoRead>& reads;      ///< the same
-    const Recording<FifoRead>& row_reads;
-    std::vector<Frame> frames;
-    std::set<int> other_stalls;  ///< edges at which another composer of the column stalls
-    std::set<int> lost_above;    ///< raster positions that come from above marked as lost
-    int restart_at = kNever;     ///< the first edge after a reset: the frame under way is over
-
-    explicit MergeBench(ClockedTestbench& bench, Scenario with = merge_scenario(),
-                        const std::string& name = "merge_stage", Strap strap = Strap::kRelay)
-        : scenario(std::move(with)),
-          core(bench.core),
-          may_stall(scenario.composer.on_starvation == StarvationMode::kStall),
-          around((name + "_neighbours").c_str(), scenario.composer.buffer_pixels),
-          pipemaster((name + "_pipemaster").c_str(), strap == Strap::kMaster),
-          dut(name.c_str(), scenario, record),
-          pipes(core.record(pipe_out)),
-          stalls(core.record_sampled(around.stall)),
-          column_stalls(core.record_sampled(around.column_stall)),
-          reads(core.record_sampled(around.read)),
-          row_reads(core.record_sampled(around.row_read)) {
-        around.clk_i(core.clk);
-        dut.clk_i(core.clk);
-        dut.reset_i(bench.reset);
-        dut.pipemaster_i(pipemaster);
-        dut.pipe_i(pipe_in);
-        dut.pipe_o(pipe_out);
-        dut.column_stall_i(around.column_stall);
-        dut.stall_o(around.stall);
-        dut.running_i(running);
-        dut.ahead_i(ahead);
-        dut.progress_i(progress);
-        dut.write_i(around.write);
-        dut.read_o(around.read);
-        dut.word_i(around.word);
-        if (dut.second_row != nullptr) {
-            dut.second_row->next_word_i(around.next_word);
-            dut.second_row->row_read_o(around.row_read);
-            dut.second_row->row_word_i(around.row_word);
-            dut.second_row->row_next_word_i(around.row_next_word);
-        }
-        bench.trace(dut);
-        core.each_clock([this](int clock) { play(clock); });
-    }
-
-    void add_frame(int start, const std::optional<ViewportRow>& row, std::vector<int> comes_at) {
-        frames.push_back({start, row, std::move(comes_at)});
-    }
-    /// All of the segment has come by edge `start` - 3.
-    void add_whole_frame(int start, const ViewportRow& row) {
-        add_frame(start, row, one_a_clock(row, start - 2 - row.sdx * row.sdy));
-    }
-    PaintedRaster painted(const Frame& frame) const {
-        return {frame.row, kRaster, scenario.composer.smoothing};
-    }
-    /// The edges at which a frame's positions are composited, given the one that sees its start.
-    Clocks check_frame(std::size_t index, int start) const {
-        const Frame& frame = frames[index];
-        const PaintedRaster due = painted(frame);
-        Clocks edges;
-        int clock = start + 1;
-        for (int position = 0; position < kPixels; ++position, ++clock) {
-            const RasterStep& step = due.steps[static_cast<std::size_t>(position)];
-            bool missing;
-            while (missing = is_missing(frame, step, clock), may_stall) {
-                INFO("clock " << clock << ", position " << position);
-                REQUIRE(stalls.at(clock) == missing);
-                if (!missing && other_stalls.count(clock) == 0) break;
-                REQUIRE(pipes.at(clock) == pipes.at(clock - 1));
-                ++clock;
-            }
-            const bool lost = frame.abandoned_at < clock;
-            const bool master = pipemaster.read();
-            const Pixel above = master ? Pixel(0, 0, 0, 0, 0xFFFF) : upstream(position);
-            const bool shows = step.covered && !missing && !lost;
-            INFO("clock " << clock << ", position " << position << ": " << step);
-            REQUIRE(pipes.at(clock) ==
-                    PipePixel{shows ? merged(mixed(static_cast<int>(index), step), above) : above, true,
-                              lost || (!master && lost_above.count(position) != 0)});
-            edges.push_back(clock);
-        }
-        return edges;
-    }
-    /// All frames, each of which starts when it is asked for or a clock after the one before.
-    void check_frames() const {
-        int free = 0;
-        for (std::size_t i = 0; i < frames.size(); ++i) {
-            int start = std::max(frames[i].start, free);
-            while (may_stall && other_stalls.count(start) != 0) ++start;
-            INFO("frame " << i << " from clock " << start);
-            free = check_frame(i, start).back() + 1;
-            if (i + 1 < frames.size() && frames[i + 1].start <= free) continue;
-            int after = free;  // the last pixel stands as long as the column does
-            while (may_stall && other_stalls.count(after) != 0) ++after;
-            CHECK(pipes.at(after) == PipePixel{});
-        }
-    }
-    static bool is_missing(const Frame& frame, const RasterStep& step, int clock) {
-        if (!step.covered || frame.abandoned_at < clock) return false;
-        std::int64_t newest = step.pixel;
-        for (const std::int64_t across : {0, step.across}) {
-            for (const int beside : {0, step.beside}) newest = std::max(newest, step.pixel + across + beside);
-        }
-        return frame.comes_at.at(static_cast<std::size_t>(newest)) >= clock;
-    }
-    /// The reads of the first port: edge and address.
-    std::vector<std::pair<int, std::uint32_t>> all_reads() const {
-        std::vector<std::pair<int, std::uint32_t>> found;
-        for (const int clock : reads.clocks_where([](const FifoRead& read) { return read.enable; })) {
-            found.emplace_back(clock, reads.at(clock).address);
-        }
-        return found;
-    }
-
-  private:
-    /// The formula of docs/design.md.
-    static Pixel mixed(int frame, const RasterStep& step) {
-        const auto channel = [&](std::uint8_t (Pixel::*of)() const) {
-            const auto at = [&](std::int64_t k) { return (local(frame, k).*of)(); };
-            const int wx = step.weight_x;
-            const int wy = step.weight_y;
-            const int sum = at(step.pixel) * (256 - wx) * (256 - wy) +
-                            at(step.pixel + step.beside) * wx * (256 - wy) +
-                            at(step.pixel + step.across) * (256 - wx) * wy +
-                            at(step.pixel + step.beside + step.across) * wx * wy;
-            return static_cast<std::uint8_t>((sum + 32768) / 65536);
-        };
-        return {channel(&Pixel::r), channel(&Pixel::g), channel(&Pixel::b), channel(&Pixel::a),
-                local(frame, step.pixel).z()};
-    }
-    static Pixel merged(Pixel ours, Pixel above) { return ours.z() < above.z() ? ours : above; }
-
-    /// What edge `clock` samples.
-    void play(int clock) {
-        const bool stood = may_stall && clock > 0 && column_stalls.at(clock - 1);
-        if (clock == restart_at) {
-            position_ = -1;
-            ++frame_;
-        } else if (!stood) {
-            move(clock);
-        }
-        const bool runs = position_ >= 0;
-        running.write(runs);
-        if (frame_ < frames.size()) {
-            const PaintedRaster raster = painted(frames[frame_]);
-            const auto next = static_cast<std::size_t>(position_ + 1);
-            ahead.write(next < raster.steps.size() ? raster.steps[next] : RasterStep{});
-        } else {
-            ahead.write(RasterStep{});
-        }
-        // Outside a frame there is what does not belong to one.
-        pipe_in.write(runs ? PipePixel{upstream(position_), true, lost_above.count(position_) != 0}
-                           : PipePixel{Pixel(0xABCDEF), true, true});
-        play_receiver(clock);
-        around.other_stall.write(other_stalls.count(clock) != 0);
-    }
-    void move(int clock) {
-        if (position_ >= 0) {
-            if (++position_ == kPixels) {
-                position_ = -1;
-                ++frame_;
-            }
-        } else if (frame_ < frames.size() && frames[frame_].start < clock && clock > last_end_ + 1) {
-            position_ = 0;
-            record.frame_started(clock - 1 + core.reset_clocks());  // the walker does
-        }
-        if (position_ < 0 && last_frame_ != frame_) {
-            last_frame_ = frame_;
-            last_end_ = clock - 1;
-        }
-    }
-    void play_receiver(int clock) {
-        SegmentProgress now;
-        if (frame_ < frames.size()) {
-            const Frame& frame = frames[frame_];
-            now.base_address = frame.base_address;
-            now.abandoned = frame.abandoned_at < clock;
-            now.arrived = std::count_if(frame.comes_at.begin(), frame.comes_at.end(),
-                                        [clock](int edge) { return edge < clock; });
-        }
-        progress.write(now);
-        FifoWrite write;
-        for (std::size_t f = 0; f < frames.size(); ++f) {
-            for (std::size_t k = 0; k < frames[f].comes_at.size(); ++k) {
-                if (frames[f].comes_at[k] != clock - 1) continue;
-                if (write.count == 0) {
-                    write.address = (frames[f].base_address + static_cast<std::uint32_t>(k)) %
-                                    static_cast<std::uint32_t>(scenario.composer.buffer_pixels);
-                }
-                write.words.at(write.count++) =
-                    local(static_cast<int>(f), static_cast<std::int64_t>(k)).word();
-            }
-        }
-        around.write.write(write);
-    }
-
-    int position_ = -1;  ///< composited at the next edge; -1: no frame runs
-    std::size_t frame_ = 0;
-    std::size_t last_frame_ = 0;
-    int last_end_ = -2;
-};
-
-TEST_CASE(
-    "merge stage: the pixel from above leaves a clock later, merged, and between frames there is none") {
-    ClockedTestbench bench;
-    MergeBench dut(bench);
-    dut.add_whole_frame(40, segment_row({3, 2}, {2, 1}));
-    dut.add_whole_frame(90, whole_raster());
-    bench.run_through(120);
-    CHECK(dut.check_frame(0, 40) == clock_range(41, 41 + kPixels));
-    dut.check_frames();
-    for (const int clock : {10, 40, 41 + kPixels, 89}) CHECK(dut.pipes.at(clock) == PipePixel{});
-    // Covered pixels show unless they are no nearer.
-    CHECK(dut.pipes.at(41 + kWidth + 2).pixel == local(0, 0));
-    CHECK(dut.pipes.at(91 + 3).pixel == upstream(3));
-    CHECK(dut.pipes.at(91 + 4).pixel == upstream(4));
-    CHECK(dut.record.counters().starved_pixels == 0);
-}
-
-TEST_CASE("merge stage: it composites as the scenario says") {
-    ClockedTestbench bench;
-    Scenario scenario = merge_scenario();
-    scenario.composition = Composition::kOver;
-    MergeBench dut(bench, scenario);
-    dut.add_whole_frame(40, whole_raster());
-    bench.run_through(70);
-    CHECK(dut.pipes.at(41).pixel == local(0, 0));  // opaque and in front
-    // Behind: what is in front lets 127 of 255 through.
-    const Pixel back = local(0, 3);
-    const auto over = [](int front, int behind) {
-        return static_cast<std::uint8_t>(std::min(255.0, front + std::floor(behind * 127 / 255.0 + 0.5)));
-    };
-    CHECK(dut.pipes.at(44).pixel ==
-          Pixel(over(0xC0, back.r()), over(1, back.g()), over(3, back.b()), over(128, back.a()), 0x8000));
-}
-
-/// Its background is not black.
-Scenario coloured_scenario() {
-    Scenario scenario = merge_scenario();
+Scenario merge_scenario(const Variant& variant) {
+    const bool smooths = variant.smoothing == Smoothing::kBilinear;
+    // Two source rows and a pixel fit.
+    Scenario scenario = composer_scenario({smooths ? 32 : 16, 6, 1}, variant.mode);
+    scenario.displays.width_pixels = kRaster.width;
+    scenario.displays.height_pixels = kRaster.height;
+    scenario.composer.smoothing = variant.smoothing;
+    scenario.composition = variant.composition;
+    scenario.depth_format = variant.depth_format;
     scenario.displays.background[0] = 10;
     scenario.displays.background[1] = 20;
     scenario.displays.background[2] = 30;
     return scenario;
 }
-const PipePixel kColouredBackground{Pixel(10, 20, 30, 0, 0xFFFF), true, false};
 
-TEST_CASE("merge stage: a PIPEMASTER makes the pixels from above itself, and a strap changes in reset only") {
-    ClockedTestbench bench;
-    MergeBench plain(bench, merge_scenario(), "plain", Strap::kMaster);
-    MergeBench coloured(bench, coloured_scenario(), "coloured", Strap::kMaster);
-    for (MergeBench* dut : {&plain, &coloured}) {
-        dut->lost_above = {2, 5};
-        dut->add_whole_frame(40, segment_row({1, 1}, {2, 1}));
+/// A merge stage among the composer's other parts, as far as it sees them: the walker, the receiver and the FIFO. The
+/// pixels of up to two frames come in order, at any time and in beats of any length. One that comes late is written, too.
+class Stage final : Records, public Lockstep<MergeStage> {
+  public:
+    Stage(LockstepBench& bench, const std::string& name, const Variant& variant)
+        : Lockstep(bench, name,
+                   [this, variant](const char* dut, rtl::ClockGating gating) {
+                       records_.push_back(std::make_unique<Record>());
+                       return std::make_unique<MergeStage>(dut, merge_scenario(variant), *records_.back(),
+                                                           gating);
+                   }),
+          variant_(variant),
+          memory_(static_cast<std::size_t>(merge_scenario(variant).composer.buffer_pixels)) {
+        words_[0][0] = &in(&MergeStage::word_i);
+        reads_[0] = &out(&MergeStage::read_o);
+        if (!smooths()) return;
+        words_[0][1] =
+            &in_part<std::uint64_t>([](MergeStage & dut) -> auto& { return dut.second_row->next_word_i; });
+        words_[1][0] =
+            &in_part<std::uint64_t>([](MergeStage & dut) -> auto& { return dut.second_row->row_word_i; });
+        words_[1][1] = &in_part<std::uint64_t>(
+            [](MergeStage & dut) -> auto& { return dut.second_row->row_next_word_i; });
+        reads_[1] = &out_part<FifoRead>([](MergeStage & dut) -> auto& { return dut.second_row->row_read_o; });
     }
-    bench.core.drive(coloured.pipemaster, 20, false);
-    bench.run_through(70);
-    plain.check_frames();
-    CHECK(coloured.pipes.at(41) == kColouredBackground);
-    CHECK(coloured.pipes.at(41 + kWidth + 2).pixel == local(0, 0));
-}
 
-TEST_CASE(
-    "merge stage: a pixel that comes at the edge before its use bypasses the FIFO, at its use it starves") {
-    ClockedTestbench bench;
-    MergeBench dut(bench);
-    const ViewportRow row = segment_row({kWidth, 2}, {0, 1});
-    auto comes = one_a_clock(row, 40 + kWidth);  // position p is composited at edge 41 + p
-    comes[8] = comes[9] = comes[10] =
-        comes[10] + 1;  // a beat: the first two of it are too late by two clocks and one
-    comes[11] = comes[11] + 1;
-    dut.add_frame(40, row, comes);
-    bench.run_through(41 + kWidth + 8);
-    CHECK(shows(dut.dut, "starved[1]=1"));
-    bench.run_through(70);
-    CHECK(shows(dut.dut, "starved[1]=0"));  // between frames nothing leaves that could lack a pixel
-    dut.check_frames();
-    CHECK(dut.pipes.at(41 + kWidth).pixel == local(0, 0));
-    CHECK(dut.record.counters().starved_pixels == 4);
-    CHECK(dut.record.counters().starved_run_count == 1);
-    CHECK(dut.record.first_starved_cycle() == 41 + kWidth + 8 + bench.core.reset_clocks());
-    CHECK(dut.all_reads().empty());  // each was taken from the beat
-}
+    void stimulate() override {
+        Random& random = bench_.random;
+        const auto now = [this](int clocks) {
+            constexpr int kSlower = 40;
+            return bench_.random.one_in(bench_.pausing() ? kSlower * clocks : clocks);
+        };
+        // A frame's table comes when nothing more is to come of the frame before.
+        if ((frames_.empty() || (frames_.size() == 1 && frames_.front().is_over())) && now(6)) add_frame();
+        if (!frames_.empty() && !frames_.front().is_whole() && now(150)) frames_.front().abandoned = true;
+        beat_ = Beat{};
+        if (now(20)) pace_ = random.between(1, 12);
+        if (!frames_.empty() && !frames_.back().is_over() && now(pace_)) send_beat();
+        starts_ = !frames_.empty() && now(6);
 
-TEST_CASE("merge stage: the FIFO is read one position ahead, and not while a column is replicated") {
-    ClockedTestbench bench;
-    MergeBench dut(bench);
-    const ViewportRow row = segment_row({2, 2}, {1, 0}, 2);
-    dut.add_whole_frame(40, row);
-    bench.run_through(70);
-    dut.check_frames();
-    // A read is two edges before the use: one for the word, one for the position. Each raster row reads its two pixels.
-    std::vector<std::pair<int, std::uint32_t>> due;
-    for (int y = 0; y < 4; ++y) {
-        for (int i = 0; i < 2; ++i) {
-            due.emplace_back(41 + y * kWidth + 1 + 2 * i - 1, (250 + y / 2 * 2 + i) % kAddresses);
+        write_ = beat_.write;
+        progress_ = frames_.empty() ? SegmentProgress{} : frames_.front().progress();
+        running_ = runs();
+        ahead_ = ahead();
+        pipe_ = PipePixel{corner_pixel(random), runs() || random.one_in(2), random.one_in(runs() ? 10 : 2)};
+        if (random.one_in(20)) pipemaster_ = !pipemaster_;
+        column_stall_ = due_stall() || now(5);
+        if (due_stall()) note_starved();
+    }
+    void expect() override {
+        pipe_out_ = leaving_;
+        stall_ = due_stall();
+        for (std::size_t row = 0; row < lines(); ++row) *reads_[row] = due_read(row);
+    }
+    void edge() override {
+        const bool moves = !may_stall() || !column_stall_;
+        bench_.happened["another composer stalls"] +=
+            may_stall() && runs() && column_stall_ && !stall_ ? 1 : 0;
+        if (!moves) {
+            stalled_cycles_ += stall_ ? 1 : 0;
+        } else {
+            starved_ = false;
+            leaving_ = runs() ? composited() : PipePixel{};
+        }
+        use_fifo(moves ? ahead_.value() : step_);
+        if (!moves) return;
+        step_ = ahead_;
+        // The inputs change half a clock later here, so STALL may be high in between.
+        if (due_stall()) note_starved();
+        if (runs()) {
+            if (++position_ < kPositions) return;
+            spans_.back().end_cycle = cycle();
+            position_ = kIdle;
+            frames_.pop_front();
+            at_hand_ = {};  // nothing of the next frame is at hand
+        } else if (starts_) {
+            position_ = 0;
+            spans_.push_back({cycle()});
+            for (const auto& record : records_) record->frame_started(cycle());
         }
     }
-    CHECK(dut.all_reads() == due);
-    CHECK(dut.record.counters().replayed_pixels == 8);
-}
-
-TEST_CASE("merge stage: addresses go on with the first after the last one, in the FIFO and in a beat") {
-    ClockedTestbench bench;
-    MergeBench dut(bench);
-    auto comes = std::vector<int>(kPixels);
-    for (int k = 0; k < kPixels; ++k) comes[static_cast<std::size_t>(k)] = 40 + k / 8 * 8;  // beats of eight
-    dut.add_frame(40, whole_raster(), comes);
-    // Here the last pixel of each beat is just in time. The first beat's lies beyond the last address.
-    for (int& edge : comes) edge += 67;
-    dut.add_frame(100, whole_raster(), comes);
-    bench.run_through(140);
-    dut.check_frames();
-    CHECK(dut.record.counters().starved_pixels_of(0) == 0);
-    CHECK(dut.record.counters().starved_pixels_of(1) == 21);
-    CHECK(dut.all_reads().front() == std::pair<int, std::uint32_t>{41, 251});
-    CHECK(dut.reads.at(46).address == 0);
-}
-
-TEST_CASE("merge stage: in stall mode STALL is high until the pixel has come, and falls in that clock") {
-    ClockedTestbench bench;
-    MergeBench dut(bench, merge_scenario(StarvationMode::kStall));
-    const ViewportRow row = segment_row({kWidth, 1}, {0, 1});
-    auto comes = one_a_clock(row, 10);
-    for (std::size_t k = 2; k < comes.size(); ++k) comes[k] = 60;
-    dut.add_frame(40, row, comes);
-    bench.run_through(120);
-    const int due = 41 + kWidth + 2;  // the edge that would composite pixel 2
-    CHECK(dut.stalls.high() == clock_range(due, 61));
-    dut.check_frames();
-    CHECK(dut.record.counters().stalled_cycles == 61 - due);
-    CHECK(dut.record.counters().starved_pixels == 0);
-    CHECK(dut.record.first_starved_cycle() == due - 1 + bench.core.reset_clocks());
-}
-
-TEST_CASE(
-    "merge stage: while the column stands still the FIFO may be read over a pixel that is still to be used") {
-    ClockedTestbench bench;
-    MergeBench stall(bench, merge_scenario(StarvationMode::kStall), "stall");
-    MergeBench glitch(bench, merge_scenario(), "glitch");
-    for (MergeBench* dut : {&stall, &glitch}) {
-        dut->add_whole_frame(40, whole_raster());
-        dut->other_stalls = {39, 40, 44, 45, 46, 50, 52, 60};
+    void reset() override {
+        frames_.clear();
+        position_ = kIdle;
+        step_ = RasterStep{};
+        leaving_ = PipePixel{};
+        starved_ = false;
+        at_hand_ = {};
+        is_master_ = pipemaster_;
     }
-    bench.run_through(100);
-    stall.check_frames();
-    CHECK(stall.stalls.high().empty());
-    CHECK(stall.record.counters().stalled_cycles == 0);  // they are another composer's
-    // Position 2 waits at the edges 44 to 46 while position 3 is read.
-    CHECK(stall.reads.at(44) == FifoRead{true, 250 + 3});
-    CHECK_FALSE(stall.reads.at(45).enable);
-    glitch.check_frames();  // nothing ever raises it there, so it is not read
-}
-
-TEST_CASE(
-    "merge stage: from the clock in which the frame is abandoned all passes marked as lost, without "
-    "waiting") {
-    ClockedTestbench bench;
-    MergeBench stall(bench, merge_scenario(StarvationMode::kStall), "stall");
-    MergeBench glitch(bench, merge_scenario(), "glitch");
-    for (MergeBench* dut : {&stall, &glitch}) {
-        auto comes = one_a_clock(whole_raster(), 10);
-        for (std::size_t k = 6; k < comes.size(); ++k) comes[k] = k < 8 ? 80 : kNever;
-        dut->add_frame(40, whole_raster(), comes);
-        dut->frames[0].abandoned_at = dut == &stall ? 52 : 44;
-    }
-    bench.run_through(100);
-    stall.check_frames();
-    glitch.check_frames();
-    CHECK(stall.stalls.high() == clock_range(47, 53));  // from the edge of position 6 on
-    CHECK(stall.pipes.at(53) == PipePixel{upstream(6), true, true});
-    CHECK(glitch.pipes.at(44) == PipePixel{upstream(3), true, false});
-    CHECK(glitch.pipes.at(45) == PipePixel{upstream(4), true, true});
-    CHECK(glitch.record.counters().starved_pixels == 0);
-    for (const auto& [clock, address] : glitch.all_reads()) CHECK(clock <= 44);
-}
-
-TEST_CASE("merge stage: a pixel that comes marked as lost leaves marked as lost") {
-    ClockedTestbench bench;
-    MergeBench dut(bench);
-    dut.lost_above = {0, 7, kPixels - 1};
-    dut.add_whole_frame(40, segment_row({3, 2}, {0, 1}));
-    bench.run_through(80);
-    dut.check_frames();
-    CHECK(dut.pipes.at(41).lost);
-    CHECK(dut.pipes.at(48) == PipePixel{local(0, 1), true, true});
-}
-
-TEST_CASE("merge stage: smoothed, a raster pixel is mixed of four pixels and waits for the newest of them") {
-    ClockedTestbench bench;
-    MergeBench whole(bench, merge_scenario(StarvationMode::kGlitch, Smoothing::kBilinear), "whole");
-    MergeBench late(bench, merge_scenario(StarvationMode::kGlitch, Smoothing::kBilinear), "late");
-    MergeBench stalls(bench, merge_scenario(StarvationMode::kStall, Smoothing::kBilinear), "stalls");
-    const ViewportRow row = segment_row({4, 3}, {-1, -1}, 2);
-    whole.add_whole_frame(40, row);
-    // The second source row comes as the raster's second row needs it, at m = 2 from its very beginning.
-    auto comes = one_a_clock(row, 10);
-    for (std::size_t k = 4; k < comes.size(); ++k) comes[k] = 36 + static_cast<int>(k);
-    late.add_frame(40, row, comes);
-    stalls.add_frame(40, row, comes);
-    bench.run_through(120);
-    whole.check_frames();
-    late.check_frames();
-    stalls.check_frames();
-    CHECK(whole.record.counters().starved_pixels == 0);
-    CHECK(late.record.counters().starved_pixels > 0);
-    // Both rows are read, each once for two columns of a source pixel.
-    CHECK_FALSE(whole.row_reads.clocks_where([](const FifoRead& read) { return read.enable; }).empty());
-}
-
-TEST_CASE("merge stage: its window has registers for each column of each row, and they know what has come") {
-    ClockedTestbench bench;
-    MergeBench replicates(bench, merge_scenario(), "replicates");
-    MergeBench smooths(bench, merge_scenario(StarvationMode::kGlitch, Smoothing::kBilinear), "smooths");
-    for (MergeBench* dut : {&replicates, &smooths}) dut->add_whole_frame(40, segment_row({1, 1}, {}, 8));
-    bench.run_through(50);
-    const auto values = [](const MergeBench& dut, const std::string& of) {
-        std::vector<std::string> found;
-        for (const std::string& line : traced_values(dut.dut)) {
-            if (line.find(of) != std::string::npos) found.push_back(line.substr(line.find('=') + 1));
+    /// What they have recorded.
+    void check() const {
+        for (const auto& record : records_) {
+            CHECK(record->first_starved_cycle() == first_starved_cycle_);
+            CHECK(record->counters().starved_runs == starved_runs_);
+            CHECK(record->counters().stalled_cycles == stalled_cycles_);
+            CHECK(record->counters().replayed_pixels == replayed_pixels_);
+            const auto same = [](const ComposerRecord::FrameSpan& a, const ComposerRecord::FrameSpan& b) {
+                return a.start_cycle == b.start_cycle && a.end_cycle == b.end_cycle;
+            };
+            const auto& spans = record->frame_spans();
+            CHECK(std::equal(spans.begin(), spans.end(), spans_.begin(), spans_.end(), same));
         }
-        return found;
+    }
+    /// A waveform shows whether the pixel that has just left starved, and what is at hand for the next ones.
+    void check_waveform() const {
+        if (!frames_.empty() && frames_.front().abandoned) return;  // then nothing that is at hand is used
+        const int bits = rtl::segment_pixel_bits(merge_scenario(variant_));
+        const std::string begin = std::string(dut().name()) + ".";
+        std::vector<std::string> due{begin + "starved[1]=" + (starved_ ? "1" : "0")};
+        const auto add = [&](const std::string& name, std::int64_t pixel) {
+            const std::int64_t value = pixel == kNone ? (std::int64_t{1} << bits) - 1 : pixel;
+            due.push_back(begin + name + "[" + std::to_string(bits) + "]=" + std::to_string(value));
+        };
+        for (std::size_t row = 0; row < lines(); ++row) {
+            for (std::size_t column = 0; column < lines(); ++column) {
+                const std::string place =
+                    smooths() ? "_" + std::to_string(row) + "_" + std::to_string(column) : "";
+                add("word_pixel" + place, at_hand_[row][column].fifo);
+                add("bypass_pixel" + place, at_hand_[row][column].kept);
+            }
+        }
+        std::vector<std::string> shown;
+        for (const std::string& value : traced_values(dut())) {
+            const auto is = [&](const char* name) { return value.rfind(begin + name, 0) == 0; };
+            if (is("starved") || is("word_pixel") || is("bypass_pixel")) shown.push_back(value);
+        }
+        CHECK(shown == due);
+    }
+
+  private:
+    static constexpr int kIdle = -1;
+    static constexpr std::int64_t kNone = PaintedSegment::kNone;
+
+    struct Frame {
+        PaintedSegment painted;
+        std::vector<Pixel> pixels;
+        std::uint32_t base_address;
+        std::size_t arrived = 0;
+        bool abandoned = false;
+
+        bool is_whole() const { return arrived == pixels.size(); }
+        bool is_over() const { return is_whole() || abandoned; }
+        SegmentProgress progress() const {
+            return {abandoned, static_cast<std::int64_t>(arrived), base_address};
+        }
     };
-    // The only pixel is at hand, and no other one.
-    const int bits = rtl::segment_pixel_bits(smooths.scenario);
-    const std::string none = std::to_string((1ULL << bits) - 1);
-    CHECK(values(replicates, ".word_pixel") == std::vector<std::string>{"0"});
-    CHECK(values(smooths, ".word_pixel") == std::vector<std::string>{"0", none, none, none});
-    CHECK(values(replicates, ".bypass_pixel") == std::vector<std::string>(1, none));
-    CHECK(values(smooths, ".bypass_pixel") == std::vector<std::string>(4, none));
-    CHECK(values(replicates, ".bypass_word") == std::vector<std::string>(1, "0"));
-    CHECK(values(smooths, ".bypass_word") == std::vector<std::string>(4, "0"));
+    /// On its way into the FIFO.
+    struct Beat {
+        FifoWrite write;
+        bool of_head = false;  ///< of the frame that runs, or is next
+        std::int64_t first = 0;
+        bool has(std::int64_t pixel) const {
+            return of_head && pixel >= first && pixel < first + write.count;
+        }
+    };
+    /// Pixels of a source row, in their order; kNone: none.
+    using Row = std::array<std::int64_t, 2>;
+    /// Where a pixel is at hand, for one column of one row of the window.
+    struct Hand {
+        std::int64_t fifo = kNone;  ///< at the FIFO's output
+        std::int64_t kept = kNone;  ///< in a register
+    };
+
+    bool smooths() const { return variant_.smoothing == Smoothing::kBilinear; }
+    bool may_stall() const { return variant_.mode == StarvationMode::kStall; }
+    std::size_t lines() const { return smooths() ? 2 : 1; }
+    bool runs() const { return position_ != kIdle; }
+    /// That of the edge that was the last one.
+    std::int64_t cycle() const {
+        return static_cast<std::int64_t>(sc_core::sc_time_stamp() / bench_.clk.period());
+    }
+
+    // ---- the other parts ----
+
+    void add_frame() {
+        Random& random = bench_.random;
+        constexpr int kLargestMultiple = 6;
+        std::optional<ViewportRow> row;
+        if (!random.one_in(8)) {
+            row = smooths() ? random_smoothed_row(random, kRaster, kLargestMultiple)
+                            : random_valid_row(random, kRaster, kLargestMultiple);
+        }
+        Frame frame{PaintedSegment(row, kRaster, variant_.smoothing), {}, write_address_};
+        for (int k = 0; row && k < row->sdx * row->sdy; ++k) frame.pixels.push_back(corner_pixel(random));
+        if (!row && random.one_in(3)) frame.abandoned = true;  // its table was lost
+        frames_.push_back(frame);
+    }
+    void send_beat() {
+        Random& random = bench_.random;
+        Frame& frame = frames_.back();
+        const auto addresses = static_cast<std::uint32_t>(memory_.size());
+        const int most = random.one_in(2) ? random.between(1, rtl::kMaximumBeatPixels) : 1;
+        beat_ = {{0, write_address_}, frames_.size() == 1, static_cast<std::int64_t>(frame.arrived)};
+        for (std::uint64_t& word : beat_.write.words) word = random.bits();
+        while (beat_.write.count < most && !frame.is_whole() &&
+               held() < static_cast<std::int64_t>(addresses)) {
+            beat_.write.words[beat_.write.count++] = frame.pixels[frame.arrived++].word();
+            write_address_ = (write_address_ + 1) % addresses;
+        }
+    }
+    /// Pixels that must not be written over.
+    std::int64_t held() const {
+        std::int64_t held = 0;
+        for (const Frame& frame : frames_)
+            held += frame.abandoned ? 0 : static_cast<std::int64_t>(frame.arrived);
+        if (position_ <= 0 || frames_.front().abandoned) return held;
+        const Frame& head = frames_.front();
+        return held - std::min(static_cast<std::int64_t>(head.arrived),
+                               head.painted.released[static_cast<std::size_t>(position_ - 1)]);
+    }
+    RasterStep ahead() const {
+        if (frames_.empty() || position_ + 1 == kPositions) return {};
+        return frames_.front().painted.steps[static_cast<std::size_t>(position_ + 1)];
+    }
+
+    // ---- what is due ----
+
+    bool missing() const {
+        if (!step_.covered || progress_->abandoned) return false;
+        const std::vector<std::int64_t> parts = PaintedSegment::parts(step_);
+        return *std::max_element(parts.begin(), parts.end()) >= progress_->arrived;
+    }
+    bool due_stall() const { return may_stall() && runs() && missing(); }
+    PipePixel composited() {
+        const Pixel background(10, 20, 30, 0, far_z(variant_.depth_format));
+        starved_ = missing();
+        PipePixel out = is_master_ ? PipePixel{background, true, false} : pipe_.value();
+        out.lost = out.lost || progress_->abandoned;
+        if (position_ == 0) spans_.back().start_cycle = cycle();
+        if (starved_) {
+            note_starved();
+            starve();
+        } else if (step_.covered && !progress_->abandoned) {
+            const std::vector<Pixel>& pixels = frames_.front().pixels;
+            std::vector<Pixel> of;
+            for (const std::int64_t k : PaintedSegment::parts(step_))
+                of.push_back(pixels[static_cast<std::size_t>(k)]);
+            const Pixel local =
+                smooths() ? naive_mixture({of[0], of[1], of[2], of[3]}, step_.weight_x, step_.weight_y,
+                                          variant_.composition, far_z(variant_.depth_format))
+                          : of[0];
+            out.pixel = naive_blend(variant_.composition, local, out.pixel);
+            replayed_pixels_ += step_.replayed ? 1 : 0;
+            ++bench_.happened[beat_.has(step_.pixel) ? "a pixel came past the FIFO" : "a pixel was shown"];
+        }
+        return out;
+    }
+    void starve() {
+        const int frame = static_cast<int>(spans_.size()) - 1;
+        const int x = position_ % kRaster.width;
+        const int y = position_ / kRaster.width;
+        const bool goes_on =
+            !starved_runs_.empty() &&
+            starved_runs_.back() == StarvedRun{frame, y, starved_runs_.back().x_first, x - 1};
+        if (!goes_on) starved_runs_.push_back({frame, y, x, x});
+        starved_runs_.back().x_last = x;
+        ++bench_.happened["a pixel starved"];
+    }
+    void note_starved() {
+        if (first_starved_cycle_ == ComposerRecord::kNever) first_starved_cycle_ = cycle();
+    }
+    /// The pixels of a row of the window at a position: its own source row, or the one across.
+    Row row_of(std::size_t row, const RasterStep& step) const {
+        if (!step.covered || (row == 1 && step.across == 0)) return {kNone, kNone};
+        const std::int64_t pixel = step.pixel + (row == 1 ? step.across : 0);
+        if (!smooths() || step.beside == 0) return {pixel, kNone};
+        return {std::min(pixel, pixel + step.beside), std::max(pixel, pixel + step.beside)};
+    }
+    FifoRead due_read(std::size_t row) const {
+        const Row pixels = row_of(row, ahead_);
+        if (pixels[0] == kNone) return {};
+        FifoRead read;
+        read.address = static_cast<std::uint32_t>((progress_->base_address + pixels[0]) %
+                                                  static_cast<std::int64_t>(memory_.size()));
+        for (std::size_t column = 0; column < lines(); ++column) {
+            const Hand& hand = at_hand_[row][column];
+            const bool has_come = pixels[column] != kNone && pixels[column] < progress_->arrived;
+            if (has_come && hand.fifo != pixels[column] && hand.kept != pixels[column]) read.enable = true;
+        }
+        read.enable = read.enable && !progress_->abandoned;
+        return read;
+    }
+    /// The edge at the FIFO, and what is then at hand. next: of the edge after this one.
+    void use_fifo(const RasterStep& next) {
+        for (std::uint32_t i = 0; i < write_->count; ++i) {
+            memory_[(write_->address + i) % memory_.size()] = write_->words[i];
+        }
+        for (std::size_t row = 0; row < lines(); ++row) {
+            const FifoRead& read = *reads_[row];
+            for (std::size_t column = 0; column < lines(); ++column) {
+                Hand& hand = at_hand_[row][column];
+                const std::int64_t before = hand.fifo;
+                if (read.enable) {
+                    *words_[row][column] = memory_[(read.address + column) % memory_.size()];
+                    hand.fifo = row_of(row, ahead_)[0] + static_cast<std::int64_t>(column);
+                    if (hand.fifo >= progress_->arrived) hand.fifo = kNone;
+                }
+                const std::int64_t wanted = row_of(row, next)[column];
+                if (wanted == kNone || wanted == hand.fifo || wanted == hand.kept) continue;
+                if (wanted == before || beat_.has(wanted)) hand.kept = wanted;
+            }
+        }
+    }
+
+    Variant variant_;
+    Input<bool>& pipemaster_ = in(&MergeStage::pipemaster_i);
+    Input<PipePixel>& pipe_ = in(&MergeStage::pipe_i);
+    Output<PipePixel>& pipe_out_ = out(&MergeStage::pipe_o);
+    Input<bool>& column_stall_ = in(&MergeStage::column_stall_i);
+    Output<bool>& stall_ = out(&MergeStage::stall_o);
+    Input<bool>& running_ = in(&MergeStage::running_i);
+    Input<RasterStep>& ahead_ = in(&MergeStage::ahead_i);
+    Input<SegmentProgress>& progress_ = in(&MergeStage::progress_i);
+    Input<FifoWrite>& write_ = in(&MergeStage::write_i);
+    // By row of the window, and column.
+    std::array<std::array<Input<std::uint64_t>*, 2>, 2> words_{};
+    std::array<Output<FifoRead>*, 2> reads_{};
+
+    std::vector<std::uint64_t> memory_;
+    std::uint32_t write_address_ = 0;
+    std::deque<Frame> frames_;  ///< the one that runs, or is next, and the one after it
+    Beat beat_;
+    int pace_ = 1;          ///< clocks from beat to beat
+    bool starts_ = false;   ///< the coming edge sees the start of a frame
+    int position_ = kIdle;  ///< composited at the next edge
+
+    bool is_master_ = false;
+    RasterStep step_;
+    PipePixel leaving_;
+    std::array<std::array<Hand, 2>, 2> at_hand_;
+    bool starved_ = false;
+    std::vector<StarvedRun> starved_runs_;
+    std::int64_t first_starved_cycle_ = ComposerRecord::kNever;
+    std::int64_t stalled_cycles_ = 0, replayed_pixels_ = 0;
+    std::vector<ComposerRecord::FrameSpan> spans_;
+};
+
+TEST_CASE("merge stage: in lockstep with its reference") {
+    constexpr auto kStall = StarvationMode::kStall;
+    constexpr auto kGlitch = StarvationMode::kGlitch;
+    LockstepBench bench(2219);
+    bench.clocks_to_reset = 200;
+    const Stage plain(bench, "plain", {kGlitch});
+    const Stage stalls(bench, "stalls", {kStall, Smoothing::kReplicate, Composition::kOver});
+    const Stage smooths(bench, "smooths",
+                        {kGlitch, Smoothing::kBilinear, Composition::kZAlphaKey, DepthFormat::kZ24});
+    const Stage both(bench, "both", {kStall, Smoothing::kBilinear, Composition::kZ});
+    constexpr int kClocks = 30'000;
+    for (int clock = kClocks / 40; clock < kClocks; clock += kClocks / 40) {
+        bench.run(clock);
+        for (const Stage* stage : {&plain, &stalls, &smooths, &both}) stage->check_waveform();
+    }
+    bench.run(kClocks, {{"a pixel starved", 100},
+                        {"a pixel came past the FIFO", 100},
+                        {"a pixel was shown", 1000},
+                        {"another composer stalls", 100}});
+    for (const Stage* stage : {&plain, &stalls, &smooths, &both}) stage->check();
 }
 
 TEST_CASE("merge stage: a pixel that has come and is neither in the FIFO nor in the beat is reported") {
     ExpectedReport report("/metabuffer/merge_stage/pixel");
-    ClockedTestbench bench;
-    MergeBench dut(bench);
-    const ViewportRow row = segment_row({kWidth, 1}, {0, 1});
-    dut.add_frame(40, row, one_a_clock(row, 40 + kWidth));  // each just in time
-    bench.core.each_clock([&dut](int clock) {
-        // In the place of pixel 3's beat comes that of pixel 2 again.
-        if (clock == 41 + kWidth + 3) dut.around.write.write(FifoWrite{1, 250 + 2, {}});
+    LockstepBench bench;
+    Record record;
+    const Scenario scenario = merge_scenario({});
+    WaveformCase<MergeStage> dut(bench, "merge_stage", [&](const char* name, rtl::ClockGating gating) {
+        return std::make_unique<MergeStage>(name, scenario, record, gating);
     });
-    bench.run_through(70);
-    CHECK(report.count() == 1);
-}
-
-TEST_CASE("merge stage: what is at hand at a frame's end is not taken for the next frame's") {
-    ClockedTestbench bench;
-    MergeBench dut(bench);
-    // A frame of a single source pixel each, so that it has the same index.
-    const ViewportRow row = segment_row({1, 1}, {}, 8);
-    dut.add_whole_frame(20, row);
-    dut.add_frame(20 + kPixels + 1, row, {30});  // at once
-    dut.add_frame(100, row, {100});              // at the very edge that sees the start
-    dut.frames[1].base_address = 251;
-    dut.frames[2].base_address = 252;
-    bench.run_through(140);
-    dut.check_frames();
-    CHECK(dut.record.counters().starved_pixels == 0);
-}
-
-TEST_CASE("merge stage: reset in a frame leaves what power-up leaves") {
-    ClockedTestbench bench;
-    MergeBench replicates(bench, merge_scenario(StarvationMode::kStall), "replicates");
-    MergeBench smooths(bench, merge_scenario(StarvationMode::kStall, Smoothing::kBilinear), "smooths");
-    for (MergeBench* dut : {&replicates, &smooths}) {
-        const ViewportRow row = segment_row({1, 1}, {}, 8);
-        dut->add_whole_frame(20, row);
-        dut->add_frame(60, row, {55});
-        dut->frames[1].base_address = 251;
-        dut->restart_at = 32;
-    }
-    bench.core.drive(bench.reset, 30, true);
-    bench.core.drive(bench.reset, 32, false);
-    bench.run_through(100);
-    for (MergeBench* dut : {&replicates, &smooths}) {
-        CHECK(dut->pipes.at(29).valid);
-        for (int clock = 30; clock < 61; ++clock) CHECK(dut->pipes.at(clock) == PipePixel{});
-        CHECK(dut->check_frame(1, 60) == clock_range(61, 61 + kPixels));
-    }
-}
-
-TEST_CASE("merge stage: a reset wakes a block that sleeps, and it reads its strap") {
-    ClockedTestbench bench;
-    MergeBench dut(bench, coloured_scenario());
-    dut.add_whole_frame(60, segment_row({1, 1}, {2, 1}));
-    bench.core.drive(dut.pipemaster, 5, true);
-    bench.core.drive(bench.reset, 40, true);
-    bench.core.drive(bench.reset, 42, false);
-    bench.run_through(90);
-    CHECK(dut.pipes.at(61) == kColouredBackground);
-}
-
-TEST_CASE(
-    "merge stage: random segments, arrivals and stalls give the pixels that are due, each at its clock") {
-    const auto seed = random_seed(2219);
-    INFO("METABUFFER_SEED=" << seed);
-    Random random(seed);
-    constexpr int kFrames = 4;
-    ClockedTestbench bench;
-    std::vector<std::unique_ptr<MergeBench>> duts;
-    for (int i = 0; i < 24; ++i) {
-        const bool smooths = i % 2 == 1;
-        const bool may_stall = i % 4 < 2;
-        duts.push_back(std::make_unique<MergeBench>(
-            bench,
-            merge_scenario(may_stall ? StarvationMode::kStall : StarvationMode::kGlitch,
-                           smooths ? Smoothing::kBilinear : Smoothing::kReplicate),
-            "dut_" + std::to_string(i)));
-        MergeBench& dut = *duts.back();
-        int clock = 5;
-        int comes = 0;
-        auto address = static_cast<std::uint32_t>(random.between(0, kAddresses - 1));
-        for (int frame = 0; frame < kFrames; ++frame) {
-            std::optional<ViewportRow> row;
-            if (!random.one_in(8)) {
-                row =
-                    smooths ? random_smoothed_row(random, kRaster, 6) : random_valid_row(random, kRaster, 6);
-            }
-            const int pixels = row ? row->sdx * row->sdy : 0;
-            clock += random.between(0, 40);
-            comes = std::max(comes + 1, clock + random.between(-60, 20));
-            const int pace = random.between(1, 4);
-            std::vector<int> arrivals;
-            while (static_cast<int>(arrivals.size()) < pixels) {
-                const int count = std::min(random.between(1, random.one_in(2) ? 8 : 1),
-                                           pixels - static_cast<int>(arrivals.size()));
-                arrivals.insert(arrivals.end(), static_cast<std::size_t>(count), comes);
-                comes += random.between(1, random.one_in(6) ? 12 : pace);
-            }
-            dut.add_frame(clock, row, arrivals);
-            dut.frames.back().base_address = address % kAddresses;
-            address += static_cast<std::uint32_t>(pixels);
-            if (random.one_in(6)) dut.frames.back().abandoned_at = clock + random.between(0, 40);
-            // The next frame's pixels may come in this one. In `glitch` mode it ends here; a stalled one later.
-            clock += kPixels + 1;
-        }
-        for (int edge = 0; edge < 600; ++edge) {
-            if (random.one_in(5)) dut.other_stalls.insert(edge);
-        }
-    }
-    bench.run_through(1200);
-    std::int64_t starved = 0;
-    std::int64_t stalled = 0;
-    for (std::size_t i = 0; i < duts.size(); ++i) {
-        INFO("device " << i);
-        duts[i]->check_frames();
-        starved += duts[i]->record.counters().starved_pixels;
-        stalled += duts[i]->record.counters().stalled_cycles;
-    }
-    CHECK(starved > 0);
-    CHECK(stalled > 0);
-}
-
-TEST_CASE("merge stage: a pixel that has not come is not the one that is being written at its address") {
-    ClockedTestbench bench;
-    constexpr int kFew = 16;
-    constexpr int kAbove = kFew + 1;  // pixels above the raster: the first one in it has pixel 1's address
-    constexpr int kPixelsPerBeat = 4;
-    Scenario scenario = merge_scenario();
-    scenario.composer.buffer_pixels = kFew;
-    MergeBench dut(bench, scenario);
-    // No table has a row so far above the raster, but all that the stage sees of it is which pixel is wanted.
-    // One pixel wide and twice as large: each pixel is shown in two rows, and none other comes in between.
-    constexpr int kStart = 40;
-    const ViewportRow row = segment_row({1, kAbove + 2}, {2, -2 * kAbove}, 2);
-    std::vector<int> comes_at;
-    for (int k = 0; k < row.sdy; ++k) comes_at.push_back(kStart + 1 + k / kPixelsPerBeat);
-    dut.add_frame(kStart, row, comes_at);
-    dut.frames.front().base_address = 0;
-    bench.run_through(kStart + kPixels + 4);
-    dut.check_frames();
-    const int first_row = kStart + 1 + row.dx;
-    CHECK(dut.pipes.at(first_row).pixel == upstream(row.dx));  // it starves, while pixel 1 is written
-    CHECK(dut.pipes.at(first_row + kWidth).pixel == local(0, kAbove));
+    RasterStep step;
+    step.covered = true;
+    dut.drive("____", &MergeStage::pipemaster_i);
+    dut.drive("____", &MergeStage::column_stall_i);
+    dut.drive("s...", &MergeStage::ahead_i, {{'s', step}});
+    dut.drive("_-__", &MergeStage::running_i);
+    dut.drive(".p..", &MergeStage::progress_i, {{'p', SegmentProgress{false, 1, 1}}});
+    dut.drive(".w..", &MergeStage::write_i, {{'w', FifoWrite{1, 0, {}}}});  // to the address before it
+    dut.drive("....", &MergeStage::word_i);
+    dut.drive("....", &MergeStage::pipe_i);
+    dut.check("..?.", &MergeStage::pipe_o);
+    dut.check("____", &MergeStage::stall_o);
+    dut.check("....", &MergeStage::read_o);
+    dut.run();
+    CHECK(report.count() == 2);  // with clock gating and without
 }
 
 }  // namespace
