@@ -97,7 +97,8 @@ void LockstepBench::rising_edge() {
             if (!pin->sample() && wrong == nullptr) wrong = pin.get();
         }
         // What stands before the first edge in reset has no meaning.
-        if (wrong != nullptr && clock_ > kFirstClock && failure_.empty()) failure_ = block->picture(*wrong);
+        if (wrong != nullptr && clock_ > kFirstClock && failure_.empty())
+            block->fail(wrong->name() + " is wrong");
         if (in_reset()) {
             block->reset();
         } else {
@@ -107,11 +108,14 @@ void LockstepBench::rising_edge() {
     if (!failure_.empty()) sc_core::sc_stop();
 }
 
-std::string LockstepBlock::picture(const LockstepPin& wrong) const {
+void LockstepBlock::fail(const std::string& what) {
+    if (bench_.failure_.empty()) bench_.failure_ = picture(what);
+}
+
+std::string LockstepBlock::picture(const std::string& what) const {
     constexpr int kNameWidth = 24;
     std::ostringstream text;
-    text << block_name() << ": " << wrong.name() << " is wrong at clock " << bench_.clock_ << '\n'
-         << std::left;
+    text << block_name() << ": " << what << " at clock " << bench_.clock_ << '\n' << std::left;
     text << std::setw(kNameWidth) << "from clock"
          << bench_.clock_ + 1 - static_cast<int>(bench_.resets_.size()) << '\n';
     text << std::setw(kNameWidth) << "reset_i" << LockstepPin::edges(bench_.resets_) << '\n';

@@ -115,6 +115,9 @@ class LockstepBlock {
     virtual void reset() {}
 
   protected:
+    /// Ends the run: something besides the pins is wrong, such as the reports that the block has raised.
+    void fail(const std::string& what);
+
     explicit LockstepBlock(LockstepBench& bench) : bench_(bench) { bench.blocks_.push_back(this); }
     virtual ~LockstepBlock() = default;
 
@@ -125,8 +128,8 @@ class LockstepBlock {
     friend class LockstepBench;
     virtual void trace(TraceSwitch& trace) const = 0;
     virtual const char* block_name() const = 0;
-    /// The last edges at every pin, one line each.
-    std::string picture(const LockstepPin& wrong) const;
+    /// What is wrong, and the last edges at every pin, one line each.
+    std::string picture(const std::string& what) const;
 };
 
 /// A block that is in lockstep with its reference, twice: once with clock gating, once without. Both get the same inputs.
