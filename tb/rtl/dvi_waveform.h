@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/control_scanline.h"
+#include "formats/depth_format.h"
 #include "formats/image.h"
 #include "rtl/signals.h"
 
@@ -64,8 +65,9 @@ constexpr int vsync_in_frame(int active_pixels, int active_lines) {
     return (kBackLines + active_lines + kFrontLines) * line_clocks(active_pixels);
 }
 
-/// What a frame of a renderer's link shows below its control scanline: R G B, or A and a 16-bit Z.
-inline LinkLines image_lines(const PixelImage& image, FrameKind kind) {
+/// What a frame of a renderer's link shows below its control scanline: R G B, or A and a 16-bit Z, or a Z of 24 bits.
+inline LinkLines image_lines(const PixelImage& image, FrameKind kind,
+                             DepthFormat format = DepthFormat::kA8Z16) {
     LinkLines lines;
     for (int y = 0; y < image.height_pixels; ++y) {
         lines.emplace_back();
@@ -73,22 +75,52 @@ inline LinkLines image_lines(const PixelImage& image, FrameKind kind) {
             const Pixel pixel = image.at(x, y);
             const std::uint32_t colour =
                 (std::uint32_t{pixel.r()} << 16) | (std::uint32_t{pixel.g()} << 8) | pixel.b();
-            const std::uint32_t depth = (std::uint32_t{pixel.a()} << 16) | (pixel.z() & 0xFFFFU);
+            const std::uint32_t depth = format == DepthFormat::kZ24
+                                            ? pixel.z()
+                                            : (std::uint32_t{pixel.a()} << 16) | (pixel.z() & 0xFFFFU);
             lines.back().push_back(kind == FrameKind::kColour ? colour : depth);
         }
     }
     return lines;
 }
 
+/// The control scanline as the host writes it: the record of docs/design.md, bit by bit.
 inline std::vector<std::uint32_t> control_line(int width, FrameKind kind, std::uint32_t number,
                                                const ViewportTable& table = {},
                                                const std::vector<std::uint8_t>& payload = {}) {
-    ControlScanline content;
-    content.kind = kind;
-    content.frame_number = number;
-    content.table = table;
-    content.payload = payload;
-    return encode_control_scanline(content, width);
+    using Bytes = std::vector<std::uint8_t>;
+    const auto put = [](Bytes& bytes, std::size_t value, int count) {
+        for (; count > 0; --count, value >>= 8) bytes.push_back(static_cast<std::uint8_t>(value));
+    };
+    Bytes record{'M', 'B', 'U', 'F', 1};
+    put(record, static_cast<std::size_t>(kind), 1);
+    put(record, table.size(), 2);
+    put(record, number, 4);
+    Bytes behind_crc;
+    for (const ViewportRow& row : table) {
+        for (const int value : {int{row.dcomp}, int{row.sx}, int{row.sy}, int{row.sdx}, int{row.sdy},
+                                int{row.dx}, int{row.dy}, int{row.dmultiple}}) {
+            put(behind_crc, static_cast<std::uint16_t>(value), 2);
+        }
+    }
+    put(behind_crc, payload.size(), 2);
+    behind_crc.insert(behind_crc.end(), payload.begin(), payload.end());
+
+    std::uint32_t crc = 0xFFFF'FFFFU;
+    for (const Bytes* const bytes : {&record, &behind_crc}) {
+        for (const std::uint8_t byte : *bytes) {
+            crc ^= byte;
+            for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ ((crc & 1U) != 0 ? 0xEDB8'8320U : 0U);
+        }
+    }
+    put(record, ~crc, 4);
+    record.insert(record.end(), behind_crc.begin(), behind_crc.end());
+
+    std::vector<std::uint32_t> pixels(static_cast<std::size_t>(width));
+    for (std::size_t i = 0; i < record.size(); ++i) {
+        pixels.at(i / 3) |= std::uint32_t{record[i]} << (16 - 8 * (i % 3));
+    }
+    return pixels;
 }
 
 /// A renderer's frame: control scanline and image.
