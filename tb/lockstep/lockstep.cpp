@@ -97,8 +97,8 @@ void LockstepBench::rising_edge() {
             if (!pin->sample() && wrong == nullptr) wrong = pin.get();
         }
         // What stands before the first edge in reset has no meaning.
-        if (wrong != nullptr && clock_ > kFirstClock && failure_.empty())
-            block->fail(wrong->name() + " is wrong");
+        const bool judged = clock_ > kFirstClock || !block->has_reset();
+        if (wrong != nullptr && judged) block->fail(wrong->name() + " is wrong");
         if (in_reset()) {
             block->reset();
         } else {

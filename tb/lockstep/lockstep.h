@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <systemc>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -128,9 +129,19 @@ class LockstepBlock {
     friend class LockstepBench;
     virtual void trace(TraceSwitch& trace) const = 0;
     virtual const char* block_name() const = 0;
+    virtual bool has_reset() const = 0;
     /// What is wrong, and the last edges at every pin, one line each.
     std::string picture(const std::string& what) const;
 };
+
+template <typename Dut, typename = void>
+constexpr bool kHasClock = false;
+template <typename Dut>
+constexpr bool kHasClock<Dut, std::void_t<decltype(&Dut::clk_i)>> = true;
+template <typename Dut, typename = void>
+constexpr bool kHasReset = false;
+template <typename Dut>
+constexpr bool kHasReset<Dut, std::void_t<decltype(&Dut::reset_i)>> = true;
 
 /// A block that is in lockstep with its reference, twice: once with clock gating, once without. Both get the same inputs.
 /// A test derives a class from it that has the reference's registers, and as members the pins that it uses:
@@ -141,7 +152,8 @@ class LockstepBlock {
 ///         Output<bool>& start_ = out(&rtl::PipelineHandshake::start_o);
 ///     };
 ///
-/// Every pin must be among them but clk_i and reset_i, or be bound by the factory.
+/// Every pin must be among them but clk_i and reset_i, or be bound by the factory. The outputs of a block without a reset
+/// are judged from the first edge on, which samples inputs that are low or empty.
 template <typename Dut>
 class Lockstep : public LockstepBlock {
   public:
@@ -153,8 +165,8 @@ class Lockstep : public LockstepBlock {
         duts_.push_back(factory(name.c_str(), rtl::ClockGating::kOn));
         duts_.push_back(factory((name + "_ungated").c_str(), rtl::ClockGating::kOff));
         for (const auto& dut : duts_) {
-            dut->clk_i(bench.clk);
-            dut->reset_i(bench.reset);
+            if constexpr (kHasClock<Dut>) dut->clk_i(bench.clk);
+            if constexpr (kHasReset<Dut>) dut->reset_i(bench.reset);
         }
     }
 
@@ -192,6 +204,7 @@ class Lockstep : public LockstepBlock {
   private:
     void trace(TraceSwitch& trace) const override { trace.add(dut()); }
     const char* block_name() const override { return name_.c_str(); }
+    bool has_reset() const override { return kHasReset<Dut>; }
 
     template <typename Pin, typename Port>
     Pin& add_pin(const Port& port) {
