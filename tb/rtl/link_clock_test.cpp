@@ -82,9 +82,8 @@ TEST_CASE("link clock: edge n is at n periods divided by 1 + ppm / 10^6 and noth
     check_edges(crystal, 9'999, -50);
 }
 
-TEST_CASE(
-    "link clock: a new deviation begins at the edge that reads it, and carries nothing over from the last "
-    "one") {
+/// What a deviation leaves over in rounding is not carried into the next one.
+TEST_CASE("link clock: timing: a change of its millionths to the first period of another length") {
     constexpr std::int64_t kPeriod = 9'999;
     ClockBench bench("bench", kPeriod, 101);
     std::vector<std::size_t> begins{0};  // the edges that read a deviation
