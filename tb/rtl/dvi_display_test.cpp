@@ -1,11 +1,17 @@
 #include "rtl/dvi_display.h"
 
 #include <catch2/catch.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
-#include "clocked_testbench.h"
 #include "dvi_waveform.h"
 #include "expected_report.h"
+#include "lockstep/lockstep.h"
 
 namespace metabuffer::test::dvi_display_test {
 namespace {
@@ -13,191 +19,183 @@ namespace {
 using rtl::DviDisplay;
 using rtl::DviLink;
 
-constexpr int kWidth = 9;
-constexpr int kHeight = 4;
-constexpr int kFrame = frame_clocks(kWidth, kHeight);
-constexpr int kVsync = vsync_in_frame(kWidth, kHeight);
-
-struct Capture {
-    int clock = 0;
-    ColourImage image;
+/// What each display has captured at the last edge.
+struct Captures {
+    std::deque<std::vector<ColourImage>> of_display;
 };
 
-/// A monitor whose link plays a waveform from clock 0 on.
-struct DisplayBench {
-    ClockedTestbench bench;
-    sc_core::sc_signal<DviLink> link;
-    DviDisplay display;
-    Waveform wave;
-    std::vector<Capture> captures;
+/// A display, gated and not, that is shown a waveform, or pictures whole and broken. Nothing of it is a pin: half a clock
+/// after each edge what it has captured and reported at the edge is compared.
+class Display final : private Captures, public Lockstep<DviDisplay> {
+  public:
+    explicit Display(LockstepBench& bench, const Waveform& wave = {})
+        : Lockstep(bench, "dvi_display",
+                   [this](const char* dut, rtl::ClockGating gating) {
+                       auto display = std::make_unique<DviDisplay>(dut, gating);
+                       std::vector<ColourImage>& images = of_display.emplace_back();
+                       display->on_frame([&images](const ColourImage& image) { images.push_back(image); });
+                       return display;
+                   }),
+          script_(wave.begin(), wave.end()),
+          made_up_(wave.empty()) {}
 
-    DisplayBench() : display("dvi_display") {
-        display.clk_i(bench.core.clk);
-        display.reset_i(bench.reset);
-        display.link_i(link);
-        bench.trace(display);
-        // The edge under way is the one after the last that the driver has recorded.
-        display.on_frame([this](const ColourImage& image) {
-            captures.push_back({bench.core.clock() + 1, image});
-        });
-        bench.core.each_clock([this](int clock) {
-            const auto index = static_cast<std::size_t>(clock);
-            link.write(index < wave.size() ? wave[index] : DviLink{});
-        });
+    void stimulate() override {
+        compare();
+        if (bench_.pausing() && !link_->de) return;
+        if (script_.empty() && made_up_) add_picture();
+        if (script_.empty()) return;
+        link_ = script_.front();
+        script_.pop_front();
     }
-    int add(const LinkLines& lines) {
-        const auto start = static_cast<int>(wave.size());
-        append_frame(wave, kWidth, lines);
-        return start;
+    void expect() override {}
+    void edge() override {
+        if (following_ && link_->de) line_.push_back(link_->data);
+        if (following_ && was_.de && !link_->de) lines_.push_back(std::exchange(line_, {}));
+        if (link_->vsync && !was_.vsync) {
+            if (!lines_.empty()) judge_picture();
+            following_ = true;
+            lines_.clear();
+            line_.clear();
+        }
+        was_ = link_;
     }
-    void run() { bench.run_through(static_cast<int>(wave.size()) + 2); }
-};
+    void reset() override {
+        following_ = false;
+        was_ = {};
+        lines_.clear();
+        line_.clear();
+    }
+    void check() {
+        compare();
+        CHECK(wrong_clock_ == std::nullopt);
+        CHECK(frames_captured() == static_cast<std::int64_t>(capture_clocks.size()));
+    }
 
-LinkLines picture(std::uint32_t seed) {
-    LinkLines lines(kHeight, std::vector<std::uint32_t>(kWidth));
-    for (auto& line : lines) {
-        for (std::uint32_t& pixel : line) {
-            seed = seed * 1664525U + 1013904223U;
-            pixel = seed >> 8;
+    std::int64_t frames_captured() const { return dut().frames_captured(); }
+
+    std::vector<int> capture_clocks, report_clocks;
+
+  private:
+    // ---- the stimulus ----
+
+    void push(DviLink link, int clocks = 1) {
+        for (; clocks > 0; --clocks) {
+            link.vsync = vsync_left_-- > 0;
+            script_.push_back(link);
         }
     }
-    return lines;
+    void add_picture() {
+        Random& random = bench_.random;
+        const int width = random.between(1, 40);
+        const int height = random.between(random.one_in(8) ? 0 : 1, 5);
+        const int ragged = random.one_in(6) ? random.between(0, 4) : -1;
+        // Some lines have one colour, in which a display sleeps.
+        for (int y = 0; y < height; ++y) {
+            push({random.one_in(3) ? 0xABU : 0U, false, random.one_in(2), false}, random.between(1, 12));
+            const bool flat = random.one_in(2);
+            DviLink link{0x112233, true, false, false};
+            for (int x = y == ragged ? -1 : 0; x < width; ++x) {
+                if (!flat) link.data = static_cast<std::uint32_t>(random.bits() & 0xFF'FFFFU);
+                push(link);
+            }
+        }
+        if (vsync_left_ > 0) push({}, vsync_left_ + 1);
+        if (random.one_in(2)) push({}, random.between(1, 30));
+        const int broken_off = random.one_in(8) ? random.between(1, 4) : 0;  // pixels of a line before VSYNC
+        for (int x = 0; x < broken_off; ++x) push({7, true, false, false});
+        if (!random.one_in(12)) vsync_left_ = random.one_in(6) ? 60 : random.between(1, 15);
+        if (broken_off > 0) push({7, true, false, false}, 3);
+        push({});
+    }
+
+    // ---- the reference ----
+
+    void judge_picture() {
+        bool equal = line_.empty();  // else its last line is broken off
+        for (const auto& line : lines_) equal = equal && line.size() == lines_.front().size();
+        if (!equal) {
+            report_clocks.push_back(bench_.clock());
+            return;
+        }
+        capture_clocks.push_back(bench_.clock());
+        ColourImage image;
+        image.width_pixels = static_cast<int>(lines_.front().size());
+        image.height_pixels = static_cast<int>(lines_.size());
+        for (const auto& line : lines_) image.values.insert(image.values.end(), line.begin(), line.end());
+        due_ = image;
+    }
+    void compare() {
+        bool right = report_.count() == static_cast<int>(of_display.size() * report_clocks.size());
+        for (auto& images : of_display) {
+            right = right && images.size() == (due_ ? 1U : 0U);
+            if (due_ && right) {
+                right = images[0].width_pixels == due_->width_pixels &&
+                        images[0].height_pixels == due_->height_pixels && images[0].values == due_->values;
+            }
+            images.clear();
+        }
+        due_.reset();
+        if (!right && !wrong_clock_) wrong_clock_ = bench_.clock();
+    }
+
+    ExpectedReport report_{"/metabuffer/dvi_display/geometry"};
+    Input<DviLink>& link_ = in(&DviDisplay::link_i);
+    // The link.
+    std::deque<DviLink> script_;
+    bool made_up_;
+    int vsync_left_ = 0;  ///< clocks
+    // The picture under way.
+    bool following_ = false;  ///< its beginning has been seen
+    DviLink was_;
+    std::vector<std::uint32_t> line_;
+    LinkLines lines_;
+    std::optional<ColourImage> due_;  ///< at the last edge
+    std::optional<int> wrong_clock_;
+};
+
+TEST_CASE("dvi display: in lockstep with its reference") {
+    LockstepBench bench(3309);
+    Display display(bench);
+    bench.run(60'000);
+    display.check();
+    CHECK(display.capture_clocks.size() > 150);
+    CHECK(display.report_clocks.size() > 50);
 }
 
-std::vector<std::uint32_t> flat(const LinkLines& lines) {
-    std::vector<std::uint32_t> values;
-    for (const auto& line : lines) values.insert(values.end(), line.begin(), line.end());
-    return values;
-}
+/// A vertical sync, two lines of 3 and of 2 or 3 pixels, a vertical sync.
+struct TwoLines {
+    LockstepBench bench;
+    Waveform wave;
+    int vsync = 0;  ///< clock at which it rises
 
-TEST_CASE("dvi display: captures the picture it is shown at the edge that sees VSYNC rise after it") {
-    DisplayBench dut;
-    append_blank_lines(dut.wave, kWidth, 1, true);
-    const int first = dut.add(picture(1));
-    const int second = dut.add(picture(2));
-    dut.run();
-    REQUIRE(dut.captures.size() == 2);
-    CHECK(dut.captures[0].clock == first + kVsync);
-    CHECK(dut.captures[1].clock == second + kVsync);
-    CHECK(dut.captures[0].image.width_pixels == kWidth);
-    CHECK(dut.captures[0].image.height_pixels == kHeight);
-    CHECK(dut.captures[0].image.values == flat(picture(1)));
-    CHECK(dut.captures[1].image.values == flat(picture(2)));
-    CHECK(dut.display.frames_captured() == 2);
-}
+    explicit TwoLines(std::size_t second) {
+        append_line(wave, 0, {}, true);
+        for (const std::size_t pixels : {std::size_t{3}, second}) {
+            append_line(wave, 0, std::vector<std::uint32_t>(pixels, 7), false);
+        }
+        vsync = static_cast<int>(wave.size()) - 1;  // clock -1 shows the first one
+        append_line(wave, 0, {}, true);
+    }
+};
 
-TEST_CASE("dvi display: a picture whose beginning it has not seen is not captured") {
-    DisplayBench dut;
-    dut.add(picture(1));
-    dut.add(picture(2));
-    dut.run();
-    REQUIRE(dut.captures.size() == 1);
-    CHECK(dut.captures[0].clock == kFrame + kVsync);
-    CHECK(dut.captures[0].image.values == flat(picture(2)));
-}
-
-TEST_CASE("dvi display: measures the geometry it is shown, which may change from frame to frame") {
-    DisplayBench dut;
-    append_blank_lines(dut.wave, kWidth, 1, true);
-    LinkLines narrow = picture(3);
-    for (auto& line : narrow) line.resize(5);
-    LinkLines low = picture(4);
-    low.resize(2);
-    dut.add(narrow);
-    dut.add(low);
-    dut.run();
-    REQUIRE(dut.captures.size() == 2);
-    CHECK(dut.captures[0].image.width_pixels == 5);
-    CHECK(dut.captures[0].image.height_pixels == kHeight);
-    CHECK(dut.captures[0].image.values == flat(narrow));
-    CHECK(dut.captures[1].image.width_pixels == kWidth);
-    CHECK(dut.captures[1].image.height_pixels == 2);
-    CHECK(dut.captures[1].image.values == flat(low));
-}
-
-TEST_CASE("dvi display: a VSYNC without lines before it is not a frame") {
-    DisplayBench dut;
-    append_blank_lines(dut.wave, kWidth, 1, true);
-    append_blank_lines(dut.wave, kWidth, 3, false);
-    append_blank_lines(dut.wave, kWidth, 1, true);
-    dut.add(picture(1));
-    dut.run();
-    CHECK(dut.captures.size() == 1);
-}
-
-TEST_CASE("dvi display: a frame of unequal lines causes a warning and is not captured, the next one is") {
-    DisplayBench dut;
-    ExpectedReport report("/metabuffer/dvi_display/geometry");
-    append_blank_lines(dut.wave, kWidth, 1, true);
-    LinkLines ragged = picture(5);
-    ragged[2].pop_back();
-    const int bad = dut.add(ragged);
-    const int good = dut.add(picture(6));
-    dut.bench.run_through(bad + kVsync - 1);
-    CHECK(report.count() == 0);
-    dut.bench.run_through(bad + kVsync);
-    CHECK(report.count() == 1);
-    dut.run();
-    CHECK(report.count() == 1);
-    REQUIRE(dut.captures.size() == 1);
-    CHECK(dut.captures[0].clock == good + kVsync);
-    CHECK(dut.captures[0].image.values == flat(picture(6)));
-    CHECK(dut.display.frames_captured() == 1);
+TEST_CASE("dvi display: timing: VSYNC high after a frame read to its capture") {
+    TwoLines link(3);
+    const Display display(link.bench, link.wave);
+    link.bench.run(link.vsync);
+    CHECK(display.frames_captured() == 0);
+    link.bench.run(link.vsync + 1);
+    CHECK(display.frames_captured() == 1);
 }
 
 TEST_CASE(
-    "dvi display: a line that VSYNC breaks off spoils its picture, and its rest belongs to the next one") {
-    DisplayBench dut;
-    ExpectedReport report("/metabuffer/dvi_display/geometry");
-    append_blank_lines(dut.wave, kWidth, 1, true);
-    const int first = dut.add(picture(7));
-    dut.wave.resize(static_cast<std::size_t>(first + kVsync));  // up to its vertical sync
-    constexpr int kShort = 5;
-    for (int x = 0; x < kShort; ++x) {
-        DviLink link;
-        link.de = true;
-        link.vsync = x > 1;  // the pixel that sees it rise still belongs to the line that it ends
-        link.data = static_cast<std::uint32_t>(x);
-        dut.wave.push_back(link);
-    }
-    append_blank_lines(dut.wave, kWidth, 1, false);
-    LinkLines narrow = picture(8);
-    for (auto& line : narrow) line.resize(kShort - 3);
-    dut.add(narrow);
-    dut.run();
-    CHECK(report.count() == 1);
-    REQUIRE(dut.captures.size() == 1);
-    CHECK(dut.captures[0].image.width_pixels == kShort - 3);
-    CHECK(dut.captures[0].image.height_pixels == 1 + kHeight);
-    std::vector<std::uint32_t> wanted{3, 4};
-    for (const std::uint32_t value : flat(narrow)) wanted.push_back(value);
-    CHECK(dut.captures[0].image.values == wanted);
-}
-
-TEST_CASE("dvi display: a reset in the middle of a picture drops it") {
-    DisplayBench dut;
-    append_blank_lines(dut.wave, kWidth, 1, true);
-    const int first = dut.add(picture(1));
-    dut.add(picture(2));
-    dut.bench.core.pulse(dut.bench.reset, first + clock_in_frame(kWidth, 3, 1));
-    dut.run();
-    REQUIRE(dut.captures.size() == 1);
-    CHECK(dut.captures[0].image.values == flat(picture(2)));
-}
-
-TEST_CASE("dvi display: a reset wakes a display that sleeps, and drops its picture") {
-    DisplayBench dut;
-    append_blank_lines(dut.wave, kWidth, 1, true);
-    const int first = dut.add(picture(1));
-    dut.wave.resize(static_cast<std::size_t>(first + kVsync));
-    constexpr int kStill = 40;
-    dut.wave.resize(dut.wave.size() + kStill);
-    append_blank_lines(dut.wave, kWidth, 1, true);
-    dut.add(picture(2));
-    dut.bench.core.pulse(dut.bench.reset, first + kVsync + kStill - 5);
-    dut.run();
-    REQUIRE(dut.captures.size() == 1);
-    CHECK(dut.captures[0].image.values == flat(picture(2)));
+    "dvi display: a frame of unequal lines causes a warning at the edge that reads VSYNC high after it") {
+    TwoLines link(2);
+    const ExpectedReport report("/metabuffer/dvi_display/geometry");
+    const Display display(link.bench, link.wave);
+    link.bench.run(link.vsync);
+    CHECK(report.count() == 0);
+    link.bench.run(link.vsync + 1);
+    CHECK(report.count() == 2);  // one of each display
 }
 
 }  // namespace
