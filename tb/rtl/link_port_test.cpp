@@ -1,16 +1,20 @@
 #include "rtl/link_port.h"
 
 #include <catch2/catch.hpp>
+#include <cstdint>
+#include <deque>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
-#include "clocked_testbench.h"
-#include "scenario/derived_timing.h"
+#include "dvi_waveform.h"
+#include "lockstep/lockstep.h"
 #include "support/images.h"
 #include "support/scenarios.h"
 
-// BankKeeper's unit tests check which pair is answered when. The input framebuffer's tests check what the core sees of
-// it at its pins. These tests check the port's own pins, at the link's clock.
+// BankKeeper's unit tests check which pair is answered when, in every order of events. The input framebuffer's tests
+// check what the core sees of it at its pins. These tests check the port's own pins, at the link's clock.
 namespace metabuffer::test::link_port_test {
 namespace {
 
@@ -19,204 +23,238 @@ using rtl::DecoderEvent;
 using rtl::LinkPort;
 using rtl::MemoryWrite;
 
-struct LinkBench {
-    Scenario scenario;
-    ClockDomain& link;
-    sc_core::sc_signal<DecodedPixel> pixel;
-    sc_core::sc_signal<DecoderEvent> event;
-    sc_core::sc_signal<bool> request;
-    sc_core::sc_signal<bool> pair_request;
-    sc_core::sc_signal<bool> answer;
-    sc_core::sc_signal<bool> fresh;
-    sc_core::sc_signal<bool> front;
-    sc_core::sc_signal<MemoryWrite> write;
-    std::vector<std::uint32_t> accepted;
-    int dropped = 0;
-    LinkPort dut;
-    const Recording<bool>& pair_requests;
-    const Recording<bool>& answers;
-    const Recording<bool>& freshes;
-    const Recording<bool>& fronts;
-    const Recording<MemoryWrite>& writes;
+constexpr int kPairClocks = 2 * frame_clocks(1, 2);
+constexpr int kTimeoutClocks = 2 * kPairClocks + kSyncLines * line_clocks(1);
 
-    explicit LinkBench(ClockedTestbench& bench, DepthFormat format = DepthFormat::kA8Z16)
-        : scenario(make(format)),
-          link(bench.core),
-          dut("link_port", scenario, scenario.renderers[0],
-              {[this](std::uint32_t pair) { accepted.push_back(pair); },
-               [this](int pairs) { dropped += pairs; }}),
-          pair_requests(link.record(pair_request)),
-          answers(link.record(answer)),
-          freshes(link.record(fresh)),
-          fronts(link.record(front)),
-          writes(link.record(write)) {
-        dut.clk_i(link.clk);
-        dut.reset_i(bench.reset);
-        dut.pixel_i(pixel);
-        dut.event_i(event);
-        dut.request_i(request);
-        dut.pair_request_o(pair_request);
-        dut.answer_o(answer);
-        dut.fresh_o(fresh);
-        dut.front_o(front);
-        dut.write_o(write);
-        bench.trace(dut);
-    }
-    static Scenario make(DepthFormat format) {
-        Scenario scenario = small_scenario(64, 64, 1);
-        scenario.depth_format = format;
-        scenario.renderers.push_back(renderer_of({PixelImage(16, 4)}));
-        return scenario;
-    }
-    void put_pixel(int clock, FrameKind kind, std::uint32_t address, std::uint32_t data) {
-        link.drive(pixel, clock, DecodedPixel{true, kind, address, data});
-        link.drive(pixel, clock + 1, DecodedPixel{});
-    }
-    void tell(int clock, const DecoderEvent& what) {
-        link.drive(event, clock, what);
-        link.drive(event, clock + 1, DecoderEvent{});
-    }
-    void colour_start(int clock, std::uint32_t number) {
-        DecoderEvent what;
-        what.colour_start = true;
-        what.number = number;
-        tell(clock, what);
-    }
-    void pair_good(int clock, std::uint32_t number) {
-        DecoderEvent what;
-        what.pair_good = true;
-        what.number = number;
-        tell(clock, what);
-    }
+Scenario port_scenario(Pacing pacing, DepthFormat format) {
+    Scenario scenario = with_renderer(small_scenario(64, 64), renderer_of({PixelImage(1, 1)}));
+    scenario.pacing = pacing;
+    scenario.depth_format = format;
+    scenario.link_timeout_pairs = 2;
+    return scenario;
+}
+
+/// What each port has recorded, with clock gating and without.
+struct Records {
+    std::deque<std::vector<std::uint32_t>> accepted;
+    std::deque<int> dropped;
 };
 
-TEST_CASE("link port: a pixel is written to the back device a clock later, its half of the word alone") {
-    ClockedTestbench bench;
-    LinkBench dut(bench);
-    dut.put_pixel(3, FrameKind::kColour, 7, 0x112233U);
-    dut.put_pixel(5, FrameKind::kDepth, 9, 0x44BEEFU);
-    bench.run_through(8);
-    CHECK_FALSE(dut.writes.at(2).enable);
-    CHECK(dut.writes.at(3) == MemoryWrite{true, 1, 7, 0x112233U, 0x07});
-    CHECK_FALSE(dut.writes.at(4).enable);
-    CHECK(dut.writes.at(5) == MemoryWrite{true, 1, 9, 0x0000'BEEF'4400'0000U, 0xF8});
-    CHECK_FALSE(dut.writes.at(6).enable);
-    CHECK(dut.dut.link_pixels() == 2);
-}
+/// A port between a decoder, which tells of pairs good and lost, and a bus side, which asks again when it is answered.
+class Port final : private Records, public Lockstep<LinkPort> {
+  public:
+    Port(LockstepBench& bench, const char* name, const Scenario& scenario)
+        : Lockstep(bench, name,
+                   [this, &scenario](const char* dut, rtl::ClockGating gating) {
+                       std::vector<std::uint32_t>& pairs = accepted.emplace_back();
+                       int& count = dropped.emplace_back(0);
+                       return std::make_unique<LinkPort>(
+                           dut, scenario, scenario.renderers.front(),
+                           LinkPort::Records{[&pairs](std::uint32_t pair) { pairs.push_back(pair); },
+                                             [&count](int more) { count += more; }},
+                           gating);
+                   }),
+          scenario_(scenario) {}
 
-TEST_CASE("link port: z24 has 24 bits of Z in the depth half, and alpha 255") {
-    ClockedTestbench bench;
-    LinkBench dut(bench, DepthFormat::kZ24);
-    dut.put_pixel(3, FrameKind::kDepth, 0, 0xABCDEFU);
-    bench.run_through(5);
-    CHECK(dut.writes.at(3).data == 0x00AB'CDEF'FF00'0000U);
-}
-
-TEST_CASE("link port: a question is answered three edges later with a new pair, and the devices swap") {
-    ClockedTestbench bench;
-    LinkBench dut(bench);
-    dut.colour_start(2, 0);
-    dut.pair_good(10, 0);
-    dut.link.drive(dut.request, 20, true);
-    dut.put_pixel(25, FrameKind::kColour, 0, 1);  // of the next pair: into what was the front device
-    bench.run_through(30);
-    CHECK(dut.accepted == std::vector<std::uint32_t>{0});
-    CHECK(dut.pair_requests.falls() == std::vector<int>{10});
-    // Edge 20 captures it, edge 21 sees it.
-    CHECK(dut.answers.rises() == std::vector<int>{21});
-    CHECK(dut.fronts.rises() == std::vector<int>{21});
-    CHECK(dut.freshes.rises() == std::vector<int>{21});
-    CHECK(dut.pair_requests.rises().back() == 21);
-    CHECK(dut.writes.at(25).device == 0);
-    CHECK(dut.dut.front_source().pair == 0);
-}
-
-TEST_CASE(
-    "link port: the wires beside an answer stand still until the next answer, which toggles the answer wire "
-    "again") {
-    ClockedTestbench bench;
-    LinkBench dut(bench);
-    dut.colour_start(2, 0);
-    dut.pair_good(10, 0);
-    dut.link.drive(dut.request, 20, true);
-    dut.link.drive(dut.request, 40, false);  // pair 1 is lost: the front pair again
-    DecoderEvent lost;
-    lost.pair_lost = true;
-    lost.lost_number = 1;
-    dut.tell(60, lost);
-    bench.run_through(70);
-    CHECK(dut.answers.rises() == std::vector<int>{21});
-    CHECK(dut.answers.falls() == std::vector<int>{60});
-    CHECK(dut.freshes.falls() == std::vector<int>{60});
-    CHECK(dut.fronts.falls().empty());
-}
-
-TEST_CASE("link port: a reset leaves what power-up leaves, whatever was under way") {
-    // The same pair and question, after power-up in the first round and after a reset in each other.
-    ClockedTestbench bench;
-    LinkBench dut(bench);
-    constexpr int kPeriod = 60;
-    constexpr int kRounds = 12;
-    for (int round = 0; round < kRounds; ++round) {
-        const int start = round * kPeriod;
-        dut.colour_start(start + 12, 0);
-        dut.put_pixel(start + 13, FrameKind::kColour, 3, 0x55);
-        dut.pair_good(start + 20, 0);
-        dut.link.drive(dut.request, start + 26, true);
-        dut.put_pixel(start + 36, FrameKind::kColour, 4, 0x66);
-        dut.put_pixel(start + 37, FrameKind::kColour, 5, 0x77);
-        // At another moment each time, before the next round. The bus side is reset as well.
-        bench.core.pulse(bench.reset, start + 32 + 2 * round);
-        dut.link.drive(dut.request, start + 32 + 2 * round, false);
-    }
-    bench.run_through(kRounds * kPeriod);
-    CHECK(dut.accepted.size() == kRounds);
-    for (int round = 0; round < kRounds; ++round) {
-        INFO("reset in round " << round);
-        const int reset = round * kPeriod + 32 + 2 * round;
-        CHECK_FALSE(dut.pair_requests.at(reset));
-        CHECK_FALSE(dut.answers.at(reset));
-        CHECK_FALSE(dut.freshes.at(reset));
-        CHECK_FALSE(dut.fronts.at(reset));
-        CHECK(dut.writes.at(reset) == MemoryWrite{});
-    }
-    for (int round = 1; round < kRounds; ++round) {
-        INFO("round " << round);
-        for (int clock = 8; clock < 32; ++clock) {
-            INFO("clock " << clock);
-            const int now = round * kPeriod + clock;
-            CHECK(dut.pair_requests.at(now) == dut.pair_requests.at(clock));
-            CHECK(dut.answers.at(now) == dut.answers.at(clock));
-            CHECK(dut.freshes.at(now) == dut.freshes.at(clock));
-            CHECK(dut.fronts.at(now) == dut.fronts.at(clock));
-            CHECK(dut.writes.at(now) == dut.writes.at(clock));
+    void stimulate() override {
+        const FrameSource& source = dut().front_source();
+        // A pixel that wakes the port comes half a clock behind an edge here.
+        const bool right =
+            source.pair == source_.pair && source.last_pixel_picoseconds / kPeriodPicoseconds ==
+                                               source_.last_pixel_picoseconds / kPeriodPicoseconds;
+        wrong_records_ += right ? 0 : 1;
+        Random& random = bench_.random;
+        if (random.one_in(6000)) silent_clocks_ = random.between(1, 3 * kTimeoutClocks);
+        const bool silent = --silent_clocks_ > 0 || bench_.pausing();
+        if (!silent && random.one_in(3)) {
+            pixel_ = {random.one_in(2), random.one_in(2) ? FrameKind::kColour : FrameKind::kDepth,
+                      static_cast<std::uint32_t>(random.between(0, 15)),
+                      static_cast<std::uint32_t>(random.bits() & 0xFF'FFFFU)};
+        } else if (pixel_->valid && (silent || random.one_in(3))) {
+            pixel_ = DecodedPixel{};
+        }
+        event_ = !silent && random.one_in(40) ? next_event() : DecoderEvent{};
+        if (bench_.in_reset()) {
+            request_ = false;
+        } else if (!asked_ && !request_on_its_way() && random.one_in(silent ? 15 : 30)) {
+            request_ = !request_;
         }
     }
-}
+    void expect() override {
+        pair_request_ = pair_request_due_;
+        answer_ = answer_due_;
+        fresh_ = fresh_due_;
+        front_ = front_due_;
+        write_ = write_due_;
+    }
+    void edge() override {
+        const int now = bench_.clock();
+        write_due_ = pixel_->valid ? written() : MemoryWrite{};
+        if (pixel_->valid) {
+            ++pixels_;
+            // It was on the link at the edge before.
+            last_pixel_picoseconds_ = (now + 1) * kPeriodPicoseconds;
+        }
+        take_event(now);
+        // A question is seen behind two registers.
+        if (stable_ != captured_) asked_ = true;
+        stable_ = captured_;
+        captured_ = request_;
+        if (asked_) {
+            if (const std::optional<bool> fresh = answer(now)) give(*fresh, now);
+        }
+        pair_request_due_ = back_ != Back::kWhole;
+    }
+    void reset() override {
+        captured_ = stable_ = asked_ = false;
+        pair_request_due_ = answer_due_ = fresh_due_ = front_due_ = front_valid_ = overwritten_ = false;
+        write_due_ = {};
+        back_ = Back::kFree;
+        lost_.reset();
+        wanted_ = told_ = 0;
+        waits_since_ = bench_.clock();
+        source_ = {};
+    }
+    void check_records() const {
+        CHECK(wrong_records_ == 0);
+        for (const auto& pairs : accepted) CHECK(pairs == accepted_due_);
+        for (const int count : dropped) CHECK(count == dropped_due_);
+        CHECK(dut().link_pixels() == pixels_);
+    }
 
-TEST_CASE("link port: after a reset the wait for a pair is counted from the reset on") {
-    ClockedTestbench bench;
-    LinkBench dut(bench);
-    const auto timeout = static_cast<int>(link_timeout_clocks(dut.scenario, dut.scenario.renderers[0]));
-    const int reset = 2 * timeout;
-    bench.core.pulse(bench.reset, reset);
-    dut.link.drive(dut.request, reset + 5, true);
-    bench.run_through(reset + timeout + 4);
-    CHECK_FALSE(dut.answers.at(reset + timeout - 1));
-    CHECK(dut.answers.at(reset + timeout));
-}
+  private:
+    static constexpr std::int64_t kPeriodPicoseconds = 10'000;
+    enum class Back : std::uint8_t { kFree, kFilling, kWhole };
 
-TEST_CASE("link port: after a reset the front device holds no pair") {
-    ClockedTestbench bench;
-    LinkBench dut(bench);
-    dut.colour_start(2, 0);
-    dut.pair_good(10, 0);
-    dut.link.drive(dut.request, 20, true);
-    bench.run_through(24);
-    REQUIRE(dut.dut.front_source().pair == 0);
-    bench.core.pulse(bench.reset, 26);
-    bench.run_through(30);
-    CHECK(dut.dut.front_source().pair == FrameSource{}.pair);
+    // ---- the stimulus ----
+
+    bool request_on_its_way() const { return captured_ != request_ || stable_ != captured_; }
+    DecoderEvent next_event() {
+        Random& random = bench_.random;
+        DecoderEvent event;
+        if (filling() && !random.one_in(4)) {
+            event.pair_good = random.one_in(2);
+            event.rejected = !event.pair_good;
+        } else {
+            // The wanted pair, most of the time, and others near to it.
+            told_ = wanted_ + static_cast<std::uint32_t>(random.one_in(3) ? random.between(-1, 2) : 0);
+            event.colour_start = !random.one_in(6);
+            event.rejected = random.one_in(6);
+            event.pair_lost = !event.colour_start;
+        }
+        event.pair_lost = event.pair_lost || (event.rejected && random.one_in(2));
+        event.number = event.lost_number = told_;
+        return event;
+    }
+    bool filling() const { return back_ == Back::kFilling; }
+
+    // ---- the reference ----
+
+    MemoryWrite written() const {
+        MemoryWrite write{true, static_cast<std::uint8_t>(front_due_ ? 0 : 1), pixel_->address, pixel_->data,
+                          0x07};
+        if (pixel_->kind == FrameKind::kColour) return write;
+        const std::uint64_t link = pixel_->data;
+        const bool z24 = scenario_.depth_format == DepthFormat::kZ24;
+        const std::uint64_t alpha = z24 ? 0xFF : link >> 16;
+        const std::uint64_t z = z24 ? link : link & 0xFFFF;
+        write.data = z << 32 | alpha << 24;
+        write.byte_mask = 0xF8;
+        return write;
+    }
+    void take_event(int now) {
+        if (event_->rejected && filling()) back_ = Back::kFree;
+        if (event_->pair_lost) lost_ = event_->lost_number;
+        if (event_->colour_start) {
+            if (back_ == Back::kWhole) {
+                ++dropped_due_;
+                overwritten_ = true;
+            }
+            back_ = Back::kFilling;
+            filling_since_ = now;
+        }
+        if (!event_->pair_good) return;
+        if (scenario_.pacing == Pacing::kLockstep && event_->number - wanted_ >= 0x8000'0000U) {  // too late
+            ++dropped_due_;
+            back_ = Back::kFree;
+            waits_since_ = now;
+            return;
+        }
+        back_ = Back::kWhole;
+        back_number_ = event_->number;
+        accepted_due_.push_back(back_number_);
+    }
+    /// Whether it is fresh; nothing while the bus side has to wait.
+    std::optional<bool> answer(int now) const {
+        const bool coming = filling() && now < filling_since_ + kPairClocks;
+        const bool timeout = now >= waits_since_ + kTimeoutClocks && !coming;
+        if (scenario_.pacing == Pacing::kLockstep) {
+            if (back_ == Back::kWhole) return back_number_ == wanted_;
+            return timeout || lost_ == wanted_ ? std::optional(false) : std::nullopt;
+        }
+        if (back_ == Back::kWhole) return true;
+        if (overwritten_ && coming) return std::nullopt;
+        return timeout || front_valid_ ? std::optional(false) : std::nullopt;
+    }
+    void give(bool fresh, int now) {
+        bench_.happened[fresh ? "a fresh pair" : "the front pair again"] += 1;
+        bench_.happened["an answer at the timeout"] += now == waits_since_ + kTimeoutClocks ? 1 : 0;
+        asked_ = false;
+        answer_due_ = !answer_due_;
+        fresh_due_ = fresh;
+        waits_since_ = now;
+        ++wanted_;
+        if (!fresh) return;
+        front_due_ = !front_due_;
+        front_valid_ = true;
+        overwritten_ = false;
+        back_ = Back::kFree;
+        source_.pair = static_cast<int>(back_number_);
+        source_.last_pixel_picoseconds = last_pixel_picoseconds_;
+    }
+
+    const Scenario& scenario_;
+    Input<DecodedPixel>& pixel_ = in(&LinkPort::pixel_i);
+    Input<DecoderEvent>& event_ = in(&LinkPort::event_i);
+    Input<bool>& request_ = in(&LinkPort::request_i);
+    Output<bool>& pair_request_ = out(&LinkPort::pair_request_o);
+    Output<bool>& answer_ = out(&LinkPort::answer_o);
+    Output<bool>& fresh_ = out(&LinkPort::fresh_o);
+    Output<bool>& front_ = out(&LinkPort::front_o);
+    Output<MemoryWrite>& write_ = out(&LinkPort::write_o);
+    int silent_clocks_ = 0;
+    std::uint32_t told_ = 0;  ///< the pair that the decoder speaks of
+    // The reference's registers.
+    bool captured_ = false, stable_ = false;  ///< the question on its way
+    bool asked_ = false;
+    bool pair_request_due_ = false, answer_due_ = false, fresh_due_ = false, front_due_ = false;
+    MemoryWrite write_due_;
+    Back back_ = Back::kFree;
+    std::uint32_t back_number_ = 0, wanted_ = 0;
+    std::optional<std::uint32_t> lost_;
+    bool front_valid_ = false;
+    bool overwritten_ = false;  ///< a whole pair that is newer than the front one
+    int filling_since_ = 0, waits_since_ = 0;
+    // What it records.
+    FrameSource source_;
+    std::int64_t last_pixel_picoseconds_ = 0, pixels_ = 0;
+    std::vector<std::uint32_t> accepted_due_;
+    int dropped_due_ = 0, wrong_records_ = 0;
+};
+
+TEST_CASE("link port: in lockstep with its reference") {
+    LockstepBench bench(3310);
+    const Scenario asked = port_scenario(Pacing::kLockstep, DepthFormat::kA8Z16);
+    const Scenario free = port_scenario(Pacing::kFreeRunning, DepthFormat::kZ24);
+    const Port asked_port(bench, "asked", asked);
+    const Port free_port(bench, "free", free);
+    bench.clocks_to_reset = 500;
+    bench.run(30'000);
+    bench.clocks_to_reset = 20'000;
+    bench.run(200'000,
+              {{"a fresh pair", 200}, {"the front pair again", 100}, {"an answer at the timeout", 3}});
+    asked_port.check_records();
+    free_port.check_records();
 }
 
 }  // namespace
