@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -38,8 +39,8 @@ class FaultyScenario {
         scenario.depth_format = format;
         scenario.links.layer = LinkLayer::kTmds;
         scenario.frames = 5;
-        std::vector<PixelImage> images;
-        for (int i = 0; i < 3; ++i) images.push_back(noise_image(random_, kWidth, kHeight, far_z(format)));
+        std::vector<PixelImage> images(3);
+        for (PixelImage& image : images) image = noise_image(random_, kWidth, kHeight, far_z(format));
         Renderer renderer = renderer_of(images);
         for (RendererFrame& frame : renderer.frames) {
             frame.table = {random_valid_row(random_, {8, 8}, 3)};
@@ -138,7 +139,7 @@ class Source final : public Lockstep<DviSource> {
             injected_ += part_.faults;
         }
         for (const Fault& fault : part_.of_characters) {
-            if (at_ == static_cast<std::size_t>(fault.at_line * line_clocks(kWidth) + fault.at_clock)) {
+            if (static_cast<int>(at_) == fault.at_line * line_clocks(kWidth) + fault.at_clock) {
                 disturb(fault);
             }
         }
@@ -232,7 +233,7 @@ class Source final : public Lockstep<DviSource> {
         const auto flip = [&lines](int byte, std::uint32_t bits) {
             lines.front().at(static_cast<std::size_t>(byte / 3)) ^= bits << (16 - 8 * (byte % 3));
         };
-        const auto height = static_cast<int>(lines.size());
+        const auto fault_lines = static_cast<std::size_t>(fault.lines);
         switch (fault.kind) {
             case FaultKind::kMagic:
                 return flip(0, 0xFF);
@@ -247,12 +248,12 @@ class Source final : public Lockstep<DviSource> {
             case FaultKind::kLongLine:
                 return lines.back().push_back(0);
             case FaultKind::kShortFrame:
-                return lines.resize(static_cast<std::size_t>(height - fault.lines));
+                return lines.resize(lines.size() - fault_lines);
             case FaultKind::kLongFrame:
-                return lines.resize(static_cast<std::size_t>(height + fault.lines),
+                return lines.resize(lines.size() + fault_lines,
                                     std::vector<std::uint32_t>(std::size_t{kWidth}));
             case FaultKind::kPixelBits:
-                lines.at(static_cast<std::size_t>(fault.y + 1)).at(static_cast<std::size_t>(fault.x)) ^=
+                lines.at(static_cast<std::size_t>(fault.y) + 1).at(static_cast<std::size_t>(fault.x)) ^=
                     fault.bits;
                 return;
             default:

@@ -5,12 +5,10 @@
 #include <deque>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "dvi_waveform.h"
 #include "lockstep/lockstep.h"
-#include "support/images.h"
 #include "support/scenarios.h"
 
 // BankKeeper's unit tests check which pair is answered when, in every order of events. The input framebuffer's tests

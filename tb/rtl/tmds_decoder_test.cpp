@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -47,10 +47,8 @@ class Wire {
     }
     TmdsCharacter word(int late_bits) const {
         unsigned word = 0;
-        for (int i = 0; i < 10; ++i) {
-            const bool bit = bits_.at(bits_.size() - 10 - static_cast<std::size_t>(late_bits - i));
-            word |= (bit ? 1U : 0U) << static_cast<unsigned>(i);
-        }
+        const std::size_t first = bits_.size() - 10 - static_cast<std::size_t>(late_bits);
+        for (unsigned i = 0; i < 10; ++i) word |= (bits_.at(first + i) ? 1U : 0U) << i;
         return static_cast<TmdsCharacter>(word);
     }
 
@@ -148,7 +146,7 @@ class Decoder final : public Lockstep<TmdsDecoder> {
         measure_skew();
         due_ = found() ? decoded() : DviLink{};
         const int earliest = *std::min_element(late_bits_.begin(), late_bits_.end()) / 10;
-        const bool right = due_.de && due_ == history_.at(static_cast<std::size_t>(5 + earliest));
+        const bool right = due_.de && due_ == history_.at(static_cast<std::size_t>(earliest) + 5);
         const bool in_step =
             late_bits_[0] / 10 == late_bits_[1] / 10 && late_bits_[1] / 10 == late_bits_[2] / 10;
         bench_.happened["a right pixel of channels out of step"] += right && !in_step ? 1 : 0;
