@@ -1,10 +1,14 @@
 #include "rtl/bus_registers.h"
 
 #include <catch2/catch.hpp>
+#include <cstddef>
+#include <deque>
+#include <memory>
+#include <string>
 #include <vector>
 
-#include "clocked_testbench.h"
-#include "rtl/wires.h"
+#include "lockstep/lockstep.h"
+#include "lockstep/waveform_case.h"
 
 namespace metabuffer::test::bus_registers_test {
 namespace {
@@ -14,99 +18,92 @@ using rtl::BusRegisters;
 
 constexpr std::size_t kComposers = 2;
 
-struct RegistersBench {
-    ClockDomain& core;
-    sc_core::sc_signal<BusBeat> bus_in, bus_out;
-    rtl::SignalBank<bool> busready_in, busready_out, tableready_in, tableready_out;
-    BusRegisters dut;
-    const Recording<BusBeat>& beats;
-    std::vector<const Recording<bool>*> busready, tableready;
-
-    RegistersBench(ClockedTestbench& bench, int stages)
-        : core(bench.core),
-          busready_in(kComposers, rtl::Wires::name_of("busready_in")),
-          busready_out(kComposers, rtl::Wires::name_of("busready_out")),
-          tableready_in(kComposers, rtl::Wires::name_of("tableready_in")),
-          tableready_out(kComposers, rtl::Wires::name_of("tableready_out")),
-          dut("bus_registers", stages, kComposers),
-          beats(core.record(bus_out)) {
-        dut.clk_i(core.clk);
-        dut.reset_i(bench.reset);
-        dut.bus_i(bus_in);
-        dut.bus_o(bus_out);
+/// Everything comes out as it went in, so many clocks later.
+class Registers final : public Lockstep<BusRegisters> {
+  public:
+    Registers(LockstepBench& bench, const std::string& name, int stages)
+        : Lockstep(bench, name,
+                   [stages](const char* dut, rtl::ClockGating) {
+                       return std::make_unique<BusRegisters>(dut, stages, kComposers);
+                   }),
+          stages_(static_cast<std::size_t>(stages)) {
         for (std::size_t i = 0; i < kComposers; ++i) {
-            dut.busready_i[i](busready_in[i]);
-            dut.busready_o[i](busready_out[i]);
-            dut.tableready_i[i](tableready_in[i]);
-            dut.tableready_o[i](tableready_out[i]);
-            busready.push_back(&core.record(busready_out[i]));
-            tableready.push_back(&core.record(tableready_out[i]));
+            add(in(&BusRegisters::busready_i, i), out(&BusRegisters::busready_o, i));
+            add(in(&BusRegisters::tableready_i, i), out(&BusRegisters::tableready_o, i));
         }
-        bench.trace(dut);
+        reset();
     }
-    /// Edge `clock` samples a beat.
-    void send(int clock, std::uint32_t first) {
+
+    void stimulate() override {
+        constexpr int kClocksToBeat = 3;
+        constexpr int kClocksToLoneBeat = 30;
+        wires_.stimulate(bench_);
         BusBeat beat;
-        beat.kind = BusBeat::Kind::kPixels;
-        beat.first = first;
-        beat.words[0] = 0xABCD'0000'0000'0000U + first;
-        core.drive(bus_in, clock, beat);
-        core.drive(bus_in, clock + 1, BusBeat{});
+        if (bench_.random.one_in(bench_.pausing() ? kClocksToLoneBeat : kClocksToBeat)) {
+            beat.kind = BusBeat::Kind::kPixels;
+            beat.words[0] = bench_.random.bits();
+        }
+        bus_in_ = beat;
     }
-    std::vector<int> beat_clocks() const {
-        return beats.clocks_where([](const BusBeat& beat) { return beat.kind != BusBeat::Kind::kNone; });
+    void expect() override {
+        bus_out_ = beats_.front();
+        for (Wire& wire : ready_) *wire.out = wire.values.front();
     }
+    void edge() override {
+        beats_.push_back(bus_in_);
+        beats_.pop_front();
+        for (Wire& wire : ready_) {
+            wire.values.push_back(*wire.in);
+            wire.values.pop_front();
+        }
+        bench_.happened["a beat"] += bus_in_->kind == BusBeat::Kind::kNone ? 0 : 1;
+    }
+    void reset() override {
+        beats_.assign(stages_, BusBeat{});
+        for (Wire& wire : ready_) wire.values.assign(stages_, false);
+    }
+
+  private:
+    struct Wire {
+        Input<bool>* in;
+        Output<bool>* out;
+        std::deque<bool> values;
+    };
+    void add(Input<bool>& from, Output<bool>& to) {
+        constexpr int kClocksToChange = 4;
+        ready_.push_back({&from, &to, {}});
+        wires_.add(from, kClocksToChange);
+    }
+
+    std::size_t stages_;
+    Input<BusBeat>& bus_in_ = in(&BusRegisters::bus_i);
+    Output<BusBeat>& bus_out_ = out(&BusRegisters::bus_o);
+    std::vector<Wire> ready_;
+    std::deque<BusBeat> beats_;
+    FreeWires wires_;
 };
 
-void check_stages(int stages) {
-    ClockedTestbench bench;
-    RegistersBench dut(bench, stages);
-    dut.send(3, 30);
-    dut.send(4, 40);
-    dut.send(40, 50);  // after a pause that the block sleeps through
-    bench.core.pulse(dut.busready_in[0], 5);
-    bench.core.pulse(dut.tableready_in[1], 60);
-    bench.run_through(70);
-    const int later = stages - 1;  // what edge n samples stands after edge n + stages - 1
-    CHECK(dut.beat_clocks() == std::vector<int>{3 + later, 4 + later, 40 + later});
-    CHECK(dut.beats.at(3 + later).first == 30);
-    CHECK(dut.beats.at(4 + later).words[0] == 0xABCD'0000'0000'0028U);
-    CHECK(dut.beats.at(40 + later).first == 50);
-    CHECK(dut.busready[0]->high() == std::vector<int>{5 + later});
-    CHECK(dut.busready[1]->high().empty());
-    CHECK(dut.tableready[0]->high().empty());
-    CHECK(dut.tableready[1]->high() == std::vector<int>{60 + later});
+TEST_CASE("bus registers: in lockstep with its reference") {
+    LockstepBench bench(3307);
+    const Registers one(bench, "one", 1);
+    const Registers four(bench, "four", 4);
+    bench.run(20'000, {{"a beat", 1000}});
 }
 
-TEST_CASE("bus registers: through one stage a beat and each ready wire pass in a clock") { check_stages(1); }
-
-TEST_CASE("bus registers: a beat and each ready wire pass through all stages, a stage a clock") {
-    check_stages(4);
-}
-
-TEST_CASE("bus registers: reset empties every stage") {
-    ClockedTestbench bench;
-    RegistersBench dut(bench, 4);
-    dut.send(3, 30);
-    bench.core.drive(dut.busready_in[0], 3, true);
-    bench.core.drive(dut.busready_in[0], 5, false);
-    bench.core.drive(bench.reset, 5, true);
-    bench.core.drive(bench.reset, 6, false);
-    bench.run_through(20);
-    CHECK(dut.beat_clocks().empty());
-    CHECK(dut.busready[0]->high().empty());
-}
-
-TEST_CASE("bus registers: a reset also empties registers that are asleep") {
-    ClockedTestbench bench;
-    RegistersBench dut(bench, 2);
-    bench.core.drive(dut.busready_in[0], 3, true);  // and stays high
-    bench.core.pulse(bench.reset, 60);
-    bench.run_through(70);
-    CHECK(dut.busready[0]->at(59));
-    CHECK_FALSE(dut.busready[0]->at(60));
-    CHECK_FALSE(dut.busready[0]->at(61));
-    CHECK(dut.busready[0]->at(62));
+TEST_CASE("bus registers: timing: a beat on its way to the composers BUSREADY TABLEREADY on their way back") {
+    LockstepBench bench;
+    WaveformCase<BusRegisters> dut(bench, "three", [](const char* name, rtl::ClockGating) {
+        return std::make_unique<BusRegisters>(name, 3, 1);
+    });
+    BusBeat beat;
+    beat.kind = BusBeat::Kind::kPixels;
+    dut.drive("..A.....", &BusRegisters::bus_i, {{'A', beat}});
+    dut.check(".....A..", &BusRegisters::bus_o, {{'A', beat}});
+    dut.drive("__-_____", &BusRegisters::busready_i, 0);
+    dut.check("_____-__", &BusRegisters::busready_o, 0);
+    dut.drive("___--___", &BusRegisters::tableready_i, 0);
+    dut.check("______--", &BusRegisters::tableready_o, 0);
+    dut.run();
 }
 
 }  // namespace

@@ -1,13 +1,20 @@
 #include "rtl/table_unit.h"
 
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "clocked_testbench.h"
 #include "datapath/arbitration/arbitration_table.h"
 #include "formats/slot_payload.h"
+#include "lockstep/lockstep.h"
 #include "support/random_seed.h"
 #include "support/rows.h"
 #include "support/traced_values.h"
@@ -19,9 +26,11 @@ using rtl::DecoderEvent;
 using rtl::FrontTable;
 using rtl::TableUnit;
 
+constexpr int kDisplays = 4;
+
 ViewportLimits limits() {
     ViewportLimits limits;
-    limits.displays = 4;
+    limits.displays = kDisplays;
     limits.image_width_pixels = 64;
     limits.image_height_pixels = 48;
     limits.raster_width_pixels = 64;
@@ -38,235 +47,211 @@ BusConfig bus_of(Arbitration arbitration, SlotTableMaker maker) {
     return bus;
 }
 
-struct TableBench {
-    ClockDomain& core;
-    sc_core::sc_signal<DecoderEvent> event;
-    sc_core::sc_signal<bool> front;
-    sc_core::sc_signal<FrontTable> table;
-    TableUnit dut;
-    const Recording<FrontTable>& tables;
-
-    explicit TableBench(ClockedTestbench& bench, Arbitration arbitration = Arbitration::kIrsa,
-                        SlotTableMaker maker = SlotTableMaker::kBuilt)
-        : core(bench.core),
-          dut("table_unit", bus_of(arbitration, maker), limits()),
-          tables(core.record_sampled(table)) {
-        dut.clk_i(core.clk);
-        dut.reset_i(bench.reset);
-        dut.event_i(event);
-        dut.front_i(front);
-        dut.table_o(table);
-        bench.trace(dut);
-    }
-    /// A colour frame begins at edge `clock`, and its rows come one a clock from the next edge on. Returns the clock
-    /// after.
-    int give(int clock, const ViewportTable& rows) {
-        DecoderEvent start;
-        start.colour_start = true;
-        core.drive(event, clock++, start);
-        for (const ViewportRow& row : rows) {
-            DecoderEvent with_row;
-            with_row.row = true;
-            with_row.table_row = row;
-            core.drive(event, clock++, with_row);
-        }
-        core.drive(event, clock, DecoderEvent{});
-        return clock;
-    }
-    /// The payload of a depth frame's control scanline, from edge `clock` on. Returns the clock after.
-    int give_payload(int clock, const std::vector<std::uint8_t>& payload) {
-        for (std::size_t byte = 0; byte < payload.size(); byte += kLinkBytesPerPixel, ++clock) {
-            DecoderEvent event_now;
-            while (event_now.payload_bytes < kLinkBytesPerPixel &&
-                   byte + event_now.payload_bytes < payload.size()) {
-                event_now.payload[event_now.payload_bytes] = payload[byte + event_now.payload_bytes];
-                ++event_now.payload_bytes;
-            }
-            core.drive(event, clock, event_now);
-        }
-        core.drive(event, clock, DecoderEvent{});
-        return clock;
-    }
+struct Setup {
+    const char* name;
+    Arbitration arbitration;
+    SlotTableMaker slot_table;
 };
 
-ViewportTable two_rows() {
-    return {table_row(2, {0, 0}, {30, 2}, {0, 0}), table_row(1, {0, 0}, {10, 2}, {0, 0})};
-}
-ViewportTable one_row() { return {table_row(4, {5, 5}, {8, 8}, {3, 3})}; }
+/// Two tables, each row of which is known to be valid or not when it is made.
+class Unit final : public Lockstep<TableUnit> {
+  public:
+    Unit(LockstepBench& bench, const Setup& setup)
+        : Lockstep(bench, setup.name,
+                   [&setup](const char* name, rtl::ClockGating) {
+                       return std::make_unique<TableUnit>(name, bus_of(setup.arbitration, setup.slot_table),
+                                                          limits());
+                   }),
+          setup_(setup) {}
 
-TEST_CASE("table unit: the back device's rows show when the devices swap, and stand until they swap again") {
-    ClockedTestbench bench;
-    TableBench dut(bench);
-    dut.give(2, two_rows());
-    dut.core.drive(dut.front, 20, true);
-    dut.give(24, one_row());
-    dut.core.drive(dut.front, 40, false);
-    bench.run_through(50);
-    for (int clock = 0; clock < 20; ++clock) CHECK(dut.tables.at(clock).rows.empty());
-    for (int clock = 20; clock < 40; ++clock) CHECK(dut.tables.at(clock).rows == two_rows());
-    for (int clock = 40; clock < 50; ++clock) CHECK(dut.tables.at(clock).rows == one_row());
-}
+    void stimulate() override {
+        check_back();
+        Random& random = bench_.random;
+        event_ = DecoderEvent{};
+        if (bench_.in_reset()) {
+            script_.clear();
+            return;
+        }
+        if (random.one_in(script_.empty() && !bench_.pausing() ? 4 : 60)) {
+            if (script_.empty() && random.one_in(2)) {
+                front_ = !front_;
+            } else {
+                make_pair();  // the one before may be cut off
+            }
+        }
+        if (script_.empty()) return;
+        event_ = script_.front();
+        script_.pop_front();
+    }
+    void expect() override {
+        table_ = bench_.in_reset() ? FrontTable{} : FrontTable{valid_rows(front()), slots_of(front())};
+    }
+    void edge() override {
+        Given& given = back();
+        if (event_->colour_start) given = {{}, {}, 0, sent_};
+        if (event_->row) take_row(given, event_->table_row);
+        given.bytes += event_->payload_bytes;
+        counts_ = event_->row || event_->payload_bytes > 0;
+    }
+    void reset() override {
+        tables_ = {};
+        counts_ = true;
+    }
 
-TEST_CASE("table unit: a row that breaks a rule is left out, and the slot table is that of the valid rows") {
-    ClockedTestbench bench;
-    TableBench dut(bench);
-    ViewportTable rows = two_rows();
-    rows.insert(rows.begin(), table_row(5, {0, 0}, {10, 10}, {0, 0}));      // no such display
-    rows.insert(rows.begin() + 2, table_row(2, {0, 0}, {10, 10}, {0, 0}));  // display 2 has a row already
-    const int behind = dut.give(2, rows);
-    dut.core.drive(dut.front, behind + 2, true);
-    bench.run_through(behind);
-    CHECK(dut.dut.back_table().rejected.size() == 2);
-    CHECK(dut.dut.back_table().rejected.front().index == 0);
-    CHECK(dut.dut.back_table().rejected.back().defect == RowDefect::kDuplicate);
-    bench.run_through(behind + 5);
-    CHECK(dut.tables.at(behind + 3).rows == two_rows());
-    CHECK(dut.tables.at(behind + 3).slots == slots_of(Arbitration::kIrsa, two_rows()));
-}
+    void check() const { CHECK(first_wrong_ == ""); }
+    /// Between two edges: a waveform's numbers of rows and bytes, if the last edge may have changed them.
+    void check_registers() {
+        if (!counts_) return;
+        const std::string rows = "back_rows[3]=" + std::to_string(valid_rows(back()).size());
+        const std::string bytes = "back_slot_bytes[16]=" + std::to_string(back().bytes);
+        INFO("clock " << bench_.clock());
+        CHECK(traced_values(dut()) ==
+              std::vector<std::string>{dut().name() + ("." + rows), dut().name() + ("." + bytes)});
+    }
 
-TEST_CASE("table unit: rows that are all the same, one a clock, are each judged") {
-    ClockedTestbench bench;
-    TableBench dut(bench);
-    // More rows than the idle clocks after which the clock gate closes.
-    const int behind = dut.give(2, ViewportTable(20, one_row().front()));
-    bench.run_through(behind);
-    CHECK(dut.dut.back_table().rows.size() == 1);
-    CHECK(dut.dut.back_table().rejected.size() == 19);
-}
-
-TEST_CASE("table unit: a policy without slots has no slot table") {
-    ClockedTestbench bench;
-    TableBench dut(bench, Arbitration::kEdf);
-    dut.give(2, two_rows());
-    dut.core.drive(dut.front, 10, true);
-    bench.run_through(12);
-    CHECK(dut.tables.at(11).rows == two_rows());
-    CHECK(dut.tables.at(11).slots.empty());
-}
-
-TEST_CASE("table unit: a colour frame that begins again replaces the rows of the one before") {
-    ClockedTestbench bench;
-    TableBench dut(bench);
-    dut.give(2, two_rows());
-    dut.give(30, one_row());  // long enough after it for the clock gate to close
-    dut.core.drive(dut.front, 50, true);
-    bench.run_through(55);
-    CHECK(dut.tables.at(51).rows == one_row());
-}
-
-/// A reset comes so many clocks after the last row.
-void check_reset(int idle_clocks) {
-    ClockedTestbench bench;
-    TableBench dut(bench);
-    dut.give(2, two_rows());
-    dut.core.drive(dut.front, 10, true);
-    const int behind = dut.give(12, one_row());
-    const int reset = behind + idle_clocks;
-    bench.core.pulse(bench.reset, reset);
-    dut.core.drive(dut.front, reset + 10, false);
-    dut.core.drive(dut.front, reset + 12, true);
-    bench.run_through(reset + 15);
-    CHECK(dut.tables.at(reset - 1).rows == two_rows());
-    for (int clock = reset; clock < reset + 15; ++clock) CHECK(dut.tables.at(clock).rows.empty());
-}
-
-TEST_CASE("table unit: a reset forgets both tables, whichever device is in front") { check_reset(3); }
-
-TEST_CASE("table unit: a reset wakes a block that sleeps, and it forgets both tables") { check_reset(50); }
-
-/// Rows 0 and 1 of two_rows, as the host numbers them.
-const std::vector<int> kHostSlots{1, 0, 0, 1, 0, 0, 0};
-
-TEST_CASE("table unit: the host's slot table is the one that the bus sees") {
-    ClockedTestbench bench;
-    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
-    dut.give(2, two_rows());
-    dut.give_payload(8, encode_slots(kHostSlots, 2));
-    bench.run_through(20);
-    CHECK_FALSE(dut.dut.back_slots_rejected());
-    dut.core.drive(dut.front, 22, true);
-    bench.run_through(25);
-    CHECK(dut.tables.at(23).rows == two_rows());
-    CHECK(dut.tables.at(23).slots == kHostSlots);
-}
-
-TEST_CASE(
-    "table unit: a waveform has the numbers of rows and bytes of slots that have come, 0 after a reset") {
-    ClockedTestbench bench;
-    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
-    const std::vector<std::uint8_t> payload = encode_slots(kHostSlots, 2);
-    dut.give(2, two_rows());
-    dut.give_payload(8, payload);
-    bench.core.pulse(bench.reset, 20);
-    bench.run_through(18);
-    CHECK(traced_values(dut.dut) ==
-          std::vector<std::string>{"table_unit.back_rows[3]=2",
-                                   "table_unit.back_slot_bytes[16]=" + std::to_string(payload.size())});
-    bench.run_through(25);
-    CHECK(traced_values(dut.dut) ==
-          std::vector<std::string>{"table_unit.back_rows[3]=0", "table_unit.back_slot_bytes[16]=0"});
-}
-
-TEST_CASE("table unit: the slots of a table with dropped rows are those of the valid rows") {
-    ClockedTestbench bench;
-    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
-    ViewportTable rows = two_rows();
-    rows.insert(rows.begin(), table_row(5, {0, 0}, {10, 10}, {0, 0}));  // no such display
-    dut.give(2, rows);
-    dut.give_payload(8, encode_slots({2, 1, 1}, 3));
-    dut.core.drive(dut.front, 20, true);
-    bench.run_through(25);
-    CHECK(dut.tables.at(21).slots == std::vector<int>{1, 0, 0});
-}
-
-TEST_CASE("table unit: a slot table that is missing or wrong gives each row a slot") {
-    ClockedTestbench bench;
-    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
-    const std::vector<std::vector<std::uint8_t>> payloads{
-        {},                          // missing
-        encode_slots({0, 0, 0}, 2),  // no slot of row 1
-        encode_slots({0, 1, 2}, 3),  // a slot of a row that is not there
-        {'S', 1, 2},                 // cut short
-        {'M', 1, 2, 0, 0b10},        // something else
+  private:
+    /// The slots that the host sends, as indices of the rows that it sends.
+    struct Sent {
+        std::vector<int> places;
+        std::size_t bytes = 0;
+        bool spoilt = false;
     };
-    int clock = 2;
-    bool front = false;
-    std::vector<int> shown;
-    for (const std::vector<std::uint8_t>& payload : payloads) {
-        const int rows_given = dut.give(clock, two_rows());
-        const int slots_given = dut.give_payload(rows_given + 1, payload);
-        front = !front;
-        dut.core.drive(dut.front, slots_given + 2, front);
-        shown.push_back(slots_given + 3);
-        clock = slots_given + 5;
-    }
-    bench.run_through(clock + 5);
-    for (const int at : shown) {
-        INFO("clock " << at);
-        CHECK(dut.tables.at(at).rows == two_rows());
-        CHECK(dut.tables.at(at).slots == std::vector<int>{0, 1});
-    }
-}
+    struct Given {
+        ViewportTable rows;  ///< the dropped ones too
+        std::vector<RowDefect> defects;
+        std::size_t bytes = 0;  ///< of the slots, so far
+        Sent sent;
+    };
 
-TEST_CASE(
-    "table unit: a missing slot table is reported, and a colour frame drops the slots of the one before") {
-    ClockedTestbench bench;
-    TableBench dut(bench, Arbitration::kIrsa, SlotTableMaker::kHost);
-    dut.give(2, two_rows());
-    dut.give_payload(8, encode_slots(kHostSlots, 2));
-    bench.run_through(14);
-    CHECK_FALSE(dut.dut.back_slots_rejected());
-    dut.give(20, two_rows());
-    bench.run_through(26);
-    CHECK(dut.dut.back_slots_rejected());
-}
+    Given& back() { return tables_[front_ ? 0 : 1]; }
+    const Given& front() const { return tables_[front_ ? 1 : 0]; }
 
-TEST_CASE("table unit: a policy that uses no slot table of the host does not report it as missing") {
-    ClockedTestbench bench;
-    TableBench by_deadlines(bench, Arbitration::kEdf, SlotTableMaker::kHost);
-    by_deadlines.give(2, two_rows());
-    bench.run_through(10);
-    CHECK_FALSE(by_deadlines.dut.back_slots_rejected());
+    /// A colour frame's start and rows, one a clock, and the payload of a depth frame.
+    void make_pair() {
+        Random& random = bench_.random;
+        DecoderEvent start;
+        start.colour_start = true;
+        script_ = {start};
+        for (int row = random.between(0, 5); row > 0; --row) {
+            DecoderEvent with_row;
+            with_row.row = true;
+            with_row.table_row =
+                table_row(random.between(1, 5), {5, 5}, {8, 8}, {3, 3}, random.between(1, 3));
+            // Now and then a row again and again, for longer than it takes an idle block to sleep.
+            script_.insert(script_.end(), random.one_in(8) ? 20U : 1U, with_row);
+        }
+        const auto rows = static_cast<int>(script_.size()) - 1;
+        sent_ = Sent{};
+        for (int row = 0; row < rows; ++row) {
+            for (int slots = random.between(random.one_in(8) ? 0 : 1, 3); slots > 0; --slots) {
+                sent_.places.push_back(row);
+            }
+        }
+        if (random.one_in(8)) sent_.places.push_back(rows);  // no such row
+        std::vector<std::uint8_t> payload;
+        if (rows > 0 && !random.one_in(6))
+            payload = encode_slots(sent_.places, static_cast<std::size_t>(rows) + 1);
+        sent_.spoilt = payload.empty() || random.one_in(8);
+        if (sent_.spoilt && !payload.empty()) {
+            if (random.one_in(2)) payload.pop_back();
+            payload.front() = 'M';
+        }
+        sent_.bytes = payload.size();
+        script_.insert(script_.end(), random.one_in(2) ? 20U : 0U, DecoderEvent{});
+        for (std::size_t byte = 0; byte < payload.size(); ++byte) {
+            if (byte % kLinkBytesPerPixel == 0) script_.emplace_back();
+            DecoderEvent& event = script_.back();
+            event.payload[event.payload_bytes++] = payload[byte];
+        }
+    }
+    static void take_row(Given& given, const ViewportRow& row) {
+        RowDefect defect = row.dcomp > kDisplays ? RowDefect::kDisplay : RowDefect::kNone;
+        for (std::size_t i = 0; i < given.rows.size(); ++i) {
+            const bool same = given.rows[i].dcomp == row.dcomp && given.defects[i] == RowDefect::kNone;
+            if (same) defect = RowDefect::kDuplicate;
+        }
+        given.rows.push_back(row);
+        given.defects.push_back(defect);
+    }
+    static ViewportTable valid_rows(const Given& given) {
+        ViewportTable valid;
+        for (std::size_t i = 0; i < given.rows.size(); ++i) {
+            if (given.defects[i] == RowDefect::kNone) valid.push_back(given.rows[i]);
+        }
+        return valid;
+    }
+    /// The host's slots as indices of the valid rows; none if they are missing or wrong.
+    static std::optional<std::vector<int>> sent_slots(const Given& given) {
+        if (given.sent.spoilt || given.bytes < given.sent.bytes) return std::nullopt;
+        std::vector<int> slots;
+        std::set<int> owners;
+        for (const int place : given.sent.places) {
+            const auto at = static_cast<std::size_t>(place);
+            if (at >= given.rows.size() || given.defects[at] != RowDefect::kNone) return std::nullopt;
+            slots.push_back(static_cast<int>(
+                std::count(given.defects.begin(), given.defects.begin() + place, RowDefect::kNone)));
+            owners.insert(slots.back());
+        }
+        return owners.size() == valid_rows(given).size() ? std::optional(slots) : std::nullopt;
+    }
+    bool hosts() const {
+        return setup_.slot_table == SlotTableMaker::kHost && setup_.arbitration != Arbitration::kEdf;
+    }
+    std::vector<int> slots_of(const Given& given) const {
+        std::vector<int> slots;
+        if (setup_.arbitration == Arbitration::kEdf) return slots;
+        for (std::size_t row = 0; row < valid_rows(given).size(); ++row)
+            slots.push_back(static_cast<int>(row));
+        return hosts() ? sent_slots(given).value_or(slots) : slots;
+    }
+
+    /// Between two edges: what the block records of the back table.
+    void check_back() {
+        const Given& given = back();
+        std::vector<std::pair<int, RowDefect>> dropped, due;
+        for (const RejectedRow& row : dut().back_table().rejected)
+            dropped.emplace_back(row.index, row.defect);
+        for (std::size_t i = 0; i < given.rows.size(); ++i) {
+            if (given.defects[i] != RowDefect::kNone) due.emplace_back(static_cast<int>(i), given.defects[i]);
+        }
+        const bool rejects = hosts() && !valid_rows(given).empty() && !sent_slots(given);
+        bench_.happened["a row was dropped"] += due.empty() ? 0 : 1;
+        bench_.happened["slots were rejected"] += rejects ? 1 : 0;
+        bench_.happened["slots were taken"] += hosts() && !valid_rows(given).empty() && !rejects ? 1 : 0;
+        const bool right = dut().back_table().rows == valid_rows(given) && dropped == due &&
+                           dut().back_slots_rejected() == rejects;
+        if (!right && first_wrong_.empty()) first_wrong_ = "clock " + std::to_string(bench_.clock());
+    }
+
+    const Setup& setup_;
+    Input<DecoderEvent>& event_ = in(&TableUnit::event_i);
+    Input<bool>& front_ = in(&TableUnit::front_i);
+    Output<FrontTable>& table_ = out(&TableUnit::table_o);
+    std::deque<DecoderEvent> script_;
+    Sent sent_;
+    std::array<Given, 2> tables_;  ///< by device
+    bool counts_ = false;          ///< the last edge has taken a row or bytes, or was in reset
+    std::string first_wrong_;
+};
+
+TEST_CASE("table unit: in lockstep with its reference") {
+    static constexpr std::array kSetups{
+        Setup{"host", Arbitration::kIrsa, SlotTableMaker::kHost},
+        Setup{"built", Arbitration::kRoundRobin, SlotTableMaker::kBuilt},
+        Setup{"deadlines", Arbitration::kEdf, SlotTableMaker::kHost},
+    };
+    LockstepBench bench(911);
+    std::vector<std::unique_ptr<Unit>> units;
+    for (const Setup& setup : kSetups) units.push_back(std::make_unique<Unit>(bench, setup));
+    bench.clocks_to_reset = 100;
+    constexpr int kClocks = 20'000;
+    constexpr int kClocksToRegisters = 25;
+    for (int clocks = kClocksToRegisters; clocks < kClocks; clocks += kClocksToRegisters) {
+        bench.run(clocks);
+        units.front()->check_registers();
+    }
+    bench.run(kClocks, {{"a row was dropped", 100}, {"slots were rejected", 100}, {"slots were taken", 100}});
+    for (const auto& unit : units) unit->check();
 }
 
 }  // namespace
