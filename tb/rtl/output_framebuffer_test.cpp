@@ -160,8 +160,7 @@ TEST_CASE("output framebuffer: in reset all is low, PIPEREADY rises at the first
     CHECK(dut.links.at(-1) == DviLink{});
 }
 
-TEST_CASE(
-    "output framebuffer: PIPEREADY falls with STARTFRAME, FRAMEDONE rises with the last pixel, exactly") {
+TEST_CASE("output framebuffer: timing: last raster pixel read FRAMEDONE written at that edge") {
     ClockedTestbench bench;
     OutputBench dut(bench, "dut", output_scenario(), bench.core, Swaplock::kDriven);
     const int start = 30;
@@ -174,7 +173,7 @@ TEST_CASE(
     CHECK(dut.framedones.falls().empty());  // SWAPLOCK has never come
 }
 
-TEST_CASE("output framebuffer: the first pixel received is the one sampled one clock after STARTFRAME") {
+TEST_CASE("output framebuffer: timing: STARTFRAME read to raster pixel 0 read") {
     ClockedTestbench bench;
     OutputBench dut(bench, "dut", output_scenario(), bench.core);
     const int start = 10;
@@ -187,7 +186,7 @@ TEST_CASE("output framebuffer: the first pixel received is the one sampled one c
     check_wave(dut.links, display_wave({shown(pixels)}));
 }
 
-TEST_CASE("output framebuffer: DVI frames are black and of exact timing from reset on until the first swap") {
+TEST_CASE("output framebuffer: timing: blanking a line a frame") {
     ClockedTestbench bench;
     OutputBench dut(bench, "dut", output_scenario(), bench.core);
     bench.run_through(dvi_frame_start(3));
@@ -196,8 +195,8 @@ TEST_CASE("output framebuffer: DVI frames are black and of exact timing from res
 }
 
 TEST_CASE(
-    "output framebuffer: SWAPLOCK seen at a DVI frame's first clock swaps there, a clock later it waits a "
-    "frame") {
+    "output framebuffer: timing: SWAPLOCK to swap registers of the DVI clock then the next DVI frames first "
+    "clock") {
     ClockedTestbench bench;
     OutputBench in_time(bench, "in_time", output_scenario(), bench.core, Swaplock::kDriven);
     OutputBench late(bench, "late", output_scenario(), bench.core, Swaplock::kDriven);
@@ -400,7 +399,8 @@ TEST_CASE(
 // ---- frames of lost pixels ----
 
 TEST_CASE(
-    "output framebuffer: FRAMEBAD rises with the first lost pixel and falls when the swap has come back") {
+    "output framebuffer: timing: first pixel marked as lost read FRAMEBAD written at that edge at the latest "
+    "with FRAMEDONE") {
     ClockedTestbench bench;
     OutputBench early(bench, "early", output_scenario(), bench.core);
     OutputBench last(bench, "last", output_scenario(), bench.core);
@@ -463,7 +463,8 @@ TEST_CASE("output framebuffer: SWAPSKIP of another display keeps a good frame of
 }
 
 TEST_CASE(
-    "output framebuffer: SWAPSKIP is read where SWAPLOCK is seen, at the first and at the last moment") {
+    "output framebuffer: timing: SWAPSKIP is read at the edge that sees SWAPLOCK without registers of its "
+    "own") {
     ClockedTestbench bench;
     OutputBench dut(bench, "dut", output_scenario(), bench.core, Swaplock::kDriven);
     const auto pixels = raster(80);
@@ -599,7 +600,9 @@ TEST_CASE("output framebuffer: frames of lost pixels with a DVI clock slower tha
     check_lossy_clock_ratio(500'000, 0);
 }
 
-TEST_CASE("output framebuffer: a faster DVI clock, each crossing at its two registers' clock") {
+TEST_CASE(
+    "output framebuffer: timing: swap to FRAMEDONE and FRAMEBAD low and PIPEREADY high registers of the core "
+    "clock") {
     check_clock_ratio(7'300, 2);
 }
 TEST_CASE("output framebuffer: a slower DVI clock, each crossing at its two registers' clock") {

@@ -52,7 +52,7 @@ struct SwapLockBench {
 
 bool bit(int pattern, int index) { return ((pattern >> index) & 1) != 0; }
 
-TEST_CASE("swap lock: SWAPLOCK is high within the clock in which every FRAMEDONE is, and only then") {
+TEST_CASE("swap lock: timing: SWAPLOCK is high within the clock in which every FRAMEDONE is") {
     ClockedTestbench bench;
     SwapLockBench dut(bench, kInputs);
     play_all_patterns(bench,
@@ -85,7 +85,7 @@ TEST_CASE("swap lock: with one display they are that display's FRAMEDONE and FRA
     CHECK(dut.skipped.high() == std::vector<int>{7});
 }
 
-TEST_CASE("column stall: COLUMNSTALL is high within each clock in which any STALL is, and only then") {
+TEST_CASE("column stall: timing: COLUMNSTALL is high within each clock in which any STALL is") {
     ClockedTestbench bench;
     std::vector<sc_core::sc_signal<bool>> stall(kInputs);
     sc_core::sc_signal<bool> column_stall;

@@ -1195,7 +1195,8 @@ TEST_CASE("resets that overlap are one, and several are each counted", "[system]
     CHECK(runs[2]->report().renderers[0].injected_faults == 2);
 }
 
-TEST_CASE("a reset begins and ends half a core clock before the edge that sees it", "[system][faults]") {
+TEST_CASE("machine: timing: a reset begins and ends half a core clock before the edge that reads it",
+          "[system][faults]") {
     constexpr std::int64_t kPeriodPicoseconds = 40'000;
     Scenario scenario = three_renderers({});
     scenario.clocks.core_mhz = 1e6 / kPeriodPicoseconds;
