@@ -1,67 +1,27 @@
 #pragma once
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "formats/control_scanline.h"
 #include "machine_run.h"
+#include "monitors/swap_lock_monitor.h"
 #include "monitors/violation.h"
 #include "rtl/metabuffer.h"
 #include "rtl/wires.h"
+#include "rule_table.h"
 #include "scenario/scenario_loader.h"
 #include "support/scenarios.h"
 
 namespace metabuffer::test {
 
 constexpr std::int64_t kPeriodPicoseconds = 10'000;  ///< of all clocks
-
-/// A second set of a machine's wires, to which monitors bind instead. At each falling edge of the clock it copies the
-/// machine's wires. A test may then change one of them, so that a legal run shows one mistake. All clocks of the
-/// machine must be equal.
-class AlteredWires final : public sc_core::sc_module {
-  public:
-    /// edge: the rising edge that will sample what is written.
-    using Alter = std::function<void(std::int64_t edge, rtl::Wires& wires)>;
-
-    AlteredWires(const sc_core::sc_module_name& name, rtl::Metabuffer& machine, std::size_t renderers,
-                 std::size_t displays)
-        : sc_core::sc_module(name), wires(renderers, displays), real_(machine.wires()) {
-        SC_METHOD(copy);
-        sensitive << machine.core_clk().negedge_event();
-        dont_initialize();
-    }
-    SC_HAS_PROCESS(AlteredWires);
-
-    rtl::Wires wires;
-    Alter alter;
-
-  private:
-    template <typename Bank>
-    static void copy_bank(Bank& from, Bank& to) {
-        for (std::size_t i = 0; i < from.size(); ++i) to[i].write(from[i].read());
-    }
-    void copy() {
-        copy_bank(real_.link_in, wires.link_in);
-        copy_bank(real_.event, wires.event);
-        copy_bank(real_.bus, wires.bus);
-        copy_bank(real_.pipe, wires.pipe);
-        copy_bank(real_.column_stall, wires.column_stall);
-        copy_bank(real_.framedone, wires.framedone);
-        copy_bank(real_.framebad, wires.framebad);
-        copy_bank(real_.link_out, wires.link_out);
-        wires.swaplock.write(real_.swaplock.read());
-        wires.swapskip.write(real_.swapskip.read());
-        if (!alter) return;
-        const auto now = static_cast<std::int64_t>(sc_core::sc_time_stamp().value());
-        alter(now / kPeriodPicoseconds + 1, real_);
-    }
-
-    rtl::Wires& real_;
-};
 
 constexpr int kAlteredFrames = 3;
 constexpr int kAlteredWidth = 8;
@@ -94,45 +54,96 @@ inline Scenario altered_scenario() {
     return scenario;
 }
 
-/// A machine whose wires a test alters before monitors see them, and what these report.
-class AlteredMachine {
+/// A machine of which several rows of a table alter the wires.
+struct WatchedMachine {
+    Scenario scenario;
+    rtl::Metabuffer machine;
+
+    WatchedMachine(const std::string& name, const Scenario& of)
+        : scenario(of), machine(name.c_str(), scenario) {}
+};
+
+/// The bench of a row: a second set of a machine's wires, to which monitors bind instead. At each falling edge of the
+/// clock it copies the machine's wires. A row may then change one of them, so that a run by the rules shows one mistake.
+/// All clocks of the machine must be equal.
+class AlteredBench : public RuleBench {
   public:
-    explicit AlteredMachine(Scenario scenario)
-        : scenario_(std::move(scenario)),
-          machine("machine", scenario_),
-          altered("altered", machine, scenario_.renderers.size(),
-                  static_cast<std::size_t>(scenario_.displays.count())) {
-        log.on_violation([this](const monitors::Violation& violation) { violations.push_back(violation); });
+    /// edge: the rising edge that will sample what is written.
+    using Alter = std::function<void(std::int64_t edge, rtl::Wires& real)>;
+
+    AlteredBench(const sc_core::sc_module_name& name, WatchedMachine& watched)
+        : RuleBench(name),
+          scenario(watched.scenario),
+          machine(watched.machine),
+          wires(scenario.renderers.size(), static_cast<std::size_t>(scenario.displays.count())) {
+        SC_METHOD(copy);
+        sensitive << machine.core_clk().negedge_event();
+        dont_initialize();
+    }
+    SC_HAS_PROCESS(AlteredBench);
+    std::int64_t clock_zero() const override { return edge; }
+    void bind_swap_lock(monitors::SwapLockMonitor& monitor) {
+        monitor.clk_i(machine.core_clk());
+        monitor.dvi_clk_i(machine.dvi_out_clk());
+        monitor.reset_i(machine.reset());
+        monitor.swaplock_i(wires.swaplock);
+        monitor.swapskip_i(wires.swapskip);
+        for (std::size_t d = 0; d < monitor.link_i.size(); ++d) {
+            monitor.framedone_i[d](wires.framedone[d]);
+            monitor.framebad_i[d](wires.framebad[d]);
+            monitor.link_i[d](wires.link_out[d]);
+        }
     }
 
-    const Scenario& scenario() const { return scenario_; }
-    rtl::Wires& wires() { return altered.wires; }
-    void run() {
-        REQUIRE(simulate_until([this] { return machine.finished(); }));
+    const Scenario& scenario;
+    rtl::Metabuffer& machine;
+    rtl::Wires wires;
+    Alter alter;
+    std::int64_t edge = -1;  ///< the first that samples an alteration
+
+  private:
+    template <typename Bank>
+    void copy(Bank rtl::Wires::*bank) {
+        Bank& from = machine.wires().*bank;
+        for (std::size_t i = 0; i < from.size(); ++i) (wires.*bank)[i].write(from[i].read());
     }
-    /// The first violation is this one.
-    void check_first(const std::string& rule, const std::string& signal, const std::string& clock,
-                     std::int64_t cycle, std::int64_t frame) const {
-        std::string text;
-        for (const monitors::Violation& violation : violations) text += to_string(violation) + "\n";
-        INFO(text);
-        REQUIRE_FALSE(violations.empty());
-        CHECK(violations[0].rule == rule);
-        CHECK(violations[0].signal == signal);
-        CHECK(violations[0].clock == clock);
-        CHECK(violations[0].cycle == cycle);
-        CHECK(violations[0].frame == frame);
-        CHECK_FALSE(violations[0].detail.empty());
+    void copy() {
+        rtl::Wires& real = machine.wires();
+        copy(&rtl::Wires::link_in);
+        copy(&rtl::Wires::event);
+        copy(&rtl::Wires::bus);
+        copy(&rtl::Wires::pipe);
+        copy(&rtl::Wires::column_stall);
+        copy(&rtl::Wires::framedone);
+        copy(&rtl::Wires::framebad);
+        copy(&rtl::Wires::link_out);
+        wires.swaplock.write(real.swaplock.read());
+        wires.swapskip.write(real.swapskip.read());
+        const auto now = static_cast<std::int64_t>(sc_core::sc_time_stamp().value());
+        if (alter) alter(now / kPeriodPicoseconds + 1, real);
+    }
+};
+
+template <typename Bench>
+class AlteredRuleTable : public RuleTable<Bench> {
+  public:
+    /// The benches of the rows from here on share a machine.
+    template <typename... Args>
+    void of(const Scenario& scenario, const Args&... args) {
+        machines_.push_back(
+            std::make_unique<WatchedMachine>("machine_" + std::to_string(machines_.size()), scenario));
+        RuleTable<Bench>::of(std::ref(*machines_.back()), args...);
+    }
+    void run_and_check() {
+        REQUIRE(simulate_until([this] {
+            return std::all_of(machines_.begin(), machines_.end(),
+                               [](const auto& watched) { return watched->machine.finished(); });
+        }));
+        this->check();
     }
 
   private:
-    Scenario scenario_;
-
-  public:
-    rtl::Metabuffer machine;
-    AlteredWires altered;
-    monitors::ViolationLog log;
-    std::vector<monitors::Violation> violations;
+    std::vector<std::unique_ptr<WatchedMachine>> machines_;
 };
 
 /// The position in a DVI link's frame, from its signals: clocks and lines since VSYNC fell last.

@@ -14,22 +14,23 @@ constexpr DviTiming kOutput{kAlteredWidth, kAlteredHeight};
 constexpr int kSyncStart = kAlteredWidth + DviTiming::kHorizontalFrontPixels;
 constexpr int kFirstActiveLine = DviTiming::kVerticalBackLines;
 
+enum class Plan : std::uint8_t { kOfTheScenario, kWithoutFaults };
+
 /// A monitor on display 1 and one on the link of renderer 1, of which one clock is altered.
-struct Bench : AlteredMachine {
+struct DviBench : AlteredBench {
     monitors::DviMonitor output;
     monitors::DviMonitor input;
-    std::int64_t edge = -1;
 
-    explicit Bench(Scenario scenario = altered_scenario())
-        : AlteredMachine(std::move(scenario)),
+    DviBench(const sc_core::sc_module_name& name, WatchedMachine& watched, Plan plan = Plan::kOfTheScenario)
+        : AlteredBench(name, watched),
           output("output", output_link(), log),
-          input("input", input_link(), log) {
+          input("input", input_link(plan), log) {
         output.clk_i(machine.dvi_out_clk());
         output.reset_i(machine.reset());
-        output.link_i(wires().link_out[0]);
+        output.link_i(wires.link_out[0]);
         input.clk_i(machine.dvi_in_clk());
         input.reset_i(machine.reset());
-        input.link_i(wires().link_in[0]);
+        input.link_i(wires.link_in[0]);
     }
 
     static monitors::DviMonitor::Link output_link() {
@@ -43,39 +44,41 @@ struct Bench : AlteredMachine {
         };
         return link;
     }
-    monitors::DviMonitor::Link input_link() const {
+    monitors::DviMonitor::Link input_link(Plan known) const {
         monitors::DviMonitor::Link link;
         link.kind = monitors::DviMonitor::Kind::kInput;
-        link.timing = scenario().renderers[0].timing();
+        link.timing = scenario.renderers[0].timing();
         link.signal = "DVI_IN_1";
         link.clock = "dvi_in";
-        link.next_frame = [plan = monitors::LinkPlan(scenario(), 0)]() mutable {
+        link.next_frame = [known, plan = monitors::LinkPlan(scenario, 0)]() mutable {
             const auto frame = plan.next();
-            return monitors::DviMonitor::Frame{frame.pair, frame.spoilt};
+            return monitors::DviMonitor::Frame{frame.pair, frame.spoilt && known == Plan::kOfTheScenario};
         };
         return link;
     }
+};
 
-    /// Changes one clock of the output's second whole frame.
-    void alter_output(int line, int x, const std::function<void(rtl::DviLink&)>& change) {
-        altered.alter = [=, position = LinkPosition(kOutput)](std::int64_t next, rtl::Wires& real) mutable {
-            rtl::DviLink link = real.link_out[0].read();
-            if (!position.step(link) || position.frame() != 1 || position.line() != line ||
+using Change = std::function<void(rtl::DviLink&)>;
+
+/// Changes one clock of a link of index 0, whose wires are named.
+std::function<void(DviBench&)> alter(rtl::SignalBank<rtl::DviLink> rtl::Wires::*links, int frame, int line,
+                                     int x, const Change& change) {
+    return [=](DviBench& bench) {
+        const DviTiming timing =
+            links == &rtl::Wires::link_out ? kOutput : bench.scenario.renderers[0].timing();
+        bench.alter = [=, &bench, position = LinkPosition(timing)](std::int64_t next,
+                                                                   rtl::Wires& real) mutable {
+            rtl::DviLink link = (real.*links)[0].read();
+            if (!position.step(link) || position.frame() != frame || position.line() != line ||
                 position.x() != x) {
                 return;
             }
-            edge = next;
+            bench.edge = next;
             change(link);
-            wires().link_out[0].write(link);
+            (bench.wires.*links)[0].write(link);
         };
-    }
-    void check_output(const std::string& rule) {
-        run();
-        check_first(rule, "DVI_OUT_1", "dvi_out", edge, 1);
-        CHECK(violations.size() == 1);  // it checks again from the next frame on
-        CHECK(output.frames_seen() > 2);
-    }
-};
+    };
+}
 
 Scenario with_fault(FaultKind kind, FrameKind frame) {
     Fault fault;
@@ -89,116 +92,66 @@ Scenario with_fault(FaultKind kind, FrameKind frame) {
 constexpr FaultKind kLineFaults[] = {FaultKind::kShortLine, FaultKind::kLongLine, FaultKind::kShortFrame,
                                      FaultKind::kLongFrame};
 
+void de_low(rtl::DviLink& link) { link.de = false; }
+void de_high(rtl::DviLink& link) { link.de = true; }
+void hsync_low(rtl::DviLink& link) { link.hsync = false; }
+void hsync_high(rtl::DviLink& link) { link.hsync = true; }
+void vsync_high(rtl::DviLink& link) { link.vsync = true; }
+
 }  // namespace
 
-TEST_CASE("DVI monitor: a legal run breaks no rule", "[monitors]") {
-    Bench bench;
-    bench.run();
-    for (const auto& violation : bench.violations) FAIL(to_string(violation));
-    CHECK(bench.output.frames_seen() >= kAlteredFrames);
-    CHECK(bench.input.frames_seen() == 2 * kAlteredFrames);
-}
-
-TEST_CASE("DVI monitor: DE ends too early", "[monitors]") {
-    Bench bench;
-    bench.alter_output(kFirstActiveLine + 1, kAlteredWidth - 1, [](auto& link) { link.de = false; });
-    bench.check_output("dvi/active-pixels");
-}
-
-TEST_CASE("DVI monitor: DE ends too late", "[monitors]") {
-    Bench bench;
-    bench.alter_output(kFirstActiveLine + 1, kAlteredWidth, [](auto& link) { link.de = true; });
-    bench.check_output("dvi/active-pixels");
-}
-
-TEST_CASE("DVI monitor: a line that begins late", "[monitors]") {
-    Bench bench;
-    bench.alter_output(kFirstActiveLine + 1, 0, [](auto& link) { link.de = false; });
-    bench.check_output("dvi/line-length");
-}
-
-TEST_CASE("DVI monitor: a line that begins a clock early", "[monitors]") {
-    Bench bench;
-    bench.alter_output(kFirstActiveLine, kOutput.line_clocks() - 1, [](auto& link) { link.de = true; });
-    bench.check_output("dvi/line-length");
-}
-
-TEST_CASE("DVI monitor: an active line in the back porch", "[monitors]") {
-    Bench bench;
-    bench.alter_output(kFirstActiveLine - 1, 0, [](auto& link) { link.de = true; });
-    bench.check_output("dvi/active-lines");
-}
-
-TEST_CASE("DVI monitor: an active line too many", "[monitors]") {
-    Bench bench;
-    bench.alter_output(kFirstActiveLine + kAlteredHeight, 0, [](auto& link) { link.de = true; });
-    bench.check_output("dvi/active-lines");
-}
-
-TEST_CASE("DVI monitor: HSYNC a clock late", "[monitors]") {
-    Bench bench;
-    bench.alter_output(3, kSyncStart, [](auto& link) { link.hsync = false; });
-    bench.check_output("dvi/hsync");
-}
-
-TEST_CASE("DVI monitor: HSYNC a clock long", "[monitors]") {
-    Bench bench;
-    bench.alter_output(3, kSyncStart + DviTiming::kHorizontalSyncPixels,
-                       [](auto& link) { link.hsync = true; });
-    bench.check_output("dvi/hsync");
-}
-
-TEST_CASE("DVI monitor: VSYNC a line early", "[monitors]") {
-    Bench bench;
-    bench.alter_output(kFirstActiveLine + kAlteredHeight, 0, [](auto& link) { link.vsync = true; });
-    bench.check_output("dvi/vsync");
-}
-
-TEST_CASE("DVI monitor: VSYNC changes within a line", "[monitors]") {
-    Bench bench;
-    bench.alter_output(kFirstActiveLine + 2, 40, [](auto& link) { link.vsync = true; });
-    bench.check_output("dvi/vsync-at-line-start");
-}
-
-TEST_CASE("DVI monitor: an input link of the wrong mode", "[monitors]") {
-    Bench bench;
-    const DviTiming timing = bench.scenario().renderers[0].timing();
-    LinkPosition position(timing);
-    bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
-        rtl::DviLink link = real.link_in[0].read();
-        // The depth frame of pair 0 follows the colour frame's VSYNC at once.
-        if (position.step(link) && position.frame() == 1 && position.line() == 9 && position.x() == 5) {
-            bench.edge = next;
-            link.de = false;
-            bench.wires().link_in[0].write(link);
-        }
+TEST_CASE("DVI monitor: its rules in a table", "[monitors]") {
+    AlteredRuleTable<DviBench> rules;
+    rules.of(altered_scenario());
+    rules.row("a run by the rules", {}, {}, [](const auto& bench) {
+        CHECK(bench.output.frames_seen() >= kAlteredFrames);
+        CHECK(bench.input.frames_seen() == 2 * kAlteredFrames);
+    });
+    // A clock of the output's second whole frame. The monitor checks again from the next frame on.
+    const auto row = [&rules](const char* name, const char* rule, int line, int x, const Change& change) {
+        rules.row(name, {{rule, "DVI_OUT_1", 0, 1, "dvi_out"}},
+                  alter(&rtl::Wires::link_out, 1, line, x, change),
+                  [](const auto& bench) { CHECK(bench.output.frames_seen() > 2); });
     };
-    bench.run();
-    bench.check_first("dvi/active-pixels", "DVI_IN_1", "dvi_in", bench.edge, 0);
-}
+    constexpr int kLine = kFirstActiveLine + 1;
+    constexpr int kEndOfLines = kFirstActiveLine + kAlteredHeight;
+    row("DE ends early", "dvi/active-pixels", kLine, kAlteredWidth - 1, de_low);
+    row("DE ends late", "dvi/active-pixels", kLine, kAlteredWidth, de_high);
+    row("a line begins late", "dvi/line-length", kLine, 0, de_low);
+    row("a line begins a clock early", "dvi/line-length", kLine - 1, kOutput.line_clocks() - 1, de_high);
+    row("an active line in the back porch", "dvi/active-lines", kFirstActiveLine - 1, 0, de_high);
+    row("an active line too many", "dvi/active-lines", kEndOfLines, 0, de_high);
+    row("HSYNC a clock late", "dvi/hsync", 3, kSyncStart, hsync_low);
+    row("HSYNC a clock long", "dvi/hsync", 3, kSyncStart + DviTiming::kHorizontalSyncPixels, hsync_high);
+    row("VSYNC a line early", "dvi/vsync", kEndOfLines, 0, vsync_high);
+    row("VSYNC changes within a line", "dvi/vsync-at-line-start", kLine + 1, 40, vsync_high);
 
-TEST_CASE("DVI monitor: an input link that is silent within a frame", "[monitors]") {
-    Bench bench;
-    LinkPosition position(bench.scenario().renderers[0].timing());
-    bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
-        if (!position.step(real.link_in[0].read()) || position.frame() != 2 || position.line() < 8) return;
-        if (bench.edge < 0) bench.edge = next;
-        bench.wires().link_in[0].write(rtl::DviLink{});
-    };
-    bench.run();
-    bench.check_first("dvi/line-length", "DVI_IN_1", "dvi_in", bench.edge, 1);
-}
-
-TEST_CASE("DVI monitor: an input link comes up with one vertical sync", "[monitors]") {
-    Bench bench;
-    bench.altered.alter = [&](std::int64_t next, rtl::Wires&) {
-        constexpr std::int64_t kInTheSync = 50;
-        if (next != kInTheSync) return;
-        bench.edge = next;
-        bench.wires().link_in[0].write(rtl::DviLink{});
-    };
-    bench.run();
-    bench.check_first("dvi/vsync", "DVI_IN_1", "dvi_in", bench.edge, -1);
+    // The depth frame of pair 0 follows the colour frame's VSYNC at once.
+    rules.row("an input link of the wrong mode", {{"dvi/active-pixels", "DVI_IN_1", 0, 0, "dvi_in"}},
+              alter(&rtl::Wires::link_in, 1, 9, 5, de_low));
+    rules.row(
+        "an input link is silent within a frame", {{"dvi/line-length", "DVI_IN_1", 0, 1, "dvi_in"}},
+        [](auto& bench) {
+            const LinkPosition start(bench.scenario.renderers[0].timing());
+            bench.alter = [&bench, position = start](std::int64_t next, rtl::Wires& real) mutable {
+                if (!position.step(real.link_in[0].read()) || position.frame() != 2 || position.line() < 8)
+                    return;
+                if (bench.edge < 0) bench.edge = next;
+                bench.wires.link_in[0].write(rtl::DviLink{});
+            };
+        });
+    rules.row("an input link comes up with two vertical syncs", {{"dvi/vsync", "DVI_IN_1", 0, -1, "dvi_in"}},
+              [](auto& bench) {
+                  bench.edge = 50;
+                  bench.alter = [&bench](std::int64_t next, rtl::Wires& /*real*/) {
+                      if (next == bench.edge) bench.wires.link_in[0].write(rtl::DviLink{});
+                  };
+              });
+    rules.of(with_fault(FaultKind::kShortLine, FrameKind::kDepth), Plan::kWithoutFaults);
+    rules.row("a frame of faulty lines where none is scripted",
+              {{"dvi/active-pixels", "DVI_IN_1", 0, 1, "dvi_in"}},
+              alter(&rtl::Wires::link_in, 3, 12, 23, [](auto& /*link*/) {}));
+    rules.run_and_check();
 }
 
 TEST_CASE("DVI monitor: frames that the scenario corrupts are legal and those after them are checked",
@@ -214,23 +167,6 @@ TEST_CASE("DVI monitor: frames that the scenario corrupts are legal and those af
         }
     }
     CHECK(run_to_end(runs));
-}
-
-TEST_CASE("DVI monitor: a frame of faulty lines where none is scripted", "[monitors]") {
-    Scenario spoilt = with_fault(FaultKind::kShortLine, FrameKind::kDepth);
-    Bench bench(spoilt);
-    monitors::DviMonitor::Link link = bench.input_link();
-    link.next_frame = [pair = std::int64_t{-1}]() mutable {
-        return monitors::DviMonitor::Frame{++pair / 2, false};
-    };
-    monitors::DviMonitor monitor("unknowing", link, bench.log);
-    monitor.clk_i(bench.machine.dvi_in_clk());
-    monitor.reset_i(bench.machine.reset());
-    monitor.link_i(bench.wires().link_in[0]);
-    bench.run();
-    REQUIRE(bench.violations.size() == 1);
-    CHECK(bench.violations[0].rule == "dvi/active-pixels");
-    CHECK(bench.violations[0].signal == "DVI_IN_1");
 }
 
 TEST_CASE("link plan: frames come as the scenario scripts them", "[monitors]") {

@@ -1,12 +1,10 @@
-#include "monitors/fifo_monitor.h"
-
 #include <catch2/catch.hpp>
 #include <map>
 #include <string>
 
-#include "clocked_testbench.h"
+#include "monitors/fifo_monitor.h"
+#include "rule_table.h"
 #include "support/scenarios.h"
-#include "violations.h"
 
 namespace metabuffer::test::fifo_monitor_test {
 
@@ -16,10 +14,13 @@ namespace {
 constexpr int kCapacity = 20;  // of 32 addresses
 constexpr int kEnd = 40;
 
-struct FifoMonitorBench {
-    ClockedTestbench bench;
+/// What a wire carries from an edge on.
+template <typename Value>
+using Values = std::map<int, Value>;
+
+/// A stream by the rules: eight pixels come, two are read, three are released, six come and are given up.
+struct FifoBench : ClockedRuleBench {
     Scenario scenario;
-    Violations violations{bench.core};
     sc_core::sc_signal<rtl::FifoWrite> write;
     sc_core::sc_signal<rtl::FifoRead> read;
     sc_core::sc_signal<rtl::FifoRelease> release;
@@ -31,15 +32,21 @@ struct FifoMonitorBench {
     sc_core::sc_signal<std::uint64_t> row_word;
     sc_core::sc_signal<std::uint64_t> row_next_word;
     monitors::FifoMonitor monitor;
-    // The values of the wires from an edge on.
-    std::map<int, std::uint64_t> words;
-    std::map<int, std::uint32_t> frees;
-    std::map<int, std::uint64_t> next_words;
-    std::map<int, std::uint64_t> row_words;
-    std::map<int, std::uint64_t> row_next_words;
+    std::map<int, rtl::FifoWrite> writes;  ///< at an edge, as those after it
+    std::map<int, rtl::FifoRead> reads{{5, {true, 30}}, {9, {true, 0}}, {14, {true, 5}}};
+    std::map<int, rtl::FifoRead> row_reads{{6, {true, 31}}};
+    std::map<int, rtl::FifoRelease> releases{{10, {3, 0}}, {16, {0, 6}}};
+    Values<std::uint32_t> frees{{0, kCapacity}, {4, 12}, {11, 15}, {15, 9}, {17, 15}};
+    Values<std::uint64_t> words{{0, 0}, {6, 130}, {10, 132}, {15, 105}};
+    Values<std::uint64_t> next_words{{0, 0}, {6, 131}, {10, 133}, {15, 106}};
+    Values<std::uint64_t> row_words{{0, 0}, {7, 131}};
+    Values<std::uint64_t> row_next_words{{0, 0}, {7, 132}};
 
-    explicit FifoMonitorBench(Smoothing smoothing = Smoothing::kReplicate)
-        : scenario(with_capacity(smoothing)), monitor("monitor", scenario, "composer_1_1", violations.log) {
+    FifoBench(const sc_core::sc_module_name& name, ClockedTestbench& testbench,
+              Smoothing smoothing = Smoothing::kReplicate)
+        : ClockedRuleBench(name, testbench),
+          scenario(with_capacity(smoothing)),
+          monitor("monitor", scenario, "composer_1_1", log) {
         monitor.clk_i(bench.core.clk);
         monitor.reset_i(bench.reset);
         monitor.write_i(write);
@@ -52,10 +59,20 @@ struct FifoMonitorBench {
             monitor.second_row->row_read_i(row_read);
             monitor.second_row->row_word_i(row_word);
             monitor.second_row->row_next_word_i(row_next_word);
-            next_words[0] = row_words[0] = row_next_words[0] = 0;
         }
-        words[0] = 0;
-        frees[0] = kCapacity;
+        put(3, 28, 8);
+        put(14, 4, 6);
+        bench.core.each_clock([this](int clock) {
+            write.write(at(writes, clock));
+            read.write(at(reads, clock));
+            row_read.write(at(row_reads, clock));
+            release.write(at(releases, clock));
+            free.write(std::prev(frees.upper_bound(clock))->second);
+            word.write(std::prev(words.upper_bound(clock))->second);
+            next_word.write(std::prev(next_words.upper_bound(clock))->second);
+            row_word.write(std::prev(row_words.upper_bound(clock))->second);
+            row_next_word.write(std::prev(row_next_words.upper_bound(clock))->second);
+        });
     }
     static Scenario with_capacity(Smoothing smoothing) {
         Scenario scenario = small_scenario(8, 4);
@@ -64,162 +81,66 @@ struct FifoMonitorBench {
         scenario.renderers.push_back(renderer_of({PixelImage(8, 4)}));
         return scenario;
     }
+    template <typename Value>
+    static Value at(const std::map<int, Value>& pulses, int clock) {
+        const auto found = pulses.find(clock);
+        return found == pulses.end() ? Value{} : found->second;
+    }
     void put(int clock, int address, int count) {
-        rtl::FifoWrite beat;
+        rtl::FifoWrite& beat = writes[clock];
         beat.address = static_cast<std::uint32_t>(address);
         beat.count = static_cast<std::uint8_t>(count);
         for (int i = 0; i < count; ++i)
             beat.words[static_cast<std::size_t>(i)] = 100 + static_cast<unsigned>(address + i);
-        bench.core.drive(write, clock, beat);
-        bench.core.drive(write, clock + 1, rtl::FifoWrite{});
-    }
-    void get(int clock, int address) {
-        bench.core.drive(read, clock, rtl::FifoRead{true, static_cast<std::uint32_t>(address)});
-        bench.core.drive(read, clock + 1, rtl::FifoRead{});
-    }
-    void let_go(int clock, unsigned oldest, unsigned newest = 0) {
-        bench.core.drive(release, clock, rtl::FifoRelease{oldest, newest});
-        bench.core.drive(release, clock + 1, rtl::FifoRelease{});
-    }
-    /// A stream by the rules: eight pixels come, two are read, three are released, six come and are given up.
-    void put_stream() {
-        put(3, 28, 8);
-        frees[4] = 12;
-        get(5, 30);
-        words[6] = 130;
-        get(9, 0);
-        words[10] = 132;
-        let_go(10, 3);
-        frees[11] = 15;
-        put(14, 4, 6);
-        frees[15] = 9;
-        get(14, 5);
-        words[15] = 105;
-        let_go(16, 0, 6);
-        frees[17] = 15;
-    }
-    /// The other row is read, and the words beside those of put_stream() stand where they must.
-    void put_second_row() {
-        next_words[6] = 131;
-        next_words[10] = 133;
-        next_words[15] = 106;
-        bench.core.drive(row_read, 6, rtl::FifoRead{true, 31});
-        bench.core.drive(row_read, 7, rtl::FifoRead{});
-        row_words[7] = 131;
-        row_next_words[7] = 132;
-    }
-    void run() {
-        for (const auto& [clock, value] : next_words) bench.core.drive(next_word, clock, value);
-        for (const auto& [clock, value] : row_words) bench.core.drive(row_word, clock, value);
-        for (const auto& [clock, value] : row_next_words) bench.core.drive(row_next_word, clock, value);
-        for (const auto& [clock, value] : words) bench.core.drive(word, clock, value);
-        for (const auto& [clock, value] : frees) bench.core.drive(free, clock, value);
-        bench.run_through(kEnd);
     }
 };
 
+const std::string kFifo = "composer_1_1.fifo.";
+
 }  // namespace
 
-TEST_CASE("fifo monitor: a stream by the rules breaks none", "[monitors]") {
-    FifoMonitorBench bench;
-    bench.put_stream();
-    bench.run();
-    bench.violations.check_none();
-    CHECK(bench.monitor.pixels_written() == 14);
-}
+TEST_CASE("fifo monitor: its rules in a table", "[monitors]") {
+    ClockedRuleTable<FifoBench> rules;
+    rules.of();
+    rules.row("a stream by the rules", {}, {},
+              [](const auto& bench) { CHECK(bench.monitor.pixels_written() == 14); });
+    rules.row("an address is written to while its pixel is held", {{"fifo/overwrite", kFifo + "write", 20}},
+              [](auto& bench) {
+                  bench.put(20, 3, 1);
+                  bench.frees[21] = 14;
+              });
+    rules.row("a pixel is read that was given up", {{"fifo/read", kFifo + "read", 20}}, [](auto& bench) {
+        bench.reads[20] = {true, 7};
+    });
+    rules.row("a pixel is read that has been released", {{"fifo/read", kFifo + "read", 12}}, [](auto& bench) {
+        bench.reads[12] = {true, 30};
+    });
+    rules.row("more pixels are released than are held", {{"fifo/release", kFifo + "release", 20}},
+              [](auto& bench) {
+                  bench.releases[20] = {4, 2};
+              });
+    rules.row("another word than the one that was written", {{"fifo/word", kFifo + "word", 6}},
+              [](auto& bench) { bench.words[6] = 131; });
+    rules.row("a word does not stay until the next read", {{"fifo/word", kFifo + "word", 30}},
+              [](auto& bench) { bench.words[30] = 0; });
+    rules.row("a wrong count of what is free", {{"fifo/free", kFifo + "free", 11}}, [](auto& bench) {
+        bench.frees[11] = 14;
+        bench.frees[12] = 15;
+    });
 
-TEST_CASE("fifo monitor: an address is written to while its pixel is held", "[monitors]") {
-    FifoMonitorBench bench;
-    bench.put_stream();
-    bench.put(20, 3, 1);
-    bench.frees[21] = 14;
-    bench.run();
-    bench.violations.check_only("fifo/overwrite", "composer_1_1.fifo.write", 20, -1);
-}
-
-TEST_CASE("fifo monitor: a pixel is read that has not come", "[monitors]") {
-    FifoMonitorBench bench;
-    bench.put_stream();
-    bench.get(20, 7);  // it was given up
-    bench.run();
-    bench.violations.check_only("fifo/read", "composer_1_1.fifo.read", 20, -1);
-}
-
-TEST_CASE("fifo monitor: a pixel is read that has been released", "[monitors]") {
-    FifoMonitorBench bench;
-    bench.put_stream();
-    bench.get(12, 30);
-    bench.run();
-    bench.violations.check_only("fifo/read", "composer_1_1.fifo.read", 12, -1);
-}
-
-TEST_CASE("fifo monitor: more pixels are released than are held", "[monitors]") {
-    FifoMonitorBench bench;
-    bench.put_stream();
-    bench.let_go(20, 4, 2);
-    bench.run();
-    bench.violations.check_only("fifo/release", "composer_1_1.fifo.release", 20, -1);
-}
-
-TEST_CASE("fifo monitor: another word than the one that was written", "[monitors]") {
-    FifoMonitorBench bench;
-    bench.put_stream();
-    bench.words[6] = 131;
-    bench.run();
-    bench.violations.check_only("fifo/word", "composer_1_1.fifo.word", 6, -1);
-}
-
-TEST_CASE("fifo monitor: a word that does not stay until the next read", "[monitors]") {
-    FifoMonitorBench bench;
-    bench.put_stream();
-    bench.words[30] = 0;
-    bench.run();
-    bench.violations.check_only("fifo/word", "composer_1_1.fifo.word", 30, -1);
-}
-
-TEST_CASE("fifo monitor: a count of what is free that is wrong", "[monitors]") {
-    FifoMonitorBench bench;
-    bench.put_stream();
-    bench.frees[11] = 14;
-    bench.frees[12] = 15;
-    bench.run();
-    bench.violations.check_only("fifo/free", "composer_1_1.fifo.free", 11, -1);
-}
-
-TEST_CASE("fifo monitor: both rows of a window read by the rules break none", "[monitors]") {
-    FifoMonitorBench bench(Smoothing::kBilinear);
-    bench.put_stream();
-    bench.put_second_row();
-    bench.run();
-    bench.violations.check_none();
-}
-
-TEST_CASE("fifo monitor: another word than that of the next address", "[monitors]") {
-    FifoMonitorBench bench(Smoothing::kBilinear);
-    bench.put_stream();
-    bench.put_second_row();
-    bench.next_words[10] = 132;
-    bench.run();
-    bench.violations.check_only("fifo/word", "composer_1_1.fifo.next_word", 10, -1);
-}
-
-TEST_CASE("fifo monitor: another word of the other row", "[monitors]") {
-    FifoMonitorBench bench(Smoothing::kBilinear);
-    bench.put_stream();
-    bench.put_second_row();
-    bench.row_next_words[7] = 133;
-    bench.run();
-    bench.violations.check_only("fifo/word", "composer_1_1.fifo.row_next_word", 7, -1);
-}
-
-TEST_CASE("fifo monitor: a pixel of the other row is read that has not come", "[monitors]") {
-    FifoMonitorBench bench(Smoothing::kBilinear);
-    bench.put_stream();
-    bench.put_second_row();
-    bench.bench.core.drive(bench.row_read, 20, rtl::FifoRead{true, 7});
-    bench.bench.core.drive(bench.row_read, 21, rtl::FifoRead{});
-    bench.run();
-    bench.violations.check_only("fifo/read", "composer_1_1.fifo.row_read", 20, -1);
+    rules.of(Smoothing::kBilinear);
+    rules.row("both rows of a window read by the rules", {});
+    rules.row("another word than that of the next address", {{"fifo/word", kFifo + "next_word", 10}},
+              [](auto& bench) { bench.next_words[10] = 132; });
+    rules.row("another word of the other row", {{"fifo/word", kFifo + "row_word", 7}},
+              [](auto& bench) { bench.row_words[7] = 132; });
+    rules.row("another word of the other row's next address", {{"fifo/word", kFifo + "row_next_word", 7}},
+              [](auto& bench) { bench.row_next_words[7] = 133; });
+    rules.row("a pixel of the other row is read that has not come", {{"fifo/read", kFifo + "row_read", 20}},
+              [](auto& bench) {
+                  bench.row_reads[20] = {true, 7};
+              });
+    rules.run_and_check(kEnd);
 }
 
 }  // namespace metabuffer::test::fifo_monitor_test

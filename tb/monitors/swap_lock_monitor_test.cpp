@@ -2,7 +2,6 @@
 
 #include <catch2/catch.hpp>
 #include <optional>
-#include <utility>
 
 #include "altered_machine.h"
 
@@ -11,285 +10,187 @@ namespace metabuffer::test::swap_lock_monitor_test {
 namespace {
 
 /// The monitor on the altered wires of a machine of two displays.
-struct Bench : AlteredMachine {
+struct SwapBench : AlteredBench {
     monitors::SwapLockMonitor monitor;
-    std::int64_t edge = -1;  ///< at which the alteration is sampled
     int pictures = 0;
 
-    explicit Bench(Scenario scenario_of_it = altered_scenario())
-        : AlteredMachine(std::move(scenario_of_it)), monitor("monitor", scenario(), log) {
-        monitor.clk_i(machine.core_clk());
-        monitor.dvi_clk_i(machine.dvi_out_clk());
-        monitor.reset_i(machine.reset());
-        monitor.swaplock_i(wires().swaplock);
-        monitor.swapskip_i(wires().swapskip);
-        for (std::size_t d = 0; d < 2; ++d) {
-            monitor.framedone_i[d](wires().framedone[d]);
-            monitor.framebad_i[d](wires().framebad[d]);
-            monitor.link_i[d](wires().link_out[d]);
-        }
+    SwapBench(const sc_core::sc_module_name& name, WatchedMachine& watched)
+        : AlteredBench(name, watched), monitor("monitor", scenario, log) {
+        bind_swap_lock(monitor);
         monitor.on_picture([this](const auto&) { ++pictures; });
-    }
-
-    /// Alters the wires once, at the first edge from which the condition has held for `clocks` more.
-    void once(const std::function<bool(rtl::Wires&)>& condition, int clocks,
-              const std::function<void(rtl::Wires& real)>& change) {
-        altered.alter = [=, held = 0](std::int64_t next, rtl::Wires& real) mutable {
-            held = condition(real) ? held + 1 : 0;
-            if (edge < 0 && held == clocks + 1) {
-                edge = next;
-                change(real);
-            }
-        };
     }
 };
 
 bool all_done(rtl::Wires& real) { return real.framedone[0].read() && real.framedone[1].read(); }
 bool none_done(rtl::Wires& real) { return !real.framedone[0].read() && !real.framedone[1].read(); }
 
-}  // namespace
+using Change = std::function<void(SwapBench&)>;
+using Condition = std::function<bool(rtl::Wires& real)>;
 
-TEST_CASE("swap lock monitor: a legal run breaks no rule and shows each frame once on each display",
-          "[monitors]") {
-    Bench bench;
-    bench.run();
-    for (const auto& violation : bench.violations) FAIL(to_string(violation));
-    CHECK(bench.monitor.frame() == kAlteredFrames - 1);
-    CHECK(bench.monitor.kept_frames() == 0);
-    CHECK(bench.pictures == 2 * kAlteredFrames);
+/// Alters the wires once, at the first edge from which the condition has held for `clocks` more.
+Change once(const Condition& condition, const std::function<void(rtl::Wires& altered)>& change,
+            int clocks = 20) {
+    return [=](SwapBench& bench) {
+        bench.alter = [=, &bench, held = 0](std::int64_t next, rtl::Wires& real) mutable {
+            held = condition(real) ? held + 1 : 0;
+            if (bench.edge >= 0 || held != clocks + 1) return;
+            bench.edge = next;
+            change(bench.wires);
+        };
+    };
 }
-
-TEST_CASE("swap lock monitor: SWAPLOCK while a FRAMEDONE is low", "[monitors]") {
-    Bench bench;
-    bench.once(none_done, 20, [&](rtl::Wires&) { bench.wires().swaplock.write(true); });
-    bench.run();
-    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
+/// Raises FRAMEDONE of display 1 so many clocks after the first fall of all.
+Change framedone_after_fall(int clocks) {
+    return [=](SwapBench& bench) {
+        bench.alter = [=, &bench, was_done = false](std::int64_t next, rtl::Wires& real) mutable {
+            if (was_done && none_done(real) && bench.edge < 0) bench.edge = next + clocks;
+            was_done = all_done(real);
+            if (next == bench.edge) bench.wires.framedone[0].write(true);
+        };
+    };
 }
-
-TEST_CASE("swap lock monitor: SWAPLOCK low though every FRAMEDONE is high", "[monitors]") {
-    Bench bench;
-    bench.once(all_done, 20, [&](rtl::Wires&) { bench.wires().swaplock.write(false); });
-    bench.run();
-    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
+/// Lowers SWAPLOCK in the first clocks of a swap.
+Change late_swaplock(int clocks) {
+    return [=](SwapBench& bench) {
+        bench.alter = [=, &bench, done = 0](std::int64_t next, rtl::Wires& real) mutable {
+            done = all_done(real) ? done + 1 : 0;
+            if (done < 1 || done > clocks) return;
+            if (bench.edge < 0) bench.edge = next;
+            bench.wires.swaplock.write(false);
+        };
+    };
 }
-
-namespace {
+/// FRAMEBAD of display 2 is high from the run's start, and SWAPSKIP by a rule of the test; `swap` is the number of edges
+/// at which a swap has been due. The bench's edge is that of the first swap.
+Change bad_frames(const std::function<bool(std::int64_t next, int swap)>& swapskip) {
+    return [=](SwapBench& bench) {
+        bench.alter = [=, &bench, swap = 0](std::int64_t next, rtl::Wires& real) mutable {
+            swap += all_done(real) ? 1 : 0;
+            if (swap == 1 && bench.edge < 0) bench.edge = next;
+            bench.wires.framebad[1].write(true);
+            bench.wires.swapskip.write(swapskip(next, swap));
+        };
+    };
+}
 
 /// A fault that may hold the swap lock's wires, and hardly ever does.
-Scenario stalled_scenario(int renderer, std::int64_t from_cycle, std::optional<std::int64_t> cycles) {
+Scenario stalled_scenario(int renderer, std::int64_t from_cycle = 0,
+                          std::optional<std::int64_t> cycles = std::nullopt) {
     return with_fault(altered_scenario(), random_stalls(renderer, 1, from_cycle, cycles));
 }
 constexpr int kLastRow = 1;
 
-/// Lowers SWAPLOCK in the first clocks of a swap.
-AlteredWires::Alter late_swaplock(Bench& bench, int clocks) {
-    return [&bench, clocks, done = 0](std::int64_t next, rtl::Wires& real) mutable {
-        done = all_done(real) ? done + 1 : 0;
-        if (done < 1 || done > clocks) return;
-        if (bench.edge < 0) bench.edge = next;
-        bench.wires().swaplock.write(false);
-    };
-}
+void swaplock_high(rtl::Wires& altered) { altered.swaplock.write(true); }
+void swaplock_low(rtl::Wires& altered) { altered.swaplock.write(false); }
 
 }  // namespace
 
-TEST_CASE("swap lock monitor: SWAPLOCK may be late while a fault of the last row may hold it", "[monitors]") {
-    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
-    bench.altered.alter = late_swaplock(bench, 3);
-    bench.run();
-    CHECK(bench.edge > 0);
-    for (const auto& violation : bench.violations) FAIL(to_string(violation));
-    CHECK(bench.pictures == 2 * kAlteredFrames);
-}
-
-TEST_CASE("swap lock monitor: a fault of another row excuses no late SWAPLOCK", "[monitors]") {
-    Bench bench(stalled_scenario(kLastRow - 1, 0, std::nullopt));
-    bench.altered.alter = late_swaplock(bench, 3);
-    bench.run();
-    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
-}
-
-TEST_CASE("swap lock monitor: a fault that is over excuses no late SWAPLOCK", "[monitors]") {
-    Bench bench(stalled_scenario(kLastRow, 0, 10));
-    bench.altered.alter = late_swaplock(bench, 1);
-    bench.run();
-    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
-}
-
-TEST_CASE("swap lock monitor: a fault that is still to come excuses no late SWAPLOCK", "[monitors]") {
-    Bench bench(stalled_scenario(kLastRow, 1'000'000, std::nullopt));
-    bench.altered.alter = late_swaplock(bench, 1);
-    bench.run();
-    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
-}
-
-TEST_CASE("swap lock monitor: SWAPLOCK is taken back while a fault may hold it", "[monitors]") {
-    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
-    bench.once(all_done, 20, [&](rtl::Wires&) { bench.wires().swaplock.write(false); });
-    bench.run();
-    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
-}
-
-TEST_CASE("swap lock monitor: SWAPLOCK too early while a fault may hold it", "[monitors]") {
-    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
-    bench.once(none_done, 20, [&](rtl::Wires&) { bench.wires().swaplock.write(true); });
-    bench.run();
-    bench.check_first("swap-lock/all-done", "SWAPLOCK", "core", bench.edge, -1);
-}
-
-namespace {
-
-/// A FRAMEBAD that is high from the run's start, and a SWAPSKIP that rises when it may.
-void check_late_swapskip(Bench& bench, const std::function<bool(rtl::Wires& real)>& swapskip) {
-    bench.altered.alter = [&bench, swapskip](std::int64_t, rtl::Wires& real) {
-        bench.wires().framebad[1].write(true);
-        bench.wires().swapskip.write(swapskip(real));
-    };
-    bench.run();
-}
-
-}  // namespace
-
-TEST_CASE("swap lock monitor: SWAPSKIP may rise with SWAPLOCK while a fault may hold it", "[monitors]") {
-    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
-    bool risen = false;
-    check_late_swapskip(bench, [&risen](rtl::Wires& real) { return risen = risen || all_done(real); });
-    for (const auto& violation : bench.violations) CHECK(violation.rule != "swap-lock/any-bad");
-}
-
-TEST_CASE("swap lock monitor: SWAPSKIP later than SWAPLOCK while a fault may hold it", "[monitors]") {
-    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
-    int done = 0;
-    std::int64_t edge = -1;
-    bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
-        done += all_done(real) ? 1 : 0;
-        if (done == 1 && edge < 0) edge = next;
-        bench.wires().framebad[1].write(true);
-        bench.wires().swapskip.write(done > 1);
-    };
-    bench.run();
-    bench.check_first("swap-lock/any-bad", "SWAPSKIP", "core", edge, -1);
-}
-
-TEST_CASE("swap lock monitor: SWAPSKIP is taken back while a fault may hold it", "[monitors]") {
-    Bench bench(stalled_scenario(kLastRow, 0, std::nullopt));
-    bench.altered.alter = [&](std::int64_t next, rtl::Wires&) {
-        bench.wires().framebad[1].write(true);
-        bench.wires().swapskip.write(next == 20);
-        bench.edge = 21;
-    };
-    bench.run();
-    bench.check_first("swap-lock/any-bad", "SWAPSKIP", "core", bench.edge, -1);
-}
-
-TEST_CASE("swap lock monitor: SWAPSKIP without a FRAMEBAD", "[monitors]") {
-    Bench bench;
-    bench.once(none_done, 20, [&](rtl::Wires&) { bench.wires().swapskip.write(true); });
-    bench.run();
-    bench.check_first("swap-lock/any-bad", "SWAPSKIP", "core", bench.edge, -1);
-}
-
-TEST_CASE("swap lock monitor: FRAMEDONE falls without a swap", "[monitors]") {
-    Bench bench;
-    bench.once(all_done, 20, [&](rtl::Wires&) {
-        bench.wires().framedone[1].write(false);
-        bench.wires().swaplock.write(false);
+TEST_CASE("swap lock monitor: its rules in a table", "[monitors]") {
+    AlteredRuleTable<SwapBench> rules;
+    rules.of(altered_scenario());
+    rules.row("a run by the rules shows each frame once on each display", {}, {}, [](const auto& bench) {
+        CHECK(bench.monitor.frame() == kAlteredFrames - 1);
+        CHECK(bench.monitor.kept_frames() == 0);
+        CHECK(bench.pictures == 2 * kAlteredFrames);
     });
-    bench.run();
-    bench.check_first("swap-lock/framedone-fall", "FRAMEDONE_2", "core", bench.edge, -1);
-    // It then rises a second time for the same swap.
-    REQUIRE(bench.violations.size() >= 2);
-    CHECK(bench.violations[1].rule == "swap-lock/framedone-rise");
-    CHECK(bench.violations[1].cycle == bench.edge + 1);
-}
+    rules.row("SWAPLOCK high while a FRAMEDONE is low", {{"swap-lock/all-done", "SWAPLOCK"}},
+              once(none_done, swaplock_high));
+    rules.row("SWAPLOCK low though every FRAMEDONE is high", {{"swap-lock/all-done", "SWAPLOCK"}},
+              once(all_done, swaplock_low));
+    rules.row("SWAPSKIP without a FRAMEBAD", {{"swap-lock/any-bad", "SWAPSKIP"}},
+              once(none_done, [](auto& altered) { altered.swapskip.write(true); }));
+    // FRAMEDONE then rises a second time for the same swap.
+    rules.row("FRAMEDONE falls without a swap",
+              {{"swap-lock/framedone-fall", "FRAMEDONE_2"},
+               {"swap-lock/framedone-rise", "FRAMEDONE_2", 1},
+               kOthers},
+              once(all_done, [](auto& altered) {
+                  altered.framedone[1].write(false);
+                  altered.swaplock.write(false);
+              }));
+    rules.row("FRAMEDONE stays high a clock too long after the swap",
+              {{"swap-lock/framedone-fall", "FRAMEDONE_1", 0, 0}, kOthers}, framedone_after_fall(0));
+    rules.row("FRAMEDONE rises before the swap's level has come back",
+              {{"swap-lock/framedone-rise", "FRAMEDONE_1", 0, 0}, kOthers}, framedone_after_fall(1));
+    rules.row("FRAMEBAD rises while FRAMEDONE is high", {{"swap-lock/framebad", "FRAMEBAD_2"}, kOthers},
+              once(all_done, [](auto& altered) {
+                  altered.framebad[1].write(true);
+                  altered.swapskip.write(true);
+              }));
+    rules.row("displays out of step", {{"swap-lock/in-step", "DVI_OUT_2", 0, -1, "dvi_out"}},
+              once([](auto& real) { return !real.link_out[1].read().vsync; },
+                   [](auto& altered) {
+                       rtl::DviLink link = altered.link_out[1].read();
+                       link.vsync = true;
+                       altered.link_out[1].write(link);
+                   },
+                   300));
+    rules.row(
+        "a picture changes without a swap", {{"swap-lock/picture", "DVI_OUT_1", 0, -1, "dvi_out"}, kOthers},
+        [](auto& bench) {
+            const LinkPosition start({kAlteredWidth, kAlteredHeight});
+            bench.alter = [&bench, position = start](std::int64_t next, rtl::Wires& real) mutable {
+                // Black before the first swap: one pixel of it lights up.
+                rtl::DviLink link = real.link_out[0].read();
+                if (!position.step(link) || bench.edge >= 0 || position.line() != 8 || position.x() != 3)
+                    return;
+                bench.edge = next;
+                link.data = 1;
+                bench.wires.link_out[0].write(link);
+            };
+        },
+        [](const auto& bench) {
+            CHECK_THAT(bench.violations.at(0).detail,
+                       Catch::Contains("pixel 3,2 changes from #000000 to #000001"));
+        });
+    rules.row(
+        "a display swaps though pixels of the frame were lost",
+        {{"swap-lock/kept", "DVI_OUT_1", 0, 0, "dvi_out"}, kOthers},
+        [](auto& bench) {
+            bench.alter = [&bench](std::int64_t next, rtl::Wires& real) {
+                // FRAMEBAD is high with FRAMEDONE of display 1, as if the machine had raised and then ignored it.
+                const bool bad = real.framedone[0].read();
+                bench.wires.framebad[0].write(bad);
+                bench.wires.swapskip.write(bad);
+                const rtl::DviLink& link = real.link_out[0].read();
+                if (link.de && link.data != 0 && bench.edge < 0) bench.edge = next;
+            };
+        },
+        [](const auto& bench) { CHECK(bench.monitor.kept_frames() == kAlteredFrames); });
 
-TEST_CASE("swap lock monitor: FRAMEDONE stays high a clock too long after the swap", "[monitors]") {
-    Bench bench;
-    bool was_done = false;
-    bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
-        if (was_done && none_done(real) && bench.edge < 0) {
-            bench.edge = next;
-            bench.wires().framedone[0].write(true);
-        }
-        was_done = all_done(real);
-    };
-    bench.run();
-    bench.check_first("swap-lock/framedone-fall", "FRAMEDONE_1", "core", bench.edge, 0);
-}
+    rules.of(stalled_scenario(kLastRow));
+    rules.row("SWAPLOCK late while a fault of the last row may hold it", {}, late_swaplock(3),
+              [](const auto& bench) {
+                  CHECK(bench.edge > 0);
+                  CHECK(bench.pictures == 2 * kAlteredFrames);
+              });
+    rules.row("SWAPLOCK is taken back while a fault may hold it", {{"swap-lock/all-done", "SWAPLOCK"}},
+              once(all_done, swaplock_low));
+    rules.row("SWAPLOCK early while a fault may hold it", {{"swap-lock/all-done", "SWAPLOCK"}},
+              once(none_done, swaplock_high));
+    rules.row("SWAPSKIP rises with SWAPLOCK while a fault may hold it", {kOthers},
+              bad_frames([](std::int64_t /*next*/, int swap) { return swap > 0; }), [](const auto& bench) {
+                  for (const auto& violation : bench.violations) CHECK(violation.rule != "swap-lock/any-bad");
+              });
+    rules.row("SWAPSKIP later than SWAPLOCK while a fault may hold it",
+              {{"swap-lock/any-bad", "SWAPSKIP"}, kOthers},
+              bad_frames([](std::int64_t /*next*/, int swap) { return swap > 1; }));
+    rules.row("SWAPSKIP is taken back while a fault may hold it",
+              {{"swap-lock/any-bad", "SWAPSKIP"}, kOthers}, [](auto& bench) {
+                  bench.edge = 21;
+                  bad_frames([](std::int64_t next, int /*swap*/) { return next == 20; })(bench);
+              });
 
-TEST_CASE("swap lock monitor: FRAMEDONE rises before the swap's level has come back", "[monitors]") {
-    Bench bench;
-    bool was_done = false;
-    std::int64_t fall = -1;
-    bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
-        if (was_done && none_done(real) && fall < 0) fall = next;
-        was_done = all_done(real);
-        if (fall >= 0 && next == fall + 1) {
-            bench.edge = next;
-            bench.wires().framedone[0].write(true);
-        }
-    };
-    bench.run();
-    bench.check_first("swap-lock/framedone-rise", "FRAMEDONE_1", "core", bench.edge, 0);
-}
-
-TEST_CASE("swap lock monitor: FRAMEBAD rises while FRAMEDONE is high", "[monitors]") {
-    Bench bench;
-    bench.once(all_done, 20, [&](rtl::Wires&) {
-        bench.wires().framebad[1].write(true);
-        bench.wires().swapskip.write(true);
-    });
-    bench.run();
-    bench.check_first("swap-lock/framebad", "FRAMEBAD_2", "core", bench.edge, -1);
-}
-
-TEST_CASE("swap lock monitor: displays out of step", "[monitors]") {
-    Bench bench;
-    bench.once([](rtl::Wires& real) { return !real.link_out[1].read().vsync; }, 300,
-               [&](rtl::Wires& real) {
-                   rtl::DviLink link = real.link_out[1].read();
-                   link.vsync = true;
-                   bench.wires().link_out[1].write(link);
-               });
-    bench.run();
-    REQUIRE_FALSE(bench.violations.empty());
-    bench.check_first("swap-lock/in-step", "DVI_OUT_2", "dvi_out", bench.edge, bench.violations[0].frame);
-}
-
-TEST_CASE("swap lock monitor: a picture that changes without a swap", "[monitors]") {
-    Bench bench;
-    LinkPosition position({kAlteredWidth, kAlteredHeight});
-    int shown_in = -1;  // the DVI frame in which a composited picture was shown first
-    bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
-        rtl::DviLink link = real.link_out[0].read();
-        if (!position.step(link)) return;
-        if (link.de && link.data != 0 && shown_in < 0) shown_in = position.frame();
-        // Black before the first swap: one pixel of it lights up.
-        if (shown_in < 0 && link.de && position.line() == 8 && position.x() == 3 && bench.edge < 0) {
-            bench.edge = next;
-            link.data = 1;
-            bench.wires().link_out[0].write(link);
-        }
-    };
-    bench.run();
-    bench.check_first("swap-lock/picture", "DVI_OUT_1", "dvi_out", bench.edge, -1);
-    CHECK_THAT(bench.violations[0].detail, Catch::Contains("pixel 3,2 changes from #000000 to #000001"));
-}
-
-TEST_CASE("swap lock monitor: a display that swaps though pixels of the frame were lost", "[monitors]") {
-    Bench bench;
-    std::int64_t first_pixel = -1;
-    bench.altered.alter = [&](std::int64_t next, rtl::Wires& real) {
-        // FRAMEBAD is high with FRAMEDONE of display 1, as if the machine had raised and then ignored it.
-        const bool bad = real.framedone[0].read();
-        bench.wires().framebad[0].write(bad);
-        bench.wires().swapskip.write(bad);
-        const rtl::DviLink& link = real.link_out[0].read();
-        if (link.de && link.data != 0 && first_pixel < 0) first_pixel = next;
-    };
-    bench.run();
-    bench.check_first("swap-lock/kept", "DVI_OUT_1", "dvi_out", first_pixel, 0);
-    CHECK(bench.monitor.kept_frames() == kAlteredFrames);
+    rules.of(stalled_scenario(kLastRow - 1));
+    rules.row("a fault of another row excuses no late SWAPLOCK",
+              {{"swap-lock/all-done", "SWAPLOCK"}, kOthers}, late_swaplock(3));
+    rules.of(stalled_scenario(kLastRow, 0, 10));
+    rules.row("a fault that is over excuses no late SWAPLOCK", {{"swap-lock/all-done", "SWAPLOCK"}, kOthers},
+              late_swaplock(1));
+    rules.of(stalled_scenario(kLastRow, 1'000'000));
+    rules.row("a fault that is still to come excuses no late SWAPLOCK",
+              {{"swap-lock/all-done", "SWAPLOCK"}, kOthers}, late_swaplock(1));
+    rules.run_and_check();
 }
 
 }  // namespace metabuffer::test::swap_lock_monitor_test

@@ -60,6 +60,8 @@ struct ComposerBench {
         : scenario(std::move(with)),
           core(bench.core),
           pipemaster((name + "_pipemaster").c_str(), strap == Strap::kMaster),
+          bus((name + "_bus").c_str()),
+          startframe_in((name + "_startframe_in").c_str()),
           composer(name.c_str(), scenario, 1),
           monitor((name + "_monitor").c_str(), scenario, 0, 0, violations),
           busreadies(core.record(busready)),
