@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "scenario/derived_timing.h"
-
 namespace metabuffer::monitors {
 namespace {
 
@@ -26,23 +24,20 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       image_height_(scenario.renderers[static_cast<std::size_t>(renderer)].image_height_pixels),
       page_words_(scenario.memory.page_words),
       memory_(scenario.memory),
+      timing_(scenario),
       latency_cycles_(scenario.memory.read_latency_cycles),
-      answer_cycles_(bus_loop_cycles(scenario.bus, scenario.memory)),
-      longest_wait_cycles_(longest_word_wait_cycles(scenario)),
       waits_are_known_(!scenario.memory.shared()),
       grant_cycles_(scenario.bus.grant_cycles),
       burst_pixels_(scenario.bus.burst_pixels),
-      beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
       buffer_pixels_(scenario.composer.buffer_pixels),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
-      cycles_per_beat_(cycles_per_beat(scenario.bus)),
       cycles_per_row_(std::max(1, kTableRowBits / scenario.bus.width_bits)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       reporter_(log),
       levels_(static_cast<std::size_t>(displays_)),
       tables_ready_(latency_cycles_, false),
       rows_(static_cast<std::size_t>(displays_)),
-      announced_(answer_cycles_, 0),
+      announced_(static_cast<int>(timing_.loop_cycles), 0),
       counted_from_(static_cast<std::size_t>(displays_)) {
     SC_METHOD(clock_edge);
     sensitive << clk_i.pos();
@@ -141,7 +136,7 @@ void BusMonitor::sample_busready(std::int64_t edge) {
         levels.push_back({edge, high});
         // No grant that is still to be checked is earlier than this.
         const std::int64_t oldest_grant =
-            edge - latency_cycles_ - grant_cycles_ - longest_wait_cycles_ - cycles_per_beat_;
+            edge - latency_cycles_ - grant_cycles_ - timing_.longest_wait_cycles - timing_.beat_cycles;
         while (levels.size() > 1 && levels[1].edge <= oldest_grant) {
             levels.pop_front();
         }
@@ -188,7 +183,7 @@ void BusMonitor::take_frame_start(const rtl::BusBeat& beat, std::int64_t edge) {
     } else if (edge <= table_counted_from_) {
         violate("bus/tableready", edge, "a frame starts before TABLEREADY counts the one before");
     }
-    table_counted_from_ = edge + 1 + answer_cycles_;
+    table_counted_from_ = edge + 1 + timing_.loop_cycles;
     std::fill(rows_.begin(), rows_.end(), Row{});
     rows_taken_ = pixels_left_ = 0;
     active_ = stopped_ = false;
@@ -256,7 +251,7 @@ std::int64_t BusMonitor::page_of(const Row& row, std::int64_t pixel) const {
 
 /// Pixels of one page, from `pixel` on, that one beat carries when `left` of the burst are to come.
 std::int64_t BusMonitor::beat_size(const Row& row, std::int64_t pixel, std::int64_t left) const {
-    const std::int64_t most = std::min(beat_pixels_, left);
+    const std::int64_t most = std::min(timing_.beat_pixels, left);
     const std::int64_t page = page_of(row, pixel);
     std::int64_t count = 1;
     while (count < most) {
@@ -295,7 +290,7 @@ void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
                     std::to_string(static_cast<std::int64_t>(display_) + 1) + " of which " +
                     std::to_string(remaining_) + " pixels are to come");
         active_ = false;
-        free_from_ = edge - cycles_per_beat_;
+        free_from_ = edge - timing_.beat_cycles;
     }
     pixels_sent_ += beat.count;
     check_order(beat, row, edge);
@@ -324,7 +319,7 @@ void BusMonitor::take_pixels(const rtl::BusBeat& beat, std::int64_t edge) {
                     std::to_string(remaining));
     }
     const std::int64_t page = page_of(row, row.sent);
-    set_open_page(page, page, edge - cycles_per_beat_);
+    set_open_page(page, page, edge - timing_.beat_cycles);
     row.sent += taken;
     pixels_left_ -= taken;
     remaining_ = remaining;
@@ -350,12 +345,12 @@ void BusMonitor::check_order(const rtl::BusBeat& beat, const Row& row, std::int6
 std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, std::int64_t edge) {
     if (active_) {
         const bool in_time =
-            waits_are_known_ ? edge == due_ : edge >= beat_edge_ + cycles_per_beat_ && edge <= due_;
+            waits_are_known_ ? edge == due_ : edge >= beat_edge_ + timing_.beat_cycles && edge <= due_;
         if (!in_time) {
             violate("bus/pace", edge,
                     "the burst's next beat " + std::to_string(edge - beat_edge_) +
                         " clocks after the one before, not " +
-                        (waits_are_known_ ? "" : std::to_string(cycles_per_beat_) + " to ") +
+                        (waits_are_known_ ? "" : std::to_string(timing_.beat_cycles) + " to ") +
                         std::to_string(due_ - beat_edge_));
         }
         ++beats_;
@@ -374,9 +369,9 @@ std::int64_t BusMonitor::burst_left(const rtl::BusBeat& beat, const Row& row, st
 /// The first beat of a burst is sampled at `edge`: checks when the grant was and whether it was allowed. A burst may
 /// have waited for a refresh; any clock in which that wait may have begun is accepted.
 void BusMonitor::check_grant(std::size_t display, std::int64_t page, std::int64_t edge) {
-    const std::int64_t read = edge - cycles_per_beat_;
+    const std::int64_t read = edge - timing_.beat_cycles;
     std::int64_t grant = kNone;
-    for (std::int64_t wanted = read; wanted >= read - longest_wait_cycles_; --wanted) {
+    for (std::int64_t wanted = read; wanted >= read - timing_.longest_wait_cycles; --wanted) {
         if (waits_are_known_ && read_clock(page, wanted) != read) {
             continue;
         }
@@ -442,14 +437,15 @@ std::int64_t BusMonitor::read_clock(std::int64_t page, std::int64_t wanted) cons
 void BusMonitor::expect_next(const Row& row, std::int64_t edge) {
     beat_edge_ = edge;
     next_page_ = page_of(row, std::min(row.sent, row.pixels - 1));
-    due_ = (waits_are_known_ ? read_clock(next_page_, edge) : edge + longest_wait_cycles_) + cycles_per_beat_;
+    due_ = (waits_are_known_ ? read_clock(next_page_, edge) : edge + timing_.longest_wait_cycles) +
+           timing_.beat_cycles;
 }
 
 void BusMonitor::end_burst(std::int64_t edge) {
     // BUSREADY of this edge was written before its composer could count the burst's only or unannounced last beat, or
     // was delayed on its way.
-    if (beats_ == 1 || stopped_ || answer_cycles_ > 0) {
-        counted_from_[display_] = edge + 1 + answer_cycles_;
+    if (beats_ == 1 || stopped_ || timing_.loop_cycles > 0) {
+        counted_from_[display_] = edge + 1 + timing_.loop_cycles;
     }
     active_ = stopped_ = false;
     free_from_ = edge;
@@ -492,23 +488,23 @@ void BusMonitor::note_stopped_opening(std::int64_t edge) {
 
 /// A low BUSREADY that answers for the burst ends it at the edge that reads it.
 void BusMonitor::stop_on_busready(std::int64_t edge, std::int64_t announced) {
-    if (!active_ || stopped_ || announced <= beat_pixels_ || busready_at(display_, edge)) {
+    if (!active_ || stopped_ || announced <= timing_.beat_pixels || busready_at(display_, edge)) {
         return;
     }
     if (edge > beat_edge_) {
         note_stopped_opening(edge);
     }
     // The next beat may have begun already in the memory.
-    const std::int64_t begins = waits_are_known_ ? due_ - cycles_per_beat_ : beat_edge_;
-    if (begins < edge && cycles_per_beat_ > 1) {
+    const std::int64_t begins = waits_are_known_ ? due_ - timing_.beat_cycles : beat_edge_;
+    if (begins < edge && timing_.beat_cycles > 1) {
         stopped_ = true;
         if (waits_are_known_) return;
-        due_ = edge + cycles_per_beat_ - 1;
+        due_ = edge + timing_.beat_cycles - 1;
     } else {
         active_ = false;
     }
     free_from_ = edge;
-    counted_from_[display_] = edge + 1 + answer_cycles_;
+    counted_from_[display_] = edge + 1 + timing_.loop_cycles;
 }
 
 }  // namespace metabuffer::monitors

@@ -7,6 +7,7 @@
 #include <systemc>
 #include <vector>
 
+#include "monitors/bus_timing.h"
 #include "monitors/rule_reporter.h"
 #include "monitors/segment_places.h"
 #include "monitors/violation.h"
@@ -131,17 +132,14 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t image_height_;
     std::int64_t page_words_;
     MemoryConfig memory_;
+    BusTiming timing_;
     std::int64_t latency_cycles_;  ///< from the clock that reads a word to the one that puts it on the bus
-    std::int64_t answer_cycles_;   ///< a beat's answer is read this much later, for latency and registers
-    std::int64_t longest_wait_cycles_;  ///< for a word, while the burst is under way
     /// The bus shows how long each word takes. With shared ports it does not: the link's words take clocks, too.
     bool waits_are_known_;
     std::int64_t grant_cycles_;
     std::int64_t burst_pixels_;
-    std::int64_t beat_pixels_;
     std::int64_t buffer_pixels_;
     std::int64_t ready_space_pixels_;
-    std::int64_t cycles_per_beat_;
     std::int64_t cycles_per_row_;
     std::int64_t core_period_picoseconds_;
 

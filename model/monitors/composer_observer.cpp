@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "monitors/reference_composition.h"
-#include "scenario/derived_timing.h"
 
 namespace metabuffer::monitors {
 namespace {
@@ -32,10 +31,7 @@ ComposerObserver::ComposerObserver(const Scenario& scenario, int renderer, int d
       raster_height_(scenario.displays.raster_height_pixels()),
       buffer_pixels_(scenario.composer.buffer_pixels),
       ready_space_pixels_(scenario.composer.ready_space_pixels),
-      beat_pixels_(pixels_per_beat(scenario.bus, scenario.memory)),
-      in_flight_pixels_(in_flight_pixels(scenario.bus, scenario.memory)),
-      cut_edges_(busready_cut_cycles(scenario.bus, scenario.memory)),
-      longest_gap_cycles_(longest_beat_gap_cycles(scenario)) {
+      timing_(scenario) {
     counters_.renderer = renderer + 1;
     counters_.display = display + 1;
 }
@@ -221,7 +217,7 @@ void ComposerObserver::take_bus(const rtl::BusBeat& beat) {
             }
             break;
     }
-    if (silent_edges_ == longest_gap_cycles_) {
+    if (silent_edges_ == timing_.longest_gap_cycles) {
         announced_ = 0;  // the rest of the burst does not come
     }
 }
@@ -358,10 +354,10 @@ void ComposerObserver::handshakes(bool was_running, const ComposerInputs& inputs
     const std::int64_t room = free_pixels();
     if (dropped_edges_ > 0) {
         expected_.busready = false;
-    } else if (announced_ > beat_pixels_) {
-        expected_.busready = room >= std::min(announced_, in_flight_pixels_);
+    } else if (announced_ > timing_.beat_pixels) {
+        expected_.busready = room >= std::min(announced_, timing_.in_flight_pixels);
         if (!expected_.busready) {
-            dropped_edges_ = cut_edges_;
+            dropped_edges_ = timing_.cut_cycles;
             count_busready_drop(cycle);
         }
     } else {

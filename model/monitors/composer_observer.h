@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "monitors/bus_timing.h"
 #include "monitors/segment_places.h"
 #include "report/composer_record.h"
 #include "rtl/signals.h"
@@ -158,10 +159,7 @@ class ComposerObserver : public ComposerRecord {
     int raster_height_;
     std::int64_t buffer_pixels_;
     std::int64_t ready_space_pixels_;
-    std::int64_t beat_pixels_;
-    std::int64_t in_flight_pixels_;    ///< that may come once BUSREADY falls, with the beat it falls at
-    std::int64_t cut_edges_;           ///< from BUSREADY's fall to the last beat that still goes out
-    std::int64_t longest_gap_cycles_;  ///< between two beats of a burst
+    BusTiming timing_;
 
     bool pipemaster_ = false;
     std::vector<Frame> frames_;  ///< the oldest first

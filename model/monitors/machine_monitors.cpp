@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "monitors/bus_timing.h"
 #include "monitors/link_plan.h"
 #include "report/counters.h"
 #include "rtl/framebuffer_wires.h"
@@ -356,8 +357,9 @@ std::int64_t MachineMonitors::resets() const {
 void MachineMonitors::finish_bus(std::size_t r, const RendererCounters& counters, std::int64_t cycle) {
     const std::int64_t pixels_to_come = counters.bus.pixels_sent - buses_[r]->pixels_sent();
     const std::int64_t bursts_to_come = counters.bus.bursts - buses_[r]->bursts();
-    const int beat = pixels_per_beat(scenario_.bus, scenario_.memory);
-    const int cycles = cycles_per_beat(scenario_.bus);
+    const BusTiming timing(scenario_);
+    const std::int64_t beat = timing.beat_pixels;
+    const std::int64_t cycles = timing.beat_cycles;
     const std::int64_t in_flight = 1 + (scenario_.memory.read_latency_cycles + cycles - 1) / cycles;
     const std::int64_t beats_to_come =
         (1 + resets()) * in_flight;  // what is on its way when a reset begins is lost
