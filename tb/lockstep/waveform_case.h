@@ -52,10 +52,23 @@ class WaveformCase final : public Lockstep<Dut> {
                std::size_t index, const Letters<Value>& letters = {}) {
         check_pin(this->out(ports, index), wave, letters);
     }
+    /// Pins of which the case may have no string. An input then stands, an output is not checked.
+    template <typename... Ports>
+    void leave(Ports... ports) {
+        (leave_pin(ports), ...);
+    }
     /// To the end of the strings.
     void run() { this->bench_.run(static_cast<int>(clocks_)); }
 
   private:
+    template <typename Value>
+    void leave_pin(sc_core::sc_in<Value> Dut::*port) {
+        if ((this->dut().*port).bind_count() == 0) this->in(port);
+    }
+    template <typename Value>
+    void leave_pin(sc_core::sc_out<Value> Dut::*port) {
+        if ((this->dut().*port).bind_count() == 0) this->out(port);
+    }
     using Clocked = std::vector<std::function<void(std::size_t clock)>>;
 
     template <typename Value>
