@@ -121,6 +121,7 @@ class Decoder final : public Lockstep<DviDecoder> {
         following_ = was_de_ = was_vsync_ = false;
         pair_ = Pair::kNone;
         rows_.clear();
+        bench_.happened["a reset behind an event"] += event_due_ == DecoderEvent{} ? 0 : 1;
         event_due_ = {};
         pixel_due_ = {};
     }
@@ -312,12 +313,13 @@ class Decoder final : public Lockstep<DviDecoder> {
 
 TEST_CASE("dvi decoder: in lockstep with its reference") {
     LockstepBench bench(3301);
-    const Decoder narrow(bench, "narrow", 40, 4);
+    const Decoder narrow(bench, "narrow", 20, 3);
     const Decoder wide(bench, "wide", 1500, 2);  // room for more than 255 rows
     bench.clocks_to_reset = 300;
-    bench.run(60'000);
+    bench.run(120'000);
     bench.clocks_to_reset = 40'000;
     bench.run(300'000, {{"a good pair", 100},
+                        {"a reset behind an event", 3},
                         {"a row beside a pixel", 20},
                         {"payload behind more than 255 rows", 1},
                         {"payload behind its byte 255", 20},
