@@ -11,7 +11,7 @@ from mutation.sites import Site
 
 # Files whose paths begin so are mutated. The number is the weight of a block there in the choice of mutants.
 WEIGHTS = {"model/rtl/": 4, "model/datapath/": 4, "model/formats/": 4, "model/functional/": 3, "model/tlm/": 2,
-           "model/monitors/": 4, "model/simulation/trace_window": 4,
+           "model/simulation/trace_window": 4,
            "model/report/report.cpp": 1, "model/report/report_json": 1, "model/report/report_difference": 1,
            "model/report/machine_report": 1,
            "model/scenario/scenario_rules": 2, "model/scenario/derived_timing": 2, "model/scenario/limits": 2,
