@@ -294,7 +294,8 @@ class Port final : private Parts, public Lockstep<BusPort> {
         recovered_ = 0;
         for (Input<bool>* grant : grant_) *grant = false;
         if (now_.starts) building_ = random.one_in(3) ? random.between(1, 40) : 0;
-        search_ = building_ > 0 || (bus().grant_cycles > 0 && random.one_in(2));
+        if (bus().grant_cycles > 0 && now_and_then(2)) searching_ = !searching_;
+        search_ = building_ > 0 || searching_;
         if (building_ > 0) --building_;
         if (now_.state != State::kSend || search_) return;
         if (bus().arbitration == Arbitration::kSlotAllocation && (lost_clocks_ > 0 || now_and_then(10))) {
@@ -703,7 +704,8 @@ class Port final : private Parts, public Lockstep<BusPort> {
     Input<MemoryData>& data_ = in(&BusPort::data_i);
     FreeWires wires_;
     // The test's parts around the port.
-    int building_ = 0;     ///< clocks until the arbiter's table is built
+    int building_ = 0;  ///< clocks until the arbiter's table is built
+    bool searching_ = false;
     int lost_clocks_ = 0;  ///< for which it goes on to report lost slots
     std::size_t next_half_ = 0;
     std::deque<int> reads_;  ///< words, by clock
