@@ -19,7 +19,8 @@ void FreeWires::stimulate(LockstepBench& bench) {
     }
     if (begins) {
         restless_ = &any(bench);
-        restless_clocks_ = bench.random.between(0, 2 * kIdleEdges);
+        // Often it comes to rest at the very edge at which a block that takes it for one that stands would sleep.
+        restless_clocks_ = bench.random.one_in(2) ? kIdleEdges : bench.random.between(0, 2 * kIdleEdges);
     }
     if (restless_clocks_ > 0) {
         restless_->change();
