@@ -1,8 +1,9 @@
+#include "monitors/arbiter_monitor.h"
+
 #include <catch2/catch.hpp>
 #include <map>
 #include <string>
 
-#include "monitors/arbiter_monitor.h"
 #include "rtl/wires.h"
 #include "rule_table.h"
 #include "support/scenarios.h"

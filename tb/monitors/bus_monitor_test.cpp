@@ -1,10 +1,11 @@
+#include "monitors/bus_monitor.h"
+
 #include <catch2/catch.hpp>
 #include <functional>
 #include <map>
 #include <set>
 #include <utility>
 
-#include "monitors/bus_monitor.h"
 #include "rule_table.h"
 #include "support/scenarios.h"
 

@@ -1,8 +1,9 @@
+#include "monitors/fifo_monitor.h"
+
 #include <catch2/catch.hpp>
 #include <map>
 #include <string>
 
-#include "monitors/fifo_monitor.h"
 #include "rule_table.h"
 #include "support/scenarios.h"
 

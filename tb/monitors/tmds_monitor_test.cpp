@@ -1,9 +1,10 @@
+#include "monitors/tmds_monitor.h"
+
 #include <catch2/catch.hpp>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "monitors/tmds_monitor.h"
 #include "rule_table.h"
 #include "support/random_seed.h"
 #include "tmds_waveform.h"
@@ -132,8 +133,7 @@ TEST_CASE("TMDS monitor: its rules in a table", "[monitors]") {
                         10);
 }
 
-TEST_CASE("TMDS monitor: every character that the flow chart makes is legal, and no other",
-          "[monitors]") {
+TEST_CASE("TMDS monitor: every character that the flow chart makes is legal, and no other", "[monitors]") {
     std::set<TmdsCharacter> legal;
     for (int disparity = -8; disparity <= 8; disparity += 2) {
         for (unsigned byte = 0; byte < 256; ++byte) {
