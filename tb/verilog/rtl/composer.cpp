@@ -126,6 +126,7 @@ void Composer::clock_edge() {
     verilated_->eval();
     drive_outputs();
     if (reset_i.read()) {
+        pipemaster_ = pipemaster_i.read();
         return;
     }
     count(before);
@@ -231,7 +232,7 @@ void Composer::report_protocol_error() const {
 bool Composer::idle(bool was_running) const {
     return !high(verilated_->running_o) && !was_running && !high(verilated_->startframe_o) &&
            !startframe_i.read() && !high(verilated_->pipe_valid_o) && !high(verilated_->cutting_o) &&
-           verilated_->announced_o == 0 && !(pipemaster_i.read() && high(verilated_->pipeready_o)) &&
+           verilated_->announced_o == 0 && !(pipemaster_ && high(verilated_->pipeready_o)) &&
            bus_i.read().kind == BusBeat::Kind::kNone;
 }
 

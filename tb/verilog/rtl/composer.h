@@ -69,6 +69,7 @@ class Composer final : public Block, public ComposerRecord {
     bool stall_mode_;
     std::int64_t core_period_picoseconds_;
     ClockGate gate_;
+    bool pipemaster_ = false;  ///< the strap, which the module has read in reset
     sc_core::sc_event_or_list wake_events_;
     std::unique_ptr<VerilatedContext> context_;
     std::unique_ptr<VerilatedComposer> verilated_;
