@@ -1,13 +1,9 @@
-#include <algorithm>
-#include <array>
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <memory>
 #include <string>
-#include <vector>
 
-#include "composer_bench.h"
-#include "composer_scenario.h"
+#include "clocked_testbench.h"
+#include "composer_wave.h"
+#include "random_composer.h"
 #include "rtl/composer_fifo.h"
 
 namespace metabuffer::test::composer_smoothing_test {
@@ -15,244 +11,63 @@ namespace metabuffer::test::composer_smoothing_test {
 // A composer that smooths, through its pins.
 namespace {
 
-Scenario smoothing_scenario(const ComposerSizes& sizes, StarvationMode mode = StarvationMode::kGlitch) {
-    Scenario scenario = composer_scenario(sizes, mode);
+using rtl::Composer;
+
+Scenario smoothing_scenario(int width, int height) {
+    Scenario scenario = wave_scenario(width, height);
     scenario.composer.smoothing = Smoothing::kBilinear;
     return scenario;
 }
 
-/// The source lines of an axis at a raster position, and the weight of the other one, by the formula.
-struct Lines {
-    int own = 0;
-    int other = 0;
-    int weight = 0;
-
-    Lines(int distance, int count, int m) : own(distance / m), other(own) {
-        const int i = distance % m;
-        if (2 * i + 1 < m) other = std::max(own - 1, 0);
-        if (2 * i + 1 > m) other = std::min(own + 1, count - 1);
-        weight = 256 * std::abs(2 * i + 1 - m) / (2 * m);
-    }
-};
-
-/// What leaves the composer for a segment of which every pixel is there.
-std::vector<Pixel> smoothed_picture(const ViewportRow& row, int frame = 0,
-                                    Pixel (*pixel_of)(int, std::int64_t) = &ComposerBench::local) {
-    std::vector<Pixel> picture;
-    for (int position = 0; position < kPixels; ++position) {
-        const int x = position % kWidth;
-        const int y = position / kWidth;
-        const bool covered = x >= row.dx && y >= row.dy && x < row.dx + row.sdx * row.dmultiple &&
-                             y < row.dy + row.sdy * row.dmultiple;
-        if (!covered) {
-            picture.push_back(ComposerBench::upstream(position));
-            continue;
-        }
-        const Lines columns(x - row.dx, row.sdx, row.dmultiple);
-        const Lines rows(y - row.dy, row.sdy, row.dmultiple);
-        const auto mixed = [&](std::uint8_t (Pixel::*channel)() const) {
-            const auto of = [&](int column, int line) {
-                return (pixel_of(frame, std::int64_t{line} * row.sdx + column).*channel)();
-            };
-            const int sum = of(columns.own, rows.own) * (256 - columns.weight) * (256 - rows.weight) +
-                            of(columns.other, rows.own) * columns.weight * (256 - rows.weight) +
-                            of(columns.own, rows.other) * (256 - columns.weight) * rows.weight +
-                            of(columns.other, rows.other) * columns.weight * rows.weight;
-            return static_cast<std::uint8_t>((sum + 32768) / 65536);
-        };
-        const Pixel own = pixel_of(frame, std::int64_t{rows.own} * row.sdx + columns.own);
-        picture.emplace_back(mixed(&Pixel::r), mixed(&Pixel::g), mixed(&Pixel::b), mixed(&Pixel::a), own.z());
-    }
-    return picture;
-}
-
-/// Segments in and across every edge, with source lines beside the raster that are mixed in or not needed at all.
-std::vector<ViewportRow> smoothed_rows() {
-    return {table_row(1, {0, 0}, {3, 2}, {0, 0}, 2),
-            table_row(1, {0, 0}, {4, 3}, {-1, -1}, 2),
-            table_row(1, {0, 0}, {2, 2}, {1, 1}, 2),
-            table_row(1, {0, 0}, {3, 3}, {-2, -1}, 3),
-            table_row(1, {0, 0}, {4, 3}, {-4, -3}, 3),
-            table_row(1, {0, 0}, {4, 4}, {-5, -5}, 3),
-            table_row(1, {0, 0}, {4, 3}, {-7, -7}, 4),
-            table_row(1, {0, 0}, {2, 1}, {3, 2}, 3),
-            table_row(1, {0, 0}, {1, 1}, {-4, -2}, 5),
-            table_row(1, {0, 0}, {3, 3}, {-254, -254}, 255),
-            whole_raster()};
+/// Every pixel of the segment is `a`, so that each mixture is.
+ComposerWave::Letters<rtl::BusBeat> even_beats(const ViewportRow& row) {
+    auto letters = beats(row);
+    for (int k = 0; k < kLetters; ++k) letters[static_cast<char>('a' + k)].words[0] = local_pixel(0).word();
+    return letters;
 }
 
 }  // namespace
 
-TEST_CASE("composer: smoothed, a raster pixel is mixed of the four source pixels around it, at every edge") {
-    ClockedTestbench bench;
-    const std::vector<ViewportRow> rows = smoothed_rows();
-    std::vector<std::unique_ptr<ComposerBench>> duts;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        duts.push_back(std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(i),
-                                                       smoothing_scenario({40, 6, 1})));
-        duts[i]->put_table(5, {rows[i]});
-        duts[i]->put_single_pixels(10, 0, rows[i].sdx * rows[i].sdy);
-        duts[i]->start_frame(50);
-    }
-    bench.run_through(50 + kPixels + 5);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        INFO("case " << i);
-        CHECK(duts[i]->picture_behind(50) == smoothed_picture(rows[i]));
-        CHECK(duts[i]->composer.counters().starved_pixels == 0);
-    }
+TEST_CASE("composer: smoothed, in lockstep with its reference") {
+    LockstepBench bench(72);
+    run_random_composers(bench, Smoothing::kBilinear, 40, 4000);
 }
 
-/// Of a segment of 2 x 2 pixels: the two columns differ by all that red can, the two rows in green. So a channel shows the
-/// weight itself.
-Pixel contrasting_pixel(int frame, std::int64_t pixel) {
-    const auto channel = [](bool high) { return static_cast<std::uint8_t>(high ? 255 : 0); };
-    const bool column = pixel % 2 == 1;
-    const bool row = pixel >= 2;
-    return {channel(column), channel(row), channel(column != row), 255,
-            ComposerBench::local(frame, pixel).z()};
-}
-
-TEST_CASE(
-    "composer: smoothed, the weights are counted right at every multiple, across blocks and their centres") {
-    ClockedTestbench bench;
-    std::vector<ViewportRow> rows;
-    std::vector<std::unique_ptr<ComposerBench>> duts;
-    for (int m = 2; m <= kMaximumMultiple; ++m) {
-        // Between two source pixels on one axis; in the middle of one on the other.
-        rows.push_back(table_row(1, {0, 0}, {2, 2}, {kWidth / 2 - m, kHeight / 2 - m / 2}, m));
-        rows.push_back(table_row(1, {0, 0}, {2, 2}, {kWidth / 2 - m / 2, kHeight / 2 - m}, m));
-    }
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        duts.push_back(std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(i),
-                                                       smoothing_scenario({40, 6, 1})));
-        duts[i]->pixel_of = contrasting_pixel;
-        duts[i]->put_table(5, {rows[i]});
-        duts[i]->put_single_pixels(10, 0, 4);
-        duts[i]->start_frame(20);
-    }
-    bench.run_through(20 + kPixels + 5);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        INFO("multiple " << static_cast<int>(rows[i].dmultiple) << ", case " << i);
-        CHECK(duts[i]->picture_behind(20) == smoothed_picture(rows[i], 0, contrasting_pixel));
-    }
+TEST_CASE("composer: timing: smoothed pixel read from the bus to its first use as a neighbour too") {
+    LockstepBench bench;
+    // Pixel b goes into position 1 and comes at the edge before, pixel c into position 3 and comes at that edge.
+    ComposerWave columns(bench, "columns", composer_of(smoothing_scenario(6, 2)));
+    columns.drive("..FRa..b..c...........", &Composer::bus_i, even_beats(segment_row({3, 1}, {}, 2)));
+    columns.drive("______-_______________", &Composer::startframe_i);
+    columns.drive(".......000300000000...", &Composer::pipe_i, pixels());
+    columns.check("........aaa3aaaaaaaa..", &Composer::pipe_o, pixels());
+    // Pixel b goes into the second raster row, whose first position is composited at edge 9.
+    ComposerWave rows(bench, "rows", composer_of(smoothing_scenario(2, 4)));
+    rows.drive("..FRa...b.............", &Composer::bus_i, even_beats(segment_row({1, 2}, {}, 2)));
+    rows.drive("______-_______________", &Composer::startframe_i);
+    rows.check("........aaaaaaaa......", &Composer::pipe_o, pixels());
+    ComposerWave late(bench, "late", composer_of(smoothing_scenario(2, 4)));
+    late.drive("..FRa....b............", &Composer::bus_i, even_beats(segment_row({1, 2}, {}, 2)));
+    late.drive("______-_______________", &Composer::startframe_i);
+    late.drive(".......0123456789.....", &Composer::pipe_i, pixels());
+    late.check("........aa2aaaaa......", &Composer::pipe_o, pixels());
+    rows.drive(".......0123456789.....", &Composer::pipe_i, pixels());
+    run({&columns, &rows, &late});
 }
 
 TEST_CASE(
-    "composer: smoothed, a pixel read from the bus can be mixed in at the next edge, as a neighbour too") {
-    // Pixel 1 lies beside pixel 0 and goes into raster position (1, 0), which is composited at edge start + 2. Pixel 3
-    // lies below pixel 0 and goes into position (0, 1).
-    const ViewportRow row = table_row(1, {0, 0}, {3, 2}, {0, 0}, 2);
-    constexpr int kStart = 30;
-    ClockedTestbench bench;
-    std::vector<std::unique_ptr<ComposerBench>> duts;
-    for (const auto& [pixel, position] : {std::array<int, 2>{1, 1}, std::array<int, 2>{3, kWidth}}) {
-        for (const int late : {0, 1}) {
-            auto dut = std::make_unique<ComposerBench>(bench, "dut_" + std::to_string(duts.size()),
-                                                       smoothing_scenario({40, 6, 1}));
-            dut->put_table(5, {row});
-            dut->put_single_pixels(10, 0, pixel);
-            // The edge before the one that composites the position, or that one.
-            dut->put_single_pixels(kStart + position + late, pixel, 6 - pixel);
-            dut->start_frame(kStart);
-            duts.push_back(std::move(dut));
-        }
-    }
-    bench.run_through(kStart + kPixels + 10);
-    for (std::size_t i = 0; i < duts.size(); ++i) {
-        INFO("case " << i);
-        const bool late = i % 2 == 1;
-        // Too late, pixel 3 keeps position (0, 1) waiting, and pixel 4 a clock after it position (1, 1).
-        const int starved = i == 1 ? 1 : 2;
-        CHECK(duts[i]->composer.counters().starved_pixels == (late ? starved : 0));
-        if (!late) CHECK(duts[i]->picture_behind(kStart) == smoothed_picture(row));
-    }
-}
-
-TEST_CASE("composer: smoothed, a pixel's space is free at its last use as a neighbour and not before") {
-    ClockedTestbench bench;
-    // Two source rows of three pixels, doubled, over the top left of the raster. The buffer has room for three more.
-    ComposerBench dut(bench, "dut", smoothing_scenario({9, 4, 1}));
-    dut.put_table(5, {table_row(1, {0, 0}, {3, 2}, {0, 0}, 2)});
-    dut.put_single_pixels(10, 0, 6);
-    const int start = 30;
-    dut.start_frame(start);
-    bench.run_through(start + kPixels + 5);
-    CHECK(dut.busreadies.falls() == std::vector<int>{15});  // six held, three free
-    // Pixel 0 shows last at raster position (1, 1), and goes into (2, 2).
-    CHECK(dut.busreadies.rises() == std::vector<int>{0, start + 1 + 2 * kWidth + 2});
-}
-
-TEST_CASE("composer: smoothed, STARTFRAME releases a source row above the raster that nothing needs") {
-    ClockedTestbench bench;
-    // Source row 1 shows in raster row 0, whose other source row is row 2: nothing needs row 0.
-    ComposerBench dut(bench, "dut", smoothing_scenario({9, 4, 1}));
-    dut.put_table(5, {table_row(1, {0, 0}, {2, 3}, {0, -7}, 4)});
-    dut.put_single_pixels(10, 0, 6);
-    const int start = 30;
-    dut.start_frame(start);
-    bench.run_through(start + kPixels + 5);
-    CHECK(dut.busreadies.falls() == std::vector<int>{15});
-    CHECK(dut.busreadies.rises() == std::vector<int>{0, start});
-    CHECK(dut.picture_behind(start) == smoothed_picture(table_row(1, {0, 0}, {2, 3}, {0, -7}, 4)));
-}
-
-TEST_CASE("composer: smoothed, a reset ends the reads of both rows, and the next frame is whole") {
-    ClockedTestbench bench;
-    const ViewportRow row = table_row(1, {0, 0}, {3, 2}, {0, 0}, 2);
-    ComposerBench dut(bench, "dut", smoothing_scenario({40, 6, 1}));
-    rtl::FifoWires* const wires = dut.composer.fifo_wires();  // null if the FIFO is inside
-    const Recording<rtl::FifoRead>* const reads =
-        wires == nullptr ? nullptr : &bench.core.record(wires->second_row->read);
-    const auto put_frame = [&](int clock, int frame) {
-        dut.put_table(clock, {row});
-        dut.put_single_pixels(clock + 5, 0, 6, frame);
-        dut.start_frame(clock + 15);
-        return clock + 15;
-    };
-    const int start = put_frame(5, 0);
-    bench.run_through(start + kPixels + 5);
-    // In the same frame again, the reset comes while the second row is read.
-    int into_frame = kPixels / 2;
-    if (reads != nullptr) {
-        into_frame = 1;
-        while (into_frame < kPixels && !reads->at(start + into_frame).enable) ++into_frame;
-        REQUIRE(into_frame < kPixels);
-    }
-    const int again = put_frame(start + kPixels + 10, 1);
-    const int reset = again + into_frame + 1;
-    bench.core.pulse(bench.reset, reset);
-    bench.run_through(reset);
-    if (wires != nullptr) {
-        REQUIRE(reads->at(reset - 1).enable);
-        CHECK_FALSE(wires->read.read().enable);
-        CHECK_FALSE(wires->second_row->read.read().enable);
-    }
-    dut.put_table(reset + 5, {row});
-    dut.put_single_pixels(reset + 10, 0, 6);
-    dut.start_frame(reset + 20);
-    bench.run_through(reset + 20 + kPixels + 5);
-    CHECK(dut.picture_behind(reset + 20) == smoothed_picture(row));
-}
-
-TEST_CASE("composer: smoothed, the column stands still until the last neighbour has come") {
-    ClockedTestbench bench;
-    const ViewportRow row = table_row(1, {0, 0}, {3, 2}, {0, 0}, 2);
-    ComposerBench dut(bench, "dut", smoothing_scenario({40, 6, 1}, StarvationMode::kStall));
-    const int start = 30;
-    const int waited = 4;
-    dut.put_table(5, {row});
-    dut.put_single_pixels(10, 0, 3);
-    // Raster row 1 needs the second source row from its first position on.
-    const int due = start + 1 + kWidth;
-    dut.put_single_pixels(due - 1 + waited, 3, 3);
-    dut.start_frame(start);
-    bench.run_through(start + kPixels + waited + 10);
-    CHECK(dut.stalls.high() == clock_range(due - 1, due - 1 + waited));
-    std::vector<Pixel> shown;
-    for (int position = 0; position < kPixels; ++position) {
-        shown.push_back(dut.pipes.at(start + 1 + position + (position < kWidth ? 0 : waited)).pixel);
-    }
-    CHECK(shown == smoothed_picture(row));
+    "composer: timing: smoothed STARTFRAME read to the release of a source row above the raster that nothing "
+    "needs") {
+    LockstepBench bench;
+    Scenario scenario = smoothing_scenario(6, 4);
+    scenario.composer.buffer_pixels = 9;
+    scenario.composer.ready_space_pixels = 4;
+    // Source row 1 shows in raster row 0, whose other source row is row 2: nothing needs the two pixels of row 0.
+    ComposerWave dut(bench, "composer", composer_of(scenario));
+    dut.drive("..FRabcdef......", &Composer::bus_i, beats(segment_row({2, 3}, {0, -7}, 4)));
+    dut.drive("____________-___", &Composer::startframe_i);
+    dut.check("_---------___---", &Composer::busready_o);
+    run({&dut});
 }
 
 TEST_CASE(

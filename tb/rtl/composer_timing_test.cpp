@@ -229,6 +229,28 @@ TEST_CASE(
     duts.front()->run();
 }
 
+TEST_CASE("composer: pixels of an abandoned frame are dropped without a report though the buffer is full") {
+    LockstepBench bench;
+    Scenario scenario = wave_scenario(20);
+    scenario.composer.buffer_pixels = 4;
+    scenario.bus.width_bits = 512;
+    scenario.memory.words_per_cycle = 8;
+    auto letters = beats(segment_row({4, 1}));
+    letters['S'] = BusBeat::table_row(1, 0, segment_row({20, 1}), true);
+    letters['J'] = BusBeat::frame_start(1, false);
+    letters['y'] = pixel_beat(1, 8, 8);
+    letters['z'] = pixel_beat(9, 16, 8);
+    letters['y'].frame = letters['z'].frame = 1;
+    // The first frame fills the buffer. Of the second one the first pixel is lost, and more come than the buffer's memory
+    // has words.
+    ComposerWave dut(bench, "composer", composer_of(scenario));
+    dut.drive("..FRabcdJSyz......", &Composer::bus_i, letters);
+    dut.drive("____________-_____", &Composer::startframe_i);
+    dut.drive(".............0123.", &Composer::pipe_i, pixels());
+    dut.check("..............abcd", &Composer::pipe_o, pixels());
+    run({&dut});
+}
+
 TEST_CASE("composer: a beat that no bus may send is reported at the edge that reads it") {
     struct Beats {
         const char* name;

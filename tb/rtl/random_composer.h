@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,14 +23,15 @@
 
 namespace metabuffer::test {
 
-/// Depths and alphas that meet, that are the farthest, and any others.
+/// Depths that meet or are the farthest, alphas and channels whose products lie where rounding changes, and any others.
 inline Pixel random_pixel(Random& random) {
     const std::uint64_t bits = random.bits();
     const auto channel = [bits](int shift) { return static_cast<std::uint8_t>(bits >> shift); };
     const std::array<std::uint32_t, 6> depths{0,      1,         0xFFFE,
                                               0xFFFF, 0xFF'FFFF, static_cast<std::uint32_t>(bits >> 40)};
-    const std::array<std::uint8_t, 4> alphas{0, 255, channel(24), channel(24)};
-    return {channel(0), channel(8), channel(16), one_of(random, alphas), one_of(random, depths)};
+    const std::array<std::uint8_t, 6> alphas{0, 128, 254, 255, channel(24), channel(24)};
+    const std::array<std::uint8_t, 4> reds{1, 127, channel(0), channel(0)};
+    return {one_of(random, reds), channel(8), channel(16), one_of(random, alphas), one_of(random, depths)};
 }
 
 /// A register or several between two neighbours.
@@ -51,12 +51,12 @@ class Delay {
     std::deque<Value> values_;
 };
 
-/// How a composer's neighbours behave: something happens once in so many clocks, or beats; 0: never.
-struct NeighbourHabits {
-    int slowness = 0;              ///< the most clocks between two bursts
-    int laziness = 4;              ///< of the bus: it waits
-    int pixel_beats_a_loss = 0;    ///< that do not arrive
-    int table_beats_a_loss = 0;    ///< that do not arrive
+/// How a bus behaves. What happens, happens once in so many clocks or beats, or never if that is 0.
+struct BusHabits {
+    int slowness = 0;            ///< the most clocks between two bursts
+    int laziness = 4;            ///< nothing new begins
+    int pixel_beats_a_loss = 0;  ///< that do not arrive
+    int table_beats_a_loss = 0;
     int clocks_to_blackout = 0;    ///< nothing arrives for some time
     int clocks_to_wrong_beat = 0;  ///< one that no protocol allows
 };
@@ -66,7 +66,7 @@ struct NeighbourHabits {
 /// page misses, other composers' traffic.
 class RandomBus {
   public:
-    RandomBus(const Scenario& scenario, int display, const NeighbourHabits& habits, Random& random)
+    RandomBus(const Scenario& scenario, int display, const BusHabits& habits, Random& random)
         : scenario_(scenario),
           display_(display),
           habits_(habits),
@@ -308,7 +308,7 @@ class RandomBus {
 
     const Scenario& scenario_;
     int display_;
-    NeighbourHabits habits_;
+    BusHabits habits_;
     Random& random_;
     monitors::BusTiming timing_;
     int loop_;
@@ -370,13 +370,12 @@ inline Scenario random_composer_scenario(Random& random, Smoothing smoothing) {
 class RandomComposer final : public Lockstep<rtl::Composer> {
   public:
     RandomComposer(LockstepBench& bench, const std::string& name, Scenario scenario, int display,
-                   const NeighbourHabits& habits)
+                   const BusHabits& habits)
         : Lockstep(bench, name,
                    [&scenario, display](const char* dut, rtl::ClockGating gating) {
                        return std::make_unique<rtl::Composer>(dut, scenario, display, gating);
                    }),
           scenario_(std::move(scenario)),
-          habits_(habits),
           observer_(scenario_, 0, display - 1),
           bus_master_(scenario_, display, habits, bench.random) {
         dut().on_glitch([this](const Glitch& glitch) { glitches_.push_back(glitch); });
@@ -505,7 +504,6 @@ class RandomComposer final : public Lockstep<rtl::Composer> {
     }
 
     Scenario scenario_;
-    NeighbourHabits habits_;
     monitors::ComposerObserver observer_;
     RandomBus bus_master_;
     std::vector<Glitch> glitches_, due_glitches_;
@@ -536,7 +534,7 @@ inline void run_random_composers(LockstepBench& bench, Smoothing smoothing, int 
     ExpectedReport report("/metabuffer/composer/protocol");
     std::vector<std::unique_ptr<RandomComposer>> duts;
     for (int i = 0; i < composers; ++i) {
-        NeighbourHabits habits;
+        BusHabits habits;
         habits.slowness = bench.random.one_in(2) ? 40 : 0;
         habits.laziness = bench.random.between(2, 12);
         if (i % 3 == 1) {
