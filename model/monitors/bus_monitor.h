@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "monitors/bus_timing.h"
+#include "monitors/delay_line.h"
 #include "monitors/rule_reporter.h"
 #include "monitors/segment_places.h"
 #include "monitors/violation.h"
@@ -60,27 +61,6 @@ class BusMonitor final : public sc_core::sc_module {
     struct Bank {
         std::int64_t page = kNone;
         std::int64_t refreshes = 0;  ///< that had begun when it was opened; a later one has closed it
-    };
-    /// A delay line: each value comes out `clocks` clocks after it went in.
-    template <typename Value>
-    class Line {
-      public:
-        Line(std::int64_t clocks, const Value& rest) : values_(static_cast<std::size_t>(clocks), rest) {}
-        Value pass(const Value& value) {
-            if (values_.empty()) return value;
-            values_.push_back(value);
-            const Value out = values_.front();
-            values_.pop_front();
-            return out;
-        }
-        void fill(const Value& value) { std::fill(values_.begin(), values_.end(), value); }
-        bool settled(const Value& value) const {
-            return std::all_of(values_.begin(), values_.end(),
-                               [&value](const Value& each) { return each == value; });
-        }
-
-      private:
-        std::deque<Value> values_;
     };
     /// A wire's level from an edge on.
     struct Level {
@@ -150,7 +130,7 @@ class BusMonitor final : public sc_core::sc_module {
     std::vector<std::string> busready_names_;
 
     std::vector<std::deque<Level>> levels_;  ///< of BUSREADY, by display: back to the oldest possible grant
-    Line<bool> tables_ready_;                ///< every TABLEREADY was high
+    DelayLine<bool> tables_ready_;           ///< every TABLEREADY was high
     bool tables_taken_ = false;              ///< every TABLEREADY was high at the edge before
     std::int64_t table_counted_from_ = 0;    ///< TABLEREADY before this edge does not count the newest frame
 
@@ -164,7 +144,7 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t first_edge_ = kNone;  ///< without reset, from which the refreshes are counted
 
     // The burst under way.
-    Line<std::int64_t> announced_;  ///< pixels of it that were still to come
+    DelayLine<std::int64_t> announced_;  ///< pixels of it that were still to come
     bool active_ = false;
     bool stopped_ = false;        ///< by BUSREADY; the beat that was moving is still to come
     std::size_t display_ = 0;     ///< that it is for

@@ -1,28 +1,11 @@
 #include "monitors/bus_timing.h"
 
-#include <cstddef>
-#include <deque>
+#include "monitors/delay_line.h"
 
 namespace metabuffer::monitors {
 namespace {
 
 constexpr int kBitsOfPixel = 64;
-
-/// Registers in a row, or a wire.
-class WireLine {
-  public:
-    WireLine(int registers, bool value) : values_(static_cast<std::size_t>(registers), value) {}
-    /// A clock edge. Returns what is read at the end of the line.
-    bool edge(bool in) {
-        values_.push_back(in);
-        const bool out = values_.front();
-        values_.pop_front();
-        return out;
-    }
-
-  private:
-    std::deque<bool> values_;
-};
 
 struct CutBurst {
     int beats = 0;   ///< from the one on at whose edge BUSREADY falls
@@ -31,8 +14,8 @@ struct CutBurst {
 
 /// A burst without end on an open page, clock by clock. BUSREADY falls at the edge that samples its second beat.
 CutBurst cut_burst(int beat_cycles, int read_latency, int stages) {
-    WireLine to_composer(read_latency + stages, false);
-    WireLine to_framebuffer(stages, true);
+    DelayLine<bool> to_composer(read_latency + stages, false);
+    DelayLine<bool> to_framebuffer(stages, true);
     bool beat = false;     // driven by the framebuffer at the last edge
     bool busready = true;  // driven by the composer at the last edge
     int beat_left = 0;     // clocks of the beat that moves
@@ -40,8 +23,8 @@ CutBurst cut_burst(int beat_cycles, int read_latency, int stages) {
     CutBurst cut;
     int since_fall = 0;
     for (int silent = 0; busready || silent <= beat_cycles + read_latency + 2 * stages + 1; ++silent) {
-        const bool comes = to_composer.edge(beat);
-        const bool goes_on = to_framebuffer.edge(busready);
+        const bool comes = to_composer.pass(beat);
+        const bool goes_on = to_framebuffer.pass(busready);
         // The framebuffer begins no beat once it has read the fall, and finishes the one that moves.
         if (beat_left == 0 && goes_on) beat_left = beat_cycles;
         beat = beat_left == 1;

@@ -15,6 +15,8 @@
 #include "lockstep/lockstep.h"
 #include "monitors/bus_timing.h"
 #include "monitors/composer_observer.h"
+#include "monitors/delay_line.h"
+#include "pixel_beat.h"
 #include "report/counters.h"
 #include "rtl/composer.h"
 #include "support/random_seed.h"
@@ -33,23 +35,6 @@ inline Pixel random_pixel(Random& random) {
     const std::array<std::uint8_t, 4> reds{1, 127, channel(0), channel(0)};
     return {one_of(random, reds), channel(8), channel(16), one_of(random, alphas), one_of(random, depths)};
 }
-
-/// A register or several between two neighbours.
-template <typename Value>
-class Delay {
-  public:
-    explicit Delay(int clocks) : values_(static_cast<std::size_t>(clocks)) {}
-    Value edge(const Value& in) {
-        values_.push_back(in);
-        Value out = values_.front();
-        values_.pop_front();
-        return out;
-    }
-    void reset() { std::fill(values_.begin(), values_.end(), Value{}); }
-
-  private:
-    std::deque<Value> values_;
-};
 
 /// How a bus behaves. What happens, happens once in so many clocks or beats, or never if that is 0.
 struct BusHabits {
@@ -79,10 +64,10 @@ class RandomBus {
           to_composer_(scenario.memory.read_latency_cycles + scenario.bus.register_stages) {}
 
     void reset() {
-        busready_.reset();
-        tableready_.reset();
-        answered_.reset();
-        to_composer_.reset();
+        busready_.fill(false);
+        tableready_.fill(false);
+        answered_.fill(0);
+        to_composer_.fill({});
         table_.clear();
         burst_ = beat_left_ = pause_ = idle_ = left_ = announced_ = uncounted_ = table_uncounted_ =
             blackout_ = 0;
@@ -95,9 +80,9 @@ class RandomBus {
     /// What the composer's next edge samples. releases: that edge may make room in the composer. resting: nothing new
     /// begins.
     rtl::BusBeat edge(const monitors::ComposerObserver& composer, bool releases, bool resting) {
-        const bool busready = busready_.edge(composer.expected().busready);
-        const bool tableready = tableready_.edge(composer.expected().tableready);
-        const rtl::BusBeat beat = to_composer_.edge(send(busready, tableready, resting));
+        const bool busready = busready_.pass(composer.expected().busready);
+        const bool tableready = tableready_.pass(composer.expected().tableready);
+        const rtl::BusBeat beat = to_composer_.pass(send(busready, tableready, resting));
         wrong_ = false;
         if (beat.kind == rtl::BusBeat::Kind::kNone) {
             return habits_.clocks_to_wrong_beat > 0 && random_.one_in(habits_.clocks_to_wrong_beat)
@@ -126,7 +111,7 @@ class RandomBus {
         uncounted_ = std::max(uncounted_ - 1, 0);
         table_uncounted_ = std::max(table_uncounted_ - 1, 0);
         const bool stop = bursting_ && judged_ > timing_.beat_pixels && !busready;
-        judged_ = answered_.edge(announced_);
+        judged_ = answered_.pass(announced_);
         if (stop) {
             stopped_ = beat_left_ > 0;
             bursting_ = false;
@@ -237,15 +222,8 @@ class RandomBus {
     }
 
     rtl::BusBeat pixels(int destination, std::int64_t first, int count) {
-        rtl::BusBeat beat;
-        beat.kind = rtl::BusBeat::Kind::kPixels;
-        beat.frame = static_cast<std::uint32_t>(frame_);
-        beat.destination = static_cast<std::uint16_t>(destination);
-        beat.count = static_cast<std::uint8_t>(count);
-        beat.first = static_cast<std::uint32_t>(first);
-        for (int i = 0; i < count; ++i)
-            beat.words[static_cast<std::size_t>(i)] = random_pixel(random_).word();
-        return beat;
+        return pixel_beat(frame_, destination, first, count, 0,
+                          [this](std::int64_t) { return random_pixel(random_).word(); });
     }
 
     // ---- beats that no protocol allows, on a bus that loses none ----
@@ -315,9 +293,9 @@ class RandomBus {
     int row_cycles_ = std::max(1, 128 / scenario_.bus.width_bits);
 
     // The framebuffer.
-    Delay<bool> busready_;
-    Delay<bool> tableready_;
-    Delay<int> answered_;  ///< the rest of the burst that BUSREADY answers for
+    monitors::DelayLine<bool> busready_;
+    monitors::DelayLine<bool> tableready_;
+    monitors::DelayLine<int> answered_;  ///< the rest of the burst that BUSREADY answers for
     std::deque<rtl::BusBeat> table_;
     rtl::BusBeat start_, beat_;
     int frame_ = -1;
@@ -326,7 +304,7 @@ class RandomBus {
     bool bursting_ = false, first_beat_ = false, stopped_ = false;
     int uncounted_ = 0, table_uncounted_ = 0;  ///< clocks in which the ready wires do not count what was sent
 
-    Delay<rtl::BusBeat> to_composer_;
+    monitors::DelayLine<rtl::BusBeat> to_composer_;
     int blackout_ = 0;
     bool wrong_ = false;
 
