@@ -26,18 +26,16 @@ def list_mutants(tree: Tree) -> int:
 
 def only(tree: Tree, wanted: list[Union[int, str]]) -> list[Mutant]:
     """The mutants of these numbers, which are printed, and of files whose paths begin so."""
-    chosen = []
-    for one in wanted:
-        some = [mutant for mutant in tree.mutants
-                if (mutant.file.startswith(one) if isinstance(one, str) else mutant.number == one)]
-        if not some:
-            raise Stop(f"{one}: no such mutant among those chosen, see --list", 2)
-        chosen += some
-    for mutant in chosen:
-        if mutant.number in wanted:
-            print(tree.describe(mutant))
-            print(tree.copies[mutant.file].difference(mutant))
-    return chosen
+    numbers = {one for one in wanted if isinstance(one, int)}
+    paths = tuple(one for one in wanted if isinstance(one, str))
+    numbered = [mutant for mutant in tree.mutants if mutant.number in numbers]
+    if len(numbered) < len(numbers) or any(not any(mutant.file.startswith(path) for mutant in tree.mutants)
+                                           for path in paths):
+        raise Stop("no such mutant among those chosen, see --list", 2)
+    for mutant in numbered:
+        print(tree.describe(mutant))
+        print(tree.copies[mutant.file].difference(mutant))
+    return [mutant for mutant in tree.mutants if mutant.number in numbers or mutant.file.startswith(paths)]
 
 
 def last_run(tree: Tree) -> dict[Key, dict]:
@@ -62,7 +60,7 @@ def take_over_verdicts(tree: Tree) -> None:
             mutant.killed = noted["verdict"] == "killed"
             mutant.kind, mutant.tests = noted["kind"], noted["tests"]
             mutant.met, mutant.reached_by = noted["met"], noted["reached_by_tests"]
-            mutant.killers = noted["killers"]
+            mutant.killers = noted.get("killers", {})  # results of an older script have none
 
 
 def taking_part(tree: Tree) -> list[Mutant]:
