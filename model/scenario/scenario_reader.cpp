@@ -163,6 +163,13 @@ std::filesystem::path numbered_file(const Entry& entry, const std::filesystem::p
     return base / *name;
 }
 
+/// The depths that images may have. An empty range is not refused here: the rules do so later.
+NumberRange depths_of(const ImageReading& reading) {
+    using Limits = std::numeric_limits<double>;
+    return reading.near != reading.far ? NumberRange{reading.nearest(), reading.farthest()}
+                                       : NumberRange{Limits::lowest(), Limits::max()};
+}
+
 /// depths: the range of z in a frame that has no range of its own.
 FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, NumberRange depths) {
     FrameSource source{entry, {base / entry.child("image").name()}, {}};
@@ -175,7 +182,7 @@ FrameSource read_frame(const Entry& entry, const std::filesystem::path& base, Nu
         const auto ends = std::get<std::vector<double>>(range.value());
         source.files.depth_range = {ends[0], ends[1]};
         if (ends[0] == ends[1]) range.fail(same_depths(ends[0]));
-        depths = {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])};
+        depths = depths_of({ends[0], ends[1]});
     }
     if (const Entry z = entry.child("z"); z.present()) {
         if (depth.present()) z.fail("is given together with a depth; use one of the two");
@@ -446,14 +453,6 @@ void throw_if(const std::optional<RuleViolation>& violation, const Draft& draft,
                                     ": " + violation->message));
 }
 
-/// The depths that images may have. An empty range is not refused here: the rules do so later.
-NumberRange depths_of(const Scenario& scenario) {
-    using Limits = std::numeric_limits<double>;
-    const ImageReading& reading = scenario.image_reading;
-    return reading.near != reading.far ? NumberRange{reading.nearest(), reading.farthest()}
-                                       : NumberRange{Limits::lowest(), Limits::max()};
-}
-
 /// The pixels of an image whose headers gave this size.
 ReadImage read_pixels(const ImageSource& source, const ImageShelf::Key& key, ImageSize size,
                       const ImageShelf::Fail& fail) {
@@ -483,7 +482,7 @@ Draft read_draft(const Value& tree, const std::string& default_name, const std::
     read_depth_nothing(root.child("depth_nothing"), scenario.image_reading);
     scenario.displays.correction = read_corrections(correction_of(root), base);
 
-    draft.sources = read_renderers(root.child("renderers"), base, depths_of(scenario));
+    draft.sources = read_renderers(root.child("renderers"), base, depths_of(scenario.image_reading));
     make_renderers(draft);
     scenario.faults = read_faults(root.child("faults"), scenario.renderers);
     if (!root.child("frames").present()) {
