@@ -27,6 +27,9 @@ enum class ClockGating : std::uint8_t { kOn, kOff };
 /// the very time of an edge is seen at the next one; it lasts two edges at least.
 class ClockGate {
   public:
+    /// Idle edges in a row after which the method sleeps. Waking costs an activation, so it does not in short pauses.
+    static constexpr int kIdleEdges = 8;
+
     explicit ClockGate(ClockGating gating) : gating_(gating) {}
 
     /// Call it at the end of elaboration if Block::sleeps() depends on this gate. If the clock is a GatedClock, the gate
@@ -57,8 +60,6 @@ class ClockGate {
   private:
     void wake();
 
-    /// Waking costs an activation, so the method does not sleep in short pauses.
-    static constexpr int kIdleEdges = 8;
     ClockGating gating_;
     int idle_edges_ = 0;
     bool asleep_ = false;

@@ -7,7 +7,7 @@
 namespace metabuffer::test {
 
 void FreeWires::stimulate(LockstepBench& bench) {
-    constexpr int kIdleEdges = 8;  // after so many a block sleeps
+    constexpr int kIdleEdges = rtl::ClockGate::kIdleEdges;
     constexpr int kClocksToLoneChange = 12;
     const bool begins = bench.pausing() && !paused_;
     paused_ = bench.pausing();

@@ -61,7 +61,7 @@ class LockstepBench final : public sc_core::sc_module {
     Random random;
     /// What the stimuli have brought about, counted by the references.
     std::map<std::string, std::int64_t> happened;
-    /// Once in so many clocks the blocks are reset, for two to five edges; 0: at the beginning only.
+    /// Once in so many clocks the blocks are reset, for two to four edges; 0: at the beginning only.
     int clocks_to_reset = 400;
     /// Once in so many clocks comes a pause, so long that a block which has nothing to do sleeps in it.
     int clocks_to_pause = 60;

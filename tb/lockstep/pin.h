@@ -58,49 +58,55 @@ class LockstepPin {
     std::string name_;
 };
 
-/// An input: assign what the next edge is to sample. It stands until it is assigned again.
+/// A pin with a value that the test assigns.
 template <typename Value>
-class Input final : public LockstepPin {
+class ValuePin : public LockstepPin {
   public:
     using LockstepPin::LockstepPin;
 
-    Input& operator=(const Value& value) {
-        value_ = value;
-        return *this;
-    }
     operator const Value&() const { return value_; }
     const Value& value() const { return value_; }
     const Value* operator->() const { return &value_; }
 
+  protected:
+    Value value_{};
+};
+
+/// An input: assign what the next edge is to sample. It stands until it is assigned again.
+template <typename Value>
+class Input final : public ValuePin<Value> {
+  public:
+    using ValuePin<Value>::ValuePin;
+
+    Input& operator=(const Value& value) {
+        this->value_ = value;
+        return *this;
+    }
+
     void bind(sc_core::sc_in<Value>& port) { port(signal_); }
-    void drive() override { signal_.write(value_); }
+    void drive() override { signal_.write(this->value_); }
     bool sample() override {
-        keep(values_, value_);
+        this->keep(values_, this->value_);
         return true;
     }
-    std::string picture() const override { return edges(values_); }
+    std::string picture() const override { return this->edges(values_); }
 
   private:
     sc_core::sc_signal<Value> signal_;
-    Value value_{};
     std::deque<Value> values_;
 };
 
 /// An output: assign what is due there as the next edge samples it.
 template <typename Value>
-class Output final : public LockstepPin {
+class Output final : public ValuePin<Value> {
   public:
-    using LockstepPin::LockstepPin;
+    using ValuePin<Value>::ValuePin;
 
     Output& operator=(const Value& value) {
-        due_ = value;
+        this->value_ = value;
         checked_ = true;
         return *this;
     }
-    /// What is due.
-    operator const Value&() const { return due_; }
-    const Value& value() const { return due_; }
-    const Value* operator->() const { return &due_; }
     /// The next edge may sample any value.
     void ignore() { checked_ = false; }
     /// What the last edge has sampled, where the reference leaves the block a choice.
@@ -115,25 +121,24 @@ class Output final : public LockstepPin {
         bool right = true;
         for (std::size_t i = 0; i < signals_.size(); ++i) {
             const Value& value = signals_[i]->read();
-            keep(seen_[i], value);
-            right = right && (!checked_ || value == due_);
+            this->keep(seen_[i], value);
+            right = right && (!checked_ || value == this->value_);
         }
-        keep(dues_, checked_ ? due_ : seen_.front().back());
+        this->keep(dues_, checked_ ? this->value_ : seen_.front().back());
         return right;
     }
     std::string picture() const override {
         static constexpr const char* kUngated = "\n  without clock gating  ";
-        std::string text = edges(seen_.front());
+        std::string text = this->edges(seen_.front());
         for (std::size_t i = 1; i < seen_.size(); ++i) {
-            if (!(seen_[i].back() == seen_.front().back())) text += kUngated + edges(seen_[i]);
+            if (!(seen_[i].back() == seen_.front().back())) text += kUngated + this->edges(seen_[i]);
         }
         const bool right = seen_.front().back() == dues_.back() && seen_.back().back() == dues_.back();
-        return right ? text : text + "\n  due                   " + edges(dues_);
+        return right ? text : text + "\n  due                   " + this->edges(dues_);
     }
 
   private:
     std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
-    Value due_{};
     bool checked_ = false;
     std::vector<std::deque<Value>> seen_;  ///< of each block
     std::deque<Value> dues_;

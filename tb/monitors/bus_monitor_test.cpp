@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "pixel_beat.h"
 #include "rule_table.h"
 #include "support/scenarios.h"
 
@@ -79,13 +80,8 @@ struct BusBench : ClockedRuleBench {
         return *this;
     }
     BusBench& put(int clock, int destination, int first, int remaining, int count = 2) {
-        BusBeat beat;
-        beat.kind = BusBeat::Kind::kPixels;
-        beat.destination = static_cast<std::uint16_t>(destination);
-        beat.first = static_cast<std::uint32_t>(first);
-        beat.remaining = static_cast<std::uint32_t>(remaining);
-        beat.count = static_cast<std::uint8_t>(count);
-        return put(clock, beat);
+        return put(clock, pixel_beat(0, destination, first, count, remaining,
+                                     [](std::int64_t) { return std::uint64_t{0}; }));
     }
     /// A row of 4 x 2 pixels.
     BusBench& put_row(int clock, int index, int display, bool last) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "clocked_testbench.h"
+#include "pixel_beat.h"
 #include "rtl/composer.h"
 #include "support/scenarios.h"
 
@@ -82,16 +83,7 @@ struct ComposerBench {
     }
     /// A beat of `count` pixels of the segment from pixel `first` on.
     void put_pixels(int clock, std::int64_t first, int count, int remaining) {
-        rtl::BusBeat beat;
-        beat.kind = rtl::BusBeat::Kind::kPixels;
-        beat.destination = 1;
-        beat.count = static_cast<std::uint8_t>(count);
-        beat.remaining = static_cast<std::uint32_t>(remaining);
-        beat.first = static_cast<std::uint32_t>(first);
-        for (int i = 0; i < count; ++i) {
-            beat.words[static_cast<std::size_t>(i)] = local(first + i).word();
-        }
-        put(clock, beat);
+        put(clock, pixel_beat(0, 1, first, count, remaining, [](std::int64_t k) { return local(k).word(); }));
     }
     /// `count` bursts of one pixel each, one a clock, from pixel `first` on.
     void put_single_pixels(int clock, std::int64_t first, int count) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "composer_bench.h"
+#include "pixel_beat.h"
 #include "rule_table.h"
 
 namespace metabuffer::test::composer_monitor_test {
@@ -159,13 +160,8 @@ std::function<void(MonitorBench&)> shows(Tap<Value> MonitorBench::*tap, int cloc
 
 /// Pixels for display 1.
 rtl::BusBeat pixels_beat(int first, const std::vector<std::uint64_t>& words) {
-    rtl::BusBeat beat;
-    beat.kind = rtl::BusBeat::Kind::kPixels;
-    beat.destination = 1;
-    beat.count = static_cast<std::uint8_t>(words.size());
-    beat.first = static_cast<std::uint32_t>(first);
-    std::copy(words.begin(), words.end(), beat.words.begin());
-    return beat;
+    return pixel_beat(0, 1, first, static_cast<int>(words.size()), 0,
+                      [first, &words](std::int64_t k) { return words[static_cast<std::size_t>(k - first)]; });
 }
 
 }  // namespace

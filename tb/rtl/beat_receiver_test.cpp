@@ -11,10 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "composer_records.h"
 #include "composer_scenario.h"
 #include "expected_report.h"
 #include "lockstep/lockstep.h"
-#include "painted_raster.h"
+#include "pixel_beat.h"
+#include "support/painted_segment.h"
 #include "support/random_seed.h"
 #include "support/traced_values.h"
 
@@ -31,22 +33,12 @@ using rtl::SegmentProgress;
 
 constexpr Size kRaster{kWidth, kHeight};
 constexpr int kNoUse = Segment::kNoPixel;
-constexpr int kClocksToSleep = 9;  ///< a block is idle for so long when it sleeps
+constexpr int kClocksToSleep = rtl::ClockGate::kIdleEdges + 1;
 
-/// A beat of `count` pixels from the segment's pixel `first` on.
 BusBeat pixels(int frame, std::int64_t first, int count, int remaining = 0, int destination = 1) {
-    BusBeat beat;
-    beat.kind = BusBeat::Kind::kPixels;
-    beat.frame = static_cast<std::uint32_t>(frame);
-    beat.destination = static_cast<std::uint16_t>(destination);
-    beat.count = static_cast<std::uint8_t>(count);
-    beat.remaining = static_cast<std::uint32_t>(remaining);
-    beat.first = static_cast<std::uint32_t>(first);
-    for (int i = 0; i < count; ++i) {
-        beat.words[static_cast<std::size_t>(i)] =
-            0x5A00'0000U + static_cast<std::uint64_t>(frame) * 1000 + static_cast<std::uint64_t>(first + i);
-    }
-    return beat;
+    return pixel_beat(frame, destination, first, count, remaining, [frame](std::int64_t k) {
+        return 0x5A00'0000U + static_cast<std::uint64_t>(frame) * 1000 + static_cast<std::uint64_t>(k);
+    });
 }
 
 /// A frame's start and its table.
@@ -397,7 +389,7 @@ class RandomTraffic final : public Receiver {
             if (rests || composited_ == heard() || !head().complete || !random.one_in(4)) return;
             start_ = true;
             if (random.one_in(3)) stall_left_ = quiet_left_ = random.between(kClocksToSleep, 20);
-            raster_ = PaintedRaster(head().row, kRaster, machine_.smoothing);
+            raster_ = PaintedSegment(head().row, kRaster, machine_.smoothing);
             return;
         }
         if (rests) return;
@@ -430,7 +422,7 @@ class RandomTraffic final : public Receiver {
     bool raster_rests_ = false;            ///< while the bus is quiet
     int pace_ = 1;                         ///< clocks to a beat, and to a raster position
     int position_ = -1;
-    std::optional<PaintedRaster> raster_;
+    std::optional<PaintedSegment> raster_;
 };
 
 TEST_CASE("beat receiver: in lockstep with its reference") {

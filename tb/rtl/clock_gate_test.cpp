@@ -122,16 +122,8 @@ struct GateBench {
     }
 };
 
-/// Idle edges in a row after which a method sleeps.
-int idle_edges_before_sleep() {
-    ClockGate gate(ClockGating::kOn);
-    int edges = 1;
-    while (!gate.idle_edge(true)) ++edges;
-    return edges;
-}
-
 TEST_CASE("clock gate: a method may sleep after a few idle edges in a row, and opens once") {
-    const int edges = idle_edges_before_sleep();
+    const int edges = ClockGate::kIdleEdges;
     REQUIRE(edges > 1);
     ClockGate gate(ClockGating::kOn);
     for (int edge = 1; edge < edges; ++edge) CHECK_FALSE(gate.idle_edge(true));
@@ -178,7 +170,7 @@ TEST_CASE("edge counter: the edges that a method has slept through count when it
 TEST_CASE("gated clock: it stands still only while all of its blocks sleep") {
     ClockedTestbench bench;
     GateBench dut(bench);
-    const int idle = idle_edges_before_sleep();
+    const int idle = ClockGate::kIdleEdges;
     bench.core.drive(dut.add[0], 0, 1);  // busy until edge 39
     bench.core.drive(dut.add[0], 40, 0);
     bench.run_through(39);
@@ -221,8 +213,8 @@ TEST_CASE("gated clock: an input between two edges starts it again, for the very
     const int stood_at = dut.probe.edges();
     bench.run_through(100);
     CHECK(dut.probe.edges() == stood_at + 1);
-    CHECK(dut.adders[1]->edges() == idle_edges_before_sleep() + 1);
-    CHECK(dut.adders[0]->edges() == idle_edges_before_sleep());  // it sleeps on
+    CHECK(dut.adders[1]->edges() == ClockGate::kIdleEdges + 1);
+    CHECK(dut.adders[0]->edges() == ClockGate::kIdleEdges);  // it sleeps on
     CHECK(dut.sums[1]->at(99) == 0);
     CHECK(dut.sums[1]->at(100) == 7);
     bench.run_through(200);

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "report/composer_record.h"
-#include "support/painted_segment.h"
 
 namespace metabuffer::test {
 
@@ -16,7 +15,5 @@ struct Record final : ComposerRecord {};
 struct Records {
     std::vector<std::unique_ptr<Record>> records_;
 };
-
-using PaintedRaster = PaintedSegment;
 
 }  // namespace metabuffer::test

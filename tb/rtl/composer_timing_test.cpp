@@ -238,8 +238,8 @@ TEST_CASE("composer: pixels of an abandoned frame are dropped without a report t
     auto letters = beats(segment_row({4, 1}));
     letters['S'] = BusBeat::table_row(1, 0, segment_row({20, 1}), true);
     letters['J'] = BusBeat::frame_start(1, false);
-    letters['y'] = pixel_beat(1, 8, 8);
-    letters['z'] = pixel_beat(9, 16, 8);
+    letters['y'] = burst_beat(1, 8, 8);
+    letters['z'] = burst_beat(9, 16, 8);
     letters['y'].frame = letters['z'].frame = 1;
     // The first frame fills the buffer. Of the second one the first pixel is lost, and more come than the buffer's memory
     // has words.

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "lockstep/waveform_case.h"
+#include "pixel_beat.h"
 #include "rtl/composer.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
@@ -35,15 +36,9 @@ inline rtl::PipePixel from_above(int position, bool lost = false) {
 }
 
 /// `count` pixels of the segment of frame 0. The burst's last one is `last`.
-inline rtl::BusBeat pixel_beat(int first, int last, int count = 1) {
-    rtl::BusBeat beat;
-    beat.kind = rtl::BusBeat::Kind::kPixels;
-    beat.destination = 1;
-    beat.first = static_cast<std::uint32_t>(first);
-    beat.count = static_cast<std::uint8_t>(count);
-    beat.remaining = static_cast<std::uint32_t>(last - first - count + 1);
-    for (int i = 0; i < count; ++i) beat.words[static_cast<std::size_t>(i)] = local_pixel(first + i).word();
-    return beat;
+inline rtl::BusBeat burst_beat(int first, int last, int count = 1) {
+    return pixel_beat(0, 1, first, count, last - first - count + 1,
+                      [](std::int64_t k) { return local_pixel(static_cast<int>(k)).word(); });
 }
 
 constexpr int kLetters = 16;
@@ -54,13 +49,13 @@ inline ComposerWave::Letters<rtl::BusBeat> beats(const ViewportRow& row) {
         {'F', rtl::BusBeat::frame_start(0, false)},      {'E', rtl::BusBeat::frame_start(0, true)},
         {'G', rtl::BusBeat::frame_start(1, true)},       {'H', rtl::BusBeat::frame_start(2, true)},
         {'S', rtl::BusBeat::table_row(1, 0, row, true)}, {'R', rtl::BusBeat::table_row(0, 0, row, true)}};
-    for (int k = 0; k < kLetters; ++k) letters[static_cast<char>('a' + k)] = pixel_beat(k, k);
+    for (int k = 0; k < kLetters; ++k) letters[static_cast<char>('a' + k)] = burst_beat(k, k);
     return letters;
 }
 /// The pixels are one burst, of which the last is `last`.
 inline ComposerWave::Letters<rtl::BusBeat> burst(const ViewportRow& row, int last) {
     auto letters = beats(row);
-    for (int k = 0; k < kLetters; ++k) letters[static_cast<char>('a' + k)] = pixel_beat(k, last);
+    for (int k = 0; k < kLetters; ++k) letters[static_cast<char>('a' + k)] = burst_beat(k, last);
     return letters;
 }
 inline ComposerWave::Letters<rtl::PipePixel> pixels() {

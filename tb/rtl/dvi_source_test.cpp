@@ -174,7 +174,7 @@ class Source final : public Lockstep<DviSource> {
             (!request_ || next_pair_ == static_cast<std::uint32_t>(scenario_.frames))) {
             return false;
         }
-        constexpr int kIdleEdges = 8;  // after so many the block sleeps
+        constexpr int kIdleEdges = rtl::ClockGate::kIdleEdges;
         bench_.happened["a pair after a sleep"] += std::exchange(idle_clocks_, 0) > kIdleEdges ? 1 : 0;
         const std::uint32_t pair = next_pair_++;
         for (const FrameKind kind : {FrameKind::kColour, FrameKind::kDepth}) add_frame(pair, kind);

@@ -15,6 +15,7 @@
 
 #include "lockstep/lockstep.h"
 #include "lockstep/waveform_case.h"
+#include "pixel_beat.h"
 #include "rtl/bus_fault.h"
 #include "rtl/fault_tally.h"
 #include "rtl/handshake_fault.h"
@@ -334,12 +335,7 @@ TEST_CASE("swap lock fault: in lockstep with its reference") {
 // ---- beats ----
 
 BusBeat pixels(int destination, std::uint32_t first, int count = 3) {
-    BusBeat beat;
-    beat.kind = BusBeat::Kind::kPixels;
-    beat.destination = static_cast<std::uint16_t>(destination);
-    beat.count = static_cast<std::uint8_t>(count);
-    beat.first = first;
-    return beat;
+    return pixel_beat(0, destination, first, count, 0, [](std::int64_t) { return std::uint64_t{0}; });
 }
 
 /// The bus before composer 2 of two, with beats of every kind.

@@ -10,13 +10,14 @@
 #include <string>
 #include <vector>
 
+#include "composer_records.h"
 #include "composer_scenario.h"
 #include "expected_report.h"
 #include "lockstep/lockstep.h"
 #include "lockstep/waveform_case.h"
-#include "painted_raster.h"
 #include "support/images.h"
 #include "support/naive_pixels.h"
+#include "support/painted_segment.h"
 #include "support/traced_values.h"
 
 namespace metabuffer::test::merge_stage_test {

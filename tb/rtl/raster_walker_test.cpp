@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "composer_records.h"
 #include "composer_scenario.h"
 #include "lockstep/lockstep.h"
-#include "painted_raster.h"
+#include "support/painted_segment.h"
 #include "support/traced_values.h"
 
 namespace metabuffer::test::raster_walker_test {

@@ -67,13 +67,4 @@ inline TmdsWaveform tmds_waveform(const TmdsStreams& streams) {
 
 inline TmdsWaveform tmds_waveform(const Waveform& wave) { return tmds_waveform(tmds_streams(wave)); }
 
-/// The streams, each of them so many bits late.
-inline TmdsStreams late_streams(const TmdsStreams& streams, const std::array<unsigned, 3>& late_bits) {
-    TmdsStreams late;
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-        late[channel] = late_words(streams[channel], late_bits[channel]);
-    }
-    return late;
-}
-
 }  // namespace metabuffer::test
