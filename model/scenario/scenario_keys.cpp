@@ -35,9 +35,10 @@ constexpr const char* kCorrection = "displays.correction";
 ObjectKey<Scenario> map(const char* path) { return {{path, KeyShape::kMap, "a map"}}; }
 
 /// A list that always has `length` numbers; the row of its entries follows it.
-SchemaKey numbers(const char* path, const char* meaning, std::size_t length) {
+SchemaKey numbers(const char* path, const char* meaning, std::size_t length, const char* fallback = "") {
     SchemaKey key{path, KeyShape::kList, meaning};
     key.length = length;
+    key.fallback = fallback;
     return key;
 }
 
@@ -120,7 +121,8 @@ std::vector<SchemaKey> renderer_keys() {
         scalar("renderers[].frames[].depth_layer",
                "a layer, a part or a channel of Z, of the image or of depth", ValueRule::Type::kText,
                "Z, or the only one"),
-        numbers("renderers[].frames[].depth_range", "a list of two numbers, [near, far], of this image", 2),
+        numbers("renderers[].frames[].depth_range", "a list of two numbers, [near, far], of this image", 2,
+                "the scenario's"),
         {"renderers[].frames[].depth_range[]", KeyShape::kScalar, "near or far", ValueRule::numbers(kDepth)},
         scalar("renderers[].frames[].frames",
                "the numbers of many frames, such as 0-299, which file names have as %d or %04d",
