@@ -37,7 +37,8 @@ namespace metabuffer::rtl {
 ///   longest_beat_gap_cycles().
 ///
 /// Raises /metabuffer/composer/protocol if the bus breaks its protocol: a pixel for a full buffer, a pixel, row or frame
-/// that has come before, a frame more than 65535 ahead of the newest, a pixel without a table, a third frame's table.
+/// that has come before, a frame more than 65535 ahead of the newest, a pixel without a table, a third frame's table. A
+/// pixel of a frame whose table has no row for this composer is dropped and counted as late: the bus's monitor finds it.
 class BeatReceiver final : public Block {
   public:
     sc_core::sc_in<bool> clk_i{"clk_i"};      ///< core clock
