@@ -1,10 +1,10 @@
 #include "rtl/write_buffer.h"
 
+#include <array>
 #include <catch2/catch.hpp>
-#include <vector>
+#include <memory>
 
-#include "clocked_testbench.h"
-#include "rtl/wires.h"
+#include "lockstep/lockstep.h"
 
 namespace metabuffer::test::write_buffer_test {
 namespace {
@@ -15,175 +15,141 @@ using rtl::MemoryWrite;
 using rtl::WriteBlock;
 using rtl::WriteBuffer;
 
-constexpr std::uint8_t kColour = MemoryWrite::kColourBytes;
-constexpr std::uint8_t kDepth = MemoryWrite::kDepthBytes;
-
-/// Blocks of 4 words of an image of 10, in pages of 8: the other image begins at word 16.
-struct BufferBench {
-    ClockDomain& core;
-    sc_core::sc_signal<MemoryWrite> write;
-    rtl::SignalBank<bool> full{WriteBuffer::kHalves, rtl::Wires::name_of("full")};
-    rtl::SignalBank<WriteBlock> block{WriteBuffer::kHalves, rtl::Wires::name_of("block")};
-    sc_core::sc_signal<MemoryCommand> command;
-    sc_core::sc_signal<bool> drain;
-    sc_core::sc_signal<MemoryData> data;
-    WriteBuffer dut;
-    std::vector<const Recording<bool>*> fulls, fulls_sampled;
-    std::vector<const Recording<WriteBlock>*> blocks;
-    const Recording<MemoryData>& sampled;
-
-    explicit BufferBench(ClockedTestbench& bench)
-        : core(bench.core), dut("write_buffer", config(), 10), sampled(core.record_sampled(data)) {
-        dut.clk_i(core.clk);
-        dut.reset_i(bench.reset);
-        dut.write_i(write);
-        dut.command_i(command);
-        dut.drain_i(drain);
-        dut.data_o(data);
-        for (std::size_t half = 0; half < WriteBuffer::kHalves; ++half) {
-            dut.full_o[half](full[half]);
-            dut.block_o[half](block[half]);
-            fulls.push_back(&core.record(full[half]));
-            fulls_sampled.push_back(&core.record_sampled(full[half]));
-            blocks.push_back(&core.record(block[half]));
+/// A buffer between a link, whose frames are broken off now and then, and a bus port that writes the full half. Both have
+/// the bench's clock. The buffer has no clock gating that could be switched off, so both are alike.
+class Buffer final : public Lockstep<WriteBuffer> {
+  public:
+    Buffer(LockstepBench& bench, const char* name, int block_words, int image_words, int page_words)
+        : Lockstep(bench, name,
+                   [=](const char* dut, rtl::ClockGating /*gating*/) {
+                       MemoryConfig config;
+                       config.page_words = page_words;
+                       config.words_per_cycle = rtl::kMaximumBeatPixels;
+                       config.ports = MemoryPorts::kShared;
+                       config.write_block_words = block_words;
+                       return std::make_unique<WriteBuffer>(dut, config, image_words);
+                   }),
+          block_words_(block_words),
+          image_words_(image_words),
+          page_words_(page_words),
+          image_pages_((image_words + page_words - 1) / page_words) {
+        for (std::size_t half = 0; half < 2; ++half) {
+            halves_[half].full = &out(&WriteBuffer::full_o, half);
+            halves_[half].block = &out(&WriteBuffer::block_o, half);
         }
-        bench.trace(dut);
     }
-    static MemoryConfig config() {
-        MemoryConfig config;
-        config.page_words = 8;
-        config.words_per_cycle = 2;
-        config.ports = MemoryPorts::kShared;
-        config.write_block_words = 4;
-        return config;
-    }
-    /// Words of the link from edge `clock` on, one a clock, to `address` and those after it. A word is 100 more than
-    /// its address.
-    void bring(int clock, int device, int address, int words, std::uint8_t mask = kColour) {
-        for (int word = address; word < address + words; ++word, ++clock) {
-            core.drive(write, clock,
-                       MemoryWrite{true, static_cast<std::uint8_t>(device), static_cast<std::uint32_t>(word),
-                                   100U + static_cast<unsigned>(word), mask});
+
+    void stimulate() override {
+        Random& random = bench_.random;
+        // In a pause a word may stand, and is taken at each clock.
+        const bool stands = bench_.pausing() && write_->enable && !random.one_in(20);
+        if (!stands) {
+            write_ = MemoryWrite{};
+            if (bench_.pausing() ? random.one_in(30) : !random.one_in(3)) bring_word();
         }
-        core.drive(write, clock, MemoryWrite{});
+        ask();
     }
-    void ask(int clock, bool half, const std::vector<std::uint32_t>& columns) {
-        MemoryCommand asked;
-        asked.kind = MemoryCommand::Kind::kWrite;
-        for (const std::uint32_t column : columns) asked.columns[asked.count++] = column;
-        core.drive(drain, clock, half);
-        core.drive(command, clock, asked);
-        core.drive(command, clock + 1, MemoryCommand{});
+    void expect() override {
+        // While it sleeps its clock may stand still, and a word would be lost.
+        if (write_->enable) CHECK_FALSE(dut().sleeps());
+        bench_.happened["it slept"] += dut().sleeps() ? 1 : 0;
+        for (Half& half : halves_) {
+            *half.full = half.full_due;
+            *half.block = half.block_due;
+        }
+        MemoryData& due = data_due_;
+        due.count = 0;
+        if (command_->kind == MemoryCommand::Kind::kWrite) {
+            due.count = command_->count;
+            for (std::size_t i = 0; i < due.count; ++i) {
+                const auto place = static_cast<int>(command_->columns[i]) % block_words_;
+                due.words[i] = halves_[drain_ ? 1 : 0].words[place];
+            }
+        }
+        data_ = due;
     }
-    std::vector<std::uint64_t> words_at(int clock) const {
-        const MemoryData& put_out = sampled.at(clock);
-        return {put_out.words.begin(), put_out.words.begin() + put_out.count};
+    void edge() override {
+        // Lanes without a word stand still.
+        if (data_.seen().words != data_due_.words) fail("a lane of data_o is wrong");
+        if (!write_->enable) return;
+        const auto address = static_cast<int>(write_->address);
+        const int place = address % block_words_;
+        Half& half = halves_[filling_];
+        half.words[place] = write_->data;
+        if (place != block_words_ - 1 && address != image_words_ - 1) return;
+        half.full_due = !half.full_due;
+        const int first = write_->device * image_pages_ * page_words_ + address - place;
+        half.block_due = WriteBlock{static_cast<std::uint64_t>(first), static_cast<std::uint32_t>(place + 1),
+                                    write_->byte_mask};
+        filling_ = 1 - filling_;
+        bench_.happened[place == block_words_ - 1 ? "a whole block" : "an image's last words"] += 1;
     }
+    void reset() override {
+        for (Half& half : halves_) {
+            half.full_due = false;
+            half.block_due = {};
+        }
+        filling_ = 0;
+    }
+
+  private:
+    struct Half {
+        Output<bool>* full = nullptr;
+        Output<WriteBlock>* block = nullptr;
+        bool full_due = false;
+        WriteBlock block_due;
+        std::array<std::uint64_t, 64> words{};
+    };
+
+    /// The next one of the frame, or the first one of another.
+    void bring_word() {
+        Random& random = bench_.random;
+        if (next_ == image_words_ || random.one_in(100)) {
+            next_ = 0;
+            device_ = random.one_in(2) ? 1 : 0;
+            mask_ = random.one_in(2) ? MemoryWrite::kColourBytes : MemoryWrite::kDepthBytes;
+        }
+        write_ = MemoryWrite{true, device_, static_cast<std::uint32_t>(next_), random.bits(), mask_};
+        ++next_;
+    }
+    /// Words of the half that does not fill, in any order, or another command.
+    void ask() {
+        Random& random = bench_.random;
+        drain_ = filling_ == 0;
+        MemoryCommand command;
+        const WriteBlock& block = halves_[1 - filling_].block_due;
+        if (block.words > 0 && random.one_in(2)) {
+            command.kind = random.one_in(4) ? MemoryCommand::Kind::kRead : MemoryCommand::Kind::kWrite;
+            command.count = static_cast<std::uint8_t>(random.between(1, rtl::kMaximumBeatPixels));
+            for (std::uint32_t& column : command.columns) {
+                const auto word =
+                    static_cast<std::uint64_t>(random.between(0, static_cast<int>(block.words) - 1));
+                column =
+                    static_cast<std::uint32_t>((block.address + word) % static_cast<unsigned>(page_words_));
+            }
+        }
+        command_ = command;
+    }
+
+    int block_words_, image_words_, page_words_, image_pages_;
+    Input<MemoryWrite>& write_ = in(&WriteBuffer::write_i);
+    Input<MemoryCommand>& command_ = in(&WriteBuffer::command_i);
+    Input<bool>& drain_ = in(&WriteBuffer::drain_i);
+    Output<MemoryData>& data_ = out(&WriteBuffer::data_o);
+    int next_ = 0;  ///< word of the frame on the link
+    std::uint8_t device_ = 0, mask_ = MemoryWrite::kColourBytes;
+    std::array<Half, 2> halves_;
+    std::size_t filling_ = 0;
+    MemoryData data_due_;
 };
 
-using Words = std::vector<std::uint64_t>;
-using Clocks = std::vector<int>;
-
-TEST_CASE("write buffer: a half is full with its block's last word, and then the other one fills") {
-    ClockedTestbench bench;
-    BufferBench dut(bench);
-    dut.bring(2, 0, 0, 10);
-    bench.run_through(14);
-    CHECK(dut.fulls[0]->rises() == Clocks{5});
-    CHECK(dut.fulls_sampled[0]->rises() == Clocks{6});  // it changes with the edge
-    CHECK(dut.blocks[0]->at(5) == WriteBlock{0, 4, kColour});
-    CHECK(dut.fulls[1]->rises() == Clocks{9});
-    CHECK(dut.blocks[1]->at(9) == WriteBlock{4, 4, kColour});
-    // The image's last words are a block, too. The first half is full for the second time, so its wire falls.
-    CHECK(dut.fulls[0]->falls() == Clocks{11});
-    CHECK(dut.blocks[0]->at(11) == WriteBlock{8, 2, kColour});
-}
-
-TEST_CASE("write buffer: a block stands still until its half is full again") {
-    ClockedTestbench bench;
-    BufferBench dut(bench);
-    dut.bring(2, 1, 0, 8, kDepth);
-    bench.run_through(12);
-    CHECK(dut.blocks[0]->at(5) == WriteBlock{16, 4, kDepth});  // the second device's image
-    CHECK(dut.blocks[0]->at(12) == dut.blocks[0]->at(5));
-    CHECK(dut.blocks[1]->at(9) == WriteBlock{20, 4, kDepth});
-}
-
-TEST_CASE("write buffer: a block of a frame that was broken off is replaced by the next frame's first") {
-    ClockedTestbench bench;
-    BufferBench dut(bench);
-    dut.bring(2, 0, 0, 6);   // a block, and half of one
-    dut.bring(20, 0, 0, 4);  // the same block, in the second half
-    dut.ask(30, true, {0, 1});
-    dut.ask(31, true, {2, 3});
-    bench.run_through(32);
-    CHECK(dut.fulls[1]->rises() == Clocks{23});
-    CHECK(dut.blocks[1]->at(23) == WriteBlock{0, 4, kColour});
-    CHECK(dut.words_at(30) == Words{100, 101});
-    CHECK(dut.words_at(31) == Words{102, 103});
-}
-
-TEST_CASE("write buffer: a write command's words, of the half that is written, stand in its own clock") {
-    ClockedTestbench bench;
-    BufferBench dut(bench);
-    dut.bring(0, 0, 0, 8);
-    dut.ask(12, false, {1, 2});
-    dut.ask(13, true, {4, 5});  // columns in the page
-    dut.ask(14, true, {7});
-    bench.run_through(16);
-    CHECK(dut.words_at(11).empty());
-    CHECK(dut.words_at(12) == Words{101, 102});
-    CHECK(dut.words_at(13) == Words{104, 105});
-    CHECK(dut.words_at(14) == Words{107});
-    CHECK(dut.sampled.at(14).words[1] == 105);  // a lane without a word stands still
-    CHECK(dut.words_at(15).empty());
-}
-
-TEST_CASE("write buffer: no word comes out for any other command") {
-    ClockedTestbench bench;
-    BufferBench dut(bench);
-    dut.bring(0, 0, 0, 8);
-    MemoryCommand read;
-    read.kind = MemoryCommand::Kind::kRead;
-    read.count = 2;
-    dut.core.drive(dut.command, 10, read);
-    bench.run_through(12);
-    CHECK(dut.words_at(11).empty());
-}
-
-TEST_CASE("write buffer: a word that stands is taken at each clock") {
-    ClockedTestbench bench;
-    BufferBench dut(bench);
-    dut.core.drive(dut.write, 2, MemoryWrite{true, 0, 3, 103, kColour});  // a block's last one
-    dut.core.drive(dut.write, 22, MemoryWrite{});
-    bench.run_through(30);
-    CHECK(dut.fulls[0]->rises() == Clocks{2, 6, 10, 14, 18});
-    CHECK(dut.fulls[1]->rises() == Clocks{3, 7, 11, 15, 19});
-}
-
-TEST_CASE("write buffer: reset leaves it empty, whichever half was filling") {
-    ClockedTestbench bench;
-    BufferBench dut(bench);
-    dut.bring(0, 0, 0, 4);
-    bench.core.drive(bench.reset, 6, true);
-    bench.core.drive(bench.reset, 8, false);
-    dut.bring(10, 0, 0, 4);
-    bench.run_through(16);
-    CHECK(dut.fulls[0]->rises() == Clocks{3, 13});
-    CHECK(dut.fulls[0]->falls() == Clocks{6});
-    CHECK(dut.blocks[0]->at(7) == WriteBlock{});
-    CHECK(dut.fulls[1]->rises().empty());
-}
-
-TEST_CASE("write buffer: a reset wakes a buffer that sleeps with a full half") {
-    ClockedTestbench bench;
-    BufferBench dut(bench);
-    dut.bring(0, 0, 0, 4);
-    bench.core.drive(bench.reset, 40, true);
-    bench.core.drive(bench.reset, 42, false);
-    bench.run_through(50);
-    CHECK(dut.fulls[0]->rises() == Clocks{3});
-    CHECK(dut.fulls[0]->falls() == Clocks{40});
+TEST_CASE("write buffer: in lockstep with its reference") {
+    LockstepBench bench(2215);
+    const Buffer usual(bench, "usual", 4, 10, 8);
+    const Buffer whole_image(bench, "whole_image", 16, 16, 16);
+    const Buffer less_than_a_block(bench, "less_than_a_block", 64, 5, 128);
+    const Buffer single_words(bench, "single_words", 1, 3, 2);
+    bench.run(20'000, {{"a whole block", 500}, {"an image's last words", 500}, {"it slept", 500}});
 }
 
 }  // namespace
