@@ -1,15 +1,15 @@
 #include "rtl/display_memory.h"
 
 #include <catch2/catch.hpp>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
 #include <utility>
-#include <vector>
 
-#include "clocked_testbench.h"
 #include "expected_report.h"
-#include "support/random_seed.h"
+#include "lockstep/lockstep.h"
+#include "lockstep/waveform_case.h"
 
 namespace metabuffer::test::display_memory_test {
 namespace {
@@ -20,194 +20,103 @@ using rtl::DisplayWrite;
 
 constexpr std::uint32_t kPixels = 12;
 
-struct MemoryBench {
-    ClockDomain& core;
-    ClockDomain& dvi;
-    sc_core::sc_signal<bool> writes, reads;
-    sc_core::sc_signal<DisplayWrite> write;
-    sc_core::sc_signal<DisplayRead> read;
-    sc_core::sc_signal<std::uint32_t> data;
-    DisplayMemory dut;
-    const Recording<std::uint32_t>& colours;  ///< what stands after each DVI edge
+Lockstep<DisplayMemory>::Factory memory_with(sc_core::sc_clock& dvi_clock) {
+    return [&dvi_clock](const char* name, rtl::ClockGating gating) {
+        auto memory = std::make_unique<DisplayMemory>(name, kPixels, gating);
+        memory->dvi_clk_i(dvi_clock);
+        return memory;
+    };
+}
 
-    MemoryBench(ClockedTestbench& bench, ClockDomain& dvi_domain, const std::string& name = "display_memory")
-        : core(bench.core), dvi(dvi_domain), dut(name.c_str(), kPixels), colours(dvi_domain.record(data)) {
-        dut.clk_i(core.clk);
-        dut.reset_i(bench.reset);
-        dut.writes_i(writes);
-        dut.write_i(write);
-        dut.dvi_clk_i(dvi.clk);
-        dut.reads_i(reads);
-        dut.read_i(read);
-        dut.data_o(data);
-        bench.trace(dut);
+/// The memory as a map. The inputs change half a core clock before an edge of it, and the DVI clock has edges at any time
+/// from there to the next change.
+class Memory final : public Lockstep<DisplayMemory> {
+  public:
+    Memory(LockstepBench& bench, sc_core::sc_clock& dvi_clock)
+        : Lockstep(bench, std::string(dvi_clock.basename()) + "_memory", memory_with(dvi_clock)),
+          dvi_clock_(dvi_clock) {}
+
+    void stimulate() override {
+        // An edge at this very time samples what stands now, for it changes after it.
+        read_before(sc_core::sc_time_stamp() + sc_core::sc_get_time_resolution());
+        in_reset_ = bench_.in_reset();
+        Random& random = bench_.random;
+        const auto comes = [&](bool came) {
+            if (bench_.pausing()) return random.one_in(20);
+            return random.one_in(4) ? !came : came;
+        };
+        writes_ = comes(writes_);
+        reads_ = comes(reads_);
+        if (random.one_in(3)) write_ = DisplayWrite{random.one_in(2), address(), colour()};
+        if (random.one_in(3)) read_ = DisplayRead{random.one_in(2), address()};
+        if (random.one_in(5)) read_ = DisplayRead{write_->bank, write_->address};
     }
-    /// Stands at write_i at core edge `clock` alone.
-    void put(int clock, const DisplayWrite& pixel) {
-        core.drive(writes, clock, true);
-        core.drive(write, clock, pixel);
-        core.drive(writes, clock + 1, false);
+    void expect() override {
+        read_before(sc_core::sc_time_stamp());
+        data_ = data_due_;
+        if (writes_) CHECK_FALSE(dut().sleeps());
+        bench_.happened["it slept"] += dut().sleeps() ? 1 : 0;
     }
-    /// DVI edge `clock` reads.
-    void get(int clock, bool bank, std::uint32_t address) {
-        dvi.drive(reads, clock, true);
-        dvi.drive(read, clock, DisplayRead{bank, address});
-        dvi.drive(reads, clock + 1, false);
+    void edge() override {
+        if (writes_) pixels_[{write_->bank, write_->address}] = write_->colour;
     }
+    void reset() override { edge(); }
+
+  private:
+    std::uint32_t address() const {
+        return static_cast<std::uint32_t>(bench_.random.between(0, kPixels - 1));
+    }
+    std::uint32_t colour() const { return static_cast<std::uint32_t>(bench_.random.bits()) & 0xFF'FFFFU; }
+    /// The DVI clock's edges before then, which all sample what stands now.
+    void read_before(const sc_core::sc_time& end) {
+        for (; next_edge_ < end; next_edge_ += dvi_clock_.period()) {
+            const bool comes = writes_ && write_->bank == read_->bank && write_->address == read_->address;
+            if (in_reset_) {
+                data_due_ = 0;
+            } else if (reads_) {
+                data_due_ = comes ? write_->colour : pixels_[{read_->bank, read_->address}];
+                bench_.happened["a pixel was read as it came"] += comes ? 1 : 0;
+            }
+        }
+    }
+
+    sc_core::sc_clock& dvi_clock_;
+    Input<bool>& writes_ = in(&DisplayMemory::writes_i);
+    Input<DisplayWrite>& write_ = in(&DisplayMemory::write_i);
+    Input<bool>& reads_ = in(&DisplayMemory::reads_i);
+    Input<DisplayRead>& read_ = in(&DisplayMemory::read_i);
+    Output<std::uint32_t>& data_ = out(&DisplayMemory::data_o);
+    bool in_reset_ = true;
+    std::map<std::pair<bool, std::uint32_t>, std::uint32_t> pixels_;  ///< by bank and address
+    std::uint32_t data_due_ = 0;
+    sc_core::sc_time next_edge_;
 };
 
-TEST_CASE("display memory: a pixel is put out at the edge that reads it, and stands until the next is read") {
-    ClockedTestbench bench;
-    MemoryBench dut(bench, bench.core);
-    dut.put(2, {false, 0, 0x112233});
-    dut.put(3, {false, kPixels - 1, 0x445566});
-    dut.get(20, false, kPixels - 1);  // after a pause in which both ports sleep
-    dut.get(40, false, 0);
-    bench.run_through(60);
-    CHECK(dut.colours.at(19) == 0);
-    for (int clock = 20; clock < 40; ++clock) CHECK(dut.colours.at(clock) == 0x445566);
-    for (int clock = 40; clock < 60; ++clock) CHECK(dut.colours.at(clock) == 0x112233);
+TEST_CASE("display memory: in lockstep with a map at any ratio of the clocks") {
+    LockstepBench bench(2209);
+    sc_core::sc_clock faster("faster", sc_core::sc_time(1.6, sc_core::SC_NS));
+    sc_core::sc_clock nearly("nearly", sc_core::sc_time(10.016, sc_core::SC_NS));
+    sc_core::sc_clock slower("slower", sc_core::sc_time(33.3, sc_core::SC_NS));
+    const Memory at_the_core_clock(bench, bench.clk);
+    const Memory of_faster(bench, faster);
+    const Memory of_nearly(bench, nearly);
+    const Memory of_slower(bench, slower);
+    bench.run(20'000, {{"a pixel was read as it came", 1000}, {"it slept", 100}});
 }
 
-TEST_CASE("display memory: the banks hold a pixel each at an address") {
-    ClockedTestbench bench;
-    MemoryBench dut(bench, bench.core);
-    dut.put(2, {false, 5, 0xAAAAAA});
-    dut.put(3, {true, 5, 0xBBBBBB});
-    dut.get(6, false, 5);
-    dut.get(7, true, 5);
-    dut.get(8, true, 4);
-    bench.run_through(10);
-    CHECK(dut.colours.at(6) == 0xAAAAAA);
-    CHECK(dut.colours.at(7) == 0xBBBBBB);
-    CHECK(dut.colours.at(8) == 0);
-}
-
-TEST_CASE("display memory: without writes_i nothing is stored, and without reads_i nothing is put out") {
-    ClockedTestbench bench;
-    MemoryBench dut(bench, bench.core);
-    dut.put(2, {false, 5, 0xAAAAAA});
-    bench.core.drive(dut.write, 5, DisplayWrite{false, 5, 0xBBBBBB});
-    bench.core.drive(dut.read, 5, DisplayRead{false, 5});
-    dut.get(9, false, 5);
-    bench.run_through(12);
-    CHECK(dut.colours.at(8) == 0);
-    CHECK(dut.colours.at(9) == 0xAAAAAA);  // what stands at write_i is not on its way
-}
-
-TEST_CASE("display memory: a pixel that is still at write_i is read as it will be stored, no other one is") {
-    ClockedTestbench bench;
-    ClockDomain& dvi = bench.add_clock("dvi", 1'000);  // ten edges to one of the core clock
-    MemoryBench dut(bench, dvi);
-    const auto dvi_clock_of = [&](int core_clock) {
-        return 10 * (core_clock + bench.core.reset_clocks()) - dvi.reset_clocks();
-    };
-    dut.put(2, {false, 3, 0x101010});
-    dut.put(3, {true, 3, 0x202020});
-    dut.put(4, {false, 4, 0x303030});
-    dut.put(20, {false, 3, 0x404040});
-    // The domains know how long reset lasts once the run begins.
-    bench.run_through(10);
-    // It stands at write_i from the falling edge before core edge 20 on.
-    const int stored = dvi_clock_of(20);
-    dut.get(stored - 7, false, 3);
-    dut.get(stored - 4, false, 3);
-    dut.get(stored - 3, true, 3);
-    dut.get(stored - 2, false, 4);
-    dut.get(stored + 8, false, 3);
-    bench.run_through(24);
-    CHECK(dut.colours.at(stored - 7) == 0x101010);
-    CHECK(dut.colours.at(stored - 4) == 0x404040);
-    CHECK(dut.colours.at(stored - 3) == 0x202020);
-    CHECK(dut.colours.at(stored - 2) == 0x303030);
-    CHECK(dut.colours.at(stored + 8) == 0x404040);
-}
-
-TEST_CASE("display memory: reset clears what is put out, and the pixels stay") {
-    ClockedTestbench bench;
-    MemoryBench dut(bench, bench.core);
-    dut.put(2, {true, 7, 0x777777});
-    dut.get(4, true, 7);
-    bench.core.drive(bench.reset, 20, true);
-    dut.get(21, true, 7);  // not while reset is high
-    bench.core.drive(bench.reset, 22, false);
-    dut.get(30, true, 7);
-    bench.run_through(32);
-    CHECK(dut.colours.at(19) == 0x777777);
-    CHECK(dut.colours.at(20) == 0);
-    CHECK(dut.colours.at(21) == 0);
-    CHECK(dut.colours.at(29) == 0);
-    CHECK(dut.colours.at(30) == 0x777777);
-}
-
-TEST_CASE("display memory: a write to an address that it does not have is reported") {
-    ExpectedReport report("/metabuffer/display_memory/address");
-    ClockedTestbench bench;
-    MemoryBench dut(bench, bench.core);
-    dut.put(2, {false, kPixels - 1, 0});
-    dut.put(3, {true, kPixels, 0});
-    bench.run_through(6);
-    CHECK(report.count() == 1);
-}
-
-TEST_CASE("display memory: a read of an address that it does not have is reported") {
-    ExpectedReport report("/metabuffer/display_memory/address");
-    ClockedTestbench bench;
-    MemoryBench dut(bench, bench.core);
-    dut.get(2, true, kPixels - 1);
-    dut.get(3, false, kPixels);
-    bench.run_through(6);
-    CHECK(report.count() == 1);
-}
-
-TEST_CASE("display memory: under random use it agrees with a map at every read, whatever the clocks' ratio") {
-    const auto seed = random_seed(2209);
-    INFO("METABUFFER_SEED=" << seed);
-    Random random(seed);
-    ClockedTestbench bench;
-    constexpr int kClocks = 600;
-    // Multiples of 16 ps: none of these has an edge at a falling edge of the core clock, when write_i changes.
-    const std::vector<std::int64_t> periods{1'600, 9'984, 10'016, 33'328};
-    std::vector<std::unique_ptr<MemoryBench>> duts;
-    /// What stands at write_i or is stored, from the time at which it is driven on, by bank and address.
-    std::vector<std::map<std::pair<bool, std::uint32_t>, std::map<std::int64_t, std::uint32_t>>> pixels;
-    std::vector<std::vector<std::pair<int, DisplayRead>>> asked;
-    for (const std::int64_t period : periods) {
-        const std::string number = std::to_string(period);
-        ClockDomain& dvi = bench.add_clock(("dvi_" + number).c_str(), period);
-        duts.push_back(std::make_unique<MemoryBench>(bench, dvi, "display_memory_" + number));
-        MemoryBench& dut = *duts.back();
-        pixels.emplace_back();
-        asked.emplace_back();
-        const auto any_address = [&] { return static_cast<std::uint32_t>(random.between(0, kPixels - 1)); };
-        for (int clock = 0; clock < kClocks; clock += random.between(1, random.one_in(5) ? 20 : 2)) {
-            const DisplayWrite write{random.one_in(2), any_address(),
-                                     static_cast<std::uint32_t>(random.bits()) & 0xFFFFFFU};
-            dut.put(clock, write);
-            pixels.back()[{write.bank, write.address}][clock] = write.colour;
-        }
-        const auto edges = static_cast<int>(kClocks * bench.core.period_picoseconds() / period);
-        for (int clock = 0; clock < edges; clock += random.between(1, random.one_in(5) ? 20 : 2)) {
-            const DisplayRead read{random.one_in(2), any_address()};
-            dut.get(clock, read.bank, read.address);
-            asked.back().emplace_back(clock, read);
-        }
-    }
-    bench.run_through(kClocks + 20);
-    for (std::size_t i = 0; i < duts.size(); ++i) {
-        const MemoryBench& dut = *duts[i];
-        for (const auto& [clock, read] : asked[i]) {
-            INFO("period " << periods[i] << ", DVI clock " << clock << ", " << read);
-            // The last core clock whose write was driven, half a period before its edge, before this read's edge.
-            const std::int64_t period = bench.core.period_picoseconds();
-            const std::int64_t time = (clock + dut.dvi.reset_clocks()) * dut.dvi.period_picoseconds();
-            const std::int64_t last = (time + period / 2) / period - bench.core.reset_clocks();
-            std::uint32_t due = 0;
-            for (const auto& [written, colour] : pixels[i][{read.bank, read.address}]) {
-                if (written <= last) due = colour;
-            }
-            REQUIRE(dut.colours.at(clock) == due);
-        }
+TEST_CASE("display memory: a write to or a read of an address that it has not is reported at its edge") {
+    const ExpectedReport report("/metabuffer/display_memory/address");
+    LockstepBench bench;
+    WaveformCase<DisplayMemory> dut(bench, "memory", memory_with(bench.clk));
+    dut.drive("_--____", &DisplayMemory::writes_i);
+    dut.drive(".lx....", &DisplayMemory::write_i,
+              {{'l', {false, kPixels - 1, 0}}, {'x', {true, kPixels, 0}}});
+    dut.drive("____--_", &DisplayMemory::reads_i);
+    dut.drive("....lx.", &DisplayMemory::read_i, {{'l', {true, kPixels - 1}}, {'x', {false, kPixels}}});
+    dut.leave(&DisplayMemory::data_o);
+    for (const auto& [clocks, reports] : {std::pair{2, 0}, {3, 1}, {5, 1}, {6, 2}, {7, 2}}) {
+        bench.run(clocks);
+        CHECK(report.count() == 2 * reports);  // there are two of each
     }
 }
 
