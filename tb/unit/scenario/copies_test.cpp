@@ -32,7 +32,7 @@ std::vector<std::string> names_of(const Scenario& scenario) {
 
 }  // namespace
 
-TEST_CASE("copies: as many renderers of the same frames that share their images") {
+TEST_CASE("copies: as many renderers of the same frames that share their images, and are written out") {
     const ScenarioFixture fixture;
     const Scenario scenario = fixture.parse(with_copies("3"));
     CHECK(names_of(scenario) == std::vector<std::string>{"ball", "cube_1", "cube_2", "cube_3", "renderer_3"});
@@ -51,18 +51,19 @@ TEST_CASE("copies: as many renderers of the same frames that share their images"
     CHECK(scenario.renderers[4].frames[0].viewport->y == 1);
     CHECK(scenario.frames == 2);
     CHECK_NOTHROW(check_scenario(scenario));
-}
-
-TEST_CASE("copies: one is the renderer itself") {
-    const ScenarioFixture fixture;
     CHECK(names_of(fixture.parse(with_copies("1"))) ==
           std::vector<std::string>{"ball", "cube", "renderer_3"});
     // The default name counts the file's entries.
     CHECK(names_of(fixture.parse(ScenarioFixture::minimal(), {"renderers.0.copies=2"})) ==
           std::vector<std::string>{"renderer_1_1", "renderer_1_2"});
+    const ScratchDirectory directory;
+    write_scenario(scenario, directory.path());
+    const Scenario loaded = load_scenario(directory / "scenario.yaml");
+    CHECK(scenario_difference(scenario, loaded).empty());
+    CHECK(names_of(loaded) == names_of(scenario));
 }
 
-TEST_CASE("copies: faults name one of them") {
+TEST_CASE("copies: faults name one of them, and what is wrong is reported at the entry that makes them") {
     const ScenarioFixture fixture;
     const auto with_fault = [](const std::string& renderer) {
         return with_copies("3") + "faults: [{renderer: " + renderer + ", pair: 0, kind: crc}]\n";
@@ -71,27 +72,25 @@ TEST_CASE("copies: faults name one of them") {
     CHECK(fixture.parse(with_fault("renderer_3")).faults[0].renderer == 4);
     CHECK(fixture.error(with_fault("cube")) ==
           "test.yaml:10: faults[0].renderer: 'cube' is not a renderer; the nearest is cube_1");
-}
-
-TEST_CASE("copies: what is wrong is reported at the entry that makes them") {
-    const ScenarioFixture fixture;
     const std::string at = "test.yaml:5: renderers[1].copies: ";
-    CHECK(fixture.error(with_copies("0")) == at + "0 is out of range; use 1 to 65536");
-    CHECK(fixture.error(with_copies("65537")) == at + "65537 is out of range; use 1 to 65536");
-    CHECK(fixture.error(with_copies("'2'")) ==
-          at + "'2' is not a whole number; use 1 to 65536 without quotation marks");
-    CHECK(fixture.error(with_copies("two")) == at + "'two' is not a whole number; use 1 to 65536");
-    CHECK(fixture.error(with_copies("65536")) == at +
-                                                     "makes 65537 renderers and 131072 frames so far; use at "
-                                                     "most 65536 and 1000000");
-    CHECK(fixture.error(with_copies("65535")) ==
-          "test.yaml:2: renderers: 65537 renderers on 1 displays need 65537 composers; use at most 65536");
-    // ball, cube_1 to cube_3: the third entry is the machine's fifth renderer.
-    CHECK(fixture.error(with_copies("3"), {"renderers.2.name=cube_2"}) ==
-          "--set renderers.2.name=cube_2: renderers[2].name: 'cube_2' is taken by an earlier renderer; use a "
-          "name of its own");
-    CHECK(fixture.error(with_copies("3"), {"renderers.0.name=cube_2"}) ==
-          "test.yaml:4: renderers[1].name: 'cube_2' is taken by an earlier renderer; use a name of its own");
+    fixture.check_refusals({
+        {with_copies("0"), at + "0 is out of range; use 1 to 65536"},
+        {with_copies("65537"), at + "65537 is out of range; use 1 to 65536"},
+        {with_copies("'2'"), at + "'2' is not a whole number; use 1 to 65536 without quotation marks"},
+        {with_copies("two"), at + "'two' is not a whole number; use 1 to 65536"},
+        {with_copies("65536"),
+         at + "makes 65537 renderers and 131072 frames so far; use at most 65536 and 1000000"},
+        {with_copies("65535"),
+         "test.yaml:2: renderers: 65537 renderers on 1 displays need 65537 composers; use at most 65536"},
+        // ball, cube_1 to cube_3: the third entry is the machine's fifth renderer.
+        {with_copies("3"),
+         {"renderers.2.name=cube_2"},
+         "--set renderers.2.name=cube_2: renderers[2].name: 'cube_2' is taken by an earlier renderer; use a "
+         "name of its own"},
+        {with_copies("3"),
+         {"renderers.0.name=cube_2"},
+         "test.yaml:4: renderers[1].name: 'cube_2' is taken by an earlier renderer; use a name of its own"},
+    });
     write_black(fixture.directory() / "large.exr", 16, 9);
     CHECK(fixture.error(with_copies("3"), {"renderers.1.frames.1.image=large.exr"})
               .find(": renderers[1].frames[1].image: the image has 16 x 9 pixels, ") != std::string::npos);
@@ -104,16 +103,6 @@ TEST_CASE("copies: a great many are one image and little time") {
     CHECK(scenario.renderers.back().name == "renderer_1_65536");
     CHECK(scenario.renderers.back().images == scenario.renderers.front().images);
     CHECK(scenario.renderers.front().images[0].use_count() <= 65537);
-}
-
-TEST_CASE("copies: the writer writes them out") {
-    const ScenarioFixture fixture;
-    const Scenario scenario = fixture.parse(with_copies("3"));
-    const ScratchDirectory directory;
-    write_scenario(scenario, directory.path());
-    const Scenario loaded = load_scenario(directory / "scenario.yaml");
-    CHECK(scenario_difference(scenario, loaded).empty());
-    CHECK(names_of(loaded) == names_of(scenario));
 }
 
 }  // namespace metabuffer::test

@@ -64,32 +64,33 @@ TEST_CASE("corrections: what is wrong is said on one line with its place", "[sce
         return fixture.error(with_corrections(corrections));
     };
     const std::string at = "test.yaml:1: displays.correction[0]";
-    CHECK(error("[{display: 3, gamma: 2}]") == at + ".display: 3 is not a display; use 1 to 2");
-    CHECK(error("[{display: 0, gamma: 2}]") == at + ".display: 0 is out of range; use 1 to 4096");
-    CHECK(error("[{gamma: 2}]") == at + ".display: is missing; use 1 to 4096");
-    CHECK(error("[{display: 1, gamma: 2}, {display: 1, gamma: 2}]") ==
-          "test.yaml:1: displays.correction[1].display: 1 has a correction already; use one a display");
-    CHECK(error("[{display: 1}]") == at + ": has none of gain, gamma and lut; use gain and gamma, or lut");
-    CHECK(error("[{display: 1, gain: [0, 1, 1]}]") == at + ".gain[0]: 0 is out of range; use 0.001 to 1000");
-    CHECK(error("[{display: 1, gain: [1, -1, 1]}]") ==
-          at + ".gain[1]: -1 is out of range; use 0.001 to 1000");
-    CHECK(error("[{display: 1, gain: [1, 1, .nan]}]") ==
-          at + ".gain[2]: '.nan' is not a finite decimal number; use 0.001 to 1000");
-    CHECK(error("[{display: 1, gain: [1, 1]}]") == at + ".gain: has 2 entries; use three numbers, [R, G, B]");
-    CHECK(error("[{display: 1, gamma: 0}]") == at + ".gamma: 0 is out of range; use 0.01 to 100");
-    CHECK(error("[{display: 1, gamma: .inf}]") ==
-          at + ".gamma: '.inf' is not a finite decimal number; use 0.01 to 100");
-    CHECK(error("[{display: 1, lut: t.csv, gamma: 2}]") ==
-          at + ".gamma: is given together with a lut; use one of the two");
-    CHECK(error("[{display: 1, lut: ''}]") == at + ".lut: is empty; use a file of 256 rows of R, G, B as "
-                                                   "CSV, instead of gain and gamma, on one line");
-    CHECK(error("{display: 1}") ==
-          "test.yaml:1: displays.correction: is a map; use a list of displays whose colours are corrected");
-    CHECK(error("[{display: 1, gamme: 2}]") ==
-          at + ".gamme: is not a known key; the nearest is displays.correction[0].gamma");
+    check_refusals(error)({
+        {"[{display: 3, gamma: 2}]", at + ".display: 3 is not a display; use 1 to 2"},
+        {"[{display: 0, gamma: 2}]", at + ".display: 0 is out of range; use 1 to 4096"},
+        {"[{gamma: 2}]", at + ".display: is missing; use 1 to 4096"},
+        {"[{display: 1, gamma: 2}, {display: 1, gamma: 2}]",
+         "test.yaml:1: displays.correction[1].display: 1 has a correction already; use one a display"},
+        {"[{display: 1}]", at + ": has none of gain, gamma and lut; use gain and gamma, or lut"},
+        {"[{display: 1, gain: [0, 1, 1]}]", at + ".gain[0]: 0 is out of range; use 0.001 to 1000"},
+        {"[{display: 1, gain: [1, -1, 1]}]", at + ".gain[1]: -1 is out of range; use 0.001 to 1000"},
+        {"[{display: 1, gain: [1, 1, .nan]}]",
+         at + ".gain[2]: '.nan' is not a finite decimal number; use 0.001 to 1000"},
+        {"[{display: 1, gain: [1, 1]}]", at + ".gain: has 2 entries; use three numbers, [R, G, B]"},
+        {"[{display: 1, gamma: 0}]", at + ".gamma: 0 is out of range; use 0.01 to 100"},
+        {"[{display: 1, gamma: .inf}]",
+         at + ".gamma: '.inf' is not a finite decimal number; use 0.01 to 100"},
+        {"[{display: 1, lut: t.csv, gamma: 2}]",
+         at + ".gamma: is given together with a lut; use one of the two"},
+        {"[{display: 1, lut: ''}]", at + ".lut: is empty; use a file of 256 rows of R, G, B as "
+                                         "CSV, instead of gain and gamma, on one line"},
+        {"{display: 1}",
+         "test.yaml:1: displays.correction: is a map; use a list of displays whose colours are corrected"},
+        {"[{display: 1, gamme: 2}]",
+         at + ".gamme: is not a known key; the nearest is displays.correction[0].gamma"},
+    });
 }
 
-TEST_CASE("corrections: a table that is not whole is refused, and no display is corrected by a part of it",
+TEST_CASE("corrections: a table is whole, or it is refused and no display is corrected by a part of it",
           "[scenario]") {
     const ScenarioFixture fixture;
     const auto error = [&fixture](const std::string& table) {
@@ -101,18 +102,20 @@ TEST_CASE("corrections: a table that is not whole is refused, and no display is 
         return message.substr(file.size());
     };
     const std::string use = "; use 256 rows of R,G,B, each a whole number, 0 to 255";
-    CHECK(error(rows(255)) == ": has 255 rows" + use);
-    CHECK(error(rows(257)) == ": has 257 rows" + use);
-    CHECK(error("") == ": has 0 rows" + use);
-    CHECK(error(rows(255) + "1,2,256\n") == ":256: '256' is not a value of a colour" + use);
-    CHECK(error(rows(3) + "1,-2,3\n" + rows(252)) == ":4: '-2' is not a value of a colour" + use);
-    CHECK(error(rows(3) + "1,2.0,3\n" + rows(252)) == ":4: '2.0' is not a value of a colour" + use);
-    CHECK(error(rows(3) + "1,,3\n" + rows(252)) == ":4: '' is not a value of a colour" + use);
-    CHECK(error("R,G,B\n" + rows(256)) == ":1: 'R' is not a value of a colour" + use);
-    CHECK(error(rows(5) + "1,2\n" + rows(250)) == ":6: has 2 values" + use);
-    CHECK(error(rows(5) + "1,2,3,4\n" + rows(250)) == ":6: has 4 values" + use);
-    CHECK(error(rows(5) + "\n" + rows(251)) == ":6: has 1 value" + use);
-    CHECK(error(rows(70'000)) == ": cannot be read: it is longer than 64 KiB");
+    check_refusals(error)({
+        {rows(255), ": has 255 rows" + use},
+        {rows(257), ": has 257 rows" + use},
+        {"", ": has 0 rows" + use},
+        {rows(255) + "1,2,256\n", ":256: '256' is not a value of a colour" + use},
+        {rows(3) + "1,-2,3\n" + rows(252), ":4: '-2' is not a value of a colour" + use},
+        {rows(3) + "1,2.0,3\n" + rows(252), ":4: '2.0' is not a value of a colour" + use},
+        {rows(3) + "1,,3\n" + rows(252), ":4: '' is not a value of a colour" + use},
+        {"R,G,B\n" + rows(256), ":1: 'R' is not a value of a colour" + use},
+        {rows(5) + "1,2\n" + rows(250), ":6: has 2 values" + use},
+        {rows(5) + "1,2,3,4\n" + rows(250), ":6: has 4 values" + use},
+        {rows(5) + "\n" + rows(251), ":6: has 1 value" + use},
+        {rows(70'000), ": cannot be read: it is longer than 64 KiB"},
+    });
     // Empty lines at the end do no harm, but for their length.
     const auto of_length = [](std::size_t bytes) {
         return rows(256) + std::string(bytes - rows(256).size(), '\n');
@@ -131,10 +134,6 @@ TEST_CASE("corrections: a table that is not whole is refused, and no display is 
     correction.display = 1;
     correction.lut_file = "never-read.csv";
     CHECK_THROWS_AS(correction.table(), std::logic_error);
-}
-
-TEST_CASE("corrections: spaces, line ends of other systems and empty lines at the end do no harm",
-          "[scenario]") {
     const ColourTable plain = input::parse_colour_table(rows(256), "t");
     CHECK(input::parse_colour_table(rows(256, " 1 ,\t2, 3 \r\n") + "\n \n", "t") == plain);
     const std::string text = rows(256);
@@ -185,8 +184,8 @@ TEST_CASE("corrections: a written scenario reads back with the same tables", "[s
 
     // A run's own scenario names the file that was read, from where it lies.
     const std::string effective = effective_scenario(loaded, fixture.directory() / "out");
-    CHECK(effective.find("correction: [{display: 2, gain: [0.1, 1, 3], gamma: 0.3333}, "
-                         "{display: 1, lut: '../written/lut_1.csv'}]") != std::string::npos);
+    CHECK(effective.find("correction: [{display: 2, gain: [0.1, 1, 3], gamma: 0.3333}, {display: 1, lut: "
+                         "'../written/lut_1.csv'}]") != std::string::npos);
 }
 
 TEST_CASE("corrections: files of tables are inputs of a scenario", "[scenario]") {

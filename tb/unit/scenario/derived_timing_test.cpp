@@ -16,7 +16,8 @@ Scenario machine_of(int image_width_pixels, int image_height_pixels, int link_ti
     return scenario;
 }
 
-TEST_CASE("derived timing: the watchdog's interval is longer than the longest wait for a link") {
+TEST_CASE(
+    "derived timing: the watchdog waits for the slowest link and for a reset, or as long as it is told") {
     const Scenario quick = machine_of(32, 24, 2);
     const Scenario patient = machine_of(32, 24, 50);
     const auto timeout_picoseconds = [](const Scenario& scenario) {
@@ -28,9 +29,13 @@ TEST_CASE("derived timing: the watchdog's interval is longer than the longest wa
     }
     CHECK(watchdog_interval_picoseconds(patient) - watchdog_interval_picoseconds(quick) ==
           2 * (timeout_picoseconds(patient) - timeout_picoseconds(quick)));
-}
-
-TEST_CASE("derived timing: a reset lasts two of the slowest clock, and the watchdog waits for it") {
+    Scenario first_is_slow = machine_of(200, 150, 20);
+    first_is_slow.renderers.push_back(machine_of(32, 24, 20).renderers.front());
+    Scenario last_is_slow = machine_of(32, 24, 20);
+    last_is_slow.renderers.push_back(machine_of(200, 150, 20).renderers.front());
+    const std::int64_t interval = watchdog_interval_picoseconds(first_is_slow);
+    CHECK(interval == watchdog_interval_picoseconds(last_is_slow));
+    CHECK(interval > watchdog_interval_picoseconds(machine_of(200, 150, 20)));
     CHECK(least_reset_cycles({100.0, 100.0, 100.0}) == 2);
     CHECK(least_reset_cycles({100.0, 25.0, 400.0}) == 8);
     CHECK(least_reset_cycles({100.0, 400.0, 30.0}) == 7);
@@ -46,87 +51,10 @@ TEST_CASE("derived timing: a reset lasts two of the slowest clock, and the watch
     with.faults = {reset};
     CHECK(watchdog_interval_picoseconds(with) - watchdog_interval_picoseconds(without) ==
           2 * 70'000 * clock_period_picoseconds(with.clocks.core_mhz));
-}
-
-TEST_CASE("derived timing: of several links the slowest one counts, at whatever position") {
-    Scenario first_is_slow = machine_of(200, 150, 20);
-    first_is_slow.renderers.push_back(machine_of(32, 24, 20).renderers.front());
-    Scenario last_is_slow = machine_of(32, 24, 20);
-    last_is_slow.renderers.push_back(machine_of(200, 150, 20).renderers.front());
-    const std::int64_t interval = watchdog_interval_picoseconds(first_is_slow);
-    CHECK(interval == watchdog_interval_picoseconds(last_is_slow));
-    CHECK(interval > watchdog_interval_picoseconds(machine_of(200, 150, 20)));
-}
-
-TEST_CASE(
-    "derived timing: within a burst there may be a page miss, a refresh and another opening of the page") {
-    Scenario scenario;
-    scenario.bus.width_bits = 16;  // four clocks a beat
-    scenario.memory.page_miss_cycles = 9;
-    scenario.memory.precharge_cycles = 2;
-    CHECK(longest_beat_gap_cycles(scenario) == 9 + 4);
-    scenario.memory.refresh_cycles = 30;
-    scenario.memory.refresh_interval_cycles = 500;
-    CHECK(longest_beat_gap_cycles(scenario) == 9 + 30 + 7 + 4);
-}
-
-TEST_CASE("derived timing: a block of the link's words waits for two registers, a page and a refresh") {
-    Scenario scenario;
-    scenario.memory.page_miss_cycles = 9;
-    scenario.memory.words_per_cycle = 4;
-    scenario.memory.write_block_words = 30;
-    scenario.memory.ports = MemoryPorts::kShared;
-    CHECK(longest_write_cycles(scenario.memory, 30) == 9 + 8);
-    CHECK(longest_write_cycles(scenario.memory, 1) == 9 + 1);
-    CHECK(longest_write_delay_cycles(scenario.memory) == 3 + 9 + 17);
-    CHECK(longest_word_wait_cycles(scenario) == 9 + 3 * (17 + 9));
-    scenario.memory.refresh_cycles = 30;
-    scenario.memory.refresh_interval_cycles = 500;
-    CHECK(longest_write_delay_cycles(scenario.memory) == 3 + 9 + 17 + 30 + 17);
-    CHECK(longest_word_wait_cycles(scenario) == 9 + 30 + 9 + 3 * (17 + 9));
-    CHECK(least_block_cycles(scenario.memory) == 3 + 9 + 17 + 30 + 17 + 9);
-    CHECK(least_refresh_interval_cycles(scenario.memory) == 30 + 2 * 9 + 2 * 17 + 1);
-    scenario.memory.ports = MemoryPorts::kDual;
-    CHECK(least_refresh_interval_cycles(scenario.memory) == 30 + 9 + 1);
-}
-
-TEST_CASE("derived timing: a link is at its fastest where its drift is") {
-    Scenario scenario = machine_of(32, 24, 1);
-    scenario.renderers.push_back(scenario.renderers.front());
-    scenario.clocks.dvi_in_mhz = 100.0;
-    CHECK(shortest_link_period_picoseconds(scenario, 1) == 10'000);
-    scenario.clocks.dvi_in_mhz = 0.5;
-    CHECK(shortest_link_period_picoseconds(scenario, 1) == 2'000'000);
-    scenario.clocks.dvi_in_mhz = 100.0;
-    for (const int ppm : {-50'000, 20'000, 100'000, 3}) {
-        Fault drift;
-        drift.kind = FaultKind::kDrift;
-        drift.renderer = 1;
-        drift.ppm = ppm;
-        scenario.faults.push_back(drift);
-    }
-    CHECK(shortest_link_period_picoseconds(scenario, 1) == 9'090);
-    CHECK(shortest_link_period_picoseconds(scenario, 0) == 10'000);
-}
-
-TEST_CASE(
-    "derived timing: what can be in flight grows by the beats that fit the way to a composer and back") {
-    Scenario scenario;
-    scenario.memory.words_per_cycle = 2;
-    scenario.bus.width_bits = 128;
-    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == 2 * 2);
-    scenario.memory.read_latency_cycles = 3;
-    CHECK(bus_delay_cycles(scenario.bus, scenario.memory) == 3);
-    CHECK(bus_loop_cycles(scenario.bus, scenario.memory) == 3);
-    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == (2 + 3) * 2);
-    scenario.bus.register_stages = 2;
-    CHECK(bus_delay_cycles(scenario.bus, scenario.memory) == 5);
-    CHECK(bus_loop_cycles(scenario.bus, scenario.memory) == 7);
-    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == (2 + 7) * 2);
-    // The registers do not move faster than the beats: with four clocks a beat, one more beat fits the loop of seven.
-    scenario.bus.width_bits = 16;
-    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == 2 + 1);
-    CHECK(longest_beat_gap_cycles(scenario) == scenario.memory.page_miss_cycles + 4);
+    Scenario scenario = machine_of(32, 24, 2);
+    scenario.clocks.core_mhz = 50;
+    scenario.watchdog_cycles = 777;
+    CHECK(watchdog_interval_picoseconds(scenario) == 777 * 20'000);
 }
 
 TEST_CASE("derived timing: the watchdog's default is twice the sum of the silences, and 10,000 clocks") {
@@ -176,15 +104,7 @@ TEST_CASE("derived timing: the watchdog's default is twice the sum of the silenc
     }
 }
 
-TEST_CASE("derived timing: the watchdog's interval is watchdog_cycles core clocks where that is given") {
-    Scenario scenario = machine_of(32, 24, 2);
-    scenario.clocks.core_mhz = 50;
-    scenario.watchdog_cycles = 777;
-    CHECK(watchdog_interval_picoseconds(scenario) == 777 * 20'000);
-}
-
-TEST_CASE(
-    "derived timing: a pair is given up some pair times and the lines of a vertical sync after it was due") {
+TEST_CASE("derived timing: a pair is given up some pair times and a vertical sync after it was due") {
     for (const int pairs : {1, 3}) {
         const Scenario scenario = machine_of(32, 24, pairs);
         const Renderer& renderer = scenario.renderers.front();
@@ -193,23 +113,25 @@ TEST_CASE(
               std::int64_t{2} * pairs * timing.frame_clocks() +
                   std::int64_t{DviTiming::kVerticalSyncLines} * timing.line_clocks());
     }
-}
-
-TEST_CASE(
-    "derived timing: a lost slot takes the clocks of its burst, the last beat's too if it is not full") {
-    Scenario scenario;
-    scenario.memory.words_per_cycle = 4;
-    scenario.bus.width_bits = 256;
-    for (const auto& [burst_pixels, beats] : {std::pair{1, 1}, {3, 1}, {4, 1}, {5, 2}, {32, 8}, {33, 9}}) {
-        scenario.bus.burst_pixels = burst_pixels;
-        CHECK(lost_slot_cycles(scenario) == beats);
+    Scenario scenario = machine_of(32, 24, 1);
+    scenario.renderers.push_back(scenario.renderers.front());
+    scenario.clocks.dvi_in_mhz = 100.0;
+    CHECK(shortest_link_period_picoseconds(scenario, 1) == 10'000);
+    scenario.clocks.dvi_in_mhz = 0.5;
+    CHECK(shortest_link_period_picoseconds(scenario, 1) == 2'000'000);
+    scenario.clocks.dvi_in_mhz = 100.0;
+    for (const int ppm : {-50'000, 20'000, 100'000, 3}) {
+        Fault drift;
+        drift.kind = FaultKind::kDrift;
+        drift.renderer = 1;
+        drift.ppm = ppm;
+        scenario.faults.push_back(drift);
     }
-    scenario.bus.width_bits = 16;  // four clocks for each pixel
-    CHECK(lost_slot_cycles(scenario) == 4 * 33);
+    CHECK(shortest_link_period_picoseconds(scenario, 1) == 9'090);
+    CHECK(shortest_link_period_picoseconds(scenario, 0) == 10'000);
 }
 
-TEST_CASE(
-    "derived timing: a beat has as many pixels as bus and memory both give, and takes a clock or more") {
+TEST_CASE("derived timing: beats, what is in flight, and what can come between two of them") {
     MemoryConfig memory;
     BusConfig bus;
     const auto pixels = [&](int width_bits, int words_per_cycle) {
@@ -227,19 +149,50 @@ TEST_CASE(
     CHECK(pixels(512, 4) == 4);
     CHECK(pixels(512, 1) == 1);
     CHECK(cycles_per_beat(bus) == 1);
-}
-
-TEST_CASE(
-    "derived timing: the last beat of a burst that BUSREADY ends comes a clock after the way to and fro") {
-    MemoryConfig memory;
-    BusConfig bus;
+    Scenario scenario;
+    scenario.memory.words_per_cycle = 2;
+    scenario.bus.width_bits = 128;
+    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == 2 * 2);
+    scenario.memory.read_latency_cycles = 3;
+    CHECK(bus_delay_cycles(scenario.bus, scenario.memory) == 3);
+    CHECK(bus_loop_cycles(scenario.bus, scenario.memory) == 3);
+    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == (2 + 3) * 2);
+    scenario.bus.register_stages = 2;
+    CHECK(bus_delay_cycles(scenario.bus, scenario.memory) == 5);
+    CHECK(bus_loop_cycles(scenario.bus, scenario.memory) == 7);
+    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == (2 + 7) * 2);
+    // The registers do not move faster than the beats: with four clocks a beat, one more beat fits the loop of seven.
+    scenario.bus.width_bits = 16;
+    CHECK(in_flight_pixels(scenario.bus, scenario.memory) == 2 + 1);
+    CHECK(longest_beat_gap_cycles(scenario) == scenario.memory.page_miss_cycles + 4);
+    memory = MemoryConfig();
+    bus = BusConfig();
     CHECK(busready_cut_cycles(bus, memory) == 1);
     memory.read_latency_cycles = 3;
     bus.register_stages = 2;
     CHECK(busready_cut_cycles(bus, memory) == 1 + 3 + 2 + 2);
+    scenario = Scenario();
+    scenario.bus.width_bits = 16;  // four clocks a beat
+    scenario.memory.page_miss_cycles = 9;
+    scenario.memory.precharge_cycles = 2;
+    CHECK(longest_beat_gap_cycles(scenario) == 9 + 4);
+    scenario.memory.refresh_cycles = 30;
+    scenario.memory.refresh_interval_cycles = 500;
+    CHECK(longest_beat_gap_cycles(scenario) == 9 + 30 + 7 + 4);
+    scenario = Scenario();
+    scenario.memory.words_per_cycle = 4;
+    scenario.bus.width_bits = 256;
+    for (const auto& [burst_pixels, beats] : {std::pair{1, 1}, {3, 1}, {4, 1}, {5, 2}, {32, 8}, {33, 9}}) {
+        scenario.bus.burst_pixels = burst_pixels;
+        CHECK(lost_slot_cycles(scenario) == beats);
+    }
+    scenario.bus.width_bits = 16;  // four clocks for each pixel
+    CHECK(lost_slot_cycles(scenario) == 4 * 33);
 }
 
-TEST_CASE("derived timing: a memory's images have whole pages, and share a device only with shared ports") {
+TEST_CASE(
+    "derived timing: a memory's images, banks and refreshes, and what a block of the link's words waits "
+    "for") {
     MemoryConfig memory;
     memory.page_words = 8;
     for (const auto& [words, device] : {std::pair{1, 8}, {7, 8}, {8, 8}, {9, 16}, {16, 16}, {17, 24}}) {
@@ -252,10 +205,7 @@ TEST_CASE("derived timing: a memory's images have whole pages, and share a devic
     for (const auto& [words, cycles] : {std::pair{1, 1}, {4, 1}, {5, 2}, {8, 2}}) {
         CHECK(memory.write_cycles(words) == cycles);
     }
-}
-
-TEST_CASE("derived timing: one clock is enough for a memory that times its banks or is refreshed") {
-    MemoryConfig memory;
+    memory = MemoryConfig();
     CHECK_FALSE(memory.times_banks());
     CHECK_FALSE(memory.refreshes());
     memory.precharge_cycles = memory.refresh_cycles = 1;
@@ -264,9 +214,26 @@ TEST_CASE("derived timing: one clock is enough for a memory that times its banks
     memory.page_miss_cycles = 5;
     CHECK(memory.opening_cycles(false) == 4);
     CHECK(memory.opening_cycles(true) == 5);
+    Scenario scenario;
+    scenario.memory.page_miss_cycles = 9;
+    scenario.memory.words_per_cycle = 4;
+    scenario.memory.write_block_words = 30;
+    scenario.memory.ports = MemoryPorts::kShared;
+    CHECK(longest_write_cycles(scenario.memory, 30) == 9 + 8);
+    CHECK(longest_write_cycles(scenario.memory, 1) == 9 + 1);
+    CHECK(longest_write_delay_cycles(scenario.memory) == 3 + 9 + 17);
+    CHECK(longest_word_wait_cycles(scenario) == 9 + 3 * (17 + 9));
+    scenario.memory.refresh_cycles = 30;
+    scenario.memory.refresh_interval_cycles = 500;
+    CHECK(longest_write_delay_cycles(scenario.memory) == 3 + 9 + 17 + 30 + 17);
+    CHECK(longest_word_wait_cycles(scenario) == 9 + 30 + 9 + 3 * (17 + 9));
+    CHECK(least_block_cycles(scenario.memory) == 3 + 9 + 17 + 30 + 17 + 9);
+    CHECK(least_refresh_interval_cycles(scenario.memory) == 30 + 2 * 9 + 2 * 17 + 1);
+    scenario.memory.ports = MemoryPorts::kDual;
+    CHECK(least_refresh_interval_cycles(scenario.memory) == 30 + 9 + 1);
 }
 
-TEST_CASE("derived timing: an arbiter takes time for its answer, for its table, or not at all") {
+TEST_CASE("derived timing: what an arbiter takes time for, and how long a fault lasts") {
     BusConfig bus;
     CHECK_FALSE(bus.arbiter_takes_time());
     CHECK(bus.build_cycles(7) == 0);
@@ -277,9 +244,6 @@ TEST_CASE("derived timing: an arbiter takes time for its answer, for its table, 
     bus.grant_cycles = 0;
     CHECK(bus.arbiter_takes_time());
     CHECK(bus.build_cycles(7) == 7);
-}
-
-TEST_CASE("derived timing: a fault lasts for its clocks from its first one on, or for ever") {
     Fault fault;
     fault.from_cycle = 10;
     for (const std::int64_t cycle : {10, 14, 15, 1'000'000'000}) CHECK(fault.lasts_at(cycle));

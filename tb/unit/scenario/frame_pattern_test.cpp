@@ -9,6 +9,7 @@
 #include "scenario_fixture.h"
 
 using namespace metabuffer;
+using test::check_refusals;
 using test::ScenarioFixture;
 using test::write_black;
 
@@ -69,13 +70,13 @@ TEST_CASE("frames: a viewport moves evenly between the positions of its path") {
     CHECK(viewport_on_path(far, 1'000'000'001).x == 1);
 }
 
-TEST_CASE("frames: a range stands for a list of frames, and is written as one") {
+TEST_CASE("frames: a range stands for a list of frames, of images or a still one, and is written as one") {
     const ScenarioFixture fixture;
     for (const char* name : {"f08.exr", "f09.exr", "f10.exr"}) write_black(fixture.directory() / name, 16, 8);
-    const Scenario scenario = fixture.parse(
-        with_entry("image: 'f%02d.exr', frames: 8-10, "
-                   "viewport: {path: [{frame: 8, x: 0, y: 4}, {frame: 10, x: 8, y: 0, multiple: 2}]}") +
-        "      - {image: image.exr, viewport: {x: 1, y: 1}}\n");
+    const Scenario scenario =
+        fixture.parse(with_entry("image: 'f%02d.exr', frames: 8-10, viewport: {path: [{frame: 8, x: 0, y: "
+                                 "4}, {frame: 10, x: 8, y: 0, multiple: 2}]}") +
+                      "      - {image: image.exr, viewport: {x: 1, y: 1}}\n");
     CHECK(scenario.frames == 4);
     CHECK(image_names(scenario) == std::vector<std::string>{"f08.exr", "f09.exr", "f10.exr", "image.exr"});
     CHECK(scenario.renderers[0].frames[1].viewport->x == 4);
@@ -87,10 +88,6 @@ TEST_CASE("frames: a range stands for a list of frames, and is written as one") 
     const Scenario again = fixture.parse(written);
     CHECK(image_names(again) == image_names(scenario));
     CHECK(effective_scenario(again, fixture.directory().path()) == written);
-}
-
-TEST_CASE("frames: a still image may move, and a range may have a table") {
-    const ScenarioFixture fixture;
     const Scenario moving = fixture.parse(with_entry(
         "image: image.exr, frames: 0-4, viewport: {path: [{frame: 0, x: 0, y: 0}, {frame: 4, x: 8, y: 0}]}"));
     REQUIRE(moving.renderers[0].frames.size() == 5);
@@ -100,6 +97,12 @@ TEST_CASE("frames: a still image may move, and a range may have a table") {
         fixture.parse(with_entry("image: image.exr, frames: 0-2, table: [[0, 0, 0, 16, 8, 0, 0, 1]]"));
     CHECK(table.renderers[0].frames[2].table == table.renderers[0].frames[0].table);
     CHECK(fixture.parse(with_entry("image: image.exr, frames: 5, viewport: {x: 0, y: 0}")).frames == 1);
+    const ScenarioTemplate scenarios(
+        with_entry("image: 'f%d.exr', depth: 'd%02d.exr', frames: 9-10, viewport: {x: 0, y: 0}"), "test.yaml",
+        fixture.directory().path());
+    std::vector<std::string> names;
+    for (const auto& file : scenarios.input_files({})) names.push_back(file.filename().string());
+    CHECK(names == std::vector<std::string>{"d09.exr", "d10.exr", "f10.exr", "f9.exr"});
 }
 
 TEST_CASE("frames: depth files have numbers, too") {
@@ -117,48 +120,37 @@ TEST_CASE("frames: depth files have numbers, too") {
     }
 }
 
-TEST_CASE("frames: what is wrong with a range or a path is reported in one line") {
+TEST_CASE("frames: what is wrong with a range, a path or a frame of it is reported in one line") {
     const ScenarioFixture fixture;
     const std::string where = "test.yaml:4: renderers[0].frames[0].";
     const auto error = [&fixture](const std::string& members) { return fixture.error(with_entry(members)); };
     const std::string path = "viewport: {path: [{frame: 0, x: 0, y: 0}]}";
-    CHECK(error("image: image.exr, " + path) ==
-          where + "viewport.path: goes with a range of frames; add frames, such as 0-29, next to the image");
-    CHECK(error("image: image.exr, frames: 9-3, " + path) ==
-          where + "frames: '9-3' is not a range; use numbers such as 0-299");
-    CHECK(error("image: image.exr, frames: 0-100000, " + path) ==
-          where + "frames: makes 100001 frames so far; use at most 100000");
-    CHECK(error("image: image.exr, frames: 1-3, " + path) ==
-          where + "viewport.path: goes from frame 0 to 0; use frames of 1-3");
-    CHECK(error("image: 'f%4d.exr', frames: 0-3, " + path) ==
-          where + "image: 'f%4d.exr' has a % that is no number's; use one %d, or %04d for four digits");
-    CHECK(error("image: image.exr, frames: 0-3, viewport: {x: 0, path: [{frame: 0, x: 0, y: 0}]}") ==
-          where + "viewport.x: is given together with a path, which has its own; use one of the two");
-    CHECK(error("image: image.exr, frames: 0-3, viewport: {path: []}") ==
-          where + "viewport.path: has no positions; use at least one");
-    CHECK(error("image: image.exr, frames: 0-3, viewport: {path: [{frame: 2, x: 0, y: 0}, {frame: 2, x: 1, "
-                "y: 0}]}") == where + "viewport.path[1].frame: 2 does not come after 2; use a later frame");
-    CHECK(error("image: image.exr, frames: 0-3, viewport: {path: [{frame: 2, x: 0}]}")
-              .find("viewport.path[0].y: is missing") != std::string::npos);
-    CHECK(error("image: 'f%d.exr', frames: 3-4, viewport: {x: 0, y: 0}").find("f3.exr") != std::string::npos);
-}
-
-TEST_CASE("frames: a rule that a frame of a range breaks names its line and its number") {
-    const ScenarioFixture fixture;
+    check_refusals(error)({
+        {"image: image.exr, " + path,
+         where + "viewport.path: goes with a range of frames; add frames, such as 0-29, next to the image"},
+        {"image: image.exr, frames: 9-3, " + path,
+         where + "frames: '9-3' is not a range; use numbers such as 0-299"},
+        {"image: image.exr, frames: 0-100000, " + path,
+         where + "frames: makes 100001 frames so far; use at most 100000"},
+        {"image: image.exr, frames: 1-3, " + path,
+         where + "viewport.path: goes from frame 0 to 0; use frames of 1-3"},
+        {"image: 'f%4d.exr', frames: 0-3, " + path,
+         where + "image: 'f%4d.exr' has a % that is no number's; use one %d, or %04d for four digits"},
+        {"image: image.exr, frames: 0-3, viewport: {x: 0, path: [{frame: 0, x: 0, y: 0}]}",
+         where + "viewport.x: is given together with a path, which has its own; use one of the two"},
+        {"image: image.exr, frames: 0-3, viewport: {path: []}",
+         where + "viewport.path: has no positions; use at least one"},
+        {"image: image.exr, frames: 0-3, viewport: {path: [{frame: 2, x: 0, y: 0}, {frame: 2, x: 1, "
+         "y: 0}]}",
+         where + "viewport.path[1].frame: 2 does not come after 2; use a later frame"},
+        {"image: image.exr, frames: 0-3, viewport: {path: [{frame: 2, x: 0}]}",
+         "...viewport.path[0].y: is missing..."},
+        {"image: 'f%d.exr', frames: 3-4, viewport: {x: 0, y: 0}", "...f3.exr..."},
+    });
     write_black(fixture.directory() / "f0.exr", 16, 8);
     write_black(fixture.directory() / "f1.exr", 24, 8);
     const std::string message =
         fixture.error(with_entry("image: 'f%d.exr', frames: 0-1, viewport: {x: 0, y: 0}"));
     CHECK(message.find("test.yaml:4: renderers[0].frames[0]") == 0);
     CHECK(message.find("(frame 1)") != std::string::npos);
-}
-
-TEST_CASE("frames: the files of a range are among those that a sweep's results belong to") {
-    const ScenarioFixture fixture;
-    const ScenarioTemplate scenarios(
-        with_entry("image: 'f%d.exr', depth: 'd%02d.exr', frames: 9-10, viewport: {x: 0, y: 0}"), "test.yaml",
-        fixture.directory().path());
-    std::vector<std::string> names;
-    for (const auto& file : scenarios.input_files({})) names.push_back(file.filename().string());
-    CHECK(names == std::vector<std::string>{"d09.exr", "d10.exr", "f10.exr", "f9.exr"});
 }

@@ -177,7 +177,7 @@ void write_targa(const std::filesystem::path& file, const FirstSides& sides) {
 
 }  // namespace
 
-TEST_CASE("image: it is upright however its file says that it lies") {
+TEST_CASE("image: it is upright however its file says that it lies, and so is a file of Z") {
     const ScratchDirectory directory;
     using Write = std::function<void(const std::filesystem::path&, const FirstSides&)>;
     const auto by_library = [](const std::filesystem::path& file, const FirstSides& sides) {
@@ -211,16 +211,8 @@ TEST_CASE("image: it is upright however its file says that it lies") {
             check_upright(load_colours(file), sides, row.tolerance);
         }
     }
-}
-
-TEST_CASE("image: an orientation that EXIF does not have means upright") {
-    const ScratchDirectory directory;
     write_webp(directory / "a.webp", 9);
     CHECK(load_colours(directory / "a.webp").width_pixels == kColumns);
-}
-
-TEST_CASE("image: a file of Z lies as it says itself") {
-    const ScratchDirectory directory;
     write_picture(directory / "a.png", kRows, kColumns, {},
                   std::vector<std::uint8_t>(std::size_t{3} * kRows * kColumns));
     PictureFormat format{{"Y"}, TypeDesc::UINT16};
@@ -469,8 +461,7 @@ TEST_CASE("image channels: colours are those of the layer, the plain ones, or th
          "has the channels Y, RY and BY; use R, G and B, or Y, and A and Z if need be"},
         {kParts, "dark",
          "has the channels rgba.R, rgba.G, rgba.B, rgba.A, depth.Z, light.R, light.G and light.B and no "
-         "colours in "
-         "a layer 'dark'; use layer, a layer with R, G and B"},
+         "colours in a layer 'dark'; use layer, a layer with R, G and B"},
     };
     for (const ChannelRow& row : rows) CHECK(found_colours(row.parts, row.layer) == row.found);
 }
@@ -495,8 +486,7 @@ TEST_CASE("image channels: Z is with the colours, the only one, or the one that 
         {{{"", {"R", "G", "B", "N.X", "N.Y", "N.Z"}}},
          {},
          "has the channels R, G, B, N.X, N.Y and N.Z and no Z; use depth, a file of Z, z, one depth for all "
-         "of it, "
-         "or depth_layer, a layer or a channel of the file"},
+         "of it, or depth_layer, a layer or a channel of the file"},
         {{{"", {"R", "G", "B", "Z"}}},
          "back",
          "has the channels R, G, B and Z and no Z in a layer 'back'; use depth_layer, a layer or a channel "
@@ -592,7 +582,8 @@ ImageReading reading_of(double near, double far, std::vector<double> nothing = {
 
 }  // namespace
 
-TEST_CASE("image: depths outside of the depth range are clamped and counted, either way round") {
+TEST_CASE(
+    "image: depths outside of the range are clamped and counted; most of them before near are an error") {
     const DepthFixture fixture;
     struct Row {
         ImageReading reading;
@@ -615,10 +606,6 @@ TEST_CASE("image: depths outside of the depth range are clamped and counted, eit
         CHECK(image.clamped.before_near_pixels == row.before);
         CHECK(image.clamped.behind_far_pixels == row.behind);
     }
-}
-
-TEST_CASE("image: most depths before near are an error, pixels that are far aside") {
-    const DepthFixture fixture;
     const auto error = [&](const std::vector<float>& depths, const ImageReading& reading) {
         return error_of(fixture.write("z.exr", {{"Z"}, TypeDesc::FLOAT}, depths), reading);
     };
@@ -626,8 +613,7 @@ TEST_CASE("image: most depths before near are an error, pixels that are far asid
     CHECK(error({-1, -1, -1, 3, 4, 100}, reading_of(0, 10)) ==
           (fixture.directory / "z.exr").string() +
               ": 3 of its 5 pixels that are not far have a depth before near, 0, such as -1; use a "
-              "depth_range with "
-              "them in it, or depth_nothing if they mean that nothing is there");
+              "depth_range with them in it, or depth_nothing if they mean that nothing is there");
     CHECK(error({-1, -1, -1, 3, 4, 100}, reading_of(0, 10, {-1.0})).empty());
     CHECK(error({-1, 100, 100, 100}, reading_of(0, 10)) != "");
     CHECK(error({100, 100}, reading_of(0, 10)).empty());
@@ -682,10 +668,9 @@ TEST_CASE("image: Z of whole numbers is a share of the file's full scale, or raw
         for (const std::uint32_t z : row.z) reversed.push_back(far_z(row.format) - z);
         CHECK(z_of(image_codec().load(row.files, row.format, {100.0, 0.0, row.integers})) == reversed);
     }
-    CHECK_THAT(
-        error_of(small, {0.0, 1.0, DepthIntegers::kRaw}),
-        Catch::Contains("at x 3, y 0: Z 16777215 is beyond the far plane of the depth format; use 0 to "
-                        "65535, or depth_integers: scaled"));
+    CHECK_THAT(error_of(small, {0.0, 1.0, DepthIntegers::kRaw}),
+               Catch::Contains("at x 3, y 0: Z 16777215 is beyond the far plane of the depth format; use 0 "
+                               "to 65535, or depth_integers: scaled"));
     CHECK(z_of(image_codec().load(words, k16, reading_of(0, 1, {0.0, 300.0}))) ==
           std::vector<std::uint32_t>{65535, 65535, 32768, 65535});
     // A file with another largest number is read scaled up to 16 bits.
@@ -703,9 +688,8 @@ TEST_CASE("image: a file of Z may hold it in R, G and B, the same in each or 24 
           std::vector<std::uint32_t>{16384, 65535});
     const ImageFiles packed =
         fixture.write<std::uint8_t>("rgb.png", {}, {0, 0, 0, 0x12, 0x34, 0x56, 255, 255, 255});
-    CHECK_THAT(error_of(packed),
-               Catch::Contains("channel G at x 1, y 0: differs from R; use a file of Z with the "
-                               "same in R, G and B, depth_bits: rgb24"));
+    CHECK_THAT(error_of(packed), Catch::Contains("channel G at x 1, y 0: differs from R; use a file of Z "
+                                                 "with the same in R, G and B, depth_bits: rgb24"));
     ImageReading rgb24;
     rgb24.bits = DepthBits::kRgb24;
     CHECK(z_of(image_codec().load(packed, DepthFormat::kZ24, rgb24)) ==

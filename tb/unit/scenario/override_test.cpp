@@ -20,7 +20,7 @@ constexpr const char* kTwoFrames =
 
 }  // namespace
 
-TEST_CASE("override: PATH=VALUE is split at the first equals sign") {
+TEST_CASE("override: PATH=VALUE replaces a value before anything is checked, both ways to write an index") {
     CHECK(parse_override("bus.width_bits=32").path == "bus.width_bits");
     CHECK(parse_override("bus.width_bits=32").value == "32");
     CHECK(parse_override("name=a=b").value == "a=b");
@@ -31,17 +31,10 @@ TEST_CASE("override: PATH=VALUE is split at the first equals sign") {
           "--set =32: has no key path; use --set PATH=VALUE, like --set bus.width_bits=32");
     CHECK(input_error_of([] { parse_override(""); }) ==
           "--set : has no value; use --set PATH=VALUE, like --set bus.width_bits=32");
-}
-
-TEST_CASE("override: it replaces a value before anything is checked") {
     const ScenarioFixture fixture;
     CHECK(fixture.error(kTwoFrames).rfind("test.yaml:2: bus.width_bits: 48", 0) == 0);
     CHECK(fixture.parse(kTwoFrames, {"bus.width_bits=32"}).bus.width_bits == 32);
     CHECK(fixture.parse(kTwoFrames, {"bus.width_bits=32", "bus.width_bits=128"}).bus.width_bits == 128);
-}
-
-TEST_CASE("override: both ways to write an index") {
-    const ScenarioFixture fixture;
     for (const std::string path : {"renderers.0.frames.0.viewport.x", "renderers[0].frames[0].viewport.x",
                                    "renderers.0.frames[0].viewport.x"}) {
         INFO(path);
@@ -61,7 +54,7 @@ TEST_CASE("override: both ways to write an index") {
     CHECK(scenario.faults[0].kind == FaultKind::kMissing);
 }
 
-TEST_CASE("override: values are YAML") {
+TEST_CASE("override: values are YAML, for a known key and the maps around it, but no new entry of a list") {
     const ScenarioFixture fixture;
     const Scenario scenario = fixture.parse(
         kTwoFrames, {"bus={width_bits: 128, arbitration: edf}", "name='12'", "displays.background=[9, 8, 7]",
@@ -73,10 +66,6 @@ TEST_CASE("override: values are YAML") {
     CHECK(scenario.renderers[0].frames[1].viewport.has_value());
     CHECK(scenario.renderers[0].frames[1].table_line == 0);
     CHECK(scenario.faults.empty());
-}
-
-TEST_CASE("override: it may make a known key and the maps around it, but no entry of a list") {
-    const ScenarioFixture fixture;
     const std::string minimal = ScenarioFixture::minimal();
     CHECK(fixture.parse(minimal, {"bus.width_bits=32"}).bus.width_bits == 32);
     CHECK(fixture.parse(minimal, {"composer.on_starvation=stall"}).composer.on_starvation ==
@@ -85,78 +74,64 @@ TEST_CASE("override: it may make a known key and the maps around it, but no entr
     CHECK(fixture.parse(minimal, {"renderers.0.frames.0.viewport.multiple=2"}).renderers[0].frames[0].table ==
           ViewportTable{{1, 0, 0, 8, 4, 0, 0, 2}});
     CHECK(fixture.parse("bus:\n" + minimal, {"bus.width_bits=32"}).bus.width_bits == 32);
-    CHECK(fixture.error(minimal, {"faults.0.pair=3"}) ==
-          "--set faults.0.pair=3: faults[0]: is out of range; faults has no entries to override; use the "
-          "whole list "
-          "as the value");
-    CHECK(fixture.error(minimal, {"renderers.1.name=cube"}) ==
-          "--set renderers.1.name=cube: renderers[1]: is out of range; use an index of renderers, 0 to 0");
-    CHECK(fixture.error(minimal, {"renderers[99999999999999999999].name=a"}) ==
-          "--set renderers[99999999999999999999].name=a: renderers: '99999999999999999999' is not an index; "
-          "use an "
-          "index of renderers, 0 to 0");
-    CHECK(fixture.error(minimal, {"renderers.-1.name=a"}) ==
-          "--set renderers.-1.name=a: renderers: '-1' is not an index; use an index of renderers, 0 to 0");
-    CHECK(fixture.error(minimal, {"renderers.name=a"}) ==
-          "--set renderers.name=a: renderers: 'name' is not an index; use an index of renderers, 0 to 0");
-    CHECK(fixture.error(kTwoFrames, {"renderers.0.frames.2.viewport.x=1"}) ==
-          "--set renderers.0.frames.2.viewport.x=1: renderers[0].frames[2]: is out of range; use an index of "
-          "renderers[0].frames, 0 to 1");
+    fixture.check_refusals({
+        {minimal,
+         {"faults.0.pair=3"},
+         "--set faults.0.pair=3: faults[0]: is out of range; faults has no entries to override; use the "
+         "whole list as the value"},
+        {minimal,
+         {"renderers.1.name=cube"},
+         "--set renderers.1.name=cube: renderers[1]: is out of range; use an index of renderers, 0 to 0"},
+        {minimal,
+         {"renderers[99999999999999999999].name=a"},
+         "--set renderers[99999999999999999999].name=a: renderers: '99999999999999999999' is not an index; "
+         "use an index of renderers, 0 to 0"},
+        {minimal,
+         {"renderers.-1.name=a"},
+         "--set renderers.-1.name=a: renderers: '-1' is not an index; use an index of renderers, 0 to 0"},
+        {minimal,
+         {"renderers.name=a"},
+         "--set renderers.name=a: renderers: 'name' is not an index; use an index of renderers, 0 to 0"},
+        {kTwoFrames,
+         {"renderers.0.frames.2.viewport.x=1"},
+         "--set renderers.0.frames.2.viewport.x=1: renderers[0].frames[2]: is out of range; use an index of "
+         "renderers[0].frames, 0 to 1"},
+    });
 }
 
-TEST_CASE("override: an unknown key names the nearest") {
+TEST_CASE("override: an unknown key names the nearest, and errors name it in place of file and line") {
     const ScenarioFixture fixture;
     const std::string minimal = ScenarioFixture::minimal();
-    CHECK(fixture.error(minimal, {"bus.widht_bits=32"}) ==
-          "--set bus.widht_bits=32: bus.widht_bits: is not a known key; the nearest is bus.width_bits");
-    CHECK(fixture.error(minimal, {"buss.width_bits=32"}) ==
-          "--set buss.width_bits=32: buss: is not a known key; the nearest is bus");
-    CHECK(fixture.error(minimal, {"renderers.0.frames.0.viewport.mutiple=2"}) ==
-          "--set renderers.0.frames.0.viewport.mutiple=2: renderers[0].frames[0].viewport.mutiple: is not a "
-          "known "
-          "key; the nearest is renderers[0].frames[0].viewport.multiple");
-    CHECK(fixture.error(minimal, {"bus={width: 32}"}) ==
-          "--set bus={width: 32}: bus.width: is not a known key; the nearest is displays.width");
-    CHECK(fixture.error(minimal, {"bus[0]=32"}).rfind("--set bus[0]=32: bus.0: is not a known key; ", 0) ==
-          0);
-    CHECK(fixture.error(minimal, {"frames.x=1"}) ==
-          "--set frames.x=1: frames: has nothing inside; use --set frames=VALUE");
-}
-
-TEST_CASE("override: a path that is not valid") {
-    const ScenarioFixture fixture;
-    for (const std::string path : {".", "bus.", ".bus", "bus..width_bits", "renderers[0", "renderers[]",
-                                   "[0]", "renderers[0]name", "renderers]0["}) {
-        INFO(path);
-        const std::string error = fixture.error(ScenarioFixture::minimal(), {path + "=1"});
-        CHECK(error.rfind("--set " + path + "=1: ", 0) == 0);
-        const bool is_path = path == "renderers]0[";
-        CHECK((is_path || error.find("is not a key path; use keys and indices with dots, like "
-                                     "renderers.0.frames.1.viewport.x") != std::string::npos));
-    }
-}
-
-TEST_CASE("override: errors of its value name it in place of file and line") {
-    const ScenarioFixture fixture;
-    const std::string minimal = ScenarioFixture::minimal();
-    CHECK(fixture.error(minimal, {"bus.width_bits=33"}) ==
-          "--set bus.width_bits=33: bus.width_bits: 33 is not a bus width; use 16, 32, 64, 128, 256 or 512");
-    CHECK(fixture.error(minimal, {"frames="}) == "--set frames=: frames: is nothing; use 1 to 1000000");
-    CHECK(fixture.error(minimal, {"frames=010"}) ==
-          "--set frames=010: frames: '010' has a leading zero; use 1 to 1000000, in decimal digits");
-    CHECK(fixture.error(minimal, {"depth_range=[2, 2]"}) ==
-          "--set depth_range=[2, 2]: depth_range: near and far are both 2; use two different depths");
-    CHECK(fixture.error(minimal, {"composer.ready_space_pixels=1"}) ==
-          "--set composer.ready_space_pixels=1: composer.ready_space_pixels: 1 is less than the 2 pixels "
-          "that can be "
-          "in flight; use 2 or more");
-    CHECK(fixture.error(minimal, {"bus=[1"}).rfind("--set bus=[1: not valid YAML: ", 0) == 0);
-    CHECK(fixture.error(minimal, {"frames=,"}).rfind("--set frames=,: text goes on after the end of ", 0) ==
-          0);
-    CHECK(fixture.error(minimal, {"bus={width_bits: 32, width_bits: 64}"}) ==
-          "--set bus={width_bits: 32, width_bits: 64}: width_bits: is here twice, first already; use each "
-          "key once "
-          "in a map");
+    const auto error = [&](const std::string& setting) { return fixture.error(minimal, {setting}); };
+    check_refusals(error)({
+        {"bus.widht_bits=32",
+         "--set bus.widht_bits=32: bus.widht_bits: is not a known key; the nearest is bus.width_bits"},
+        {"buss.width_bits=32", "--set buss.width_bits=32: buss: is not a known key; the nearest is bus"},
+        {"renderers.0.frames.0.viewport.mutiple=2",
+         "--set renderers.0.frames.0.viewport.mutiple=2: renderers[0].frames[0].viewport.mutiple: is not a "
+         "known key; the nearest is renderers[0].frames[0].viewport.multiple"},
+        {"bus={width: 32}",
+         "--set bus={width: 32}: bus.width: is not a known key; the nearest is displays.width"},
+        {"bus[0]=32", "--set bus[0]=32: bus.0: is not a known key; ..."},
+        {"frames.x=1", "--set frames.x=1: frames: has nothing inside; use --set frames=VALUE"},
+    });
+    check_refusals(error)({
+        {"bus.width_bits=33",
+         "--set bus.width_bits=33: bus.width_bits: 33 is not a bus width; use 16, 32, 64, 128, 256 or 512"},
+        {"frames=", "--set frames=: frames: is nothing; use 1 to 1000000"},
+        {"frames=010",
+         "--set frames=010: frames: '010' has a leading zero; use 1 to 1000000, in decimal digits"},
+        {"depth_range=[2, 2]",
+         "--set depth_range=[2, 2]: depth_range: near and far are both 2; use two different depths"},
+        {"composer.ready_space_pixels=1",
+         "--set composer.ready_space_pixels=1: composer.ready_space_pixels: 1 is less than the 2 pixels "
+         "that can be in flight; use 2 or more"},
+        {"bus=[1", "--set bus=[1: not valid YAML: ..."},
+        {"frames=,", "--set frames=,: text goes on after the end of ..."},
+        {"bus={width_bits: 32, width_bits: 64}",
+         "--set bus={width_bits: 32, width_bits: 64}: width_bits: is here twice, first already; use each "
+         "key once in a map"},
+    });
     CHECK(fixture.error(minimal, {"name=\"a\\\nb\n\nc\""}).find('\n') == std::string::npos);
     CHECK(fixture.error(minimal, {"renderers.0.frames.0.image=none.png"}) ==
           "--set renderers.0.frames.0.image=none.png: renderers[0].frames[0].image: " +
@@ -166,6 +141,18 @@ TEST_CASE("override: errors of its value name it in place of file and line") {
           "grant_cycles, slot_table and register_stages");
     CHECK(fixture.error("renderers: 3\n", {"renderers.0.name=a"}) ==
           "test.yaml:1: renderers: is '3'; use a list of renderers");
+    for (const std::string path : {".", "bus.", ".bus", "bus..width_bits", "renderers[0", "renderers[]",
+                                   "[0]", "renderers[0]name", "renderers]0["}) {
+        INFO(path);
+        const std::string error = fixture.error(ScenarioFixture::minimal(), {path + "=1"});
+        CHECK(error.rfind("--set " + path + "=1: ", 0) == 0);
+        const bool is_path = path == "renderers]0[";
+        CHECK(
+            (is_path ||
+             error.find(
+                 "is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x") !=
+                 std::string::npos));
+    }
 }
 
 }  // namespace metabuffer::test

@@ -25,7 +25,7 @@ constexpr double kRefresh = 50e6 / (180 * 115);
 constexpr double kFastLink = 25e6 / (2 * 112 * 40);
 constexpr double kSlowLink = 25e6 / (2 * 144 * 64);
 
-TEST_CASE("rate limits: raster, displays and links each by their own clocks") {
+TEST_CASE("rate limits: raster, displays and links each by their own clocks in whole picoseconds") {
     const RateLimits limits = rate_limits(machine());
     CHECK(limits.core_hz == Approx(100e6));
     CHECK(limits.raster_hz == Approx(kRaster));
@@ -34,15 +34,21 @@ TEST_CASE("rate limits: raster, displays and links each by their own clocks") {
     CHECK(limits.pairs_per_second[0] == Approx(kFastLink));
     CHECK(limits.pairs_per_second[1] == Approx(kSlowLink));
     CHECK(limits.slowest_pairs_per_second() == Approx(kSlowLink));
-}
-
-TEST_CASE("rate limits: they are those of clocks in whole picoseconds") {
     Scenario scenario = machine();
     scenario.clocks.core_mhz = 66.0;  // 15151.5 ps
     CHECK(rate_limits(scenario).core_hz == Approx(1e12 / 15152).epsilon(1e-12));
+    scenario = machine();
+    Fault fault;
+    fault.kind = FaultKind::kDrift;
+    fault.renderer = 1;
+    fault.ppm = 250'000;
+    scenario.faults = {fault};
+    CHECK(rate_limits(scenario).pairs_per_second[0] == Approx(kFastLink));
+    CHECK(rate_limits(scenario).pairs_per_second[1] == Approx(kSlowLink * 1.25));
 }
 
-TEST_CASE("rate limits: in lockstep the slowest link, in free-running pacing what all bring together") {
+TEST_CASE(
+    "rate limits: the slowest link in lockstep, all together else, and refreshes where a raster is longer") {
     Scenario scenario = machine();
     CHECK(rate_limits(scenario).composition_hz() == Approx(kSlowLink));
     CHECK(rate_limits(scenario).different_hz() == Approx(kSlowLink));
@@ -52,10 +58,7 @@ TEST_CASE("rate limits: in lockstep the slowest link, in free-running pacing wha
     scenario.clocks.dvi_in_mhz = 5.0;
     CHECK(rate_limits(scenario).composition_hz() == Approx(kRefresh));
     CHECK(rate_limits(scenario).different_hz() == Approx((kFastLink + kSlowLink) / 5));
-}
-
-TEST_CASE("rate limits: a raster longer than a refresh makes displays show each frame for two or more") {
-    Scenario scenario = machine();
+    scenario = machine();
     scenario.clocks.dvi_in_mhz = 1000.0;
     CHECK(rate_limits(scenario).refreshes_per_frame() == 1);
     CHECK(rate_limits(scenario).displays_hz() == Approx(kRefresh));
@@ -65,17 +68,6 @@ TEST_CASE("rate limits: a raster longer than a refresh makes displays show each 
     scenario.clocks.core_mhz = 48.0;  // 1200 frames/s, less than half
     CHECK(rate_limits(scenario).refreshes_per_frame() == 3);
     CHECK(rate_limits(scenario).different_hz() == Approx(kRefresh / 3));
-}
-
-TEST_CASE("rate limits: a link that drifts counts as fast as it gets") {
-    Scenario scenario = machine();
-    Fault fault;
-    fault.kind = FaultKind::kDrift;
-    fault.renderer = 1;
-    fault.ppm = 250'000;
-    scenario.faults = {fault};
-    CHECK(rate_limits(scenario).pairs_per_second[0] == Approx(kFastLink));
-    CHECK(rate_limits(scenario).pairs_per_second[1] == Approx(kSlowLink * 1.25));
 }
 
 }  // namespace

@@ -26,16 +26,15 @@ TEST_CASE("refresh rates: the links' clock by the mode of the images") {
                             "  - frames:\n      - {image: other.exr, viewport: {x: 0, y: 0}}\n";
     CHECK(fixture.error(two) ==
           "test.yaml:1: clocks.dvi_in_refresh_hz: needs images of one size, and 'renderer_2' and "
-          "'renderer_1' differ; "
-          "use dvi_in_mhz");
+          "'renderer_1' differ; use dvi_in_mhz");
     CHECK(fixture.error(fixture.minimal("clocks: {dvi_in_refresh_hz: 1e8}\n"))
               .rfind("test.yaml:1: clocks.dvi_in_refresh_hz: 1e+08 frames of 2304 clocks need 230400 MHz; "
-                     "use a rate for "
-                     "which dvi_in_mhz is 0.001 to 10000",
+                     "use a rate for which dvi_in_mhz is 0.001 to 10000",
                      0) == 0);
 }
 
-TEST_CASE("refresh rates: one of clock and rate is given, or both that agree") {
+TEST_CASE(
+    "refresh rates: one of clock and rate is given, or both that agree, and a reset is long enough for it") {
     const ScenarioFixture fixture;
     CHECK(fixture.error(fixture.minimal("clocks: {dvi_out_refresh_hz: 1000, dvi_out_mhz: 2.208}\n")).empty());
     // A billionth of it may be lost in writing it down.
@@ -50,10 +49,6 @@ TEST_CASE("refresh rates: one of clock and rate is given, or both that agree") {
     CHECK(fixture.error(fixture.minimal("clocks: {dvi_in_refresh_hz: 1000, dvi_in_mhz: 2.304}\n")).empty());
     CHECK(fixture.error(fixture.minimal("clocks: {dvi_in_refresh_hz: 1000, dvi_in_mhz: 2}\n")) ==
           "test.yaml:1: clocks.dvi_in_mhz: 2 is not what dvi_in_refresh_hz needs, 2.304; use one of the two");
-}
-
-TEST_CASE("refresh rates: a reset must be long enough for a link's clock that a refresh rate gives") {
-    const ScenarioFixture fixture;
     const std::string text = fixture.minimal("clocks: {core_mhz: 100, dvi_in_refresh_hz: 1000}\n") +
                              "faults: [{kind: reset, from_cycle: 500, cycles: 80}]\n";
     CHECK(fixture.error(text).find(

@@ -34,7 +34,7 @@ std::string with_faults(const std::vector<std::string>& faults) {
 
 }  // namespace
 
-TEST_CASE("renderers: names are unique, the default counts from 1") {
+TEST_CASE("renderers: names are unique; each has frames, each frame an image and a viewport or a table") {
     const ScenarioFixture fixture;
     const std::string frames = "frames: [{image: image.exr, viewport: {x: 0, y: 0}}]";
     const std::string head = std::string(ScenarioFixture::kDisplays) + "renderers:\n";
@@ -51,45 +51,48 @@ TEST_CASE("renderers: names are unique, the default counts from 1") {
           "own");
     CHECK(fixture.error(head + "  - {name: '', " + frames + "}\n") ==
           "test.yaml:3: renderers[0].name: is empty; use the renderer's name, on one line");
+    fixture.check_refusals({
+        {head + "  - name: ball\n",
+         "test.yaml:3: renderers[0].frames: is missing; use a list of at least one frame"},
+        {head + "  - name: ball\n    frames: []\n",
+         "test.yaml:4: renderers[0].frames: has no entries; use at least one frame"},
+        {head + "  - ball\n",
+         "test.yaml:3: renderers[0]: is 'ball'; use a map with the keys name, copies and frames"},
+        {head + "  - name: ball\n    frames: {image: image.exr}\n",
+         "test.yaml:4: renderers[0].frames: is a map; use a list of frames, each with an image and a "
+         "viewport or a table"},
+        {with_frame("      - viewport: {x: 0, y: 0}\n"),
+         "test.yaml:4: renderers[0].frames[0].image: is missing; use a file name, on one line"},
+        {with_frame("      - image: image.exr\n"),
+         "test.yaml:4: renderers[0].frames[0]: has neither a viewport nor a table; use one of the two"},
+        {with_frame("      - image: image.exr\n"
+                    "        viewport: {x: 0, y: 0}\n"
+                    "        table: []\n"),
+         "test.yaml:6: renderers[0].frames[0].table: is given together with a viewport; use one of the two"},
+    });
+    const std::string frame = "{image: image.exr, viewport: {x: 0, y: 0}}";
+    const std::string text = std::string(ScenarioFixture::kDisplays) + "renderers:\n  - frames: [" + frame +
+                             "]\n  - frames: [" + frame + ", " + frame + ", " + frame + "]\n  - frames: [" +
+                             frame + ", " + frame + "]\n";
+    CHECK(fixture.parse(text).frames == 3);
+    CHECK(fixture.parse("frames: 1\n" + text).frames == 1);
+    CHECK(fixture.parse(text, {"frames=7"}).frames == 7);
 }
 
-TEST_CASE("renderers: each has frames, each frame an image and a viewport or a table") {
-    const ScenarioFixture fixture;
-    const std::string head = std::string(ScenarioFixture::kDisplays) + "renderers:\n";
-    CHECK(fixture.error(head + "  - name: ball\n") ==
-          "test.yaml:3: renderers[0].frames: is missing; use a list of at least one frame");
-    CHECK(fixture.error(head + "  - name: ball\n    frames: []\n") ==
-          "test.yaml:4: renderers[0].frames: has no entries; use at least one frame");
-    CHECK(fixture.error(head + "  - ball\n") ==
-          "test.yaml:3: renderers[0]: is 'ball'; use a map with the keys name, copies and frames");
-    CHECK(fixture.error(head + "  - name: ball\n    frames: {image: image.exr}\n") ==
-          "test.yaml:4: renderers[0].frames: is a map; use a list of frames, each with an image and a "
-          "viewport or "
-          "a table");
-    CHECK(fixture.error(with_frame("      - viewport: {x: 0, y: 0}\n")) ==
-          "test.yaml:4: renderers[0].frames[0].image: is missing; use a file name, on one line");
-    CHECK(fixture.error(with_frame("      - image: image.exr\n")) ==
-          "test.yaml:4: renderers[0].frames[0]: has neither a viewport nor a table; use one of the two");
-    CHECK(fixture.error(with_frame("      - image: image.exr\n"
-                                   "        viewport: {x: 0, y: 0}\n"
-                                   "        table: []\n")) ==
-          "test.yaml:6: renderers[0].frames[0].table: is given together with a viewport; use one of the two");
-}
-
-TEST_CASE("renderers: viewports") {
+TEST_CASE("renderers: viewports, and tables, which are used as they are") {
     const ScenarioFixture fixture;
     const auto error = [&fixture](const std::string& viewport) {
         return fixture.error(with_frame("      - image: image.exr\n        viewport:\n" + viewport));
     };
     const std::string path = "renderers[0].frames[0].viewport";
-    CHECK(error("          y: 0\n") ==
-          "test.yaml:5: " + path + ".x: is missing; use -1000000000 to 1000000000");
-    CHECK(error("          x: 0\n") ==
-          "test.yaml:5: " + path + ".y: is missing; use -1000000000 to 1000000000");
-    CHECK(error("          x: 0.5\n          y: 0\n") ==
-          "test.yaml:6: " + path + ".x: '0.5' is not a whole number; use -1000000000 to 1000000000");
-    CHECK(error("          x: 0\n          y: 2000000000\n") ==
-          "test.yaml:7: " + path + ".y: 2000000000 is out of range; use -1000000000 to 1000000000");
+    check_refusals(error)({
+        {"          y: 0\n", "test.yaml:5: " + path + ".x: is missing; use -1000000000 to 1000000000"},
+        {"          x: 0\n", "test.yaml:5: " + path + ".y: is missing; use -1000000000 to 1000000000"},
+        {"          x: 0.5\n          y: 0\n",
+         "test.yaml:6: " + path + ".x: '0.5' is not a whole number; use -1000000000 to 1000000000"},
+        {"          x: 0\n          y: 2000000000\n",
+         "test.yaml:7: " + path + ".y: 2000000000 is out of range; use -1000000000 to 1000000000"},
+    });
     for (const std::string wrong : {"0", "256", "-1"}) {
         std::string viewport = "          x: 0\n          y: 0\n          multiple: ";
         viewport += wrong;
@@ -103,10 +106,6 @@ TEST_CASE("renderers: viewports") {
     const Scenario scenario = fixture.parse(
         with_frame("      - {image: image.exr, viewport: {x: -1000000000, y: 1000000000, multiple: 255}}\n"));
     CHECK(scenario.renderers[0].frames[0].table.empty());
-}
-
-TEST_CASE("renderers: tables are used as they are") {
-    const ScenarioFixture fixture;
     const auto table = [&fixture](const std::vector<std::string>& rows) {
         return fixture.parse(with_rows(rows)).renderers[0].frames[0].table;
     };
@@ -125,17 +124,17 @@ TEST_CASE("renderers: a table's fields must fit") {
     const ScenarioFixture fixture;
     const std::string path = "renderers[0].frames[0].table";
     const std::string eight = "use eight, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]";
-    CHECK(fixture.error(with_rows({"[1, 0, 0, 16, 8, 0, 0]"})) ==
-          "test.yaml:6: " + path + "[0]: has 7 entries; " + eight);
-    CHECK(fixture.error(with_rows({"[1, 0, 0, 16, 8, 0, 0, 1, 1]"})) ==
-          "test.yaml:6: " + path + "[0]: has 9 entries; " + eight);
-    CHECK(fixture.error(with_rows({"[1, 0, 0, 16, 8, 0, 0, 1]", "3"})) ==
-          "test.yaml:7: " + path +
-              "[1]: is '3'; use a row of eight whole numbers, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, "
-              "Dy, Dmultiple]");
-    CHECK(fixture.error(with_frame("      - {image: image.exr, table: all}\n")) ==
-          "test.yaml:4: " + path +
-              ": is 'all'; use a list of rows, each [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]");
+    fixture.check_refusals({
+        {with_rows({"[1, 0, 0, 16, 8, 0, 0]"}), "test.yaml:6: " + path + "[0]: has 7 entries; " + eight},
+        {with_rows({"[1, 0, 0, 16, 8, 0, 0, 1, 1]"}),
+         "test.yaml:6: " + path + "[0]: has 9 entries; " + eight},
+        {with_rows({"[1, 0, 0, 16, 8, 0, 0, 1]", "3"}),
+         "test.yaml:7: " + path +
+             "[1]: is '3'; use a row of eight whole numbers, [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]"},
+        {with_frame("      - {image: image.exr, table: all}\n"),
+         "test.yaml:4: " + path +
+             ": is 'all'; use a list of rows, each [Dcomp, Sx, Sy, Sdx, Sdy, Dx, Dy, Dmultiple]"},
+    });
     const std::vector<std::string> good{"1", "0", "0", "16", "8", "0", "0", "1"};
     for (std::size_t field = 0; field < good.size(); ++field) {
         const bool is_signed = field == 5 || field == 6;
@@ -189,8 +188,7 @@ TEST_CASE("renderers: a frame may give the host's slot table, by display") {
     CHECK(error_of(table + ", slots: [" + many + "]") ==
           path +
               ": 300 slots do not fit the control scanline of an image 16 pixels wide; use 208 at the most "
-              "or a "
-              "wider image");
+              "or a wider image");
 }
 
 TEST_CASE("renderers: a table must fit the control scanline") {
@@ -198,37 +196,23 @@ TEST_CASE("renderers: a table must fit the control scanline") {
     const std::string row = "[1, 0, 0, 16, 8, 0, 0, 1]";
     CHECK(fixture.error(with_rows({row, row})) ==
           "test.yaml:5: renderers[0].frames[0].table: the table of 2 rows needs 50 bytes and the control "
-          "scanline of "
-          "an image 16 pixels wide has 48; use fewer rows or an image at least 17 pixels wide");
+          "scanline of an image 16 pixels wide has 48; use fewer rows or an image at least 17 pixels wide");
     const std::string wall = "displays: {width: 16, height: 8, columns: 2}\n";
     CHECK(fixture.error(
               wall + "renderers:\n  - frames:\n      - image: image.exr\n        viewport: {x: 8, y: 0}\n") ==
           "test.yaml:5: renderers[0].frames[0].viewport: the table of 2 rows needs 50 bytes and the control "
-          "scanline "
-          "of an image 16 pixels wide has 48; use fewer rows or an image at least 17 pixels wide");
+          "scanline of an image 16 pixels wide has 48; use fewer rows or an image at least 17 pixels wide");
     write_black(fixture.directory() / "narrow.exr", 6, 2);
     CHECK(fixture.error(with_frame("      - {image: narrow.exr, table: []}\n")).empty());
     write_black(fixture.directory() / "narrow.exr", 5, 2);
     CHECK(fixture.error(with_frame("      - {image: narrow.exr, table: []}\n")) ==
           "test.yaml:4: renderers[0].frames[0].table: the table of 0 rows needs 18 bytes and the control "
-          "scanline of "
-          "an image 5 pixels wide has 15; use fewer rows or an image at least 6 pixels wide");
+          "scanline of an image 5 pixels wide has 15; use fewer rows or an image at least 6 pixels wide");
     CHECK(fixture.error(with_rows({row}), {"renderers.0.frames.0.table=[" + row + "," + row + "]"})
               .rfind("--set renderers.0.frames.0.table=[", 0) == 0);
 }
 
-TEST_CASE("renderers: frames default to the longest list") {
-    const ScenarioFixture fixture;
-    const std::string frame = "{image: image.exr, viewport: {x: 0, y: 0}}";
-    const std::string text = std::string(ScenarioFixture::kDisplays) + "renderers:\n  - frames: [" + frame +
-                             "]\n  - frames: [" + frame + ", " + frame + ", " + frame + "]\n  - frames: [" +
-                             frame + ", " + frame + "]\n";
-    CHECK(fixture.parse(text).frames == 3);
-    CHECK(fixture.parse("frames: 1\n" + text).frames == 1);
-    CHECK(fixture.parse(text, {"frames=7"}).frames == 7);
-}
-
-TEST_CASE("renderers: each different pair of files is read once") {
+TEST_CASE("renderers: each different pair of files is read once, relative to the scenario or absolute") {
     const ScenarioFixture fixture;
     write_black(fixture.directory() / "other.exr", 16, 8);
     write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
@@ -246,6 +230,19 @@ TEST_CASE("renderers: each different pair of files is read once") {
     CHECK(indices == std::vector<std::size_t>{0, 1, 0, 2, 3, 2});
     CHECK(renderer.images[0]->pixels().at(3, 3).z() == 0);
     CHECK(renderer.images[2]->pixels().at(3, 3).z() == 700);
+    std::filesystem::create_directories(fixture.directory() / "images");
+    write_black(fixture.directory() / "images/small.exr", 12, 3);
+    fixture.directory().write("images/scenario.yaml",
+                              with_frame("      - {image: ../image.exr, viewport: {x: 0, y: 0}}\n"));
+    CHECK(load_scenario(fixture.directory() / "images/scenario.yaml").renderers[0].image_width_pixels == 16);
+    CHECK(fixture.parse(with_frame("      - {image: images/small.exr, viewport: {x: 0, y: 0}}\n"))
+              .renderers[0]
+              .image_width_pixels == 12);
+    const Scenario absolute =
+        parse_scenario(with_frame("      - {image: " + (fixture.directory() / "image.exr").string() +
+                                  ", viewport: {x: 0, y: 0}}\n"),
+                       "test.yaml", "/nowhere");
+    CHECK(absolute.renderers[0].image_height_pixels == 8);
 }
 
 TEST_CASE("renderers: renderers that name the same files share their image") {
@@ -265,7 +262,7 @@ TEST_CASE("renderers: renderers that name the same files share their image") {
     CHECK(&renderers[1].image_of_pair(1) == &renderers[2].image_of_pair(0));
 }
 
-TEST_CASE("renderers: images of one size, and what is wrong with one, have their line") {
+TEST_CASE("renderers: images of one size, with Z, and what is wrong with one, have their line") {
     const ScenarioFixture fixture;
     const std::string folder = fixture.directory().path().string();
     write_black(fixture.directory() / "wide.exr", 17, 8);
@@ -274,45 +271,41 @@ TEST_CASE("renderers: images of one size, and what is wrong with one, have their
     const std::string first =
         "      - image: image.exr\n"
         "        viewport: {x: 0, y: 0}\n";
-    CHECK(fixture.error(with_frame(first + "      - viewport: {x: 0, y: 0}\n        image: wide.exr\n")) ==
-          "test.yaml:7: renderers[0].frames[1].image: the image has 17 x 8 pixels, and the renderer's first "
-          "16 x 8 "
-          "pixels; use images of one size, the renderer's DVI mode");
-    CHECK(fixture.error(with_frame(first + "      - viewport: {x: 0, y: 0}\n        image: absent.png\n")) ==
-          "test.yaml:7: renderers[0].frames[1].image: " + folder +
-              "/absent.png: cannot be read: No such file or directory");
-    CHECK(fixture.error(with_frame(first + "        depth: depth.png\n")) ==
-          "test.yaml:6: renderers[0].frames[0].depth: " + folder +
-              "/depth.png: has 16 x 7 pixels; use 16 x 8 pixels, as the image it belongs to");
-    CHECK(fixture.error(with_frame(first + "        depth: absent.png\n")) ==
-          "test.yaml:6: renderers[0].frames[0].depth: " + folder +
-              "/absent.png: cannot be read: No such file or directory");
+    fixture.check_refusals({
+        {with_frame(first + "      - viewport: {x: 0, y: 0}\n        image: wide.exr\n"),
+         "test.yaml:7: renderers[0].frames[1].image: the image has 17 x 8 pixels, and the renderer's first "
+         "16 x 8 pixels; use images of one size, the renderer's DVI mode"},
+        {with_frame(first + "      - viewport: {x: 0, y: 0}\n        image: absent.png\n"),
+         "test.yaml:7: renderers[0].frames[1].image: " + folder +
+             "/absent.png: cannot be read: No such file or directory"},
+        {with_frame(first + "        depth: depth.png\n"),
+         "test.yaml:6: renderers[0].frames[0].depth: " + folder +
+             "/depth.png: has 16 x 7 pixels; use 16 x 8 pixels, as the image it belongs to"},
+        {with_frame(first + "        depth: absent.png\n"),
+         "test.yaml:6: renderers[0].frames[0].depth: " + folder +
+             "/absent.png: cannot be read: No such file or directory"},
+    });
     write_picture<std::uint8_t>(fixture.directory() / "two.exr", 16, 8, {{"U", "V"}},
                                 std::vector<std::uint8_t>(std::size_t{16} * 8 * 2));
     CHECK(fixture.error(with_frame(first + "        depth: two.exr\n")).rfind("test.yaml:6: ", 0) == 0);
-}
-
-TEST_CASE("renderers: an image without Z is given one depth for all of it") {
-    const ScenarioFixture fixture;
     write_black(fixture.directory() / "colours.png", 16, 8);
     const auto frame = [](const std::string& depth) {
         return with_frame("      - {image: colours.png" + depth + ", viewport: {x: 0, y: 0}}\n");
     };
     const std::string place = "test.yaml:4: renderers[0].frames[0].";
-    CHECK(
-        fixture.error(frame("")) ==
-        place + "image: " + (fixture.directory() / "colours.png").string() +
-            ": has the channels R, G and B and no Z; use depth, a file of Z, z, one depth for all of it, or "
-            "depth_layer, a layer or a channel of the file");
-    CHECK(fixture.error(frame(", z: 100.5")) == place + "z: 100.5 is out of range; use 0 to 100");
-    CHECK(fixture.error(frame(", z: -1"), {"depth_range=[-0.5, 7]"}) ==
-          place + "z: -1 is out of range; use -0.5 to 7");
-    CHECK(fixture.error(frame(", z: 11, depth_range: [10, 0]")) ==
-          place + "z: 11 is out of range; use 0 to 10");
-    CHECK(fixture.error(frame(", z: 1, depth_range: [3, 3]")) ==
-          place + "depth_range: near and far are both 3; use two different depths");
-    CHECK(fixture.error(frame(", z: 1, depth: colours.png")) ==
-          place + "z: is given together with a depth; use one of the two");
+    fixture.check_refusals({
+        {frame(""),
+         place + "image: " + (fixture.directory() / "colours.png").string() +
+             ": has the channels R, G and B and no Z; use depth, a file of Z, z, one depth for all of it, "
+             "or depth_layer, a layer or a channel of the file"},
+        {frame(", z: 100.5"), place + "z: 100.5 is out of range; use 0 to 100"},
+        {frame(", z: -1"), {"depth_range=[-0.5, 7]"}, place + "z: -1 is out of range; use -0.5 to 7"},
+        {frame(", z: 11, depth_range: [10, 0]"), place + "z: 11 is out of range; use 0 to 10"},
+        {frame(", z: 1, depth_range: [3, 3]"),
+         place + "depth_range: near and far are both 3; use two different depths"},
+        {frame(", z: 1, depth: colours.png"),
+         place + "z: is given together with a depth; use one of the two"},
+    });
     const Scenario scenario = fixture.parse(frame(", z: 25"));
     CHECK(scenario.renderers[0].images[0]->pixels().at(15, 7).z() == 16384);  // 65535 / 4, rounded
     CHECK(scenario.image_files.at(scenario.renderers[0].images[0].get()).z == 25.0);
@@ -326,23 +319,6 @@ TEST_CASE("renderers: frames that differ in their depth have images of their own
                                  "      - {image: image.exr, z: 1.0, viewport: {x: 3, y: 0}}\n"));
     CHECK(scenario.renderers[0].images.size() == 2);
     CHECK(scenario.renderers[0].frames[2].image == scenario.renderers[0].frames[1].image);
-}
-
-TEST_CASE("renderers: image files are relative to the scenario, or absolute") {
-    const ScenarioFixture fixture;
-    std::filesystem::create_directories(fixture.directory() / "images");
-    write_black(fixture.directory() / "images/small.exr", 12, 3);
-    fixture.directory().write("images/scenario.yaml",
-                              with_frame("      - {image: ../image.exr, viewport: {x: 0, y: 0}}\n"));
-    CHECK(load_scenario(fixture.directory() / "images/scenario.yaml").renderers[0].image_width_pixels == 16);
-    CHECK(fixture.parse(with_frame("      - {image: images/small.exr, viewport: {x: 0, y: 0}}\n"))
-              .renderers[0]
-              .image_width_pixels == 12);
-    const Scenario absolute =
-        parse_scenario(with_frame("      - {image: " + (fixture.directory() / "image.exr").string() +
-                                  ", viewport: {x: 0, y: 0}}\n"),
-                       "test.yaml", "/nowhere");
-    CHECK(absolute.renderers[0].image_height_pixels == 8);
 }
 
 TEST_CASE("renderers: the depth range and format reach the images") {
@@ -374,7 +350,7 @@ TEST_CASE("renderers: the depth range and format reach the images") {
     CHECK(z24.background_pixel().z() == 0xFFFFFF);
 }
 
-TEST_CASE("faults: every kind") {
+TEST_CASE("faults: each kind has its own keys") {
     const ScenarioFixture fixture;
     const std::vector<std::pair<std::string, FaultKind>> kinds{{"magic", FaultKind::kMagic},
                                                                {"version", FaultKind::kVersion},
@@ -409,31 +385,6 @@ TEST_CASE("faults: every kind") {
     CHECK(scenario.faults[1].kind == FaultKind::kDelay);
     CHECK(scenario.faults[1].delay_pairs == 3);
     CHECK(fixture.parse("faults: []\n" + ScenarioFixture::minimal()).faults.empty());
-}
-
-TEST_CASE("faults: a reset is the whole machine's, names no renderer and says how long it lasts") {
-    const ScenarioFixture fixture;
-    const Scenario scenario = fixture.parse(with_faults({"{kind: reset, from_cycle: 40, cycles: 9}"}));
-    CHECK(scenario.faults.at(0).kind == FaultKind::kReset);
-    CHECK(scenario.faults.at(0).from_cycle == 40);
-    CHECK(scenario.faults.at(0).cycles == 9);
-    CHECK(fixture.error(with_faults({"{renderer: ball, kind: reset, cycles: 9}"})) ==
-          "test.yaml:6: faults[0].renderer: does not go with kind reset, which is the whole machine's; leave "
-          "it out");
-    CHECK_THAT(fixture.error(with_faults({"{kind: reset, from_cycle: 40}"})),
-               Catch::Contains("faults[0].cycles: is missing; use "));
-    CHECK_THAT(fixture.error(with_faults({"{kind: reset, cycles: 2000000}"})),
-               Catch::Contains("faults[0].cycles: 2000000 is ") && Catch::Contains("use 1 to 1000000"));
-    CHECK_THAT(fixture.error(with_faults({"{kind: busready_low, display: 1}"})),
-               Catch::Contains("faults[0].renderer: is missing"));
-    CHECK(fixture.error("clocks: {dvi_out_mhz: 30}\n" + with_faults({"{kind: reset, cycles: 7}"})).empty());
-    CHECK_THAT(fixture.error("clocks: {dvi_out_mhz: 30}\n" + with_faults({"{kind: reset, cycles: 6}"})),
-               Catch::Contains(
-                   "faults[0].cycles: 6 core cycles are less than two of the slowest clock; use 7 or more"));
-}
-
-TEST_CASE("faults: each kind has its own keys") {
-    const ScenarioFixture fixture;
     const auto only = [&](const std::string& keys) {
         return fixture.parse(with_faults({"{renderer: ball, " + keys + "}"})).faults.at(0);
     };
@@ -468,64 +419,73 @@ TEST_CASE("faults: each kind has its own keys") {
     CHECK(fault.seed == 12'345'678'901U);
 }
 
-TEST_CASE("faults: what is wrong with one has its line") {
+TEST_CASE("faults: what is wrong with one has its line, a reset's too, which is the whole machine's") {
     const ScenarioFixture fixture;
+    const Scenario scenario = fixture.parse(with_faults({"{kind: reset, from_cycle: 40, cycles: 9}"}));
+    CHECK(scenario.faults.at(0).kind == FaultKind::kReset);
+    CHECK(scenario.faults.at(0).from_cycle == 40);
+    CHECK(scenario.faults.at(0).cycles == 9);
+    CHECK(fixture.error(with_faults({"{renderer: ball, kind: reset, cycles: 9}"})) ==
+          "test.yaml:6: faults[0].renderer: does not go with kind reset, which is the whole machine's; leave "
+          "it out");
+    CHECK_THAT(fixture.error(with_faults({"{kind: reset, from_cycle: 40}"})),
+               Catch::Contains("faults[0].cycles: is missing; use "));
+    CHECK_THAT(fixture.error(with_faults({"{kind: reset, cycles: 2000000}"})),
+               Catch::Contains("faults[0].cycles: 2000000 is ") && Catch::Contains("use 1 to 1000000"));
+    CHECK_THAT(fixture.error(with_faults({"{kind: busready_low, display: 1}"})),
+               Catch::Contains("faults[0].renderer: is missing"));
+    CHECK(fixture.error("clocks: {dvi_out_mhz: 30}\n" + with_faults({"{kind: reset, cycles: 7}"})).empty());
+    CHECK_THAT(fixture.error("clocks: {dvi_out_mhz: 30}\n" + with_faults({"{kind: reset, cycles: 6}"})),
+               Catch::Contains(
+                   "faults[0].cycles: 6 core cycles are less than two of the slowest clock; use 7 or more"));
     const std::string good = "{renderer: ball, pair: 0, kind: crc}";
     const auto error = [&](const std::string& fault) { return fixture.error(with_faults({good, fault})); };
     const std::string at = "test.yaml:7: faults[1]";
-    CHECK(error("{renderer: bal, pair: 0, kind: crc}") ==
-          at + ".renderer: 'bal' is not a renderer; the nearest is ball");
-    CHECK(error("{pair: 0, kind: crc}") == at + ".renderer: is missing; use a renderer's name, on one line");
-    CHECK(error("{renderer: ball, kind: crc}") == at + ".pair: is missing; use 0 to 4294967295");
-    CHECK(error("{renderer: ball, pair: -1, kind: crc}") ==
-          at + ".pair: -1 is out of range; use 0 to 4294967295");
-    CHECK(
-        error("{renderer: ball, pair: 0}") ==
-        at + ".kind: is missing; use magic, version, kind, crc, number, short_line, long_line, short_frame, "
-             "long_frame, missing, delay, repeated, other_pair, control_byte, pixel_bits, drift, "
-             "busready_low, "
-             "pipeready_low, lost_beat, random_stalls, reset, tmds_bits, tmds_slip, tmds_skew or tmds_noise");
-    CHECK(error("{renderer: ball, pair: 0, kind: crcs}")
-              .rfind(at + ".kind: 'crcs' is not a kind of fault; use ", 0) == 0);
-    CHECK(error("{renderer: ball, pair: 0, kind: crc, frame: even}") ==
-          at + ".frame: 'even' is not a frame of a pair; use colour or depth");
-    CHECK(error("{renderer: ball, pair: 0, kind: crc, delay_pairs: 2}") ==
-          at + ".delay_pairs: does not go with kind crc; use it with kind delay only");
-    CHECK(error("{renderer: ball, pair: 0, kind: delay}") ==
-          at + ".delay_pairs: is missing; use 1 to 1000000");
-    CHECK(error("{renderer: ball, pair: 0, kind: delay, delay_pairs: 0}") ==
-          at + ".delay_pairs: 0 is out of range; use 1 to 1000000");
-    CHECK(error("{renderer: ball, pair: 0, kind: crc, frames: depth}") ==
-          at + ".frames: is not a known key; the nearest is faults[1].frame");
-    CHECK(error("crc") == at + ": is 'crc'; use a map with the keys renderer, pair, kind, frame, "
-                               "delay_pairs, lines, byte, bits, x, "
-                               "y, ppm, display, from_cycle, cycles, beats, of, percent, seed, channel, "
-                               "at_line, at_clock, late_bits, "
-                               "late_characters and per_billion");
-    CHECK(error("{renderer: ball, pair: 0, kind: crc, lines: 2}") ==
-          at + ".lines: does not go with kind crc; use it with kind short_frame or long_frame only");
-    CHECK(
-        error("{renderer: ball, pair: 0, kind: busready_low, display: 1}") ==
-        at +
-            ".pair: does not go with kind busready_low; its keys are renderer, kind, display, from_cycle and "
-            "cycles");
-    CHECK(error("{renderer: ball, pair: 0, kind: drift, ppm: 1, frame: depth}") ==
-          at + ".frame: does not go with kind drift; its keys are renderer, kind, pair and ppm");
-    CHECK(error("{renderer: ball, pair: 0, kind: drift}") == at + ".ppm: is missing; use -100000 to 100000");
-    CHECK(
-        error("{renderer: ball, kind: random_stalls, percent: 3, display: 1}") ==
-        at + ".display: does not go with kind random_stalls; use it with kind busready_low, pipeready_low or "
-             "lost_beat only");
-    CHECK(error("{renderer: ball, pair: 0, kind: control_byte, byte: 3}") ==
-          at + ".bits: is missing; use 1 to 255");
-    CHECK(error("{renderer: ball, pair: 0, kind: control_byte, byte: 48, bits: 1}") ==
-          at + ".byte: 48 is out of range; use 0 to 47, the bytes of the control scanline");
-    CHECK(error("{renderer: ball, kind: lost_beat, display: 1, of: rows}") ==
-          at + ".of: 'rows' is not a kind of beat; use pixels, table or any");
-    CHECK(error("{renderer: ball, kind: busready_low, display: 1, of: table}") ==
-          at + ".of: does not go with kind busready_low; use it with kind lost_beat only");
-    CHECK(error("{renderer: ball, kind: lost_beat, display: 2}") ==
-          at + ".display: 2 is out of range; use 1 to 1");
+    check_refusals(error)({
+        {"{renderer: bal, pair: 0, kind: crc}",
+         at + ".renderer: 'bal' is not a renderer; the nearest is ball"},
+        {"{pair: 0, kind: crc}", at + ".renderer: is missing; use a renderer's name, on one line"},
+        {"{renderer: ball, kind: crc}", at + ".pair: is missing; use 0 to 4294967295"},
+        {"{renderer: ball, pair: -1, kind: crc}", at + ".pair: -1 is out of range; use 0 to 4294967295"},
+        {"{renderer: ball, pair: 0}",
+         at + ".kind: is missing; use magic, version, kind, crc, number, short_line, long_line, "
+              "short_frame, long_frame, missing, delay, repeated, other_pair, control_byte, pixel_bits, "
+              "drift, busready_low, pipeready_low, lost_beat, random_stalls, reset, tmds_bits, tmds_slip, "
+              "tmds_skew or tmds_noise"},
+        {"{renderer: ball, pair: 0, kind: crcs}", at + ".kind: 'crcs' is not a kind of fault; use ..."},
+        {"{renderer: ball, pair: 0, kind: crc, frame: even}",
+         at + ".frame: 'even' is not a frame of a pair; use colour or depth"},
+        {"{renderer: ball, pair: 0, kind: crc, delay_pairs: 2}",
+         at + ".delay_pairs: does not go with kind crc; use it with kind delay only"},
+        {"{renderer: ball, pair: 0, kind: delay}", at + ".delay_pairs: is missing; use 1 to 1000000"},
+        {"{renderer: ball, pair: 0, kind: delay, delay_pairs: 0}",
+         at + ".delay_pairs: 0 is out of range; use 1 to 1000000"},
+        {"{renderer: ball, pair: 0, kind: crc, frames: depth}",
+         at + ".frames: is not a known key; the nearest is faults[1].frame"},
+        {"crc",
+         at + ": is 'crc'; use a map with the keys renderer, pair, kind, frame, delay_pairs, lines, byte, "
+              "bits, x, y, ppm, display, from_cycle, cycles, beats, of, percent, seed, channel, at_line, "
+              "at_clock, late_bits, late_characters and per_billion"},
+        {"{renderer: ball, pair: 0, kind: crc, lines: 2}",
+         at + ".lines: does not go with kind crc; use it with kind short_frame or long_frame only"},
+        {"{renderer: ball, pair: 0, kind: busready_low, display: 1}",
+         at + ".pair: does not go with kind busready_low; its keys are renderer, kind, display, from_cycle "
+              "and cycles"},
+        {"{renderer: ball, pair: 0, kind: drift, ppm: 1, frame: depth}",
+         at + ".frame: does not go with kind drift; its keys are renderer, kind, pair and ppm"},
+        {"{renderer: ball, pair: 0, kind: drift}", at + ".ppm: is missing; use -100000 to 100000"},
+        {"{renderer: ball, kind: random_stalls, percent: 3, display: 1}",
+         at + ".display: does not go with kind random_stalls; use it with kind busready_low, pipeready_low "
+              "or lost_beat only"},
+        {"{renderer: ball, pair: 0, kind: control_byte, byte: 3}", at + ".bits: is missing; use 1 to 255"},
+        {"{renderer: ball, pair: 0, kind: control_byte, byte: 48, bits: 1}",
+         at + ".byte: 48 is out of range; use 0 to 47, the bytes of the control scanline"},
+        {"{renderer: ball, kind: lost_beat, display: 1, of: rows}",
+         at + ".of: 'rows' is not a kind of beat; use pixels, table or any"},
+        {"{renderer: ball, kind: busready_low, display: 1, of: table}",
+         at + ".of: does not go with kind busready_low; use it with kind lost_beat only"},
+        {"{renderer: ball, kind: lost_beat, display: 2}", at + ".display: 2 is out of range; use 1 to 1"},
+    });
 }
 
 }  // namespace metabuffer::test

@@ -5,27 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "host/errors.h"
 #include "scenario/scenario_loader.h"
+#include "support/refusals.h"
 #include "support/scratch_directory.h"
 
 namespace metabuffer::test {
 
 /// A black image: with a Z of 0 in an EXR file, without Z in others.
 void write_black(const std::filesystem::path& file, int width, int height);
-
-/// The message of the InputError that the call throws; empty if it throws none.
-template <typename Call>
-std::string input_error_of(Call call) {
-    try {
-        call();
-    } catch (const InputError& error) {
-        std::string message = error.what();
-        CHECK(message.find('\n') == std::string::npos);
-        return message;
-    }
-    return "";
-}
 
 /// A directory with `image.exr`, 16 x 8 pixels: wide enough for a table of one row (34 of 48 bytes), too
 /// narrow for two (50).
@@ -50,6 +37,23 @@ class ScenarioFixture {
     }
     std::string error(const std::string& text, const std::vector<std::string>& overrides = {}) const {
         return input_error_of([&] { parse(text, overrides); });
+    }
+
+    /// A scenario, overrides of it if there are any, and the line that they are refused with.
+    struct Refusal {
+        Refusal(std::string scenario, std::string with) : text(std::move(scenario)), line(std::move(with)) {}
+        Refusal(std::string scenario, std::vector<std::string> settings, std::string with)
+            : text(std::move(scenario)), overrides(std::move(settings)), line(std::move(with)) {}
+
+        std::string text;
+        std::vector<std::string> overrides;
+        std::string line;
+    };
+    void check_refusals(const std::vector<Refusal>& refusals) const {
+        for (const Refusal& refusal : refusals) {
+            INFO(refusal.text);
+            check_text(error(refusal.text, refusal.overrides), refusal.line);
+        }
     }
 
     /// The least scenario, with some lines above it.

@@ -14,9 +14,8 @@ namespace {
 /// A scenario with every key, so that each can be given a wrong value.
 constexpr const char* kEveryKey =
     "name: every key\n"
-    "displays: {columns: 2, rows: 1, width: 16, height: 8, supersample: 1, background: [1, 2, 3], "
-    "gap: {x: 0, y: 0}, "
-    "correction: [{display: 1, gain: [1, 1, 1], gamma: 1}]}\n"
+    "displays: {columns: 2, rows: 1, width: 16, height: 8, supersample: 1, background: [1, 2, 3], gap: {x: "
+    "0, y: 0}, correction: [{display: 1, gain: [1, 1, 1], gamma: 1}]}\n"
     "composition: z\n"
     "depth_format: a8z16\n"
     "depth_range: [0.0, 100.0]\n"
@@ -96,15 +95,11 @@ std::string with_indices(const std::string& pattern) {
 
 }  // namespace
 
-TEST_CASE("scenario keys: the scenario with every key loads") {
+TEST_CASE("scenario keys: every key of the list is read, and only with a value of its shape") {
     const ScenarioFixture fixture;
     write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
                   std::vector<std::uint16_t>(std::size_t{16} * 8));
     CHECK(fixture.error(kEveryKey).empty());
-}
-
-TEST_CASE("scenario keys: every key of the list is read, and only with a value of its shape") {
-    const ScenarioFixture fixture;
     write_picture(fixture.directory() / "depth.png", 16, 8, {{"Y"}, OIIO::TypeDesc::UINT16},
                   std::vector<std::uint16_t>(std::size_t{16} * 8));
     for (const SchemaKey& key : scenario_schema().keys()) {
@@ -128,20 +123,7 @@ TEST_CASE("scenario keys: every key of the list is read, and only with a value o
     }
 }
 
-TEST_CASE("scenario keys: the paths for documentation leave out a list's entries") {
-    const std::vector<std::string> paths = scenario_key_paths();
-    const std::set<std::string> set(paths.begin(), paths.end());
-    CHECK(set.size() == paths.size());
-    for (const char* path : {"name", "bus", "bus.width_bits", "displays.background", "renderers",
-                             "renderers[].frames[].viewport.multiple", "faults[].delay_pairs",
-                             "link_timeout_pairs", "watchdog_cycles"}) {
-        CHECK(set.count(path) == 1);
-    }
-    CHECK(std::none_of(paths.begin(), paths.end(),
-                       [](const std::string& path) { return path.empty() || path.back() == ']'; }));
-}
-
-TEST_CASE("scenario keys: every key's surroundings are in the list with the right shape") {
+TEST_CASE("scenario keys: every key's surroundings are in the list, and its path for documentation") {
     for (const SchemaKey& key : scenario_schema().keys()) {
         const std::string pattern = key.pattern;
         INFO(pattern);
@@ -153,6 +135,16 @@ TEST_CASE("scenario keys: every key's surroundings are in the list with the righ
         REQUIRE(around != nullptr);
         if (!pattern.empty()) CHECK(around->shape == (is_entry ? KeyShape::kList : KeyShape::kMap));
     }
+    const std::vector<std::string> paths = scenario_key_paths();
+    const std::set<std::string> set(paths.begin(), paths.end());
+    CHECK(set.size() == paths.size());
+    for (const char* path : {"name", "bus", "bus.width_bits", "displays.background", "renderers",
+                             "renderers[].frames[].viewport.multiple", "faults[].delay_pairs",
+                             "link_timeout_pairs", "watchdog_cycles"}) {
+        CHECK(set.count(path) == 1);
+    }
+    CHECK(std::none_of(paths.begin(), paths.end(),
+                       [](const std::string& path) { return path.empty() || path.back() == ']'; }));
 }
 
 TEST_CASE("scenario keys: what a whole-number key accepts is what the reader accepts") {

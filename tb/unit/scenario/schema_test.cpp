@@ -8,15 +8,12 @@
 
 namespace metabuffer::test {
 
-TEST_CASE("a key's value is written as files write it") {
+TEST_CASE("a rule says what it accepts, and accepts just that, as files write it") {
     CHECK(value_text(std::int64_t{-7}) == "-7");
     CHECK(value_text(0.001) == "0.001");
     CHECK(value_text(100.0) == "100");
     CHECK(value_text(std::string("z-alpha-key")) == "z-alpha-key");
     CHECK(value_text(std::vector<double>{0.5, 20.0}) == "[0.5, 20]");
-}
-
-TEST_CASE("a rule says what it accepts, and accepts just that") {
     const ValueRule range = ValueRule::whole_numbers({1, 64});
     CHECK(range.allowed() == "1 to 64");
     CHECK(range.complaint(std::int64_t{1}).empty());

@@ -104,7 +104,7 @@ TEST_CASE("yaml: merge keys bring the members of maps that the map itself does n
     }
 }
 
-TEST_CASE("flow text: plain words and numbers stay as they are") {
+TEST_CASE("flow text and quoted scalars: read back as the same, plain words and numbers as they are") {
     for (const std::string text :
          {"64", "-3", "+5", ".5", "1e3", "irsa", "slot-allocation", "case-1.yaml", "../a/b.yaml", "true",
           "[1, 2, 3]", "{x: 1, y: -2}", "[[1, 2], {}, []]", "~"}) {
@@ -119,18 +119,12 @@ TEST_CASE("flow text: plain words and numbers stay as they are") {
     CHECK(flow("it's") == "'it''s'");
     CHECK(flow("\"a\\nb\"") == "\"a\\x0Ab\"");
     CHECK(flow("null") == "~");
-}
-
-TEST_CASE("quoted scalar: reads back as the same text, bytes that are not UTF-8 too") {
     CHECK(input::quoted_scalar("it's") == "'it''s'");
     for (const std::string text : {"64", "", "a\n\"b\"\\", "\xe4.png"}) {
         const Value scalar = parse(input::quoted_scalar(text));
         CHECK(scalar.text == text);
         CHECK(scalar.quoted);
     }
-}
-
-TEST_CASE("flow text: reads back as the same") {
     const std::uint64_t seed = random_seed(20);
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
@@ -143,7 +137,7 @@ TEST_CASE("flow text: reads back as the same") {
     }
 }
 
-TEST_CASE("key path: written in one way, in whatever way it came") {
+TEST_CASE("key path: written in one way, and an invalid one is reported with the nearest valid one") {
     const Schema& schema = scenario_schema();
     for (const std::string path : {"renderers.0.frames.12.viewport.x", "renderers[0].frames[12].viewport.x",
                                    "renderers.0.frames[12].viewport.x"}) {
@@ -153,25 +147,24 @@ TEST_CASE("key path: written in one way, in whatever way it came") {
     }
     CHECK(input::find_key_path(schema, "bus", "").path == "bus");
     CHECK(input::find_key_path(schema, "displays.background.1", "").pattern == "displays.background[]");
-}
-
-TEST_CASE("key path: an invalid one is reported with the nearest valid one") {
     const auto error = [](const std::string& path) {
         return input_error_of([&] { input::find_key_path(scenario_schema(), path, "here"); });
     };
-    CHECK(error("bus.widht_bits") ==
-          "here: bus.widht_bits: is not a known key; the nearest is bus.width_bits");
-    CHECK(error("renderers.0.frames.0.viewport.mutiple") ==
-          "here: renderers[0].frames[0].viewport.mutiple: is not a known key; the nearest is "
-          "renderers[0].frames[0].viewport.multiple");
-    CHECK(error("renderers.first.name") ==
-          "here: renderers: 'first' is not an index; use an index of renderers, from 0");
-    CHECK(error("frames.0") == "here: frames: has nothing inside; use frames");
-    CHECK(error("bus[0]") == "here: bus.0: is not a known key; the nearest is bus.width_bits");
+    check_refusals(error)({
+        {"bus.widht_bits", "here: bus.widht_bits: is not a known key; the nearest is bus.width_bits"},
+        {"renderers.0.frames.0.viewport.mutiple",
+         "here: renderers[0].frames[0].viewport.mutiple: is not a known key; the nearest is "
+         "renderers[0].frames[0].viewport.multiple"},
+        {"renderers.first.name",
+         "here: renderers: 'first' is not an index; use an index of renderers, from 0"},
+        {"frames.0", "here: frames: has nothing inside; use frames"},
+        {"bus[0]", "here: bus.0: is not a known key; the nearest is bus.width_bits"},
+    });
     for (const std::string path : {"", ".", "bus.", "[0]", "renderers[0"}) {
-        CHECK(error(path) == "here: '" + path +
-                                 "' is not a key path; use keys and indices with dots, like "
-                                 "renderers.0.frames.1.viewport.x");
+        CHECK(
+            error(path) ==
+            "here: '" + path +
+                "' is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x");
     }
     CHECK(input_error_of([] {
               input::find_key_path(scenario_schema(), "x", "");

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -63,7 +64,7 @@ std::string refusal(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("expression: names stand for their values") {
+TEST_CASE("expression: the longest whole name stands for its value") {
     CHECK(evaluated("bus.width_bits") == Value(std::int64_t{64}));
     CHECK(evaluated("bus.width_bits+1") == Value(std::int64_t{65}));
     CHECK(evaluated("renderers.0.frames.0.viewport.x * frames") == Value(std::int64_t{-6}));
@@ -73,9 +74,6 @@ TEST_CASE("expression: names stand for their values") {
     CHECK(evaluated("\"bus.width_bits\" / 2") == Value(std::int64_t{32}));
     CHECK(evaluated("n\xc3\xa4me") == Value(std::int64_t{8}));
     CHECK(evaluated("\"od\"\"d\"") == Value(std::int64_t{9}));
-}
-
-TEST_CASE("expression: the longest whole name counts") {
     CHECK(evaluated("small-bus") == Value(std::int64_t{5}));
     CHECK(evaluated("small - bus") == Value(std::int64_t{99}));
     CHECK(evaluated("small-frames") == Value(std::int64_t{98}));
@@ -84,30 +82,24 @@ TEST_CASE("expression: the longest whole name counts") {
     CHECK(refusal("bus.width_bitsx").find("'bus.width_bitsx' is not known") != std::string::npos);
     CHECK(refusal("frames.count").find("'frames.count' is not known") != std::string::npos);
     CHECK(refusal("xframes").find("'xframes' is not known") != std::string::npos);
+    const Expression expression("frames > 1 and bus.width_bits > frames", names_of(machine()), "");
+    CHECK(expression.names() == std::vector<std::string>{"frames", "bus.width_bits"});
+    CHECK(expression.text() == "frames > 1 and bus.width_bits > frames");
 }
 
-TEST_CASE("expression: names in quotes of texts stay texts") {
+TEST_CASE("expression: texts stay texts, and values that one could hide in are bound and not read") {
     CHECK(evaluated("'bus.width_bits'") == Value(std::string("bus.width_bits")));
     CHECK(evaluated("'it''s frames'") == Value(std::string("it's frames")));
     CHECK(holds("bus.arbitration = 'edf' and 'edf' <> 'EDF'"));
     CHECK(holds("bus.arbitration < 'irsa'"));
     CHECK(holds("bus.arbitration in ('irsa', 'edf')"));
     CHECK(holds("bus.arbitration LIKE 'E%'"));
-}
-
-TEST_CASE("expression: values that a text could hide in are bound and not read") {
     const Values hostile{{"a", std::string("' or 1=1 --")}};
     CHECK(evaluated("a = ''' or 1=1 --'", hostile) == Value(std::int64_t{1}));
     CHECK(evaluated("a = 'x'", hostile) == Value(std::int64_t{0}));
 }
 
-TEST_CASE("expression: its names are reported once each") {
-    const Expression expression("frames > 1 and bus.width_bits > frames", names_of(machine()), "");
-    CHECK(expression.names() == std::vector<std::string>{"frames", "bus.width_bits"});
-    CHECK(expression.text() == "frames > 1 and bus.width_bits > frames");
-}
-
-TEST_CASE("expression: null and zero are not true") {
+TEST_CASE("expression: null and zero are not true, and one without a value says so") {
     CHECK(holds("1"));
     CHECK(holds("0.5"));
     CHECK(holds("-1"));
@@ -118,6 +110,13 @@ TEST_CASE("expression: null and zero are not true") {
     CHECK_FALSE(holds("not (latency_cycles < 5)"));
     CHECK_THROWS_WITH(holds("bus.arbitration"),
                       "WHERE: 'bus.arbitration' is the text 'edf', neither true nor false; use a comparison");
+    const Values values{{"a", std::numeric_limits<std::int64_t>::min()}};
+    const Expression expression("abs(a)", {"a"}, "goal");
+    CHECK_THROWS_WITH(expression.evaluate([&values](const std::string& name) { return values.at(name); }),
+                      "goal: 'abs(a)' has no value: integer overflow");
+    // And it can be used again.
+    CHECK(expression.evaluate([](const std::string&) { return Value(std::int64_t{-2}); }) ==
+          Value(std::int64_t{2}));
 }
 
 TEST_CASE("expression: unknown names are reported with the nearest") {
@@ -130,111 +129,35 @@ TEST_CASE("expression: unknown names are reported with the nearest") {
     CHECK_THROWS_WITH(Expression("x", {}, ""), "'x' is not known; if it is a text, write 'x'");
 }
 
-TEST_CASE("expression: an invalid one is refused on one line") {
-    const std::vector<std::string> wrong{"",
-                                         "  ",
-                                         "frames >",
-                                         "> 1",
-                                         "frames frames",
-                                         "frames as text",
-                                         "1 +",
-                                         "()",
-                                         "(1",
-                                         "1)",
-                                         "1) or (1",
-                                         "1, 2",
-                                         "(1, 2)",
-                                         "'open",
-                                         "\"open",
-                                         "64bits",
-                                         "1.2.3",
-                                         "case when 1 then",
-                                         "in (1)",
-                                         "1 from frames",
-                                         "distinct 1",
-                                         "round()",
-                                         "round(1,)",
-                                         "max(1)",
-                                         "count(*)",
-                                         "*",
-                                         "frames.*",
-                                         "frames = [1]",
-                                         "{1}",
-                                         "`frames`",
-                                         "1 -- more",
-                                         "1 /* more */",
-                                         "1;",
-                                         "; 1",
-                                         "1; drop table x",
-                                         "?",
-                                         "?1",
-                                         ":frames",
-                                         "@frames",
-                                         "$frames",
-                                         "x'00'",
-                                         "current_timestamp",
-                                         "a b c",
-                                         "\\",
-                                         "#",
-                                         std::string("1\0", 2),
-                                         std::string("'\0'", 3)};
-    for (const std::string& text : wrong) {
-        CAPTURE(text);
-        const std::string message = refusal(text);
-        CHECK(message.rfind("WHERE: ", 0) == 0);
-        CHECK(message.find('\n') == std::string::npos);
-    }
-}
-
-TEST_CASE("expression: it reaches no table - file or setting of SQLite") {
-    const std::vector<std::string> hostile{
-        "(select 1)",
-        "(SELECT sql FROM sqlite_master)",
-        "exists (select 1)",
-        "1 in (select 1)",
-        "(values (1))",
-        "(with recursive t(x) as (select 1 union all select x + 1 from t) select x from t)",
-        "1 in sqlite_master",
-        "1 in pragma_database_list",
-        "1 in pragma_table_info('x')",
-        "pragma_database_list",
-        "1 union select 2",
-        "attach 'x' as y",
-        "1 from sqlite_master",
-        "1 group by 1",
-        "1 limit 1",
-        "load_extension('x')",
-        "load_extension /**/ ('x')",
-        "\"load_extension\"('x')",
-        "readfile('/etc/passwd')",
-        "writefile('x', 'y')",
-        "edit('x')",
-        "random()",
-        "randomblob(1000000000)",
-        "zeroblob(1000000000)",
-        "printf('%1000000000d', 1)",
-        "sqlite_version()",
-        "sqlite_compileoption_get(1)",
-        "last_insert_rowid()",
-        "raise(ignore)",
-        "json('[]')",
-        "'[1]' -> 0",
-        "'[1]' ->> 0",
-        "fts3_tokenizer('x')",
-        "sum(1) over ()",
-        "row_number() over ()",
-        "group_concat(1)",
-        "min(1)",
-        "1 match 2",
-        "1 regexp 2",
-        "1 collate evil",
+TEST_CASE(
+    "expression: an invalid one is refused on one line, and reaches no table, file or setting of SQLite") {
+    const auto refused = [](const std::vector<std::string>& texts) {
+        for (const std::string& text : texts) {
+            CAPTURE(text);
+            const std::string message = refusal(text);
+            CHECK(message.rfind("WHERE: ", 0) == 0);
+            CHECK(message.find('\n') == std::string::npos);
+        }
     };
-    for (const std::string& text : hostile) {
-        CAPTURE(text);
-        const std::string message = refusal(text);
-        CHECK(message.rfind("WHERE: ", 0) == 0);
-        CHECK(message.find('\n') == std::string::npos);
-    }
+    refused({"", "  ", "> 1", "1 +", "()", "(1", "1)", "*", "{1}", "1;", "; 1", "?", "?1", "\\", "#"});
+    refused({"1, 2", "(1, 2)", "'open", "\"open", "64bits", "1.2.3", "in (1)", "round()", "max(1)", ":frames",
+             "@frames", "$frames", "x'00'", "a b c", "min(1)"});
+    refused({"frames >",     "frames frames", "frames as text", "1) or (1",       "1 from frames",
+             "distinct 1",   "round(1,)",     "count(*)",       "frames.*",       "frames = [1]",
+             "`frames`",     "1 -- more",     "1 /* more */",   "(select 1)",     "(values (1))",
+             "1 group by 1", "1 limit 1",     "edit('x')",      "random()",       "raise(ignore)",
+             "json('[]')",   "'[1]' -> 0",    "'[1]' ->> 0",    "sum(1) over ()", "1 match 2",
+             "1 regexp 2",   "1 collate evil"});
+    refused({"case when 1 then", "1; drop table x", "current_timestamp", "exists (select 1)",
+             "1 in (select 1)", "1 union select 2", "attach 'x' as y", "sqlite_version()", "group_concat(1)",
+             "randomblob(1000000000)", "pragma_database_list", "1 from sqlite_master", "zeroblob(1000000000)",
+             "row_number() over ()", "load_extension('x')", "writefile('x', 'y')", "last_insert_rowid()",
+             "fts3_tokenizer('x')", "1 in sqlite_master"});
+    refused({"(with recursive t(x) as (select 1 union all select x + 1 from t) select x from t)",
+             "(SELECT sql FROM sqlite_master)", "1 in pragma_table_info('x')", "sqlite_compileoption_get(1)",
+             "1 in pragma_database_list", "load_extension /**/ ('x')", "printf('%1000000000d', 1)",
+             "\"load_extension\"('x')", "readfile('/etc/passwd')", std::string("'\0'", 3),
+             std::string("1\0", 2)});
 }
 
 TEST_CASE("expression: one that is too long or too deep is refused") {
@@ -258,17 +181,7 @@ TEST_CASE("expression: one that is too long or too deep is refused") {
     }
 }
 
-TEST_CASE("expression: one without a value for these operands says so") {
-    const Values values{{"a", std::numeric_limits<std::int64_t>::min()}};
-    const Expression expression("abs(a)", {"a"}, "goal");
-    CHECK_THROWS_WITH(expression.evaluate([&values](const std::string& name) { return values.at(name); }),
-                      "goal: 'abs(a)' has no value: integer overflow");
-    // And it can be used again.
-    CHECK(expression.evaluate([](const std::string&) { return Value(std::int64_t{-2}); }) ==
-          Value(std::int64_t{2}));
-}
-
-TEST_CASE("expression: SQL for columns has the names in quotes and nothing else changed") {
+TEST_CASE("expression: SQL for columns has the names in quotes, and a list is split at its own commas") {
     const std::vector<std::string> names = names_of(machine());
     CHECK(sql_expression("bus.width_bits>=64 AND small-bus<>'bus.width_bits'", names, "") ==
           "\"bus.width_bits\">=64 AND \"small-bus\"<>'bus.width_bits'");
@@ -276,9 +189,6 @@ TEST_CASE("expression: SQL for columns has the names in quotes and nothing else 
     CHECK_THROWS_WITH(sql_expression("bus.width_bit", names, "--where"),
                       "--where: 'bus.width_bit' is not known; the nearest is bus.width_bits");
     CHECK_THROWS_AS(sql_expression("frames) or (1", names, ""), InputError);
-}
-
-TEST_CASE("expression: a list is split at its own commas") {
     CHECK(split_expressions("a") == std::vector<std::string>{"a"});
     CHECK(split_expressions(" a , max(b, 1),'x,y' , \"c,d\"") ==
           std::vector<std::string>{"a", "max(b, 1)", "'x,y'", "\"c,d\""});
@@ -471,62 +381,12 @@ TEST_CASE("expression: any words in any order have a value or an error of one li
     const std::uint64_t seed = test::random_seed(5);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
-    const std::vector<std::string> words{"frames",
-                                         "bus.width_bits",
-                                         "small-bus",
-                                         "1",
-                                         "0.5",
-                                         "'x'",
-                                         "\"frames\"",
-                                         "(",
-                                         ")",
-                                         "(",
-                                         ")",
-                                         "and",
-                                         "or",
-                                         "not",
-                                         "+",
-                                         "-",
-                                         "*",
-                                         "/",
-                                         "%",
-                                         "<",
-                                         ">",
-                                         "=",
-                                         "||",
-                                         "&",
-                                         "~",
-                                         ",",
-                                         "in",
-                                         "is",
-                                         "null",
-                                         "between",
-                                         "like",
-                                         "case",
-                                         "when",
-                                         "then",
-                                         "else",
-                                         "end",
-                                         "cast",
-                                         "as",
-                                         "integer",
-                                         "text",
-                                         "collate",
-                                         "nocase",
-                                         "distinct",
-                                         "from",
-                                         "max",
-                                         "round",
-                                         "abs",
-                                         "select",
-                                         "sqlite_master",
-                                         ";",
-                                         "--",
-                                         "'",
-                                         "\"",
-                                         ".",
-                                         "?",
-                                         "\n"};
+    std::istringstream list(
+        "frames bus.width_bits small-bus 1 0.5 'x' \"frames\" ( ) ( ) and or not + - * / % < > = || & ~ , in "
+        "is null between like case when then else end cast as integer text collate nocase distinct from max "
+        "round abs select sqlite_master ; -- ' \" . ?");
+    std::vector<std::string> words{std::istream_iterator<std::string>(list), {}};
+    words.emplace_back("\n");
     int accepted = 0;
     for (int n = 0; n < 20000; ++n) {
         std::string text;

@@ -170,7 +170,7 @@ TEST_CASE("figures: those that are not in the report are what their meaning says
     CHECK(whole("bus_wires") == 2 * (128 + 103 + 3 * 2));
 }
 
-TEST_CASE("figures: a run that came to no frame has no rates and no latency") {
+TEST_CASE("figures: without frames there are no rates and no latency, and a latency of some is the longest") {
     RunReport report = small_report();
     report.frames.clear();
     for (const char* name :
@@ -185,10 +185,7 @@ TEST_CASE("figures: a run that came to no frame has no rates and no latency") {
     CHECK(figure(report, small_machine(), "pixels_per_cycle") == Value());
     report.displays.clear();
     CHECK(figure(report, small_machine(), "frames_shown") == Value(std::int64_t{0}));
-}
-
-TEST_CASE("figures: a latency of some frames is the longest of these") {
-    RunReport report = small_report();
+    report = small_report();
     report.frames[2].latency_cycles.reset();
     CHECK(figure(report, small_machine(), "latency_cycles") == Value(std::int64_t{40}));
 }

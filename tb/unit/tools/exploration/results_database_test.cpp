@@ -393,7 +393,7 @@ TEST_CASE("results: conditions and columns are expressions over the view's colum
     CHECK(reader.results().rows.size() == 8);
 }
 
-TEST_CASE("results: reports and pictures come back byte for byte") {
+TEST_CASE("results: reports and pictures come back byte for byte, and are stored as zlib streams") {
     const ScratchDirectory directory;
     const std::uint64_t seed = test::random_seed(7);
     INFO("METABUFFER_SEED=" << seed);
@@ -418,10 +418,6 @@ TEST_CASE("results: reports and pictures come back byte for byte") {
         std::sort(pictures.begin(), pictures.end());
         CHECK((reader.pictures(ids[n]) == pictures));
     }
-}
-
-TEST_CASE("results: reports are stored as zlib streams") {
-    const ScratchDirectory directory;
     {
         ResultsDatabase database = ResultsDatabase::open(directory / "results.db", sweep_identity());
         RunRecord run = run_of(settings_of(1, "irsa"));
@@ -436,7 +432,7 @@ TEST_CASE("results: reports are stored as zlib streams") {
     CHECK(bytes.at(0) == '\x78');
 }
 
-TEST_CASE("results: a finished file is one file that is complete by itself") {
+TEST_CASE("results: a finished file is one file that is complete by itself, and two tables describe it") {
     const ScratchDirectory directory;
     const auto file = finished_file(directory);
     CHECK(directory.names() == std::vector<std::string>{"results.db"});
@@ -444,10 +440,6 @@ TEST_CASE("results: a finished file is one file that is complete by itself") {
     CHECK(bytes_of(file).substr(18, 2) == "\x01\x01");
     std::filesystem::rename(file, directory / "moved.db");
     CHECK(ResultsReader(directory / "moved.db").results().rows.size() == 1);
-}
-
-TEST_CASE("results: two tables describe the file") {
-    const ScratchDirectory directory;
     SQLite::Database database(finished_file(directory).string(), SQLite::OPEN_READONLY);
     CHECK(database.execAndGet("SELECT value FROM meta WHERE key = 'schema_version'").getString() == "2");
     CHECK(database.execAndGet("SELECT count(*) FROM meta WHERE key = 'program_version'").getInt() == 1);
@@ -571,7 +563,7 @@ TEST_CASE("results: a writer that is killed as it makes the file leaves one that
     }
 }
 
-TEST_CASE("results: only one process at a time adds to a file") {
+TEST_CASE("results: only one process at a time adds to a file, and a killed one does not hold it") {
     const ScratchDirectory directory;
     const auto file = finished_file(directory);
     const auto attempt = [&file] {
@@ -587,11 +579,6 @@ TEST_CASE("results: only one process at a time adds to a file") {
         CHECK(refusal_to_read(file) == "done");
     }
     CHECK(attempt() == "done");
-}
-
-TEST_CASE("results: a writer that is killed holds no file - even while a child of it lives") {
-    const ScratchDirectory directory;
-    const auto file = finished_file(directory);
     // The writer's child lives until this process closes its end of the pipe.
     std::array<int, 2> life{};
     REQUIRE(pipe(life.data()) == 0);
@@ -692,8 +679,13 @@ TEST_CASE("results: a file of other input is refused with what differs") {
     CHECK(refusal_to_write(file, other) == "done");
 }
 
-TEST_CASE("results: files of other kinds are refused and left as they are") {
+TEST_CASE("results: files of other kinds, none, and empty ones are refused and left as they are") {
     const ScratchDirectory directory;
+    CHECK(contains(refusal_to_read(directory / "none.db"), "there is no such file"));
+    CHECK(directory.names().empty());
+    const std::string message = refusal_to_write(directory / "none" / "results.db");
+    CHECK(contains(message, "cannot be written to"));
+    CHECK(contains(message, "No such file or directory"));
     const auto refused = [&](const std::filesystem::path& file, const std::string& reason) {
         const std::string before = bytes_of(file);
         CAPTURE(file.filename().string());
@@ -726,19 +718,6 @@ TEST_CASE("results: files of other kinds are refused and left as they are") {
     CHECK(contains(refusal_to_write(directory / "folder.db"), "is no file"));
     CHECK(contains(refusal_to_read(directory / "folder.db"), "is no file"));
     CHECK(contains(refusal_to_write("/dev/null"), "is no file"));
-}
-
-TEST_CASE("results: files that are not there are reported") {
-    const ScratchDirectory directory;
-    CHECK(contains(refusal_to_read(directory / "none.db"), "there is no such file"));
-    CHECK(directory.names().empty());
-    const std::string message = refusal_to_write(directory / "none" / "results.db");
-    CHECK(contains(message, "cannot be written to"));
-    CHECK(contains(message, "No such file or directory"));
-}
-
-TEST_CASE("results: an empty file holds no results yet") {
-    const ScratchDirectory directory;
     const auto file = directory.write("results.db", "");
     CHECK(contains(refusal_to_read(file), "holds no results"));
     CHECK(refusal_to_write(file) == "done");

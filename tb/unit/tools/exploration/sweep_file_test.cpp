@@ -72,7 +72,7 @@ TEST_CASE("sweep file: everything that one may hold") {
           "composer.ready_space_pixels=8 scenario=case.yaml");
 }
 
-TEST_CASE("sweep file: the least and its defaults") {
+TEST_CASE("sweep file: the least and its defaults, any YAML as values, and weights as a cost") {
     const SweepFixture fixture;
     const SweepDescription sweep =
         fixture.parse("scenario: case.yaml\nminimize: {key: composer.buffer_pixels}\n");
@@ -84,30 +84,6 @@ TEST_CASE("sweep file: the least and its defaults") {
     CHECK(sweep.search->to == 16777216);
     CHECK(make_plan(sweep).points.size() == 1);
     CHECK(fixture.plan("scenario: case.yaml\n").points.size() == 1);
-}
-
-TEST_CASE("sweep file: paths are relative to the file") {
-    const SweepFixture fixture;
-    std::filesystem::create_directory(fixture.directory() / "sweeps");
-    const auto file =
-        fixture.directory().write("sweeps/widths.yaml", with_axes("  - {key: frames, values: [1]}\n"));
-    CHECK(load_sweep(file).name == "widths");
-    CHECK(load_sweep(file).scenario == fixture.directory() / "sweeps/case.yaml");
-    CHECK(sweep_error_of([&] { make_plan(load_sweep(file)); }).find("sweeps/case.yaml: cannot be read: ") !=
-          std::string::npos);
-    fixture.directory().write("sweeps/widths.yaml",
-                              "axes: [{key: scenario, values: [../case.yaml, ../wide.yaml]}]\n");
-    const SweepPlan plan = make_plan(load_sweep(file));
-    CHECK(point_texts(plan) == Texts{"scenario=../case.yaml", "scenario=../wide.yaml"});
-    CHECK(std::filesystem::equivalent(plan.scenario_file(points_of(plan)[1].settings),
-                                      fixture.directory() / "wide.yaml"));
-    CHECK(sweep_error_of([&] {
-              load_sweep(fixture.directory() / "none.yaml");
-          }).find("none.yaml: cannot be read: No such file or directory") != std::string::npos);
-}
-
-TEST_CASE("sweep file: values may be any YAML") {
-    const SweepFixture fixture;
     const SweepPlan plan =
         fixture.plan(with_axes("  - {key: displays.background, values: [[1, 2, 3], [0, 0, 0]]}\n"
                                "  - key: bus\n"
@@ -119,6 +95,29 @@ TEST_CASE("sweep file: values may be any YAML") {
     CHECK(point_texts(plan)[0] ==
           "displays.background=[1, 2, 3] bus={width_bits: 32, arbitration: edf} name='64'");
     CHECK(point_texts(plan)[7] == "displays.background=[0, 0, 0] bus={width_bits: 64} name='it''s'");
+    CHECK(fixture.parse(with_key("weights: {buffer_bits: 0.001, memory_devices: 40}\n")).cost ==
+          "0.001 * \"buffer_bits\" + 40 * \"memory_devices\"");
+    CHECK(fixture.plan(with_key("weights: {buffer_bits: 0.001, memory_devices: 40}\n")).points.size() == 2);
+}
+
+TEST_CASE("sweep file: paths are relative to the file") {
+    const SweepFixture fixture;
+    std::filesystem::create_directory(fixture.directory() / "sweeps");
+    const auto file =
+        fixture.directory().write("sweeps/widths.yaml", with_axes("  - {key: frames, values: [1]}\n"));
+    CHECK(load_sweep(file).name == "widths");
+    CHECK(load_sweep(file).scenario == fixture.directory() / "sweeps/case.yaml");
+    CHECK(input_error_of([&] { make_plan(load_sweep(file)); }).find("sweeps/case.yaml: cannot be read: ") !=
+          std::string::npos);
+    fixture.directory().write("sweeps/widths.yaml",
+                              "axes: [{key: scenario, values: [../case.yaml, ../wide.yaml]}]\n");
+    const SweepPlan plan = make_plan(load_sweep(file));
+    CHECK(point_texts(plan) == Texts{"scenario=../case.yaml", "scenario=../wide.yaml"});
+    CHECK(std::filesystem::equivalent(plan.scenario_file(points_of(plan)[1].settings),
+                                      fixture.directory() / "wide.yaml"));
+    CHECK(input_error_of([&] {
+              load_sweep(fixture.directory() / "none.yaml");
+          }).find("none.yaml: cannot be read: No such file or directory") != std::string::npos);
 }
 
 TEST_CASE("sweep file: random viewports") {
@@ -153,9 +152,7 @@ TEST_CASE("sweep file: every mistake is reported in one line with its line") {
         {"", "test.yaml:1: the sweep is empty; use at least the keys scenario and axes"},
         {"- a\n",
          "test.yaml:1: is a list; use a map with the keys name, scenario, set, pictures, cost, weights, "
-         "axes, "
-         "filter and "
-         "minimize"},
+         "axes, filter and minimize"},
         {"scenario: [\n", "test.yaml:2: not valid YAML: "},
         {"scenario: case.yaml\nscenario: case.yaml\n",
          "test.yaml:2: scenario: is here twice, first on line 1; "},
@@ -234,8 +231,7 @@ TEST_CASE("sweep file: every mistake is reported in one line with its line") {
          axis + ".key: is given together with a zip; put it into the zip"},
         {with_axes("  - zip:\n      - {key: frames, values: [1, 2]}\n      - {key: name, values: [a]}\n"),
          "test.yaml:5: axes[0].zip[1].key: name has 1 values and frames has 2; use as many for each of the "
-         "keys "
-         "that go together"},
+         "keys that go together"},
         {with_axes("  - zip:\n      - {values: [1, 2]}\n"),
          "test.yaml:4: axes[0].zip[0].key: is missing; use a scenario key, on one line"},
 
@@ -269,8 +265,7 @@ TEST_CASE("sweep file: every mistake is reported in one line with its line") {
         {with_key("weights: {}\n"),
          "test.yaml:3: weights: has no entries; use figures and what one of each costs"},
         {with_key("minimize: frames\n"),
-         "test.yaml:3: minimize: is 'frames'; use a map with the keys key, from, to, step, goal and "
-         "checks"},
+         "test.yaml:3: minimize: is 'frames'; use a map with the keys key, from, to, step, goal and checks"},
         {with_key("minimize:\n  from: 3\n"),
          "test.yaml:3: minimize.key: is missing; use a scenario key that holds a number, on one line"},
         {with_key("minimize:\n  key: frames\n"),
@@ -298,13 +293,6 @@ TEST_CASE("sweep file: every mistake is reported in one line with its line") {
         CHECK((cut ? error.substr(0, one.error.size()) : error) == one.error);
         CHECK(error.size() >= one.error.size());
     }
-}
-
-TEST_CASE("sweep file: weights are a cost") {
-    const SweepFixture fixture;
-    CHECK(fixture.parse(with_key("weights: {buffer_bits: 0.001, memory_devices: 40}\n")).cost ==
-          "0.001 * \"buffer_bits\" + 40 * \"memory_devices\"");
-    CHECK(fixture.plan(with_key("weights: {buffer_bits: 0.001, memory_devices: 40}\n")).points.size() == 2);
 }
 
 TEST_CASE("sweep file: the documentation's list of keys") {

@@ -1,27 +1,14 @@
 #pragma once
 
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "support/refusals.h"
 #include "support/scratch_directory.h"
 #include "tools/exploration/sweep_plan.h"
 
 namespace metabuffer::test {
-
-/// The message of the InputError that the call throws, on one line; empty if it throws none.
-template <typename Call>
-std::string sweep_error_of(Call call) {
-    try {
-        call();
-    } catch (const InputError& error) {
-        std::string message = error.what();
-        CHECK(message.find('\n') == std::string::npos);
-        return message;
-    }
-    return "";
-}
 
 /// A directory with two scenarios, `case.yaml` and `wide.yaml` (128 bits), whose images are not there: a plan needs
 /// none.
@@ -46,7 +33,7 @@ class SweepFixture {
     exploration::SweepPlan plan(const std::string& text) const { return exploration::make_plan(parse(text)); }
     /// The error of reading the text and making its plan.
     std::string error(const std::string& text) const {
-        return sweep_error_of([&] { plan(text); });
+        return input_error_of([&] { plan(text); });
     }
 
   private:

@@ -21,7 +21,7 @@ using Texts = std::vector<std::string>;
 Texts parsed(const std::string& text) { return parse_values(text, "--over"); }
 
 std::string values_error(const std::string& text) {
-    return sweep_error_of([&] { parse_values(text, "--over"); });
+    return input_error_of([&] { parse_values(text, "--over"); });
 }
 
 SweepDescription description_in(const SweepFixture& fixture, std::vector<Axis> axes) {
@@ -32,12 +32,12 @@ SweepDescription description_in(const SweepFixture& fixture, std::vector<Axis> a
 }
 
 std::string plan_error(const SweepDescription& description) {
-    return sweep_error_of([&] { make_plan(description); });
+    return input_error_of([&] { make_plan(description); });
 }
 
 }  // namespace
 
-TEST_CASE("values: lists of a command line") {
+TEST_CASE("values: lists and ranges of a command line") {
     CHECK(parsed("32,64,128") == Texts{"32", "64", "128"});
     CHECK(parsed("irsa, edf") == Texts{"irsa", "edf"});
     CHECK(parsed("[1, 2, 3],[0,0,0]") == Texts{"[1, 2, 3]", "[0, 0, 0]"});
@@ -45,9 +45,6 @@ TEST_CASE("values: lists of a command line") {
     CHECK(parsed("case-1.yaml,../b/case-2.yaml") == Texts{"case-1.yaml", "../b/case-2.yaml"});
     CHECK(parsed("33.5,1e3,-7") == Texts{"33.5", "1e3", "-7"});
     CHECK(parsed("'1..5'") == Texts{"1..5"});
-}
-
-TEST_CASE("values: ranges of a command line") {
     CHECK(parsed("64..1024*2") == Texts{"64", "128", "256", "512", "1024"});
     CHECK(parsed("64..1023*2") == Texts{"64", "128", "256", "512"});
     CHECK(parsed("16..64+16") == Texts{"16", "32", "48", "64"});
@@ -63,27 +60,27 @@ TEST_CASE("values: ranges of a command line") {
     // Whole ends keep a factor's values whole, each there once.
     CHECK(parsed("1..10*1.5") == Texts{"1", "2", "3", "5", "8"});
     CHECK(parsed("64..500*1.5") == Texts{"64", "96", "144", "216", "324", "486"});
-}
-
-TEST_CASE("values: lists and ranges that are refused") {
-    CHECK(values_error("") == "--over: has no values; use some, like 32,64,128 or 64..4096*2");
-    CHECK(values_error("32,,64").rfind("--over: ", 0) == 0);
-    CHECK(values_error("32,~") == "--over: '32,~' has an empty value; use values with one comma between two");
-    CHECK(values_error("[32").rfind("--over: not valid YAML: ", 0) == 0);
-    CHECK(values_error("1],[2").rfind("--over: ", 0) == 0);
+    check_refusals(values_error)({
+        {"", "--over: has no values; use some, like 32,64,128 or 64..4096*2"},
+        {"32,,64", "--over: ..."},
+        {"32,~", "--over: '32,~' has an empty value; use values with one comma between two"},
+        {"[32", "--over: not valid YAML: ..."},
+        {"1],[2", "--over: ..."},
+    });
     const std::string use = "is not a range; use FROM..TO, FROM..TO+STEP or FROM..TO*FACTOR";
     for (const std::string wrong :
          {"64..", "64..x", "64..128*", "64..128*x", "64..128+", "1..2..3", "1..1e999", "1..5-1"}) {
         CHECK(values_error(wrong) == "--over: '" + wrong + "' " + use);
     }
-    CHECK(values_error("64..32*2") == "--over: 64..32*2: from 64 is above to 32; use from at most to");
-    CHECK(values_error("1..9*1") == "--over: 1..9*1: factor 1 goes nowhere; use a factor above 1");
-    CHECK(values_error("1..9+0") == "--over: 1..9+0: step 0 goes nowhere; use a step above 0");
-    CHECK(values_error("1..9+-1") == "--over: 1..9+-1: step -1 goes nowhere; use a step above 0");
-    CHECK(values_error("0..9*2") ==
-          "--over: 0..9*2: from 0 does not go with a factor; use from above 0, or a step");
-    CHECK(values_error("1..1000001") == "--over: 1..1000001: makes 1000001 values; use at most 1000000");
-    CHECK(values_error("1..1000000,7") == "--over: has more than 1000000 values; use fewer");
+    check_refusals(values_error)({
+        {"64..32*2", "--over: 64..32*2: from 64 is above to 32; use from at most to"},
+        {"1..9*1", "--over: 1..9*1: factor 1 goes nowhere; use a factor above 1"},
+        {"1..9+0", "--over: 1..9+0: step 0 goes nowhere; use a step above 0"},
+        {"1..9+-1", "--over: 1..9+-1: step -1 goes nowhere; use a step above 0"},
+        {"0..9*2", "--over: 0..9*2: from 0 does not go with a factor; use from above 0, or a step"},
+        {"1..1000001", "--over: 1..1000001: makes 1000001 values; use at most 1000000"},
+        {"1..1000000,7", "--over: has more than 1000000 values; use fewer"},
+    });
     CHECK(parsed("1..1000000").size() == 1'000'000);
 }
 
@@ -134,7 +131,9 @@ TEST_CASE("random values: the same for the same seed on every computer") {
     CHECK(values != values_of(random));
 }
 
-TEST_CASE("random values: different ones are different and all there are if asked for") {
+TEST_CASE(
+    "random values: as many as asked for in a range, different ones if asked for, decimals for decimal "
+    "ends") {
     for (const std::int64_t count : {1, 50, 160, 161, 300, 321}) {
         RandomAxis random;
         random.from = {-100, true};
@@ -154,9 +153,6 @@ TEST_CASE("random values: different ones are different and all there are if aske
         CHECK(problem_of(random) ==
               "has 321 numbers to draw 322 different ones from; use a smaller count or a wider range");
     }
-}
-
-TEST_CASE("random values: decimal ends give decimals") {
     RandomAxis random;
     random.from = {1.5, false};
     random.to = {2, true};
@@ -173,14 +169,6 @@ TEST_CASE("random values: decimal ends give decimals") {
     random.to = {1.5, false};
     CHECK(problem_of(random) ==
           "from 1.5 to 1.5 is too narrow for 100 different numbers; use a smaller count or a wider range");
-}
-
-TEST_CASE("canonical text: a JSON object in the order given") {
-    CHECK(canonical_text({}) == "{}");
-    CHECK(canonical_text({{"scenario", "case \"1\".yaml"}, {"bus.width_bits", "64"}, {"a", ""}}) ==
-          R"({"scenario":"case \"1\".yaml","bus.width_bits":"64","a":""})");
-    CHECK(canonical_text({{"b", "1"}, {"a", "2"}}) != canonical_text({{"a", "2"}, {"b", "1"}}));
-    CHECK_NOTHROW(canonical_text({{"scenario", "\xFF"}}));
 }
 
 TEST_CASE("plan: the axes multiplied out with the last one fastest") {
@@ -331,7 +319,7 @@ TEST_CASE("plan: no shard is in step with an axis") {
     }
 }
 
-TEST_CASE("plan: axes or a filter that differ make another digest, and a file's name does not") {
+TEST_CASE("plan: axes or a filter that differ make another digest, and points have a canonical text") {
     const SweepFixture fixture;
     SweepDescription description = description_in(fixture, {Axis{{"bus.width_bits"}, {{"32", "64"}}, {""}}});
     const std::string digest = make_plan(description).digest;
@@ -343,6 +331,11 @@ TEST_CASE("plan: axes or a filter that differ make another digest, and a file's 
     description.filter = "";
     description.axes[0].values[0] = {"32", "128"};
     CHECK(make_plan(description).digest != digest);
+    CHECK(canonical_text({}) == "{}");
+    CHECK(canonical_text({{"scenario", "case \"1\".yaml"}, {"bus.width_bits", "64"}, {"a", ""}}) ==
+          R"({"scenario":"case \"1\".yaml","bus.width_bits":"64","a":""})");
+    CHECK(canonical_text({{"b", "1"}, {"a", "2"}}) != canonical_text({{"a", "2"}, {"b", "1"}}));
+    CHECK_NOTHROW(canonical_text({{"scenario", "\xFF"}}));
 }
 
 TEST_CASE("plan: a filter sees settings and defaults and fixed values and keys inside of lists") {
@@ -401,17 +394,19 @@ TEST_CASE("plan: keys that undo each other") {
         for (const std::string& key : keys) axes.push_back({{key}, {{"1"}}, {"--over " + key}});
         return plan_error(description_in(fixture, axes));
     };
-    CHECK(error({"bus.width_bits", "frames", "bus.width_bits"}) ==
-          "--over bus.width_bits: bus.width_bits is an axis already; use each key once");
-    CHECK(error({"renderers.0.name", "renderers[0].name"}) ==
-          "--over renderers[0].name: renderers[0].name is an axis already; use each key once");
-    CHECK(error({"bus.width_bits", "bus"}) ==
-          "--over bus: bus replaces all of it, bus.width_bits too, which is an axis; use the keys inside of "
-          "bus");
-    CHECK(error({"bus", "bus.width_bits"}).empty());
-    CHECK(error({"frames", "bus.burst_pixels"}).empty());
-    CHECK(error({"bus.widht_bits"}) ==
-          "--over bus.widht_bits: bus.widht_bits: is not a known key; the nearest is bus.width_bits");
+    check_refusals<Texts>(error)({
+        {{"bus.width_bits", "frames", "bus.width_bits"},
+         "--over bus.width_bits: bus.width_bits is an axis already; use each key once"},
+        {{"renderers.0.name", "renderers[0].name"},
+         "--over renderers[0].name: renderers[0].name is an axis already; use each key once"},
+        {{"bus.width_bits", "bus"},
+         "--over bus: bus replaces all of it, bus.width_bits too, which is an axis; use the keys inside of "
+         "bus"},
+        {{"bus", "bus.width_bits"}, ""},
+        {{"frames", "bus.burst_pixels"}, ""},
+        {{"bus.widht_bits"},
+         "--over bus.widht_bits: bus.widht_bits: is not a known key; the nearest is bus.width_bits"},
+    });
 
     SweepDescription description = description_in(fixture, {{{"bus.width_bits"}, {{"32"}}, {}}});
     description.fixed = {{"bus.width_bits", "64"}};
@@ -438,15 +433,16 @@ TEST_CASE("plan: invalid axes and too many points") {
     const auto error = [&](const std::vector<Axis>& axes) {
         return plan_error(description_in(fixture, axes));
     };
-    CHECK(error({{{}, {}, {}}}) == "the axis has no keys; use at least one, with values");
-    CHECK(error({{{"frames"}, {{}}, {}}}) == "frames has no values; use at least one");
-    CHECK(error({{{"frames", "name"}, {{"1", "2"}, {"a"}}, {"x", "y"}}}) ==
-          "y: name has 1 values and frames has 2; use as many for each of the keys that go together");
-    CHECK(error({{{"frames"}, {{"1", "2", "1"}}, {}}}) ==
-          "frames has 1 twice, as values 1 and 3; use each once");
-    CHECK(error({{{"frames", "name"}, {{"1", "2", "1"}, {"a", "b", "a"}}, {}}}) ==
-          "frames and name has 1 and a twice, as values 1 and 3; use each once");
-    CHECK(error({{{"frames", "name"}, {{"1", "2", "1"}, {"a", "b", "c"}}, {}}}).empty());
+    check_refusals<std::vector<Axis>>(error)({
+        {{{{}, {}, {}}}, "the axis has no keys; use at least one, with values"},
+        {{{{"frames"}, {{}}, {}}}, "frames has no values; use at least one"},
+        {{{{"frames", "name"}, {{"1", "2"}, {"a"}}, {"x", "y"}}},
+         "y: name has 1 values and frames has 2; use as many for each of the keys that go together"},
+        {{{{"frames"}, {{"1", "2", "1"}}, {}}}, "frames has 1 twice, as values 1 and 3; use each once"},
+        {{{{"frames", "name"}, {{"1", "2", "1"}, {"a", "b", "a"}}, {}}},
+         "frames and name has 1 and a twice, as values 1 and 3; use each once"},
+        {{{{"frames", "name"}, {{"1", "2", "1"}, {"a", "b", "c"}}, {}}}, ""},
+    });
     const Texts thousand = parsed("1..1000");
     const Texts two = parsed("1..2");
     std::vector<Axis> axes{{{"frames"}, {thousand}, {}},
@@ -466,7 +462,7 @@ TEST_CASE("plan: invalid axes and too many points") {
     CHECK(plan_error(description).find("none.yaml: cannot be read: No such file") != std::string::npos);
 }
 
-TEST_CASE("search: a search covers what its key accepts") {
+TEST_CASE("search: a key is searched by whole numbers or steps over what it accepts, for the default goal") {
     const SearchDescription buffer = describe_search("composer.buffer_pixels", {}, {}, "--minimize");
     CHECK(buffer.key == "composer.buffer_pixels");
     CHECK(buffer.from == 1);
@@ -483,9 +479,6 @@ TEST_CASE("search: a search covers what its key accepts") {
     CHECK(describe_search("displays.supersample", {}, {}, "").candidates == Candidates{1, 2, 4});
     CHECK(describe_search("renderers.0.frames.2.viewport.x", -5, 5, "").from == -5);
     CHECK(describe_search("renderers[0].copies", {}, {}, "").to == 65536);
-}
-
-TEST_CASE("search: a key that takes fractions is searched in steps") {
     const SearchDescription clock = describe_search("clocks.core_mhz", 50, 100.25, "--minimize", 0.5);
     CHECK(clock.step == 0.5);
     CHECK(clock.from == 100);
@@ -501,29 +494,32 @@ TEST_CASE("search: a key that takes fractions is searched in steps") {
     CHECK(describe_search("composer.buffer_pixels", {}, {}, "").text_of(64) == "64");
     CHECK(describe_search("composer.buffer_pixels", {}, {}, "").number_of(64) == 64.0);
     const auto error = [](std::optional<double> from, std::optional<double> to, double step) {
-        return sweep_error_of([&] { describe_search("clocks.core_mhz", from, to, "where", step); });
+        return input_error_of([&] { describe_search("clocks.core_mhz", from, to, "where", step); });
     };
     CHECK(error(10.1, 10.4, 0.5) ==
           "where: clocks.core_mhz: no multiple of 0.5 lies from 10.1 to 10.4; use a smaller step or a wider "
           "range");
     CHECK(error(1.0, 2.0, 0.0) == "where: clocks.core_mhz: a step of 0 goes nowhere; use one above 0");
     CHECK(error(1.0, 20'000.0, 1.0) == "where: clocks.core_mhz: 20000 is out of range; use 0.001 to 10000");
-    CHECK(sweep_error_of([&] { describe_search("composer.buffer_pixels", {}, {}, "where", 0.5); }) ==
+    CHECK(input_error_of([&] { describe_search("composer.buffer_pixels", {}, {}, "where", 0.5); }) ==
           "where: composer.buffer_pixels: takes whole numbers, and no step; leave it out");
-    CHECK(sweep_error_of([&] { describe_search("composer.buffer_pixels", 1.5, {}, "where"); }) ==
+    CHECK(input_error_of([&] { describe_search("composer.buffer_pixels", 1.5, {}, "where"); }) ==
           "where: composer.buffer_pixels: 1.5 is not a whole number; use one");
+    const SweepFixture fixture;
+    SweepDescription description = description_in(fixture, {});
+    description.search = describe_search("composer.buffer_pixels", {}, {}, "");
+    CHECK(make_plan(description).search->goal == default_goal());
 }
 
 TEST_CASE("search: only keys that take numbers and what they take") {
     const auto error = [](const std::string& key, std::optional<double> from, std::optional<double> to) {
-        return sweep_error_of([&] { describe_search(key, from, to, "--minimize"); });
+        return input_error_of([&] { describe_search(key, from, to, "--minimize"); });
     };
     for (const std::string key :
          {"bus.arbitration", "bus", "name", "scenario", "renderers", "renderers.0.frames.0.table.0.1"}) {
-        CHECK(error(key, {}, {}) ==
-              "--minimize: " + key +
-                  " does not hold a number, and only those can be minimized; use a key like "
-                  "composer.buffer_pixels");
+        CHECK(error(key, {}, {}) == "--minimize: " + key +
+                                        " does not hold a number, and only those can be minimized; use a key "
+                                        "like composer.buffer_pixels");
     }
     CHECK(error("composer.bufer_pixels", {}, {}) ==
           "--minimize: composer.bufer_pixels: is not a known key; the nearest is composer.buffer_pixels");
@@ -536,13 +532,6 @@ TEST_CASE("search: only keys that take numbers and what they take") {
     CHECK(error("bus.width_bits", 65, 127) ==
           "--minimize: bus.width_bits: none of its values is from 65 to 127; use a range that has one of 16, "
           "32, 64, 128, 256 and 512");
-}
-
-TEST_CASE("search: the default goal is an expression over figures") {
-    const SweepFixture fixture;
-    SweepDescription description = description_in(fixture, {});
-    description.search = describe_search("composer.buffer_pixels", {}, {}, "");
-    CHECK(make_plan(description).search->goal == default_goal());
 }
 
 }  // namespace metabuffer::test
