@@ -262,7 +262,9 @@ TEST_CASE("wide rasters, any multiple and rows far over every edge agree too", "
     CHECK(painted > 10000);
 }
 
-TEST_CASE("a compositor kept for a run shows what a new one for each picture would", "[functional][random]") {
+TEST_CASE(
+    "a compositor kept for a run shows what a new one would, and forgets images that a frame has not used",
+    "[functional][random]") {
     const std::uint64_t seed = test::random_seed(20260103);
     INFO("METABUFFER_SEED=" << seed);
     test::Random random(seed);
@@ -294,9 +296,6 @@ TEST_CASE("a compositor kept for a run shows what a new one for each picture wou
             }
         }
     }
-}
-
-TEST_CASE("a compositor forgets an image that a frame has not used", "[functional]") {
     const Scenario scenario = one_display(2, 2);
     const PixelImage other(3, 1, Pixel(1, 1, 1, 255, 1));
     PixelImage image(2, 2, Pixel(9, 9, 9, 255, 0));

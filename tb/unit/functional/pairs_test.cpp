@@ -29,11 +29,14 @@ const Pairs kUndisturbed{{0, 0}, {1, 1}, {2, 2}, {3, 3}};
 
 }  // namespace
 
-TEST_CASE("without faults frame k is made of every renderer's pair k", "[functional][pairs]") {
-    CHECK(pairs_without_time(four_frames({})) == kUndisturbed);
-}
-
 TEST_CASE("a faulty pair is replaced by the last good one", "[functional][pairs]") {
+    CHECK(pairs_without_time(four_frames({})) == kUndisturbed);
+    CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 3), fault(FaultKind::kMagic, 1),
+                                          fault(FaultKind::kMissing, 2, FrameKind::kDepth)})) ==
+          Pairs{{0, 0}, {1, 0}, {2, 0}, {3, 0}});
+    CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 0), fault(FaultKind::kCrc, 1)})) ==
+          Pairs{{0, -1}, {1, -1}, {2, 2}, {3, 3}});
+    CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 4)})) == kUndisturbed);
     const auto kind =
         GENERATE(FaultKind::kMagic, FaultKind::kVersion, FaultKind::kKind, FaultKind::kCrc,
                  FaultKind::kNumber, FaultKind::kShortLine, FaultKind::kLongLine, FaultKind::kShortFrame,
@@ -49,46 +52,6 @@ TEST_CASE("a faulty pair is replaced by the last good one", "[functional][pairs]
     scenario = four_frames({fault(kind, 0, frame)});
     scenario.pacing = pacing;
     CHECK(pairs_without_time(scenario) == Pairs{{0, -1}, {1, 1}, {2, 2}, {3, 3}});
-}
-
-TEST_CASE("faulty pairs in a row keep the same good one", "[functional][pairs]") {
-    CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 3), fault(FaultKind::kMagic, 1),
-                                          fault(FaultKind::kMissing, 2, FrameKind::kDepth)})) ==
-          Pairs{{0, 0}, {1, 0}, {2, 0}, {3, 0}});
-    CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 0), fault(FaultKind::kCrc, 1)})) ==
-          Pairs{{0, -1}, {1, -1}, {2, 2}, {3, 3}});
-}
-
-TEST_CASE("a fault of a pair that no frame shows has no effect", "[functional][pairs]") {
-    CHECK(pairs_without_time(four_frames({fault(FaultKind::kCrc, 4)})) == kUndisturbed);
-}
-
-TEST_CASE("a delay loses the pair only beyond the link timeout", "[functional][pairs]") {
-    const Pairs lost{{0, 0}, {1, 0}, {2, 2}, {3, 3}};
-
-    Scenario scenario = four_frames({fault(FaultKind::kDelay, 1, FrameKind::kColour, 1)});
-    scenario.link_timeout_pairs = 2;
-    CHECK(pairs_without_time(scenario) == kUndisturbed);
-    scenario.link_timeout_pairs = 1;
-    CHECK(pairs_without_time(scenario) == lost);
-
-    scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kDepth, 2)};
-    scenario.link_timeout_pairs = 3;
-    CHECK(pairs_without_time(scenario) == kUndisturbed);
-    scenario.link_timeout_pairs = 2;
-    CHECK(pairs_without_time(scenario) == lost);
-
-    SECTION("the delays before both frames of a pair add up") {
-        scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kColour, 1),
-                           fault(FaultKind::kDelay, 1, FrameKind::kDepth, 1)};
-        CHECK(pairs_without_time(scenario) == lost);
-        scenario.link_timeout_pairs = 3;
-        CHECK(pairs_without_time(scenario) == kUndisturbed);
-    }
-    SECTION("a harmless delay does not excuse another fault") {
-        scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kColour, 1), fault(FaultKind::kCrc, 1)};
-        CHECK(pairs_without_time(scenario) == lost);
-    }
 }
 
 TEST_CASE("faults that change no picture or only pixels lose no pair", "[functional][pairs]") {
@@ -119,7 +82,8 @@ TEST_CASE("a byte of the control scanline loses the pair if it belongs to the co
     }
 }
 
-TEST_CASE("the time of a repeated colour frame adds to a depth frame's delay", "[functional][pairs]") {
+TEST_CASE("a delay loses the pair only beyond the link timeout, a repeated frame's time included",
+          "[functional][pairs]") {
     const Pairs lost{{0, 0}, {1, 0}, {2, 2}, {3, 3}};
     Scenario scenario = four_frames({fault(FaultKind::kDelay, 1, FrameKind::kDepth, 1)});
     scenario.link_timeout_pairs = 2;
@@ -128,6 +92,29 @@ TEST_CASE("the time of a repeated colour frame adds to a depth frame's delay", "
     CHECK(pairs_without_time(scenario) == lost);
     scenario.faults[0].frame = FrameKind::kColour;  // the colour frame comes in time, and the pair goes on
     CHECK(pairs_without_time(scenario) == kUndisturbed);
+    scenario = four_frames({fault(FaultKind::kDelay, 1, FrameKind::kColour, 1)});
+    scenario.link_timeout_pairs = 2;
+    CHECK(pairs_without_time(scenario) == kUndisturbed);
+    scenario.link_timeout_pairs = 1;
+    CHECK(pairs_without_time(scenario) == lost);
+
+    scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kDepth, 2)};
+    scenario.link_timeout_pairs = 3;
+    CHECK(pairs_without_time(scenario) == kUndisturbed);
+    scenario.link_timeout_pairs = 2;
+    CHECK(pairs_without_time(scenario) == lost);
+
+    SECTION("the delays before both frames of a pair add up") {
+        scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kColour, 1),
+                           fault(FaultKind::kDelay, 1, FrameKind::kDepth, 1)};
+        CHECK(pairs_without_time(scenario) == lost);
+        scenario.link_timeout_pairs = 3;
+        CHECK(pairs_without_time(scenario) == kUndisturbed);
+    }
+    SECTION("a harmless delay does not excuse another fault") {
+        scenario.faults = {fault(FaultKind::kDelay, 1, FrameKind::kColour, 1), fault(FaultKind::kCrc, 1)};
+        CHECK(pairs_without_time(scenario) == lost);
+    }
 }
 
 TEST_CASE("flipped bits are contributed in the pair's own image and in no other", "[functional][pairs]") {

@@ -4,25 +4,16 @@
 
 namespace metabuffer::text {
 
-TEST_CASE("text: one_line squeezes white space and control characters") {
+TEST_CASE("text: a message is one line, and what is cut keeps its ends and whole characters") {
     CHECK(one_line("").empty());
     CHECK(one_line("  a\n\tb \r\n c\x01") == "a b c");
     CHECK(one_line("\xc3\xa9t\xc3\xa9") == "\xc3\xa9t\xc3\xa9");
-}
-
-TEST_CASE("text: quoted cuts what is long") {
     CHECK(text::quoted("a\nb") == "'a b'");
     CHECK(text::quoted(std::string(60, 'x')) == "'" + std::string(60, 'x') + "'");
     CHECK(text::quoted(std::string(61, 'x')) == "'" + std::string(60, 'x') + "...'");
-}
-
-TEST_CASE("text: what is cut keeps whole characters") {
     std::string text = "x";
     for (int n = 0; n < 40; ++n) text += "\xc3\xa9";
     CHECK(text::quoted(text) == "'" + text.substr(0, 59) + "...'");
-}
-
-TEST_CASE("text: a message keeps its ends when it is cut") {
     CHECK(message("a\nb") == "a b");
     CHECK(message(std::string(kLongestMessage, 'x')) == std::string(kLongestMessage, 'x'));
     for (const std::string& filling :
@@ -40,27 +31,18 @@ TEST_CASE("text: a message keeps its ends when it is cut") {
         CHECK((gap - 18) % filling.size() == 0);
         CHECK((cut.size() - gap - 5 - 29) % filling.size() == 0);
     }
-}
-
-TEST_CASE("text: a literal doubles its quotation marks") {
-    CHECK(literal("", '"') == "\"\"");
-    CHECK(literal("it's", '\'') == "'it''s'");
-    CHECK(literal("it's", '"') == "\"it's\"");
-    CHECK(literal("\"\xe4\"", '"') == "\"\"\"\xe4\"\"\"");
-}
-
-TEST_CASE("text: control characters are those of ASCII") {
     CHECK(has_control("a\tb"));
     CHECK(has_control("\x7f"));
     CHECK_FALSE(has_control("a b \xc3\xa9 \x85"));
-}
-
-TEST_CASE("text: a message gives its location if that is known") {
     CHECK(located("a.yaml:3", "is\nempty") == "a.yaml:3: is empty");
     CHECK(located("", "is empty") == "is empty");
 }
 
-TEST_CASE("text: lists read as sentences") {
+TEST_CASE("text: literals, lists, numbers and ranges as sentences have them") {
+    CHECK(literal("", '"') == "\"\"");
+    CHECK(literal("it's", '\'') == "'it''s'");
+    CHECK(literal("it's", '"') == "\"it's\"");
+    CHECK(literal("\"\xe4\"", '"') == "\"\"\"\xe4\"\"\"");
     CHECK(number_runs({}).empty());
     CHECK(number_runs({4}) == "4");
     CHECK(number_runs({0, 1, 2, 3, 5, 7, 8}) == "0 to 3, 5, 7 to 8");
@@ -70,9 +52,6 @@ TEST_CASE("text: lists read as sentences") {
     CHECK(joined({"a"}, "or") == "a");
     CHECK(joined({"a", "b"}, "and") == "a and b");
     CHECK(joined({"a", "b", "c"}, "or") == "a, b or c");
-}
-
-TEST_CASE("text: numbers and ranges") {
     CHECK(number(0.001) == "0.001");
     CHECK(number(100.0) == "100");
     CHECK(range(IntegerRange{-3, 4}) == "-3 to 4");
@@ -80,7 +59,7 @@ TEST_CASE("text: numbers and ranges") {
     CHECK(out_of_range(0.5, NumberRange{1.0, 2.5}) == "0.5 is out of range; use 1 to 2.5");
 }
 
-TEST_CASE("text: edit distance") {
+TEST_CASE("text: the nearest is the first of those with the least edit distance") {
     CHECK(edit_distance("", "") == 0);
     CHECK(edit_distance("", "abc") == 3);
     CHECK(edit_distance("abc", "") == 3);
@@ -88,9 +67,6 @@ TEST_CASE("text: edit distance") {
     CHECK(edit_distance("widht", "width") == 1);
     CHECK(edit_distance("ab", "ba") == 1);
     CHECK(edit_distance("same", "same") == 0);
-}
-
-TEST_CASE("text: the nearest of equals is the first") {
     CHECK(nearest("b", {"a", "c"}) == "a");
     CHECK(nearest("colums", {"rows", "columns"}) == "columns");
 }

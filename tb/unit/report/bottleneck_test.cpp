@@ -54,7 +54,9 @@ TEST_CASE(
     CHECK(find_bottleneck(report)->share() == Approx(3003.0 / 5001.0));
 }
 
-TEST_CASE("bottleneck: displays, if the next frame begins as soon as the swap allows") {
+TEST_CASE(
+    "bottleneck: displays if the next frame begins with the swap, links until its pair has come, else "
+    "supply") {
     RunReport report = run();
     for (FrameRecord& frame : report.frames) {
         frame.start_cycle *= 2;
@@ -65,10 +67,7 @@ TEST_CASE("bottleneck: displays, if the next frame begins as soon as the swap al
     CHECK(name(report) == "displays");
     for (FrameRecord& frame : report.frames) --frame.swap_cycle;
     CHECK(cycles(report, Resource::kDisplays) == 0);
-}
-
-TEST_CASE("bottleneck: links, until the newest pair that the frame waits for has come, and then the supply") {
-    RunReport report = run();
+    report = run();
     for (FrameRecord& frame : report.frames) {
         frame.start_cycle *= 4;
         frame.end_cycle = frame.start_cycle + 1000;
@@ -82,10 +81,7 @@ TEST_CASE("bottleneck: links, until the newest pair that the frame waits for has
     report.frames[2].latency_cycles.reset();
     CHECK(cycles(report, Resource::kLinks) == 6999 - 500);
     CHECK(cycles(report, Resource::kBuffers) == 500 + 6999);
-}
-
-TEST_CASE("bottleneck: clocks in which a column stands still are assigned to the supply") {
-    RunReport report = run();
+    report = run();
     report.frames[2].end_cycle += 5000;
     report.composers[1].stalled_cycles = 5000;
     CHECK(cycles(report, Resource::kBuffers) == 5000);
@@ -149,8 +145,9 @@ TEST_CASE("bottleneck: report and summary name it, and what else took time") {
               "bottleneck  raster: 60.0 % of the clocks from first pixel to last, displays 40.0 %\n") !=
           std::string::npos);
     report.composers[0].starved_pixels = 3;
-    CHECK(report_summary(report).find("bottleneck  buffers: pixels starve; the bus of ball works 10.0 % "
-                                      "of the raster's clocks\n") != std::string::npos);
+    CHECK(report_summary(report).find(
+              "bottleneck  buffers: pixels starve; the bus of ball works 10.0 % of the raster's clocks\n") !=
+          std::string::npos);
     report.frames.clear();
     CHECK(nlohmann::ordered_json::parse(report_json(report))["bottleneck"].is_null());
 }

@@ -34,7 +34,7 @@ FrameRecord frame(std::int64_t start, std::int64_t swap, int pair, bool kept = f
     return record;
 }
 
-TEST_CASE("frame rates: one frame has no rate, and two frames have no rate of shown frames") {
+TEST_CASE("frame rates: from start to start and from the second swap on, of as many frames as that takes") {
     CHECK_FALSE(run_of({}).frame_rates().composition_hz);
     const FrameRates one = run_of({frame(0, 10'000, 0)}).frame_rates();
     CHECK_FALSE(one.composition_hz);
@@ -46,9 +46,6 @@ TEST_CASE("frame rates: one frame has no rate, and two frames have no rate of sh
     CHECK(two.slowest_interval->cycles == 20'000);
     CHECK_FALSE(two.display_hz);
     CHECK_FALSE(two.held_hz());
-}
-
-TEST_CASE("frame rates: from start to start, the longest interval, and from the second swap on") {
     const FrameRates rates = run_of({frame(0, 10'000, 0), frame(10'000, 20'000, 1), frame(22'500, 40'000, 2),
                                      frame(40'000, 60'000, 3)})
                                  .frame_rates();
@@ -64,7 +61,8 @@ TEST_CASE("frame rates: from start to start, the longest interval, and from the 
               .slowest_interval->frame == 1);
 }
 
-TEST_CASE("frame rates: the first frame waits for no display, and no rate is more than displays allow") {
+TEST_CASE(
+    "frame rates: no rate is more than displays allow, a picture counts once, and a replaced one never") {
     const FrameRates rates =
         run_of({frame(4'000, 10'000, 0), frame(10'000, 20'000, 1), frame(20'000, 30'000, 2)}).frame_rates();
     CHECK(rates.composition_hz == 100.0);  // and not 125
@@ -75,9 +73,6 @@ TEST_CASE("frame rates: the first frame waits for no display, and no rate is mor
     CHECK(two.composition_hz == 100.0);
     CHECK(two.slowest_interval->cycles == 6'000);
     CHECK(two.slowest_interval->hz == 100.0);
-}
-
-TEST_CASE("frame rates: a picture counts once, and one that was replaced by the picture before never") {
     const std::vector<FrameRecord> all{frame(0, 10'000, 0), frame(10'000, 20'000, 1),
                                        frame(20'000, 30'000, 2), frame(30'000, 40'000, 3),
                                        frame(40'000, 60'000, 4)};
@@ -94,7 +89,7 @@ TEST_CASE("frame rates: a picture counts once, and one that was replaced by the 
     CHECK(run_of(kept).frame_rates().composition_hz == Approx(4e6 / 40'000));
 }
 
-TEST_CASE("frame rates: the report has them, with what the machine allows") {
+TEST_CASE("frame rates: report and summary have them, with what the machine allows") {
     RunReport report = run_of({frame(0, 10'000, 0), frame(20'000, 30'000, 1)});
     const auto two = nlohmann::ordered_json::parse(report_json(report))["rates"];
     CHECK(two.dump() ==
@@ -113,10 +108,7 @@ TEST_CASE("frame rates: the report has them, with what the machine allows") {
     CHECK(untimed["composition_hz"].is_null());
     CHECK(untimed["refresh_hz"].is_null());
     CHECK(untimed["pairs_per_second"].empty());
-}
-
-TEST_CASE("frame rates: the summary gives each with its basis, and with what limits it") {
-    RunReport report = run_of({frame(0, 10'000, 0)});
+    report = run_of({frame(0, 10'000, 0)});
     report.displays.resize(1);
     const auto has = [&report](const std::string& text) {
         INFO(report_summary(report));

@@ -30,7 +30,7 @@ void set_composer(Scenario& scenario, const Row& row) {
     scenario.composer.smoothing = row.window_rows > 1 ? Smoothing::kBilinear : Smoothing::kReplicate;
 }
 
-TEST_CASE("machine cost: bits, wires and pins by the machine's shape") {
+TEST_CASE("machine cost: bits, wires, pins and tables by the machine's shape") {
     const MachineCost cost = machine_cost(machine());
     CHECK(cost.buffer_bits == 6 * 1000 * 64);
     CHECK(cost.input_framebuffer_bits == 2 * (40 * 30 + 20 * 10) * 64);
@@ -41,14 +41,30 @@ TEST_CASE("machine cost: bits, wires and pins by the machine's shape") {
     CHECK(cost.memory_devices == 4);
     CHECK(cost.memory_pins == 2 * (64 + 8 + 3 + 11) + 2 * (64 + 8 + 3 + 8));
     CHECK(cost.memory_megabytes_per_second == Approx(4 * 8 * 100.0));
-}
-
-TEST_CASE("machine cost: a colour table is three times 256 values of 8 bits, for each display that has one") {
     CHECK(machine_cost(machine()).correction_bits == 0);
     Scenario scenario = machine();
     for (const int display : {1, 3}) scenario.displays.correction.emplace_back().display = display;
     CHECK(machine_cost(scenario).correction_bits == 2 * 6144);
     CHECK(machine_cost(scenario).weighted() - machine_cost(machine()).weighted() == Approx(12.288));
+    scenario = machine();
+    const MachineCost replicated = machine_cost(scenario);
+    scenario.composer.smoothing = Smoothing::kBilinear;
+    const MachineCost smoothed = machine_cost(scenario);
+    CHECK(smoothed.buffer_bits == 2 * replicated.buffer_bits);
+    CHECK(smoothed.lookup_tables > replicated.lookup_tables);
+    // Three multiplications a channel, and those of the two counters.
+    CHECK(smoothed.multipliers >= replicated.multipliers + 6 * 12);
+    CHECK(smoothed.composer_mhz < replicated.composer_mhz);
+    const auto rams = [](int pixels) {
+        Scenario scenario = machine();
+        scenario.composer.buffer_pixels = pixels;
+        return machine_cost(scenario).block_rams;
+    };
+    CHECK(rams(1) == 0);
+    CHECK(rams(synthesis::kFirstBlockRamPixels / 2) == 0);
+    CHECK(rams(synthesis::kFirstBlockRamPixels / 2 + 1) == 6 * 8);
+    CHECK(rams(4096) == 6 * 8);
+    CHECK(rams(4097) == 6 * 16);
 }
 
 TEST_CASE("machine cost: memories side by side are more devices, and a shared one is half as many") {
@@ -65,20 +81,7 @@ TEST_CASE("machine cost: memories side by side are more devices, and a shared on
     CHECK(cost.input_framebuffer_bits == 2 * (40 * 30 + 32 + 20 * 10 + 32) * 64);
 }
 
-TEST_CASE(
-    "machine cost: where composers smooth, each has its memory twice, and multipliers for the mixture") {
-    Scenario scenario = machine();
-    const MachineCost replicated = machine_cost(scenario);
-    scenario.composer.smoothing = Smoothing::kBilinear;
-    const MachineCost smoothed = machine_cost(scenario);
-    CHECK(smoothed.buffer_bits == 2 * replicated.buffer_bits);
-    CHECK(smoothed.lookup_tables > replicated.lookup_tables);
-    // Three multiplications a channel, and those of the two counters.
-    CHECK(smoothed.multipliers >= replicated.multipliers + 6 * 12);
-    CHECK(smoothed.composer_mhz < replicated.composer_mhz);
-}
-
-TEST_CASE("machine cost: the fit of a composer's cells is as close to each row of the table as it says") {
+TEST_CASE("machine cost: the fits of cells and clocks are as close to each row of the tables as they say") {
     for (const synthesis::ComposerRow& row : synthesis::kComposers) {
         INFO(row.buffer_pixels << " pixels, " << row.bus_bits << " bits, " << row.window_rows << " rows");
         const auto fit = static_cast<std::size_t>(row.window_rows) - 1;
@@ -108,9 +111,6 @@ TEST_CASE("machine cost: the fit of a composer's cells is as close to each row o
         CHECK(two.block_rams == 2 * row.block_rams);
         CHECK(two.multipliers == 2 * row.multipliers);
     }
-}
-
-TEST_CASE("machine cost: the fit of an arbiter's cells is as close to each row of the table as it says") {
     // The cells of a machine with so many displays; its composers are all the same.
     const auto cells = [](int displays, auto member) {
         Scenario scenario = machine();
@@ -137,9 +137,6 @@ TEST_CASE("machine cost: the fit of an arbiter's cells is as close to each row o
         CHECK(std::abs(registers - row.registers) <=
               synthesis::kArbiterRegisters.largest_error * row.registers + 1.0);
     }
-}
-
-TEST_CASE("machine cost: the clocks are those of the table, within what the fit says") {
     for (const synthesis::ComposerClock& row : synthesis::kComposerClocks) {
         Scenario scenario = machine();
         set_composer(scenario, row);
@@ -156,20 +153,8 @@ TEST_CASE("machine cost: the clocks are those of the table, within what the fit 
     }
 }
 
-TEST_CASE("machine cost: a composer's memory is a power of two, and the smallest of those synthesized") {
-    const auto rams = [](int pixels) {
-        Scenario scenario = machine();
-        scenario.composer.buffer_pixels = pixels;
-        return machine_cost(scenario).block_rams;
-    };
-    CHECK(rams(1) == 0);
-    CHECK(rams(synthesis::kFirstBlockRamPixels / 2) == 0);
-    CHECK(rams(synthesis::kFirstBlockRamPixels / 2 + 1) == 6 * 8);
-    CHECK(rams(4096) == 6 * 8);
-    CHECK(rams(4097) == 6 * 16);
-}
-
-TEST_CASE("machine cost: the weights make one number, and the report has each item") {
+TEST_CASE(
+    "machine cost: the weights make one number; report and summary have each item and an unreachable clock") {
     MachineCost cost;
     CHECK(cost.weighted() == 0.0);
     cost.buffer_bits = 10'000;
@@ -184,10 +169,7 @@ TEST_CASE("machine cost: the weights make one number, and the report has each it
     CHECK(json["buffer_bits"] == 10'000);
     CHECK(json["buffer_bits"].is_number_integer());
     for (const CostItem& item : cost_items()) CHECK(json.contains(item.name));
-}
-
-TEST_CASE("machine cost: a clock that no composer reaches gets a line") {
-    RunReport report;
+    report = RunReport();
     report.scenario = "fast";
     report.level = "tlm";
     report.core_mhz = 100.0;

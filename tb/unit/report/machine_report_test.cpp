@@ -25,11 +25,9 @@ Scenario two_renderers() {
     return scenario;
 }
 
-TEST_CASE("machine report: raster pixels of a run") {
+TEST_CASE(
+    "machine report: pixels of a run, and a frame is shown when the last display shows it, and then once") {
     CHECK(raster_pixels_of_run(two_renderers()) == 8 * 4 * 3 * 5);
-}
-
-TEST_CASE("machine report: a frame is shown when the last display shows it, and then once") {
     ShownFrames shown(3);
     CHECK(shown.on_all_displays() == 0);
     CHECK(shown.last(1) == -1);

@@ -75,15 +75,13 @@ std::size_t leaves(const json& value) {
 
 }  // namespace
 
-TEST_CASE("equal reports have no differences whatever their levels", "[report]") {
+TEST_CASE("every value of a report is compared but for the level, and equal ones have no differences",
+          "[report]") {
     RunReport right = some_report();
     right.level = "tlm";
     const ReportComparison comparison = compare_reports(report_json(some_report()), report_json(right));
     CHECK(comparison.differences.empty());
     CHECK(comparison.values == leaves(json::parse(report_json(right))) - 1);  // all but the level
-}
-
-TEST_CASE("every value of a report is compared", "[report]") {
     // Each leaf in turn is replaced, wherever it is.
     const json original = json::parse(report_json(some_report()));
     const json flat = original.flatten();  // empty lists are nulls in there
@@ -98,9 +96,13 @@ TEST_CASE("every value of a report is compared", "[report]") {
         ++changed;
     }
     CHECK(changed == leaves(original) - 1);
+    CHECK(compare_reports("{}", R"({"level":"tlm"})").differences.empty());
+    CHECK(compare_reports(R"({"level":"rtl"})", "{}").differences.empty());
+    CHECK(compare_reports("{\"a\":\"K\u00fcche\"}", "{\"a\":1}").differences ==
+          Lines{"a: rtl \"K\u00fcche\", tlm 1"});
 }
 
-TEST_CASE("a difference is reported by its key path with names", "[report]") {
+TEST_CASE("a difference is one line with its key path and names, or numbers of what has none", "[report]") {
     CHECK(differences_of([](RunReport& report) { report.core_cycles = 5001; }) ==
           Lines{"core_cycles: rtl 5000, tlm 5001"});
     CHECK(differences_of([](RunReport& report) { report.core_mhz = 133.25; }) ==
@@ -118,9 +120,40 @@ TEST_CASE("a difference is reported by its key path with names", "[report]") {
           Lines{"frames[0].pairs[renderer sea]: rtl -1, tlm 0"});
     CHECK(differences_of([](RunReport& report) { report.frames[1].latency_cycles = 0; }) ==
           Lines{"frames[1].latency_cycles: rtl null, tlm 0"});
+    CHECK(
+        compare_reports(R"({"a": [1], "b": {}, "c": "1", "d": 0})", R"({"a": 1, "b": [], "c": 1, "d": 0.0})")
+            .differences == Lines{"a: rtl [1], tlm 1", "b: rtl {}, tlm []", R"(c: rtl "1", tlm 1)"});
+    RunReport left = some_report();
+    left.renderers[0].name = "two\nlines";
+    RunReport right = left;
+    right.renderers[0].dropped_frames = 1;
+    CHECK(differences(left, right) ==
+          Lines{"renderers[two lines].dropped_frames: rtl 0, tlm 1", "totals.dropped_frames: rtl 0, tlm 1"});
+    left = some_report();
+    for (RendererCounters& renderer : left.renderers) renderer.name.clear();
+    right = left;
+    right.renderers[1].dropped_frames = 1;
+    CHECK(differences(left, right) ==
+          Lines{"renderers[2].dropped_frames: rtl 0, tlm 1", "totals.dropped_frames: rtl 0, tlm 1"});
+    const ComparedNames names{"before", "after"};
+    CHECK(compare_reports(R"({"a": 1})", R"({"a": 2})", names).differences == Lines{"a: before 1, after 2"});
+    const ColourImage picture(2, 1);
+    CHECK(picture_difference(1, 0, nullptr, &picture, names) == "display_1 frame 0: shown by after only");
+    // Renderers without a name, composers of no renderer that there is, or without numbers.
+    const auto report = [](int x) {
+        const std::string value = "\"x\":" + std::to_string(x) + "}";
+        return R"({"renderers":[{"name":5,)" + value + R"(],"composers":[{"renderer":2,"display":1,)" +
+               value + R"(,{"display":1,)" + value + R"(,{"renderer":"a","display":1,)" + value + "]}";
+    };
+    CHECK(compare_reports(report(1), report(2)).differences ==
+          Lines{"renderers[1].x: rtl 1, tlm 2", "composers[renderer 2, display 1].x: rtl 1, tlm 2",
+                "composers[1].x: rtl 1, tlm 2", "composers[2].x: rtl 1, tlm 2"});
+    CHECK(compare_reports(R"({"renderers":[{"name":"a"}]})", R"({"renderers":[{"name":"a"},{"name":"b"}]})")
+              .differences == Lines{"renderers[1]: only in tlm"});
 }
 
-TEST_CASE("what only one report has is reported", "[report]") {
+TEST_CASE("what only one report has is reported, of a list of texts the first, and no report is refused",
+          "[report]") {
     CHECK(differences_of([](RunReport& report) { report.frames.pop_back(); }) ==
           Lines{"frames[1]: only in rtl"});
     CHECK(differences_of([](RunReport& report) { report.displays.emplace_back(); }) ==
@@ -135,9 +168,6 @@ TEST_CASE("what only one report has is reported", "[report]") {
     const ReportComparison other_keys = compare_reports(R"({"a": 1, "level": 1})", R"({"b": {"c": 2}})");
     CHECK(other_keys.differences == Lines{"a: rtl 1, tlm none", "b: only in tlm"});
     CHECK(other_keys.values == 2);
-}
-
-TEST_CASE("a list of texts is reported by the first that differs", "[report]") {
     CHECK(differences_of([](RunReport& report) { report.watchdog = {"composer_1_1 waits for a pixel"}; }) ==
           Lines{R"(watchdog[0]: rtl none, tlm "composer_1_1 waits for a pixel")"});
     RunReport left = some_report();
@@ -150,61 +180,6 @@ TEST_CASE("a list of texts is reported by the first that differs", "[report]") {
               report.renderers[0].rejected_row_messages[0] = "pair 1, row 2: display 9";
           }) == Lines{R"(renderers[ball].rejected_row_messages[0]: rtl "pair 0, row 2: display 9", tlm )"
                       R"("pair 1, row 2: display 9")"});
-}
-
-TEST_CASE("values of different kinds differ", "[report]") {
-    CHECK(
-        compare_reports(R"({"a": [1], "b": {}, "c": "1", "d": 0})", R"({"a": 1, "b": [], "c": 1, "d": 0.0})")
-            .differences == Lines{"a: rtl [1], tlm 1", "b: rtl {}, tlm []", R"(c: rtl "1", tlm 1)"});
-}
-
-TEST_CASE("a difference is one line whatever the renderer's name is", "[report]") {
-    RunReport left = some_report();
-    left.renderers[0].name = "two\nlines";
-    RunReport right = left;
-    right.renderers[0].dropped_frames = 1;
-    CHECK(differences(left, right) ==
-          Lines{"renderers[two lines].dropped_frames: rtl 0, tlm 1", "totals.dropped_frames: rtl 0, tlm 1"});
-}
-
-TEST_CASE("a renderer without a name goes by its number, from 1", "[report]") {
-    RunReport left = some_report();
-    for (RendererCounters& renderer : left.renderers) renderer.name.clear();
-    RunReport right = left;
-    right.renderers[1].dropped_frames = 1;
-    CHECK(differences(left, right) ==
-          Lines{"renderers[2].dropped_frames: rtl 0, tlm 1", "totals.dropped_frames: rtl 0, tlm 1"});
-}
-
-TEST_CASE("the runs go by the names they are given", "[report]") {
-    const ComparedNames names{"before", "after"};
-    CHECK(compare_reports(R"({"a": 1})", R"({"a": 2})", names).differences == Lines{"a: before 1, after 2"});
-    const ColourImage picture(2, 1);
-    CHECK(picture_difference(1, 0, nullptr, &picture, names) == "display_1 frame 0: shown by after only");
-}
-
-TEST_CASE("parts that a report does not name go by their place", "[report]") {
-    // Renderers without a name, composers of no renderer that there is, or without numbers.
-    const auto report = [](int x) {
-        const std::string value = "\"x\":" + std::to_string(x) + "}";
-        return R"({"renderers":[{"name":5,)" + value + R"(],"composers":[{"renderer":2,"display":1,)" +
-               value + R"(,{"display":1,)" + value + R"(,{"renderer":"a","display":1,)" + value + "]}";
-    };
-    CHECK(compare_reports(report(1), report(2)).differences ==
-          Lines{"renderers[1].x: rtl 1, tlm 2", "composers[renderer 2, display 1].x: rtl 1, tlm 2",
-                "composers[1].x: rtl 1, tlm 2", "composers[2].x: rtl 1, tlm 2"});
-    CHECK(compare_reports(R"({"renderers":[{"name":"a"}]})", R"({"renderers":[{"name":"a"},{"name":"b"}]})")
-              .differences == Lines{"renderers[1]: only in tlm"});
-}
-
-TEST_CASE("the level is no difference, and texts are shown as they are", "[report]") {
-    CHECK(compare_reports("{}", R"({"level":"tlm"})").differences.empty());
-    CHECK(compare_reports(R"({"level":"rtl"})", "{}").differences.empty());
-    CHECK(compare_reports("{\"a\":\"K\u00fcche\"}", "{\"a\":1}").differences ==
-          Lines{"a: rtl \"K\u00fcche\", tlm 1"});
-}
-
-TEST_CASE("what is not a report is refused", "[report]") {
     CHECK_THROWS_AS(compare_reports("", "{}"), std::invalid_argument);
     CHECK_THROWS_AS(compare_reports("{}", "[1]"), std::invalid_argument);
 }

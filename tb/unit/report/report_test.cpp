@@ -164,16 +164,14 @@ TEST_CASE("report: every table row that is rejected is counted, and the messages
     CHECK(counters.rejected_rows[static_cast<std::size_t>(RowDefect::kMultiple)] == 1);
 }
 
-TEST_CASE("reject causes have their keys", "[report]") {
+TEST_CASE("report: names of causes, utilization without idle cycles, and what composition takes",
+          "[report]") {
     CHECK(std::string(reject_cause_key(RejectCause::kGeometry)) == "geometry");
     CHECK(std::string(reject_cause_key(RejectCause::kMagic)) == "magic");
     CHECK(std::string(reject_cause_key(RejectCause::kVersion)) == "version");
     CHECK(std::string(reject_cause_key(RejectCause::kKind)) == "kind");
     CHECK(std::string(reject_cause_key(RejectCause::kCrc)) == "crc");
     CHECK(std::string(reject_cause_key(RejectCause::kPair)) == "pair");
-}
-
-TEST_CASE("utilization leaves idle cycles out", "[report]") {
     CHECK(BusCounters{}.utilization() == 0.0);
     BusCounters bus;
     bus.idle_cycles = 1000;
@@ -185,6 +183,20 @@ TEST_CASE("utilization leaves idle cycles out", "[report]") {
     bus.poll_cycles = 20;
     bus.lost_cycles = 5;
     CHECK(bus.utilization() == 0.5);
+    RunReport report;
+    CHECK(report.frames_shown() == 0);
+    CHECK(report.composition_cycles() == 0);
+    for (const std::int64_t shown : {3, 2, 4}) {
+        report.displays.emplace_back();
+        report.displays.back().frames_shown = shown;
+    }
+    CHECK(report.frames_shown() == 2);
+    report.frames.resize(2);
+    report.frames[0].start_cycle = 100;
+    report.frames[0].end_cycle = 199;
+    report.frames[1].start_cycle = 300;
+    report.frames[1].end_cycle = 419;
+    CHECK(report.composition_cycles() == 320);
 }
 
 TEST_CASE("totals over the run", "[report]") {
@@ -211,25 +223,7 @@ TEST_CASE("totals over the run", "[report]") {
     CHECK(bus.recovered_slots == 7);
 }
 
-TEST_CASE("frames that every display has shown, and the clocks of compositing from first to last",
-          "[report]") {
-    RunReport report;
-    CHECK(report.frames_shown() == 0);
-    CHECK(report.composition_cycles() == 0);
-    for (const std::int64_t shown : {3, 2, 4}) {
-        report.displays.emplace_back();
-        report.displays.back().frames_shown = shown;
-    }
-    CHECK(report.frames_shown() == 2);
-    report.frames.resize(2);
-    report.frames[0].start_cycle = 100;
-    report.frames[0].end_cycle = 199;
-    report.frames[1].start_cycle = 300;
-    report.frames[1].end_cycle = 419;
-    CHECK(report.composition_cycles() == 320);
-}
-
-TEST_CASE("what a check of the run has found is in the JSON report, if there was one", "[report]") {
+TEST_CASE("report: a check's result and depths that were clamped are there if there were any", "[report]") {
     RunReport report = clean_run();
     CHECK_FALSE(ordered_json::parse(report_json(report)).contains("check"));
     report.check = CheckRecord();
@@ -238,10 +232,7 @@ TEST_CASE("what a check of the run has found is in the JSON report, if there was
     report.check->add("frame 0: a pixel");
     CHECK(ordered_json::parse(report_json(report))["check"].dump() ==
           R"({"rules":7,"pictures":5,"violations":1,"first_violations":["frame 0: a pixel"]})");
-}
-
-TEST_CASE("depths that were clamped are in the JSON report and the summary", "[report]") {
-    RunReport report = clean_run();
+    report = clean_run();
     CHECK(ordered_json::parse(report_json(report))["clamped_depths"].dump() == "[]");
     CHECK(report_summary(report).find("clamped") == std::string::npos);
     report.clamped_depths = {{"a.exr", {1, 0}}, {"b.exr", {0, 7}}, {"c.exr", {2, 5}}};
@@ -489,7 +480,8 @@ no pixel starved
     CHECK(report_summary(clean_run()) == expected);
 }
 
-TEST_CASE("the functional level's summary has no clocks", "[report]") {
+TEST_CASE("the summary of the functional level has no clocks, and that of a run without a frame says so",
+          "[report]") {
     RunReport report = clean_run();
     report.level = "functional";
     report.frames.clear();
@@ -510,10 +502,7 @@ TEST_CASE("the functional level's summary has no clocks", "[report]") {
           "  ball: pair 0, row 0: too wide\n"
           "\n"
           "1 table row rejected\n");
-}
-
-TEST_CASE("the summary of a run without any frame says so", "[report]") {
-    RunReport report = clean_run();
+    report = clean_run();
     report.frames.clear();
     report.displays[0].frames_shown = 0;
     const std::string text = report_summary(report);
@@ -543,7 +532,8 @@ TEST_CASE("the summary of a big machine stays short and narrow", "[report]") {
     for (const std::string& each : test::lines_of(text)) CHECK(each.size() <= 100);
 }
 
-TEST_CASE("the largest grid that is shown fits a terminal", "[report]") {
+TEST_CASE("the largest grid that is shown fits a terminal, and names are cut between characters",
+          "[report]") {
     RunReport report = big_run(16, 8);
     for (RendererCounters& renderer : report.renderers) {
         renderer.name = "name of many characters";
@@ -556,15 +546,10 @@ TEST_CASE("the largest grid that is shown fits a terminal", "[report]") {
     INFO(text);
     CHECK(contains(text, "  name of many ...  "));
     for (const std::string& each : test::lines_of(text)) CHECK(each.size() <= 100);
-}
-
-TEST_CASE("names beyond ASCII are cut between characters and stay aligned", "[report]") {
-    RunReport report = clean_run();
+    report = clean_run();
     for (int n = 0; n < 20; ++n) report.renderers[0].name += "\xC3\xA9";
     report.renderers[0].name.erase(0, 4);
-    const std::string text = report_summary(report);
-    INFO(text);
     std::string thirteen;
     for (int n = 0; n < 13; ++n) thirteen += "\xC3\xA9";
-    CHECK(contains(text, "  " + thirteen + "...   100.0"));
+    CHECK(contains(report_summary(report), "  " + thirteen + "...   100.0"));
 }

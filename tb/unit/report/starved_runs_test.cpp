@@ -14,7 +14,7 @@ void check_same(const ComposerCounters& by_run, const ComposerCounters& by_pixel
     REQUIRE(by_run.last_glitch == by_pixel.last_glitch);
 }
 
-TEST_CASE("a run of starved pixels counts as each of its pixels does", "[report]") {
+TEST_CASE("a run of starved pixels counts as each of its pixels does, and ends with its row", "[report]") {
     const auto seed = random_seed(521);
     INFO("METABUFFER_SEED=" << seed);
     Random random(seed);
@@ -38,9 +38,6 @@ TEST_CASE("a run of starved pixels counts as each of its pixels does", "[report]
         REQUIRE(by_run.starved_run_count > kStarvedRunsKept);  // the runs beyond are counted and not kept
         REQUIRE(static_cast<std::int64_t>(by_run.starved_runs.size()) == kStarvedRunsKept);
     }
-}
-
-TEST_CASE("runs in the same columns of two rows or of two frames stay two runs", "[report]") {
     ComposerCounters by_run;
     ComposerCounters by_pixel;
     for (const StarvedRun& run :

@@ -12,7 +12,7 @@ DecodedScanline good_scanline(FrameKind kind, std::uint32_t number) {
     return scanline;
 }
 
-TEST_CASE("waits: the link's side in words") {
+TEST_CASE("waits: in words") {
     CHECK(waits::for_pair_request(3) == "waits for its input framebuffer to ask for pair 3");
     CHECK(waits::in_silence(4) == "is silent before pair 4");
     CHECK(waits::for_pair(1) == "waits for pair 1 from the link");
@@ -29,9 +29,6 @@ TEST_CASE("waits: the link's side in words") {
     pairs.end_frame(true, event);
     CHECK(waits::for_link_frame(pairs) == "waits for the next colour frame");
     CHECK_FALSE(pairs.in_frame());
-}
-
-TEST_CASE("waits: the bus in words") {
     CHECK(waits::for_tableready(2) ==
           "waits for TABLEREADY of every composer to broadcast the table of frame 2");
     CHECK(waits::for_memory_page() == "waits for its memory to open a page");
@@ -40,9 +37,6 @@ TEST_CASE("waits: the bus in words") {
           "waits for BUSREADY of the composers of display 2 with 7 pixels of frame 0 to send");
     CHECK(waits::for_busready({1, 3, 4}, 70'000, 5) ==
           "waits for BUSREADY of the composers of display 1, 3, 4 with 70000 pixels of frame 5 to send");
-}
-
-TEST_CASE("waits: the pipeline in words") {
     CHECK(waits::for_segment_pixel(12, 1, 30, 40) ==
           "waits for pixel 12 of its segment in frame 1 at raster position 30, 40");
     CHECK(waits::for_column() == "waits for its column to move on");

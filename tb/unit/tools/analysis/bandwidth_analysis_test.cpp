@@ -52,7 +52,9 @@ Scenario paper_case(int number) {
 
 }  // namespace
 
-TEST_CASE("the four cases need one pixel a clock in sum", "[analysis]") {
+TEST_CASE(
+    "the four cases need one pixel a clock in sum, the ready space and for replicated rows a source row more",
+    "[analysis]") {
     for (int number = 1; number <= 4; ++number) {
         INFO("case " << number);
         const Analysis analysis = analyze(paper_case(number));
@@ -64,6 +66,18 @@ TEST_CASE("the four cases need one pixel a clock in sum", "[analysis]") {
         CHECK(demand.pixels == 10'000);
         // Replicated rows begin together: cases 3 and 4 need it all in every second raster row.
         CHECK(demand.busiest_row == Approx(number <= 2 ? 1.0 : 2.0));
+    }
+    for (int number = 1; number <= 4; ++number) {
+        INFO("case " << number);
+        const Analysis analysis = analyze(paper_case(number));
+        const int ready = 32;
+        for (const ComposerAnalysis& composer : analysis.tables.front().composers) {
+            const int row = composer.row.dmultiple > 1 ? composer.row.sdx : 0;
+            CHECK(composer.least_buffer_pixels == ready + row);
+            CHECK(composer.whole_buffer_pixels ==
+                  std::max<std::int64_t>(ready + row, composer.pixels + ready - 1));
+        }
+        CHECK(analysis.least_buffer_pixels == (number <= 2 ? ready : ready + 50));
     }
 }
 
@@ -253,22 +267,7 @@ TEST_CASE("each different table of the run stands once with its frames and rejec
     CHECK(analyze(scenario, {3, std::nullopt}).tables.front().tasks.front().data_pixels == 100);
 }
 
-TEST_CASE("the least buffer is the ready space and for replicated rows a source row more", "[analysis]") {
-    for (int number = 1; number <= 4; ++number) {
-        INFO("case " << number);
-        const Analysis analysis = analyze(paper_case(number));
-        const int ready = 32;
-        for (const ComposerAnalysis& composer : analysis.tables.front().composers) {
-            const int row = composer.row.dmultiple > 1 ? composer.row.sdx : 0;
-            CHECK(composer.least_buffer_pixels == ready + row);
-            CHECK(composer.whole_buffer_pixels ==
-                  std::max<std::int64_t>(ready + row, composer.pixels + ready - 1));
-        }
-        CHECK(analysis.least_buffer_pixels == (number <= 2 ? ready : ready + 50));
-    }
-}
-
-TEST_CASE("a row that the scenario's own buffers are too small for is reported and still analyzed",
+TEST_CASE("a row that buffers are too small for is still analyzed, and without slots there is no slot table",
           "[analysis]") {
     Scenario scenario = paper_case(3);
     scenario.composer.buffer_pixels = 40;
@@ -277,10 +276,7 @@ TEST_CASE("a row that the scenario's own buffers are too small for is reported a
     CHECK(analysis.tables.front().composers.size() == 4);
     CHECK_FALSE(analysis.scenario_is_safe);
     CHECK(analysis.safe_buffer_pixels >= 82);
-}
-
-TEST_CASE("without slots there is no slot table", "[analysis]") {
-    Scenario scenario = paper_case(2);
+    scenario = paper_case(2);
     CHECK(analyze(scenario).tables.front().slot_displays == std::vector<int>{1, 3, 2, 1, 3, 4, 1, 3});
     scenario.bus.arbitration = Arbitration::kRoundRobin;
     CHECK(analyze(scenario).tables.front().slot_displays == std::vector<int>{1, 2, 3, 4});
@@ -288,7 +284,9 @@ TEST_CASE("without slots there is no slot table", "[analysis]") {
     CHECK(analyze(scenario).tables.front().slot_displays.empty());
 }
 
-TEST_CASE("without a bound a line says so, and the JSON has none", "[analysis]") {
+TEST_CASE(
+    "without a bound, as for a bus with read latency or registers, a line says so and the JSON has none",
+    "[analysis]") {
     Analysis analysis = analyze(paper_case(4));
     CHECK(analysis_text(analysis, true).find("no bound") == std::string::npos);
     analysis.safe_buffer_pixels.reset();
@@ -301,6 +299,15 @@ TEST_CASE("without a bound a line says so, and the JSON has none", "[analysis]")
     const std::string json = analysis_json(analysis);
     CHECK(json.find("\"safe_pixels\": null") != std::string::npos);
     CHECK(json.find("\"safe_is_legal\": null") != std::string::npos);
+    for (const bool registers : {false, true}) {
+        Scenario scenario = paper_case(4);
+        (registers ? scenario.bus.register_stages : scenario.memory.read_latency_cycles) = 1;
+        const Analysis analysis = analyze(scenario);
+        CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
+        CHECK(
+            analysis_text(analysis, true).find("nothing is proved of a bus with read latency or registers") !=
+            std::string::npos);
+    }
 }
 
 TEST_CASE("for a memory that is refreshed nothing is proved, and its refreshes are not counted",
@@ -331,18 +338,6 @@ TEST_CASE("for a memory with shared ports nothing is proved, and the link's word
     CHECK(text.find("the link's writes are not counted: 33 clocks for every 130 words, and those to open "
                     "their page\n") != std::string::npos);
     CHECK(analysis_text(analyze(paper_case(4)), true).find("link's writes") == std::string::npos);
-}
-
-TEST_CASE("for a bus with read latency or registers nothing is proved", "[analysis]") {
-    for (const bool registers : {false, true}) {
-        Scenario scenario = paper_case(4);
-        (registers ? scenario.bus.register_stages : scenario.memory.read_latency_cycles) = 1;
-        const Analysis analysis = analyze(scenario);
-        CHECK_FALSE(analysis.safe_buffer_pixels.has_value());
-        CHECK(
-            analysis_text(analysis, true).find("nothing is proved of a bus with read latency or registers") !=
-            std::string::npos);
-    }
 }
 
 TEST_CASE("JSON has the figures of the text", "[analysis]") {

@@ -59,21 +59,16 @@ class NoPrograms {
 
 }  // namespace
 
-TEST_CASE("A program gets all of its input and gives all of its output", "[charts]") {
+TEST_CASE("A program gets all of its input and gives all of its output, or is reported in one line",
+          "[charts]") {
     std::string input;
     for (int n = 0; n < 300'000; ++n) input += std::to_string(n) + "\n";
     CHECK(filtered({{"cat"}, "coreutils"}, input) == input);
     CHECK(filtered({{"true"}, "coreutils"}, input).empty());  // though it reads nothing
     CHECK(filtered({{"cat"}, "coreutils"}, "").empty());
-}
-
-TEST_CASE("A program that fails is reported in one line", "[charts]") {
     CHECK_THROWS_WITH(filtered({{"false"}, "coreutils"}, "text"), "metabuffer: false: failed");
     CHECK_THROWS_WITH(filtered({{"cat", "/nonexistent/file"}, "coreutils"}, ""),
                       Contains("cat: failed: ") && Contains("/nonexistent/file") && !Contains("\n"));
-}
-
-TEST_CASE("A program that is not there is reported with its package", "[charts]") {
     const ScratchDirectory scratch;
     const auto file = sample_results(scratch);
     const ScratchDirectory empty;
@@ -121,52 +116,45 @@ TEST_CASE("Every chart has a mark for every point that has a value", "[charts]")
 
 TEST_CASE("Axes that go together count as one", "[charts]") {
     const ScratchDirectory scratch;
-    {
-        exploration::ResultsIdentity identity;
-        identity.keys = {"bus.burst_pixels", "composer.ready_space_pixels", "bus.arbitration"};
-        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
-        for (const char* pixels : {"8", "16", "32"}) {
-            for (const char* policy : {"irsa", "edf"}) {
-                const auto run = done_run(
-                    {{identity.keys[0], pixels}, {identity.keys[1], pixels}, {identity.keys[2], policy}},
-                    {{"frames_per_second", 100.0}});
-                database.add_point(point_of(run), run);
-            }
+    std::vector<exploration::RunRecord> runs;
+    for (const char* pixels : {"8", "16", "32"}) {
+        for (const char* policy : {"irsa", "edf"}) {
+            runs.push_back(done_run({{"bus.burst_pixels", pixels},
+                                     {"composer.ready_space_pixels", pixels},
+                                     {"bus.arbitration", policy}},
+                                    {{"frames_per_second", 100.0}}));
         }
     }
-    const std::string lines = plot_svg({scratch / "results.db"}, {});
+    const auto file =
+        write_results(scratch, {"bus.burst_pixels", "composer.ready_space_pixels", "bus.arbitration"}, runs);
+    const std::string lines = plot_svg({file}, {});
     CHECK(count(lines, "class=\"mark-line ") == 2);  // a policy each, not a point each
     PlotRequest over_twin;
     over_twin.x = "composer.ready_space_pixels";
-    CHECK(count(plot_svg({scratch / "results.db"}, over_twin), "class=\"mark-line ") == 2);
-    const std::string map = plot_svg({scratch / "results.db"}, request_of(ChartKind::kHeatmap));
+    CHECK(count(plot_svg({file}, over_twin), "class=\"mark-line ") == 2);
+    const std::string map = plot_svg({file}, request_of(ChartKind::kHeatmap));
     CHECK(marks(map, "rect", "cells") == 6);
     CHECK_THAT(map, Contains(">bus.arbitration</text>") && !Contains(">composer.ready_space_pixels</text>"));
 }
 
 TEST_CASE("The front leaves out what costs as much and gives less", "[charts]") {
     const ScratchDirectory scratch;
-    {
-        exploration::ResultsIdentity identity;
-        identity.keys = {"bus.width_bits"};
-        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
-        struct Machine {
-            std::int64_t bits;
-            double rate;
-            std::int64_t starved;
-        };
-        // The one with the highest rate starves, so it is not on the front. Of two at the same cost the faster one is.
-        int width = 0;
-        for (const Machine& machine : {Machine{100, 10.0, 0}, Machine{200, 30.0, 0}, Machine{200, 20.0, 0},
-                                       Machine{300, 25.0, 0}, Machine{400, 40.0, 0}, Machine{150, 90.0, 5}}) {
-            const auto run = done_run({{"bus.width_bits", std::to_string(++width)}},
-                                      {{"cost", machine.bits},
-                                       {"frames_per_second", machine.rate},
-                                       {"starved_pixels", machine.starved}});
-            database.add_point(point_of(run), run);
-        }
+    struct Machine {
+        std::int64_t bits;
+        double rate;
+        std::int64_t starved;
+    };
+    // The one with the highest rate starves, so it is not on the front. Of two at the same cost the faster one is.
+    std::vector<exploration::RunRecord> runs;
+    for (const Machine& machine : {Machine{100, 10.0, 0}, Machine{200, 30.0, 0}, Machine{200, 20.0, 0},
+                                   Machine{300, 25.0, 0}, Machine{400, 40.0, 0}, Machine{150, 90.0, 5}}) {
+        runs.push_back(done_run({{"bus.width_bits", std::to_string(runs.size() + 1)}},
+                                {{"cost", machine.bits},
+                                 {"frames_per_second", machine.rate},
+                                 {"starved_pixels", machine.starved}}));
     }
-    const std::string svg = plot_svg({scratch / "results.db"}, request_of(ChartKind::kPareto));
+    const auto file = write_results(scratch, {"bus.width_bits"}, runs);
+    const std::string svg = plot_svg({file}, request_of(ChartKind::kPareto));
     CHECK(marks(svg, "symbol", "points") == 6);
     // Steps: each of the three on the front adds a corner to the path after the first.
     const std::size_t line = svg.find("<g class=\"mark-line role-mark front\"");
@@ -194,26 +182,20 @@ TEST_CASE("Points on the front have names, and a colour is drawn where it is ask
 
 TEST_CASE("A heat map shows whole numbers to the last digit", "[charts]") {
     const ScratchDirectory scratch;
-    {
-        exploration::ResultsIdentity identity;
-        identity.keys = {"bus.width_bits", "bus.burst_pixels"};
-        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
-        for (const char* width : {"32", "64"}) {
-            const auto run =
-                done_run({{"bus.width_bits", width}, {"bus.burst_pixels", "8"}},
-                         {{"core_cycles", std::int64_t{std::string(width) == "32" ? 37'792 : 56'521'604}}});
-            database.add_point(point_of(run), run);
-        }
-    }
+    const auto run = [](const char* width, std::int64_t cycles) {
+        return done_run({{"bus.width_bits", width}, {"bus.burst_pixels", "8"}}, {{"core_cycles", cycles}});
+    };
+    const auto file = write_results(scratch, {"bus.width_bits", "bus.burst_pixels"},
+                                    {run("32", 37'792), run("64", 56'521'604)});
     PlotRequest request = request_of(ChartKind::kHeatmap);
     request.x = "bus.width_bits";
     request.y = {"bus.burst_pixels"};
     request.colour = "core_cycles";
-    const std::string svg = plot_svg({scratch / "results.db"}, request);
+    const std::string svg = plot_svg({file}, request);
     CHECK_THAT(svg, Contains(">37,792</text>") && Contains(">56,521,604</text>"));
 }
 
-TEST_CASE("An option that a chart has no use for is refused", "[charts]") {
+TEST_CASE("What cannot be drawn, and an option without use, is reported", "[charts]") {
     const ScratchDirectory scratch;
     const auto file = sample_results(scratch);
     const auto error = [&file](ChartKind chart, const std::function<void(PlotRequest&)>& ask) {
@@ -246,27 +228,33 @@ TEST_CASE("An option that a chart has no use for is refused", "[charts]") {
     CHECK(error(ChartKind::kLines, [](PlotRequest& r) { r.facet_title = "of"; }) ==
           "--facet-title: lines has no panels without --facet; leave it out");
     CHECK(error(ChartKind::kScatter, [](PlotRequest& r) { r.log_x = r.log_y = true; }).empty());
+    PlotRequest request;
+    request.y = {"starved_pixel"};
+    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--y") && Contains("starved_pixels"));
+    request = {};
+    request.colour = "bus.arbitration +";
+    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--colour"));
+    request = {};
+    request.condition = "bus.width_bits > 1000";
+    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--where") && Contains("results.db"));
+    request = request_of(ChartKind::kHeatmap);
+    request.condition = "bus.width_bits = 32";
+    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--y") && Contains("axis"));
+    CHECK_THROWS_WITH(charts::chart_of("pie"), Contains("--chart") && Contains("histogram"));
 }
 
 TEST_CASE("Without a frame rate the front says what it needs, and other charts take clocks a frame",
           "[charts]") {
     const ScratchDirectory scratch;
-    {
-        exploration::ResultsIdentity identity;
-        identity.keys = {"bus.width_bits"};
-        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
-        for (const char* width : {"32", "64"}) {
-            const auto run =
-                done_run({{"bus.width_bits", width}},
-                         {{"frames_per_second", exploration::Value()}, {"frame_cycles", 1000.0}});
-            database.add_point(point_of(run), run);
-        }
-    }
-    CHECK_THROWS_WITH(plot_svg({scratch / "results.db"}, request_of(ChartKind::kPareto)),
+    const auto run = [](const char* width) {
+        return done_run({{"bus.width_bits", width}},
+                        {{"frames_per_second", exploration::Value()}, {"frame_cycles", 1000.0}});
+    };
+    const auto file = write_results(scratch, {"bus.width_bits"}, {run("32"), run("64")});
+    CHECK_THROWS_WITH(plot_svg({file}, request_of(ChartKind::kPareto)),
                       Contains("no point has a frame rate, for which a run needs three frames"));
-    CHECK_THAT(plot_svg({scratch / "results.db"}, {}), Contains(">frame cycles"));
-    CHECK_THAT(plot_svg({scratch / "results.db"}, request_of(ChartKind::kScatter)),
-               Contains(">frame cycles"));
+    CHECK_THAT(plot_svg({file}, {}), Contains(">frame cycles"));
+    CHECK_THAT(plot_svg({file}, request_of(ChartKind::kScatter)), Contains(">frame cycles"));
 }
 
 TEST_CASE("Expressions and titles and panels are as asked for", "[charts]") {
@@ -302,22 +290,4 @@ TEST_CASE("The picture has the size asked for and a PNG twice that", "[charts]")
     CHECK(png.substr(1, 3) == "PNG");
     CHECK(png.substr(16, 8) ==
           std::string("\0\0\x03\xE8\0\0\x02\x58", 8));  // 1000 by 600, as the header has it
-}
-
-TEST_CASE("What cannot be drawn is reported with the option at fault", "[charts]") {
-    const ScratchDirectory scratch;
-    const auto file = sample_results(scratch);
-    PlotRequest request;
-    request.y = {"starved_pixel"};
-    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--y") && Contains("starved_pixels"));
-    request = {};
-    request.colour = "bus.arbitration +";
-    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--colour"));
-    request = {};
-    request.condition = "bus.width_bits > 1000";
-    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--where") && Contains("results.db"));
-    request = request_of(ChartKind::kHeatmap);
-    request.condition = "bus.width_bits = 32";
-    CHECK_THROWS_WITH(plot_svg({file}, request), Contains("--y") && Contains("axis"));
-    CHECK_THROWS_WITH(charts::chart_of("pie"), Contains("--chart") && Contains("histogram"));
 }

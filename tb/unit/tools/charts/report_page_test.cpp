@@ -102,7 +102,8 @@ TEST_CASE("Base64 is what the standard's examples show", "[charts]") {
     CHECK(charts::base64(std::string("\xff\x00\xfe", 3)) == "/wD+");
 }
 
-TEST_CASE("The page's elements nest and its parts are all filled in", "[charts]") {
+TEST_CASE("The page's elements nest, its parts are all filled in, and it refers to nothing outside of itself",
+          "[charts]") {
     const ScratchDirectory scratch;
     const std::string page = report_page({sample_results(scratch)}, {});
     CHECK(page.rfind("<!DOCTYPE html>", 0) == 0);
@@ -116,12 +117,6 @@ TEST_CASE("The page's elements nest and its parts are all filled in", "[charts]"
     // Data, Vega, the charts, the page.
     CHECK(count(markup, "<script") == 5);
     CHECK(count(markup, "</script>") == 5);
-}
-
-TEST_CASE("The page refers to nothing outside of itself", "[charts]") {
-    const ScratchDirectory scratch;
-    const std::string page = report_page({sample_results(scratch)}, {});
-    const std::string markup = markup_of(page);
     const std::regex reference("\\b(src|href|action|data|poster|srcset)=\"([^\"]*)\"");
     for (std::sregex_iterator match(markup.begin(), markup.end(), reference), end; match != end; ++match) {
         INFO((*match)[0]);
@@ -159,12 +154,21 @@ TEST_CASE("Nothing in the results can become markup", "[charts]") {
     CHECK(found);
 }
 
-TEST_CASE("The same results make the same page", "[charts]") {
+TEST_CASE("A condition chooses the points of the page, and the same results make the same page", "[charts]") {
     const ScratchDirectory scratch;
     const auto file = sample_results(scratch);
     const std::string page = report_page({file}, {});
     CHECK(report_page({file}, {}) == page);
     CHECK(scratch.names() == std::vector<std::string>{"results.db"});
+    PageOptions options;
+    options.condition = "bus.width_bits = 32";
+    const json data = data_of(report_page({sample_results(scratch)}, options));
+    CHECK(data["points"].size() == 2);
+    CHECK(data["embedded"].size() == 2);
+    CHECK(data["condition"] == options.condition);
+    options.condition = "bus.widht_bits = 32";
+    CHECK_THROWS_WITH(report_page({scratch / "results.db"}, options),
+                      Contains("--where") && Contains("bus.widht_bits") && Contains("bus.width_bits"));
 }
 
 TEST_CASE("The page holds every point with settings and figures and failures with their reasons",
@@ -186,33 +190,15 @@ TEST_CASE("The page holds every point with settings and figures and failures wit
     CHECK(data["simulations"].empty());
 }
 
-TEST_CASE("A condition chooses the points of the page", "[charts]") {
-    const ScratchDirectory scratch;
-    PageOptions options;
-    options.condition = "bus.width_bits = 32";
-    const json data = data_of(report_page({sample_results(scratch)}, options));
-    CHECK(data["points"].size() == 2);
-    CHECK(data["embedded"].size() == 2);
-    CHECK(data["condition"] == options.condition);
-    options.condition = "bus.widht_bits = 32";
-    CHECK_THROWS_WITH(report_page({scratch / "results.db"}, options),
-                      Contains("--where") && Contains("bus.widht_bits") && Contains("bus.width_bits"));
-}
-
 TEST_CASE("Reports and pictures come back from the page as they were", "[charts]") {
     const ScratchDirectory scratch;
     const std::string report = "{\"scenario\": \"</script> \\u00fc\"}\n" + std::string(5000, ' ');
     const std::string png = std::string("\x89PNG\r\n\x1a\n\0\xff<&", 12);
-    {
-        exploration::ResultsIdentity identity;
-        identity.keys = {"bus.width_bits"};
-        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
-        exploration::RunRecord run = done_run({{"bus.width_bits", "32"}}, {});
-        run.report = report;
-        run.pictures = {{1, png}, {2, "second"}};
-        database.add_point(point_of(run), run);
-    }
-    const json data = data_of(report_page({scratch / "results.db"}, {}));
+    exploration::RunRecord run = done_run({{"bus.width_bits", "32"}}, {});
+    run.report = report;
+    run.pictures = {{1, png}, {2, "second"}};
+    const auto file = write_results(scratch, {"bus.width_bits"}, {run});
+    const json data = data_of(report_page({file}, {}));
     REQUIRE(data["embedded"].size() == 1);
     const json& embedded = data["embedded"].front();
     CHECK(inflated(from_base64(embedded["report"])) == report);
@@ -226,19 +212,15 @@ TEST_CASE("Reports and pictures come back from the page as they were", "[charts]
 
 TEST_CASE("What goes beyond the page's room is left out and counted", "[charts]") {
     const ScratchDirectory scratch;
-    {
-        exploration::ResultsIdentity identity;
-        identity.keys = {"bus.width_bits"};
-        auto database = exploration::ResultsDatabase::open(scratch / "results.db", identity);
-        for (int width = 1; width <= 20; ++width) {
-            exploration::RunRecord run = done_run({{"bus.width_bits", std::to_string(width)}}, {});
-            run.pictures = {{1, std::string(300, 'p')}};
-            database.add_point(point_of(run), run);
-        }
+    std::vector<exploration::RunRecord> runs;
+    for (int width = 1; width <= 20; ++width) {
+        runs.push_back(done_run({{"bus.width_bits", std::to_string(width)}}, {}));
+        runs.back().pictures = {{1, std::string(300, 'p')}};
     }
+    const auto file = write_results(scratch, {"bus.width_bits"}, runs);
     PageOptions options;
     options.most_embedded_bytes = 2000;
-    const json data = data_of(report_page({scratch / "results.db"}, options));
+    const json data = data_of(report_page({file}, options));
     std::size_t reports = 0;
     std::size_t pictures = 0;
     std::size_t bytes = 0;
@@ -258,7 +240,7 @@ TEST_CASE("What goes beyond the page's room is left out and counted", "[charts]"
     CHECK(reports + data["left_out"]["reports"].get<std::size_t>() == 20);
     CHECK(pictures + data["left_out"]["pictures"].get<std::size_t>() == 20);
     options.most_embedded_bytes = 0;
-    CHECK(data_of(report_page({scratch / "results.db"}, options))["embedded"].empty());
+    CHECK(data_of(report_page({file}, options))["embedded"].empty());
 }
 
 TEST_CASE("Files of different sweeps share a page", "[charts]") {

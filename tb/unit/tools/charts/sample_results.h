@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/scratch_directory.h"
@@ -43,6 +44,17 @@ inline exploration::PointRecord point_of(const exploration::RunRecord& run) {
     point.status = run.status;
     point.reason = run.reason;
     return point;
+}
+
+/// A file of results over these keys, a point for each run.
+inline std::filesystem::path write_results(const ScratchDirectory& scratch, std::vector<std::string> keys,
+                                           const std::vector<exploration::RunRecord>& runs) {
+    exploration::ResultsIdentity identity;
+    identity.keys = std::move(keys);
+    exploration::ResultsDatabase database =
+        exploration::ResultsDatabase::open(scratch / "results.db", identity);
+    for (const exploration::RunRecord& run : runs) database.add_point(point_of(run), run);
+    return scratch / "results.db";
 }
 
 /// Two widths by two policies, all done except the last point, which failed.
