@@ -41,16 +41,6 @@ std::size_t files_in(const Workplace& place) {
 
 }  // namespace
 
-TEST_CASE("compare: help says what there is", "[program][compare]") {
-    const Workplace place;
-    const ProgramResult help = run_program(place, {"compare", "--help"});
-    CHECK(help.status == kExitDone);
-    for (const char* word :
-         {"SCENARIO", "--set", "--frames", "--no-images", "--quiet", "Exit status", "5 "}) {
-        CHECK_THAT(help.out, Contains(word));
-    }
-}
-
 TEST_CASE("compare: the levels are identical", "[program][compare]") {
     const Workplace place;
     const std::size_t files = files_in(place);
@@ -95,25 +85,15 @@ TEST_CASE("compare: a run that the watchdog ends at both levels is identical", "
 }
 
 TEST_CASE("compare: bad input is refused in one line", "[program][compare][bad input]") {
-    const Workplace place;
-    const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
-        {{"compare"}, "SCENARIO"},
-        {{"compare", "missing.yaml"}, "missing.yaml"},
-        {{"compare", "scenario.yaml", "--set", "bus.width_bits=65"}, "--set"},
-        {{"compare", "scenario.yaml", "--set", "bus.width_bits"}, "PATH=VALUE"},
-        {{"compare", "scenario.yaml", "--frames", "0"}, "--frames"},
-        {{"compare", "scenario.yaml", "--level", "rtl"}, "--level"},
-        {{"compare", "scenario.yaml", "--out", "out"}, "--out"},
-        {{"compare", "scenario.yaml", "run"}, "run"},
-    };
-    for (const auto& [arguments, word] : cases) {
-        const ProgramResult result = run_program(place, arguments);
-        INFO(word << ": " << result.err);
-        CHECK(result.status == kExitBadInput);
-        CHECK(result.out.empty());
-        CHECK(result.complains_in_one_line());
-        CHECK_THAT(result.err, Contains(word));
-    }
+    check_refused_commands(Workplace(), "compare",
+                           {{"", {"SCENARIO"}},
+                            {" missing.yaml", {"missing.yaml"}},
+                            {" scenario.yaml --set bus.width_bits=65", {"--set"}},
+                            {" scenario.yaml --set bus.width_bits", {"PATH=VALUE"}},
+                            {" scenario.yaml --frames 0", {"--frames"}},
+                            {" scenario.yaml --level rtl", {"--level"}},
+                            {" scenario.yaml --out out", {"--out"}},
+                            {" scenario.yaml run", {"run"}}});
 }
 
 TEST_CASE("compare: a counter that differs is reported by its names", "[program][compare]") {
@@ -131,7 +111,8 @@ TEST_CASE("compare: a counter that differs is reported by its names", "[program]
     CHECK(files_in(place) == files);
 }
 
-TEST_CASE("compare: pictures that differ are reported", "[program][compare][repeat]") {
+TEST_CASE("compare: pictures that differ, and the watchdog of one level, are reported",
+          "[program][compare][repeat]") {
     const Workplace place;
     const ProgramResult differ = compare_faulty(place, "picture");
     CHECK(differ.status == kExitDifferent);
@@ -141,14 +122,10 @@ TEST_CASE("compare: pictures that differ are reported", "[program][compare][repe
     CHECK(lost.status == kExitDifferent);
     CHECK_THAT(lost.out, StartsWith("display_1 frame 0: shown by rtl only\n1 difference;"));
     CHECK(compare_faulty(place, "picture", {"--no-images"}).status == kExitDone);
-}
-
-TEST_CASE("compare: the watchdog of one level is a difference", "[program][compare]") {
-    const Workplace place;
-    const ProgramResult result = compare_faulty(place, "watchdog");
-    CHECK(result.status == kExitDifferent);
-    CHECK_THAT(result.out, Contains("\nwatchdog[0]: rtl none, tlm \"composer_1_1 waits for a pixel\"\n"));
-    CHECK_THAT(result.out, !Contains("at both levels"));
+    const ProgramResult watchdog = compare_faulty(place, "watchdog");
+    CHECK(watchdog.status == kExitDifferent);
+    CHECK_THAT(watchdog.out, Contains("\nwatchdog[0]: rtl none, tlm \"composer_1_1 waits for a pixel\"\n") &&
+                                 !Contains("at both levels"));
 }
 
 TEST_CASE("compare: many differences are cut short", "[program][compare][repeat]") {

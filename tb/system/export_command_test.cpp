@@ -47,14 +47,6 @@ ScratchDirectory& with_results(ScratchDirectory& scratch) {
     return scratch;
 }
 
-void check_refused(const ProgramResult& result, const std::string& words) {
-    INFO("stderr: " << result.err);
-    CHECK(result.status == kExitBadInput);
-    CHECK(result.complains_in_one_line());
-    CHECK(result.out.empty());
-    CHECK_THAT(result.err, Contains(words));
-}
-
 }  // namespace
 
 TEST_CASE("export: CSV of chosen columns and points on standard output") {
@@ -103,7 +95,7 @@ TEST_CASE("export: what cannot be done is reported on one line") {
     with_results(scratch);
     const auto refused = [&scratch](std::vector<std::string> arguments, const std::string& words) {
         arguments.insert(arguments.begin(), {"export"});
-        check_refused(run_program(scratch, arguments), words);
+        check_refused(run_program(scratch, arguments), {words});
     };
     refused({}, "RESULTS");
     refused({"none.db"}, "'none.db' cannot be read: there is no such file");

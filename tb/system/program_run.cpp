@@ -4,11 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
+
+#include "tools/program/exit_status.h"
 
 namespace metabuffer::test {
 namespace {
@@ -30,6 +33,14 @@ bool ProgramResult::complains_in_one_line() const {
 
 ProgramResult run_program(const ScratchDirectory& scratch, const std::vector<std::string>& arguments) {
     return run_program(METABUFFER_PROGRAM, scratch, arguments);
+}
+
+void check_refused(const ProgramResult& result, const std::vector<std::string>& words) {
+    INFO("stderr: " << result.err);
+    CHECK(result.status == kExitBadInput);
+    CHECK(result.complains_in_one_line());
+    CHECK(result.out.empty());
+    for (const std::string& word : words) CHECK_THAT(result.err, Catch::Matchers::Contains(word));
 }
 
 ProgramResult run_script(const ScratchDirectory& scratch, const std::string& script) {

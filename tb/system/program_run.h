@@ -26,6 +26,9 @@ ProgramResult run_program(const ScratchDirectory& scratch, const std::vector<std
 ProgramResult run_program(const std::filesystem::path& program, const ScratchDirectory& scratch,
                           const std::vector<std::string>& arguments);
 
+/// Refused as bad input: one line on stderr that holds all the words, and nothing on stdout.
+void check_refused(const ProgramResult& result, const std::vector<std::string>& words);
+
 /// Runs a script by the shell. In it "$0" is the built program, whatever letters its path has.
 ProgramResult run_script(const ScratchDirectory& scratch, const std::string& script);
 

@@ -60,13 +60,6 @@ std::string exported(const Workplace& place, const std::string& results) {
 
 std::string shard(int number, int count) { return std::to_string(number) + "/" + std::to_string(count); }
 
-void check_refused(const ProgramResult& result, const std::string& words) {
-    CAPTURE(result.out, result.err);
-    CHECK(result.status == kExitBadInput);
-    CHECK(result.complains_in_one_line());
-    CHECK_THAT(result.err, Contains(words));
-}
-
 }  // namespace
 
 TEST_CASE("shards: merged in any order, twice and more, they export the same bytes as one run",
@@ -258,24 +251,18 @@ TEST_CASE("merge: results of another sweep, or none, are refused and nothing is 
     other.replace(other.find("page_words: 16"), 14, "page_words: 32");
     place.write("other.yaml", other);
     run_well(place, {"sweep", "other.yaml", "--shard", "2/2", "-o", "part-2.db", "--quiet"});
-    check_refused(metabuffer_in(place, {"merge", "part-1.db", "part-2.db", "-o", "all.db"}),
-                  "'part-2.db' holds results of other input");
-    check_refused(metabuffer_in(place, {"export", "part-1.db", "part-2.db"}), "merge files of one sweep");
-    CHECK_FALSE(place.exists("all.db"));
-    const std::string before = text_of(place / "part-1.db");
-    check_refused(metabuffer_in(place, {"merge", "part-2.db", "-o", "part-1.db"}),
-                  "merge files of one sweep");
-    CHECK(text_of(place / "part-1.db") == before);
     place.write("text.db", "hello");
-    check_refused(metabuffer_in(place, {"merge", "part-1.db", "text.db", "-o", "all.db"}),
-                  "it is no SQLite file");
-    check_refused(metabuffer_in(place, {"merge", "part-1.db", "none.db", "-o", "all.db"}),
-                  "there is no such file");
     std::filesystem::create_directory(place / "empty");
-    check_refused(metabuffer_in(place, {"merge", "empty", "-o", "all.db"}), "'empty' holds no results");
-    CHECK_FALSE(place.exists("all.db"));
-    // Nothing of the tries is left.
-    for (const std::string& name : place.names()) CHECK(name.find(".part") == std::string::npos);
+    const std::string before = text_of(place / "part-1.db");
+    check_refused_commands(
+        place, "",
+        {{"merge part-1.db part-2.db -o all.db", {"'part-2.db' holds results of other input"}},
+         {"export part-1.db part-2.db", {"merge files of one sweep"}},
+         {"merge part-2.db -o part-1.db", {"merge files of one sweep"}},
+         {"merge part-1.db text.db -o all.db", {"it is no SQLite file"}},
+         {"merge part-1.db none.db -o all.db", {"there is no such file"}},
+         {"merge empty -o all.db", {"'empty' holds no results"}}});
+    CHECK(text_of(place / "part-1.db") == before);
 }
 
 TEST_CASE("sweep: names of files do not make another sweep", "[program][sweep]") {
@@ -291,7 +278,7 @@ TEST_CASE("sweep: names of files do not make another sweep", "[program][sweep]")
     // Other content of the scenario's file does.
     place.write("renamed.yaml", text_of(place / "scenario.yaml") + "frames: 1\n");
     check_refused(metabuffer_in(place, {"sweep", "other.yaml", "--shard", "2/2", "-o", "part-2.db"}),
-                  "holds results of other input");
+                  {"holds results of other input"});
 }
 
 TEST_CASE("parts: what was handed in is not run again, and a part that runs twice does no harm",
@@ -310,10 +297,9 @@ TEST_CASE("parts: what was handed in is not run again, and a part that runs twic
     CHECK(first.status == kExitIncomplete);
     const auto ended = ResultsReader(place / "first.db").results().rows.size();
     // Killed: what it has handed in until then is there.
-    run_script(place,
-               sweep +
-                   "--shard 2/2 & until ls parts/part-2-of-2-*.db >parts.log 2>&1; do sleep 0.05; done; "
-                   "kill -KILL $!; wait $!");
+    run_script(place, sweep +
+                          "--shard 2/2 & until ls parts/part-2-of-2-*.db >parts.log 2>&1; do sleep 0.05; "
+                          "done; kill -KILL $!; wait $!");
     // The same shard by two at once, as after a job that was taken for dead.
     run_script(place, sweep + "--shard 2/2 & " + sweep + "--shard 2/2; wait $!");
     const ProgramResult rest =
@@ -339,31 +325,23 @@ TEST_CASE("parts: a folder with another sweep's results is refused", "[program][
     other.replace(other.find("page_words: 16"), 14, "page_words: 32");
     place.write("sweep.yaml", other);
     check_refused(metabuffer_in(place, {"sweep", "sweep.yaml", "--shard", "2/9", "--parts", "parts"}),
-                  "name another, or remove it");
+                  {"name another, or remove it"});
 }
 
 TEST_CASE("shards: shard numbers that do not exist, and options that do not go together",
           "[program][sweep]") {
     const Workplace place;
     place.write("sweep.yaml", kSweep);
-    for (const std::string text :
+    std::vector<RefusedCommand> wrong;
+    for (const std::string shard :
          {"", "3", "0/2", "3/2", "1/0", "-1/2", "a/b", "1/2/3", "1/1000001", "1.5/2"}) {
-        CAPTURE(text);
-        check_refused(metabuffer_in(place, {"sweep", "sweep.yaml", "--shard=" + text, "-o", "r.db"}),
-                      "use K/N, from 1/N to N/N");
+        wrong.push_back({"--shard=" + shard + " -o r.db", {"use K/N, from 1/N to N/N"}});
     }
-    CHECK_FALSE(place.exists("r.db"));
-    for (const std::vector<std::string>& options : {std::vector<std::string>{"--parts", "parts"},
-                                                    {"--shard", "1/2", "--parts", "parts", "-o", "r.db"},
-                                                    {"--slurm", "2", "--shard", "1/2"},
-                                                    {"--sbatch=--time=1"},
-                                                    {"--no-wait"}}) {
-        const ProgramResult result =
-            metabuffer_in(place, std::vector<std::string>{"sweep", "sweep.yaml"} + options);
-        CAPTURE(options, result.err);
-        CHECK(result.status == kExitBadInput);
-        CHECK(result.complains_in_one_line());
+    for (const char* options : {"--parts parts", "--shard 1/2 --parts parts -o r.db", "--slurm 2 --shard 1/2",
+                                "--sbatch=--time=1", "--no-wait"}) {
+        wrong.push_back({options, {}});
     }
+    check_refused_commands(place, "sweep sweep.yaml ", wrong);
     // More shards than points: some have none.
     run_well(place, {"sweep", "sweep.yaml", "--shard", "99/100", "-o", "r.db"});
     const ProgramResult list = metabuffer_in(place, {"sweep", "sweep.yaml", "--shard", "2/80", "--list"});
@@ -376,9 +354,7 @@ TEST_CASE("sweep: without Slurm, --slurm says which package has it", "[program][
     std::filesystem::create_directory(place / "nothing");
     const ProgramResult result =
         run_script(place, "PATH=nothing exec \"$0\" sweep sweep.yaml --slurm 2 -o r.db --quiet");
-    CHECK(result.status == kExitBadInput);
-    CHECK(result.complains_in_one_line());
-    CHECK_THAT(result.err, Contains("sbatch") && Contains("slurm-client"));
+    check_refused(result, {"sbatch", "slurm-client"});
 }
 
 }  // namespace metabuffer::test::shard_commands_test

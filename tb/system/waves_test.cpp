@@ -273,16 +273,24 @@ std::vector<std::string> settings_with(const std::filesystem::path& save_file) {
     return settings;
 }
 
-/// Of a scenario's first clocks.
-ValueDump dump_of(const std::string& scenario, const std::vector<std::string>& settings) {
-    const ScratchDirectory scratch;
-    std::vector<std::string> words{"run", (kSource / "scenarios" / scenario).string()};
-    words.insert(words.end(), {"--quiet", "--no-images", "--frames", "1"});
-    words.insert(words.end(), {"--trace", "first.vcd", "--trace-window", "cycles:0-20"});
-    words.insert(words.end(), settings.begin(), settings.end());
+/// Runs a scenario, which leaves a waveform in the folder.
+void run_traced(const ScratchDirectory& scratch, const std::filesystem::path& scenario,
+                const std::string& options, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words{"run", scenario.string(), "--quiet", "--no-images"};
+    for (const std::string& word : words_of(options)) words.push_back(word);
+    words.insert(words.end(), more.begin(), more.end());
     const ProgramResult result = run_program(scratch, words);
     INFO(result.err);
     REQUIRE(result.status == 0);
+}
+
+const std::filesystem::path kFirstCase = kSource / "scenarios/case-1.yaml";
+
+/// Of a scenario's first clocks.
+ValueDump dump_of(const std::string& scenario, const std::vector<std::string>& settings) {
+    const ScratchDirectory scratch;
+    run_traced(scratch, kSource / "scenarios" / scenario,
+               "--frames 1 --trace first.vcd --trace-window cycles:0-20", settings);
     return ValueDump(scratch / "first.vcd");
 }
 
@@ -365,12 +373,10 @@ TEST_CASE("A waveform says which program, scenario and settings made it, and cou
         std::ofstream(faulty) << content
                               << "faults:\n  - {renderer: view, pair: 0, kind: delay, delay_pairs: 1}\n";
     }
-    const ProgramResult result =
-        run_program(scratch, {"run", faulty.string(), "--quiet", "--no-images", "--trace", "counted.vcd",
-                              "--trace-window", "cycles:30-90", "--set", "memory.banks=4", "--set",
-                              "bus.burst_pixels=48", "--set", "name=$end of 'it'"});
-    INFO(result.err);
-    REQUIRE(result.status == 0);
+    run_traced(
+        scratch, faulty,
+        "--trace counted.vcd --trace-window cycles:30-90 --set memory.banks=4 --set bus.burst_pixels=48",
+        {"--set", "name=$end of 'it'"});
     const ValueDump dump(scratch / "counted.vcd");
     const auto says = [&dump](const std::string& line) {
         return std::count(dump.comment().begin(), dump.comment().end(), line) == 1;
@@ -412,11 +418,7 @@ TEST_CASE("Every clock of the machine is in the waveform with its period, and so
 
 TEST_CASE("The waveform counts the rows of the table that comes over a link", "[waves][repeat]") {
     const ScratchDirectory scratch;
-    const ProgramResult result =
-        run_program(scratch, {"run", (kSource / "scenarios/case-1.yaml").string(), "--quiet", "--no-images",
-                              "--trace", "rows.vcd", "--trace-window", "cycles:0-2700"});
-    INFO(result.err);
-    REQUIRE(result.status == 0);
+    run_traced(scratch, kFirstCase, "--trace rows.vcd --trace-window cycles:0-2700");
     const ValueDump dump(scratch / "rows.vcd");
     CHECK(dump.at("input_framebuffer_1.table_unit.back_rows", dump.first_time()) == 0);
     CHECK(dump.at("input_framebuffer_1.table_unit.back_rows", dump.last_time()) == 1);
@@ -425,23 +427,10 @@ TEST_CASE("The waveform counts the rows of the table that comes over a link", "[
 TEST_CASE("The waveform shows each pixel that starves for a clock, the frame's last among them",
           "[waves][repeat]") {
     const ScratchDirectory scratch;
-    std::vector<std::string> words{"run",
-                                   (kSource / "scenarios/case-1.yaml").string(),
-                                   "--quiet",
-                                   "--no-images",
-                                   "--frames",
-                                   "1",
-                                   "--trace",
-                                   "starved.vcd",
-                                   "--trace-window",
-                                   "cycles:0-60000"};
     // So slow that all pixels at the end of the frame starve.
-    for (const char* setting : {"bus.width_bits=64", "memory.page_miss_cycles=60", "memory.page_words=16"}) {
-        words.insert(words.end(), {"--set", setting});
-    }
-    const ProgramResult result = run_program(scratch, words);
-    INFO(result.err);
-    REQUIRE(result.status == 0);
+    run_traced(scratch, kFirstCase,
+               "--frames 1 --trace starved.vcd --trace-window cycles:0-60000 --set bus.width_bits=64 "
+               "--set memory.page_miss_cycles=60 --set memory.page_words=16");
     const ValueDump dump(scratch / "starved.vcd");
     const auto report = nlohmann::json::parse(text_of(scratch / "out/case-1/report.json"));
     for (const auto& composer : report["composers"]) {
@@ -458,18 +447,11 @@ TEST_CASE("The waveform shows each pixel that starves for a clock, the frame's l
 TEST_CASE("No register outgrows its width: the waveform of a whole frame has no unknown value",
           "[waves][repeat]") {
     const ScratchDirectory scratch;
-    std::vector<std::string> words{"run", (kSource / "scenarios/case-1.yaml").string(), "--quiet",
-                                   "--no-images"};
-    words.insert(words.end(), {"--trace", "frame.vcd", "--trace-window", "cycles:0-55000"});
-    words.insert(words.end(), {"--trace-modules", "*_1,*_1_1"});
-    for (const char* setting :
-         {"bus.arbitration=edf", "bus.grant_cycles=2", "bus.register_stages=1",
-          "memory.read_latency_cycles=2", "memory.refresh_cycles=20", "memory.refresh_interval_cycles=400"}) {
-        words.insert(words.end(), {"--set", setting});
-    }
-    const ProgramResult result = run_program(scratch, words);
-    INFO(result.err);
-    REQUIRE(result.status == 0);
+    run_traced(scratch, kFirstCase,
+               "--trace frame.vcd --trace-window cycles:0-55000 --trace-modules *_1,*_1_1 "
+               "--set bus.arbitration=edf --set bus.grant_cycles=2 --set bus.register_stages=1 "
+               "--set memory.read_latency_cycles=2 --set memory.refresh_cycles=20 "
+               "--set memory.refresh_interval_cycles=400");
     // SystemC writes x for what does not fit.
     std::string unknown;
     for (const std::string& line : lines_of(text_of(scratch / "frame.vcd"))) {
@@ -484,9 +466,9 @@ TEST_CASE("No register outgrows its width: the waveform of a whole frame has no 
 TEST_CASE("A compressed waveform holds what the other holds", "[waves][repeat]") {
     const ScratchDirectory scratch;
     const auto run_with = [&scratch](const std::string& file) {
-        const ProgramResult result =
-            run_program(scratch, {"run", (kSource / "scenarios/case-1.yaml").string(), "--no-images",
-                                  "--trace", file, "--trace-window", "cycles:100-900"});
+        const ProgramResult result = run_program(
+            scratch,
+            {"run", kFirstCase.string(), "--no-images", "--trace", file, "--trace-window", "cycles:100-900"});
         INFO(result.err);
         REQUIRE(result.status == 0);
         CHECK(result.out.find("waveform " + file + ": core clocks 100 to 900") != std::string::npos);
@@ -528,13 +510,10 @@ TEST_CASE("A compressed waveform holds what the other holds", "[waves][repeat]")
 TEST_CASE("Without its converter there is no compressed waveform, but a line that says so",
           "[waves][repeat]") {
     const ScratchDirectory scratch;
-    const ProgramResult result =
-        run_program("/usr/bin/env", scratch,
-                    {"PATH=/nowhere", METABUFFER_PROGRAM, "run", (kSource / "scenarios/case-1.yaml").string(),
-                     "--quiet", "--no-images", "--trace", "packed.fst"});
-    CHECK(result.status == 2);
-    CHECK(result.complains_in_one_line());
-    CHECK(result.err.find("install Debian's package gtkwave") != std::string::npos);
+    const ProgramResult result = run_program("/usr/bin/env", scratch,
+                                             {"PATH=/nowhere", METABUFFER_PROGRAM, "run", kFirstCase.string(),
+                                              "--quiet", "--no-images", "--trace", "packed.fst"});
+    check_refused(result, {"install Debian's package gtkwave"});
     CHECK_FALSE(std::filesystem::exists(scratch / "packed.fst"));
 }
 
@@ -543,12 +522,12 @@ TEST_CASE("A compressed waveform for which there is no room is an error, and not
     const ScratchDirectory scratch;
     std::filesystem::create_directory(scratch / "temporary");
     // The converter's files must not grow beyond 8 KiB; it does not notice itself, but is ended by a signal.
-    const ProgramResult result = run_program(
-        "/bin/sh", scratch,
-        {"-c",
-         "ulimit -f 16; TMPDIR=temporary \"$0\" run \"$1\" --quiet --no-images --trace packed.fst "
-         "--trace-window cycles:0-3000",
-         METABUFFER_PROGRAM, (kSource / "scenarios/case-1.yaml").string()});
+    const ProgramResult result =
+        run_program("/bin/sh", scratch,
+                    {"-c",
+                     "ulimit -f 16; TMPDIR=temporary \"$0\" run \"$1\" --quiet --no-images --trace "
+                     "packed.fst --trace-window cycles:0-3000",
+                     METABUFFER_PROGRAM, kFirstCase.string()});
     CHECK(result.status == 2);
     CHECK(result.complains_in_one_line());
     CHECK_FALSE(std::filesystem::exists(scratch / "packed.fst"));

@@ -1,8 +1,12 @@
 #pragma once
 
+#include <algorithm>
+#include <catch2/catch.hpp>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -70,6 +74,35 @@ class Workplace : public ScratchDirectory {
     }
     bool exists(const std::string& name) const { return std::filesystem::exists(*this / name); }
 };
+
+/// What blanks separate.
+inline std::vector<std::string> words_of(const std::string& text) {
+    std::istringstream stream(text);
+    return {std::istream_iterator<std::string>(stream), {}};
+}
+
+/// A command's arguments, and what it must be refused with.
+struct RefusedCommand {
+    std::string arguments;
+    std::vector<std::string> words;
+};
+
+/// Commands that are refused, each after the same arguments, and that leave nothing.
+inline void check_refused_commands(const Workplace& place, const std::string& begin,
+                                   const std::vector<RefusedCommand>& commands) {
+    const auto visible = [&place] {
+        std::vector<std::string> names = place.names();
+        const auto hidden = [](const std::string& name) { return name[0] == '.'; };
+        names.erase(std::remove_if(names.begin(), names.end(), hidden), names.end());
+        return names;
+    };
+    const std::vector<std::string> before = visible();
+    for (const RefusedCommand& command : commands) {
+        INFO("metabuffer " << begin << command.arguments);
+        check_refused(run_program(place, words_of(begin + command.arguments)), command.words);
+        CHECK(visible() == before);
+    }
+}
 
 inline std::vector<std::string> operator+(std::vector<std::string> a, const std::vector<std::string>& b) {
     a.insert(a.end(), b.begin(), b.end());
