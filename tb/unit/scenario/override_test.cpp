@@ -18,6 +18,16 @@ constexpr const char* kTwoFrames =
     "faults:\n"
     "  - {renderer: ball, pair: 0, kind: crc}\n";
 
+/// Of a scenario with an override: what is said of it, after the words that name it.
+auto complaint_of(const ScenarioFixture& fixture, const std::string& text = ScenarioFixture::minimal()) {
+    return [&fixture, text](const std::string& setting) {
+        const std::string error = fixture.error(text, {setting});
+        const std::string named = "--set " + setting + ": ";
+        REQUIRE(error.rfind(named, 0) == 0);
+        return error.substr(named.size());
+    };
+}
+
 }  // namespace
 
 TEST_CASE("override: PATH=VALUE replaces a value before anything is checked, both ways to write an index") {
@@ -74,63 +84,41 @@ TEST_CASE("override: values are YAML, for a known key and the maps around it, bu
     CHECK(fixture.parse(minimal, {"renderers.0.frames.0.viewport.multiple=2"}).renderers[0].frames[0].table ==
           ViewportTable{{1, 0, 0, 8, 4, 0, 0, 2}});
     CHECK(fixture.parse("bus:\n" + minimal, {"bus.width_bits=32"}).bus.width_bits == 32);
-    fixture.check_refusals({
-        {minimal,
-         {"faults.0.pair=3"},
-         "--set faults.0.pair=3: faults[0]: is out of range; faults has no entries to override; use the "
-         "whole list as the value"},
-        {minimal,
-         {"renderers.1.name=cube"},
-         "--set renderers.1.name=cube: renderers[1]: is out of range; use an index of renderers, 0 to 0"},
-        {minimal,
-         {"renderers[99999999999999999999].name=a"},
-         "--set renderers[99999999999999999999].name=a: renderers: '99999999999999999999' is not an index; "
-         "use an index of renderers, 0 to 0"},
-        {minimal,
-         {"renderers.-1.name=a"},
-         "--set renderers.-1.name=a: renderers: '-1' is not an index; use an index of renderers, 0 to 0"},
-        {minimal,
-         {"renderers.name=a"},
-         "--set renderers.name=a: renderers: 'name' is not an index; use an index of renderers, 0 to 0"},
-        {kTwoFrames,
-         {"renderers.0.frames.2.viewport.x=1"},
-         "--set renderers.0.frames.2.viewport.x=1: renderers[0].frames[2]: is out of range; use an index of "
-         "renderers[0].frames, 0 to 1"},
+    check_refusals(complaint_of(fixture))({
+        {"faults.0.pair=3",
+         "faults[0]: is out of range; faults has no entries to override; use the whole list as the value"},
+        {"renderers.1.name=cube", "renderers[1]: is out of range; use an index of renderers, 0 to 0"},
+        {"renderers[99999999999999999999].name=a",
+         "renderers: '99999999999999999999' is not an index; use an index of renderers, 0 to 0"},
+        {"renderers.-1.name=a", "renderers: '-1' is not an index; use an index of renderers, 0 to 0"},
+        {"renderers.name=a", "renderers: 'name' is not an index; use an index of renderers, 0 to 0"},
     });
+    check_text(complaint_of(fixture, kTwoFrames)("renderers.0.frames.2.viewport.x=1"),
+               "renderers[0].frames[2]: is out of range; use an index of renderers[0].frames, 0 to 1");
 }
 
 TEST_CASE("override: an unknown key names the nearest, and errors name it in place of file and line") {
     const ScenarioFixture fixture;
     const std::string minimal = ScenarioFixture::minimal();
-    const auto error = [&](const std::string& setting) { return fixture.error(minimal, {setting}); };
-    check_refusals(error)({
-        {"bus.widht_bits=32",
-         "--set bus.widht_bits=32: bus.widht_bits: is not a known key; the nearest is bus.width_bits"},
-        {"buss.width_bits=32", "--set buss.width_bits=32: buss: is not a known key; the nearest is bus"},
+    check_refusals(complaint_of(fixture))({
+        {"bus.widht_bits=32", "bus.widht_bits: is not a known key; the nearest is bus.width_bits"},
+        {"buss.width_bits=32", "buss: is not a known key; the nearest is bus"},
         {"renderers.0.frames.0.viewport.mutiple=2",
-         "--set renderers.0.frames.0.viewport.mutiple=2: renderers[0].frames[0].viewport.mutiple: is not a "
-         "known key; the nearest is renderers[0].frames[0].viewport.multiple"},
-        {"bus={width: 32}",
-         "--set bus={width: 32}: bus.width: is not a known key; the nearest is displays.width"},
-        {"bus[0]=32", "--set bus[0]=32: bus.0: is not a known key; ..."},
-        {"frames.x=1", "--set frames.x=1: frames: has nothing inside; use --set frames=VALUE"},
-    });
-    check_refusals(error)({
-        {"bus.width_bits=33",
-         "--set bus.width_bits=33: bus.width_bits: 33 is not a bus width; use 16, 32, 64, 128, 256 or 512"},
-        {"frames=", "--set frames=: frames: is nothing; use 1 to 1000000"},
-        {"frames=010",
-         "--set frames=010: frames: '010' has a leading zero; use 1 to 1000000, in decimal digits"},
-        {"depth_range=[2, 2]",
-         "--set depth_range=[2, 2]: depth_range: near and far are both 2; use two different depths"},
+         "renderers[0].frames[0].viewport.mutiple: is not a known key; the nearest is "
+         "renderers[0].frames[0].viewport.multiple"},
+        {"bus={width: 32}", "bus.width: is not a known key; the nearest is displays.width"},
+        {"bus[0]=32", "bus.0: is not a known key; ..."},
+        {"frames.x=1", "frames: has nothing inside; use --set frames=VALUE"},
+        {"bus.width_bits=33", "bus.width_bits: 33 is not a bus width; use 16, 32, 64, 128, 256 or 512"},
+        {"frames=", "frames: is nothing; use 1 to 1000000"},
+        {"frames=010", "frames: '010' has a leading zero; use 1 to 1000000, in decimal digits"},
+        {"depth_range=[2, 2]", "depth_range: near and far are both 2; use two different depths"},
         {"composer.ready_space_pixels=1",
-         "--set composer.ready_space_pixels=1: composer.ready_space_pixels: 1 is less than the 2 pixels "
-         "that can be in flight; use 2 or more"},
-        {"bus=[1", "--set bus=[1: not valid YAML: ..."},
-        {"frames=,", "--set frames=,: text goes on after the end of ..."},
+         "composer.ready_space_pixels: 1 is less than the 2 pixels that can be in flight; use 2 or more"},
+        {"bus=[1", "not valid YAML: ..."},
+        {"frames=,", "text goes on after the end of ..."},
         {"bus={width_bits: 32, width_bits: 64}",
-         "--set bus={width_bits: 32, width_bits: 64}: width_bits: is here twice, first already; use each "
-         "key once in a map"},
+         "width_bits: is here twice, first already; use each key once in a map"},
     });
     CHECK(fixture.error(minimal, {"name=\"a\\\nb\n\nc\""}).find('\n') == std::string::npos);
     CHECK(fixture.error(minimal, {"renderers.0.frames.0.image=none.png"}) ==
@@ -144,14 +132,11 @@ TEST_CASE("override: an unknown key names the nearest, and errors name it in pla
     for (const std::string path : {".", "bus.", ".bus", "bus..width_bits", "renderers[0", "renderers[]",
                                    "[0]", "renderers[0]name", "renderers]0["}) {
         INFO(path);
-        const std::string error = fixture.error(ScenarioFixture::minimal(), {path + "=1"});
-        CHECK(error.rfind("--set " + path + "=1: ", 0) == 0);
         const bool is_path = path == "renderers]0[";
-        CHECK(
-            (is_path ||
-             error.find(
-                 "is not a key path; use keys and indices with dots, like renderers.0.frames.1.viewport.x") !=
-                 std::string::npos));
+        check_text(complaint_of(fixture)(path + "=1"),
+                   is_path ? "..."
+                           : "...is not a key path; use keys and indices with dots, like "
+                             "renderers.0.frames.1.viewport.x...");
     }
 }
 
