@@ -19,14 +19,11 @@ TEST_CASE("pixel: the memory word holds RGB in [23:0], A in [31:24], Z in [55:32
     CHECK(pixel.z() == 0x9ABCDE);
     CHECK(pixel.rgb() == 0x123456);
     CHECK(Pixel().word() == 0);
-}
-
-TEST_CASE("pixel: each field of the memory word takes its own bits and no others") {
+    // Each field takes its own bits and no others.
     CHECK(Pixel(0xFF, 0, 0, 0, 0).word() == 0x00000000'00FF0000U);
     CHECK(Pixel(0, 0xFF, 0, 0, 0).word() == 0x00000000'0000FF00U);
     CHECK(Pixel(0, 0, 0xFF, 0, 0).word() == 0x00000000'000000FFU);
     CHECK(Pixel(0, 0, 0, 0xFF, 0).word() == 0x00000000'FF000000U);
-    CHECK(Pixel(0, 0, 0, 0, 0xFFFFFF).word() == 0x00FFFFFF'00000000U);
     CHECK(Pixel(0, 0, 0, 0, 0xFFFFFFFF).word() == 0x00FFFFFF'00000000U);
 }
 
@@ -42,45 +39,27 @@ TEST_CASE("pixel: words compare bit for bit") {
     }
 }
 
-TEST_CASE("pixel: the far plane is all ones in the depth format's Z width") {
-    CHECK(far_z(DepthFormat::kA8Z16) == 0xFFFF);
-    CHECK(far_z(DepthFormat::kZ24) == 0xFFFFFF);
-}
-
-TEST_CASE("colour frame: the link carries R[23:16] G[15:8] B[7:0]") {
+TEST_CASE("pixel: a colour frame carries R, G, B; a depth frame A and Z or, for z24, Z alone with A as 255") {
+    constexpr DepthFormat k16 = DepthFormat::kA8Z16;
+    constexpr DepthFormat k24 = DepthFormat::kZ24;
+    CHECK(far_z(k16) == 0xFFFF);
+    CHECK(far_z(k24) == 0xFFFFFF);
     CHECK(colour_link_bits(Pixel(0xAB, 0xCD, 0xEF, 0xFF, 0xFFFFFF)) == 0xABCDEF);
     CHECK(colour_link_bits(Pixel(0, 0, 0, 0xFF, 0xFFFFFF)) == 0);
-}
-
-TEST_CASE("depth frame a8z16: the link carries A[23:16] Z[15:0]") {
-    CHECK(depth_link_bits(Pixel(0xFF, 0xFF, 0xFF, 0x12, 0x3456), DepthFormat::kA8Z16) == 0x123456);
-    CHECK(depth_link_bits(Pixel(0, 0, 0, 0, 0xAB1234), DepthFormat::kA8Z16) == 0x001234);
-}
-
-TEST_CASE("depth frame z24: the link carries Z[23:0] and no alpha") {
-    CHECK(depth_link_bits(Pixel(0xFF, 0xFF, 0xFF, 0x12, 0x3456AB), DepthFormat::kZ24) == 0x3456AB);
-    CHECK(depth_link_bits(Pixel(0, 0, 0, 0xFF, 0), DepthFormat::kZ24) == 0);
-}
-
-TEST_CASE("input framebuffer word: a colour frame replaces RGB and leaves A and Z") {
+    CHECK(depth_link_bits(Pixel(0xFF, 0xFF, 0xFF, 0x12, 0x3456), k16) == 0x123456);
+    CHECK(depth_link_bits(Pixel(0, 0, 0, 0, 0xAB1234), k16) == 0x001234);
+    CHECK(depth_link_bits(Pixel(0xFF, 0xFF, 0xFF, 0x12, 0x3456AB), k24) == 0x3456AB);
+    CHECK(depth_link_bits(Pixel(0, 0, 0, 0xFF, 0), k24) == 0);
+    // In the memory word each replaces its own and leaves the other's.
     const Pixel old(0x11, 0x22, 0x33, 0x44, 0x556677);
-    CHECK(with_colour_half(old, 0xABCDEF) == Pixel(0xAB, 0xCD, 0xEF, 0x44, 0x556677));
     CHECK(with_colour_half(old, 0xFFABCDEF) == Pixel(0xAB, 0xCD, 0xEF, 0x44, 0x556677));
     CHECK(with_colour_half(old, 0) == Pixel(0, 0, 0, 0x44, 0x556677));
-}
-
-TEST_CASE("input framebuffer word: an a8z16 depth frame replaces A and Z and leaves RGB") {
-    const Pixel old(0x11, 0x22, 0x33, 0x44, 0x556677);
-    CHECK(with_depth_half(old, 0xABCDEF, DepthFormat::kA8Z16).word() == 0x0000CDEF'AB112233U);
-    CHECK(with_depth_half(old, 0, DepthFormat::kA8Z16).word() == 0x00000000'00112233U);
-    CHECK(with_depth_half(old, 0xFFFFFFFF, DepthFormat::kA8Z16).word() == 0x0000FFFF'FF112233U);
-}
-
-TEST_CASE("input framebuffer word: a z24 depth frame replaces Z, sets A to 255 and leaves RGB") {
-    const Pixel old(0x11, 0x22, 0x33, 0x44, 0x556677);
-    CHECK(with_depth_half(old, 0xABCDEF, DepthFormat::kZ24).word() == 0x00ABCDEF'FF112233U);
-    CHECK(with_depth_half(old, 0, DepthFormat::kZ24).word() == 0x00000000'FF112233U);
-    CHECK(with_depth_half(old, 0xFFFFFFFF, DepthFormat::kZ24).word() == 0x00FFFFFF'FF112233U);
+    CHECK(with_depth_half(old, 0xABCDEF, k16).word() == 0x0000CDEF'AB112233U);
+    CHECK(with_depth_half(old, 0, k16).word() == 0x00000000'00112233U);
+    CHECK(with_depth_half(old, 0xFFFFFFFF, k16).word() == 0x0000FFFF'FF112233U);
+    CHECK(with_depth_half(old, 0xABCDEF, k24).word() == 0x00ABCDEF'FF112233U);
+    CHECK(with_depth_half(old, 0, k24).word() == 0x00000000'FF112233U);
+    CHECK(with_depth_half(old, 0xFFFFFFFF, k24).word() == 0x00FFFFFF'FF112233U);
 }
 
 TEST_CASE("depth formats: alpha and Z lie beside each other in the 24 bits, and alpha is whole or left out") {

@@ -11,7 +11,8 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-TEST_CASE("slot payload: mark, bits of a slot, their number, and the slots from the lowest bit on") {
+TEST_CASE(
+    "slot payload: mark, bits of a slot, their number, the slots from the lowest bit on, and room for them") {
     CHECK(encode_slots({0, 1, 1, 0, 1}, 2) == Bytes{'S', 1, 5, 0, 0b10110});
     CHECK(encode_slots({2, 0, 1, 2, 1}, 3) == Bytes{'S', 2, 5, 0, 0b10'01'00'10, 0b01});
     CHECK(encode_slots({4, 3}, 5) == Bytes{'S', 3, 2, 0, 0b011'100});
@@ -19,6 +20,14 @@ TEST_CASE("slot payload: mark, bits of a slot, their number, and the slots from 
     CHECK(encode_slots({65535, 1}, 65536) == Bytes{'S', 16, 2, 0, 0xFF, 0xFF, 1, 0});
     CHECK(encode_slots({}, 4) == Bytes{'S', 2, 0, 0});
     CHECK(encode_slots(std::vector<int>(258, 1), 2)[3] == 1);
+    CHECK(slots_in_payload(0, 2) == 0);
+    CHECK(slots_in_payload(4, 2) == 0);
+    CHECK(slots_in_payload(5, 2) == 8);
+    CHECK(slots_in_payload(5, 3) == 4);
+    CHECK(slots_in_payload(5, 5) == 2);
+    CHECK(slots_in_payload(5, 257) == 0);
+    CHECK(slots_in_payload(6, 257) == 1);
+    CHECK(slots_in_payload(1'000'000, 2) == 65535);
 }
 
 TEST_CASE("slot payload: the slots that come are those that were sent") {
@@ -62,17 +71,6 @@ TEST_CASE("slot payload: a payload of another kind, or not as long as it says, i
     CHECK_FALSE(decode_slots({'S', 0, 3, 0}));
     CHECK_FALSE(decode_slots({'S', 17, 1, 0, 1, 0, 0}));
     CHECK(decode_slots({'S', 16, 1, 0, 1, 0}) == std::vector<int>{1});
-}
-
-TEST_CASE("slot payload: room for slots") {
-    CHECK(slots_in_payload(0, 2) == 0);
-    CHECK(slots_in_payload(4, 2) == 0);
-    CHECK(slots_in_payload(5, 2) == 8);
-    CHECK(slots_in_payload(5, 3) == 4);
-    CHECK(slots_in_payload(5, 5) == 2);
-    CHECK(slots_in_payload(5, 257) == 0);
-    CHECK(slots_in_payload(6, 257) == 1);
-    CHECK(slots_in_payload(1'000'000, 2) == 65535);
 }
 
 }  // namespace

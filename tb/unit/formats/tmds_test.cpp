@@ -55,7 +55,7 @@ std::set<TmdsCharacter> data_characters() {
     return characters;
 }
 
-TEST_CASE("tmds: every byte at every disparity has the character of DVI's flow chart") {
+TEST_CASE("tmds: every character is that of DVI's flow chart, at every disparity, to and fro") {
     const std::set<int> disparities = reachable_disparities();
     CHECK(*disparities.begin() == -kMostTmdsDisparity);
     CHECK(*disparities.rbegin() == kMostTmdsDisparity);
@@ -71,24 +71,15 @@ TEST_CASE("tmds: every byte at every disparity has the character of DVI's flow c
             CHECK(encoded.disparity - disparity == ones_less_zeros(encoded.character));
         }
     }
-}
-
-TEST_CASE("tmds: the decoder gives the byte that was encoded, at every disparity") {
     for (const int disparity : reachable_disparities()) {
         for (unsigned d = 0; d < 256; ++d) {
             CHECK(decode_tmds(encode_tmds(static_cast<std::uint8_t>(d), disparity).character) == d);
         }
     }
-}
-
-TEST_CASE("tmds: every character of ten bits is decoded as DVI's flow chart does") {
     for (TmdsCharacter character = 0; character <= kTmdsCharacterMask; ++character) {
         INFO("character " << character);
         CHECK(decode_tmds(character) == tmds_byte(character));
     }
-}
-
-TEST_CASE("tmds: a character of a pixel has at most five transitions, a control character at least seven") {
     for (const TmdsCharacter character : data_characters()) CHECK(transitions(character) <= 5);
     for (const TmdsCharacter character : kTmdsControl) CHECK(transitions(character) >= 7);
 }
@@ -258,8 +249,7 @@ TEST_CASE("tmds: lines of pixels never move the beginning of characters, whereve
 
 // ---- skew ----
 
-TEST_CASE(
-    "tmds: the skew of every combination of channels is measured when the earliest line is old enough") {
+TEST_CASE("tmds: the skew of every combination of channels is measured when the last line has begun") {
     for (unsigned blue = 0; blue <= 4; ++blue) {
         for (unsigned green = 0; green <= 4; ++green) {
             for (unsigned red = 0; red <= 4; ++red) {
@@ -275,9 +265,6 @@ TEST_CASE(
             }
         }
     }
-}
-
-TEST_CASE("tmds: a line that has not begun on every channel gives no skew") {
     CHECK_FALSE(tmds_skew({0, 0, 0}));
     CHECK_FALSE(tmds_skew({16, 0, 0}));
     CHECK_FALSE(tmds_skew({16, 8, 0}));

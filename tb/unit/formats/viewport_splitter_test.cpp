@@ -161,60 +161,52 @@ TEST_CASE("viewport splitter: gives a smoothed image an apron wherever it goes o
     }
 }
 
-TEST_CASE("viewport splitter: gives the paper's sample table") {
-    const ViewportTable wanted = {{1, 0, 0, 75, 75, 25, 25, 1},
-                                  {2, 75, 0, 25, 75, 0, 25, 1},
-                                  {3, 0, 75, 75, 25, 25, 0, 1},
-                                  {4, 75, 75, 25, 25, 0, 0, 1}};
-    CHECK((split_viewport({25, 25, 1}, 100, 100, {2, 2, 100, 100}) == wanted));
-}
-
-TEST_CASE("viewport splitter: case three of the paper, four displays share a doubled image") {
-    const ViewportTable wanted = {{1, 0, 0, 50, 50, 0, 0, 2},
-                                  {2, 50, 0, 50, 50, 0, 0, 2},
-                                  {3, 0, 50, 50, 50, 0, 0, 2},
-                                  {4, 50, 50, 50, 50, 0, 0, 2}};
-    CHECK((split_viewport({0, 0, 2}, 100, 100, {2, 2, 100, 100}) == wanted));
-}
-
-TEST_CASE("viewport splitter: case four of the paper, a doubled image over nine displays") {
+TEST_CASE("viewport splitter: the paper's tables, and source pixels that straddle displays or do not show") {
+    struct Case {
+        Viewport viewport;
+        ImageSize image;
+        DisplayWall wall;
+        ViewportTable table;
+    };
+    const std::vector<Case> cases{
+        {{25, 25, 1},
+         {100, 100},
+         {2, 2, 100, 100},
+         {{1, 0, 0, 75, 75, 25, 25, 1},
+          {2, 75, 0, 25, 75, 0, 25, 1},
+          {3, 0, 75, 75, 25, 25, 0, 1},
+          {4, 75, 75, 25, 25, 0, 0, 1}}},
+        // Its case three: four displays share a doubled image.
+        {{0, 0, 2},
+         {100, 100},
+         {2, 2, 100, 100},
+         {{1, 0, 0, 50, 50, 0, 0, 2},
+          {2, 50, 0, 50, 50, 0, 0, 2},
+          {3, 0, 50, 50, 50, 0, 0, 2},
+          {4, 50, 50, 50, 50, 0, 0, 2}}},
+        // Tripled from 8, the pixels cover 8..10 and 11..13 of two rasters of 10.
+        {{8, 0, 3}, {2, 1}, {2, 1, 10, 10}, {{1, 0, 0, 1, 1, 8, 0, 3}, {2, 0, 0, 2, 1, -2, 0, 3}}},
+        // One source pixel larger than the whole wall goes to every display.
+        {{-4, -5, 50},
+         {1, 1},
+         {2, 2, 10, 10},
+         {{1, 0, 0, 1, 1, -4, -5, 50},
+          {2, 0, 0, 1, 1, -14, -5, 50},
+          {3, 0, 0, 1, 1, -4, -15, 50},
+          {4, 0, 0, 1, 1, -14, -15, 50}}},
+        // From -7 by 3: the first two columns end at -2, the third covers -1..1 and shows in part.
+        {{-7, -4, 3}, {20, 3}, {1, 1, 10, 10}, {{1, 2, 1, 4, 2, -1, -1, 3}}},
+    };
+    for (const Case& one : cases) {
+        INFO(one.viewport.x << ", " << one.viewport.y << " x" << one.viewport.multiple);
+        CHECK((split_viewport(one.viewport, one.image.width, one.image.height, one.wall) == one.table));
+    }
+    // Its case four: a doubled image over nine displays.
     const ViewportTable table = split_viewport({60, 60, 2}, 100, 100, {3, 3, 100, 100});
     REQUIRE(table.size() == 9);
     CHECK((table[0] == ViewportRow{1, 0, 0, 20, 20, 60, 60, 2}));
     CHECK((table[4] == ViewportRow{5, 20, 20, 50, 50, 0, 0, 2}));
     CHECK((table[8] == ViewportRow{9, 70, 70, 30, 30, 0, 0, 2}));
-}
-
-TEST_CASE("viewport splitter: a source pixel that straddles two displays goes to both") {
-    // Tripled from 8, the pixels cover 8..10 and 11..13 of two rasters of 10.
-    const ViewportTable wanted = {{1, 0, 0, 1, 1, 8, 0, 3}, {2, 0, 0, 2, 1, -2, 0, 3}};
-    CHECK((split_viewport({8, 0, 3}, 2, 1, {2, 1, 10, 10}) == wanted));
-    // One source pixel larger than the whole wall goes to every display.
-    const ViewportTable everywhere = {{1, 0, 0, 1, 1, -4, -5, 50},
-                                      {2, 0, 0, 1, 1, -14, -5, 50},
-                                      {3, 0, 0, 1, 1, -4, -15, 50},
-                                      {4, 0, 0, 1, 1, -14, -15, 50}};
-    CHECK((split_viewport({-4, -5, 50}, 1, 1, {2, 2, 10, 10}) == everywhere));
-}
-
-TEST_CASE("viewport splitter: source lines that would not show at all are clipped away") {
-    // From -7 by 3: the first two columns end at -2, the third covers -1..1 and shows in part.
-    const ViewportTable wanted = {{1, 2, 1, 4, 2, -1, -1, 3}};
-    CHECK((split_viewport({-7, -4, 3}, 20, 3, {1, 1, 10, 10}) == wanted));
-}
-
-TEST_CASE("viewport splitter: an image wholly outside the wall has an empty table") {
-    const DisplayWall wall{2, 2, 10, 8};
-    for (const Viewport& outside : {Viewport{20, 0, 2}, Viewport{0, 16, 2}, Viewport{-10, 0, 2},
-                                    Viewport{0, -8, 2}, Viewport{500, -500, 2}}) {
-        INFO(outside.x << ", " << outside.y);
-        CHECK(split_viewport(outside, 5, 4, wall).empty());
-    }
-    for (const Viewport& inside :
-         {Viewport{19, 0, 2}, Viewport{0, 15, 2}, Viewport{-9, 0, 2}, Viewport{0, -7, 2}}) {
-        INFO(inside.x << ", " << inside.y);
-        CHECK_FALSE(split_viewport(inside, 5, 4, wall).empty());
-    }
 }
 
 TEST_CASE("viewport splitter: agrees with painting for every position of a small image around a small wall") {
@@ -246,7 +238,7 @@ TEST_CASE("viewport splitter: agrees with painting for random walls, images, pos
     }
 }
 
-TEST_CASE("viewport splitter: a multiple outside 1 to 255 is the host's error, seen or unseen") {
+TEST_CASE("viewport splitter: what 1 to 255 or 16 bits cannot hold is the host's error") {
     const DisplayWall wall{2, 2, 10, 10};
     for (const int multiple : {0, -1, 256, 2147483647}) {
         INFO("multiple " << multiple);
@@ -255,9 +247,6 @@ TEST_CASE("viewport splitter: a multiple outside 1 to 255 is the host's error, s
     }
     CHECK_NOTHROW(split_viewport({0, 0, 1}, 4, 4, wall));
     CHECK_NOTHROW(split_viewport({0, 0, 255}, 4, 4, wall));
-}
-
-TEST_CASE("viewport splitter: a coordinate that its 16 bits cannot hold is the host's error") {
     const DisplayWall wide{1, 1, 140000, 10};
     CHECK(split_viewport({32767, 0, 1}, 4, 4, wide).at(0).dx == 32767);
     CHECK_THROWS_WITH(split_viewport({32768, 0, 1}, 4, 4, wide), Catch::Contains("Dx = 32768"));

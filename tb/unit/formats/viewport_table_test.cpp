@@ -4,8 +4,10 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "support/random_seed.h"
+#include "support/refusals.h"
 #include "support/rows.h"
 
 namespace metabuffer {
@@ -24,13 +26,13 @@ ViewportRow changed(const Change& change) {
     return row;
 }
 
-RowDefect defect_after(const Change& change) { return row_defect(changed(change), kLimits); }
-
-std::string message_after(const Change& change, const ViewportLimits& limits = kLimits) {
-    const ValidatedTable result = validate_table({changed(change)}, limits);
-    REQUIRE(result.rows.empty());
-    REQUIRE(result.rejected.size() == 1);
-    return result.rejected.front().message;
+/// What is said of the row after a change of it; nothing if it is valid.
+auto message_with(const ViewportLimits& limits) {
+    return [limits](const Change& change) {
+        const ValidatedTable result = validate_table({changed(change)}, limits);
+        REQUIRE(result.rows.size() + result.rejected.size() == 1);
+        return result.rejected.empty() ? std::string() : result.rejected.front().message;
+    };
 }
 
 /// Whether any repetition of the source line that is the index-th of the segment lies on the raster.
@@ -86,155 +88,115 @@ TEST_CASE("viewport table: the paper's sample table is valid as it is") {
     CHECK(validate_table({}, kLimits).rejected.empty());
 }
 
-TEST_CASE("viewport row: Dcomp is 1 to the number of displays") {
-    for (const int dcomp : {1, 2, 3, 4}) {
-        CHECK(defect_after([&](ViewportRow& row) { row.dcomp = static_cast<std::uint16_t>(dcomp); }) ==
-              RowDefect::kNone);
-    }
-    for (const int dcomp : {0, 5, 6, 32768, 65535}) {
-        CHECK(defect_after([&](ViewportRow& row) { row.dcomp = static_cast<std::uint16_t>(dcomp); }) ==
-              RowDefect::kDisplay);
-    }
-}
-
-TEST_CASE("viewport row: Dmultiple is 1 to 255") {
-    for (const int multiple : {1, 2, 254, 255}) {
-        CHECK(defect_after([&](ViewportRow& row) {
-                  row.dmultiple = static_cast<std::uint16_t>(multiple);
-                  row.sdx = row.sdy = 1;
-              }) == RowDefect::kNone);
-    }
-    for (const int multiple : {0, 256, 32768, 65535}) {
-        CHECK(defect_after([&](ViewportRow& row) {
-                  row.dmultiple = static_cast<std::uint16_t>(multiple);
-                  row.sdx = row.sdy = 1;
-              }) == RowDefect::kMultiple);
-    }
-}
-
-TEST_CASE("viewport row: the source rectangle is not empty") {
-    CHECK(defect_after([](ViewportRow& row) { row.sdx = 1; }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) { row.sdy = 1; }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) { row.sdx = 0; }) == RowDefect::kSource);
-    CHECK(defect_after([](ViewportRow& row) { row.sdy = 0; }) == RowDefect::kSource);
-}
-
-TEST_CASE("viewport row: the source rectangle stays within the image") {
-    CHECK(defect_after([](ViewportRow& row) { row.sx = 80; }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) { row.sx = 81; }) == RowDefect::kSource);
-    CHECK(defect_after([](ViewportRow& row) { row.sy = 65; }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) { row.sy = 66; }) == RowDefect::kSource);
-    const auto whole_image = [](ViewportRow& row) {
-        row.sx = row.sy = 0;
-        row.dmultiple = 1;
-        row.sdx = 100;
-        row.sdy = 80;
-    };
-    CHECK(defect_after(whole_image) == RowDefect::kNone);
-    CHECK(defect_after([&](ViewportRow& row) {
-              whole_image(row);
-              row.sdx = 101;
-          }) == RowDefect::kSource);
-    CHECK(defect_after([&](ViewportRow& row) {
-              whole_image(row);
-              row.sdy = 81;
-          }) == RowDefect::kSource);
-    // The sum of two 16-bit fields needs 17 bits.
-    CHECK(defect_after([](ViewportRow& row) { row.sx = 65535; }) == RowDefect::kSource);
-    CHECK(defect_after([](ViewportRow& row) { row.sdy = 65530; }) == RowDefect::kSource);
-}
-
-TEST_CASE("viewport row: its first source pixel shows at least in part") {
-    CHECK(defect_after([](ViewportRow& row) { row.dx = -2; }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) { row.dx = -3; }) == RowDefect::kDestination);
-    CHECK(defect_after([](ViewportRow& row) { row.dy = -2; }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) { row.dy = -3; }) == RowDefect::kDestination);
-    CHECK(defect_after([](ViewportRow& row) {
-              row.sdx = 1;
-              row.dx = 200;
-          }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) {
-              row.sdx = 1;
-              row.dx = 201;
-          }) == RowDefect::kDestination);
-    CHECK(defect_after([](ViewportRow& row) {
-              row.sdy = 1;
-              row.dy = 149;
-          }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) {
-              row.sdy = 1;
-              row.dy = 150;
-          }) == RowDefect::kDestination);
-    CHECK(defect_after([](ViewportRow& row) {
-              row.dmultiple = 1;
-              row.dx = -1;
-          }) == RowDefect::kDestination);
-}
-
-TEST_CASE("viewport row: its last source pixel shows at least in part") {
-    // Dx + 20 * 3 < 201 + 3 and Dy + 15 * 3 < 150 + 3.
-    CHECK(defect_after([](ViewportRow& row) { row.dx = 143; }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) { row.dx = 144; }) == RowDefect::kDestination);
-    CHECK(defect_after([](ViewportRow& row) { row.dy = 107; }) == RowDefect::kNone);
-    CHECK(defect_after([](ViewportRow& row) { row.dy = 108; }) == RowDefect::kDestination);
-}
-
-TEST_CASE("viewport row: the buffer holds the ready space, and beside it a source row to be repeated") {
-    ViewportLimits limits = kLimits;
-    const ViewportRow replicated = good_row();  // Sdx 20
-    ViewportRow single = good_row();
-    single.dmultiple = 1;
-
-    limits.buffer_pixels = 52;
-    CHECK(row_defect(replicated, limits) == RowDefect::kNone);
-    limits.buffer_pixels = 51;
-    CHECK(row_defect(replicated, limits) == RowDefect::kBuffer);
-    CHECK(row_defect(single, limits) == RowDefect::kNone);
-    limits.buffer_pixels = 32;
-    CHECK(row_defect(single, limits) == RowDefect::kNone);
-    limits.buffer_pixels = 31;
-    CHECK(row_defect(single, limits) == RowDefect::kBuffer);
+TEST_CASE("viewport row: each rule up to its limit, and beyond it what is wrong and what would be right") {
+    test::check_refusals<Change>(message_with(kLimits))({
+        {[](auto& row) { row.dcomp = 4; }, ""},
+        {[](auto& row) { row.dcomp = 0; }, "Dcomp 0 is not a display: 1 to 4"},
+        {[](auto& row) { row.dcomp = 5; }, "Dcomp 5 is not a display: 1 to 4"},
+        {[](auto& row) { row.dcomp = 65535; }, "Dcomp 65535 is not a display: 1 to 4"},
+        {[](auto& row) { row.dmultiple = 1; }, ""},
+        {[](auto& row) { row.dmultiple = 255, row.sdx = row.sdy = 1; }, ""},
+        {[](auto& row) { row.dmultiple = 0; }, "Dmultiple 0 is outside 1 to 255"},
+        {[](auto& row) { row.dmultiple = 256, row.sdx = row.sdy = 1; }, "Dmultiple 256 is outside 1 to 255"},
+        {[](auto& row) { row.dmultiple = 65535; }, "Dmultiple 65535 is outside 1 to 255"},
+        {[](auto& row) { row.sdx = 1; }, ""},
+        {[](auto& row) { row.sdy = 1; }, ""},
+        {[](auto& row) { row.sdx = 0; }, "Sdx 0 makes the segment empty: at least 1"},
+        {[](auto& row) { row.sdy = 0; }, "Sdy 0 makes the segment empty: at least 1"},
+        {[](auto& row) { row.sx = 80; }, ""},
+        {[](auto& row) { row.sx = 81; }, "Sx + Sdx = 101 leaves the image of 100 pixels"},
+        {[](auto& row) { row.sy = 65; }, ""},
+        {[](auto& row) { row.sy = 66; }, "Sy + Sdy = 81 leaves the image of 80 scanlines"},
+        {[](auto& row) {
+             row = test::table_row(1, {}, {100, 80}, {});
+         },
+         ""},
+        {[](auto& row) {
+             row = test::table_row(1, {}, {101, 80}, {});
+         },
+         "Sx + Sdx = 101 leaves the image of 100 pixels"},
+        {[](auto& row) {
+             row = test::table_row(1, {}, {100, 81}, {});
+         },
+         "Sy + Sdy = 81 leaves the image of 80 scanlines"},
+        // The sum of two 16-bit fields needs 17 bits.
+        {[](auto& row) { row.sx = 65535; }, "Sx + Sdx = 65555 leaves the image of 100 pixels"},
+        {[](auto& row) { row.sdy = 65530; }, "Sy + Sdy = 65540 leaves the image of 80 scanlines"},
+        {[](auto& row) { row.dx = -2; }, ""},
+        {[](auto& row) { row.dx = -3; },
+         "its first source column lies left of the raster: Dx = -3 must stay above -3"},
+        {[](auto& row) { row.dy = -2; }, ""},
+        {[](auto& row) { row.dy = -3; },
+         "its first source row lies above the raster: Dy = -3 must stay above -3"},
+        {[](auto& row) { row.dmultiple = 1, row.dx = -1; },
+         "its first source column lies left of the raster: Dx = -1 must stay above -1"},
+        {[](auto& row) { row.sdx = 1, row.dx = 200; }, ""},
+        {[](auto& row) { row.sdx = 1, row.dx = 201; },
+         "its first source column lies right of the raster: Dx = 201 must stay below 201"},
+        {[](auto& row) { row.sdy = 1, row.dy = 149; }, ""},
+        {[](auto& row) { row.sdy = 1, row.dy = 150; },
+         "its first source row lies below the raster: Dy = 150 must stay below 150"},
+        {[](auto& row) { row.dx = 143; }, ""},
+        {[](auto& row) { row.dx = 144; },
+         "its last source column lies right of the raster: Dx + Sdx*m = 204 must stay below 204"},
+        {[](auto& row) { row.dy = 107; }, ""},
+        {[](auto& row) { row.dy = 108; },
+         "its last source row lies below the raster: Dy + Sdy*m = 153 must stay below 153"},
+    });
 }
 
 TEST_CASE("viewport row: smoothed, the outermost source lines may lie beside the raster, the next may not") {
     // Sdx 20, Sdy 15, Dmultiple 3, a raster of 201 x 150.
     ViewportLimits limits = kLimits;
     limits.smoothing = Smoothing::kBilinear;
-    const auto defect = [&](const Change& change) { return row_defect(changed(change), limits); };
-    CHECK(defect([](ViewportRow& row) { row.dx = -5; }) == RowDefect::kNone);
-    CHECK(defect([](ViewportRow& row) { row.dx = -6; }) == RowDefect::kDestination);
-    CHECK(defect([](ViewportRow& row) { row.dy = -5; }) == RowDefect::kNone);
-    CHECK(defect([](ViewportRow& row) { row.dy = -6; }) == RowDefect::kDestination);
-    CHECK(defect([](ViewportRow& row) { row.dx = 146; }) == RowDefect::kNone);
-    CHECK(defect([](ViewportRow& row) { row.dx = 147; }) == RowDefect::kDestination);
-    CHECK(defect([](ViewportRow& row) { row.dy = 110; }) == RowDefect::kNone);
-    CHECK(defect([](ViewportRow& row) { row.dy = 111; }) == RowDefect::kDestination);
-    // A single source line is its own neighbour, and must show. At Dmultiple 1 nothing is smoothed.
-    CHECK(defect([](ViewportRow& row) { row.sdx = 1, row.dx = -3; }) == RowDefect::kDestination);
-    CHECK(defect([](ViewportRow& row) { row.dmultiple = 1, row.dx = -1; }) == RowDefect::kDestination);
-    CHECK(message_after([](ViewportRow& row) { row.dx = -6; }, limits) ==
-          "its second source column lies left of the raster: Dx = -6 must stay above -6");
-    // A first source column that may lie beside the raster is not what is wrong.
-    CHECK(message_after([](ViewportRow& row) { row.sx = 0, row.sdx = 72, row.dx = -5; }, limits) ==
-          "its last but one source column lies right of the raster: Dx + Sdx*m = 211 must stay below 207");
-    CHECK(message_after([](ViewportRow& row) { row.dy = 111; }, limits) ==
-          "its last but one source row lies below the raster: Dy + Sdy*m = 156 must stay below 156");
+    test::check_refusals<Change>(message_with(limits))({
+        {[](auto& row) { row.dx = -5; }, ""},
+        {[](auto& row) { row.dx = -6; },
+         "its second source column lies left of the raster: Dx = -6 must stay above -6"},
+        {[](auto& row) { row.dy = -5; }, ""},
+        {[](auto& row) { row.dy = -6; },
+         "its second source row lies above the raster: Dy = -6 must stay above -6"},
+        {[](auto& row) { row.dx = 146; }, ""},
+        {[](auto& row) { row.dx = 147; },
+         "its last but one source column lies right of the raster: Dx + Sdx*m = 207 must stay below 207"},
+        {[](auto& row) { row.dy = 110; }, ""},
+        {[](auto& row) { row.dy = 111; },
+         "its last but one source row lies below the raster: Dy + Sdy*m = 156 must stay below 156"},
+        // A first source column that may lie beside the raster is not what is wrong.
+        {[](auto& row) { row.sx = 0, row.sdx = 72, row.dx = -5; },
+         "its last but one source column lies right of the raster: Dx + Sdx*m = 211 must stay below 207"},
+        // A single source line is its own neighbour, and must show. At Dmultiple 1 nothing is smoothed.
+        {[](auto& row) { row.sdx = 1, row.dx = -3; },
+         "its first source column lies left of the raster: Dx = -3 must stay above -3"},
+        {[](auto& row) { row.dmultiple = 1, row.dx = -1; },
+         "its first source column lies left of the raster: Dx = -1 must stay above -1"},
+    });
 }
 
-TEST_CASE("viewport row: smoothed, the buffer holds two source rows beside the ready space") {
-    ViewportLimits limits = kLimits;
-    limits.smoothing = Smoothing::kBilinear;
-    limits.buffer_pixels = 72;
-    CHECK(row_defect(good_row(), limits) == RowDefect::kNone);
-    limits.buffer_pixels = 71;
-    CHECK(row_defect(good_row(), limits) == RowDefect::kBuffer);
-    CHECK(message_after([](ViewportRow&) {}, limits) ==
-          "the composer's buffer of 71 pixels could never hold what the row needs: at least 2*Sdx + "
-          "ready_space_pixels = 72");
-    ViewportRow single = good_row();
-    single.dmultiple = 1;
-    limits.buffer_pixels = 32;
-    CHECK(row_defect(single, limits) == RowDefect::kNone);
+TEST_CASE(
+    "viewport row: the buffer holds the ready space, and beside it the source rows that are read again") {
+    struct Case {
+        Smoothing smoothing;
+        std::uint16_t multiple;
+        int buffer_pixels;
+        const char* least;  ///< nothing: it is enough
+    };
+    for (const Case& one : {Case{Smoothing::kReplicate, 3, 52, ""},
+                            Case{Smoothing::kReplicate, 3, 51, "Sdx + ready_space_pixels = 52"},
+                            Case{Smoothing::kReplicate, 1, 32, ""},
+                            Case{Smoothing::kReplicate, 1, 31, "ready_space_pixels = 32"},
+                            Case{Smoothing::kBilinear, 3, 72, ""},
+                            Case{Smoothing::kBilinear, 3, 71, "2*Sdx + ready_space_pixels = 72"},
+                            Case{Smoothing::kBilinear, 1, 32, ""}}) {
+        ViewportLimits limits = kLimits;
+        limits.smoothing = one.smoothing;
+        limits.buffer_pixels = one.buffer_pixels;
+        const std::string least = one.least;
+        CHECK(message_with(limits)([&one](auto& row) { row.dmultiple = one.multiple; }) ==
+              (least.empty() ? ""
+                             : "the composer's buffer of " + std::to_string(one.buffer_pixels) +
+                                   " pixels could never hold what the row needs: at least " + least));
+    }
 }
 
 TEST_CASE("viewport row: extreme fields and limits overflow nothing") {
@@ -275,6 +237,8 @@ TEST_CASE("viewport table: of several defects the first in the order of the rule
     const ValidatedTable result = validate_table({row, duplicate_and_worse}, limits);
     REQUIRE(result.rejected.size() == 1);
     CHECK(result.rejected[0].defect == RowDefect::kDuplicate);
+    CHECK(result.rejected[0].message ==
+          "Dcomp 1 is taken by an earlier row of the table: one row for each display");
 }
 
 TEST_CASE("viewport table: a display is taken by the first valid row that names it, never by a dropped one") {
@@ -346,53 +310,13 @@ TEST_CASE("viewport table: rows of random tables are accepted and dropped as the
     for (const int count : seen) CHECK(count > 100);  // the random tables reach every rule
 }
 
-TEST_CASE("viewport table: a dropped row is reported with what is wrong and what would be right") {
-    CHECK(message_after([](ViewportRow& row) { row.dcomp = 5; }) == "Dcomp 5 is not a display: 1 to 4");
-    CHECK(message_after([](ViewportRow& row) { row.dmultiple = 0; }) == "Dmultiple 0 is outside 1 to 255");
-    CHECK(message_after([](ViewportRow& row) { row.sdx = 0; }) ==
-          "Sdx 0 makes the segment empty: at least 1");
-    CHECK(message_after([](ViewportRow& row) { row.sdy = 0; }) ==
-          "Sdy 0 makes the segment empty: at least 1");
-    CHECK(message_after([](ViewportRow& row) { row.sx = 100; }) ==
-          "Sx + Sdx = 120 leaves the image of 100 pixels");
-    CHECK(message_after([](ViewportRow& row) { row.sy = 90; }) ==
-          "Sy + Sdy = 105 leaves the image of 80 scanlines");
-    CHECK(message_after([](ViewportRow& row) { row.dx = -3; }) ==
-          "its first source column lies left of the raster: Dx = -3 must stay above -3");
-    CHECK(message_after([](ViewportRow& row) { row.dx = 201; }) ==
-          "its first source column lies right of the raster: Dx = 201 must stay below 201");
-    CHECK(message_after([](ViewportRow& row) { row.dx = 150; }) ==
-          "its last source column lies right of the raster: Dx + Sdx*m = 210 must stay below 204");
-    CHECK(message_after([](ViewportRow& row) { row.dy = -4; }) ==
-          "its first source row lies above the raster: Dy = -4 must stay above -3");
-    CHECK(message_after([](ViewportRow& row) { row.dy = 150; }) ==
-          "its first source row lies below the raster: Dy = 150 must stay below 150");
-    CHECK(message_after([](ViewportRow& row) { row.dy = 110; }) ==
-          "its last source row lies below the raster: Dy + Sdy*m = 155 must stay below 153");
-    const ValidatedTable twice = validate_table({good_row(), good_row()}, kLimits);
-    REQUIRE(twice.rejected.size() == 1);
-    CHECK(twice.rejected[0].message ==
-          "Dcomp 1 is taken by an earlier row of the table: one row for each display");
-}
-
-TEST_CASE("viewport table: a buffer too small is reported with the size that would do") {
-    ViewportLimits limits = kLimits;
-    limits.buffer_pixels = 16;
-    CHECK(message_after([](ViewportRow&) {}, limits) ==
-          "the composer's buffer of 16 pixels could never hold what the row needs: at least Sdx + "
-          "ready_space_pixels = 52");
-    CHECK(message_after([](ViewportRow& row) { row.dmultiple = 1; }, limits) ==
-          "the composer's buffer of 16 pixels could never hold what the row needs: at least "
-          "ready_space_pixels = 32");
-}
-
 TEST_CASE("viewport table: each defect has its own key in the report") {
-    CHECK(std::string(row_defect_key(RowDefect::kDisplay)) == "display");
-    CHECK(std::string(row_defect_key(RowDefect::kDuplicate)) == "duplicate");
-    CHECK(std::string(row_defect_key(RowDefect::kMultiple)) == "multiple");
-    CHECK(std::string(row_defect_key(RowDefect::kSource)) == "source");
-    CHECK(std::string(row_defect_key(RowDefect::kDestination)) == "destination");
-    CHECK(std::string(row_defect_key(RowDefect::kBuffer)) == "buffer");
+    const std::vector<std::string> keys{"none",   "display",     "duplicate", "multiple",
+                                        "source", "destination", "buffer"};
+    REQUIRE(keys.size() == kRowDefectCount);
+    for (std::size_t n = 0; n < keys.size(); ++n) {
+        CHECK(row_defect_key(static_cast<RowDefect>(n)) == keys[n]);
+    }
 }
 
 }  // namespace
