@@ -513,47 +513,23 @@ TEST_CASE("option --pictures chooses which pictures are written, and they are th
     CHECK(place.run({"--level", "functional", "--pictures", "none"}).status == kExitBadInput);
 }
 
-TEST_CASE("report.json has every key that is promised", "[program]") {
+/// Its keys are judged without the program (tb/unit/report).
+TEST_CASE("report.json is that of the run", "[program]") {
     const Workplace place;
     REQUIRE(place.run(kNarrow).status == kExitDone);
     const json report = place.report();
-    const auto has_all = [](const json& object, const std::vector<std::string>& keys) {
-        for (const std::string& key : keys) {
-            INFO(key);
-            CHECK(object.contains(key));
-        }
-    };
-    has_all(report,
-            {"scenario", "level", "core_cycles", "frames", "renderers", "composers", "displays", "totals"});
     CHECK(report.at("scenario") == "small");
     CHECK(report.at("core_cycles").get<std::int64_t>() > 0);
-    REQUIRE(report.at("frames").size() == 2);
-    for (const json& frame : report.at("frames")) {
-        has_all(frame, {"index", "start_cycle", "end_cycle", "latency_cycles"});
-    }
+    CHECK(report.at("frames").size() == 2);
     REQUIRE(report.at("renderers").size() == 2);
-    for (const json& renderer : report.at("renderers")) {
-        has_all(renderer,
-                {"name", "bus", "rejected_frames", "rejected_rows", "repeated_frames", "dropped_frames"});
-        has_all(renderer.at("bus"), {"busy_cycles", "idle_cycles", "poll_cycles", "page_misses",
-                                     "pixels_sent", "recovered_slots", "utilization"});
-        has_all(renderer.at("rejected_frames"), {"geometry", "magic", "version", "kind", "crc", "pair"});
-        has_all(renderer.at("rejected_rows"),
-                {"display", "duplicate", "multiple", "source", "destination", "buffer"});
-    }
     CHECK(report.at("renderers")[0].at("name") == "left");
     REQUIRE(report.at("composers").size() == 4);
     std::int64_t starved = 0;
     for (const json& composer : report.at("composers")) {
-        has_all(composer, {"renderer", "display", "starved_pixels", "stalled_cycles", "buffer_high_water",
-                           "busready_drops"});
         starved += composer.at("starved_pixels").get<std::int64_t>();
     }
     REQUIRE(report.at("displays").size() == 2);
     for (const json& display : report.at("displays")) CHECK(display.at("frames_shown") == 2);
-    has_all(report.at("totals"),
-            {"bus", "rejected_frames", "rejected_rows", "repeated_frames", "dropped_frames", "starved_pixels",
-             "stalled_cycles", "busready_drops", "frames_shown"});
     CHECK(starved > 0);
     CHECK(total(report, "starved_pixels") == starved);
 }
@@ -586,7 +562,9 @@ TEST_CASE("option --strict fails a run in which something starved or was rejecte
     CHECK(place.run({"--strict"}).status == kExitDone);
 }
 
-TEST_CASE("the watchdog ends a run in which nothing moves and says who waits for what", "[program]") {
+TEST_CASE(
+    "the watchdog ends a run in which nothing moves and says who waits for what, and the schedule stays",
+    "[program][trace]") {
     const Workplace place;
     place.write("scenario.yaml",
                 std::string(kScenario) +
@@ -608,6 +586,8 @@ TEST_CASE("the watchdog ends a run in which nothing moves and says who waits for
         CHECK(place.report().at("watchdog").size() + 1 ==
               static_cast<std::size_t>(std::count(result.err.begin(), result.err.end(), '\n')));
     }
+    CHECK(place.run({"--trace", "t.json"}).status == kExitWatchdog);
+    CHECK(json::parse(text_of(place / "t.json")).at("traceEvents").size() > 10);
 }
 
 TEST_CASE("pictures of an earlier run in the folder go when the watchdog ends this one before them",
@@ -746,17 +726,21 @@ TEST_CASE("a trace window can start at the first BUSREADY drop in a burst", "[pr
     CHECK(found);
 }
 
-TEST_CASE("a window whose event does not happen leaves no waveform and says so", "[program][trace]") {
+TEST_CASE("a window whose event does not happen leaves no waveform or schedule and says so",
+          "[program][trace]") {
     const Workplace place;
-    for (const char* window :
-         {"first-starved-pixel", "startframe:7", "frames:1-2", "cycles:90000000-90000001"}) {
-        INFO(window);
-        const ProgramResult result = place.run({"--trace", "t.vcd", "--trace-window", window});
-        CHECK(result.status == kExitDone);
-        CHECK(result.complains_in_one_line());
-        CHECK_THAT(result.err, Contains("no waveform"));
-        CHECK_FALSE(place.exists("t.vcd"));
-        CHECK(place.exists("out/report.json"));
+    for (const std::string window :
+         {"first-starved-pixel", "startframe:7", "frames:1-2", "cycles:90000000-90000001", "cycles:0-5"}) {
+        for (const std::string trace : {"t.vcd", "t.json"}) {
+            if (trace == "t.vcd" && window == "cycles:0-5") continue;  // a waveform has these clocks
+            INFO(window << ", " << trace);
+            const ProgramResult result = place.run({"--trace", trace, "--trace-window", window});
+            CHECK(result.status == kExitDone);
+            CHECK(result.complains_in_one_line());
+            CHECK_THAT(result.err, StartsWith(trace == "t.vcd" ? "no waveform" : "no schedule: "));
+            CHECK_FALSE(place.exists(trace));
+            CHECK(place.exists("out/report.json"));
+        }
     }
 }
 
@@ -1049,30 +1033,6 @@ TEST_CASE("a schedule's window begins with what the buffers hold in a waveform",
         }
     }
     CHECK(held_pixels > 0);
-}
-
-TEST_CASE("a window in which nothing happens leaves no schedule and says so", "[program][trace]") {
-    const Workplace place;
-    for (const char* window :
-         {"first-starved-pixel", "startframe:7", "frames:1-2", "cycles:90000000-90000001", "cycles:0-5"}) {
-        INFO(window);
-        const ProgramResult result = place.run({"--trace", "t.json", "--trace-window", window});
-        CHECK(result.status == kExitDone);
-        CHECK(result.complains_in_one_line());
-        CHECK_THAT(result.err, StartsWith("no schedule: "));
-        CHECK_FALSE(place.exists("t.json"));
-        CHECK(place.exists("out/report.json"));
-    }
-}
-
-TEST_CASE("a run that the watchdog ends leaves its schedule", "[program][trace]") {
-    const Workplace place;
-    place.write("scenario.yaml", std::string(kScenario) +
-                                     "link_timeout_pairs: 1000\n"
-                                     "watchdog_cycles: 2000\n"
-                                     "faults: [{renderer: right, pair: 1, kind: delay, delay_pairs: 100}]\n");
-    CHECK(place.run({"--trace", "t.json"}).status == kExitWatchdog);
-    CHECK(json::parse(text_of(place / "t.json")).at("traceEvents").size() > 10);
 }
 
 }  // namespace metabuffer::test::command_line_test
