@@ -5,6 +5,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,17 +23,28 @@ using rtl::FifoRelease;
 using rtl::FifoWrite;
 
 /// The FIFO has no clock gating of its own, so both are alike.
-Lockstep<ComposerFifo>::Factory fifo_of(int capacity) {
-    return [capacity](const char* name, rtl::ClockGating) {
-        return std::make_unique<ComposerFifo>(name, capacity);
+Lockstep<ComposerFifo>::Factory fifo_of(int capacity, int rows = 1) {
+    return [=](const char* name, rtl::ClockGating) {
+        return std::make_unique<ComposerFifo>(name, capacity, rows);
     };
 }
 
 /// The FIFO as a map of words and a count.
 class Fifo final : public Lockstep<ComposerFifo> {
   public:
-    Fifo(LockstepBench& bench, const char* name, int capacity, int addresses)
-        : Lockstep(bench, name, fifo_of(capacity)), capacity_(capacity), addresses_(addresses) {}
+    Fifo(LockstepBench& bench, const char* name, int capacity, int addresses, int rows = 1)
+        : Lockstep(bench, name, fifo_of(capacity, rows)), capacity_(capacity), addresses_(addresses) {
+        ReadPort& first =
+            ports_.emplace_back(ReadPort{in(&ComposerFifo::read_i), {{out(&ComposerFifo::word_o)}}});
+        if (rows == 1) return;
+        first.words.push_back(
+            {out_part<std::uint64_t>([](auto& dut) -> auto& { return dut.second_row->next_word_o; })});
+        ports_.push_back(
+            {in_part<FifoRead>([](auto& dut) -> auto& { return dut.second_row->row_read_i; }),
+             {{out_part<std::uint64_t>([](auto& dut) -> auto& { return dut.second_row->row_word_o; })},
+              {out_part<std::uint64_t>(
+                  [](auto& dut) -> auto& { return dut.second_row->row_next_word_o; })}}});
+    }
 
     /// In a pause now and then one input comes alone.
     void stimulate() override {
@@ -50,21 +62,28 @@ class Fifo final : public Lockstep<ComposerFifo> {
         write_ = write;
         const int newest = alone == 2 ? some_of(held_ - oldest + write.count) : 0;
         release_ = FifoRelease{static_cast<std::uint32_t>(oldest), static_cast<std::uint32_t>(newest)};
-        read_ = FifoRead{};
-        if (comes(3) && !memory_.empty()) {
+        for (std::size_t port = 0; port < ports_.size(); ++port) {
+            ports_[port].read = FifoRead{};
+            if (!comes(3 + static_cast<int>(port)) || memory_.empty()) continue;
             const bool of_beat = write.count > 0 && random.one_in(2);
             const auto stored =
                 std::next(memory_.begin(), random.between(0, static_cast<int>(memory_.size()) - 1));
             const int word =
                 of_beat ? (next_ + random.between(0, write.count - 1)) % addresses_ : stored->first;
-            read_ = FifoRead{true, static_cast<std::uint32_t>(word)};
+            ports_[port].read = FifoRead{true, static_cast<std::uint32_t>(word)};
         }
     }
     void expect() override {
-        word_ = read_word_;
         free_ = static_cast<std::uint32_t>(capacity_ - held_);
         // Its clock may stand still only while nothing comes.
-        const bool comes = bench_.in_reset() || write_->count > 0 || read_->enable || release_->any();
+        bool comes = bench_.in_reset() || write_->count > 0 || release_->any();
+        for (ReadPort& port : ports_) {
+            comes = comes || port.read->enable;
+            for (ReadWord& word : port.words) {
+                word.output.ignore();
+                if (word.due) word.output = *word.due;
+            }
+        }
         if (comes) CHECK_FALSE(dut().sleeps());
     }
     void edge() override {
@@ -72,7 +91,15 @@ class Fifo final : public Lockstep<ComposerFifo> {
             memory_[next_] = write_->words[i];
             next_ = (next_ + 1) % addresses_;
         }
-        if (read_->enable) read_word_ = memory_.at(static_cast<int>(read_->address));
+        for (ReadPort& port : ports_) {
+            if (!port.read->enable) continue;
+            int address = static_cast<int>(port.read->address);
+            for (ReadWord& word : port.words) {
+                const auto stored = memory_.find(address);
+                word.due = stored == memory_.end() ? std::nullopt : std::optional(stored->second);
+                address = (address + 1) % addresses_;
+            }
+        }
         held_ += write_->count - static_cast<int>(release_->oldest + release_->newest);
         bench_.happened["it was full"] += held_ == capacity_ ? 1 : 0;
         bench_.happened["a pixel was released at the edge that brought it"] +=
@@ -82,10 +109,21 @@ class Fifo final : public Lockstep<ComposerFifo> {
     void reset() override {
         for (int i = 0; i < write_->count; ++i) memory_.erase((next_ + i) % addresses_);
         held_ = 0;
-        read_word_ = 0;
+        for (ReadPort& port : ports_) {
+            for (ReadWord& word : port.words) word.due = 0;
+        }
     }
 
   private:
+    struct ReadWord {
+        Output<std::uint64_t>& output;
+        std::optional<std::uint64_t> due = 0;  ///< none: the word at its address is not known
+    };
+    struct ReadPort {
+        Input<FifoRead>& read;
+        std::vector<ReadWord> words;  ///< at the address, and after it
+    };
+
     int some_of(int pixels) const {
         Random& random = bench_.random;
         return random.one_in(8) ? pixels : random.between(0, std::min(pixels, rtl::kMaximumBeatPixels));
@@ -93,14 +131,12 @@ class Fifo final : public Lockstep<ComposerFifo> {
 
     int capacity_, addresses_;
     Input<FifoWrite>& write_ = in(&ComposerFifo::write_i);
-    Input<FifoRead>& read_ = in(&ComposerFifo::read_i);
     Input<FifoRelease>& release_ = in(&ComposerFifo::release_i);
-    Output<std::uint64_t>& word_ = out(&ComposerFifo::word_o);
     Output<std::uint32_t>& free_ = out(&ComposerFifo::free_o);
     std::map<int, std::uint64_t> memory_;  ///< words by address
     int next_ = 0;                         ///< address of the next beat
     int held_ = 0;
-    std::uint64_t read_word_ = 0;
+    std::vector<ReadPort> ports_;
 };
 
 TEST_CASE("composer fifo: in lockstep with its reference") {
@@ -108,6 +144,9 @@ TEST_CASE("composer fifo: in lockstep with its reference") {
     const Fifo smallest(bench, "smallest", 4, 16);
     const Fifo middle(bench, "middle", 45, 64);
     const Fifo whole_memory(bench, "whole_memory", 32, 32);
+#ifndef METABUFFER_REPLICATES_ONLY
+    const Fifo two_rows(bench, "two_rows", 20, 32, 2);
+#endif
     bench.run(30'000, {{"it was full", 500}, {"a pixel was released at the edge that brought it", 30}});
 }
 

@@ -1,10 +1,8 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "clocked_testbench.h"
 #include "composer_wave.h"
 #include "random_composer.h"
-#include "rtl/composer_fifo.h"
 
 namespace metabuffer::test::composer_smoothing_test {
 
@@ -68,60 +66,6 @@ TEST_CASE(
     dut.drive("____________-___", &Composer::startframe_i);
     dut.check("_---------___---", &Composer::busready_o);
     run({&dut});
-}
-
-TEST_CASE(
-    "composer fifo: for two rows it has two read ports, each with the word after the one that is read") {
-    ClockedTestbench bench;
-    rtl::FifoWires wires(2);
-    rtl::ComposerFifo dut("fifo", 20, 2);  // 32 addresses
-    dut.clk_i(bench.core.clk);
-    dut.reset_i(bench.reset);
-    dut.write_i(wires.write);
-    dut.read_i(wires.read);
-    dut.release_i(wires.release);
-    dut.word_o(wires.word);
-    dut.free_o(wires.free);
-    dut.second_row->next_word_o(wires.second_row->next_word);
-    dut.second_row->row_read_i(wires.second_row->read);
-    dut.second_row->row_word_o(wires.second_row->word);
-    dut.second_row->row_next_word_o(wires.second_row->row_next_word);
-    const auto& words = bench.core.record(wires.word);
-    const auto& next_words = bench.core.record(wires.second_row->next_word);
-    const auto& row_words = bench.core.record(wires.second_row->word);
-    const auto& row_next_words = bench.core.record(wires.second_row->row_next_word);
-    const auto put = [&](int clock, std::uint32_t address, std::uint64_t first) {
-        rtl::FifoWrite beat;
-        beat.address = address;
-        beat.count = 8;
-        for (std::size_t i = 0; i < 8; ++i) beat.words[i] = first + i;
-        bench.core.drive(wires.write, clock, beat);
-        bench.core.drive(wires.write, clock + 1, rtl::FifoWrite{});
-    };
-    put(2, 24, 100);
-    put(3, 0, 200);
-    // One port reads across the last address, and the second word of the pair is written at that edge. Of the other port's
-    // pair, both are.
-    bench.core.drive(wires.read, 3, rtl::FifoRead{true, 31});
-    bench.core.drive(wires.read, 4, rtl::FifoRead{});
-    bench.core.drive(wires.second_row->read, 3, rtl::FifoRead{true, 5});
-    bench.core.drive(wires.second_row->read, 4, rtl::FifoRead{});
-    // After a pause in which the block sleeps, the second port alone wakes it.
-    bench.core.drive(wires.second_row->read, 40, rtl::FifoRead{true, 26});
-    bench.core.drive(wires.second_row->read, 41, rtl::FifoRead{});
-    bench.core.drive(bench.reset, 46, true);
-    bench.run_through(39);
-    CHECK_FALSE(dut.sleeps());
-    bench.run_through(46);
-    CHECK(words.at(3) == 107);
-    CHECK(next_words.at(3) == 200);
-    CHECK(row_words.at(3) == 205);
-    CHECK(row_next_words.at(3) == 206);
-    CHECK(words.at(45) == 107);
-    CHECK(next_words.at(45) == 200);
-    CHECK(row_words.at(40) == 102);
-    CHECK(row_next_words.at(40) == 103);
-    for (const auto* all : {&words, &next_words, &row_words, &row_next_words}) CHECK(all->at(46) == 0);
 }
 
 }  // namespace metabuffer::test::composer_smoothing_test
