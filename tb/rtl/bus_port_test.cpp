@@ -14,6 +14,7 @@
 #include "rtl/register.h"
 #include "rtl/write_buffer.h"
 #include "support/images.h"
+#include "support/reference_banks.h"
 #include "support/rows.h"
 #include "support/scenarios.h"
 #include "support/traced_values.h"
@@ -79,12 +80,6 @@ struct SentRow {
     }
 };
 
-/// A bank of the memory. A page is open from the clock on that begins to open it.
-struct NaiveBank {
-    int page = -1;  ///< none
-    bool half_open = false;
-};
-
 /// An opening under way.
 struct Opening {
     int clocks_left = 0;
@@ -100,6 +95,8 @@ struct Leaving {
 
 /// Everything that an edge changes. Clocks are counted from the end of reset on.
 struct Registers {
+    explicit Registers(const MemoryConfig& memory) : banks(memory) {}
+
     int now = 0;
     State state = State::kAsk;
     bool request = false;
@@ -126,7 +123,7 @@ struct Registers {
     int lost_left = 0;
     std::array<int, kDisplays> passed_over_to{};  ///< the last clock at which a composer is passed over
     Opening opening;
-    std::vector<NaiveBank> banks;
+    ReferenceBanks banks;
     // Writes.
     std::array<bool, kHalves> full_before{}, full_seen{}, waiting{};
     std::size_t half = 0;
@@ -149,7 +146,6 @@ class Port final : private Parts, public Lockstep<BusPort> {
               of.port = dut.get();
               return dut;
           }) {
-        first_.banks.resize(static_cast<std::size_t>(memory().banks));
         first_.passed_over_to.fill(-1);
         now_ = first_;
         for (std::size_t line = 0; line < kDisplays; ++line) {
@@ -359,33 +355,20 @@ class Port final : private Parts, public Lockstep<BusPort> {
         const SentRow& of = row(line);
         return next_.image * image_pages() + of.image_word(of.sent) / memory().page_words;
     }
-    NaiveBank& bank_of(int page) { return next_.banks[static_cast<std::size_t>(page % memory().banks)]; }
-    bool refresh_begins() const {
-        return memory().refresh_cycles > 0 && now_.now > 0 &&
-               now_.now % memory().refresh_interval_cycles == 0;
-    }
-    bool refreshes() const {
-        return memory().refresh_cycles > 0 && now_.now >= memory().refresh_interval_cycles &&
-               now_.now % memory().refresh_interval_cycles < memory().refresh_cycles;
-    }
+    bool refreshes() const { return now_.banks.refresh_due(now_.now) || now_.banks.refreshing(now_.now); }
     void command(Command kind, int page) {
         command_due_.kind = kind;
         command_due_.bank = static_cast<std::uint8_t>(page % memory().banks);
         command_due_.row = static_cast<std::uint32_t>(page);
     }
-    int opening_clocks(int page) {
-        const NaiveBank& bank = bank_of(page);
-        if (bank.page == page && !bank.half_open) return 0;
-        return memory().page_miss_cycles - (bank.page < 0 ? memory().precharge_cycles : 0);
+    int opening_clocks(int page) const {
+        return next_.banks.clocks_to_open(static_cast<std::size_t>(page), page);
     }
     /// The first clock of an opening, or what a clock of it does.
     Opening opened(int page) {
-        NaiveBank& bank = bank_of(page);
-        const bool closes = bank.page >= 0 && memory().precharge_cycles > 0;
-        Opening opening{opening_clocks(page) - 1, closes};
+        const bool closes = opening_clocks(page) > memory().page_miss_cycles - memory().precharge_cycles;
         command(closes ? Command::kPrecharge : Command::kActivate, page);
-        bank = {page, false};
-        return opening;
+        return {opening_clocks(page) - 1, closes};
     }
     void go_on(Opening& opening, int page) {
         if (opening.activates_later &&
@@ -441,12 +424,14 @@ class Port final : private Parts, public Lockstep<BusPort> {
                                                                            : next.announced.back());
         }
         if (writes_) write_clock();
-        if (refresh_begins()) {
+        if (now_.banks.refresh_due(now_.now)) {
             command_due_ = MemoryCommand{};
             command_due_.kind = Command::kRefresh;
-            for (NaiveBank& bank : next.banks) bank = NaiveBank{};
             next.opening = Opening{};
             ++bench_.happened["a refresh began"];
+        }
+        if (next.banks.obey(now_.now, command_due_) != ReferenceBanks::Answer::kRight) {
+            fail("the reference has sent a command that the memory cannot accept");
         }
     }
     void ask() {
@@ -457,9 +442,7 @@ class Port final : private Parts, public Lockstep<BusPort> {
         }
         next_.request = !now_.request;
         next_.state = State::kWait;
-        if (memory().shared()) return;
-        next_.closing = true;
-        for (NaiveBank& bank : next_.banks) bank = NaiveBank{};
+        next_.closing = !memory().shared();
     }
     void begin_frame() {
         next_.answer_seen = now_.answer_before;
@@ -509,7 +492,7 @@ class Port final : private Parts, public Lockstep<BusPort> {
     void stop_burst() {
         ++bench_.happened["a burst was stopped"];
         if (next_.opening.clocks_left > 0 && memory().precharge_cycles > 0) {
-            bank_of(page_of(next_.row)).half_open = true;
+            next_.banks.break_off(static_cast<std::size_t>(page_of(next_.row)));
             ++bench_.happened["an opening was broken off"];
         }
         const std::size_t composer = row(next_.row).composer();
@@ -574,16 +557,10 @@ class Port final : private Parts, public Lockstep<BusPort> {
             go_on(next_.opening, page);
             return true;
         }
-        const NaiveBank& bank = bank_of(page);
-        if (bank.page == page && !bank.half_open) return false;
+        if (next_.banks.is_open(static_cast<std::size_t>(page), page)) return false;
         ++due_.page_misses;
-        if (opening_clocks(page) == 0) {
-            bank_of(page) = {page, false};
-            next_.opening = Opening{};
-            return false;
-        }
-        next_.opening = opened(page);
-        return true;
+        next_.opening = opening_clocks(page) > 0 ? opened(page) : Opening{};
+        return opening_clocks(page) > 0;
     }
     /// As many words as fit the beat, the burst and the page.
     void read() {
@@ -648,7 +625,6 @@ class Port final : private Parts, public Lockstep<BusPort> {
                 next_.write_opening = opened(page);
                 return;
             }
-            bank_of(page) = {page, false};
         } else if (now_.write_opening.clocks_left > 0) {
             go_on(next_.write_opening, page);
             return;
@@ -710,7 +686,7 @@ class Port final : private Parts, public Lockstep<BusPort> {
     std::size_t next_half_ = 0;
     std::deque<int> reads_;  ///< words, by clock
     // The reference.
-    Registers first_, now_, next_;
+    Registers first_{memory()}, now_ = first_, next_ = first_;
     BusCounters due_, due_before_;
     std::vector<bool> starts_;
     MemoryCommand command_due_;

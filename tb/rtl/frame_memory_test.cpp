@@ -172,40 +172,22 @@ class Memory final : public Lockstep<FrameMemory> {
         wrong_ = 0;
         if (banks_.refreshing(clock) && command.kind != Kind::kNone) report("refresh");
         if (banks_.refresh_due(clock) && command.kind != Kind::kRefresh) report("refresh");
-        switch (command.kind) {
-            case Kind::kNone:
-                break;
-            case Kind::kPrecharge:
-                banks_.precharge(clock, command.bank);
-                break;
-            case Kind::kPrechargeAll:
-                banks_.precharge_all(clock);
-                break;
-            case Kind::kRefresh:
-                if (!config_.refreshes()) report("refresh");
-                banks_.refresh(clock);
-                break;
-            case Kind::kActivate:
-                report(banks_.activate(clock, command.bank, command.row));
-                if (static_cast<int>(command.row) % config_.banks != command.bank) report("address");
-                break;
-            case Kind::kWrite:
-                if (!config_.shared()) {
-                    report("ports");
-                    break;
-                }
-                [[fallthrough]];
-            case Kind::kRead:
-                report(banks_.use(clock, command.bank, command.row));
-                if (command.count > config_.words_per_cycle) report("width");
-                for (std::size_t i = 0; i < command.count; ++i) {
-                    const bool in_page = static_cast<int>(command.columns[i]) < config_.page_words;
-                    if (!in_page || address_of(command, i) >= words_) report("address");
-                }
-                if (wrong_ == 0)
-                    ++bench_.happened[command.kind == Kind::kRead ? "right reads" : "right writes"];
-                break;
+        const bool uses = command.kind == Kind::kRead || command.kind == Kind::kWrite;
+        if (command.kind == Kind::kWrite && !config_.shared()) {
+            report("ports");
+            return;
         }
+        if (command.kind == Kind::kRefresh && !config_.refreshes()) report("refresh");
+        report(banks_.obey(clock, command));
+        if (command.kind == Kind::kActivate && static_cast<int>(command.row) % config_.banks != command.bank)
+            report("address");
+        if (!uses) return;
+        if (command.count > config_.words_per_cycle) report("width");
+        for (std::size_t i = 0; i < command.count; ++i) {
+            const bool in_page = static_cast<int>(command.columns[i]) < config_.page_words;
+            if (!in_page || address_of(command, i) >= words_) report("address");
+        }
+        if (wrong_ == 0) ++bench_.happened[command.kind == Kind::kRead ? "right reads" : "right writes"];
     }
     void report(const char* kind) {
         ++wrong_;

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
+#include "rtl/signals.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::test {
@@ -48,15 +50,52 @@ class ReferenceBanks {
         refreshed_ = clock;
         refreshing_until_ = clock + config_.refresh_cycles;
     }
-    bool refreshing(std::int64_t clock) const { return clock < refreshing_until_; }
-    /// It has to come now, or should have come.
-    bool refresh_due(std::int64_t clock) const {
-        return config_.refresh_cycles > 0 && clock - refreshed_ >= config_.refresh_interval_cycles;
+    Answer obey(std::int64_t clock, const rtl::MemoryCommand& command) {
+        using Kind = rtl::MemoryCommand::Kind;
+        switch (command.kind) {
+            case Kind::kActivate:
+                return activate(clock, command.bank, command.row);
+            case Kind::kRead:
+            case Kind::kWrite:
+                return use(clock, command.bank, command.row);
+            case Kind::kPrecharge:
+                precharge(clock, command.bank);
+                break;
+            case Kind::kPrechargeAll:
+                precharge_all(clock);
+                break;
+            case Kind::kRefresh:
+                refresh(clock);
+                break;
+            case Kind::kNone:
+                break;
+        }
+        return Answer::kRight;
     }
-    bool is_open(std::size_t number, std::int64_t page) const { return banks_.at(number).page == page; }
+    /// An opening is broken off where banks are timed: whatever has been sent of it, the bank must be closed first.
+    void break_off(std::size_t number) {
+        if (timed()) banks_.at(number % banks_.size()).page = kHalfOpen;
+    }
+    bool refreshing(std::int64_t clock) const { return clock < refreshing_until_; }
+    /// Of the next one; 0 if it has to come now, or less if it should have come.
+    std::int64_t clocks_to_refresh(std::int64_t clock) const {
+        return config_.refresh_cycles > 0 ? refreshed_ + config_.refresh_interval_cycles - clock
+                                          : std::numeric_limits<std::int64_t>::max();
+    }
+    bool refresh_due(std::int64_t clock) const { return clocks_to_refresh(clock) <= 0; }
+    bool is_open(std::size_t number, std::int64_t page) const {
+        return banks_.at(number % banks_.size()).page == page;
+    }
+    /// From the first command for a page to its first use: the bank may have to be closed, and the page to be opened.
+    int clocks_to_open(std::size_t number, std::int64_t page) const {
+        const std::int64_t open = banks_.at(number % banks_.size()).page;
+        if (open == page) return 0;
+        return config_.page_miss_cycles - (open == kClosed ? config_.precharge_cycles : 0);
+    }
 
   private:
     static constexpr std::int64_t kClosed = -1;
+    static constexpr std::int64_t kHalfOpen = -2;
     struct Bank {
         std::int64_t page = kClosed;
         std::int64_t ready = 0;  ///< the first clock that may have a command which waits for the one before
