@@ -1,12 +1,14 @@
 #include "monitors/memory_monitor.h"
 
 #include <catch2/catch.hpp>
+#include <functional>
+#include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
-#include "clocked_testbench.h"
+#include "rule_table.h"
 #include "support/scenarios.h"
-#include "violations.h"
 
 namespace metabuffer::test::memory_monitor_test {
 
@@ -14,312 +16,359 @@ namespace metabuffer::test::memory_monitor_test {
 namespace {
 
 using Kind = rtl::MemoryCommand::Kind;
+using Words = std::vector<std::uint64_t>;
 
 constexpr int kEnd = 60;
-constexpr int kPageWords = 8;
 constexpr int kPrecharge = 2;
 constexpr int kActivate = 3;
 
-Scenario memory_scenario(int latency = 0, int refresh_interval = 0) {
+/// Of the second renderer. Its image of 30 words has four pages of eight, so that with shared ports page 4 is the first of
+/// the other image, and the last of its blocks of four words has two.
+Scenario memory_scenario() {
     Scenario scenario = small_scenario(8, 4);
-    scenario.memory.page_words = kPageWords;
+    scenario.memory.page_words = 8;
     scenario.memory.banks = 2;
     scenario.memory.precharge_cycles = kPrecharge;
     scenario.memory.page_miss_cycles = kPrecharge + kActivate;
     scenario.memory.words_per_cycle = 2;
-    scenario.memory.read_latency_cycles = latency;
-    scenario.memory.refresh_interval_cycles = refresh_interval;
-    scenario.memory.refresh_cycles = refresh_interval > 0 ? 4 : 0;
-    scenario.renderers.push_back(renderer_of({PixelImage(8, 4)}));
+    scenario.memory.write_block_words = 4;
+    scenario.renderers = {renderer_of({PixelImage(2, 2)}), renderer_of({PixelImage(6, 5)})};
     return scenario;
 }
+Scenario altered(const std::function<void(MemoryConfig&)>& change) {
+    Scenario scenario = memory_scenario();
+    change(scenario.memory);
+    return scenario;
+}
+Scenario memory_of(int precharge_cycles, int activate_cycles) {
+    return altered([=](MemoryConfig& memory) {
+        memory.precharge_cycles = precharge_cycles;
+        memory.page_miss_cycles = precharge_cycles + activate_cycles;
+    });
+}
+Scenario refreshed_memory(int refresh_cycles) {
+    return altered([=](MemoryConfig& memory) {
+        memory.refresh_interval_cycles = 25;
+        memory.refresh_cycles = refresh_cycles;
+    });
+}
 
-struct MemoryMonitorBench {
-    ClockedTestbench bench;
+template <typename Value>
+Value at(const std::map<int, Value>& values, int clock) {
+    const auto found = values.find(clock);
+    return found == values.end() ? Value{} : found->second;
+}
+
+/// The wires by the clock that samples them. The link fills the first page of device 1 in clocks 0 to 7.
+struct MemoryBench : ClockedRuleBench {
     Scenario scenario;
-    Violations violations{bench.core};
+    sc_core::sc_signal<bool> reset{"reset", true}, front{"front", false};
     sc_core::sc_signal<rtl::MemoryWrite> write;
-    sc_core::sc_signal<bool> front{"front", false};
     sc_core::sc_signal<rtl::MemoryCommand> command;
-    sc_core::sc_signal<rtl::MemoryData> data;
-    sc_core::sc_signal<rtl::MemoryData> write_data;
+    sc_core::sc_signal<rtl::MemoryData> data, write_data;
     monitors::MemoryMonitor monitor;
+    std::map<int, rtl::MemoryWrite> link;
+    std::map<int, rtl::MemoryCommand> commands;
+    std::map<int, rtl::MemoryData> answers, brought;
+    std::set<int> resets;
+    std::set<int> swaps;  ///< from then on the bus reads the other device
 
-    explicit MemoryMonitorBench(Scenario with = memory_scenario())
-        : scenario(std::move(with)), monitor("monitor", scenario, 0, violations.log) {
+    MemoryBench(const sc_core::sc_module_name& name, ClockedTestbench& testbench, Scenario with,
+                const std::function<void(MemoryBench&)>& stream)
+        : ClockedRuleBench(name, testbench), scenario(std::move(with)), monitor("monitor", scenario, 1, log) {
         monitor.clk_i(bench.core.clk);
-        monitor.reset_i(bench.reset);
+        monitor.reset_i(reset);
         monitor.write_clk_i(bench.core.clk);
         monitor.write_i(write);
         monitor.front_i(front);
         monitor.command_i(command);
         monitor.data_i(data);
         for (auto& port : monitor.write_data_i) port(write_data);
-        // The link fills device 1, which the bus reads from clock 9 on.
-        for (int word = 0; word < 8; ++word) store(word, 1, word, 100 + static_cast<unsigned>(word));
-        bench.core.drive(front, 9, true);
+        bench.core.each_clock([this](int clock) {
+            reset.write(resets.count(clock) > 0);
+            if (swaps.count(clock) > 0) front.write(!front.read());
+            write.write(at(link, clock));
+            command.write(at(commands, clock));
+            data.write(at(answers, clock));
+            write_data.write(at(brought, clock));
+        });
+        fill(0, 1, 0, 8, 100);
+        stream(*this);
     }
-    void store(int clock, int device, int address, std::uint64_t value) {
-        bench.core.drive(write, clock,
-                         rtl::MemoryWrite{true, static_cast<std::uint8_t>(device),
-                                          static_cast<std::uint32_t>(address), value, 0xFF});
-        bench.core.drive(write, clock + 1, rtl::MemoryWrite{});
-    }
-    void send(int clock, Kind kind, int page = 0, const std::vector<int>& columns = {}) {
-        rtl::MemoryCommand sent;
-        sent.kind = kind;
-        sent.row = static_cast<std::uint32_t>(page);
-        sent.bank = static_cast<std::uint8_t>(page % 2);
-        for (const int column : columns) sent.columns[sent.count++] = static_cast<std::uint32_t>(column);
-        bench.core.drive(command, clock, sent);
-        bench.core.drive(command, clock + 1, rtl::MemoryCommand{});
-    }
-    void answer(int clock, const std::vector<std::uint64_t>& words) {
-        rtl::MemoryData put_out;
-        for (const std::uint64_t word : words) put_out.words[put_out.count++] = word;
-        bench.core.drive(data, clock, put_out);
-        bench.core.drive(data, clock + 1, rtl::MemoryData{});
-    }
-    void read(int clock, int page, const std::vector<int>& columns, const std::vector<std::uint64_t>& words) {
-        send(clock, Kind::kRead, page, columns);
-        answer(clock + scenario.memory.read_latency_cycles, words);
-    }
-    /// By the rules: page 0 is read, then page 2 of the same bank, then page 1 of the other one.
-    void put_stream() {
-        send(10, Kind::kActivate, 0);
-        read(13, 0, {0, 1}, {100, 101});
-        read(14, 0, {5}, {105});
-        send(16, Kind::kPrecharge, 2);
-        send(18, Kind::kActivate, 2);
-        read(21, 2, {3}, {0});
-        send(22, Kind::kActivate, 1);
-        read(25, 1, {0}, {0});
-    }
-    void run() { bench.run_through(kEnd); }
-};
 
-/// A memory with shared ports. The link has brought eight words of device 1, which are two blocks: words 32 to 39.
-struct SharedMemoryBench : MemoryMonitorBench {
-    SharedMemoryBench() : MemoryMonitorBench(shared()) {
-        // Written by clock 16, and read after that.
-        bench.core.drive(front, 9, false);
-        bench.core.drive(front, 17, true);
+    /// The link's words, one a clock, with values that count up.
+    MemoryBench& fill(int clock, int device, int first, int words, std::uint64_t value,
+                      std::uint8_t mask = 0xFF) {
+        for (int word = 0; word < words; ++word) {
+            link[clock + word] = {true, static_cast<std::uint8_t>(device),
+                                  static_cast<std::uint32_t>(first + word),
+                                  value + static_cast<std::uint64_t>(word), mask};
+        }
+        return *this;
     }
-    static Scenario shared() {
-        Scenario scenario = memory_scenario();
-        scenario.memory.ports = MemoryPorts::kShared;
-        scenario.memory.write_block_words = 4;
-        return scenario;
-    }
-    void write_words(int clock, int page, const std::vector<int>& columns,
-                     const std::vector<std::uint64_t>& words, std::uint8_t mask = 0xFF) {
-        rtl::MemoryCommand sent;
-        rtl::MemoryData brought;
-        sent.kind = Kind::kWrite;
+    MemoryBench& send(int clock, Kind kind, int page = 0, const std::vector<int>& columns = {},
+                      std::uint8_t mask = 0xFF) {
+        rtl::MemoryCommand& sent = commands[clock] = {};
+        sent.kind = kind;
         sent.row = static_cast<std::uint32_t>(page);
         sent.bank = static_cast<std::uint8_t>(page % 2);
         sent.byte_mask = mask;
         for (const int column : columns) sent.columns[sent.count++] = static_cast<std::uint32_t>(column);
-        for (const std::uint64_t word : words) brought.words[brought.count++] = word;
-        bench.core.drive(write_data, clock, brought);
-        bench.core.drive(command, clock, sent);
-        bench.core.drive(command, clock + 1, rtl::MemoryCommand{});
+        return *this;
     }
-    /// By the rules: both blocks are written, and their page is read.
+    MemoryBench& activate(int clock, int page) { return send(clock, Kind::kActivate, page); }
+    MemoryBench& precharge(int clock, int bank) { return send(clock, Kind::kPrecharge, bank); }
+    MemoryBench& answer(int clock, const Words& words) { return put(answers, clock, words); }
+    MemoryBench& read(int clock, int page, const std::vector<int>& columns, const Words& words) {
+        return send(clock, Kind::kRead, page, columns)
+            .answer(clock + scenario.memory.read_latency_cycles, words);
+    }
+    MemoryBench& store(int clock, int page, const std::vector<int>& columns, const Words& words,
+                       std::uint8_t mask = 0xFF) {
+        return send(clock, Kind::kWrite, page, columns, mask).put(brought, clock, words);
+    }
+    /// Page 0 of bank 0 is read, then page 2; last page 1 of the other bank.
+    void put_stream() {
+        swaps = {9};
+        fill(8, 1, 29, 1, 129);
+        activate(10, 0).read(13, 0, {0, 1}, {100, 101}).read(14, 0, {5}, {105});
+        precharge(16, 0).activate(18, 2).read(21, 2, {3}, {0});
+        activate(22, 1).read(25, 1, {0}, {0});
+    }
+    /// With shared ports the link's eight words are two blocks. Both are written and read.
     void put_blocks() {
-        send(10, Kind::kActivate, 4);
-        write_words(13, 4, {0, 1}, {100, 101});
-        write_words(14, 4, {2, 3}, {102, 103});
-        write_words(15, 4, {4, 5}, {104, 105});
-        write_words(16, 4, {6, 7}, {106, 107});
+        swaps = {17};
+        activate(10, 4);
+        store(13, 4, {0, 1}, {100, 101}).store(14, 4, {2, 3}, {102, 103});
+        store(15, 4, {4, 5}, {104, 105}).store(16, 4, {6, 7}, {106, 107});
         read(17, 4, {2, 7}, {102, 107});
     }
+
+  private:
+    MemoryBench& put(std::map<int, rtl::MemoryData>& where, int clock, const Words& words) {
+        rtl::MemoryData& of = where[clock] = {};
+        for (const std::uint64_t word : words) of.words[of.count++] = word;
+        return *this;
+    }
 };
+void no_stream(MemoryBench& bench) { bench.swaps = {9}; }
+
+const std::string kWrite = "frame_memory_2.write";
+const std::string kCommand = "frame_memory_2.command";
+const std::string kData = "frame_memory_2.data";
+
+/// The stream breaks no rule; words of it come wrong.
+void add_data_rows(ClockedRuleTable<MemoryBench>& rules, int latency) {
+    const Scenario scenario =
+        altered([latency](MemoryConfig& memory) { memory.read_latency_cycles = latency; });
+    const std::string of = " after " + std::to_string(latency) + " clocks";
+    rules.of(scenario, &MemoryBench::put_stream);
+    const auto row = [&](const std::string& name, const std::vector<Reported>& reports, const auto& change) {
+        rules.row(name + of, reports, change);
+    };
+    rules.row("a stream by the rules, with its words" + of, {}, {},
+              [](const auto& bench) { CHECK(bench.monitor.words_read() == 5); });
+    row("another word than was written", {{"memory/data", kData, 30 + latency}},
+        [](auto& bench) { bench.read(30, 2, {3}, {1}); });
+    row("a word of two is another one", {{"memory/data", kData, 31 + latency}}, [](auto& bench) {
+        bench.precharge(26, 0).activate(28, 0).read(31, 0, {1, 2}, {101, 107});
+    });
+    row("a word too few", {{"memory/data", kData, 30 + latency}}, [](auto& bench) {
+        bench.read(30, 2, {3, 4}, {0});
+    });
+    row("a word too many", {{"memory/data", kData, 30 + latency}}, [](auto& bench) {
+        bench.read(30, 2, {3}, {0, 0});
+    });
+    row("no words", {{"memory/data", kData, 30 + latency}}, [](auto& bench) { bench.read(30, 2, {3}, {}); });
+    row("words without a read", {{"memory/data", kData, 38 + latency}},
+        [=](auto& bench) { bench.answer(38 + latency, {0}); });
+    row("of the image's last word and one beyond it, which is 0", {}, [](auto& bench) {
+        bench.precharge(30, 1).activate(32, 3).read(35, 3, {5, 6}, {129, 0});
+    });
+}
 
 }  // namespace
 
-TEST_CASE("memory monitor: a stream by the rules breaks none", "[monitors]") {
-    MemoryMonitorBench bench;
-    bench.put_stream();
-    bench.run();
-    bench.violations.check_none();
-    CHECK(bench.monitor.words_read() == 5);
-}
+TEST_CASE("memory monitor: its rules in a table", "[monitors]") {
+    ClockedRuleTable<MemoryBench> rules;
+    add_data_rows(rules, 0);
+    add_data_rows(rules, 20);  // longer than it takes the monitor to sleep
+    add_data_rows(rules, 3);
+    rules.row("what is on its way at a reset never comes", {}, [](auto& bench) {
+        bench.send(30, Kind::kRead, 2, {3}).resets = {31, 32};
+    });
 
-TEST_CASE("memory monitor: a stream by the rules with a read latency breaks none", "[monitors]") {
-    MemoryMonitorBench bench(memory_scenario(3));
-    bench.put_stream();
-    bench.run();
-    bench.violations.check_none();
-    CHECK(bench.monitor.words_read() == 5);
-}
+    rules.of(memory_scenario(), &MemoryBench::put_stream);
+    rules.row("the link writes the device that the bus reads", {{"memory/device", kWrite, 30}},
+              [](auto& bench) { bench.fill(30, 1, 3, 1, 7); });
+    rules.row(
+        "a write that stands is one in each clock", {{"memory/device", kWrite, 30}},
+        [](auto& bench) {
+            for (int clock = 30; clock < 50; ++clock) bench.fill(clock, 1, 3, 1, 7);
+        },
+        [](const auto& bench) { CHECK(bench.monitor.unreported() == 19); });
+    rules.row(
+        "the link writes the device that the bus does not read, which is read after a swap", {},
+        [](auto& bench) {
+            bench.fill(30, 0, 16, 2, 0x1111'1111'1111'1111, rtl::MemoryWrite::kColourBytes);
+            bench.fill(32, 0, 16, 1, 0x2222'2222'2222'2222, rtl::MemoryWrite::kDepthBytes).swaps.insert(35);
+            bench.read(36, 2, {0, 1}, {0x2222'2222'2211'1111, 0x11'1112});
+        });
+    rules.row("the link writes the first device while the bus reads it", {{"memory/device", kWrite, 36}},
+              [](auto& bench) { bench.fill(36, 0, 3, 1, 7).swaps.insert(35); });
+    rules.row("a read while another page of its bank is open", {{"memory/open", kCommand, 30}},
+              [](auto& bench) { bench.read(30, 0, {0}, {100}); });
+    rules.row("a read of a bank that is closed", {{"memory/open", kCommand, 33}},
+              [](auto& bench) { bench.precharge(30, 0).read(33, 2, {0}, {0}); });
+    rules.row("a read after both banks were closed", {{"memory/open", kCommand, 33}},
+              [](auto& bench) { bench.send(30, Kind::kPrechargeAll).read(33, 1, {0}, {0}); });
+    rules.row("a read after a reset, which closes the banks", {{"memory/open", kCommand, 33}},
+              [](auto& bench) { bench.read(33, 2, {0}, {0}).resets = {31}; });
+    rules.row("a page is opened at the first clock after a reset", {}, [](auto& bench) {
+        bench.precharge(30, 0).activate(32, 0).read(35, 0, {0}, {100}).resets = {31};
+    });
+    rules.row("a command in reset is none", {},
+              [](auto& bench) { bench.send(31, Kind::kActivate, 0).answer(31, {7}).resets = {31}; });
+    rules.row(
+        "one report of a rule", {{"memory/open", kCommand, 30}},
+        [](auto& bench) { bench.read(30, 0, {0}, {100}).read(40, 2, {0}, {0}); },
+        [](const auto& bench) { CHECK(bench.monitor.unreported() == 1); });
+    rules.row("a page is opened while another one of its bank is open", {{"memory/activate", kCommand, 30}},
+              [](auto& bench) { bench.activate(30, 0); });
+    rules.row("a page is opened that is open", {{"memory/activate", kCommand, 30}},
+              [](auto& bench) { bench.activate(30, 2); });
+    rules.row("a page is opened in a bank that it does not lie in", {{"memory/activate", kCommand, 32}},
+              [](auto& bench) { bench.precharge(30, 1).activate(32, 2).commands[32].bank = 1; });
+    rules.row("a page is opened while its bank is still closing", {{"memory/activate", kCommand, 31}},
+              [](auto& bench) { bench.precharge(30, 0).activate(31, 0); });
+    rules.row("a page is opened while both banks are still closing", {{"memory/activate", kCommand, 31}},
+              [](auto& bench) { bench.send(30, Kind::kPrechargeAll).activate(31, 3); });
+    rules.row("a page is opened as soon as both banks are closed", {}, [](auto& bench) {
+        bench.send(30, Kind::kPrechargeAll).activate(32, 3).activate(33, 0).read(35, 3, {0}, {0});
+    });
+    rules.row("a bank closes while the other one is read and opened", {}, [](auto& bench) {
+        bench.precharge(30, 0)
+            .read(31, 1, {1}, {0})
+            .activate(32, 0)
+            .read(33, 1, {2}, {0})
+            .read(35, 0, {0}, {100});
+    });
+    rules.row("a page is read while it is being activated", {{"memory/timing", kCommand, 34}},
+              [](auto& bench) { bench.precharge(30, 0).activate(32, 0).read(34, 0, {0}, {100}); });
+    rules.row("a page is closed while it is being activated", {},
+              [](auto& bench) { bench.precharge(30, 0).activate(32, 0).precharge(33, 0).activate(35, 2); });
+    rules.row("a refresh in a memory that has none", {{"memory/refresh", kCommand, 30}},
+              [](auto& bench) { bench.send(30, Kind::kRefresh); });
 
-TEST_CASE("memory monitor: the link writes the device that the bus reads", "[monitors]") {
-    MemoryMonitorBench bench;
-    bench.put_stream();
-    bench.store(30, 1, 3, 7);
-    bench.run();
-    bench.violations.check_only("memory/device", "frame_memory_1.write", 30, -1);
-}
+    rules.of(memory_of(1, kActivate), no_stream);
+    rules.row("a bank that closes in one clock must be closed, too", {{"memory/activate", kCommand, 30}},
+              [](auto& bench) { bench.activate(20, 0).activate(30, 2); });
 
-TEST_CASE("memory monitor: a read of a page that is not open", "[monitors]") {
-    MemoryMonitorBench bench;
-    bench.put_stream();
-    bench.read(30, 0, {0}, {100});
-    bench.run();
-    bench.violations.check_only("memory/open", "frame_memory_1.command", 30, -1);
-}
+    rules.of(memory_of(kPrecharge, 0), no_stream);
+    rules.row("where an activation takes no clock, a read opens its page once the bank is closed", {},
+              [](auto& bench) {
+                  bench.read(20, 0, {0}, {100}).read(21, 1, {0}, {0}).precharge(30, 0).read(32, 2, {0}, {0});
+              });
+    rules.row("where an activation takes no clock, a read while its bank is closing",
+              {{"memory/timing", kCommand, 31}},
+              [](auto& bench) { bench.read(20, 0, {0}, {100}).precharge(30, 0).read(31, 2, {0}, {0}); });
+    rules.row("where an activation takes no clock, a read while another page is open",
+              {{"memory/open", kCommand, 30}},
+              [](auto& bench) { bench.read(20, 0, {0}, {100}).read(30, 2, {0}, {0}); });
+    rules.row("where an activation takes no clock, a page is read as it is opened", {},
+              [](auto& bench) { bench.activate(20, 0).read(21, 0, {0}, {100}); });
 
-TEST_CASE("memory monitor: a page is opened while another one of its bank is", "[monitors]") {
-    MemoryMonitorBench bench;
-    bench.put_stream();
-    bench.send(30, Kind::kActivate, 0);
-    bench.run();
-    bench.violations.check_only("memory/activate", "frame_memory_1.command", 30, -1);
-}
+    rules.of(memory_of(0, kActivate), no_stream);
+    rules.row("without precharge_cycles a page is opened while another is, and read at once", {},
+              [](auto& bench) {
+                  bench.activate(20, 0).read(21, 0, {0}, {100}).activate(22, 2).read(23, 2, {0}, {0});
+              });
+    rules.row("without precharge_cycles a page is read that is not open", {{"memory/open", kCommand, 30}},
+              [](auto& bench) { bench.activate(20, 0).read(30, 2, {0}, {0}); });
 
-TEST_CASE("memory monitor: a page is opened while its bank is still closing", "[monitors]") {
-    MemoryMonitorBench bench;
-    bench.put_stream();
-    bench.send(30, Kind::kPrecharge, 0);
-    bench.send(31, Kind::kActivate, 0);
-    bench.run();
-    bench.violations.check_only("memory/activate", "frame_memory_1.command", 31, -1);
-}
+    rules.of(memory_of(0, 0), no_stream);
+    rules.row("where a page miss takes no clock, any read opens its page", {}, [](auto& bench) {
+        bench.read(20, 0, {0}, {100}).read(21, 2, {0}, {0}).precharge(22, 0).read(23, 0, {1}, {101});
+    });
 
-TEST_CASE("memory monitor: a page is read while it is being activated", "[monitors]") {
-    MemoryMonitorBench bench;
-    bench.put_stream();
-    bench.send(30, Kind::kPrecharge, 0);
-    bench.send(32, Kind::kActivate, 0);
-    bench.read(34, 0, {0}, {100});
-    bench.run();
-    bench.violations.check_only("memory/timing", "frame_memory_1.command", 34, -1);
-}
+    rules.of(refreshed_memory(4), [](MemoryBench& bench) {
+        no_stream(bench);
+        bench.activate(15, 0).send(25, Kind::kRefresh).send(50, Kind::kRefresh);
+    });
+    rules.row("refreshes in time, and commands after them", {},
+              [](auto& bench) { bench.activate(29, 0).read(32, 0, {0}, {100}).activate(54, 1); });
+    rules.row("a refresh that does not come", {{"memory/refresh", kCommand, 25}},
+              [](auto& bench) { bench.commands.erase(25); });
+    rules.row(
+        "a refresh that is early", {{"memory/refresh", kCommand, 24}},
+        [](auto& bench) { bench.send(24, Kind::kRefresh); },
+        [](const auto& bench) { CHECK(bench.monitor.unreported() == 1); });
+    rules.row("a command while a refresh lasts", {{"memory/refresh", kCommand, 28}},
+              [](auto& bench) { bench.activate(28, 0); });
+    rules.row("a refresh closes the banks", {{"memory/open", kCommand, 30}},
+              [](auto& bench) { bench.read(30, 0, {0}, {100}); });
+    rules.row("refreshes count from the end of reset", {}, [](auto& bench) {
+        bench.resets = {26};
+        bench.activate(27, 0).commands.erase(50);
+        bench.send(52, Kind::kRefresh);
+    });
 
-TEST_CASE("memory monitor: other words than were written", "[monitors]") {
-    MemoryMonitorBench bench;
-    bench.put_stream();
-    bench.send(30, Kind::kRead, 2, {3});
-    bench.answer(30, {1});
-    bench.run();
-    bench.violations.check_only("memory/data", "frame_memory_1.data", 30, -1);
-}
+    rules.of(refreshed_memory(1), no_stream);
+    rules.row("a refresh has closed the banks when it ends", {}, [](auto& bench) {
+        bench.activate(15, 0).send(25, Kind::kRefresh).activate(26, 0).send(50, Kind::kRefresh);
+    });
 
-TEST_CASE("memory monitor: words that come too early", "[monitors]") {
-    MemoryMonitorBench bench(memory_scenario(3));
-    bench.put_stream();
-    bench.send(30, Kind::kRead, 2, {3});
-    bench.answer(32, {0});
-    bench.run();
-    bench.violations.check_only("memory/data", "frame_memory_1.data", 32, -1);
-}
-
-TEST_CASE("memory monitor: refreshes in time break no rule", "[monitors]") {
-    MemoryMonitorBench bench(memory_scenario(0, 25));
-    bench.send(25, Kind::kRefresh);
-    bench.send(50, Kind::kRefresh);
-    bench.send(54, Kind::kActivate, 0);
-    bench.run();
-    bench.violations.check_none();
-}
-
-TEST_CASE("memory monitor: a refresh that does not come", "[monitors]") {
-    MemoryMonitorBench bench(memory_scenario(0, 25));
-    bench.send(26, Kind::kRefresh);
-    bench.send(50, Kind::kRefresh);
-    bench.run();
-    bench.violations.check_only("memory/refresh", "frame_memory_1.command", 25, -1);
-}
-
-TEST_CASE("memory monitor: a command while a refresh lasts", "[monitors]") {
-    MemoryMonitorBench bench(memory_scenario(0, 25));
-    bench.send(25, Kind::kRefresh);
-    bench.send(28, Kind::kActivate, 0);
-    bench.send(50, Kind::kRefresh);
-    bench.run();
-    bench.violations.check_only("memory/refresh", "frame_memory_1.command", 28, -1);
-}
-
-TEST_CASE("memory monitor: with shared ports, blocks that are written as the link brought them break no rule",
-          "[monitors]") {
-    SharedMemoryBench bench;
-    bench.put_blocks();
-    // A frame that is broken off in its second block, and the first block of the next one.
-    for (int word = 0; word < 6; ++word) bench.store(20 + word, 0, word, 200U + static_cast<unsigned>(word));
-    for (int word = 0; word < 4; ++word) bench.store(30 + word, 0, word, 300U + static_cast<unsigned>(word));
-    bench.send(30, Kind::kActivate, 1);  // another bank: page 0's is closed first
-    bench.send(31, Kind::kPrecharge, 4);
-    bench.send(33, Kind::kActivate, 0);
-    bench.write_words(40, 0, {0, 1}, {200, 201});
-    bench.write_words(41, 0, {2, 3}, {202, 203});
-    bench.write_words(42, 0, {0, 1}, {300, 301});
-    bench.write_words(43, 0, {2, 3}, {302, 303});
-    bench.run();
-    bench.violations.check_none();
-}
-
-TEST_CASE("memory monitor: words of the link that are written before their block is whole", "[monitors]") {
-    SharedMemoryBench bench;
-    bench.put_blocks();
-    for (int word = 0; word < 3; ++word) bench.store(20 + word, 0, word, 0);
-    bench.write_words(30, 4, {0}, {0});
-    bench.run();
-    bench.violations.check_only("memory/write", "frame_memory_1.command", 30, -1);
-}
-
-TEST_CASE("memory monitor: words of the link that are left out", "[monitors]") {
-    SharedMemoryBench bench;
-    bench.put_blocks();
-    for (int word = 0; word < 4; ++word) bench.store(20 + word, 0, word, 0);
-    bench.send(31, Kind::kPrecharge, 4);
-    bench.send(33, Kind::kActivate, 0);
-    bench.write_words(40, 0, {1}, {0});
-    bench.run();
-    bench.violations.check_only("memory/write", "frame_memory_1.command", 40, -1);
-}
-
-TEST_CASE("memory monitor: words of the link that are written with another mask", "[monitors]") {
-    SharedMemoryBench bench;
-    bench.send(10, Kind::kActivate, 4);
-    bench.write_words(13, 4, {0}, {100}, rtl::MemoryWrite::kColourBytes);
-    bench.run();
-    bench.violations.check_only("memory/write", "frame_memory_1.command", 13, -1);
-}
-
-TEST_CASE("memory monitor: words of the link that are written with other values", "[monitors]") {
-    SharedMemoryBench bench;
-    bench.send(10, Kind::kActivate, 4);
-    bench.write_words(13, 4, {0, 1}, {100, 102});
-    bench.run();
-    bench.violations.check_only("memory/write", "frame_memory_1.write_data", 13, -1);
-}
-
-TEST_CASE("memory monitor: a word of the link that is written to a page that is not open", "[monitors]") {
-    SharedMemoryBench bench;
-    bench.write_words(13, 4, {0}, {100});
-    bench.run();
-    bench.violations.check_only("memory/open", "frame_memory_1.command", 13, -1);
-}
-
-TEST_CASE("memory monitor: a third block that comes before the first is written", "[monitors]") {
-    SharedMemoryBench bench;
-    // The bus reads device 1 by then: the link brings the other one's image.
-    for (int word = 0; word < 4; ++word) bench.store(20 + word, 0, word, 0);
-    bench.run();
-    bench.violations.check_only("memory/write", "frame_memory_1.write", 20, -1);
-}
-
-TEST_CASE("memory monitor: words of the link that are written into the image that is read", "[monitors]") {
-    SharedMemoryBench bench;
-    bench.bench.core.drive(bench.front, 24, false);
-    bench.put_blocks();
-    for (int word = 0; word < 4; ++word) bench.store(20 + word, 0, word, 0);
-    bench.send(31, Kind::kPrecharge, 4);
-    bench.send(33, Kind::kActivate, 0);
-    bench.write_words(40, 0, {0}, {0});
-    bench.run();
-    bench.violations.check_only("memory/write", "frame_memory_1.command", 40, -1);
+    rules.of(altered([](MemoryConfig& memory) { memory.ports = MemoryPorts::kShared; }),
+             &MemoryBench::put_blocks);
+    rules.row("with shared ports, blocks that are written as the link brought them", {}, {},
+              [](const auto& bench) { CHECK(bench.monitor.words_read() == 2); });
+    rules.row("a frame that is broken off in its second block, and the first block of the next one", {},
+              [](auto& bench) {
+                  bench.fill(20, 0, 0, 6, 200).fill(30, 0, 0, 4, 300);
+                  bench.precharge(31, 0).activate(33, 0);
+                  bench.store(40, 0, {0, 1}, {200, 201}).store(41, 0, {2, 3}, {202, 203});
+                  bench.store(42, 0, {0, 1}, {300, 301}).store(43, 0, {2, 3}, {302, 303});
+              });
+    rules.row("an image's last block has the words that are left", {}, [](auto& bench) {
+        bench.fill(20, 0, 28, 2, 228).activate(30, 3).store(33, 3, {4, 5}, {228, 229});
+    });
+    rules.row("after an image's last block no word waits", {{"memory/write", kCommand, 34}}, [](auto& bench) {
+        bench.fill(20, 0, 28, 2, 228).activate(30, 3).store(33, 3, {4, 5}, {228, 229}).store(34, 3, {6}, {0});
+    });
+    rules.row("blocks that were waiting at a reset are written no more", {{"memory/write", kCommand, 40}},
+              [](auto& bench) {
+                  bench.fill(20, 0, 0, 4, 200).resets = {30};
+                  bench.activate(33, 0).store(40, 0, {0}, {200});
+              });
+    rules.row("words of the link that are written before their block is whole",
+              {{"memory/write", kCommand, 30}}, [](auto& bench) {
+                  bench.fill(20, 0, 0, 3, 0)
+                      .activate(22, 1)
+                      .precharge(23, 0)
+                      .activate(25, 0)
+                      .store(30, 0, {0}, {0});
+              });
+    rules.row("words of the link that are left out", {{"memory/write", kCommand, 40}}, [](auto& bench) {
+        bench.fill(20, 0, 0, 4, 0).precharge(31, 0).activate(33, 0).store(40, 0, {1}, {0});
+    });
+    rules.row("words of the link that are written with another mask", {{"memory/write", kCommand, 13}},
+              [](auto& bench) { bench.commands[13].byte_mask = rtl::MemoryWrite::kColourBytes; });
+    rules.row("words of the link that are written with other values",
+              {{"memory/write", "frame_memory_2.write_data", 13}},
+              [](auto& bench) { bench.brought[13].words[1] = 102; });
+    rules.row(
+        "a word of the link that is written to a page that is not open", {{"memory/open", kCommand, 13}},
+        [](auto& bench) { bench.commands.erase(10); },
+        [](const auto& bench) { CHECK(bench.monitor.unreported() == 0); });
+    rules.row("two blocks wait, and none more", {}, [](auto& bench) { bench.fill(20, 0, 0, 8, 0); });
+    rules.row("a third block begins while two wait", {{"memory/write", kWrite, 28}},
+              [](auto& bench) { bench.fill(20, 0, 0, 9, 0); });
+    rules.row("words of the link that are written into the image that is read",
+              {{"memory/write", kCommand, 40}}, [](auto& bench) {
+                  bench.swaps.insert(24);
+                  bench.fill(20, 0, 0, 4, 0).precharge(31, 0).activate(33, 0).store(40, 0, {0}, {0});
+              });
+    rules.run_and_check(kEnd);
 }
 
 }  // namespace metabuffer::test::memory_monitor_test
