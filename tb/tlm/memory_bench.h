@@ -29,7 +29,9 @@ struct Access {
 /// Asks a memory the way an input framebuffer does.
 class MemoryUser {
   public:
-    Initiator<tlm::MemoryAccess> initiator{"memory_user"};
+    Initiator<tlm::MemoryAccess> initiator;
+
+    explicit MemoryUser(const char* name = "memory_user") : initiator(name) {}
 
     Access access(std::int64_t word, int words, bool new_frame = false, bool peek = false) {
         message_.payload().set_address(static_cast<sc_dt::uint64>(word) * 8);
@@ -49,9 +51,11 @@ class MemoryUser {
         return *message_;
     }
     Access peek(std::int64_t word, int words) { return access(word, words, false, true); }
+    Access peek_at(std::int64_t cycle, std::int64_t word, int words, bool new_frame) {
+        cycle_ = cycle;
+        return access(word, words, new_frame, true);
+    }
 
-    /// What the memory answered to the last access.
-    bool other_page() { return message_->other_page; }
     /// With shared ports: words of the link that may be written from a core clock on. No access before the other clock
     /// follows.
     void bring_block(std::int64_t cycle, std::int64_t word, int words, std::int64_t settled_before = 0) {
