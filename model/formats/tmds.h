@@ -89,6 +89,9 @@ struct TmdsAlignment {
     /// Takes the next word.
     void step(TmdsCharacter word, TmdsCharacter next_word);
 };
+constexpr bool operator==(const TmdsAlignment& a, const TmdsAlignment& b) {
+    return a.phase == b.phase && a.found == b.found && a.candidate == b.candidate && a.run == b.run;
+}
 
 /// The character that begins at a word's bit `phase` and ends in the next word.
 constexpr TmdsCharacter tmds_character(TmdsCharacter word, TmdsCharacter next_word, unsigned phase) {

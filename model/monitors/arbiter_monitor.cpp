@@ -15,17 +15,7 @@ ArbiterMonitor::ArbiterMonitor(const sc_core::sc_module_name& name, const Scenar
       policy_(arbitration_row(scenario.bus.arbitration)),
       bus_(scenario.bus),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
-      reporter_(log) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
-
-void ArbiterMonitor::end_of_elaboration() {
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= start_i.value_changed_event();
-    wake_events_ |= take_i.value_changed_event();
-}
+      reporter_(log) {}
 
 void ArbiterMonitor::violate(const char* rule, const char* signal, std::int64_t edge,
                              const std::string& detail) {
@@ -41,9 +31,6 @@ void ArbiterMonitor::restart() {
 }
 
 void ArbiterMonitor::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
     const std::int64_t edge = rtl::clock_edge_number(core_period_picoseconds_);
     if (reset_i.read()) {
         restart();
@@ -52,8 +39,8 @@ void ArbiterMonitor::clock_edge() {
     } else if (take_i.read()) {
         check_answer(edge);
     }
-    if (gate_.idle_edge(!reset_i.read() && !start_i.read() && !take_i.read())) {
-        next_trigger(wake_events_);
+    if (reset_i.read() || start_i.read() || take_i.read()) {
+        clocked_.stay_awake();
     }
 }
 

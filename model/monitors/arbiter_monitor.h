@@ -48,7 +48,6 @@ class ArbiterMonitor final : public sc_core::sc_module {
     /// renderer: index, from 0.
     ArbiterMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
                    ViolationLog& log);
-    SC_HAS_PROCESS(ArbiterMonitor);
 
     /// Answers that the bus has received: grants and lost slots.
     std::int64_t grants() const { return grants_; }
@@ -65,7 +64,6 @@ class ArbiterMonitor final : public sc_core::sc_module {
         bool lost = false;
     };
 
-    void end_of_elaboration() override;
     void clock_edge();
     void restart();
     void start_frame(std::int64_t edge);
@@ -88,8 +86,6 @@ class ArbiterMonitor final : public sc_core::sc_module {
     std::int64_t core_period_picoseconds_;
 
     RuleReporter reporter_;
-    rtl::ClockGate gate_{rtl::ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
 
     std::int64_t frame_ = -1;  ///< on the bus
     std::vector<int> slots_;   ///< the row that owns each slot
@@ -105,6 +101,7 @@ class ArbiterMonitor final : public sc_core::sc_module {
     std::int64_t grants_ = 0;
     std::int64_t lost_slots_ = 0;
     std::int64_t recovered_slots_ = 0;
+    rtl::Clocked clocked_{*this, clk_i, &ArbiterMonitor::clock_edge};
 };
 
 }  // namespace metabuffer::monitors

@@ -38,22 +38,12 @@ BusMonitor::BusMonitor(const sc_core::sc_module_name& name, const Scenario& scen
       tables_ready_(latency_cycles_, false),
       rows_(static_cast<std::size_t>(displays_)),
       announced_(static_cast<int>(timing_.loop_cycles), 0),
-      counted_from_(static_cast<std::size_t>(displays_)) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
+      counted_from_(static_cast<std::size_t>(displays_)) {}
 
 void BusMonitor::end_of_elaboration() {
     bus_name_ = signal_name(bus_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= bus_i.value_changed_event();
     for (const auto& port : busready_i) {
         busready_names_.push_back(signal_name(port));
-        wake_events_ |= port.value_changed_event();
-    }
-    for (const auto& port : tableready_i) {
-        wake_events_ |= port.value_changed_event();
     }
 }
 
@@ -79,10 +69,8 @@ void BusMonitor::restart() {
 }
 
 void BusMonitor::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
     if (reset_i.read()) {
+        clocked_.stay_awake();
         restart();
         return;
     }
@@ -119,8 +107,8 @@ void BusMonitor::clock_edge() {
     const bool was_ready = tables_ready_.pass(ready);
     tables_taken_ = was_ready || !between_frames;
     const bool settled = was_ready == ready && tables_ready_.settled(ready) && announced_.settled(0);
-    if (gate_.idle_edge(beat.kind == rtl::BusBeat::Kind::kNone && !active_ && table_complete_ && settled)) {
-        next_trigger(wake_events_);
+    if (beat.kind != rtl::BusBeat::Kind::kNone || active_ || !table_complete_ || !settled) {
+        clocked_.stay_awake();
     }
 }
 

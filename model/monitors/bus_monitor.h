@@ -37,7 +37,6 @@ class BusMonitor final : public sc_core::sc_module {
     /// renderer: index, from 0.
     BusMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
                ViolationLog& log);
-    SC_HAS_PROCESS(BusMonitor);
 
     /// Frames whose table has been broadcast, at least in part.
     int frames_started() const { return frames_started_; }
@@ -124,8 +123,6 @@ class BusMonitor final : public sc_core::sc_module {
     std::int64_t core_period_picoseconds_;
 
     RuleReporter reporter_;
-    rtl::ClockGate gate_{rtl::ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
     std::string bus_name_;
     std::vector<std::string> busready_names_;
 
@@ -160,6 +157,7 @@ class BusMonitor final : public sc_core::sc_module {
 
     std::int64_t bursts_ = 0;
     std::int64_t pixels_sent_ = 0;
+    rtl::Clocked clocked_{*this, clk_i, &BusMonitor::clock_edge};
 };
 
 }  // namespace metabuffer::monitors

@@ -48,9 +48,6 @@ ComposerMonitor::ComposerMonitor(const sc_core::sc_module_name& name, const Scen
             pipeready_holds_.push_back(hold);
         }
     }
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
 }
 
 void ComposerMonitor::end_of_elaboration() {
@@ -61,20 +58,9 @@ void ComposerMonitor::end_of_elaboration() {
     pipeready_name_ = signal_name(pipeready_o);
     stall_name_ = signal_name(stall_o);
     bus_name_ = signal_name(bus_i);
-    wake_events_ |= bus_i.value_changed_event();
-    wake_events_ |= pipe_i.value_changed_event();
-    wake_events_ |= pipe_o.value_changed_event();
-    for (const sc_core::sc_in<bool>* port :
-         {&reset_i, &busready_o, &tableready_o, &startframe_i, &startframe_o, &pipeready_i, &pipeready_o,
-          &column_stall_i, &stall_o}) {
-        wake_events_ |= port->value_changed_event();
-    }
 }
 
 void ComposerMonitor::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
     const std::int64_t cycle = rtl::clock_edge_number(core_period_picoseconds_);
     if (seen_reset_) {
         check_outputs(cycle);
@@ -88,8 +74,8 @@ void ComposerMonitor::clock_edge() {
     const ComposerInputs inputs{bus_i.read(), startframe_i.read(), pipe_i.read(), pipeready_i.read(),
                                 column_stall_i.read()};
     observe(inputs, cycle);
-    if (gate_.idle_edge(observer_.idle(inputs) && !startframe_read_)) {
-        next_trigger(wake_events_);
+    if (!observer_.idle(inputs) || startframe_read_) {
+        clocked_.stay_awake();
     }
 }
 

@@ -46,7 +46,6 @@ class ComposerMonitor final : public sc_core::sc_module {
     /// renderer, display: indices, from 0.
     ComposerMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer, int display,
                     ViolationLog& log);
-    SC_HAS_PROCESS(ComposerMonitor);
 
     const ComposerObserver& observer() const { return observer_; }
     /// Called for each raster pixel that starves, at the edge that composites it.
@@ -70,8 +69,6 @@ class ComposerMonitor final : public sc_core::sc_module {
     std::int64_t core_period_picoseconds_;
     ComposerObserver observer_;
     RuleReporter reporter_;
-    rtl::ClockGate gate_{rtl::ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
 
     FaultWindows busready_holds_;
     FaultWindows tableready_holds_;
@@ -90,6 +87,7 @@ class ComposerMonitor final : public sc_core::sc_module {
     std::string pipeready_name_;
     std::string stall_name_;
     std::string bus_name_;
+    rtl::Clocked clocked_{*this, clk_i, &ComposerMonitor::clock_edge};
 };
 
 }  // namespace metabuffer::monitors

@@ -15,24 +15,6 @@ FifoMonitor::FifoMonitor(const sc_core::sc_module_name& name, const Scenario& sc
     if (scenario.composer.smoothing == Smoothing::kBilinear) {
         second_row = std::make_unique<SecondRow>();
     }
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
-
-void FifoMonitor::end_of_elaboration() {
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= write_i.value_changed_event();
-    wake_events_ |= read_i.value_changed_event();
-    wake_events_ |= release_i.value_changed_event();
-    wake_events_ |= word_i.value_changed_event();
-    wake_events_ |= free_i.value_changed_event();
-    if (second_row != nullptr) {
-        wake_events_ |= second_row->next_word_i.value_changed_event();
-        wake_events_ |= second_row->row_read_i.value_changed_event();
-        wake_events_ |= second_row->row_word_i.value_changed_event();
-        wake_events_ |= second_row->row_next_word_i.value_changed_event();
-    }
 }
 
 void FifoMonitor::violate(const char* rule, const char* signal, std::int64_t edge,
@@ -50,10 +32,8 @@ void FifoMonitor::restart() {
 }
 
 void FifoMonitor::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
     if (reset_i.read()) {
+        clocked_.stay_awake();
         restart();
         return;
     }
@@ -80,8 +60,8 @@ void FifoMonitor::clock_edge() {
     if (releases) {
         take_release(release, edge);
     }
-    if (gate_.idle_edge(write.count == 0 && !reads && !releases)) {
-        next_trigger(wake_events_);
+    if (write.count > 0 || reads || releases) {
+        clocked_.stay_awake();
     }
 }
 

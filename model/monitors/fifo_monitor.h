@@ -48,7 +48,6 @@ class FifoMonitor final : public sc_core::sc_module {
     /// composer: its name, for the violations.
     FifoMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, const std::string& composer,
                 ViolationLog& log);
-    SC_HAS_PROCESS(FifoMonitor);
 
     /// Violations that were seen and not reported, since one of the same rule was.
     std::int64_t unreported() const { return reporter_.unreported(); }
@@ -60,7 +59,6 @@ class FifoMonitor final : public sc_core::sc_module {
         std::uint64_t value = 0;
     };
 
-    void end_of_elaboration() override;
     void clock_edge();
     void restart();
     void check_outputs(std::int64_t edge);
@@ -79,8 +77,6 @@ class FifoMonitor final : public sc_core::sc_module {
     std::string fifo_;
     std::uint32_t capacity_;
     std::int64_t core_period_picoseconds_;
-    rtl::ClockGate gate_{rtl::ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
     RuleReporter reporter_;
 
     std::vector<Word> words_;         ///< by address
@@ -89,6 +85,7 @@ class FifoMonitor final : public sc_core::sc_module {
     Port port_;
     Port row_port_;
     std::int64_t pixels_written_ = 0;
+    rtl::Clocked clocked_{*this, clk_i, &FifoMonitor::clock_edge};
 };
 
 }  // namespace metabuffer::monitors

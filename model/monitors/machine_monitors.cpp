@@ -151,7 +151,7 @@ void MachineMonitors::bind_bus(std::size_t r) {
     rtl::Wires& wires = machine_.wires();
     auto monitor = std::make_unique<BusMonitor>(rtl::numbered("bus_monitor", r).c_str(), scenario_,
                                                 static_cast<int>(r), log_);
-    monitor->clk_i(machine_.core_clk());
+    monitor->clk_i(machine_.core_clk_of_blocks());
     monitor->reset_i(machine_.reset());
     monitor->bus_i(wires.bus_driven(r));
     for (std::size_t d = 0; d < displays_; ++d) {
@@ -169,7 +169,7 @@ void MachineMonitors::bind_arbiter(std::size_t r) {
     }
     auto monitor = std::make_unique<ArbiterMonitor>(rtl::numbered("arbiter_monitor", r).c_str(), scenario_,
                                                     static_cast<int>(r), log_);
-    monitor->clk_i(machine_.core_clk());
+    monitor->clk_i(machine_.core_clk_of_blocks());
     monitor->reset_i(machine_.reset());
     monitor->start_i(wires->start);
     monitor->table_i(wires->table);
@@ -196,9 +196,9 @@ void MachineMonitors::bind_memory(std::size_t r) {
     }
     auto monitor = std::make_unique<MemoryMonitor>(rtl::numbered("memory_monitor", r).c_str(), scenario_,
                                                    static_cast<int>(r), log_);
-    monitor->clk_i(machine_.core_clk());
+    monitor->clk_i(machine_.core_clk_of_blocks());
     monitor->reset_i(machine_.reset());
-    monitor->write_clk_i(machine_.link_clk(r));
+    monitor->write_clk_i(machine_.link_clk_of_blocks(r));
     monitor->write_i(wires->write);
     monitor->front_i(wires->front);
     monitor->command_i(wires->command);
@@ -233,7 +233,7 @@ void MachineMonitors::bind_composer(std::size_t r, std::size_t d) {
                                           static_cast<int>(r), static_cast<int>(d), log_);
     const std::size_t above = r * displays_ + d;
     const std::size_t below = above + displays_;
-    monitor->clk_i(machine_.core_clk());
+    monitor->clk_i(machine_.core_clk_of_blocks());
     monitor->reset_i(machine_.reset());
     monitor->pipemaster_i(wires.pipemaster[r]);
     monitor->bus_i(wires.bus_seen_by(above));
@@ -255,7 +255,7 @@ void MachineMonitors::bind_pipeline(std::size_t d) {
     rtl::Wires& wires = machine_.wires();
     auto monitor = std::make_unique<PipelineMonitor>(rtl::numbered("pipeline_monitor", d).c_str(), scenario_,
                                                      static_cast<int>(d), log_);
-    monitor->clk_i(machine_.core_clk());
+    monitor->clk_i(machine_.core_clk_of_blocks());
     monitor->reset_i(machine_.reset());
     monitor->column_stall_i(wires.column_stall[d]);
     for (std::size_t r = 0; r < renderers_; ++r) {
@@ -275,7 +275,7 @@ void MachineMonitors::bind_fifo(std::size_t r, std::size_t d) {
     }
     auto monitor = std::make_unique<FifoMonitor>(rtl::numbered("fifo_monitor", r, d).c_str(), scenario_,
                                                  rtl::numbered("composer", r, d), log_);
-    monitor->clk_i(machine_.core_clk());
+    monitor->clk_i(machine_.core_clk_of_blocks());
     monitor->reset_i(machine_.reset());
     monitor->write_i(wires->write);
     monitor->read_i(wires->read);

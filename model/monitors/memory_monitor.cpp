@@ -33,18 +33,6 @@ MemoryMonitor::MemoryMonitor(const sc_core::sc_module_name& name, const Scenario
         device.resize(static_cast<std::size_t>(words));
     }
     device_words_ = config_.device_words(words);
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-    SC_METHOD(write_edge);
-    sensitive << write_clk_i.pos();
-    dont_initialize();
-}
-
-void MemoryMonitor::end_of_elaboration() {
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= command_i.value_changed_event();
-    wake_events_ |= data_i.value_changed_event();
 }
 
 void MemoryMonitor::violate(const char* rule, const char* signal, std::int64_t edge,
@@ -55,11 +43,9 @@ void MemoryMonitor::violate(const char* rule, const char* signal, std::int64_t e
 // ---- the link's side ----
 
 void MemoryMonitor::write_edge() {
-    if (write_gate_.opened()) {
-        return;
-    }
     const rtl::MemoryWrite& write = write_i.read();
     if (write.enable) {
+        write_clocked_.stay_awake();
         const std::size_t device = write.device & 1U;
         if ((device == 1) == front_i.read()) {
             violate("memory/device", "write", rtl::clock_edge_number(core_period_picoseconds_),
@@ -74,9 +60,6 @@ void MemoryMonitor::write_edge() {
         if (config_.shared()) {
             await_word(write);
         }
-    }
-    if (write_gate_.idle_edge(!write.enable)) {
-        next_trigger(write_i.value_changed_event());
     }
 }
 
@@ -108,10 +91,8 @@ void MemoryMonitor::restart() {
 }
 
 void MemoryMonitor::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
     if (reset_i.read()) {
+        clocked_.stay_awake();
         restart();
         return;
     }
@@ -128,8 +109,8 @@ void MemoryMonitor::clock_edge() {
     const bool idle =
         command.kind == Kind::kNone && !config_.refreshes() && data_i.read().count == 0 &&
         std::all_of(due_.begin(), due_.end(), [](const rtl::MemoryData& words) { return words.count == 0; });
-    if (gate_.idle_edge(idle)) {
-        next_trigger(wake_events_);
+    if (!idle) {
+        clocked_.stay_awake();
     }
 }
 

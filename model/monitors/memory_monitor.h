@@ -49,7 +49,6 @@ class MemoryMonitor final : public sc_core::sc_module {
     /// renderer: index, from 0.
     MemoryMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
                   ViolationLog& log);
-    SC_HAS_PROCESS(MemoryMonitor);
 
     std::int64_t words_read() const { return words_read_; }
     /// Violations that were seen and not reported, since one of the same rule was.
@@ -64,7 +63,6 @@ class MemoryMonitor final : public sc_core::sc_module {
         std::int64_t activated_at = kNone;  ///< edge of the activate that has opened its page
     };
 
-    void end_of_elaboration() override;
     void write_edge();
     void clock_edge();
     void restart();
@@ -84,9 +82,6 @@ class MemoryMonitor final : public sc_core::sc_module {
     std::string memory_;
     MemoryConfig config_;
     std::int64_t core_period_picoseconds_;
-    rtl::ClockGate gate_{rtl::ClockGating::kOn};
-    rtl::ClockGate write_gate_{rtl::ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
     RuleReporter reporter_;
 
     std::array<std::vector<std::uint64_t>, 2> devices_;
@@ -104,6 +99,8 @@ class MemoryMonitor final : public sc_core::sc_module {
     std::int64_t first_edge_ = kNone;       ///< without reset
     std::int64_t refreshed_until_ = kNone;  ///< edge before which the refresh allows no command
     std::int64_t words_read_ = 0;
+    rtl::Clocked clocked_{*this, clk_i, &MemoryMonitor::clock_edge};
+    rtl::Clocked write_clocked_{*this, write_clk_i, &MemoryMonitor::write_edge};
 };
 
 }  // namespace metabuffer::monitors

@@ -31,7 +31,6 @@ class PipelineMonitor final : public sc_core::sc_module {
     /// display: index, from 0.
     PipelineMonitor(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
                     ViolationLog& log);
-    SC_HAS_PROCESS(PipelineMonitor);
 
     /// Frames that have come out of the pipeline in full.
     int frames_taken() const { return frames_taken_; }
@@ -54,8 +53,6 @@ class PipelineMonitor final : public sc_core::sc_module {
     std::string display_;  ///< "display 1"
 
     RuleReporter reporter_;
-    rtl::ClockGate gate_{rtl::ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
     std::vector<std::string> startframe_names_;
     std::vector<std::string> pipe_names_;
     std::string pipeready_name_;
@@ -71,6 +68,7 @@ class PipelineMonitor final : public sc_core::sc_module {
     int frame_ = -1;
     int frames_taken_ = 0;
     std::int64_t stalled_cycles_ = 0;
+    rtl::Clocked clocked_{*this, clk_i, &PipelineMonitor::clock_edge};
 };
 
 }  // namespace metabuffer::monitors

@@ -14,7 +14,7 @@ constexpr int kMostFramesAhead = 65535;
 }  // namespace
 
 BeatReceiver::BeatReceiver(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
-                           ComposerRecord& record, ClockGating gating)
+                           ComposerRecord& record)
     : Block(name),
       display_(static_cast<std::uint16_t>(display)),
       may_stall_(scenario.composer.may_stall()),
@@ -26,7 +26,6 @@ BeatReceiver::BeatReceiver(const sc_core::sc_module_name& name, const Scenario& 
       longest_gap_cycles_(longest_beat_gap_cycles(scenario)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       record_(record),
-      gate_(gating),
       buffer_(registers_, "buffer", 1,
               ComposerBuffer(scenario.composer.buffer_pixels, scenario.displays.raster_width_pixels(),
                              scenario.displays.raster_height_pixels(), scenario.composer.smoothing)),
@@ -35,19 +34,7 @@ BeatReceiver::BeatReceiver(const sc_core::sc_module_name& name, const Scenario& 
       announced_(registers_, "announced", bits_for(scenario.bus.burst_pixels)),
       silent_cycles_(registers_, "silent_cycles", bits_for(longest_gap_cycles_)),
       burst_cut_(registers_, "burst_cut", bits_for(cut_cycles_)),
-      next_row_(registers_, "next_row", bits_for(scenario.displays.count())) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
-
-void BeatReceiver::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= bus_i.value_changed_event();
-    wake_events_ |= start_i.value_changed_event();
-    wake_events_ |= uses_i.value_changed_event();
-}
+      next_row_(registers_, "next_row", bits_for(scenario.displays.count())) {}
 
 void BeatReceiver::reset() {
     registers_.reset();
@@ -61,13 +48,6 @@ void BeatReceiver::reset() {
 }
 
 void BeatReceiver::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
-    if (reset_i.read()) {
-        reset();
-        return;
-    }
     const int held_before = buffer_->held_pixels();
     if (!may_stall_ || !column_stall_i.read()) {
         raster_edge();
@@ -76,33 +56,23 @@ void BeatReceiver::clock_edge() {
     drive_fifo(held_before);
     drive_handshakes();
     drive_raster();
-    if (gate_.idle_edge(idle())) {
-        next_trigger(wake_events_);
-    }
-}
-
-/// Nothing comes over the bus, and no raster position uses pixels. A frame's start may wait while the column stands
-/// still.
-bool BeatReceiver::idle() const {
-    return !start_i.read() && !uses_i.read() && announced_ == 0 && burst_cut_ == 0 &&
-           bus_i.read().kind == BusBeat::Kind::kNone;
 }
 
 // ---- the raster ----
 
 void BeatReceiver::raster_edge() {
     if (start_i.read()) {
-        buffer_->start_frame();
+        buffer_.change().start_frame();
     }
     if (!uses_i.read()) {
         return;
     }
     const PixelUse& use = use_i.read();
     if (use.last_use != Segment::kNoPixel) {
-        buffer_->release_through(use.last_use);
+        buffer_.change().release_through(use.last_use);
     }
     if (use.ends_frame) {
-        buffer_->end_frame();
+        buffer_.change().end_frame();
         segment_changes_ = true;
     }
 }
@@ -124,8 +94,11 @@ void BeatReceiver::drive_raster() {
 
 void BeatReceiver::bus_edge() {
     const BusBeat& beat = bus_i.read();
-    if (beat.kind != BusBeat::Kind::kNone && !follow_frames(beat)) {
-        return;
+    if (beat.kind != BusBeat::Kind::kNone) {
+        clocked_.stay_awake();  // what is dropped is counted
+        if (!follow_frames(beat)) {
+            return;
+        }
     }
     switch (beat.kind) {
         case BusBeat::Kind::kNone:
@@ -175,7 +148,7 @@ bool BeatReceiver::follow_frames(const BusBeat& beat) {
         }
         for (int begun = begins ? 1 : 0; begun < behind_newest; ++begun) {
             ++record_.mutable_counters().lost_tables;
-            buffer_->miss_frame();
+            buffer_.change().miss_frame();
             segment_changes_ = true;
         }
     }
@@ -183,11 +156,11 @@ bool BeatReceiver::follow_frames(const BusBeat& beat) {
 }
 
 void BeatReceiver::begin_frame(const BusBeat& beat) {
-    buffer_->begin_frame();
+    buffer_.change().begin_frame();
     segment_changes_ = true;
     next_row_ = 0;
     if (beat.last) {
-        buffer_->end_table();
+        buffer_.change().end_table();
     }
 }
 
@@ -205,11 +178,11 @@ void BeatReceiver::take_row(const BusBeat& beat) {
     }
     ++next_row_;
     if (beat.destination == display_) {
-        buffer_->set_row(beat.row());
+        buffer_.change().set_row(beat.row());
         segment_changes_ = true;
     }
     if (beat.last) {
-        buffer_->end_table();
+        buffer_.change().end_table();
     }
 }
 
@@ -217,7 +190,7 @@ void BeatReceiver::take_row(const BusBeat& beat) {
 void BeatReceiver::lose_open_table() {
     if (buffer_->table_open()) {
         ++record_.mutable_counters().lost_tables;
-        buffer_->lose_table();
+        buffer_.change().lose_table();
         segment_changes_ = true;
     }
 }
@@ -247,7 +220,7 @@ bool BeatReceiver::keep_pixels(const BusBeat& beat) {
             return false;
         }
         const auto address = static_cast<std::uint32_t>(buffer_->write_address());
-        if (!buffer_->push()) {
+        if (!buffer_.change().push()) {
             record_.mutable_counters().late_pixels += buffer_->abandoning() ? 0 : 1;
             continue;
         }
@@ -268,7 +241,7 @@ void BeatReceiver::protocol_error(const std::string& what) const {
 void BeatReceiver::lose_pixels(std::int64_t count) {
     record_.mutable_counters().lost_pixels += count;
     const int held = buffer_->held_pixels();
-    buffer_->lose(count);
+    buffer_.change().lose(count);
     abandoned_pixels_ += static_cast<std::uint32_t>(held - buffer_->held_pixels());
 }
 

@@ -60,15 +60,12 @@ class BeatReceiver final : public Block {
 
     /// display: the composer's, from 1. record: the composer's, which gets the counts of the bus side.
     BeatReceiver(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
-                 ComposerRecord& record, ClockGating gating = ClockGating::kOn);
-    SC_HAS_PROCESS(BeatReceiver);
+                 ComposerRecord& record);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
   private:
-    void end_of_elaboration() override;
     void clock_edge();
     void reset();
     void raster_edge();
@@ -84,7 +81,6 @@ class BeatReceiver final : public Block {
     void drive_fifo(int held_before);
     void drive_raster();
     void drive_handshakes();
-    bool idle() const;
     bool slot_ready() const;
 
     // Configuration, constant after elaboration.
@@ -99,8 +95,6 @@ class BeatReceiver final : public Block {
     std::int64_t core_period_picoseconds_;
 
     ComposerRecord& record_;
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
 
     RegisterSet registers_;
     Register<ComposerBuffer> buffer_;
@@ -118,6 +112,7 @@ class BeatReceiver final : public Block {
     FifoWrite kept_;                      ///< this edge's pixels
     std::uint32_t abandoned_pixels_ = 0;  ///< of a frame that this edge has found incomplete
     bool segment_changes_ = false;        ///< this edge may have changed the head's segment
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &BeatReceiver::clock_edge, &BeatReceiver::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -4,7 +4,7 @@
 #include <string>
 #include <systemc>
 
-#include "rtl/clock_gate.h"
+#include "rtl/clocked.h"
 #include "scenario/scenario.h"
 
 namespace metabuffer::rtl {
@@ -25,13 +25,6 @@ class Block : public sc_core::sc_module {
 
     /// One line for the watchdog: what the block waits for; empty if it waits for nothing.
     virtual std::string waiting_for() const { return {}; }
-
-    // Its clocks may stand still, since all its methods of that clock sleep (rtl/clock_gate.h).
-
-    /// Its only clock, or the core clock.
-    virtual bool sleeps() const { return false; }
-    /// The DVI input clock of a block that has the core clock, too.
-    virtual bool link_sleeps() const { return false; }
 
   protected:
     explicit Block(const sc_core::sc_module_name& name) : sc_core::sc_module(name) {}

@@ -23,8 +23,8 @@ BusArbiter::BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus
       bus_(bus),
       policy_(make_policy(bus.arbitration)),
       build_wait_(registers_, "build_wait", bits_for(most_slots(lines))) {
-    SC_METHOD(process);
-    sensitive << clk_i.pos();
+    SC_METHOD(answer);
+    sensitive << registers_.changed_event();
     for (std::size_t line = 0; line < pending_i.size(); ++line) {
         sensitive << pending_i[line] << ready_i[line];
     }
@@ -34,60 +34,36 @@ BusArbiter::BusArbiter(const sc_core::sc_module_name& name, const BusConfig& bus
     dont_initialize();
 }
 
-void BusArbiter::end_of_elaboration() {
-    gate_.attach(clk_i);
-    const auto wake_by = [this](const auto& port) { wake_events_ |= port.value_changed_event(); };
-    wake_by(reset_i);
-    wake_by(start_i);
-    wake_by(take_i);
-    for (std::size_t line = 0; line < pending_i.size(); ++line) {
-        wake_by(pending_i[line]);
-        wake_by(ready_i[line]);
-    }
-    for (const auto& deadline : deadline_i) {
-        wake_by(deadline);
-    }
+void BusArbiter::reset() {
+    requests_.clear();
+    policy_->start_frame({}, 0);
+    registers_.reset();
+    drive_slot();
 }
 
-void BusArbiter::process() {
-    const bool woken = gate_.opened();
-    // An edge changes the answer only if it changes the table or the slot pointer.
-    const bool at_edge = !woken && clk_i.posedge();
-    if (!at_edge || clock_edge()) {
-        answer();
-    }
-}
-
-bool BusArbiter::clock_edge() {
-    // Taking an answer that grants nothing changes nothing.
-    const bool takes = take_i.read() && (bus_.grant_cycles > 0 || grant_.kind != BusGrant::Kind::kPoll);
-    const bool idle = !takes && !reset_i.read() && !start_i.read() && build_wait_ == 0;
-    if (gate_.idle_edge(idle)) {
-        next_trigger(wake_events_);
-    }
-    if (idle) {
-        return false;
-    }
-    if (reset_i.read()) {
-        requests_.clear();
-        policy_->start_frame({}, 0);
-        registers_.reset();
-    } else if (start_i.read()) {
+void BusArbiter::clock_edge() {
+    if (start_i.read()) {
         const FrontTable& table = table_i.read();
         requests_.assign(table.rows.size(), BusRequest{});
         policy_->start_frame(table.slots, table.rows.size());
         build_wait_ = bus_.build_cycles(table.slots.size());
     } else if (build_wait_ > 0) {
         --build_wait_;
-    } else if (bus_.grant_cycles == 0 || answer_stands()) {
+    } else if (!take_i.read()) {
+        return;
+    } else if (bus_.grant_cycles > 0 && !answer_stands()) {
+        decide();
+    } else if (grant_.kind != BusGrant::Kind::kPoll) {  // an answer that grants nothing changes nothing
         policy_->take(grant_);
         found_ = false;
     } else {
-        decide();
+        return;
     }
-    slot_o.write(static_cast<std::uint16_t>(policy_->slot()));
-    return true;
+    clocked_.stay_awake();  // the policy has a state of its own
+    drive_slot();
 }
+
+void BusArbiter::drive_slot() { slot_o.write(static_cast<std::uint16_t>(policy_->slot())); }
 
 /// Called at an edge at which the bus waits for an answer.
 void BusArbiter::decide() {

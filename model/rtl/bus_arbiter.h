@@ -52,21 +52,17 @@ class BusArbiter final : public Block {
     SC_HAS_PROCESS(BusArbiter);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
   private:
-    void end_of_elaboration() override;
-    void process();
-    bool clock_edge();
+    void clock_edge();
+    void reset();
     void decide();
     void answer();
     bool answer_stands() const { return found_ && search_wait_ == 0; }
     void drive_grant(int row);
+    void drive_slot();
 
     static constexpr int kNoRow = -1;
-
-    ClockGate gate_{ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
 
     const BusConfig bus_;
     std::unique_ptr<ArbitrationPolicy> policy_;
@@ -82,6 +78,7 @@ class BusArbiter final : public Block {
     BusGrant grant_;            ///< combinational: the answer
     BusGrant candidate_;        ///< combinational: what could be decided now
     int granted_row_ = kNoRow;  ///< whose line is high
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &BusArbiter::clock_edge, &BusArbiter::reset};
 };
 
 }  // namespace metabuffer::rtl

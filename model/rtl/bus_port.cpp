@@ -38,7 +38,7 @@ BusPort::Writes::Writes(RegisterSet& set, const MemoryConfig& memory)
 }
 
 BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
-                 std::function<void(bool fresh)> on_start, BusCounters& bus, ClockGating gating)
+                 std::function<void(bool fresh)> on_start, BusCounters& bus)
     : Block(name),
       front_i("front_i", scenario.memory.shared() ? 1 : 0),
       write_full_i("write_full_i", scenario.memory.shared() ? WriteBuffer::kHalves : 0),
@@ -63,7 +63,6 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
       smoothing_(scenario.composer.smoothing),
       loop_cycles_(bus_loop_cycles(scenario.bus, scenario.memory)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
-      gate_(gating),
       frames_started_(registers_, "frames_started", bits_for(scenario.frames)),
       pixels_left_(registers_, "pixels_left", bits_for(renderer.image_words() * scenario.displays.count())),
       row_count_(registers_, "row_count", bits_for(scenario.displays.count())),
@@ -97,74 +96,16 @@ BusPort::BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, 
     if (scenario.memory.shared()) {
         writes_ = std::make_unique<Writes>(registers_, scenario.memory);
     }
-    SC_METHOD(process);
-    sensitive << clk_i.pos() << grant_valid_i << lost_i;
+    SC_METHOD(drive_requests);
+    sensitive << grant_valid_i << lost_i << registers_.changed_event();
     for (std::size_t line = 0; line < busready_i.size(); ++line) {
         sensitive << busready_i[line] << grant_i[line];
     }
     dont_initialize();
 }
 
-void BusPort::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= answer_i.value_changed_event();
-    wake_events_ |= grant_valid_i.value_changed_event();
-    wake_events_ |= lost_i.value_changed_event();
-    for (const auto& busready : busready_i) {
-        wake_events_ |= busready.value_changed_event();
-    }
-}
-
-void BusPort::process() {
-    if (gate_.opened() || !clk_i.posedge()) {
-        ready_changed_ = true;
-        drive_requests();
-        return;
-    }
-    if (slept_) {
-        bus_.*(slept_->counter) += slept_cycles() - 1;  // this one counts itself
-        slept_.reset();
-    }
-    clock_edge();
-    drive_requests();
-    const bool waits = waits_for_pair();
-    if (gate_.idle_edge(waits || polls())) {
-        slept_ = {clock_edge_number(core_period_picoseconds_),
-                  waits ? &BusCounters::idle_cycles : &BusCounters::poll_cycles};
-        next_trigger(wake_events_);
-    }
-}
-
-/// No beat is on its way, and nothing is counted down.
-bool BusPort::rests() const {
-    return !scenario_.memory.refreshes() && writes_ == nullptr && !bus_driven_ && leaving_.holds(BusBeat{}) &&
-           uncounted_cycles_ == 0 && table_uncounted_cycles_ == 0;
-}
-
-/// Each clock is like the one before until the link's side answers or reset rises.
-bool BusPort::waits_for_pair() const {
-    return (state_ == State::kWait || state_ == State::kDone) && !asked_ && rests() &&
-           answer_.settled(answer_i.read()) && answer_i.read() == answer_seen_;
-}
-
-/// The same until a composer takes a slot: the arbiter grants nothing.
-bool BusPort::polls() const {
-    return state_ == State::kSend && plan_.arbitrate && plan_.row == kNoRow && !bursting_ &&
-           scenario_.bus.grant_cycles == 0 && !search_i.read() && !lost_i.read() &&
-           announced_before_ == announced_ && announced_line_.holds(announced_) && rests() &&
-           answer_.settled(answer_i.read());
-}
-
-std::int64_t BusPort::slept_cycles() const {
-    return clock_edge_number(core_period_picoseconds_) - slept_->after_cycle;
-}
-
-void BusPort::count_slept_cycles(BusCounters& bus) const {
-    if (slept_) bus.*(slept_->counter) += slept_cycles();
-}
-
 void BusPort::reset() {
+    count_sleep();
     registers_.reset();
     request_o.write(false);
     start_o.write(false);
@@ -176,14 +117,11 @@ void BusPort::reset() {
     }
     bus_o.write(BusBeat{});
     bus_driven_ = false;
+    count(&BusCounters::idle_cycles);
 }
 
 void BusPort::clock_edge() {
-    if (reset_i.read()) {
-        reset();
-        ++bus_.idle_cycles;
-        return;
-    }
+    count_sleep();
     const bool answer = answer_.sample(answer_i.read());
     count_answers();
     if (writes_ != nullptr) {
@@ -191,12 +129,12 @@ void BusPort::clock_edge() {
     }
     switch (state_) {
         case State::kRequest:
-            ++bus_.idle_cycles;
+            count(&BusCounters::idle_cycles);
             ask_for_frame();
             break;
         case State::kWait:
             closing_ = false;
-            ++bus_.idle_cycles;
+            count(&BusCounters::idle_cycles);
             if (answer != answer_seen_) {
                 answer_seen_ = answer;
                 start_frame(fresh_i.read());
@@ -210,7 +148,7 @@ void BusPort::clock_edge() {
             send_clock();
             break;
         case State::kDone:
-            ++bus_.idle_cycles;
+            count(&BusCounters::idle_cycles);
             break;
     }
     if (writes_ != nullptr) {
@@ -274,7 +212,6 @@ void BusPort::count_answers() {
             --*uncounted;
         }
     }
-    ready_changed_ = true;
 }
 
 /// Called last in a clock: if a refresh begins, a burst stopped in this clock must not leave a bank half open.
@@ -348,7 +285,6 @@ void BusPort::start_frame(bool fresh) {
     table_row_ = 0;
     table_wait_ = cycles_per_table_row_;
     state_ = State::kTable;
-    ready_changed_ = true;
 }
 
 bool BusPort::composers_take_table() const {
@@ -359,7 +295,7 @@ bool BusPort::composers_take_table() const {
 void BusPort::table_clock() {
     if (!table_started_) {
         if (table_uncounted_cycles_ > 0 || !composers_take_table()) {
-            ++bus_.poll_cycles;
+            count(&BusCounters::poll_cycles);
             return;
         }
         table_started_ = true;
@@ -377,10 +313,9 @@ void BusPort::table_clock() {
             table_wait_ = cycles_per_table_row_;
         }
     }
-    ++bus_.table_cycles;
+    count(&BusCounters::table_cycles);
     if (table_row_ == row_count_) {
         state_ = State::kSend;
-        ready_changed_ = true;
     }
 }
 
@@ -390,7 +325,7 @@ void BusPort::send_clock() {
         stop_burst();
     }
     if (beat_wait_ > 0) {
-        ++bus_.busy_cycles;
+        count(&BusCounters::busy_cycles);
         --beat_wait_;
         if (beat_wait_ == 0) {
             drive_beat();
@@ -398,13 +333,13 @@ void BusPort::send_clock() {
         return;
     }
     if (lost_wait_ > 0) {
-        ++bus_.lost_cycles;
+        count(&BusCounters::lost_cycles);
         --lost_wait_;
         return;
     }
     if (!bursting_) {
         if (pixels_left_ == 0) {
-            ++bus_.idle_cycles;
+            count(&BusCounters::idle_cycles);
             ask_for_frame();
             return;
         }
@@ -413,18 +348,18 @@ void BusPort::send_clock() {
         }
     }
     if (plan_.refreshes) {
-        ++bus_.refresh_cycles;
+        count(&BusCounters::refresh_cycles);
         return;
     }
     if (plan_.writes) {
-        ++bus_.write_cycles;
+        count(&BusCounters::write_cycles);
         return;
     }
     if (!page_ready(plan_)) {
-        ++bus_.page_miss_cycles;
+        count(&BusCounters::page_miss_cycles);
         return;
     }
-    ++bus_.busy_cycles;
+    count(&BusCounters::busy_cycles);
     fill_beat(plan_);
     beat_wait_ = cycles_per_beat_ - 1;
     if (beat_wait_ == 0) {
@@ -449,12 +384,12 @@ void BusPort::stop_burst() {
 /// False if no burst starts in this clock.
 bool BusPort::take_grant() {
     if (lost_i.read()) {
-        ++bus_.lost_cycles;
+        count(&BusCounters::lost_cycles);
         lost_wait_ = lost_slot_cycles_ - 1;
         return false;
     }
     if (plan_.row == kNoRow) {
-        ++(search_i.read() ? bus_.grant_cycles : bus_.poll_cycles);
+        count(search_i.read() ? &BusCounters::grant_cycles : &BusCounters::poll_cycles);
         return false;
     }
     bus_.recovered_slots += recovered_i.read();
@@ -535,7 +470,6 @@ void BusPort::drive_beat() {
 void BusPort::pass_over(std::size_t composer, int clocks) {
     *uncounted_[composer] = clocks;
     uncounted_cycles_ = std::max(uncounted_cycles_.value(), clocks);
-    ready_changed_ = true;
 }
 
 /// A beat goes out as many clocks after the clock that sent it as its words come after their read.
@@ -570,9 +504,7 @@ void BusPort::drive_requests() {
     asked_ = asks;
     plan_ = Plan{};
     if (state_ == State::kSend) {
-        if (ready_changed_) {
-            drive_ready();
-        }
+        drive_ready();
         plan_ = plan();
     } else {
         plan_.writes = plan_writes(plan_);
@@ -593,7 +525,6 @@ void BusPort::drive_requests() {
 
 /// A composer whose BUSREADY cannot yet count what it was sent last is passed over.
 void BusPort::drive_ready() {
-    ready_changed_ = false;
     for (int index = 0; index < row_count_; ++index) {
         const std::size_t composer = row(index).composer();
         ready_o[static_cast<std::size_t>(index)].write(*uncounted_[composer] == 0 &&

@@ -84,16 +84,14 @@ class BusPort final : public Block {
 
     /// The scenario must outlive the module. on_start is called at each frame's start; bus counts what the bus does.
     BusPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
-            std::function<void(bool fresh)> on_start, BusCounters& bus,
-            ClockGating gating = ClockGating::kOn);
+            std::function<void(bool fresh)> on_start, BusCounters& bus);
     SC_HAS_PROCESS(BusPort);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
     /// Adds clocks that have passed without having been counted yet: a port that waits for a pair or a slot sleeps.
-    void count_slept_cycles(BusCounters& bus) const;
+    void count_slept_cycles(BusCounters& bus) const { bus.*counted_ += clocked_.edges_asleep(); }
 
   private:
     /// Where the next pixel of a table row is in memory.
@@ -163,14 +161,14 @@ class BusPort final : public Block {
 
     static constexpr int kNoRow = -1;
 
-    void end_of_elaboration() override;
-    void process();
     void clock_edge();
     void reset();
-    std::int64_t slept_cycles() const;
-    bool rests() const;
-    bool waits_for_pair() const;
-    bool polls() const;
+    void count_sleep() { bus_.*counted_ += clocked_.slept_edges(); }
+    /// Each clock is counted once, by what it was used for.
+    void count(std::int64_t BusCounters::*counter) {
+        counted_ = counter;
+        ++(bus_.*counter);
+    }
     void ask_for_frame();
     void start_frame(bool fresh);
     void table_clock();
@@ -233,13 +231,7 @@ class BusPort final : public Block {
     int loop_cycles_;  ///< that read latency and registers add until a beat's answer is read
     std::int64_t core_period_picoseconds_;
 
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
-    struct Sleep {
-        std::int64_t after_cycle = 0;                  ///< the last clock before it
-        std::int64_t BusCounters::*counter = nullptr;  ///< that its clocks belong to
-    };
-    std::optional<Sleep> slept_;  ///< none while awake
+    std::int64_t BusCounters::*counted_ = &BusCounters::idle_cycles;  ///< the counter of the last clock
 
     RegisterSet registers_;
     Register<State> state_{registers_, "state", 3};
@@ -284,7 +276,7 @@ class BusPort final : public Block {
     bool asked_ = true;  ///< its combinational outputs may be active
     bool bus_driven_ = false;
     BusBeat sent_;  ///< the beat sent by this clock, without its words
-    bool ready_changed_ = true;
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &BusPort::clock_edge, &BusPort::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -28,24 +28,19 @@ class BusRegisters final : public Block {
     /// stages: 1 or more. composers: number in the row. lanes: words that the waveform shows of a beat.
     BusRegisters(const sc_core::sc_module_name& name, int stages, std::size_t composers,
                  int lanes = kMaximumBeatPixels);
-    SC_HAS_PROCESS(BusRegisters);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
   private:
-    void end_of_elaboration() override;
     void clock_edge();
-    bool settled() const;
-    void shift();
+    void reset();
     void drive();
 
-    ClockGate gate_{ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
     RegisterSet registers_;
     RegisterLine<BusBeat> bus_;
     std::vector<RegisterLine<bool>> busready_;  ///< by composer
     std::vector<RegisterLine<bool>> tableready_;
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &BusRegisters::clock_edge, &BusRegisters::reset};
 };
 
 }  // namespace metabuffer::rtl

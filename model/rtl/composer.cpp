@@ -5,16 +5,15 @@
 
 namespace metabuffer::rtl {
 
-Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
-                   ClockGating gating)
+Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display)
     : Block(name),
       pixels_per_beat_(pixels_per_beat(scenario.bus, scenario.memory)),
       wires_(scenario.composer.window_rows()),
-      beat_receiver_("beat_receiver", scenario, display, *this, gating),
+      beat_receiver_("beat_receiver", scenario, display, *this),
       fifo_("fifo", scenario.composer.buffer_pixels, scenario.composer.window_rows()),
-      raster_walker_("raster_walker", scenario, *this, gating),
-      merge_stage_("merge_stage", scenario, *this, gating),
-      pipeline_handshake_("pipeline_handshake", scenario.composer.may_stall(), gating) {
+      raster_walker_("raster_walker", scenario, *this),
+      merge_stage_("merge_stage", scenario, *this),
+      pipeline_handshake_("pipeline_handshake", scenario.composer.may_stall()) {
     bind_bus_side();
     bind_fifo();
     bind_pipeline_side();
@@ -113,11 +112,6 @@ void Composer::trace(sc_core::sc_trace_file* file) const {
     raster_walker_.trace(file);
     merge_stage_.trace(file);
     pipeline_handshake_.trace(file);
-}
-
-bool Composer::sleeps() const {
-    return raster_walker_.sleeps() && merge_stage_.sleeps() && beat_receiver_.sleeps() && fifo_.sleeps() &&
-           pipeline_handshake_.sleeps();
 }
 
 std::string Composer::waiting_for() const {

@@ -44,12 +44,10 @@ class Composer final : public Block, public ComposerRecord {
     sc_core::sc_out<bool> stall_o{"stall_o"};
 
     /// display: from 1. The scenario gives raster, composition, background, buffer and bus parameters.
-    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
-             ClockGating gating = ClockGating::kOn);
+    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
-    bool sleeps() const override;
 
     /// The wires between the composer and its FIFO, if it has such a block inside; else null.
     FifoWires* fifo_wires() { return &wires_.fifo; }

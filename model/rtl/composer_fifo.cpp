@@ -11,29 +11,26 @@ ComposerFifo::ComposerFifo(const sc_core::sc_module_name& name, int capacity_pix
       second_row(window_rows > 1 ? std::make_unique<SecondRowPins>() : nullptr),
       capacity_(static_cast<std::uint32_t>(capacity_pixels)),
       storage_(static_cast<std::size_t>(buffer_addresses(capacity_pixels))),
-      level_(registers_, "level", bits_for(capacity_pixels)) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
+      level_(registers_, "level", bits_for(capacity_pixels)) {}
+
+void ComposerFifo::reset() {
+    registers_.reset();
+    word_o.write(0);
+    free_o.write(capacity_);
+    if (second_row != nullptr) {
+        second_row->next_word_o.write(0);
+        second_row->row_word_o.write(0);
+        second_row->row_next_word_o.write(0);
+    }
 }
 
 void ComposerFifo::clock_edge() {
-    if (reset_i.read()) {
-        registers_.reset();
-        word_o.write(0);
-        free_o.write(capacity_);
-        if (second_row != nullptr) {
-            second_row->next_word_o.write(0);
-            second_row->row_word_o.write(0);
-            second_row->row_next_word_o.write(0);
-        }
-        return;
-    }
     const FifoWrite& write = write_i.read();
     const FifoRead& read = read_i.read();
     const FifoRelease& release = release_i.read();
     const bool changes_level = write.count > 0 || release.any();
     if (changes_level) {
+        clocked_.stay_awake();  // each edge that breaks a rule is reported
         account(write, release);
     }
     if (write.count > 0) {
@@ -43,11 +40,6 @@ void ComposerFifo::clock_edge() {
     if (second_row != nullptr) {
         put_out(second_row->row_read_i.read(), second_row->row_word_o, &second_row->row_next_word_o);
     }
-}
-
-bool ComposerFifo::sleeps() const {
-    return !reset_i.read() && write_i.read().count == 0 && !read_i.read().enable && !release_i.read().any() &&
-           (second_row == nullptr || !second_row->row_read_i.read().enable);
 }
 
 void ComposerFifo::put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,

@@ -44,13 +44,12 @@ class ComposerFifo final : public Block {
 
     /// capacity_pixels: 1 or more; window_rows: 1 or 2.
     ComposerFifo(const sc_core::sc_module_name& name, int capacity_pixels, int window_rows = 1);
-    SC_HAS_PROCESS(ComposerFifo);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool sleeps() const override;
 
   private:
     void clock_edge();
+    void reset();
     void store(const FifoWrite& write);
     void put_out(const FifoRead& read, sc_core::sc_out<std::uint64_t>& word,
                  sc_core::sc_out<std::uint64_t>* next_word) const;
@@ -62,6 +61,7 @@ class ComposerFifo final : public Block {
 
     RegisterSet registers_;
     Register<std::uint32_t> level_;
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &ComposerFifo::clock_edge, &ComposerFifo::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -4,6 +4,7 @@
 
 #include "rtl/composer_signals.h"
 #include "rtl/fifo_wires.h"
+#include "rtl/wire.h"
 
 namespace metabuffer::rtl {
 
@@ -14,16 +15,16 @@ struct ComposerWires {
 
     FifoWires fifo;
     // beat_receiver to the others
-    sc_core::sc_signal<HeadSegment> segment{"segment"};
-    sc_core::sc_signal<SegmentProgress> progress{"progress"};
-    sc_core::sc_signal<bool> fetched{"fetched"};
+    Wire<HeadSegment> segment{"segment"};
+    Wire<SegmentProgress> progress{"progress"};
+    Wire<bool> fetched{"fetched"};
     // raster_walker to the others
-    sc_core::sc_signal<bool> running{"running"};
-    sc_core::sc_signal<RasterStep> ahead{"ahead"};
-    sc_core::sc_signal<bool> uses{"uses"};
-    sc_core::sc_signal<PixelUse> use{"use"};
+    Wire<bool> running{"running"};
+    Wire<RasterStep> ahead{"ahead"};
+    Wire<bool> uses{"uses"};
+    Wire<PixelUse> use{"use"};
     // pipeline_handshake to the others
-    sc_core::sc_signal<bool> start{"start"};
+    Wire<bool> start{"start"};
 };
 
 }  // namespace metabuffer::rtl

@@ -4,55 +4,29 @@
 
 namespace metabuffer::rtl {
 
-DisplayMemory::DisplayMemory(const sc_core::sc_module_name& name, std::int64_t pixels, ClockGating gating)
-    : Block(name), write_gate_(gating), read_gate_(gating) {
+DisplayMemory::DisplayMemory(const sc_core::sc_module_name& name, std::int64_t pixels) : Block(name) {
     for (std::vector<std::uint32_t>& bank : banks_) {
         bank.resize(static_cast<std::size_t>(pixels));
     }
-    SC_METHOD(write_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-    SC_METHOD(read_edge);
-    sensitive << dvi_clk_i.pos();
-    dont_initialize();
-}
-
-void DisplayMemory::end_of_elaboration() {
-    write_gate_.attach(clk_i);
-    read_wake_events_ |= reset_i.value_changed_event();
-    read_wake_events_ |= reads_i.value_changed_event();
+    write_clocked_.reads({&writes_i, &write_i});
+    read_clocked_.reads({&reset_i, &reads_i, &read_i});
 }
 
 void DisplayMemory::write_edge() {
-    if (write_gate_.opened()) {
-        return;
-    }
-    const bool writes = writes_i.read();
-    if (writes) {
+    if (writes_i.read()) {
+        write_clocked_.stay_awake();
         const DisplayWrite& write = write_i.read();
         at(write.bank, write.address, "write") = write.colour;
-    }
-    if (write_gate_.idle_edge(!writes)) {
-        next_trigger(writes_i.value_changed_event());
     }
 }
 
 void DisplayMemory::read_edge() {
-    if (read_gate_.opened()) {
-        return;
-    }
-    const bool reset = reset_i.read();
-    const bool reads = reads_i.read();
-    if (reset) {
-        data_o.write(0);
-    } else if (reads) {
+    if (reads_i.read()) {
+        read_clocked_.stay_awake();
         const DisplayRead& read = read_i.read();
         const DisplayWrite& write = write_i.read();
         const bool comes = writes_i.read() && write.bank == read.bank && write.address == read.address;
         data_o.write(comes ? write.colour : at(read.bank, read.address, "read"));
-    }
-    if (read_gate_.idle_edge(!reset && !reads)) {
-        next_trigger(read_wake_events_);
     }
 }
 

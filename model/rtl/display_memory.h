@@ -30,23 +30,21 @@ class DisplayMemory final : public Block {
     sc_core::sc_out<std::uint32_t> data_o{"data_o"};  ///< 0xRRGGBB
 
     /// pixels: of the display, 1 or more.
-    DisplayMemory(const sc_core::sc_module_name& name, std::int64_t pixels,
-                  ClockGating gating = ClockGating::kOn);
-    SC_HAS_PROCESS(DisplayMemory);
+    DisplayMemory(const sc_core::sc_module_name& name, std::int64_t pixels);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool sleeps() const override { return write_gate_.asleep(); }
 
   private:
-    void end_of_elaboration() override;
     void write_edge();
     void read_edge();
+    void reset() { data_o.write(0); }
     std::uint32_t& at(bool bank, std::uint32_t address, const char* what);
 
     std::array<std::vector<std::uint32_t>, 2> banks_;
-    ClockGate write_gate_;
-    ClockGate read_gate_;
-    sc_core::sc_event_or_list read_wake_events_;
+    RegisterSet read_registers_;  ///< none besides data_o
+    Clocked write_clocked_{*this, clk_i, &DisplayMemory::write_edge};
+    Clocked read_clocked_{
+        *this, dvi_clk_i, reset_i, read_registers_, &DisplayMemory::read_edge, &DisplayMemory::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -12,24 +12,14 @@ constexpr unsigned kByteBits = 8;
 
 }  // namespace
 
-DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing, ClockGating gating)
+DviDecoder::DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing)
     : Block(name),
       timing_(timing),
-      gate_(gating),
       x_(registers_, "x", bits_for(timing.active_pixels)),
       line_(registers_, "line", bits_for(timing.active_lines)),
       payload_at_(registers_, "payload_at", kPayloadPlaceBits),
       pixel_(registers_, "pixel", bits_for(std::int64_t{timing.active_pixels} * timing.active_lines - 1)) {
     control_.reserve(static_cast<std::size_t>(timing.active_pixels));
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
-
-void DviDecoder::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= link_i.value_changed_event();
 }
 
 void DviDecoder::reset() {
@@ -41,15 +31,7 @@ void DviDecoder::reset() {
 }
 
 void DviDecoder::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
-    if (reset_i.read()) {
-        reset();
-        return;
-    }
     const DviLink& link = link_i.read();
-    const bool blanks = !link.de && !previous_de_ && link.vsync == previous_vsync_;
     DecoderEvent event;
     if (next_row_ < table_.size()) {
         event.row = true;
@@ -78,9 +60,6 @@ void DviDecoder::clock_edge() {
         event_o.write(event_);
     }
     event_pending_ = event_now;
-    if (gate_.idle_edge(blanks && !event_now && !pixel_.value().valid && next_row_ >= table_.size())) {
-        next_trigger(wake_events_);
-    }
 }
 
 void DviDecoder::take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEvent& event) {
@@ -88,7 +67,7 @@ void DviDecoder::take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEven
         return;
     }
     if (x_ >= timing_.active_pixels || line_ >= timing_.active_lines) {
-        pairs_->reject_geometry(event);
+        pairs_.change().reject_geometry(event);
         return;
     }
     if (line_ == 0) {
@@ -135,7 +114,7 @@ void DviDecoder::end_line(DecoderEvent& event) {
         return;
     }
     if (x_ != timing_.active_pixels) {
-        pairs_->reject_geometry(event);
+        pairs_.change().reject_geometry(event);
         return;
     }
     if (line_ == 0) {
@@ -147,7 +126,7 @@ void DviDecoder::end_line(DecoderEvent& event) {
 
 void DviDecoder::end_control_scanline(DecoderEvent& event) {
     DecodedScanline scanline = decode_control_scanline(control_);
-    pairs_->end_control_scanline(scanline, event);
+    pairs_.change().end_control_scanline(scanline, event);
     if (event.colour_start) {
         table_ = std::move(scanline.content.table);
         next_row_ = 0;
@@ -156,9 +135,9 @@ void DviDecoder::end_control_scanline(DecoderEvent& event) {
 
 void DviDecoder::end_frame(DecoderEvent& event) {
     if (line_ > 0) {
-        pairs_->end_frame(line_ == timing_.active_lines, event);
+        pairs_.change().end_frame(line_ == timing_.active_lines, event);
     }
-    pairs_->begin_frame();
+    pairs_.change().begin_frame();
     control_.clear();
     x_ = 0;
     line_ = 0;

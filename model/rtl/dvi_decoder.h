@@ -32,18 +32,14 @@ class DviDecoder final : public Block {
     sc_core::sc_out<DecoderEvent> event_o{"event_o"};
 
     /// timing: the mode of the renderer's link.
-    DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing,
-               ClockGating gating = ClockGating::kOn);
-    SC_HAS_PROCESS(DviDecoder);
+    DviDecoder(const sc_core::sc_module_name& name, const DviTiming& timing);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
     const std::array<std::int64_t, kRejectCauseCount>& rejected_frames() const { return pairs_->rejected(); }
 
   private:
-    void end_of_elaboration() override;
     void clock_edge();
     void reset();
     void take_pixel(std::uint32_t data, DecodedPixel& pixel, DecoderEvent& event);
@@ -57,8 +53,6 @@ class DviDecoder final : public Block {
     std::vector<std::uint32_t> control_;  ///< memory: the scanline under way
     ViewportTable table_;                 ///< likewise: its rows from next_row_ on are still to be reported
 
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
     RegisterSet registers_;
     Register<PairFollower> pairs_{registers_, "pair"};
     Register<bool> previous_de_{registers_, "previous_de"};
@@ -71,6 +65,7 @@ class DviDecoder final : public Block {
     Register<DecodedPixel> pixel_;
     Register<DecoderEvent> event_{registers_, "event"};
     Register<bool> event_pending_{registers_, "event_pending"};  ///< event_o must be cleared
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &DviDecoder::clock_edge, &DviDecoder::reset};
 };
 
 }  // namespace metabuffer::rtl

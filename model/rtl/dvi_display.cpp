@@ -4,30 +4,16 @@
 
 namespace metabuffer::rtl {
 
-DviDisplay::DviDisplay(const sc_core::sc_module_name& name, ClockGating gating) : Block(name), gate_(gating) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
-
-void DviDisplay::end_of_elaboration() {
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= link_i.value_changed_event();
-}
+DviDisplay::DviDisplay(const sc_core::sc_module_name& name) : Block(name) {}
 
 void DviDisplay::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
-    // While the link stands still, each clock shows what the one before did.
-    const std::int64_t slept_edges = edges_.count() - 1;
-    if (reset_i.read()) {
-        registers_.reset();
-        return;
-    }
     const DviLink& link = link_i.read();
+    if (link == previous_.value()) {
+        clocked_.may_sleep();
+    }
     if (previous_->de) {
-        take_pixels(previous_->data, slept_edges);
+        // While the link stands still, each clock shows what the one before did.
+        take_pixels(previous_->data, clocked_.slept_edges());
     }
     if (link.de) {
         take_pixels(link.data, 1);
@@ -37,14 +23,7 @@ void DviDisplay::clock_edge() {
     if (link.vsync && !previous_->vsync) {
         end_frame();
     }
-    const bool stands_still = link == previous_.value();
-    if (!stands_still) {
-        previous_ = link;
-    }
-    if (gate_.idle_edge(stands_still)) {
-        edges_.sleep();
-        next_trigger(wake_events_);
-    }
+    previous_ = link;
 }
 
 void DviDisplay::take_pixels(std::uint32_t colour, std::int64_t count) {

@@ -24,8 +24,7 @@ class DviDisplay final : public Block {
 
     using FrameCaptured = std::function<void(const ColourImage&)>;
 
-    explicit DviDisplay(const sc_core::sc_module_name& name, ClockGating gating = ClockGating::kOn);
-    SC_HAS_PROCESS(DviDisplay);
+    explicit DviDisplay(const sc_core::sc_module_name& name);
 
     /// Called with every whole frame that has been shown.
     void on_frame(FrameCaptured callback) { on_frame_ = std::move(callback); }
@@ -37,8 +36,8 @@ class DviDisplay final : public Block {
   private:
     static constexpr int kSizeBits = 32;  ///< enough for any mode, since it knows none
 
-    void end_of_elaboration() override;
     void clock_edge();
+    void reset() { registers_.reset(); }
     void take_pixels(std::uint32_t colour, std::int64_t count);
     void end_line();
     void end_frame();
@@ -47,15 +46,12 @@ class DviDisplay final : public Block {
     ColourImage capture_;  ///< memory: the frame under way
     std::int64_t frames_captured_ = 0;
 
-    ClockGate gate_;
-    EdgeCounter edges_;
-    sc_core::sc_event_or_list wake_events_;
-
     RegisterSet registers_;
     Register<int> x_{registers_, "x", kSizeBits};
     Register<bool> in_frame_{registers_, "in_frame"};
     Register<bool> ragged_{registers_, "ragged"};  ///< its lines differ in length
     Register<DviLink> previous_{registers_, "previous"};
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &DviDisplay::clock_edge, &DviDisplay::reset};
 };
 
 }  // namespace metabuffer::rtl

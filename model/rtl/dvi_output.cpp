@@ -20,11 +20,7 @@ DviOutput::DviOutput(const sc_core::sc_module_name& name, const Scenario& scenar
       line_(registers_, "line", bits_for(timing_.frame_lines()),
             timing_.frame_lines() - DviTiming::kVerticalSyncLines),
       next_read_(registers_, "next_read", bits_for(scenario.displays.pixels())),
-      read_(registers_, "read", bits_for(scenario.displays.pixels() - 1)) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
+      read_(registers_, "read", bits_for(scenario.displays.pixels() - 1)) {}
 
 void DviOutput::reset() {
     registers_.reset();
@@ -37,10 +33,6 @@ void DviOutput::reset() {
 }
 
 void DviOutput::clock_edge() {
-    if (reset_i.read()) {
-        reset();
-        return;
-    }
     follow_swaplock();
     if (x_ == 0) {
         start_line();

@@ -37,7 +37,6 @@ class DviOutput final : public Block {
     sc_core::sc_out<DviLink> link_o{"link_o"};
 
     DviOutput(const sc_core::sc_module_name& name, const Scenario& scenario);
-    SC_HAS_PROCESS(DviOutput);
 
     void trace(sc_core::sc_trace_file* file) const override;
 
@@ -84,6 +83,7 @@ class DviOutput final : public Block {
     // What a report says of the run.
     std::int64_t kept_frames_ = 0;
     std::vector<Swap> swaps_;
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &DviOutput::clock_edge, &DviOutput::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -11,41 +11,26 @@ constexpr int kSilenceBits = 63;
 
 }  // namespace
 
-DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
-                     ClockGating gating)
+DviSource::DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer)
     : Block(name),
       scenario_(scenario),
       timing_(scenario.renderers[static_cast<std::size_t>(renderer)].timing()),
       program_(scenario, renderer),
-      gate_(gating),
       silence_clocks_(registers_, "silence_clocks", kSilenceBits),
       x_(registers_, "x", bits_for(timing_.line_clocks())),
       line_(registers_, "line", kLineBits),
-      line_active_pixels_(registers_, "line_active_pixels", kLineBits) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
+      line_active_pixels_(registers_, "line_active_pixels", kLineBits) {}
 
-void DviSource::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= pair_request_i.value_changed_event();
+void DviSource::reset() {
+    program_.reset();
+    registers_.reset();
+    character_registers_.reset();
+    link_o.write(link_);
+    clock_ppm_o.write(0);
+    disturbance_o.write(disturbance_);
 }
 
 void DviSource::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
-    if (reset_i.read()) {
-        program_.reset();
-        registers_.reset();
-        character_registers_.reset();
-        link_o.write(link_);
-        clock_ppm_o.write(0);
-        disturbance_o.write(disturbance_);
-        return;
-    }
     if (flips_bits_) {
         TmdsDisturbance lasting = disturbance_;
         lasting.flips.fill(0);
@@ -76,9 +61,6 @@ void DviSource::clock_edge() {
         case State::kFrame:
             step_raster();
             break;
-    }
-    if (gate_.idle_edge(state_ == State::kIdle && !program_.pair_under_way())) {
-        next_trigger(wake_events_);
     }
 }
 

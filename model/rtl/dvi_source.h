@@ -31,13 +31,10 @@ class DviSource final : public Block {
     sc_core::sc_out<TmdsDisturbance> disturbance_o{"disturbance_o"};
 
     /// The scenario must outlive the module. renderer: index, from 0.
-    DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
-              ClockGating gating = ClockGating::kOn);
-    SC_HAS_PROCESS(DviSource);
+    DviSource(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
     /// Faults of the scenario that have taken effect on the link.
     std::int64_t injected_faults() const { return program_.injected_faults(); }
@@ -45,8 +42,8 @@ class DviSource final : public Block {
     enum class State : std::uint8_t { kFirstSync, kIdle, kSilence, kFrame };
 
   private:
-    void end_of_elaboration() override;
     void clock_edge();
+    void reset();
     void start_frame_or_blank();
     void drive(const DviLink& link);
     void disturb(const TmdsDisturbance& disturbance);
@@ -59,9 +56,6 @@ class DviSource final : public Block {
     DviTiming timing_;
     LinkProgram program_;
 
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
-
     RegisterSet registers_;
     Register<State> state_{registers_, "state", 2};
     Register<std::int64_t> silence_clocks_;  ///< still to go
@@ -70,9 +64,10 @@ class DviSource final : public Block {
     Register<bool> vsync_line_{registers_, "vsync_line"};
     Register<int> line_active_pixels_;  ///< of the line under way
     Register<DviLink> link_{registers_, "DVI"};
-    RegisterSet character_registers_;  ///< of links that have characters
+    RegisterSet character_registers_{registers_};  ///< of links that have characters
     Register<TmdsDisturbance> disturbance_{character_registers_, "disturbance"};
     Register<bool> flips_bits_{character_registers_, "flips_bits"};  ///< disturbance_o does, for link_o alone
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &DviSource::clock_edge, &DviSource::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -5,6 +5,7 @@
 #include <systemc>
 
 #include "rtl/signals.h"
+#include "rtl/wire.h"
 
 namespace metabuffer::rtl {
 
@@ -21,21 +22,21 @@ struct SecondRowPins {
 struct FifoWires {
     /// Of a second read port.
     struct SecondRow {
-        sc_core::sc_signal<std::uint64_t> next_word{"fifo_next_word"};
-        sc_core::sc_signal<FifoRead> read{"fifo_row_read"};
-        sc_core::sc_signal<std::uint64_t> word{"fifo_row_word"};
-        sc_core::sc_signal<std::uint64_t> row_next_word{"fifo_row_next_word"};
+        Wire<std::uint64_t> next_word{"fifo_next_word"};
+        Wire<FifoRead> read{"fifo_row_read"};
+        Wire<std::uint64_t> word{"fifo_row_word"};
+        Wire<std::uint64_t> row_next_word{"fifo_row_next_word"};
     };
 
     /// window_rows: source rows in the composer's window, 1 or 2.
     explicit FifoWires(int window_rows = 1)
         : second_row(window_rows > 1 ? std::make_unique<SecondRow>() : nullptr) {}
 
-    sc_core::sc_signal<FifoWrite> write{"fifo_write"};
-    sc_core::sc_signal<FifoRead> read{"fifo_read"};
-    sc_core::sc_signal<FifoRelease> release{"fifo_release"};
-    sc_core::sc_signal<std::uint64_t> word{"fifo_word"};
-    sc_core::sc_signal<std::uint32_t> free{"fifo_free"};
+    Wire<FifoWrite> write{"fifo_write"};
+    Wire<FifoRead> read{"fifo_read"};
+    Wire<FifoRelease> release{"fifo_release"};
+    Wire<std::uint64_t> word{"fifo_word"};
+    Wire<std::uint32_t> free{"fifo_free"};
     std::unique_ptr<SecondRow> second_row;  ///< null with a window of one row
 };
 

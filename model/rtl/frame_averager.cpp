@@ -5,32 +5,18 @@
 
 namespace metabuffer::rtl {
 
-FrameAverager::FrameAverager(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
-                             ClockGating gating)
+FrameAverager::FrameAverager(const sc_core::sc_module_name& name, const Scenario& scenario, int display)
     : Block(name),
       may_stall_(scenario.composer.may_stall()),
       raster_pixels_(std::int64_t{scenario.displays.raster_width_pixels()} *
                      scenario.displays.raster_height_pixels()),
       colour_table_(scenario.displays.colour_table_of(display)),
-      gate_(gating),
       averager_(registers_, "averager", 1,
                 Averager(scenario.displays.width_pixels, scenario.displays.supersample)),
       raster_position_(registers_, "raster_position", bits_for(raster_pixels_)),
       next_word_(registers_, "next_word", bits_for(scenario.displays.pixels())),
       write_(registers_, "write", bits_for(scenario.displays.pixels() - 1)),
-      frames_taken_(registers_, "frames_taken", bits_for(scenario.frames)) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
-
-void FrameAverager::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= startframe_i.value_changed_event();
-    wake_events_ |= column_stall_i.value_changed_event();
-    wake_events_ |= swapped_i.value_changed_event();
-}
+      frames_taken_(registers_, "frames_taken", bits_for(scenario.frames)) {}
 
 void FrameAverager::reset() {
     registers_.reset();
@@ -42,13 +28,6 @@ void FrameAverager::reset() {
 }
 
 void FrameAverager::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
-    if (reset_i.read()) {
-        reset();
-        return;
-    }
     const bool swapped = swapped_.sample(swapped_i.read());
     if (swapped && !swapped_seen_) {
         frame_done_ = false;
@@ -63,20 +42,18 @@ void FrameAverager::clock_edge() {
     bool writes = false;
     if (stalled) {
         ++stalled_cycles_;
+        clocked_.stay_awake();
     } else if (receiving_) {
         writes = take_pixel(pipe_i.read());
     } else if (startframe_i.read()) {
         receiving_ = true;
         raster_position_ = 0;
         next_word_ = 0;
-        averager_->restart();
+        averager_.change().restart();
     }
     drive_output(writes_, writes_o, writes);
     drive_output(framedone_, framedone_o, frame_done_ && !swapped);
     drive_output(pipeready_, pipeready_o, !receiving_ && !frame_done_);
-    if (gate_.idle_edge(!receiving_ && !stalled && !writes_ && swapped_.settled(swapped_i.read()))) {
-        next_trigger(wake_events_);
-    }
 }
 
 void FrameAverager::mark_frame(bool bad) { drive_output(framebad_, framebad_o, bad); }
@@ -94,7 +71,7 @@ bool FrameAverager::take_pixel(const PipePixel& pixel) {
         mark_frame(true);
     }
     std::uint32_t colour = 0;
-    const bool completes = averager_->push(pixel.pixel, colour);
+    const bool completes = averager_.change().push(pixel.pixel, colour);
     if (completes) {
         write_ = {back_, next_word_, colour_table_ == nullptr ? colour : corrected(*colour_table_, colour)};
         write_o.write(write_);

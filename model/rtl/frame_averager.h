@@ -42,20 +42,16 @@ class FrameAverager final : public Block {
     sc_core::sc_in<bool> skipped_i{"skipped_i"};  ///< with swapped_i: they were not, since the frame is bad
 
     /// display: its own, from 1.
-    FrameAverager(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
-                  ClockGating gating = ClockGating::kOn);
-    SC_HAS_PROCESS(FrameAverager);
+    FrameAverager(const sc_core::sc_module_name& name, const Scenario& scenario, int display);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
     std::int64_t stalled_cycles() const { return stalled_cycles_; }
     /// Raster pixels received so far, for the watchdog.
     std::int64_t pixels_taken() const { return pixels_taken_; }
 
   private:
-    void end_of_elaboration() override;
     void clock_edge();
     void reset();
     bool take_pixel(const PipePixel& pixel);
@@ -64,9 +60,6 @@ class FrameAverager final : public Block {
     bool may_stall_;
     std::int64_t raster_pixels_;
     std::shared_ptr<const ColourTable> colour_table_;  ///< null: colours are shown as they are
-
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
 
     RegisterSet registers_;
     Register<Averager> averager_;
@@ -87,6 +80,7 @@ class FrameAverager final : public Block {
     // What a report says of the run.
     std::int64_t stalled_cycles_ = 0;
     std::int64_t pixels_taken_ = 0;
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &FrameAverager::clock_edge, &FrameAverager::reset};
 };
 
 }  // namespace metabuffer::rtl

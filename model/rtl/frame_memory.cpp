@@ -40,19 +40,15 @@ FrameMemory::FrameMemory(const sc_core::sc_module_name& name, const MemoryConfig
     devices_[0].resize(static_cast<std::size_t>(device_words));
     if (!config.shared()) {
         devices_[1].resize(static_cast<std::size_t>(device_words));
-        SC_METHOD(write_edge);
-        sensitive << write_clk_i.pos();
+        link_clocked_ = std::make_unique<Clocked>(*this, write_clk_i, &FrameMemory::write_edge);
+        link_clocked_->reads({&write_i});
+        clocked_.reads({&reset_i, &command_i});
+    }
+    if (reads_.empty()) {
+        SC_METHOD(put_out);
+        sensitive << command_i;
         dont_initialize();
     }
-    SC_METHOD(core_process);
-    sensitive << clk_i.pos() << command_i;
-    dont_initialize();
-}
-
-void FrameMemory::end_of_elaboration() {
-    core_gate_.attach(clk_i);
-    core_wake_events_ |= reset_i.value_changed_event();
-    core_wake_events_ |= command_i.value_changed_event();
 }
 
 // ---- the link's side ----
@@ -60,6 +56,7 @@ void FrameMemory::end_of_elaboration() {
 void FrameMemory::write_edge() {
     const MemoryWrite& write = write_i.read();
     if (write.enable) {
+        link_clocked_->stay_awake();
         std::uint64_t& word = devices_[write.device & 1U].at(write.address);
         const std::uint64_t bits = bits_of(write.byte_mask);
         word = (word & ~bits) | (write.data & bits);
@@ -68,38 +65,27 @@ void FrameMemory::write_edge() {
 
 // ---- the bus's side ----
 
-void FrameMemory::core_process() {
-    const bool woken = core_gate_.opened();
-    if (!woken && clk_i.posedge()) {
-        core_edge();
-    } else if (reads_.empty()) {
-        put_out();
+void FrameMemory::reset() {
+    registers_.reset();
+    if (!reads_.empty()) {
+        data_o.write(MemoryData{});
     }
 }
 
 void FrameMemory::core_edge() {
     const MemoryCommand& command = command_i.read();
-    if (reset_i.read()) {
-        registers_.reset();
-        if (!reads_.empty()) {
-            data_o.write(MemoryData{});
-        }
-    } else {
-        if (config_.refreshes()) {
-            watch_refresh(command);
-        }
-        if (config_.times_banks()) {
-            pass_clock();
-        }
-        obey(command);
-        if (!reads_.empty()) {
-            latency_edge(command);
-        }
+    if (config_.refreshes()) {
+        watch_refresh(command);
     }
-    const bool idle = command.kind == MemoryCommand::Kind::kNone && !config_.refreshes() &&
-                      reads_.holds(MemoryData{}) && !banks_are_busy();
-    if (core_gate_.idle_edge(idle)) {
-        next_trigger(core_wake_events_);
+    if (config_.times_banks()) {
+        pass_clock();
+    }
+    obey(command);
+    if (!reads_.empty()) {
+        latency_edge(command);
+    }
+    if (command.kind != MemoryCommand::Kind::kNone) {
+        clocked_.stay_awake();  // each command that breaks a rule is reported
     }
 }
 

@@ -62,8 +62,6 @@ class FrameMemory final : public Block {
     SC_HAS_PROCESS(FrameMemory);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool link_sleeps() const override { return config_.shared() || !write_i.read().enable; }
-    bool sleeps() const override { return core_gate_.asleep(); }
 
   private:
     struct Bank {
@@ -79,10 +77,9 @@ class FrameMemory final : public Block {
         }
     };
 
-    void end_of_elaboration() override;
     void write_edge();
-    void core_process();
     void core_edge();
+    void reset();
     void obey(const MemoryCommand& command);
     void open(const MemoryCommand& command);
     void watch_refresh(const MemoryCommand& command);
@@ -108,15 +105,14 @@ class FrameMemory final : public Block {
     MemoryConfig config_;
     std::array<std::vector<std::uint64_t>, 2> devices_;  ///< with shared ports all is in the first
 
-    ClockGate core_gate_{ClockGating::kOn};
-    sc_core::sc_event_or_list core_wake_events_;
-
     RegisterSet registers_;
     std::vector<std::unique_ptr<Bank>> banks_;
     Register<int> refresh_left_;      ///< clocks of a refresh still to pass
     Register<int> refresh_due_in_;    ///< clocks until one has to begin; 0 without refreshes
     RegisterLine<MemoryData> reads_;  ///< words on their way out
     MemoryData data_;
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &FrameMemory::core_edge, &FrameMemory::reset};
+    std::unique_ptr<Clocked> link_clocked_;  ///< null with shared ports
 };
 
 }  // namespace metabuffer::rtl

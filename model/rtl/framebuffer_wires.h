@@ -5,6 +5,7 @@
 #include <systemc>
 
 #include "rtl/signals.h"
+#include "rtl/wire.h"
 #include "rtl/wires.h"
 
 namespace metabuffer::rtl {
@@ -21,32 +22,32 @@ struct FramebufferWires {
           write_block(write_full.size(), Wires::name_of("write_block")) {}
 
     // link_port to the others
-    sc_core::sc_signal<bool> request{"request"};
-    sc_core::sc_signal<bool> answer{"answer"};
-    sc_core::sc_signal<bool> fresh{"fresh"};
-    sc_core::sc_signal<bool> front{"front"};
-    sc_core::sc_signal<MemoryWrite> write{"write"};
-    sc_core::sc_signal<FrontTable> table{"table"};
+    Wire<bool> request{"request"};
+    Wire<bool> answer{"answer"};
+    Wire<bool> fresh{"fresh"};
+    Wire<bool> front{"front"};
+    Wire<MemoryWrite> write{"write"};
+    Wire<FrontTable> table{"table"};
     // bus_port and frame_memory
-    sc_core::sc_signal<MemoryCommand> command{"command"};
-    sc_core::sc_signal<MemoryData> data{"data"};
+    Wire<MemoryCommand> command{"command"};
+    Wire<MemoryData> data{"data"};
     // bus_port and bus_arbiter
-    sc_core::sc_signal<bool> start{"start"};
-    sc_core::sc_signal<bool> take{"take"};
+    Wire<bool> start{"start"};
+    Wire<bool> take{"take"};
     SignalBank<bool> pending;
     SignalBank<bool> ready;
     SignalBank<std::uint64_t> deadline;
     SignalBank<bool> grant;
-    sc_core::sc_signal<bool> grant_valid{"grant_valid"};
-    sc_core::sc_signal<bool> search{"search"};
-    sc_core::sc_signal<bool> lost{"lost"};
-    sc_core::sc_signal<std::uint16_t> recovered{"recovered"};
-    sc_core::sc_signal<std::uint16_t> slot{"slot"};
+    Wire<bool> grant_valid{"grant_valid"};
+    Wire<bool> search{"search"};
+    Wire<bool> lost{"lost"};
+    Wire<std::uint16_t> recovered{"recovered"};
+    Wire<std::uint16_t> slot{"slot"};
     // write_buffer to bus_port and frame_memory
     SignalBank<bool> write_full;
     SignalBank<WriteBlock> write_block;
-    sc_core::sc_signal<bool> drain{"drain"};
-    sc_core::sc_signal<MemoryData> write_data{"write_data"};
+    Wire<bool> drain{"drain"};
+    Wire<MemoryData> write_data{"write_data"};
 };
 
 }  // namespace metabuffer::rtl

@@ -6,21 +6,8 @@
 #include "rtl/framebuffer_wires.h"
 
 namespace metabuffer::rtl {
-namespace {
-
-/// A link port counts edges that pass in its sleep by a steady clock.
-ClockGating link_gating(const Scenario& scenario, int renderer, ClockGating gating) {
-    const bool drifts =
-        std::any_of(scenario.faults.begin(), scenario.faults.end(), [renderer](const Fault& fault) {
-            return fault.kind == FaultKind::kDrift && fault.renderer == renderer;
-        });
-    return drifts ? ClockGating::kOff : gating;
-}
-
-}  // namespace
-
 InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
-                                   int renderer, ClockGating gating)
+                                   int renderer)
     : Block(name),
       busready_i("busready_i", static_cast<std::size_t>(scenario.displays.count())),
       tableready_i("tableready_i", busready_i.size()),
@@ -34,14 +21,13 @@ InputFramebuffer::InputFramebuffer(const sc_core::sc_module_name& name, const Sc
                       counters_.add_rejected_rows(pair, table_unit_.back_table());
                       counters_.rejected_slot_tables += table_unit_.back_slots_rejected() ? 1 : 0;
                   },
-                  [this](int pairs) { counters_.dropped_frames += pairs; }},
-                 link_gating(scenario, renderer, gating)),
+                  [this](int pairs) { counters_.dropped_frames += pairs; }}),
+
       table_unit_("table_unit", scenario.bus, scenario.limits(renderer_)),
       frame_memory_("frame_memory", scenario.memory, renderer_.image_words()),
       bus_arbiter_("bus_arbiter", scenario.bus, scenario.displays.count()),
       bus_port_(
-          "bus_port", scenario, renderer_, [this](bool fresh) { start_frame(fresh); }, counters_.bus,
-          gating) {
+          "bus_port", scenario, renderer_, [this](bool fresh) { start_frame(fresh); }, counters_.bus) {
     bind_link_side();
     bind_bus_side();
     bind_arbiter();

@@ -43,19 +43,11 @@ class InputFramebuffer final : public Block {
     sc_core::sc_out<BusBeat> bus_o{"bus_o"};
 
     /// renderer: index, from 0. The scenario must outlive the module.
-    InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer,
-                     ClockGating gating = ClockGating::kOn);
+    InputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int renderer);
     ~InputFramebuffer() override;
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override { return bus_port_.waiting_for(); }
-    bool sleeps() const override {
-        return bus_port_.sleeps() && bus_arbiter_.sleeps() && frame_memory_.sleeps();
-    }
-    bool link_sleeps() const override {
-        return link_port_.sleeps() && table_unit_.sleeps() && frame_memory_.link_sleeps() &&
-               (write_buffer_ == nullptr || write_buffer_->sleeps());
-    }
 
     /// Counters of bus and table; the decoder counts what the link rejected.
     RendererCounters counters() const;

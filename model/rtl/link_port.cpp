@@ -6,30 +6,18 @@
 
 namespace metabuffer::rtl {
 LinkPort::LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
-                   Records records, ClockGating gating)
+                   Records records)
     : Block(name),
       depth_format_(scenario.depth_format),
       records_(std::move(records)),
-      gate_(gating),
       write_(registers_, "write", bits_for(renderer.image_words() - 1)),
       banks_(registers_, "banks", 1,
-             BankKeeper(scenario.pacing, pair_clocks(renderer), link_timeout_clocks(scenario, renderer))) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
-
-void LinkPort::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= pixel_i.value_changed_event();
-    wake_events_ |= event_i.value_changed_event();
-    wake_events_ |= request_i.value_changed_event();
-}
+             BankKeeper(scenario.pacing, pair_clocks(renderer), link_timeout_clocks(scenario, renderer))) {}
 
 void LinkPort::reset() {
+    pass_edge();
     registers_.reset();
-    banks_->reset(edge_);
+    banks_.change().reset(edge_);
     front_source_ = FrameSource{};
     pair_request_o.write(false);
     answer_o.write(false);
@@ -39,40 +27,26 @@ void LinkPort::reset() {
 }
 
 void LinkPort::clock_edge() {
-    if (gate_.opened()) {
-        // A pixel that ends the sleep has come at an edge, and this is still its time.
-        previous_edge_picoseconds_ = now_picoseconds();
-        return;
-    }
-    edge_ += edges_.count();
-    if (reset_i.read()) {
-        reset();
-    } else {
-        write_pixel(pixel_i.read());
+    pass_edge();
+    write_pixel(pixel_i.read());
+    if (event_i.read().tells_something()) {
         take_event(event_i.read());
-        const bool request = request_.sample(request_i.read());
-        if (request != request_seen_) {
-            request_seen_ = request;
-            banks_->ask();
-        }
-        if (const auto given = banks_->answer(edge_)) {
-            answer(*given == BankKeeper::Answer::kFresh);
-        }
-        drive_output(pair_request_, pair_request_o, banks_->wants_pair());
     }
-    previous_edge_picoseconds_ = now_picoseconds();
-    if (gate_.idle_edge(idle())) {
-        edges_.sleep();
-        next_trigger(wake_events_);
+    const bool request = request_.sample(request_i.read());
+    if (request != request_seen_) {
+        request_seen_ = request;
+        banks_.change().ask();
     }
+    if (banks_->can_answer(edge_)) {
+        answer(*banks_.change().answer(edge_) == BankKeeper::Answer::kFresh);
+    }
+    if (banks_->next_timer(edge_)) {
+        clocked_.stay_awake();
+    }
+    drive_output(pair_request_, pair_request_o, banks_->wants_pair());
 }
 
-/// Nothing comes from the link or the bus side, and no answer waits for a time.
-bool LinkPort::idle() const {
-    return !reset_i.read() && !pixel_i.read().valid && !write_->enable && !event_i.read().tells_something() &&
-           request_.settled(request_i.read()) && request_i.read() == request_seen_ &&
-           banks_->wants_pair() == pair_request_ && !banks_->next_timer(edge_);
-}
+void LinkPort::pass_edge() { edge_ += 1 + clocked_.slept_edges(); }
 
 /// The write reaches the memory a clock later. That is in time: a pair's verdict is never in the clock of its last
 /// pixel.
@@ -84,6 +58,7 @@ void LinkPort::write_pixel(const DecodedPixel& pixel) {
         }
         return;
     }
+    clocked_.stay_awake();  // each edge counts a pixel
     const bool colour = pixel.kind == FrameKind::kColour;
     const Pixel word =
         colour ? with_colour_half(Pixel{}, pixel.data) : with_depth_half(Pixel{}, pixel.data, depth_format_);
@@ -91,12 +66,12 @@ void LinkPort::write_pixel(const DecodedPixel& pixel) {
               colour ? MemoryWrite::kColourBytes : MemoryWrite::kDepthBytes};
     write_o.write(write_);
     // The decoder received the pixel from the link at the edge before.
-    last_pixel_picoseconds_ = previous_edge_picoseconds_;
+    last_pixel_picoseconds_ = clocked_.previous_edge_picoseconds();
     ++link_pixels_;
 }
 
 void LinkPort::take_event(const DecoderEvent& event) {
-    const BankKeeper::Taken taken = banks_->take(event, edge_);
+    const BankKeeper::Taken taken = banks_.change().take(event, edge_);
     if (taken.dropped_pairs > 0) {
         records_.dropped(taken.dropped_pairs);
     }

@@ -37,13 +37,10 @@ class LinkPort final : public Block {
         std::function<void(std::uint32_t pair)> accepted;
         std::function<void(int pairs)> dropped;
     };
-    /// gating: kOff if the link's clock may drift, since edges that pass in sleep are counted by a steady clock.
     LinkPort(const sc_core::sc_module_name& name, const Scenario& scenario, const Renderer& renderer,
-             Records records, ClockGating gating = ClockGating::kOn);
-    SC_HAS_PROCESS(LinkPort);
+             Records records);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
     /// Of the pair in the front device.
     const FrameSource& front_source() const { return front_source_; }
@@ -51,20 +48,15 @@ class LinkPort final : public Block {
     std::int64_t link_pixels() const { return link_pixels_; }
 
   private:
-    void end_of_elaboration() override;
     void clock_edge();
-    bool idle() const;
     void reset();
+    void pass_edge();
     void write_pixel(const DecodedPixel& pixel);
     void take_event(const DecoderEvent& event);
     void answer(bool fresh);
 
     DepthFormat depth_format_;
     Records records_;
-
-    ClockGate gate_;
-    EdgeCounter edges_;
-    sc_core::sc_event_or_list wake_events_;
 
     RegisterSet registers_;
     Synchronizer request_{registers_, "request"};
@@ -77,11 +69,11 @@ class LinkPort final : public Block {
     Register<BankKeeper> banks_;
 
     // What a report says of the run.
-    std::int64_t edge_ = 0;  ///< number of the clock's edge
-    std::int64_t previous_edge_picoseconds_ = 0;
+    std::int64_t edge_ = 0;                    ///< number of the clock's edge
     std::int64_t last_pixel_picoseconds_ = 0;  ///< when the last pixel was on the link
     std::int64_t link_pixels_ = 0;
     FrameSource front_source_;
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &LinkPort::clock_edge, &LinkPort::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -5,8 +5,7 @@
 
 namespace metabuffer::rtl {
 
-MergeStage::MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record,
-                       ClockGating gating)
+MergeStage::MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record)
     : Block(name),
       second_row(scenario.composer.window_rows() > 1 ? std::make_unique<SecondRowPins>() : nullptr),
       composition_(scenario.composition),
@@ -17,24 +16,12 @@ MergeStage::MergeStage(const sc_core::sc_module_name& name, const Scenario& scen
       pixel_bits_(segment_pixel_bits(scenario)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       record_(record),
-      gate_(gating),
       position_(registers_, "position", pixel_bits_),
       window_(registers_, second_row != nullptr ? 2 : 1, buffer_addresses(scenario.composer.buffer_pixels),
               pixel_bits_, pins()) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
     SC_METHOD(drive);
-    sensitive << ahead_i << progress_i << running_i << changed_;
+    sensitive << ahead_i << progress_i << running_i << registers_.changed_event();
     dont_initialize();
-}
-
-void MergeStage::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= running_i.value_changed_event();
-    wake_events_ |= ahead_i.value_changed_event();
-    wake_events_ |= progress_i.value_changed_event();
 }
 
 void MergeStage::reset() {
@@ -42,7 +29,6 @@ void MergeStage::reset() {
     pipemaster_ = pipemaster_i.read();
     pipe_o.write(PipePixel{});
     composited_ = 0;
-    changed_.notify(sc_core::SC_ZERO_TIME);
 }
 
 PixelWindow::Pins MergeStage::pins() const {
@@ -56,21 +42,15 @@ PixelWindow::Pins MergeStage::pins() const {
 }
 
 void MergeStage::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
-    if (reset_i.read()) {
-        reset();
-        return;
-    }
     const bool moves = !may_stall_ || !column_stall_i.read();
-    const bool running = running_i.read();
     const RasterStep& ahead = ahead_i.read();
-    bool changed = false;
     bool frame_ends = false;
     if (!moves) {
-        record_.mutable_counters().stalled_cycles += stall_o.read() ? 1 : 0;
-    } else if (running) {
+        if (stall_o.read()) {
+            ++record_.mutable_counters().stalled_cycles;
+            clocked_.stay_awake();
+        }
+    } else if (running_i.read()) {
         composite();
         frame_ends = position_->last;
     } else if (pipe_o.read().valid) {
@@ -78,19 +58,13 @@ void MergeStage::clock_edge() {
         pipe_o.write(PipePixel{});
     }
     if (ahead.covered || position_->covered) {
-        changed = window_.clock_edge({moves ? ahead : position_.value(), ahead}, progress_i.read());
+        window_.clock_edge({moves ? ahead : position_.value(), ahead}, progress_i.read());
     }
     if (frame_ends) {
         window_.forget();
     }
     if (moves) {
         position_ = ahead;
-    }
-    if (changed || frame_ends || (may_stall_ && running)) {
-        changed_.notify(sc_core::SC_ZERO_TIME);
-    }
-    if (gate_.idle_edge(!running && !pipe_o.read().valid && moves && !changed)) {
-        next_trigger(wake_events_);
     }
 }
 
@@ -117,6 +91,7 @@ void MergeStage::composite() {
 }
 
 void MergeStage::record_pixel() {
+    clocked_.stay_awake();
     if (composited_ > 0 && !starved_ && !position_->last) {
         ++composited_;
         return;

@@ -58,16 +58,13 @@ class MergeStage final : public Block {
     std::unique_ptr<SecondRowPins> second_row;  ///< null in a composer that replicates
 
     /// record: the composer's, to which the raster's pixels are reported.
-    MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record,
-               ClockGating gating = ClockGating::kOn);
+    MergeStage(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record);
     SC_HAS_PROCESS(MergeStage);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
   private:
-    void end_of_elaboration() override;
     void clock_edge();
     void reset();
     bool missing() const;
@@ -88,17 +85,14 @@ class MergeStage final : public Block {
     std::int64_t core_period_picoseconds_;
 
     ComposerRecord& record_;
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
     std::int64_t composited_ = 0;  ///< raster pixels of the frame, for the report
-
-    sc_core::sc_event changed_;  ///< of registers that combinational outputs depend on
 
     RegisterSet registers_;
     Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high
     Register<bool> starved_{registers_, "starved"};  ///< the pixel that has just left lacks this composer's
     Register<RasterStep> position_;                  ///< composited at the next edge, while a frame runs
     PixelWindow window_;
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &MergeStage::clock_edge, &MergeStage::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -13,13 +13,6 @@
 namespace metabuffer::rtl {
 namespace {
 
-/// The clock stands still while the block sleeps, and all others that have it.
-template <typename AnyBlock>
-void bind_clock(AnyBlock& block, GatedClock& clock) {
-    block.clk_i(clock);
-    clock.add([&block] { return block.sleeps(); });
-}
-
 constexpr int kResetCycles = 2;
 
 /// The earlier of two events, either of which may never have happened.
@@ -63,40 +56,46 @@ Metabuffer::Metabuffer(const sc_core::sc_module_name& name, const Scenario& scen
 
 Metabuffer::~Metabuffer() = default;
 
+Metabuffer::Clock::Clock(const char* name, std::int64_t period_picoseconds, ClockGating gating)
+    : clk(name, picoseconds(period_picoseconds)) {
+    if (gating == ClockGating::kOn) {
+        gated = std::make_unique<GatedClock>((std::string("gated_") + name).c_str());
+        gated->clk_i(clk);
+    }
+}
+
+const sc_core::sc_signal_in_if<bool>& Metabuffer::Clock::of_blocks() const {
+    if (gated != nullptr) return *gated;
+    return clk;
+}
+
 void Metabuffer::make_clocks() {
-    const auto make_clock = [](const char* name, std::int64_t period) {
-        return std::make_unique<sc_core::sc_clock>(name, picoseconds(period));
-    };
-    core_clk_ = make_clock("core_clk", core_period_picoseconds_);
+    core_clk_ = std::make_unique<Clock>("core_clk", core_period_picoseconds_, gating_);
     dvi_in_clk_ = core_clk_.get();
     if (dvi_in_period_picoseconds_ != core_period_picoseconds_) {
-        own_dvi_in_clk_ = make_clock("dvi_in_clk", dvi_in_period_picoseconds_);
+        own_dvi_in_clk_ = std::make_unique<Clock>("dvi_in_clk", dvi_in_period_picoseconds_, gating_);
         dvi_in_clk_ = own_dvi_in_clk_.get();
     }
     dvi_out_clk_ = core_clk_.get();
     if (dvi_out_period_picoseconds_ == dvi_in_period_picoseconds_) {
         dvi_out_clk_ = dvi_in_clk_;
     } else if (dvi_out_period_picoseconds_ != core_period_picoseconds_) {
-        own_dvi_out_clk_ = make_clock("dvi_out_clk", dvi_out_period_picoseconds_);
+        own_dvi_out_clk_ = std::make_unique<Clock>("dvi_out_clk", dvi_out_period_picoseconds_, gating_);
         dvi_out_clk_ = own_dvi_out_clk_.get();
     }
-    const auto make_gated = [](const char* name, sc_core::sc_clock& clock) {
-        auto gated = std::make_unique<GatedClock>(name);
-        gated->clk_i(clock);
-        return gated;
-    };
-    gated_link_clk_ = make_gated("gated_link_clk", *dvi_in_clk_);
-    gated_bus_clk_ = make_gated("gated_bus_clk", *core_clk_);
-    gated_pipeline_clk_ = make_gated("gated_pipeline_clk", *core_clk_);
 }
 
 void Metabuffer::make_renderer_side() {
     for (std::size_t r = 0; r < renderers(); ++r) {
         sc_core::sc_signal<bool>* const drifting_clk = faults_->drifting_clock(r, dvi_in_period_picoseconds_);
-        sc_core::sc_signal<bool>& link_clk = drifting_clk != nullptr ? *drifting_clk : *dvi_in_clk_;
+        sc_core::sc_signal<bool>& link_clk = drifting_clk != nullptr ? *drifting_clk : dvi_in_clk_->clk;
         link_clks_.push_back(&link_clk);
-        auto source = std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_,
-                                                  static_cast<int>(r), gating_);
+        const sc_core::sc_signal_in_if<bool>& blocks_link_clk =
+            drifting_clk != nullptr ? *drifting_clk : dvi_in_clk_->of_blocks();
+        link_clks_of_blocks_.push_back(&blocks_link_clk);
+        auto source =
+            std::make_unique<DviSource>(numbered("dvi_source", r).c_str(), scenario_, static_cast<int>(r));
+        source->clk_i(blocks_link_clk);
         source->reset_i(reset_);
         source->pair_request_i(wires_->pair_request[r]);
         source->link_o(wires_->link_in_driven(r));
@@ -104,13 +103,14 @@ void Metabuffer::make_renderer_side() {
         source->disturbance_o(wires_->disturbance[r]);
         blocks_.push_back(source.get());
         if (scenario_.links.tmds()) {
-            make_coding({numbered("tmds_encoder_in", r), numbered("tmds_decoder_in", r), link_clk,
+            make_coding({numbered("tmds_encoder_in", r), numbered("tmds_decoder_in", r), blocks_link_clk,
                          wires_->link_in_driven(r), faults_->encoded(r, link_clk, reset_), wires_->tmds_in[r],
                          wires_->link_in[r]});
         }
 
-        auto decoder = std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(),
-                                                    scenario_.renderers[r].timing(), gating_);
+        auto decoder =
+            std::make_unique<DviDecoder>(numbered("dvi_decoder", r).c_str(), scenario_.renderers[r].timing());
+        decoder->clk_i(blocks_link_clk);
         decoder->reset_i(reset_);
         decoder->link_i(wires_->link_in[r]);
         decoder->pixel_o(wires_->pixel[r]);
@@ -118,8 +118,9 @@ void Metabuffer::make_renderer_side() {
         blocks_.push_back(decoder.get());
 
         auto framebuffer = std::make_unique<InputFramebuffer>(numbered("input_framebuffer", r).c_str(),
-                                                              scenario_, static_cast<int>(r), gating_);
-        bind_clock(*framebuffer, *gated_bus_clk_);
+                                                              scenario_, static_cast<int>(r));
+        framebuffer->clk_i(core_clk_->of_blocks());
+        framebuffer->dvi_clk_i(blocks_link_clk);
         framebuffer->reset_i(reset_);
         framebuffer->pixel_i(wires_->pixel[r]);
         framebuffer->event_i(wires_->event[r]);
@@ -132,16 +133,6 @@ void Metabuffer::make_renderer_side() {
         }
         blocks_.push_back(framebuffer.get());
 
-        if (drifting_clk != nullptr) {
-            source->clk_i(link_clk);
-            decoder->clk_i(link_clk);
-            framebuffer->dvi_clk_i(link_clk);
-        } else {
-            bind_clock(*source, *gated_link_clk_);
-            bind_clock(*decoder, *gated_link_clk_);
-            framebuffer->dvi_clk_i(*gated_link_clk_);
-            gated_link_clk_->add([block = framebuffer.get()] { return block->link_sleeps(); });
-        }
         dvi_sources_.push_back(std::move(source));
         dvi_decoders_.push_back(std::move(decoder));
         input_framebuffers_.push_back(std::move(framebuffer));
@@ -150,14 +141,14 @@ void Metabuffer::make_renderer_side() {
 }
 
 void Metabuffer::make_coding(const CodedLink& link) {
-    auto encoder = std::make_unique<TmdsEncoder>(link.encoder.c_str(), gating_);
+    auto encoder = std::make_unique<TmdsEncoder>(link.encoder.c_str());
     encoder->clk_i(link.clk);
     encoder->reset_i(reset_);
     encoder->link_i(link.driven);
     encoder->tmds_o(link.encoded);
     blocks_.push_back(encoder.get());
 
-    auto decoder = std::make_unique<TmdsDecoder>(link.decoder.c_str(), gating_);
+    auto decoder = std::make_unique<TmdsDecoder>(link.decoder.c_str());
     decoder->clk_i(link.clk);
     decoder->reset_i(reset_);
     decoder->tmds_i(link.received);
@@ -174,7 +165,7 @@ void Metabuffer::make_bus_registers() {
         auto registers =
             std::make_unique<BusRegisters>(numbered("bus_registers", r).c_str(), stages, displays(),
                                            BusBeat::lanes(pixels_per_beat(scenario_.bus, scenario_.memory)));
-        bind_clock(*registers, *gated_bus_clk_);
+        registers->clk_i(core_clk_->of_blocks());
         registers->reset_i(reset_);
         registers->bus_i(wires_->bus_driven(r));
         registers->bus_o(wires_->bus[r]);
@@ -194,26 +185,26 @@ void Metabuffer::make_composers() {
     for (std::size_t r = 0; r < renderers(); ++r) {
         for (std::size_t d = 0; d < displays(); ++d) {
             auto composer = std::make_unique<Composer>(numbered("composer", r, d).c_str(), scenario_,
-                                                       static_cast<int>(d) + 1, gating_);
+                                                       static_cast<int>(d) + 1);
             const std::size_t above = r * displays() + d;
             const std::size_t below = above + displays();
-            bind_clock(*composer, *gated_pipeline_clk_);
+            composer->clk_i(core_clk_->of_blocks());
             composer->reset_i(reset_);
             composer->pipemaster_i(wires_->pipemaster[r]);
             composer->bus_i(faults_->bus_for(r, d));
             composer->busready_o(
-                faults_->raised(Handshake::kBusready, r, d, wires_->busready[above], *core_clk_));
+                faults_->raised(Handshake::kBusready, r, d, wires_->busready[above], core_clk_->clk));
             composer->tableready_o(
-                faults_->raised(Handshake::kTableready, r, d, wires_->tableready[above], *core_clk_));
+                faults_->raised(Handshake::kTableready, r, d, wires_->tableready[above], core_clk_->clk));
             composer->startframe_i(wires_->startframe[above]);
             composer->startframe_o(wires_->startframe[below]);
             composer->pipe_i(wires_->pipe[above]);
             composer->pipe_o(wires_->pipe[below]);
             composer->pipeready_i(wires_->pipeready[below]);
             composer->pipeready_o(
-                faults_->raised(Handshake::kPipeready, r, d, wires_->pipeready[above], *core_clk_));
+                faults_->raised(Handshake::kPipeready, r, d, wires_->pipeready[above], core_clk_->clk));
             composer->column_stall_i(wires_->column_stall[d]);
-            composer->stall_o(faults_->raised(Handshake::kStall, r, d, wires_->stall[above], *core_clk_));
+            composer->stall_o(faults_->raised(Handshake::kStall, r, d, wires_->stall[above], core_clk_->clk));
             blocks_.push_back(composer.get());
             composers_.push_back(std::move(composer));
         }
@@ -222,7 +213,7 @@ void Metabuffer::make_composers() {
 
 void Metabuffer::make_display_side() {
     swap_lock_ = std::make_unique<SwapLock>("swap_lock", static_cast<int>(displays()));
-    const MachineFaults::SwapWires swap = faults_->raised_swap(*core_clk_);
+    const MachineFaults::SwapWires swap = faults_->raised_swap(core_clk_->clk);
     swap_lock_->swaplock_o(swap.swaplock);
     swap_lock_->swapskip_o(swap.swapskip);
     blocks_.push_back(swap_lock_.get());
@@ -237,17 +228,17 @@ void Metabuffer::make_display_side() {
         blocks_.push_back(stall.get());
 
         auto framebuffer = std::make_unique<OutputFramebuffer>(numbered("output_framebuffer", d).c_str(),
-                                                               scenario_, static_cast<int>(d) + 1, gating_);
-        bind_clock(*framebuffer, *gated_pipeline_clk_);
+                                                               scenario_, static_cast<int>(d) + 1);
+        framebuffer->clk_i(core_clk_->of_blocks());
         framebuffer->reset_i(reset_);
-        framebuffer->dvi_clk_i(*dvi_out_clk_);
+        framebuffer->dvi_clk_i(dvi_out_clk_->of_blocks());
         framebuffer->startframe_i(wires_->startframe[bottom + d]);
         framebuffer->pipe_i(wires_->pipe[bottom + d]);
         framebuffer->column_stall_i(wires_->column_stall[d]);
         framebuffer->pipeready_o(faults_->raised(Handshake::kPipeready, renderers(), d,
-                                                 wires_->pipeready[bottom + d], *core_clk_));
+                                                 wires_->pipeready[bottom + d], core_clk_->clk));
         framebuffer->framedone_o(
-            faults_->raised(Handshake::kFramedone, renderers() - 1, d, wires_->framedone[d], *core_clk_));
+            faults_->raised(Handshake::kFramedone, renderers() - 1, d, wires_->framedone[d], core_clk_->clk));
         framebuffer->framebad_o(wires_->framebad[d]);
         framebuffer->swaplock_i(wires_->swaplock);
         framebuffer->swapskip_i(wires_->swapskip);
@@ -256,13 +247,13 @@ void Metabuffer::make_display_side() {
         swap_lock_->framebad_i[d](wires_->framebad[d]);
         blocks_.push_back(framebuffer.get());
         if (scenario_.links.tmds()) {
-            make_coding({numbered("tmds_encoder_out", d), numbered("tmds_decoder_out", d), *dvi_out_clk_,
-                         wires_->link_out_driven(d), wires_->tmds_out[d], wires_->tmds_out[d],
-                         wires_->link_out[d]});
+            make_coding({numbered("tmds_encoder_out", d), numbered("tmds_decoder_out", d),
+                         dvi_out_clk_->of_blocks(), wires_->link_out_driven(d), wires_->tmds_out[d],
+                         wires_->tmds_out[d], wires_->link_out[d]});
         }
 
-        auto display = std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str(), gating_);
-        display->clk_i(*dvi_out_clk_);
+        auto display = std::make_unique<DviDisplay>(numbered("dvi_display", d).c_str());
+        display->clk_i(dvi_out_clk_->of_blocks());
         display->reset_i(reset_);
         display->link_i(wires_->link_out[d]);
         display->on_frame([this, d](const ColourImage& image) { frame_captured(d, image); });
@@ -475,9 +466,9 @@ int Metabuffer::matching_blocks(const std::vector<std::string>& patterns) const 
 }
 
 void Metabuffer::trace_blocks(sc_core::sc_trace_file* file, const std::vector<std::string>& patterns) const {
-    sc_core::sc_trace(file, *core_clk_, path("core_clk"));
-    sc_core::sc_trace(file, *dvi_in_clk_, path("dvi_in_clk"));
-    sc_core::sc_trace(file, *dvi_out_clk_, path("dvi_out_clk"));
+    sc_core::sc_trace(file, core_clk_->clk, path("core_clk"));
+    sc_core::sc_trace(file, dvi_in_clk_->clk, path("dvi_in_clk"));
+    sc_core::sc_trace(file, dvi_out_clk_->clk, path("dvi_out_clk"));
     sc_core::sc_trace(file, reset_, path("reset"));
     for (const Block* block : blocks_) {
         if (matches(*block, patterns)) {

@@ -13,12 +13,14 @@
 #include "rtl/dvi_decoder.h"
 #include "rtl/dvi_display.h"
 #include "rtl/dvi_source.h"
+#include "rtl/gated_clock.h"
 #include "rtl/input_framebuffer.h"
 #include "rtl/output_framebuffer.h"
 #include "rtl/swap_lock.h"
 #include "rtl/tmds_decoder.h"
 #include "rtl/tmds_encoder.h"
 #include "rtl/watchdog.h"
+#include "rtl/wire.h"
 #include "simulation/frame_shown.h"
 
 namespace metabuffer::rtl {
@@ -100,11 +102,16 @@ class Metabuffer final : public Block {
     }
     /// The fault modules between these wires and the blocks that drive them.
     const MachineFaults& faults() const { return *faults_; }
-    sc_core::sc_clock& core_clk() { return *core_clk_; }
-    sc_core::sc_clock& dvi_in_clk() { return *dvi_in_clk_; }
+    sc_core::sc_clock& core_clk() { return core_clk_->clk; }
+    sc_core::sc_clock& dvi_in_clk() { return dvi_in_clk_->clk; }
     /// The clock of a renderer's link (index): the DVI input clock, unless a fault lets it drift.
     sc_core::sc_signal<bool>& link_clk(std::size_t renderer) { return *link_clks_[renderer]; }
-    sc_core::sc_clock& dvi_out_clk() { return *dvi_out_clk_; }
+    sc_core::sc_clock& dvi_out_clk() { return dvi_out_clk_->clk; }
+    // The same as the blocks have them, for clocked modules that sleep as well.
+    const sc_core::sc_signal_in_if<bool>& core_clk_of_blocks() const { return core_clk_->of_blocks(); }
+    const sc_core::sc_signal_in_if<bool>& link_clk_of_blocks(std::size_t renderer) const {
+        return *link_clks_of_blocks_[renderer];
+    }
     sc_core::sc_signal<bool>& reset() { return reset_; }
 
   private:
@@ -123,7 +130,7 @@ class Metabuffer final : public Block {
     struct CodedLink {
         std::string encoder;
         std::string decoder;
-        sc_core::sc_signal<bool>& clk;
+        const sc_core::sc_signal_in_if<bool>& clk;
         sc_core::sc_signal<DviLink>& driven;
         sc_core::sc_signal<TmdsLink>& encoded;
         sc_core::sc_signal<TmdsLink>& received;  ///< the same wire, unless a fault lies between
@@ -146,20 +153,24 @@ class Metabuffer final : public Block {
     std::int64_t dvi_in_period_picoseconds_;
     std::int64_t dvi_out_period_picoseconds_;
 
-    std::unique_ptr<sc_core::sc_clock> core_clk_;
-    // The clocks of the blocks at the links, at the buses and at the pipelines, which stand still while those sleep.
-    std::unique_ptr<GatedClock> gated_link_clk_;
-    std::unique_ptr<GatedClock> gated_bus_clk_;
-    std::unique_ptr<GatedClock> gated_pipeline_clk_;
-    std::unique_ptr<sc_core::sc_clock> own_dvi_in_clk_;
-    std::unique_ptr<sc_core::sc_clock> own_dvi_out_clk_;
-    sc_core::sc_clock* dvi_in_clk_ = nullptr;
-    sc_core::sc_clock* dvi_out_clk_ = nullptr;
-    sc_core::sc_signal<bool> reset_{"reset", true};
+    /// The clocks of one period: as it is, and as the blocks have it.
+    struct Clock {
+        Clock(const char* name, std::int64_t period_picoseconds, ClockGating gating);
+        sc_core::sc_clock clk;
+        std::unique_ptr<GatedClock> gated;  ///< null without gating
+        const sc_core::sc_signal_in_if<bool>& of_blocks() const;
+    };
+    std::unique_ptr<Clock> core_clk_;
+    std::unique_ptr<Clock> own_dvi_in_clk_;
+    std::unique_ptr<Clock> own_dvi_out_clk_;
+    Clock* dvi_in_clk_ = nullptr;
+    Clock* dvi_out_clk_ = nullptr;
+    Wire<bool> reset_{"reset", true};
     std::int64_t next_reset_cycle_ = 0;  ///< core clock at which it may change next
     std::unique_ptr<Wires> wires_;
     std::unique_ptr<MachineFaults> faults_;
     std::vector<sc_core::sc_signal<bool>*> link_clks_;  ///< by renderer
+    std::vector<const sc_core::sc_signal_in_if<bool>*> link_clks_of_blocks_;
 
     std::vector<std::unique_ptr<DviSource>> dvi_sources_;
     std::vector<std::unique_ptr<DviDecoder>> dvi_decoders_;

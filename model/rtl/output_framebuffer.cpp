@@ -3,10 +3,10 @@
 namespace metabuffer::rtl {
 
 OutputFramebuffer::OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario,
-                                     int display, ClockGating gating)
+                                     int display)
     : Block(name),
-      frame_averager_("frame_averager", scenario, display, gating),
-      display_memory_("display_memory", scenario.displays.pixels(), gating),
+      frame_averager_("frame_averager", scenario, display),
+      display_memory_("display_memory", scenario.displays.pixels()),
       dvi_output_("dvi_output", scenario) {
     frame_averager_.clk_i(clk_i);
     frame_averager_.reset_i(reset_i);

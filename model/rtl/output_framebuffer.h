@@ -12,6 +12,7 @@
 #include "rtl/dvi_output.h"
 #include "rtl/frame_averager.h"
 #include "rtl/signals.h"
+#include "rtl/wire.h"
 
 namespace metabuffer::rtl {
 
@@ -40,12 +41,10 @@ class OutputFramebuffer final : public Block {
     sc_core::sc_out<DviLink> link_o{"link_o"};
 
     /// display: its own, from 1.
-    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
-                      ClockGating gating = ClockGating::kOn);
+    OutputFramebuffer(const sc_core::sc_module_name& name, const Scenario& scenario, int display);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override { return frame_averager_.waiting_for(); }
-    bool sleeps() const override { return frame_averager_.sleeps() && display_memory_.sleeps(); }
 
     /// Number of the composited frame that is on the display, -1: none yet.
     int front_frame() const { return dvi_output_.front_frame(); }
@@ -58,13 +57,13 @@ class OutputFramebuffer final : public Block {
     std::int64_t pixels_taken() const { return frame_averager_.pixels_taken(); }
 
   private:
-    sc_core::sc_signal<bool> writes_{"writes"};
-    sc_core::sc_signal<DisplayWrite> write_{"write"};
-    sc_core::sc_signal<bool> reads_{"reads"};
-    sc_core::sc_signal<DisplayRead> read_{"read"};
-    sc_core::sc_signal<std::uint32_t> data_{"data"};
-    sc_core::sc_signal<bool> swapped_{"swapped"};
-    sc_core::sc_signal<bool> skipped_{"skipped"};
+    Wire<bool> writes_{"writes"};
+    Wire<DisplayWrite> write_{"write"};
+    Wire<bool> reads_{"reads"};
+    Wire<DisplayRead> read_{"read"};
+    Wire<std::uint32_t> data_{"data"};
+    Wire<bool> swapped_{"swapped"};
+    Wire<bool> skipped_{"skipped"};
     FrameAverager frame_averager_;
     DisplayMemory display_memory_;
     DviOutput dvi_output_;

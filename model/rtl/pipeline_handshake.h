@@ -33,23 +33,17 @@ class PipelineHandshake final : public Block {
         "start_o"};  ///< a frame starts at the next edge, unless COLUMNSTALL is high
 
     /// may_stall: the machine is in `stall` mode.
-    PipelineHandshake(const sc_core::sc_module_name& name, bool may_stall,
-                      ClockGating gating = ClockGating::kOn);
+    PipelineHandshake(const sc_core::sc_module_name& name, bool may_stall);
     SC_HAS_PROCESS(PipelineHandshake);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
   private:
-    void end_of_elaboration() override;
-    void process();
     void clock_edge();
+    void reset();
     void drive();
-    bool idle() const;
 
     bool may_stall_;
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
 
     RegisterSet registers_;
     Register<bool> pipemaster_{registers_, "pipemaster"};  ///< the strap, read while reset is high
@@ -57,6 +51,8 @@ class PipelineHandshake final : public Block {
     Register<bool> was_running_{registers_, "was_running"};  ///< before the last edge
     Register<bool> below_{registers_, "below"};              ///< PIPEREADY from below, at the last edge
     Register<bool> was_ready_{registers_, "was_ready"};      ///< PIPEREADY, before the last edge
+    Clocked clocked_{
+        *this, clk_i, reset_i, registers_, &PipelineHandshake::clock_edge, &PipelineHandshake::reset};
 };
 
 }  // namespace metabuffer::rtl

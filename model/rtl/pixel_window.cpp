@@ -77,8 +77,7 @@ BlendWindow<Pixel> PixelWindow::pixels(const RasterStep& step, const SegmentProg
     return {own, or_own(0, window.beside), or_own(1, window.across), or_own(1, window.diagonal)};
 }
 
-bool PixelWindow::clock_edge(const Steps& steps, const SegmentProgress& progress) {
-    bool changed = false;
+void PixelWindow::clock_edge(const Steps& steps, const SegmentProgress& progress) {
     for (std::size_t row = 0; row < lines_; ++row) {
         const Row next = row_of(row, steps.next);
         const bool reads = reads_[row].enable;
@@ -96,14 +95,11 @@ bool PixelWindow::clock_edge(const Steps& steps, const SegmentProgress& progress
                 if (const auto word = at_hand(row, column, wanted, progress)) {
                     place.bypass_pixel = wanted;
                     place.bypass_word = *word;
-                    changed = true;
                 }
             }
             place.word_pixel = word_pixel;
-            changed = changed || reads;
         }
     }
-    return changed;
 }
 
 void PixelWindow::choose_reads(const RasterStep& ahead, const SegmentProgress& progress) {

@@ -53,8 +53,8 @@ class PixelWindow {
         return pixel_at(0, 0, step.pixel, progress);
     }
 
-    /// Call it at each edge, after pixels(). True if the registers have changed.
-    bool clock_edge(const Steps& steps, const SegmentProgress& progress);
+    /// Call it at each edge, after pixels().
+    void clock_edge(const Steps& steps, const SegmentProgress& progress);
     /// Decides what each row's port reads, combinationally: of the position ahead, what has come and is not at hand. The
     /// address is that of the position's first pixel in the row, whether it is read or not.
     void choose_reads(const RasterStep& ahead, const SegmentProgress& progress);

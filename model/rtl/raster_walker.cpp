@@ -3,7 +3,7 @@
 namespace metabuffer::rtl {
 
 RasterWalker::RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario,
-                           ComposerRecord& record, ClockGating gating)
+                           ComposerRecord& record)
     : Block(name),
       raster_width_(scenario.displays.raster_width_pixels()),
       raster_height_(scenario.displays.raster_height_pixels()),
@@ -12,44 +12,25 @@ RasterWalker::RasterWalker(const sc_core::sc_module_name& name, const Scenario& 
       pixel_bits_(segment_pixel_bits(scenario)),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
       record_(record),
-      gate_(gating),
       frame_(registers_, "frame", 1 + bits_for(scenario.frames), -1),
       walker_(registers_, "", 1, SegmentWalker(Segment{}, false, raster_width_, raster_height_)),
       ahead_(registers_, "ahead", 1, walker_.value()),
       use_(registers_, "use", pixel_bits_) {
-    SC_METHOD(process);
-    sensitive << clk_i.pos() << segment_i;
+    SC_METHOD(drive_ahead);
+    sensitive << segment_i;
     dont_initialize();
 }
 
-void RasterWalker::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= start_i.value_changed_event();
-    wake_events_ |= segment_i.value_changed_event();
-}
-
-void RasterWalker::process() {
-    if (!gate_.opened() && clk_i.posedge()) {
-        clock_edge();
-    } else if (!running_) {
-        drive_ahead();
-    }
+void RasterWalker::reset() {
+    registers_.reset();
+    running_o.write(false);
+    uses_o.write(uses_);
+    drive_ahead();
 }
 
 void RasterWalker::clock_edge() {
-    if (reset_i.read()) {
-        registers_.reset();
-        running_o.write(false);
-        uses_o.write(uses_);
-        drive_ahead();
-        return;
-    }
     if (!may_stall_ || !column_stall_i.read()) {
         move();
-    }
-    if (gate_.idle_edge(!running_ && !start_i.read())) {
-        next_trigger(wake_events_);
     }
 }
 
@@ -60,7 +41,7 @@ void RasterWalker::move() {
             running_ = false;
             running_o.write(false);
         } else {
-            ahead_->advance();
+            ahead_.change().advance();
         }
     } else if (start_i.read()) {
         start_frame();
@@ -76,7 +57,7 @@ void RasterWalker::start_frame() {
     running_o.write(true);
     walker_ = at_start();
     ahead_ = walker_;
-    ahead_->advance();
+    ahead_.change().advance();
     ++frame_;
     record_.frame_started(clock_edge_number(core_period_picoseconds_));
 }

@@ -34,17 +34,14 @@ class RasterWalker final : public Block {
     sc_core::sc_out<PixelUse> use_o{"use_o"};
 
     /// record: the composer's, to which each frame's start is reported.
-    RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record,
-                 ClockGating gating = ClockGating::kOn);
+    RasterWalker(const sc_core::sc_module_name& name, const Scenario& scenario, ComposerRecord& record);
     SC_HAS_PROCESS(RasterWalker);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
   private:
-    void end_of_elaboration() override;
-    void process();
     void clock_edge();
+    void reset();
     void move();
     void start_frame();
     SegmentWalker at_start() const;
@@ -59,8 +56,6 @@ class RasterWalker final : public Block {
     std::int64_t core_period_picoseconds_;
 
     ComposerRecord& record_;
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
 
     RegisterSet registers_;
     Register<bool> running_{registers_, "running"};
@@ -71,6 +66,7 @@ class RasterWalker final : public Block {
     Register<bool> uses_{registers_, "uses"};
     Register<PixelUse> use_;
     RasterStep driven_ahead_;  ///< combinational: at ahead_o
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &RasterWalker::clock_edge, &RasterWalker::reset};
 };
 
 }  // namespace metabuffer::rtl

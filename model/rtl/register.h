@@ -92,16 +92,41 @@ class AnyRegister {
   protected:
     explicit AnyRegister(RegisterSet& set);
     ~AnyRegister() = default;
+    void note_change() { *set_changed_ = true; }
+
+  private:
+    bool* set_changed_;
 };
 
-/// The registers of a block. Each adds itself where it is declared, so that reset and waveform leave none out.
+/// The registers of a block. Each adds itself where it is declared, so that reset and waveform leave none out. The set
+/// knows at which edges one of them changes.
 class RegisterSet {
   public:
+    RegisterSet() = default;
+    RegisterSet(const RegisterSet&) = delete;
+    RegisterSet& operator=(const RegisterSet&) = delete;
+    /// A part of another set, which has a waveform of its own. reset() and trace() of the whole leave it out.
+    explicit RegisterSet(RegisterSet& whole) : changed_(whole.changed_) {}
+
     /// Gives every register its reset value, as at power-up.
     void reset() {
         for (AnyRegister* const each : registers_) {
             each->reset();
         }
+        note_change();
+    }
+    /// One of the registers changes, or state that goes with them.
+    void note_change() { *changed_ = true; }
+    /// For what is combinational: it is notified after each edge at which a register has changed.
+    const sc_core::sc_event& changed_event() {
+        if (changed_event_ == nullptr) changed_event_ = std::make_unique<sc_core::sc_event>();
+        return *changed_event_;
+    }
+    /// Call it at the end of each edge. True if a register has changed.
+    bool end_edge() {
+        const bool changed = std::exchange(own_changed_, false);
+        if (changed && changed_event_ != nullptr) changed_event_->notify(sc_core::SC_ZERO_TIME);
+        return changed;
     }
     /// prefix: the block's name and a dot.
     void trace(sc_core::sc_trace_file* file, const std::string& prefix) const {
@@ -113,9 +138,21 @@ class RegisterSet {
   private:
     friend class AnyRegister;
     std::vector<AnyRegister*> registers_;  // members of the block that this set is a member of
+    bool own_changed_ = false;
+    bool* changed_ = &own_changed_;
+    std::unique_ptr<sc_core::sc_event> changed_event_;  ///< null if nobody waits for it
 };
 
-inline AnyRegister::AnyRegister(RegisterSet& set) { set.registers_.push_back(this); }
+inline AnyRegister::AnyRegister(RegisterSet& set) : set_changed_(set.changed_) {
+    set.registers_.push_back(this);
+}
+
+template <typename Value, typename = void>
+struct CanBeCompared : std::false_type {};
+template <typename Value>
+struct CanBeCompared<Value,
+                     std::void_t<decltype(std::declval<const Value&>() == std::declval<const Value&>())>>
+    : std::true_type {};
 
 /// A register: its name in the waveform, its width and its reset value. Only the block's clocked method writes it. The
 /// method reads what it has written at once, as with a variable of a clocked process.
@@ -136,14 +173,22 @@ class Register final : public AnyRegister {
     operator const Value&() const { return value_; }
     const Value& value() const { return value_; }
     Register& operator=(const Value& value) {
+        if constexpr (CanBeCompared<Value>::value) {
+            if (value_ == value) return *this;
+        }
         value_ = value;
+        note_change();
         return *this;
     }
     Register& operator=(const Register& other) { return *this = other.value_; }
     Register& operator+=(const Value& by) { return *this = static_cast<Value>(value_ + by); }
     Register& operator-=(const Value& by) { return *this = static_cast<Value>(value_ - by); }
-    Value* operator->() { return &value_; }
     const Value* operator->() const { return &value_; }
+    /// The value, which is about to change.
+    Value& change() {
+        note_change();
+        return value_;
+    }
     Register& operator++() { return *this += 1; }
     Register& operator--() { return *this -= 1; }
 
@@ -240,8 +285,6 @@ class Synchronizer {
         captured_ = input;
         return stable_;
     }
-    /// Nothing is on its way: with the input as it is, sample() goes on giving the same value.
-    bool settled(bool input) const { return captured_ == input && stable_ == input; }
 
   private:
     Register<bool> captured_;

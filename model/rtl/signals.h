@@ -47,6 +47,9 @@ void sc_trace(sc_core::sc_trace_file* file, const TmdsLink& value, const std::st
 struct TmdsDisparities {
     std::array<int, kTmdsChannels> channels{};
 };
+inline bool operator==(const TmdsDisparities& a, const TmdsDisparities& b) {
+    return a.channels == b.channels;
+}
 void sc_trace(sc_core::sc_trace_file* file, const TmdsDisparities& value, const std::string& name);
 
 /// A pixel that the decoder has found: half a memory word.

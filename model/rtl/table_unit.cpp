@@ -9,46 +9,39 @@ TableUnit::TableUnit(const sc_core::sc_module_name& name, const BusConfig& bus, 
       bus_(bus),
       tables_{Tables{TableJudge(limits), {}}, Tables{TableJudge(limits), {}}},
       back_rows_(registers_, "back_rows", bits_for(limits.displays)) {
-    SC_METHOD(link_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
     SC_METHOD(show_front);
     sensitive << front_i << reset_i;
     dont_initialize();
 }
 
-void TableUnit::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= event_i.value_changed_event();
+void TableUnit::reset() {
+    for (Tables& tables : tables_) {
+        tables.rows.clear();
+        tables.slots.clear();
+    }
+    note_back();
 }
 
 void TableUnit::link_edge() {
-    if (gate_.opened()) {
-        return;
-    }
     const DecoderEvent& event = event_i.read();
-    if (reset_i.read()) {
-        for (Tables& tables : tables_) {
-            tables.rows.clear();
-            tables.slots.clear();
-        }
-    } else {
-        if (event.colour_start) {
-            back().rows.clear();
-            back().slots.clear();
-        }
-        if (event.row) {
-            back().rows.take(event.table_row);
-        }
-        back().slots.insert(back().slots.end(), event.payload.begin(),
-                            event.payload.begin() + event.payload_bytes);
+    if (event.colour_start) {
+        back().rows.clear();
+        back().slots.clear();
     }
+    if (event.row) {
+        back().rows.take(event.table_row);
+    }
+    back().slots.insert(back().slots.end(), event.payload.begin(),
+                        event.payload.begin() + event.payload_bytes);
+    if (event.row || event.payload_bytes > 0) {
+        clocked_.stay_awake();
+    }
+    note_back();
+}
+
+void TableUnit::note_back() {
     back_rows_ = static_cast<int>(back_table().rows.size());
     back_slot_bytes_ = static_cast<int>(back().slots.size());
-    if (gate_.idle_edge(!event.row && !event.colour_start && event.payload_bytes == 0)) {
-        next_trigger(wake_events_);
-    }
 }
 
 void TableUnit::show_front() {

@@ -32,7 +32,6 @@ class TableUnit final : public Block {
     SC_HAS_PROCESS(TableUnit);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
     /// The rows of the pair that came last, the dropped ones too.
     const ValidatedTable& back_table() const { return back().rows.result(); }
@@ -40,8 +39,9 @@ class TableUnit final : public Block {
     bool back_slots_rejected() const { return slots_of(back()).rejected; }
 
   private:
-    void end_of_elaboration() override;
     void link_edge();
+    void reset();
+    void note_back();
     void show_front();
     /// Of one device.
     struct Tables {
@@ -53,12 +53,11 @@ class TableUnit final : public Block {
     SentSlots slots_of(const Tables& tables) const;
 
     BusConfig bus_;
-    ClockGate gate_{ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
     std::array<Tables, 2> tables_;  ///< by device
     RegisterSet registers_;
     Register<int> back_rows_;  ///< valid ones, of the pair that comes in
     Register<int> back_slot_bytes_{registers_, "back_slot_bytes", 16};
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &TableUnit::link_edge, &TableUnit::reset};
 };
 
 }  // namespace metabuffer::rtl

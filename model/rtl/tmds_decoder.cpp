@@ -20,40 +20,20 @@ TmdsDecoder::Channel::Channel(RegisterSet& registers, const std::string& name)
       measured(registers, name + "_measured", bits_for(kMostTmdsSkew)),
       skew(registers, name + "_skew", bits_for(kMostTmdsSkew)) {}
 
-TmdsDecoder::TmdsDecoder(const sc_core::sc_module_name& name, ClockGating gating)
-    : Block(name), gate_(gating) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
+TmdsDecoder::TmdsDecoder(const sc_core::sc_module_name& name) : Block(name) {}
 
-void TmdsDecoder::end_of_elaboration() {
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= tmds_i.value_changed_event();
+void TmdsDecoder::reset() {
+    registers_.reset();
+    link_o.write(link_);
 }
 
 void TmdsDecoder::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
-    if (reset_i.read()) {
-        registers_.reset();
-        link_o.write(link_);
-        return;
-    }
     const TmdsLink characters = align(tmds_i.read());
     characters_.shift(characters);
     mark_lines(characters);
     remove_skew();
     const DviLink link = aligned() ? decode() : DviLink{};
-    const bool changes = !(link == link_.value());
-    if (changes) {
-        link_ = link;
-        link_o.write(link_);
-    }
-    if (gate_.idle_edge(!changes && settled())) {
-        next_trigger(wake_events_);
-    }
+    drive_output(link_, link_o, link);
 }
 
 /// The characters that begin in the words of the clock before.
@@ -132,20 +112,6 @@ DviLink TmdsDecoder::decode() const {
 }
 
 /// With the same words at every edge to come, no register changes.
-bool TmdsDecoder::settled() const {
-    const TmdsLink& words = tmds_i.read();
-    TmdsLink characters;
-    for (std::size_t i = 0; i < kTmdsChannels; ++i) {
-        const Channel& channel = channels_[i];
-        characters.channels[i] =
-            tmds_character(words.channels[i], words.channels[i], channel.alignment.value().phase);
-        if (channel.alignment.value().run < kTmdsAlignmentRun || channel.pause < kTmdsPauseBeforeLine) {
-            return false;
-        }
-    }
-    return characters_.holds(characters);
-}
-
 void TmdsDecoder::trace(sc_core::sc_trace_file* file) const {
     sc_trace(file, tmds_i.read(), path("TMDS_in"));
     registers_.trace(file, path(""));

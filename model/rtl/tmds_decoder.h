@@ -32,8 +32,7 @@ class TmdsDecoder final : public Block {
     sc_core::sc_in<TmdsLink> tmds_i{"tmds_i"};
     sc_core::sc_out<DviLink> link_o{"link_o"};
 
-    explicit TmdsDecoder(const sc_core::sc_module_name& name, ClockGating gating = ClockGating::kOn);
-    SC_HAS_PROCESS(TmdsDecoder);
+    explicit TmdsDecoder(const sc_core::sc_module_name& name);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
@@ -49,17 +48,13 @@ class TmdsDecoder final : public Block {
         Register<std::uint8_t> skew;         ///< that is removed
     };
 
-    void end_of_elaboration() override;
     void clock_edge();
+    void reset();
     TmdsLink align(const TmdsLink& words);
     void mark_lines(const TmdsLink& characters);
     void remove_skew();
     bool aligned() const;
     DviLink decode() const;
-    bool settled() const;
-
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
 
     RegisterSet registers_;
     Register<TmdsLink> words_{registers_, "words"};  ///< of the clock before
@@ -67,6 +62,7 @@ class TmdsDecoder final : public Block {
                                                  Channel{registers_, "red"}};
     RegisterLine<TmdsLink> characters_{registers_, "characters", 1 + kMostTmdsSkew};
     Register<DviLink> link_{registers_, "DVI"};
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &TmdsDecoder::clock_edge, &TmdsDecoder::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -2,37 +2,17 @@
 
 namespace metabuffer::rtl {
 
-TmdsEncoder::TmdsEncoder(const sc_core::sc_module_name& name, ClockGating gating)
-    : Block(name), gate_(gating) {
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
-}
+TmdsEncoder::TmdsEncoder(const sc_core::sc_module_name& name) : Block(name) {}
 
-void TmdsEncoder::end_of_elaboration() {
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= link_i.value_changed_event();
+void TmdsEncoder::reset() {
+    registers_.reset();
+    tmds_o.write(tmds_);
 }
 
 void TmdsEncoder::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
-    if (reset_i.read()) {
-        registers_.reset();
-        tmds_o.write(tmds_);
-        return;
-    }
     const DviLink& link = link_i.read();
     const TmdsLink tmds = link.de ? encode_pixel(link.data) : encode_blanking(link);
-    const bool changes = !(tmds == tmds_.value());
-    if (changes) {
-        tmds_ = tmds;
-        tmds_o.write(tmds_);
-    }
-    if (gate_.idle_edge(!link.de && !changes)) {
-        next_trigger(wake_events_);
-    }
+    drive_output(tmds_, tmds_o, tmds);
 }
 
 TmdsLink TmdsEncoder::encode_pixel(std::uint32_t data) {

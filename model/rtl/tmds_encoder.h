@@ -20,23 +20,20 @@ class TmdsEncoder final : public Block {
     sc_core::sc_in<DviLink> link_i{"link_i"};
     sc_core::sc_out<TmdsLink> tmds_o{"tmds_o"};
 
-    explicit TmdsEncoder(const sc_core::sc_module_name& name, ClockGating gating = ClockGating::kOn);
-    SC_HAS_PROCESS(TmdsEncoder);
+    explicit TmdsEncoder(const sc_core::sc_module_name& name);
 
     void trace(sc_core::sc_trace_file* file) const override;
 
   private:
-    void end_of_elaboration() override;
     void clock_edge();
+    void reset();
     TmdsLink encode_pixel(std::uint32_t data);
     TmdsLink encode_blanking(const DviLink& link);
-
-    ClockGate gate_;
-    sc_core::sc_event_or_list wake_events_;
 
     RegisterSet registers_;
     Register<TmdsDisparities> disparity_{registers_, "disparity"};
     Register<TmdsLink> tmds_{registers_, "TMDS"};
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &TmdsEncoder::clock_edge, &TmdsEncoder::reset};
 };
 
 }  // namespace metabuffer::rtl

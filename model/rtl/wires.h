@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "rtl/signals.h"
+#include "rtl/wire.h"
 #include "scenario/scenario.h"
 #include "simulation/numbered.h"
 
@@ -23,14 +24,14 @@ class SignalBank {
     template <typename NameOf>
     SignalBank(std::size_t count, NameOf name_of, const Value& initial = Value{}) {
         for (std::size_t i = 0; i < count; ++i) {
-            signals_.push_back(std::make_unique<sc_core::sc_signal<Value>>(name_of(i).c_str(), initial));
+            signals_.push_back(std::make_unique<Wire<Value>>(name_of(i).c_str(), initial));
         }
     }
     sc_core::sc_signal<Value>& operator[](std::size_t i) { return *signals_[i]; }
     std::size_t size() const { return signals_.size(); }
 
   private:
-    std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
+    std::vector<std::unique_ptr<Wire<Value>>> signals_;
 };
 
 /// Every wire between two blocks, as the block that reads it sees it, with the paper's name where it has one. The
@@ -83,8 +84,8 @@ struct Wires {
     sc_core::sc_signal<BusBeat>& own_bus(std::size_t i) {
         if (!own_bus_[i]) {
             const std::size_t displays = framedone.size();
-            own_bus_[i] = std::make_unique<sc_core::sc_signal<BusBeat>>(
-                numbered("BUS", i / displays, i % displays).c_str());
+            own_bus_[i] =
+                std::make_unique<Wire<BusBeat>>(numbered("BUS", i / displays, i % displays).c_str());
         }
         return *own_bus_[i];
     }
@@ -105,7 +106,7 @@ struct Wires {
     sc_core::sc_signal<TmdsLink>& own_tmds_in(std::size_t renderer) {
         if (!tmds_in_before_[renderer]) {
             tmds_in_before_[renderer] =
-                std::make_unique<sc_core::sc_signal<TmdsLink>>(numbered("TMDS_IN_driven", renderer).c_str());
+                std::make_unique<Wire<TmdsLink>>(numbered("TMDS_IN_driven", renderer).c_str());
         }
         return *tmds_in_before_[renderer];
     }
@@ -142,8 +143,8 @@ struct Wires {
     SignalBank<bool> framebad;
     SignalBank<DviLink> link_out;
     SignalBank<TmdsLink> tmds_out;  ///< of links with characters
-    sc_core::sc_signal<bool> swaplock{"SWAPLOCK"};
-    sc_core::sc_signal<bool> swapskip{"SWAPSKIP"};
+    Wire<bool> swaplock{"SWAPLOCK"};
+    Wire<bool> swapskip{"SWAPSKIP"};
 
   private:
     SignalBank<DviLink> link_in_before_;  ///< the encoder

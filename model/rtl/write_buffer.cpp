@@ -15,36 +15,23 @@ WriteBuffer::WriteBuffer(const sc_core::sc_module_name& name, const MemoryConfig
         halves_[half] = std::make_unique<Half>(registers_, "half_" + std::to_string(half));
         halves_[half]->words.resize(static_cast<std::size_t>(std::min(words, std::int64_t{block_words_})));
     }
-    SC_METHOD(link_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
     SC_METHOD(put_out);
     sensitive << command_i << drain_i;
     dont_initialize();
 }
 
-void WriteBuffer::end_of_elaboration() {
-    gate_.attach(clk_i);
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= write_i.value_changed_event();
+void WriteBuffer::reset() {
+    registers_.reset();
+    for (std::size_t half = 0; half < kHalves; ++half) {
+        full_o[half].write(false);
+        block_o[half].write(WriteBlock{});
+    }
 }
 
 void WriteBuffer::link_edge() {
-    if (gate_.opened()) {
-        return;
-    }
-    const MemoryWrite& write = write_i.read();
-    if (reset_i.read()) {
-        registers_.reset();
-        for (std::size_t half = 0; half < kHalves; ++half) {
-            full_o[half].write(false);
-            block_o[half].write(WriteBlock{});
-        }
-    } else if (write.enable) {
-        take(write);
-    }
-    if (gate_.idle_edge(!write.enable)) {
-        next_trigger(wake_events_);
+    if (write_i.read().enable) {
+        clocked_.stay_awake();
+        take(write_i.read());
     }
 }
 

@@ -40,7 +40,6 @@ class WriteBuffer final : public Block {
     SC_HAS_PROCESS(WriteBuffer);
 
     void trace(sc_core::sc_trace_file* file) const override;
-    bool sleeps() const override { return gate_.asleep(); }
 
   private:
     struct Half {
@@ -52,6 +51,7 @@ class WriteBuffer final : public Block {
     };
 
     void link_edge();
+    void reset();
     void take(const MemoryWrite& write);
     void put_out();
 
@@ -60,14 +60,11 @@ class WriteBuffer final : public Block {
     std::int64_t device_words_;
     int words_per_cycle_;
 
-    ClockGate gate_{ClockGating::kOn};
-    sc_core::sc_event_or_list wake_events_;
     RegisterSet registers_;
     Register<bool> filling_{registers_, "filling"};  ///< the half that the link fills
     std::array<std::unique_ptr<Half>, kHalves> halves_;
     MemoryData data_;
-
-    void end_of_elaboration() override;
+    Clocked clocked_{*this, clk_i, reset_i, registers_, &WriteBuffer::link_edge, &WriteBuffer::reset};
 };
 
 }  // namespace metabuffer::rtl

@@ -7,7 +7,7 @@
 namespace metabuffer::test {
 
 void FreeWires::stimulate(LockstepBench& bench) {
-    constexpr int kIdleEdges = rtl::ClockGate::kIdleEdges;
+    constexpr int kIdleEdges = rtl::Clocked::kIdleEdges;
     constexpr int kClocksToLoneChange = 12;
     const bool begins = bench.pausing() && !paused_;
     paused_ = bench.pausing();
@@ -38,6 +38,7 @@ LockstepBench::LockstepBench(std::uint64_t default_seed)
     : sc_core::sc_module(sc_core::sc_module_name("lockstep")),
       random(random_seed(default_seed)),
       seed_(random_seed(default_seed)) {
+    gated_clk.clk_i(clk);
     SC_METHOD(falling_edge);
     sensitive << clk.negedge_event();
     dont_initialize();
@@ -89,6 +90,7 @@ void LockstepBench::falling_edge() {
 }
 
 void LockstepBench::rising_edge() {
+    happened[kAsleep] += static_cast<std::int64_t>(gated_clk.sleepers());
     resets_.push_back(in_reset());
     if (resets_.size() > LockstepPin::kEdgesShown) resets_.pop_front();
     for (LockstepBlock* block : blocks_) {

@@ -13,6 +13,8 @@
 
 #include "lockstep/pin.h"
 #include "rtl/block.h"
+#include "rtl/gated_clock.h"
+#include "rtl/wire.h"
 #include "support/random_seed.h"
 #include "support/trace_switch.h"
 
@@ -57,10 +59,13 @@ class FreeWires {
 class LockstepBench final : public sc_core::sc_module {
   public:
     sc_core::sc_clock clk{"clk", sc_core::sc_time(10.0, sc_core::SC_NS)};
-    sc_core::sc_signal<bool> reset{"reset", true};
+    rtl::GatedClock gated_clk{"gated_clk"};
+    rtl::Wire<bool> reset{"reset", true};
     Random random;
     /// What the stimuli have brought about, counted by the references.
     std::map<std::string, std::int64_t> happened;
+    /// Counted by the bench, at each edge: the methods on the gated clock that sleep.
+    static constexpr const char* kAsleep = "a method slept";
     /// Once in so many clocks the blocks are reset, for two to four edges; 0: at the beginning only.
     int clocks_to_reset = 400;
     /// Once in so many clocks comes a pause, so long that a block which has nothing to do sleeps in it.
@@ -143,7 +148,7 @@ constexpr bool kHasReset = false;
 template <typename Dut>
 constexpr bool kHasReset<Dut, std::void_t<decltype(&Dut::reset_i)>> = true;
 
-/// A block that is in lockstep with its reference, twice: once with clock gating, once without. Both get the same inputs.
+/// A block that is in lockstep with its reference, twice: once on a gated clock, once on the clock itself. Both get the same inputs.
 /// A test derives a class from it that has the reference's registers, and as members the pins that it uses:
 ///
 ///     class Handshake final : public Lockstep<rtl::PipelineHandshake> {
@@ -157,7 +162,7 @@ constexpr bool kHasReset<Dut, std::void_t<decltype(&Dut::reset_i)>> = true;
 template <typename Dut>
 class Lockstep : public LockstepBlock {
   public:
-    /// Makes the block; it may bind pins that are no part of the test.
+    /// Makes the block; it may bind pins that are no part of the test. gating: that of clocks besides clk_i.
     using Factory = std::function<std::unique_ptr<Dut>(const char* name, rtl::ClockGating gating)>;
 
     Lockstep(LockstepBench& bench, const std::string& name, const Factory& factory)
@@ -165,8 +170,11 @@ class Lockstep : public LockstepBlock {
         duts_.push_back(factory(name.c_str(), rtl::ClockGating::kOn));
         duts_.push_back(factory((name + "_ungated").c_str(), rtl::ClockGating::kOff));
         for (const auto& dut : duts_) {
-            if constexpr (kHasClock<Dut>) dut->clk_i(bench.clk);
             if constexpr (kHasReset<Dut>) dut->reset_i(bench.reset);
+        }
+        if constexpr (kHasClock<Dut>) {
+            duts_.front()->clk_i(bench.gated_clk);
+            duts_.back()->clk_i(bench.clk);
         }
     }
 

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "rtl/wire.h"
+
 namespace metabuffer::test {
 
 /// A pin of the blocks of a Lockstep, which the gated and the ungated one have alike.
@@ -92,7 +94,7 @@ class Input final : public ValuePin<Value> {
     std::string picture() const override { return this->edges(values_); }
 
   private:
-    sc_core::sc_signal<Value> signal_;
+    rtl::Wire<Value> signal_;
     std::deque<Value> values_;
 };
 
@@ -113,7 +115,7 @@ class Output final : public ValuePin<Value> {
     const Value& seen() const { return seen_.front().back(); }
 
     void bind(sc_core::sc_out<Value>& port) {
-        signals_.push_back(std::make_unique<sc_core::sc_signal<Value>>());
+        signals_.push_back(std::make_unique<rtl::Wire<Value>>());
         port(*signals_.back());
         seen_.emplace_back();
     }
@@ -138,7 +140,7 @@ class Output final : public ValuePin<Value> {
     }
 
   private:
-    std::vector<std::unique_ptr<sc_core::sc_signal<Value>>> signals_;
+    std::vector<std::unique_ptr<rtl::Wire<Value>>> signals_;
     bool checked_ = false;
     std::vector<std::deque<Value>> seen_;  ///< of each block
     std::deque<Value> dues_;

@@ -33,7 +33,7 @@ using rtl::SegmentProgress;
 
 constexpr Size kRaster{kWidth, kHeight};
 constexpr int kNoUse = Segment::kNoPixel;
-constexpr int kClocksToSleep = rtl::ClockGate::kIdleEdges + 1;
+constexpr int kClocksToSleep = rtl::Clocked::kIdleEdges + 1;
 
 BusBeat pixels(int frame, std::int64_t first, int count, int remaining = 0, int destination = 1) {
     return pixel_beat(frame, destination, first, count, remaining, [frame](std::int64_t k) {
@@ -61,7 +61,7 @@ class Receiver : protected Records, public Lockstep<BeatReceiver> {
     Receiver(LockstepBench& bench, const std::string& name, const Scenario& scenario)
         : Lockstep(bench, name, [this, &scenario](const char* dut, rtl::ClockGating gating) {
               Record& record = records[gating == rtl::ClockGating::kOn ? 0 : 1];
-              return std::make_unique<BeatReceiver>(dut, scenario, 1, record, gating);
+              return std::make_unique<BeatReceiver>(dut, scenario, 1, record);
           }) {}
 
     Input<BusBeat>& bus_ = in(&BeatReceiver::bus_i);

@@ -138,11 +138,11 @@ struct Registers {
 class Port final : private Parts, public Lockstep<BusPort> {
   public:
     Port(LockstepBench& bench, const char* port_name, const Scenario& made)
-        : Parts{made, {}}, Lockstep(bench, port_name, [this](const char* name, rtl::ClockGating gating) {
+        : Parts{made, {}}, Lockstep(bench, port_name, [this](const char* name, rtl::ClockGating) {
               OfDut& of = *duts.emplace_back(std::make_unique<OfDut>());
               auto dut = std::make_unique<BusPort>(
                   name, scenario, scenario.renderers[0], [&of](bool fresh) { of.starts.push_back(fresh); },
-                  of.counters, gating);
+                  of.counters);
               of.port = dut.get();
               return dut;
           }) {

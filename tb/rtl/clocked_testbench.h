@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "rtl/block.h"
+#include "rtl/gated_clock.h"
 #include "support/trace_switch.h"
 
 namespace metabuffer::test {
@@ -81,11 +82,13 @@ inline std::vector<int> clock_range(int low, int high) {
 class ClockDomain final : public sc_core::sc_module {
   public:
     sc_core::sc_clock clk;
+    rtl::GatedClock gated_clk{"gated_clk"};
 
     ClockDomain(const sc_core::sc_module_name& name, std::int64_t period_picoseconds)
         : sc_core::sc_module(name),
           clk("clk", sc_core::sc_time(static_cast<double>(period_picoseconds), sc_core::SC_PS)),
           period_picoseconds_(period_picoseconds) {
+        gated_clk.clk_i(clk);
         SC_METHOD(falling_edge);
         sensitive << clk.negedge_event();
         dont_initialize();

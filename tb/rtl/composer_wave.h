@@ -23,8 +23,8 @@ namespace metabuffer::test {
 using ComposerWave = WaveformCase<rtl::Composer>;
 
 inline ComposerWave::Factory composer_of(const Scenario& scenario) {
-    return [scenario](const char* name, rtl::ClockGating gating) {
-        return std::make_unique<rtl::Composer>(name, scenario, 1, gating);
+    return [scenario](const char* name, rtl::ClockGating) {
+        return std::make_unique<rtl::Composer>(name, scenario, 1);
     };
 }
 

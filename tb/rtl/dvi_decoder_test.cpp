@@ -80,8 +80,8 @@ class Decoder final : public Lockstep<DviDecoder> {
   public:
     Decoder(LockstepBench& bench, const char* name, int width, int lines)
         : Lockstep(bench, name,
-                   [timing = DviTiming{width, lines}](const char* dut, rtl::ClockGating gating) {
-                       return std::make_unique<DviDecoder>(dut, timing, gating);
+                   [timing = DviTiming{width, lines}](const char* dut, rtl::ClockGating) {
+                       return std::make_unique<DviDecoder>(dut, timing);
                    }),
           width_(width),
           lines_(lines) {}

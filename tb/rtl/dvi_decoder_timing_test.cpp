@@ -27,8 +27,8 @@ constexpr std::uint32_t kNumber = 11;
 /// colour frame starts, `1` and `2` its rows, `p` and `q` payload, `g` the pair is good.
 struct DecoderCase {
     LockstepBench bench;
-    WaveformCase<DviDecoder> dut{bench, "dvi_decoder", [](const char* name, rtl::ClockGating gating) {
-                                     return std::make_unique<DviDecoder>(name, DviTiming{kWidth, 2}, gating);
+    WaveformCase<DviDecoder> dut{bench, "dvi_decoder", [](const char* name, rtl::ClockGating) {
+                                     return std::make_unique<DviDecoder>(name, DviTiming{kWidth, 2});
                                  }};
 
     void run(const std::string& link, const std::string& pixels, const std::string& events) {

@@ -30,8 +30,8 @@ class Display final : private Captures, public Lockstep<DviDisplay> {
   public:
     explicit Display(LockstepBench& bench, const Waveform& wave = {})
         : Lockstep(bench, "dvi_display",
-                   [this](const char* dut, rtl::ClockGating gating) {
-                       auto display = std::make_unique<DviDisplay>(dut, gating);
+                   [this](const char* dut, rtl::ClockGating) {
+                       auto display = std::make_unique<DviDisplay>(dut);
                        std::vector<ColourImage>& images = of_display.emplace_back();
                        display->on_frame([&images](const ColourImage& image) { images.push_back(image); });
                        return display;

@@ -111,8 +111,8 @@ class Source final : public Lockstep<DviSource> {
   public:
     Source(LockstepBench& bench, const char* name, const Scenario& scenario)
         : Lockstep(bench, name,
-                   [&scenario](const char* dut, rtl::ClockGating gating) {
-                       return std::make_unique<DviSource>(dut, scenario, 0, gating);
+                   [&scenario](const char* dut, rtl::ClockGating) {
+                       return std::make_unique<DviSource>(dut, scenario, 0);
                    }),
           scenario_(scenario) {
         wires_.add(request_, 1000);
@@ -174,7 +174,7 @@ class Source final : public Lockstep<DviSource> {
             (!request_ || next_pair_ == static_cast<std::uint32_t>(scenario_.frames))) {
             return false;
         }
-        constexpr int kIdleEdges = rtl::ClockGate::kIdleEdges;
+        constexpr int kIdleEdges = rtl::Clocked::kIdleEdges;
         bench_.happened["a pair after a sleep"] += std::exchange(idle_clocks_, 0) > kIdleEdges ? 1 : 0;
         const std::uint32_t pair = next_pair_++;
         for (const FrameKind kind : {FrameKind::kColour, FrameKind::kDepth}) add_frame(pair, kind);

@@ -108,14 +108,14 @@ class Holds {
 };
 
 Lockstep<HandshakeFault>::Factory held_wire(FaultyMachine& machine, Handshake handshake) {
-    return [&machine, handshake](const char* name, rtl::ClockGating /*gating*/) {
+    return [&machine, handshake](const char* name, rtl::ClockGating) {
         return std::make_unique<HandshakeFault>(name, machine.scenario,
                                                 rtl::HeldWire{handshake, 0, kDisplay, "WIRE"}, machine.all(),
                                                 machine.new_tally());
     };
 }
 Lockstep<BusFault>::Factory lossy_bus(FaultyMachine& machine) {
-    return [&machine](const char* name, rtl::ClockGating /*gating*/) {
+    return [&machine](const char* name, rtl::ClockGating) {
         return std::make_unique<BusFault>(name, machine.scenario, kDisplay, machine.all(),
                                           machine.new_tally());
     };
@@ -281,7 +281,7 @@ class SwapWires final : public Lockstep<SwapLockFault> {
   public:
     SwapWires(LockstepBench& bench, FaultyMachine& machine)
         : Lockstep(bench, "swap_wires",
-                   [&machine](const char* dut, rtl::ClockGating /*gating*/) {
+                   [&machine](const char* dut, rtl::ClockGating) {
                        return std::make_unique<SwapLockFault>(dut, machine.scenario, machine.all(),
                                                               machine.new_tally());
                    }),

@@ -374,27 +374,6 @@ TEST_CASE(
     CHECK(dut.requests.falls().empty());
 }
 
-TEST_CASE(
-    "input framebuffer: the link's side sleeps when its frames are over, but not if its own link drifts") {
-    ClockedTestbench bench;
-    const auto with_drift = [](int renderer) {
-        Scenario scenario = input_scenario({});
-        Fault drift;
-        drift.kind = FaultKind::kDrift;
-        drift.renderer = renderer;
-        drift.ppm = 1;
-        scenario.faults = {drift};
-        return scenario;
-    };
-    InputBench own(bench, "own_drifts", with_drift(0));
-    InputBench other(bench, "other_drifts", with_drift(1));
-    // No pair comes: each answer is that of a timeout.
-    const auto timeout = static_cast<int>(link_timeout_clocks(own.scenario, own.scenario.renderers[0]));
-    bench.run_through((own.scenario.frames + 1) * (timeout + 100));
-    CHECK_FALSE(own.framebuffer.link_sleeps());
-    CHECK(other.framebuffer.link_sleeps());
-}
-
 // ---- under a random host ----
 
 /// The monitors of the blocks inside, which judge arbiter and memory at each clock.

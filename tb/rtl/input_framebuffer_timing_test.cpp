@@ -64,9 +64,9 @@ class PortWaves final : private PortParts, public Lockstep<BusPort> {
     std::string bus;      ///< Frame start, Table row, or the display that pixels go to
 
     PortWaves(LockstepBench& bench, const Scenario& made, const std::string& name = "port")
-        : PortParts{made, {}}, Lockstep(bench, name, [this](const char* dut, rtl::ClockGating gating) {
+        : PortParts{made, {}}, Lockstep(bench, name, [this](const char* dut, rtl::ClockGating) {
               return std::make_unique<BusPort>(
-                  dut, scenario, scenario.renderers[0], [](bool) {}, counters, gating);
+                  dut, scenario, scenario.renderers[0], [](bool) {}, counters);
           }) {
         if (scenario.memory.shared()) {
             in(&BusPort::front_i, 0);

@@ -43,14 +43,13 @@ class Port final : private Records, public Lockstep<LinkPort> {
   public:
     Port(LockstepBench& bench, const char* name, const Scenario& scenario)
         : Lockstep(bench, name,
-                   [this, &scenario](const char* dut, rtl::ClockGating gating) {
+                   [this, &scenario](const char* dut, rtl::ClockGating) {
                        std::vector<std::uint32_t>& pairs = accepted.emplace_back();
                        int& count = dropped.emplace_back(0);
                        return std::make_unique<LinkPort>(
                            dut, scenario, scenario.renderers.front(),
                            LinkPort::Records{[&pairs](std::uint32_t pair) { pairs.push_back(pair); },
-                                             [&count](int more) { count += more; }},
-                           gating);
+                                             [&count](int more) { count += more; }});
                    }),
           scenario_(scenario) {}
 

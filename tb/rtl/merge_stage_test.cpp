@@ -60,10 +60,9 @@ class Stage final : Records, public Lockstep<MergeStage> {
   public:
     Stage(LockstepBench& bench, const std::string& name, const Variant& variant)
         : Lockstep(bench, name,
-                   [this, variant](const char* dut, rtl::ClockGating gating) {
+                   [this, variant](const char* dut, rtl::ClockGating) {
                        records_.push_back(std::make_unique<Record>());
-                       return std::make_unique<MergeStage>(dut, merge_scenario(variant), *records_.back(),
-                                                           gating);
+                       return std::make_unique<MergeStage>(dut, merge_scenario(variant), *records_.back());
                    }),
           variant_(variant),
           memory_(static_cast<std::size_t>(merge_scenario(variant).composer.buffer_pixels)) {
@@ -418,8 +417,8 @@ TEST_CASE("merge stage: a pixel that has come and is neither in the FIFO nor in 
     LockstepBench bench;
     Record record;
     const Scenario scenario = merge_scenario({});
-    WaveformCase<MergeStage> dut(bench, "merge_stage", [&](const char* name, rtl::ClockGating gating) {
-        return std::make_unique<MergeStage>(name, scenario, record, gating);
+    WaveformCase<MergeStage> dut(bench, "merge_stage", [&](const char* name, rtl::ClockGating) {
+        return std::make_unique<MergeStage>(name, scenario, record);
     });
     RasterStep step;
     step.covered = true;

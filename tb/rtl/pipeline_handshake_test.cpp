@@ -18,8 +18,8 @@ class Handshake final : public Lockstep<PipelineHandshake> {
   public:
     Handshake(LockstepBench& bench, const char* name, Mode mode)
         : Lockstep(bench, name,
-                   [mode](const char* dut, rtl::ClockGating gating) {
-                       return std::make_unique<PipelineHandshake>(dut, mode == Mode::kStall, gating);
+                   [mode](const char* dut, rtl::ClockGating) {
+                       return std::make_unique<PipelineHandshake>(dut, mode == Mode::kStall);
                    }),
           mode_(mode) {
         wires_.add(pipemaster_, 100);

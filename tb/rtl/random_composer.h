@@ -350,8 +350,8 @@ class RandomComposer final : public Lockstep<rtl::Composer> {
     RandomComposer(LockstepBench& bench, const std::string& name, Scenario scenario, int display,
                    const BusHabits& habits)
         : Lockstep(bench, name,
-                   [&scenario, display](const char* dut, rtl::ClockGating gating) {
-                       return std::make_unique<rtl::Composer>(dut, scenario, display, gating);
+                   [&scenario, display](const char* dut, rtl::ClockGating) {
+                       return std::make_unique<rtl::Composer>(dut, scenario, display);
                    }),
           scenario_(std::move(scenario)),
           observer_(scenario_, 0, display - 1),

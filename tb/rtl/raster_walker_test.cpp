@@ -35,9 +35,9 @@ class Walker final : Records, public Lockstep<RasterWalker> {
   public:
     Walker(LockstepBench& bench, const std::string& name, const Scenario& scenario)
         : Lockstep(bench, name,
-                   [this, scenario](const char* dut, rtl::ClockGating gating) {
+                   [this, scenario](const char* dut, rtl::ClockGating) {
                        records_.push_back(std::make_unique<Record>());
-                       return std::make_unique<RasterWalker>(dut, scenario, *records_.back(), gating);
+                       return std::make_unique<RasterWalker>(dut, scenario, *records_.back());
                    }),
           scenario_(scenario) {
         wires_.add(start_, 6);

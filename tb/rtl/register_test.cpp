@@ -61,19 +61,41 @@ TEST_CASE(
     RegisterSet set;
     Register<Part> part(set, "part", 1, Part{});
     Register<Part> unnamed(set, "");
-    part->level = 5;
-    part->counted = 4;
+    part.change().level = 5;
+    part.change().counted = 4;
     set.reset();
     CHECK(part->level == 3);
     CHECK(part->counted == 4);
-    part->level = 9;
-    part->full = true;
-    part->offset = -7;
+    part.change().level = 9;
+    part.change().full = true;
+    part.change().offset = -7;
     const auto traced = traced_by([&set](sc_core::sc_trace_file* file) { set.trace(file, "block."); });
     // -7 in four bits is 9, and -1 is 15.
     CHECK(traced == std::vector<std::string>{"block.part_level[4]=9", "block.part_full[1]=1",
                                              "block.part_offset[4]=9", "block.level[4]=3", "block.full[1]=0",
                                              "block.offset[4]=15"});
+}
+
+TEST_CASE("register: a set knows at which edges one of its registers, or of its parts', gets another value") {
+    RegisterSet set, part_of_set(set);
+    Register<int> count(set, "count", 8, 7);
+    Register<bool> flag(part_of_set, "flag");
+    Register<Part> memory(set, "memory");
+    const auto changes = [&set](const auto& edge) {
+        edge();
+        return set.end_edge();
+    };
+    CHECK_FALSE(changes([] {}));
+    CHECK_FALSE(changes([&] { count = 7; }));
+    CHECK(changes([&] { ++count; }));
+    CHECK_FALSE(changes([] {}));
+    CHECK(changes([&] { flag = true; }));
+    CHECK_FALSE(changes([&] { flag = true; }));
+    CHECK_FALSE(changes([&] { CHECK(memory->level == 3); }));
+    CHECK(changes([&] { memory.change().level = 5; }));
+    CHECK(changes([&] { set.note_change(); }));
+    CHECK(changes([&] { part_of_set.note_change(); }));
+    CHECK(changes([&] { set.reset(); }));
 }
 
 TEST_CASE("register: what comes into a line leaves it as many edges later as it has stages") {

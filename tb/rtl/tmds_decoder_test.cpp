@@ -109,8 +109,8 @@ struct Channel {
 class Decoder final : public Lockstep<TmdsDecoder> {
   public:
     explicit Decoder(LockstepBench& bench)
-        : Lockstep(bench, "tmds_decoder", [](const char* dut, rtl::ClockGating gating) {
-              return std::make_unique<TmdsDecoder>(dut, gating);
+        : Lockstep(bench, "tmds_decoder", [](const char* dut, rtl::ClockGating) {
+              return std::make_unique<TmdsDecoder>(dut);
           }) {}
 
     void stimulate() override {
@@ -253,8 +253,8 @@ constexpr std::uint32_t kPixel = 0xA1'B2'C3;
 /// pixel with a green byte that is none.
 struct SkewedCase {
     LockstepBench bench;
-    WaveformCase<TmdsDecoder> dut{bench, "tmds_decoder", [](const char* name, rtl::ClockGating gating) {
-                                      return std::make_unique<TmdsDecoder>(name, gating);
+    WaveformCase<TmdsDecoder> dut{bench, "tmds_decoder", [](const char* name, rtl::ClockGating) {
+                                      return std::make_unique<TmdsDecoder>(name);
                                   }};
 
     void run(const std::string& tmds, const std::string& link) {

@@ -22,8 +22,8 @@ constexpr TmdsCharacter kControl = 0b1101010100;  ///< with both of its bits 0
 class Encoder final : public Lockstep<TmdsEncoder> {
   public:
     explicit Encoder(LockstepBench& bench)
-        : Lockstep(bench, "tmds_encoder", [](const char* dut, rtl::ClockGating gating) {
-              return std::make_unique<TmdsEncoder>(dut, gating);
+        : Lockstep(bench, "tmds_encoder", [](const char* dut, rtl::ClockGating) {
+              return std::make_unique<TmdsEncoder>(dut);
           }) {}
 
     /// Lines and pauses of any length.
@@ -75,8 +75,8 @@ TEST_CASE("tmds encoder: in lockstep with its reference") {
 
 TEST_CASE("tmds encoder: timing: pixel on the link to its characters on the wire") {
     LockstepBench bench;
-    WaveformCase<TmdsEncoder> dut(bench, "tmds_encoder", [](const char* name, rtl::ClockGating gating) {
-        return std::make_unique<TmdsEncoder>(name, gating);
+    WaveformCase<TmdsEncoder> dut(bench, "tmds_encoder", [](const char* name, rtl::ClockGating) {
+        return std::make_unique<TmdsEncoder>(name);
     });
     TmdsFlowChart blue;
     blue.encode(0x5A);

@@ -41,6 +41,8 @@ class BankKeeper {
     Taken take(const PairEvent& event, std::int64_t edge);
     /// The bus side wants the pair of its next frame. One question at a time.
     void ask() { asked_ = true; }
+    /// There is an open question, and the time to answer it has come.
+    bool can_answer(std::int64_t edge) const { return asked_ && due_answer(edge).has_value(); }
     /// Answers the open question, if there is one and the time has come.
     std::optional<Answer> answer(std::int64_t edge);
 

@@ -48,20 +48,15 @@ bool high(unsigned char pin) { return pin != 0; }
 
 }  // namespace
 
-Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
-                   ClockGating gating)
+Composer::Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display)
     : Block(name),
       stall_mode_(scenario.composer.on_starvation == StarvationMode::kStall),
       core_period_picoseconds_(clock_period_picoseconds(scenario.clocks.core_mhz)),
-      gate_(gating),
       context_(std::make_unique<VerilatedContext>()) {
     context_->randReset(kRandomRegisters);
     context_->randSeed(display);
     verilated_ = std::make_unique<VerilatedComposer>(context_.get(), "composer");
     configure(scenario, display);
-    SC_METHOD(clock_edge);
-    sensitive << clk_i.pos();
-    dont_initialize();
 }
 
 Composer::~Composer() { verilated_->final(); }
@@ -106,18 +101,8 @@ void Composer::configure(const Scenario& scenario, int display) {
     verilated_->eval();
 }
 
-void Composer::end_of_elaboration() {
-    wake_events_ |= reset_i.value_changed_event();
-    wake_events_ |= bus_i.value_changed_event();
-    wake_events_ |= startframe_i.value_changed_event();
-    wake_events_ |= pipeready_i.value_changed_event();
-}
-
 /// One rising edge: the pins have their present values, and the outputs change after it as registers do.
 void Composer::clock_edge() {
-    if (gate_.opened()) {
-        return;
-    }
     const Before before{high(verilated_->running_o), verilated_->x_o, verilated_->y_o};
     drive_inputs();
     verilated_->clk_i = 1;
@@ -127,12 +112,13 @@ void Composer::clock_edge() {
     drive_outputs();
     if (reset_i.read()) {
         pipemaster_ = pipemaster_i.read();
+        clocked_.stay_awake();
         return;
     }
     count(before);
     report_protocol_error();
-    if (gate_.idle_edge(idle(before.running))) {
-        next_trigger(wake_events_);
+    if (!idle(before.running)) {
+        clocked_.stay_awake();
     }
 }
 

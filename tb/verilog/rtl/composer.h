@@ -37,10 +37,8 @@ class Composer final : public Block, public ComposerRecord {
     sc_core::sc_in<bool> column_stall_i{"column_stall_i"};
     sc_core::sc_out<bool> stall_o{"stall_o"};
 
-    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display,
-             ClockGating gating = ClockGating::kOn);
+    Composer(const sc_core::sc_module_name& name, const Scenario& scenario, int display);
     ~Composer() override;
-    SC_HAS_PROCESS(Composer);
 
     void trace(sc_core::sc_trace_file* file) const override;
     std::string waiting_for() const override;
@@ -56,7 +54,6 @@ class Composer final : public Block, public ComposerRecord {
         int y = 0;
     };
 
-    void end_of_elaboration() override;
     void configure(const Scenario& scenario, int display);
     void clock_edge();
     void drive_inputs();
@@ -68,11 +65,10 @@ class Composer final : public Block, public ComposerRecord {
 
     bool stall_mode_;
     std::int64_t core_period_picoseconds_;
-    ClockGate gate_;
     bool pipemaster_ = false;  ///< the strap, which the module has read in reset
-    sc_core::sc_event_or_list wake_events_;
     std::unique_ptr<VerilatedContext> context_;
     std::unique_ptr<VerilatedComposer> verilated_;
+    Clocked clocked_{*this, clk_i, &Composer::clock_edge};
 };
 
 }  // namespace metabuffer::rtl

@@ -1,0 +1,136 @@
+#include "rtl/clocked.h"
+
+#include <sysc/kernel/sc_spawn.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "rtl/gated_clock.h"
+#include "rtl/wire.h"
+
+namespace metabuffer::rtl {
+namespace {
+
+/// A method process that is called by an event, and not at the start.
+template <typename Method>
+void spawn(const Method& method, const sc_core::sc_event& event) {
+    sc_core::sc_spawn_options options;
+    options.spawn_method();
+    options.dont_initialize();
+    options.set_sensitivity(&event);
+    sc_core::sc_spawn(method, sc_core::sc_gen_unique_name("method"), &options);
+}
+
+std::int64_t now_picoseconds() { return static_cast<std::int64_t>(sc_core::sc_time_stamp().value()); }
+
+}  // namespace
+
+Clocked::Clocked(sc_core::sc_module& module, sc_core::sc_in<bool>& clk_i, const sc_core::sc_in<bool>* reset_i,
+                 RegisterSet& registers, Method edge, Method reset)
+    : sc_core::sc_module(sc_core::sc_module_name(sc_core::sc_gen_unique_name("clocked"))),
+      module_(module),
+      clk_i_(clk_i),
+      reset_i_(reset_i),
+      registers_(registers),
+      edge_(edge),
+      reset_(reset) {}
+
+void Clocked::end_of_elaboration() {
+    static const bool kNever = false;
+    in_reset_ = reset_i_ == nullptr ? &kNever : &(*reset_i_)->read();
+    clock_ = dynamic_cast<GatedClock*>(clk_i_.get_interface());
+    if (clock_ == nullptr) {
+        spawn([this] { call_always(); }, clk_i_->posedge_event());
+        return;
+    }
+    find_inputs();
+    if (has_event_inputs_) spawn([this] { sleep_or_wake(); }, falls_asleep_);
+    clock_->add(*this);
+}
+
+/// All of the module's, but for its clocks.
+void Clocked::find_inputs() {
+    std::vector<const sc_core::sc_object*> clocks;
+    for (const sc_core::sc_object* const child : module_.get_child_objects()) {
+        if (const auto* const method = dynamic_cast<const Clocked*>(child)) clocks.push_back(&method->clk_i_);
+    }
+    for (sc_core::sc_object* const child : module_.get_child_objects()) {
+        auto* const port = dynamic_cast<sc_core::sc_port_base*>(child);
+        if (port == nullptr || std::string(port->kind()) != "sc_in" ||
+            std::find(clocks.begin(), clocks.end(), child) != clocks.end() ||
+            (!reads_.empty() && std::find(reads_.begin(), reads_.end(), port) == reads_.end())) {
+            continue;
+        }
+        if (auto* const wire = dynamic_cast<WakingWire*>(port->get_interface())) {
+            wires_.push_back(wire);
+        } else {
+            event_inputs_ |= port->get_interface()->default_event();
+            has_event_inputs_ = true;
+        }
+    }
+}
+
+void Clocked::call_always() {
+    previous_picoseconds_ = edge_picoseconds_;
+    edge_picoseconds_ = now_picoseconds();
+    (module_.*(*in_reset_ ? reset_ : edge_))();
+    registers_.end_edge();
+}
+
+bool Clocked::call() {
+    slept_edges_ = woken_ ? clock_->edge() - last_edge_ - 1 : 0;
+    woken_ = false;
+    (module_.*(*in_reset_ ? reset_ : edge_))();
+    const bool changed = registers_.end_edge();
+    if (changed && !may_sleep_) {
+        idle_edges_ = 0;
+        return true;
+    }
+    may_sleep_ = false;
+    if (++idle_edges_ < kIdleEdges) {
+        return true;
+    }
+    fall_asleep();
+    return false;
+}
+
+void Clocked::fall_asleep() {
+    idle_edges_ = 0;
+    asleep_ = true;
+    last_edge_ = clock_->edge();
+    for (WakingWire* const wire : wires_) wire->add_sleeper(*this);
+    if (has_event_inputs_ && !armed_) {
+        armed_ = arming_ = true;
+        falls_asleep_.notify();  // in this evaluation phase, so that no change of an input is missed
+    }
+}
+
+void Clocked::sleep_or_wake() {
+    if (arming_) {
+        arming_ = false;
+        next_trigger(event_inputs_);
+        return;
+    }
+    armed_ = false;
+    if (asleep_) wake();
+}
+
+void Clocked::wake() {
+    for (WakingWire* const wire : wires_) wire->remove_sleeper(*this);
+    asleep_ = false;
+    woken_ = true;
+    clock_->wake(*this);
+}
+
+std::int64_t Clocked::edges_asleep() const { return asleep_ || woken_ ? clock_->edge() - last_edge_ : 0; }
+
+std::int64_t Clocked::previous_edge_picoseconds() const {
+    return clock_ == nullptr ? previous_picoseconds_ : now_picoseconds() - clock_->period_picoseconds();
+}
+
+void WakingWire::remove_sleeper(Clocked& sleeper) {
+    sleepers_.erase(std::remove(sleepers_.begin(), sleepers_.end(), &sleeper), sleepers_.end());
+}
+
+}  // namespace metabuffer::rtl

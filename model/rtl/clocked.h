@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <systemc>
+#include <utility>
+#include <vector>
+
+#include "rtl/register.h"
+
+namespace metabuffer::rtl {
+
+class GatedClock;
+class WakingWire;
+
+/// What a module does at the rising edges of one of its clocks: a clocked method with its registers.
+///
+///     RegisterSet registers_;
+///     Register<bool> running_{registers_, "running"};
+///     Clocked clocked_{*this, clk_i, reset_i, registers_, &Composer::clock_edge, &Composer::reset};
+///
+/// On a GatedClock the method sleeps while it would change nothing: after kIdleEdges edges in a row at which no register
+/// has changed it is not called until an input of the module changes. It runs again at the first edge after that change.
+/// Behaviour is the same as on any other clock, where it is called at every edge. What is neither a register nor a memory
+/// that the same inputs leave as it is has to be noted by stay_awake() in each edge at which it changes.
+///
+/// Reset is synchronous and active high. A reset that changes at the very time of an edge is seen at the next one; it
+/// lasts two edges at least.
+class Clocked final : public sc_core::sc_module {
+  public:
+    /// Edges that change nothing, in a row, after which the method sleeps. Waking costs time, so it does not in short
+    /// pauses.
+    static constexpr int kIdleEdges = 8;
+
+    using Method = void (sc_core::sc_module::*)();
+
+    /// reset: what is done in place of edge while reset_i is high.
+    template <typename Module>
+    Clocked(Module& module, sc_core::sc_in<bool>& clk_i, sc_core::sc_in<bool>& reset_i,
+            RegisterSet& registers, void (Module::*edge)(), void (Module::*reset)())
+        : Clocked(module, clk_i, &reset_i, registers, static_cast<Method>(edge), static_cast<Method>(reset)) {
+    }
+    /// Without registers, and without a reset.
+    template <typename Module>
+    Clocked(Module& module, sc_core::sc_in<bool>& clk_i, void (Module::*edge)())
+        : Clocked(module, clk_i, nullptr, none_, static_cast<Method>(edge), nullptr) {}
+
+    /// In a module with several clocks: the inputs that this method reads, if others shall not wake it.
+    void reads(std::initializer_list<const sc_core::sc_port_base*> inputs) { reads_ = inputs; }
+    /// Something besides registers changes at this edge.
+    void stay_awake() { registers_.note_change(); }
+    /// Though registers change at this edge, later ones need not be executed: slept_edges() is enough to make up for them.
+    void may_sleep() { may_sleep_ = true; }
+    /// Edges that have passed in the sleep that this edge ends.
+    std::int64_t slept_edges() const { return slept_edges_; }
+    /// Between edges: those that have passed in a sleep that no edge has ended yet.
+    std::int64_t edges_asleep() const;
+    /// When the clock had the edge before this one.
+    std::int64_t previous_edge_picoseconds() const;
+
+    /// It sleeps, and an input of the module has changed.
+    void wake();
+
+  private:
+    friend class GatedClock;
+
+    Clocked(sc_core::sc_module& module, sc_core::sc_in<bool>& clk_i, const sc_core::sc_in<bool>* reset_i,
+            RegisterSet& registers, Method edge, Method reset);
+
+    void end_of_elaboration() override;
+    void find_inputs();
+    /// An edge. False: the method sleeps from now on.
+    bool call();
+    void call_always();
+    void fall_asleep();
+    /// Begins or ends a sleep by the events of inputs that are no Wires.
+    void sleep_or_wake();
+
+    sc_core::sc_module& module_;
+    RegisterSet none_;
+    sc_core::sc_in<bool>& clk_i_;
+    const sc_core::sc_in<bool>* reset_i_;
+    const bool* in_reset_ = nullptr;
+    RegisterSet& registers_;
+    Method edge_;
+    Method reset_;
+
+    GatedClock* clock_ = nullptr;                      ///< null: it never sleeps
+    std::vector<const sc_core::sc_port_base*> reads_;  ///< none: all inputs
+    std::vector<WakingWire*> wires_;                   ///< inputs
+    bool has_event_inputs_ = false;
+    sc_core::sc_event_or_list event_inputs_;
+    sc_core::sc_event falls_asleep_;
+    bool arming_ = false;  ///< sleep_or_wake() is called to wait for them
+    bool armed_ = false;   ///< it waits
+    bool asleep_ = false;
+    bool woken_ = false;  ///< since the last edge
+    bool may_sleep_ = false;
+    int idle_edges_ = 0;
+    std::int64_t last_edge_ = -1;  ///< number of the last one before a sleep
+    std::int64_t slept_edges_ = 0;
+    std::int64_t edge_picoseconds_ = 0;      ///< without a GatedClock: of the last edge
+    std::int64_t previous_picoseconds_ = 0;  ///< and of the one before
+};
+
+}  // namespace metabuffer::rtl

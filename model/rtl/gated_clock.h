@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <systemc>
+#include <vector>
+
+namespace metabuffer::rtl {
+
+class Clocked;
+
+/// Whether a machine's blocks are on gated clocks. kOff is for the test that shows that gating changes nothing.
+enum class ClockGating : std::uint8_t { kOn, kOff };
+
+/// A clock gating cell: a clock for many modules, which stands still while the clocked methods of all of them sleep. It
+/// calls those that are awake itself, in the delta cycle of clk_i's edge, before any signal changes. Anything else that is
+/// bound to it sees the edges of clk_i, and then it never stands still.
+///
+/// clk_i must be bound to an sc_clock that rises at time 0.
+class GatedClock final : public sc_core::sc_module, public sc_core::sc_signal_in_if<bool> {
+  public:
+    sc_core::sc_in<bool> clk_i{"clk_i"};
+
+    explicit GatedClock(const sc_core::sc_module_name& name);
+    SC_HAS_PROCESS(GatedClock);
+
+    std::int64_t period_picoseconds() const { return period_picoseconds_; }
+    /// The number of the last edge, from 0.
+    std::int64_t edge() const;
+    bool stands_still() const { return stands_still_; }
+    /// How many of the methods sleep.
+    std::size_t sleepers() const { return methods_ - awake_.size(); }
+
+    const sc_core::sc_event& value_changed_event() const override { return clk_i->value_changed_event(); }
+    const sc_core::sc_event& posedge_event() const override {
+        has_listeners_ = true;
+        return posedge_;
+    }
+    const sc_core::sc_event& negedge_event() const override { return clk_i->negedge_event(); }
+    const sc_core::sc_event& default_event() const override { return value_changed_event(); }
+    const bool& read() const override { return clk_i->read(); }
+    const bool& get_data_ref() const override { return clk_i->get_data_ref(); }
+    bool event() const override { return clk_i->event(); }
+    bool posedge() const override { return clk_i->posedge(); }
+    bool negedge() const override { return clk_i->negedge(); }
+
+  private:
+    friend class Clocked;
+    void end_of_elaboration() override;
+    void clock_edge();
+    void add(Clocked& method);
+    /// Calls the method at each edge from the next one on, until it sleeps.
+    void wake(Clocked& method);
+
+    std::int64_t period_picoseconds_ = 1;
+    std::size_t methods_ = 0;
+    std::vector<Clocked*> awake_;
+    bool stands_still_ = false;
+    mutable bool has_listeners_ = false;
+    sc_core::sc_event start_again_{"start_again"};
+    sc_core::sc_event posedge_{"posedge"};
+};
+
+}  // namespace metabuffer::rtl

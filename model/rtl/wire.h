@@ -1,0 +1,67 @@
+#pragma once
+
+#include <systemc>
+#include <type_traits>
+#include <vector>
+
+#include "rtl/clocked.h"
+
+namespace metabuffer::rtl {
+
+/// What a Clocked sees of a Wire that is an input of its module.
+class WakingWire {
+  public:
+    /// The method sleeps: a change wakes it.
+    void add_sleeper(Clocked& sleeper) { sleepers_.push_back(&sleeper); }
+    void remove_sleeper(Clocked& sleeper);
+
+  protected:
+    WakingWire() = default;
+    ~WakingWire() = default;
+    void wake_sleepers() {
+        while (!sleepers_.empty()) sleepers_.back()->wake();
+    }
+
+  private:
+    std::vector<Clocked*> sleepers_;
+};
+
+/// A signal between two blocks of a machine. It wakes clocked methods that sleep without an event, which would take time at
+/// every change though nobody waits for it. One port may drive it, as any sc_signal; that is checked at elaboration.
+template <typename Value>
+class Wire final : public sc_core::sc_signal<Value>, public WakingWire {
+  public:
+    using sc_core::sc_signal<Value>::sc_signal;
+
+    const Value& read() const override { return this->m_cur_val; }
+    void write(const Value& value) override {
+        if (!written_ && value == this->m_cur_val) return;
+        this->m_new_val = value;
+        if (!written_) this->request_update();
+        written_ = true;
+    }
+
+  protected:
+    void update() override {
+        written_ = false;
+        if (this->m_new_val == this->m_cur_val) return;
+        if (has_events()) {
+            this->do_update();
+        } else {
+            this->m_cur_val = this->m_new_val;
+        }
+        wake_sleepers();
+    }
+
+  private:
+    bool has_events() const {
+        if constexpr (std::is_same_v<Value, bool>) {
+            if (this->m_posedge_event_p != nullptr || this->m_negedge_event_p != nullptr) return true;
+        }
+        return this->m_change_event_p != nullptr;
+    }
+
+    bool written_ = false;  ///< in this delta cycle
+};
+
+}  // namespace metabuffer::rtl
