@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "rtl/block.h"
 #include "rtl/gated_clock.h"
 #include "rtl/wire.h"
 
@@ -21,8 +22,6 @@ void spawn(const Method& method, const sc_core::sc_event& event) {
     options.set_sensitivity(&event);
     sc_core::sc_spawn(method, sc_core::sc_gen_unique_name("method"), &options);
 }
-
-std::int64_t now_picoseconds() { return static_cast<std::int64_t>(sc_core::sc_time_stamp().value()); }
 
 }  // namespace
 
