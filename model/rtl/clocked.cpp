@@ -29,11 +29,11 @@ Clocked::Clocked(sc_core::sc_module& module, sc_core::sc_in<bool>& clk_i, const 
                  RegisterSet& registers, Method edge, Method reset)
     : sc_core::sc_module(sc_core::sc_module_name(sc_core::sc_gen_unique_name("clocked"))),
       module_(module),
-      clk_i_(clk_i),
-      reset_i_(reset_i),
       registers_(registers),
       edge_(edge),
-      reset_(reset) {}
+      reset_(reset),
+      clk_i_(clk_i),
+      reset_i_(reset_i) {}
 
 void Clocked::end_of_elaboration() {
     static const bool kNever = false;

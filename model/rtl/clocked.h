@@ -76,29 +76,30 @@ class Clocked final : public sc_core::sc_module {
     /// Begins or ends a sleep by the events of inputs that are no Wires.
     void sleep_or_wake();
 
+    // What each edge needs comes first, so that it lies together in memory.
     sc_core::sc_module& module_;
-    RegisterSet none_;
-    sc_core::sc_in<bool>& clk_i_;
-    const sc_core::sc_in<bool>* reset_i_;
-    const bool* in_reset_ = nullptr;
     RegisterSet& registers_;
+    const bool* in_reset_ = nullptr;
     Method edge_;
     Method reset_;
-
-    GatedClock* clock_ = nullptr;                      ///< null: it never sleeps
-    std::vector<const sc_core::sc_port_base*> reads_;  ///< none: all inputs
-    std::vector<WakingWire*> wires_;                   ///< inputs
-    bool has_event_inputs_ = false;
-    sc_core::sc_event_or_list event_inputs_;
-    sc_core::sc_event falls_asleep_;
-    bool arming_ = false;  ///< sleep_or_wake() is called to wait for them
-    bool armed_ = false;   ///< it waits
+    std::int64_t slept_edges_ = 0;
+    int idle_edges_ = 0;
     bool asleep_ = false;
     bool woken_ = false;  ///< since the last edge
     bool may_sleep_ = false;
-    int idle_edges_ = 0;
+    bool arming_ = false;  ///< sleep_or_wake() is called to wait for event_inputs_
+    bool armed_ = false;   ///< it waits
+    bool has_event_inputs_ = false;
     std::int64_t last_edge_ = -1;  ///< number of the last one before a sleep
-    std::int64_t slept_edges_ = 0;
+
+    RegisterSet none_;
+    sc_core::sc_in<bool>& clk_i_;
+    const sc_core::sc_in<bool>* reset_i_;
+    GatedClock* clock_ = nullptr;                      ///< null: it never sleeps
+    std::vector<const sc_core::sc_port_base*> reads_;  ///< none: all inputs
+    std::vector<WakingWire*> wires_;                   ///< inputs
+    sc_core::sc_event_or_list event_inputs_;           ///< inputs that are no wires
+    sc_core::sc_event falls_asleep_;
     std::int64_t edge_picoseconds_ = 0;      ///< without a GatedClock: of the last edge
     std::int64_t previous_picoseconds_ = 0;  ///< and of the one before
 };
