@@ -80,8 +80,8 @@ class Clocked final : public sc_core::sc_module {
     sc_core::sc_module& module_;
     RegisterSet& registers_;
     const bool* in_reset_ = nullptr;
-    Method edge_;
-    Method reset_;
+    Method edge_ = nullptr;
+    Method reset_ = nullptr;
     std::int64_t slept_edges_ = 0;
     int idle_edges_ = 0;
     bool asleep_ = false;
@@ -94,7 +94,7 @@ class Clocked final : public sc_core::sc_module {
 
     RegisterSet none_;
     sc_core::sc_in<bool>& clk_i_;
-    const sc_core::sc_in<bool>* reset_i_;
+    const sc_core::sc_in<bool>* reset_i_ = nullptr;
     GatedClock* clock_ = nullptr;                      ///< null: it never sleeps
     std::vector<const sc_core::sc_port_base*> reads_;  ///< none: all inputs
     std::vector<WakingWire*> wires_;                   ///< inputs
