@@ -16,7 +16,8 @@ inline constexpr const char* kCompressedWaveformExtension = ".fst";
 bool is_waveform_name(const std::filesystem::path& file);
 
 /// The file of a waveform. SystemC's writer opens a file by its name and never says whether what it wrote has arrived.
-/// So it writes to a named pipe, and a process at the other end writes to the disk, checks that, and reports.
+/// Nor does its file: what a full disk refuses is left out, and if there is room later the file goes on as if it were
+/// whole. So SystemC writes to a named pipe, and a process at the other end writes to the disk, checks that, and reports.
 class WaveformFile {
   public:
     /// A target whose name ends in .fst is written in GTKWave's compressed format, another one as a value change dump.
