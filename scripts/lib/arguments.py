@@ -1,6 +1,5 @@
 """Types of arguments, for argparse."""
 
-import sys
 from typing import Callable, Optional
 
 
@@ -13,10 +12,3 @@ def whole_number(lowest: int, largest: Optional[int] = None) -> Callable[[str], 
     # argparse shows this name in its message.
     parse.__name__ = f"whole number from {lowest} {'on' if largest is None else f'to {largest}'}"
     return parse
-
-
-def takes_none(help_text: str) -> None:
-    """For a script without arguments: if there are any, shows its help and ends it."""
-    if len(sys.argv) > 1:
-        print(help_text.strip())
-        sys.exit(0 if sys.argv[1] in ("-h", "--help") else 2)

@@ -42,3 +42,12 @@ def print_aligned(rows: Sequence[Sequence[Any]]) -> None:
         cells = [str(cell).ljust(width) if column == 0 else str(cell).rjust(width)
                  for column, (cell, width) in enumerate(zip(row, widths))]
         print("  " + "   ".join(cells).rstrip())
+
+
+def print_markdown(rows: Sequence[Sequence[Any]]) -> None:
+    """Prints a table in Markdown, everything in it to the right. The first row has the headings."""
+    cells = [[str(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells)]
+    cells.insert(1, ["-" * (width - 1) + ":" for width in widths])
+    for row in cells:
+        print("| " + " | ".join(cell.rjust(width) for cell, width in zip(row, widths)) + " |")

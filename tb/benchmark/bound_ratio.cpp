@@ -17,7 +17,7 @@
 #include "tools/analysis/bandwidth_analysis.h"
 #include "tools/analysis/buffer_bound.h"
 
-// How close the bound of `metabuffer analyze` comes to what the simulation needs, for scripts/measure-bound.
+// How close the bound of `metabuffer analyze` comes to what the simulation needs, for scripts/benchmark bound.
 
 using namespace metabuffer;
 using namespace metabuffer::test;
